@@ -1,0 +1,108 @@
+"""From measurements to a material: read, fit, bake, and put the result where the material's surface is."""
+
+import time
+
+import bpy
+
+from .. import fitter
+from . import lamps, node_group
+
+
+def import_material(choices, context):
+    """A new material from measured data; nothing is left behind where that fails.
+
+    Parameters
+    ----------
+    choices : properties.FitChoices
+    context : bpy.types.Context
+
+    Returns
+    -------
+    bpy.types.Material
+
+    Raises
+    ------
+    fitter.DatasetError, node_group.CompileError, ValueError
+        If the file or the choices are no good, or the shader cannot be compiled here.
+    """
+    result = _fit(choices)
+    material = bpy.data.materials.new(result.samples.name)
+    try:
+        if not material.node_tree:
+            material.use_nodes = True           # deprecated in 5.0, where every material has nodes
+        _assign(material, choices, result, context)
+    except BaseException:
+        bpy.data.materials.remove(material)
+        raise
+    return material
+
+
+def refit(material, context):
+    """Fit the data of a measured material anew, with its present choices; on an error it stays as it was.
+
+    Raises as `import_material` does.
+    """
+    choices = material.measured_brdf
+    _assign(material, choices, _fit(choices), context)
+
+
+def group_node(material):
+    """The node of a material that holds a measured BRDF, or None."""
+    if material.node_tree is None:
+        return None
+    return next((node for node in material.node_tree.nodes if node.type == "GROUP" and node.node_tree is not None
+                 and node_group.script_node(node.node_tree) is not None), None)
+
+
+class _Result:
+    """A fit, the samples it was made from, and the time it took."""
+
+    def __init__(self, samples, fit, seconds):
+        self.samples, self.fit, self.seconds = samples, fit, seconds
+
+
+def _fit(choices):
+    samples = fitter.load(bpy.path.abspath(choices.filepath), choices.sample or None)
+    start = time.perf_counter()
+    fit = fitter.fit(samples, **choices.fit_arguments())
+    return _Result(samples, fit, time.perf_counter() - start)
+
+
+def _assign(material, choices, result, context):
+    tree = node_group.create(result.fit)
+    node = group_node(material)
+    if node is None:
+        node = _new_group_node(material)
+        node.node_tree = tree
+    else:
+        before, node.node_tree = node.node_tree, tree
+        node_group.remove(before)
+    nodes = material.node_tree
+    output = nodes.get_output_node("CYCLES") or nodes.nodes.new("ShaderNodeOutputMaterial")
+    if not output.inputs["Surface"].is_linked:
+        nodes.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+    node.label = result.samples.name
+    # this correction bends the shader's directions, which are right as they are
+    material.cycles.use_bump_map_correction = False
+    _store(material.measured_brdf, choices, result)
+    lamps.update(context.evaluated_depsgraph_get())
+
+
+def _new_group_node(material):
+    nodes = material.node_tree.nodes
+    nodes.clear()
+    node = nodes.new("ShaderNodeGroup")
+    node.name, node.width = node_group.NAME, 200
+    output = nodes.new("ShaderNodeOutputMaterial")
+    output.location = (300, 0)
+    return node
+
+
+def _store(settings, choices, result):
+    for name in ("filepath", "sample", "diffuse_level", "specular_level", "compression"):
+        setattr(settings, name, getattr(choices, name))
+    errors = fitter.error_metrics(result.samples.values, result.fit.evaluate(*result.samples.directions))
+    settings.name_of_data = result.samples.name
+    settings.coefficients = result.fit.coefficient_count
+    settings.bytes = result.fit.nbytes
+    settings.rmse, settings.mre, settings.seconds = errors.rmse, errors.mre, result.seconds

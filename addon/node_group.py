@@ -1,0 +1,97 @@
+"""The node group `Measured BRDF`: a baked shader in an INTERNAL script node, fed by the scene's lamps.
+
+Source and bytecode stay in the .blend, which then needs no other file to be rendered.
+"""
+
+import bpy
+
+from ..fitter.bake import bake
+from . import lamps, osl_support
+
+NAME = "Measured BRDF"
+SCRIPT_NODE = "Measured BRDF Shader"
+
+
+class CompileError(RuntimeError):
+    """The baked shader could not be compiled here; the message says why."""
+
+
+def create(fit):
+    """A node group that renders `fit`.
+
+    Returns
+    -------
+    bpy.types.ShaderNodeTree
+
+    Raises
+    ------
+    CompileError
+        With nothing left behind, if this Blender cannot compile it.
+    """
+    reason = osl_support.missing()
+    if reason:
+        raise CompileError(reason)
+    text = bpy.data.texts.new(f"{NAME}.osl")
+    tree = bpy.data.node_groups.new(NAME, "ShaderNodeTree")
+    try:
+        text.from_string(bake(fit))
+        text.cursor_set(0)
+        _fill(tree, text)
+    except BaseException:
+        bpy.data.node_groups.remove(tree)
+        bpy.data.texts.remove(text)
+        raise
+    return tree
+
+
+def remove(tree):
+    """Remove a group that nothing uses any more, and its source."""
+    node = script_node(tree)
+    text = node.script if node is not None else None
+    if tree.users == 0:
+        bpy.data.node_groups.remove(tree)
+        if text is not None and text.users == 0:
+            bpy.data.texts.remove(text)
+
+
+def script_node(tree):
+    """The script node of a group that `create` made, or None for any other tree."""
+    return tree.nodes.get(SCRIPT_NODE)
+
+
+def _fill(tree, text):
+    tree.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
+    tint = tree.interface.new_socket("Tint", in_out="INPUT", socket_type="NodeSocketColor")
+    tint.default_value = (1, 1, 1, 1)
+    tint.description = "Multiplies the measured reflectance; white leaves it as it was measured"
+    normal = tree.interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
+    normal.hide_value = True
+    normal.description = "Shading normal, for bump and normal maps; unconnected, that of the surface"
+
+    script = tree.nodes.new("ShaderNodeScript")
+    script.name = script.label = SCRIPT_NODE
+    script.mode = "INTERNAL"
+    script.script = text
+    _compile(script)
+    source = tree.nodes.new("NodeGroupInput")
+    scene_lamps = tree.nodes.new("ShaderNodeGroup")
+    scene_lamps.node_tree = lamps.node_tree()
+    output = tree.nodes.new("NodeGroupOutput")
+    source.location, scene_lamps.location, output.location = (-300, 100), (-300, -100), (300, 0)
+    for name in ("Normal", "Tint"):
+        tree.links.new(source.outputs[name], script.inputs[name])
+    for socket in scene_lamps.outputs:
+        tree.links.new(socket, script.inputs[socket.name])
+    tree.links.new(script.outputs["BSDF"], output.inputs["BSDF"])
+
+
+def _compile(node):
+    """Store the bytecode of the node's text in the node, and make its sockets."""
+    from cycles import osl
+
+    complaints = []
+    # Blender compiles on assignment where Cycles is the active engine
+    if not node.bytecode or "BSDF" not in node.outputs:
+        osl.update_script_node(node, lambda kind, message: complaints.append(message) if "ERROR" in kind else None)
+    if not node.bytecode or "BSDF" not in node.outputs:
+        raise CompileError("The OSL compiler refused the shader" + "".join(f": {text}" for text in complaints))

@@ -1,0 +1,16 @@
+"""Measured reflectance as smooth, constant-time functions: NumPy only, no Blender.
+
+>>> samples = load("abrdf.dat", sample="leather")              # doctest: +SKIP
+>>> leather = fit(samples, diffuse_level=4, specular_level=6)   # doctest: +SKIP
+>>> leather.evaluate(theta_i=0.5, phi_i=0, theta_o=0.5, phi_o=3.14159)   # doctest: +SKIP
+"""
+
+from .bilevel import Fit, fit
+from .datasets import load
+from .errors import DatasetError
+from .metrics import ErrorMetrics, channel_metrics, error_metrics
+from .presets import PRESETS
+from .samples import Samples
+
+__all__ = ["PRESETS", "DatasetError", "ErrorMetrics", "Fit", "Samples", "channel_metrics", "error_metrics", "fit",
+           "load"]

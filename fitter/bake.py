@@ -1,0 +1,72 @@
+"""Baking a fit into OSL source: the readable shader of `osl/` with the fit's tables written into it.
+
+Arrays that are initialised and never written become constants of the compiled shader. Nothing but numbers and the
+project's own sources goes into the result: no name or path from the data.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from . import draw_table, lattice
+from .spectra import RGB
+
+SHADER = "measured_brdf.osl"
+_INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
+_SOURCES = Path(__file__).parents[1] / "osl"
+MAX_ARRAY = 1_500_000       # the OSL compiler gives up somewhere beyond 1,000,000 to 3,000,000 literals in one array
+
+
+def bake(fit, template=None):
+    """OSL source that evaluates and renders `fit`.
+
+    Parameters
+    ----------
+    fit : Fit
+        With one channel, or three.
+    template : str, optional
+        The shader to fill in, `osl/measured_brdf.osl` by default. `#include "baked_constants.h"` and, inside the
+        shader, `#include "baked_tables.h"` stand for what is baked; other includes are files of `osl/`.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    ValueError
+        If the fit has another number of channels, or is too large for the OSL compiler.
+    """
+    if fit.diffuse.shape[-1] not in (1, len(RGB)):
+        raise ValueError(f"a fit of {fit.diffuse.shape[-1]} channels; a shader takes 1 or 3")
+    tables = {"DIFFUSE": fit.diffuse, "DRAW": draw_table.draw_table(fit)}
+    constants = {"CHANNELS": fit.diffuse.shape[-1], "DIFFUSE_CELLS": lattice.cells(fit.diffuse_level),
+                 "DRAW_VIEWS": draw_table.VIEWS, "DRAW_RINGS": draw_table.RINGS, "DRAW_SECTORS": draw_table.SECTORS,
+                 "DRAW_CELLS": draw_table.RINGS * draw_table.SECTORS}
+    sparse = fit.specular is not None and len(fit.specular) > 0
+    constants["SPARSE"] = int(sparse)
+    if sparse:
+        index = fit.specular.index
+        constants |= {"SPECULAR_CELLS": lattice.cells(fit.specular_level), "KEY_COUNT": len(index),
+                      "BUCKET_COUNT": len(index.displacement), "MULTIPLIER": index.multiplier}
+        tables |= {"SPECULAR": fit.specular.coefficients, "KEYS": index.keys, "DISPLACEMENT": index.displacement}
+    generated = {
+        "baked_constants.h": "".join(f"#define {name} {value}\n" for name, value in constants.items()),
+        "baked_tables.h": "".join(_array(name, table) for name, table in tables.items())}
+
+    def include(match):
+        name = match[1]
+        return generated[name] if name in generated else (_SOURCES / name).read_text("utf-8")
+
+    return _INCLUDE.sub(include, (_SOURCES / SHADER).read_text("utf-8") if template is None else template)
+
+
+def _array(name, table):
+    if table.size > MAX_ARRAY:
+        raise ValueError(f"{table.size:,} numbers in one table, at most {MAX_ARRAY:,} can be compiled: choose a lower "
+                         f"level, or a compression that drops more")
+    kind, form = ("int", "%d") if np.issubdtype(table.dtype, np.integer) else ("float", "%.9g")
+    flat = table.ravel().tolist()
+    lines = [",".join([form] * len(flat[start:start + 16])) for start in range(0, len(flat), 16)]
+    return f"  {kind} {name}[{len(flat)}] = {{\n" + ",\n".join(lines) % tuple(flat) + "};\n"

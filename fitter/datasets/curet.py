@@ -1,0 +1,123 @@
+"""CURET, the Columbia-Utrecht reflectance database: 61 samples, each measured at the same 205 geometries.
+
+K. J. Dana, B. van Ginneken, S. K. Nayar, J. J. Koenderink: Reflectance and Texture of Real-World Surfaces, ACM TOG
+18(1), 1999. The geometries come with the project, so that the measurements are all that a user needs.
+"""
+
+import difflib
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import DatasetError
+from ..samples import Samples
+from ..spectra import RGB
+from .text import parse_number, parse_row, read_bytes, to_lines
+
+GEOMETRIES = 205
+NAMES = (
+    "felt", "polyester", "terrycloth", "rough plastic", "leather", "sandpaper", "velvet", "pebbles", "frosted glass",
+    "plaster a", "plaster b", "rough paper", "artificial grass", "roof shingle", "aluminum foil", "cork", "rough tile",
+    "rug a", "rug b", "styrofoam", "sponge", "lambswool", "lettuce leaf", "rabbit fur", "quarry tile", "loofa",
+    "insulation", "crumpled paper", "polyester zoomed", "plaster b zoomed", "rough paper zoomed",
+    "roof shingle zoomed", "slate a", "slate b", "painted spheres", "limestone", "brick a", "ribbed paper",
+    "human skin", "straw", "brick b", "corduroy", "salt crystals", "linen", "concrete a", "cotton", "stones",
+    "brown bread", "concrete b", "concrete c", "corn husk", "white bread", "plant", "wood a", "orange peel", "wood b",
+    "peacock feather", "tree bark", "cracker a", "cracker b", "moss")
+_WHAT = f"a sample number and {GEOMETRIES} values"
+
+
+def recognises(lines):
+    """Whether the first line is a sample number and about as many numbers as there are geometries."""
+    tokens = next(line.split() for line in lines if line.strip())
+    return tokens[0].isdecimal() and len(tokens) > GEOMETRIES // 2
+
+
+def list_samples(path, lines):
+    """The samples of a file: a list of (number, name)."""
+    return [(number, sample_name(number)) for number in _row_lines(path, lines)]
+
+
+def sample_name(number):
+    """The name of a CURET sample, 1 to 61."""
+    return NAMES[number - 1]
+
+
+def read(path, lines, sample=None):
+    """Read one sample, in colour where `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three are there.
+
+    Returns
+    -------
+    Samples
+    """
+    path = Path(path)
+    rows = _row_lines(path, lines)
+    number = _sample_number(sample, rows, path)
+    trio = _trio(path)
+    if trio is None:
+        channels, columns = ("grey",), [_values(path, lines, rows[number])]
+    else:
+        channels, columns = RGB, []
+        for member in trio:
+            content = lines if member == path else to_lines(read_bytes(member), member)
+            member_rows = _row_lines(member, content)
+            if number not in member_rows:
+                raise DatasetError(f"no sample {number}, which {path.name} has", member)
+            columns.append(_values(member, content, member_rows[number]))
+    theta_v, phi_v, theta_i, phi_i = geometry().T
+    return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), channels, sample_name(number), str(path))
+
+
+@cache
+def geometry():
+    """The directions of the measurements: (205, 4), theta_v, phi_v, theta_i, phi_i in radians."""
+    table = Path(__file__).parents[1] / "data" / "curet_geometry.csv"
+    return np.loadtxt(table, delimiter=",", comments="#", skiprows=2)[:, 1:]
+
+
+def _row_lines(path, lines):
+    """Which line holds which sample: {sample number: index into lines}."""
+    rows = {}
+    for index, line in enumerate(lines):
+        token = line.split(maxsplit=1)[:1]
+        if not token:
+            continue
+        if not token[0].isdecimal() or not 1 <= int(token[0][:9]) <= len(NAMES):
+            raise DatasetError(f"the line must start with a sample number from 1 to {len(NAMES)}: {_WHAT}", path,
+                               index + 1)
+        number = int(token[0])
+        if number in rows:
+            raise DatasetError(f"sample {number} a second time, first on line {rows[number] + 1}", path, index + 1)
+        rows[number] = index
+    return rows
+
+
+def _values(path, lines, index):
+    return parse_row(lines[index].split(), GEOMETRIES + 1, _WHAT, path, index + 1)[1:]
+
+
+def _sample_number(sample, rows, path):
+    if sample is None or sample == "":
+        return next(iter(rows))
+    text = str(sample).strip().lower()
+    if text.isdecimal() or isinstance(sample, int | float):
+        number = parse_number(text, path, None)
+        if number not in rows:
+            raise DatasetError(f"no sample {text}, expected a number from {min(rows)} to {max(rows)} or a name", path)
+        return int(number)
+    named = {sample_name(number): number for number in rows}
+    if text not in named:
+        near = difflib.get_close_matches(text, named, n=3) or [name for name in named if text in name][:3]
+        hint = f"; did you mean {' or '.join(near)}?" if near else ""
+        raise DatasetError(f"no sample named '{text}'{hint}", path)
+    return named[text]
+
+
+def _trio(path):
+    """The files of red, green and blue where `path` is one of them and none is missing, else None."""
+    if path.name[:1].lower() not in {"r", "g", "b"} or path.name[1:].lower() != "brdf.dat":
+        return None
+    upper = path.name[0].isupper()
+    trio = [path.with_name((letter if upper else letter.lower()) + path.name[1:]) for letter in RGB]
+    return trio if all(member.is_file() for member in trio) else None

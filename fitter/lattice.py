@@ -1,0 +1,145 @@
+"""The control lattice: which control points there are, where they lie in an array, and the B-spline they carry.
+
+At level h the unit cube is divided into M = 2^h cells an axis, and the full lattice holds (M + 3)^3 control points,
+numbered -1 to M + 1 along each axis; a cell i reads the points i - 1 to i + 2 (Kameya and Lewis 2002, equation 7).
+
+Two symmetries of an isotropic reflectance halve two of the axes. A lattice that is unchanged by
+``lambda -> 1 - lambda`` (bilateral symmetry) is C2 across the plane of incidence, and one that is unchanged by
+``(kappa_i, kappa_o) -> (1 - kappa_i, 1 - kappa_o)`` (turning both directions by half a turn) is C2 through normal
+incidence. Since directions have ``kappa_i >= 1/2`` and ``lambda_o >= 1/2``, only the points that a cell in that
+quarter reads are stored, M/2 - 1 to M + 1 along those two axes: a box of (M/2 + 3) (M + 3) (M/2 + 3). `osl/lattice.h`
+reads the same box; the baker hands it `shape` and `origin`.
+"""
+
+import numpy as np
+
+AXES = ("kappa_i", "kappa_o", "lambda_o")
+MAX_LEVEL = 8
+_CHUNK = 8192               # points evaluated at a time, to stay within the cache
+
+
+def cells(level):
+    """Number of cells along an axis, M = 2^h."""
+    return 1 << level
+
+
+def origin(level):
+    """Lattice index of the first stored control point along each axis."""
+    half = cells(level) // 2 - 1
+    return half, -1, half
+
+
+def shape(level):
+    """Number of stored control points along each axis."""
+    return tuple(cells(level) + 2 - first for first in origin(level))
+
+
+def full_size(level):
+    """Number of control points of the full lattice, (2^h + 3)^3: what the paper counts."""
+    return (cells(level) + 3) ** 3
+
+
+def weights(s):
+    """Uniform cubic B-spline basis at s in [0, 1], (n,) to (n, 4) (Lee, Wolberg and Shin 1997, section 3.1)."""
+    s = s[:, None]
+    powers = np.concatenate([np.ones_like(s), s, s * s, s * s * s], axis=1)
+    return powers @ _BASIS
+
+
+_BASIS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
+
+
+def locate(x, level):
+    """Cell and position within it, clamped so that 1 falls in the last cell.
+
+    Parameters
+    ----------
+    x : (n, 3) array
+        Nusselt coordinates, mirrored or not.
+
+    Returns
+    -------
+    first : (n, 3) int
+        Array index of the first of the four control points along each axis; negative where the point is not stored.
+    w : list of three (n, 4) float64
+        The basis along each axis.
+    """
+    scaled = x * cells(level)
+    cell = np.clip(np.floor(scaled), 0, cells(level) - 1)
+    w = [weights(scaled[:, axis] - cell[:, axis]) for axis in range(3)]
+    return cell.astype(np.intp) - 1 - np.array(origin(level)), w
+
+
+def evaluate(control_points, level, x):
+    """The spline at points of the stored quarter, equation 7.
+
+    Parameters
+    ----------
+    control_points : shape(level) + (channels,) array
+    x : (n, 3) float64
+        Nusselt coordinates as `nusselt.nusselt` gives them.
+
+    Returns
+    -------
+    (n, channels) float64
+    """
+    flat = control_points.reshape(-1, control_points.shape[-1])
+    if flat.dtype != np.float64:
+        flat = flat.astype(np.float64)
+    result = np.empty((len(x), flat.shape[1]))
+    for start in range(0, len(x), _CHUNK):
+        result[start:start + _CHUNK] = _evaluate_chunk(flat, level, x[start:start + _CHUNK])
+    return result
+
+
+def _evaluate_chunk(flat, level, x):
+    _, rows, columns = shape(level)
+    first, (wa, wb, wc) = locate(x, level)
+    base = (first[:, 0] * rows + first[:, 1]) * columns + first[:, 2]
+    total = np.zeros((len(x), flat.shape[1]))
+    for a in range(4):
+        for b in range(4):
+            tap = base + (a * rows + b) * columns
+            along = sum(wc[:, c, None] * flat[tap + c] for c in range(4))
+            total += (wa[:, a] * wb[:, b])[:, None] * along
+    return total
+
+
+def refine(control_points, level):
+    """The same spline on the next finer lattice, exact to rounding (Lee, Wolberg and Shin 1997, section 4.2).
+
+    Parameters
+    ----------
+    control_points : shape(level) + (channels,) float64
+
+    Returns
+    -------
+    shape(level + 1) + (channels,) float64
+    """
+    for axis in range(3):
+        coarse = np.moveaxis(control_points, axis, 0)
+        even = (coarse[:-2] + 6 * coarse[1:-1] + coarse[2:]) / 8        # fine[2i]
+        odd = (coarse[:-1] + coarse[1:]) / 2                            # fine[2i + 1]
+        both = np.empty((2 * len(odd) - 1,) + coarse.shape[1:])
+        both[0::2], both[1::2] = odd, even                              # numbered from 2 (origin) + 1
+        skip = origin(level + 1)[axis] - (2 * origin(level)[axis] + 1)
+        fine = both[skip:skip + shape(level + 1)[axis]]
+        control_points = np.moveaxis(fine, 0, axis)
+    return np.ascontiguousarray(control_points)
+
+
+def reachable(level):
+    """Which stored control points any pair of directions reads: shape(level) bool.
+
+    ``(kappa_o, lambda_o)`` stays within a disk, so the corners of the box are never read.
+    """
+    m = cells(level)
+    _, rows, columns = shape(level)
+    _, first_row, first_column = origin(level)
+    row = first_row + np.arange(rows)
+    column = first_column + np.arange(columns)
+    # a control point j is read over [j - 2, j + 2] / M: its distance from the disk's centre, in cells
+    in_kappa = np.maximum(0, np.abs(row - m / 2) - 2)
+    in_lambda = np.maximum(0, column - 2 - m / 2)
+    disk = np.hypot(in_kappa[:, None], in_lambda) < m / 2
+    return np.broadcast_to(disk, shape(level))

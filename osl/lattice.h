@@ -1,0 +1,110 @@
+/* The bi-level B-spline fit: Nusselt coordinates, and the dense and the sparse control lattice.
+ *
+ * Kameya and Lewis 2002, equations 5 to 7. The lattices are the boxes that fitter/lattice.py describes; constants
+ * in capitals come from the baker. A lattice of M cells an axis has half = M / 2 (whole number) and odd = 0.5 for M = 1,
+ * else 0: coordinates are counted from the middle of the cube, where single precision is finest. */
+
+/* CHANNELS is 1 or 3: grey data are read and summed as floats. */
+#if CHANNELS == 3
+#  define VALUE color
+#  define READ(table, i) color(table[3 * (i)], table[3 * (i) + 1], table[3 * (i) + 2])
+#else
+#  define VALUE float
+#  define READ(table, i) table[i]
+#endif
+
+/* (2 kappa_i - 1, 2 kappa_o - 1, 2 lambda_o - 1) of two unit vectors in a frame whose z axis is the normal. At normal
+ * incidence, where the azimuth of wi means nothing, it is taken to be that of wo. */
+vector nusselt(vector wi, vector wo)
+{
+  float sin_i = hypot(wi[0], wi[1]);
+  if (sin_i < 1e-7) {
+    return vector(0.0, hypot(wo[0], wo[1]), 0.0);
+  }
+  return vector(sin_i, (wi[0] * wo[0] + wi[1] * wo[1]) / sin_i, fabs(wi[0] * wo[1] - wi[1] * wo[0]) / sin_i);
+}
+
+/* Uniform cubic B-spline basis. */
+void basis(float s, output float w[4])
+{
+  float t = 1.0 - s;
+  w[0] = t * t * t / 6.0;
+  w[1] = (4.0 - 3.0 * s * s * (2.0 - s)) / 6.0;
+  w[2] = (4.0 - 3.0 * t * t * (2.0 - t)) / 6.0;
+  w[3] = s * s * s / 6.0;
+}
+
+/* The cell that holds coordinate mu, counted from the middle cell, and the basis there; mu = 1 is in the last cell. */
+int locate(float mu, int cells, output float w[4])
+{
+  int half = cells / 2;
+  float u = mu * (0.5 * cells) + (0.5 * cells - half);
+  int cell = clamp((int)floor(u), -half, cells - 1 - half);
+  basis(u - cell, w);
+  return cell;
+}
+
+VALUE dense_lattice(float points[], int cells, vector mu)
+{
+  int rows = cells + 3;
+  int columns = cells - cells / 2 + 3;
+  float wa[4], wb[4], wc[4];
+  int a = max(locate(mu[0], cells, wa), 0);
+  int b = locate(mu[1], cells, wb) + cells / 2;
+  int c = max(locate(mu[2], cells, wc), 0);
+  VALUE total = 0.0;
+  for (int i = 0; i < 4; i++) {
+    for (int j = 0; j < 4; j++) {
+      int tap = ((a + i) * rows + b + j) * columns + c;
+      total += wa[i] * wb[j] *
+               (wc[0] * READ(points, tap) + wc[1] * READ(points, tap + 1) + wc[2] * READ(points, tap + 2) +
+                wc[3] * READ(points, tap + 3));
+    }
+  }
+  return total;
+}
+
+#if SPARSE
+VALUE sparse_lattice(float points[], int keys[], int displacement[], int cells, vector mu)
+{
+  int rows = cells + 3;
+  int columns = cells - cells / 2 + 3;
+  float wa[4], wb[4], wc[4];
+  int a = max(locate(mu[0], cells, wa), 0);
+  int b = locate(mu[1], cells, wb) + cells / 2;
+  int c = max(locate(mu[2], cells, wc), 0);
+  VALUE total = 0.0;
+  for (int i = 0; i < 4; i++) {
+    for (int j = 0; j < 4; j++) {
+      int key = ((a + i) * rows + b + j) * columns + c;
+      float w = wa[i] * wb[j];
+      for (int k = 0; k < 4; k++) {
+        int slot = find_slot(keys, displacement, key + k);
+        if (slot >= 0) {
+          total += w * wc[k] * READ(points, slot);
+        }
+      }
+    }
+  }
+  return total;
+}
+#endif
+
+#if SPARSE
+#  define FIT_TABLES float diffuse_points[], float specular_points[], int keys[], int displacement[]
+#  define FIT DIFFUSE, SPECULAR, KEYS, DISPLACEMENT
+#else
+#  define FIT_TABLES float diffuse_points[]
+#  define FIT DIFFUSE
+#endif
+
+/* The fitted BRDF in 1 / sr, where the fit undershoots 0; directions as in nusselt(). */
+color fitted_brdf(FIT_TABLES, vector wi, vector wo)
+{
+  vector mu = nusselt(wi, wo);
+  VALUE f = dense_lattice(diffuse_points, DIFFUSE_CELLS, mu);
+#if SPARSE
+  f += sparse_lattice(specular_points, keys, displacement, SPECULAR_CELLS, mu);
+#endif
+  return max(color(f), color(0.0));
+}
