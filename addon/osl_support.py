@@ -1,5 +1,6 @@
 """What this Blender can do with OSL, and where the compiler's parts lie."""
 
+import functools
 import importlib.util
 import sys
 from pathlib import Path
@@ -10,8 +11,9 @@ NO_OSL = ("This Blender was built without OSL (Open Shading Language), which mea
           "Use a Blender from blender.org, or its LTS builds")
 
 
+@functools.cache
 def missing():
-    """Why OSL shaders cannot be compiled here, or an empty string."""
+    """Why OSL shaders cannot be compiled here, or an empty string. Looked up once: panels ask at every redraw."""
     _add_module_path()
     try:
         import _cycles
@@ -23,7 +25,7 @@ def missing():
 
 
 def is_enabled(scene):
-    """Whether the scene is rendered by Cycles with OSL on the CPU, or where its GPU takes OSL."""
+    """Whether the scene is rendered by Cycles with OSL."""
     return scene.render.engine == "CYCLES" and scene.cycles.shading_system
 
 
@@ -39,5 +41,5 @@ def _add_module_path():
         return
     local = Path(bpy.utils.resource_path("LOCAL"))
     for folder in sorted(local.glob("python/lib/python3.*/site-packages")):
-        if (folder / "oslquery").exists() or list(folder.glob("oslquery*")):
+        if any(folder.glob("oslquery*")):
             sys.path.append(str(folder))

@@ -63,7 +63,7 @@ def _draw_result(layout, settings):
     rows = (("Coefficients", f"{settings.coefficients:,}"),
             ("Storage", f"{settings.bytes:,} bytes"),
             ("RMSE", f"{settings.rmse:.3g} / sr"),
-            ("Largest error", f"{settings.mre:.2%} of the peak"),
+            ("MRE", f"{settings.mre:.2%} of the peak"),
             ("Fitted in", f"{settings.seconds:.2f} s"))
     column = layout.column(align=True)
     for name, value in rows:

@@ -19,7 +19,7 @@ class FitChoices:
 
     filepath: StringProperty(
         name="File", subtype="FILE_PATH",
-        description="Measured reflectance: CURET abrdf.dat, Cornell .astm, pbrt-v2 .brdf, or Cornell paint.reformat.mat")
+        description="Measured reflectance: CURET abrdf.dat, Cornell .astm, pbrt-v2 .brdf or Cornell paint.reformat.mat")
     sample: StringProperty(
         name="Sample", search=lambda self, context, text: NAMES, search_options={"SUGGESTION"},
         description="Which of the samples in a CURET file: its number or its name. Empty for the first, and for files "

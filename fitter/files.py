@@ -10,7 +10,10 @@ from pathlib import Path
 def replacing(path, mode="wb"):
     """Open a file beside `path` and rename it to `path` once all is written; on an error leave `path` as it was."""
     path = Path(path)
-    descriptor, beside = tempfile.mkstemp(dir=path.parent, prefix=path.name + ".", suffix=".part")
+    try:
+        descriptor, beside = tempfile.mkstemp(dir=path.parent, prefix=path.name + ".", suffix=".part")
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from None
     try:
         with os.fdopen(descriptor, mode, **({} if "b" in mode else {"encoding": "utf-8", "newline": "\n"})) as stream:
             yield stream

@@ -48,7 +48,7 @@ def read(path):
             raise ValueError("no header of a fit")
     except OSError as error:
         raise DatasetError(f"cannot be read: {error.strerror or error}", path) from error
-    except (ValueError, KeyError, AttributeError, EOFError, zipfile.BadZipFile) as error:
+    except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise DatasetError("not a fit saved by Measured BRDF", path) from error
     if header.get("version") != VERSION:
         raise DatasetError(f"a fit of version {header.get('version')!r}, expected {VERSION}; fit the data again", path)

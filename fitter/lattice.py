@@ -120,7 +120,7 @@ def refine(control_points, level):
         coarse = np.moveaxis(control_points, axis, 0)
         even = (coarse[:-2] + 6 * coarse[1:-1] + coarse[2:]) / 8        # fine[2i]
         odd = (coarse[:-1] + coarse[1:]) / 2                            # fine[2i + 1]
-        both = np.empty((2 * len(odd) - 1,) + coarse.shape[1:])
+        both = np.empty((2 * len(odd) - 1, *coarse.shape[1:]))
         both[0::2], both[1::2] = odd, even                              # numbered from 2 (origin) + 1
         skip = origin(level + 1)[axis] - (2 * origin(level)[axis] + 1)
         fine = both[skip:skip + shape(level + 1)[axis]]

@@ -59,6 +59,6 @@ def keep_largest(control_points, level, count):
     flat = control_points.reshape(-1, control_points.shape[-1])
     magnitude = np.einsum("nc,nc->n", flat, flat) * lattice.reachable(level).ravel()
     count = min(count, np.count_nonzero(magnitude))
-    kept = np.argpartition(magnitude, len(magnitude) - count)[len(magnitude) - count:]
+    kept = np.argpartition(-magnitude, min(count, len(magnitude) - 1))[:count]
     index = perfect_hash.build(kept)
     return SparseLattice(level, index, flat[index.keys].astype(np.float32))

@@ -1,0 +1,41 @@
+# make demo | test | lint | bench | zip      PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
+
+SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))
+PYTHON ?= $(shell for p in python3.11 python3.13 python3; do \
+	$$p -c '$(SUPPORTED)' 2>/dev/null && echo $$p && break; done)
+VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null)
+ENV := build/env-$(VERSION)
+RUN := $(ENV)/bin/python
+EXTENSION := build/measured_brdf-$(shell sed -n 's/^version = "\(.*\)"/\1/p' blender_manifest.toml).zip
+DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
+
+.PHONY: demo test lint bench zip clean
+
+demo: $(ENV)/ready
+	$(RUN) -m demo_scenes
+
+test: $(ENV)/ready
+	$(RUN) -m pytest
+
+lint: $(ENV)/ready
+	$(RUN) -m ruff check .
+
+bench: $(ENV)/ready
+	$(RUN) -m benchmarks
+
+zip: $(EXTENSION)
+
+$(EXTENSION): $(ENV)/ready blender_manifest.toml __init__.py $(shell find addon fitter osl -type f -not -name '*.pyc')
+	$(RUN) tools/blender_extension.py build --source-dir . --output-filepath $@
+	$(RUN) tools/blender_extension.py validate $@
+
+$(ENV)/ready: pyproject.toml
+	@test -n "$(VERSION)" || { echo "Python 3.11 or 3.13 is needed; name it with PYTHON=..."; exit 1; }
+	$(PYTHON) -m venv --clear $(ENV)
+	$(RUN) -m pip install --quiet pip==26.3
+	$(RUN) -m pip install --quiet --group test
+	@$(RUN) -c 'import bpy' || { echo "bpy does not start. On Debian it needs: apt-get install $(DEBIAN)"; exit 1; }
+	touch $@
+
+clean:
+	rm -rf build

@@ -1,0 +1,121 @@
+"""The command line: ``python -m fitter info|fit|bake``."""
+
+import argparse
+import sys
+import time
+
+import numpy as np
+
+from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, load
+from . import fit as fit_samples
+from .bake import bake
+from .datasets import list_samples
+from .files import replacing
+
+_NOT_GIVEN = object()       # None stands for plain MBA
+
+
+def main(arguments=None):
+    """Run one command; the exit code is 0, or 1 with a message on standard error."""
+    options = _parser().parse_args(arguments)
+    try:
+        options.run(options)
+    except (DatasetError, ValueError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except BrokenPipeError:     # whoever was reading has read enough
+        sys.stdout = None
+    except OSError as error:
+        print(f"error: {error.filename}: {error.strerror}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _parser():
+    parser = argparse.ArgumentParser(prog="python -m fitter", description="Fit measured reflectance with B-splines.")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    info = commands.add_parser("info", help="describe a file of measurements, or a saved fit")
+    info.add_argument("file", help="CURET, Cornell .astm, pbrt-v2 .brdf, paint.reformat.mat, or a fit (.npz)")
+    info.add_argument("--sample", help="CURET sample, by number or name")
+    info.set_defaults(run=_info)
+
+    fit = commands.add_parser("fit", help="fit measurements and save the fit")
+    fit.add_argument("file", help="measurements")
+    fit.add_argument("--sample", help="CURET sample, by number or name")
+    fit.add_argument("--preset", choices=PRESETS, default="Paper", help="default: %(default)s")
+    fit.add_argument("--diffuse-level", type=int, metavar="D", help="level of the dense lattice, 0 to 8")
+    fit.add_argument("--specular-level", type=_level_or_none, metavar="S", default=_NOT_GIVEN,
+                     help="level of the sparse lattice, 0 to 8, or 'none' for plain MBA")
+    fit.add_argument("--compression", type=float, metavar="C", help="percentage of the sparse lattice to drop")
+    fit.add_argument("-o", "--out", required=True, help="where to save the fit (.npz)")
+    fit.set_defaults(run=_fit)
+
+    bake_fit = commands.add_parser("bake", help="write a saved fit as an OSL shader")
+    bake_fit.add_argument("file", help="a fit (.npz)")
+    bake_fit.add_argument("-o", "--out", required=True, help="where to write the shader (.osl)")
+    bake_fit.set_defaults(run=_bake)
+    return parser
+
+
+def _level_or_none(text):
+    return None if text.lower() == "none" else int(text)
+
+
+def _info(options):
+    if options.file.endswith(".npz"):
+        _describe_fit(Fit.load(options.file))
+        return
+    samples = list_samples(options.file)
+    if samples and options.sample is None:
+        print(f"{options.file}: {len(samples)} CURET samples; describe one with --sample")
+        for number, name in samples:
+            print(f"{number:4d}  {name}")
+        return
+    _describe_samples(load(options.file, options.sample))
+
+
+def _describe_samples(samples):
+    print(f"{samples.name}: {len(samples)} direction pairs, channels {' '.join(samples.channels)}")
+    for label, theta in (("incident", samples.theta_i), ("outgoing", samples.theta_o)):
+        low, high = np.degrees([theta.min(), theta.max()])
+        print(f"  {label} polar angle   {low:5.1f} to {high:5.1f} degrees")
+    for name, column in zip(samples.channels, samples.values.T, strict=True):
+        print(f"  {name:5s} {column.min():12.6g} to {column.max():12.6g} 1/sr, mean {column.mean():.6g}, "
+              f"{np.count_nonzero(column < 0)} negative")
+
+
+def _describe_fit(fit):
+    levels = f"level {fit.diffuse_level}" if fit.specular is None else (
+        f"({fit.diffuse_level},{fit.specular_level},{fit.compression:g})")
+    print(f"{fit.name}: {levels}, channels {' '.join(fit.channels)}, {fit.coefficient_count:,} coefficients, "
+          f"{fit.nbytes:,} bytes")
+
+
+def _fit(options):
+    arguments = dict(PRESETS[options.preset])
+    for name in ("diffuse_level", "compression"):
+        if getattr(options, name) is not None:
+            arguments[name] = getattr(options, name)
+    if options.specular_level is not _NOT_GIVEN:
+        arguments["specular_level"] = options.specular_level
+    samples = load(options.file, options.sample)
+    start = time.perf_counter()
+    fit = fit_samples(samples, **arguments)
+    seconds = time.perf_counter() - start
+    fit.save(options.out)
+    _describe_fit(fit)
+    print(f"  fitted in {seconds:.3f} s")
+    fitted = fit.evaluate(*samples.directions)
+    rows = [("all", error_metrics(samples.values, fitted))]
+    if len(samples.channels) > 1:
+        rows += zip(samples.channels, channel_metrics(samples.values, fitted), strict=True)
+    for name, errors in rows:
+        print(f"  {name:5s} RMSE {errors.rmse:.6g}  MAE {errors.mae:.6g}  MRE {errors.mre:.6g}")
+
+
+def _bake(options):
+    source = bake(Fit.load(options.file))
+    with replacing(options.out, "w") as stream:
+        stream.write(source)
+    print(f"{options.out}: {len(source):,} bytes of OSL")

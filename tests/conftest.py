@@ -1,0 +1,85 @@
+"""What the tests share: real data, synthetic truths, and the extension loaded as Blender loads it."""
+
+import importlib.util
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+
+
+def data_folder():
+    return Path(os.environ.get("MEASURED_BRDF_DATA") or ROOT.parent / "shared" / "data")
+
+
+@pytest.fixture(scope="session")
+def data():
+    """The folder of real measurements."""
+    folder = data_folder()
+    if not (folder / "curet" / "abrdf.dat").is_file():
+        pytest.skip(f"real measurements are absent: no curet/abrdf.dat in {folder} (set MEASURED_BRDF_DATA)")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def curet(data):
+    """Load a CURET sample by number or name."""
+    import fitter
+
+    return lambda sample: fitter.load(data / "curet" / "abrdf.dat", sample)
+
+
+@pytest.fixture(scope="session")
+def cornell(data):
+    """Load a Cornell file by its stem."""
+    import fitter
+
+    return lambda stem: fitter.load(data / "cornell" / f"{stem}.astm")
+
+
+@pytest.fixture
+def random():
+    return np.random.default_rng(2002)
+
+
+@pytest.fixture(scope="session")
+def glossy():
+    """A synthetic measurement: one Lafortune lobe over a Lambertian, in three channels, at scattered directions."""
+    import fitter
+
+    random = np.random.default_rng(1)
+    count = 1500
+    theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, count)) * 0.98))
+    phi_o = random.random(count) * 2 * np.pi
+    cosine = (-np.sin(theta_i) * np.sin(theta_o) * np.cos(phi_o)) + np.cos(theta_i) * np.cos(theta_o)
+    lobe = np.maximum(cosine, 0)[:, None] ** np.array([20.0, 18.0, 15.0])
+    values = np.array([0.05, 0.08, 0.2]) / np.pi + np.array([0.5, 0.5, 0.4]) * lobe
+    return fitter.Samples(theta_i, np.zeros(count), theta_o, phi_o, values, ("R", "G", "B"), "glossy", "synthetic")
+
+
+@pytest.fixture(scope="session")
+def extension():
+    """The checkout as the package that Blender makes of it, registered."""
+    spec = importlib.util.spec_from_file_location("measured_brdf", ROOT / "__init__.py",
+                                                  submodule_search_locations=[str(ROOT)])
+    package = importlib.util.module_from_spec(spec)
+    sys.modules["measured_brdf"] = package
+    spec.loader.exec_module(package)
+    package.register()
+    yield package
+    package.unregister()
+
+
+@pytest.fixture
+def blender(extension):
+    """An empty .blend with the extension enabled: the bpy module."""
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    # loading the factory settings disables no handler of ours: they are persistent
+    return bpy

@@ -1,0 +1,78 @@
+import json
+
+import numpy as np
+import pytest
+
+import fitter
+
+
+@pytest.fixture(params=[{"specular_level": None, "diffuse_level": 3}, {"diffuse_level": 2, "specular_level": 4}])
+def fit(request, glossy):
+    return fitter.fit(glossy, **request.param)
+
+
+def test_a_saved_fit_comes_back_whole(fit, tmp_path):
+    fit.save(tmp_path / "glossy.npz")
+    back = fitter.Fit.load(tmp_path / "glossy.npz")
+    directions = np.meshgrid(np.linspace(0, 1.5, 8), [0.3], np.linspace(0, 1.5, 8), np.linspace(0, 6, 9))
+    assert (back.evaluate(*directions) == fit.evaluate(*directions)).all()
+    for name in ("name", "source", "channels", "compression", "coefficient_count", "nbytes", "specular_level"):
+        assert getattr(back, name) == getattr(fit, name), name
+    assert [path.name for path in tmp_path.iterdir()] == ["glossy.npz"]
+
+
+def tampered(fit, path, header=None, **arrays):
+    fit.save(path)
+    with np.load(path) as file:
+        entries = dict(file)
+    if header:
+        entries["header"] = np.array(json.dumps(json.loads(str(entries["header"])) | header))
+    np.savez(path, **(entries | arrays))
+
+
+@pytest.mark.parametrize("change", [
+    {"header": {"version": 99}}, {"header": {"diffuse_level": 4}}, {"header": {"diffuse_level": "4"}},
+    {"header": {"channels": []}}, {"header": {"specular_level": 3}}, {"header": {"multiplier": 3}},
+    {"header": {"compression": float("nan")}}, {"header": {"format": "something else"}},
+    {"diffuse": np.zeros(3, np.float32)}, {"keys": np.zeros(5, np.uint32)}, {"displacement": np.zeros(0, np.uint16)},
+    {"coefficients": np.full((5, 3), np.nan, np.float32)}, {"diffuse": np.array([object()])},
+    {"header": {"specular_level": True}}])
+def test_a_file_whose_parts_contradict_each_other_is_refused(glossy, tmp_path, change):
+    path = tmp_path / "bad.npz"
+    tampered(fitter.fit(glossy, 2, 4), path, **change)
+    with pytest.raises(fitter.DatasetError, match=r"bad\.npz"):
+        fitter.Fit.load(path)
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 no zip", b"\x93NUMPY", b"1 2 3"])
+def test_any_other_file_is_refused(tmp_path, content):
+    (tmp_path / "x.npz").write_bytes(content)
+    with pytest.raises(fitter.DatasetError, match=r"x\.npz"):
+        fitter.Fit.load(tmp_path / "x.npz")
+
+
+def test_a_single_array_is_not_a_fit(tmp_path):
+    np.save(tmp_path / "x.npy", np.zeros(3))
+    with pytest.raises(fitter.DatasetError, match="not a fit"):
+        fitter.Fit.load(tmp_path / "x.npy")
+
+
+def test_a_missing_file_is_said_to_be_missing(tmp_path):
+    with pytest.raises(fitter.DatasetError, match="No such file"):
+        fitter.Fit.load(tmp_path / "none.npz")
+
+
+def test_a_failing_save_leaves_the_old_file(glossy, tmp_path, monkeypatch):
+    path = tmp_path / "fit.npz"
+    fit = fitter.fit(glossy, 2, None)
+    fit.save(path)
+    before = path.read_bytes()
+
+    def fail(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez_compressed", fail)
+    with pytest.raises(OSError, match="No space"):
+        fit.save(path)
+    assert path.read_bytes() == before
+    assert [entry.name for entry in tmp_path.iterdir()] == ["fit.npz"]
