@@ -72,12 +72,12 @@ def test_the_shader_evaluates_the_fit(probe, curet, cornell, random, name):
     expected = np.maximum(fit.evaluate_nusselt(x), 0)
     bound = 1e-5 * expected + 1e-6
     if name.startswith("cayman"):
-        # beside a peak of 600 / sr the two lattices cancel, and single precision shows: 13 directions of 10,000 miss
-        # the bound by up to 4 times
+        # beside a peak of 600 / sr terms of opposite sign cancel, and single precision shows: 13 directions of 10,000
+        # miss the bound, by up to 4 times; they are bounded by the terms instead
         assert np.count_nonzero((np.abs(rendered - expected) > bound).any(axis=1)) < 30
-        diffuse = lattice.evaluate(fit.diffuse, fit.diffuse_level, x)
-        specular = lattice.evaluate(fit.specular.dense, fit.specular_level, x)
-        bound += 4e-7 * (np.abs(diffuse) + np.abs(specular))
+        terms = (lattice.evaluate(np.abs(fit.diffuse), fit.diffuse_level, x)
+                 + lattice.evaluate(np.abs(fit.specular.dense), fit.specular_level, x))
+        bound += 1e-6 * terms
     assert (np.abs(rendered - expected) <= bound).all()
 
 

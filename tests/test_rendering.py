@@ -1,0 +1,224 @@
+"""Whole pictures of spheres, through the add-on, against numerical integration of `Fit.evaluate`."""
+
+import math
+
+import numpy as np
+import pytest
+from renders import add_lamp, empty_scene, render
+
+import fitter
+
+SIZE = 96
+FROM_THE_LEFT = math.radians(60)
+LAMP = np.array([-3.0, 0.0, 2.0])
+POWER = 100.0
+AREA_SIDE = 2.0
+
+
+def material_for(blender, fit):
+    """A material with the add-on's node group in it."""
+    from measured_brdf.addon import node_group
+
+    material = blender.data.materials.new("Measured")
+    if not material.node_tree:
+        material.use_nodes = True
+    nodes = material.node_tree.nodes
+    nodes.clear()
+    group, output = nodes.new("ShaderNodeGroup"), nodes.new("ShaderNodeOutputMaterial")
+    group.node_tree = node_group.create(fit)
+    material.node_tree.links.new(group.outputs["BSDF"], output.inputs["Surface"])
+    material.cycles.use_bump_map_correction = False
+    return material
+
+
+def sphere_scene(blender, fit, samples):
+    scene = empty_scene(blender, SIZE, SIZE, samples)
+    scene.camera.data.ortho_scale = 2
+    blender.ops.mesh.primitive_uv_sphere_add(segments=256, ring_count=128, radius=1)
+    blender.ops.object.shade_smooth()
+    blender.context.object.data.materials.append(material_for(blender, fit))
+    return scene
+
+
+def normals(resolution):
+    """Normals of the unit sphere at the pixels of a picture of it, those that miss left out: (n, 3)."""
+    x = (np.arange(resolution) + 0.5) / resolution * 2 - 1
+    x, y = np.meshgrid(x, x)
+    on_it = x**2 + y**2 < 1
+    return np.stack([x[on_it], y[on_it], np.sqrt(1 - x[on_it]**2 - y[on_it]**2)], axis=1)
+
+
+def reflected(fit, n, toward):
+    """f(toward, viewer) cos theta_i at points with normals n (m, 3), seen from +z: (m, channels)."""
+    cos_i, cos_o = (n * toward).sum(axis=1), n[:, 2]
+    toward_t, viewer_t = toward - cos_i[:, None] * n, [0, 0, 1] - cos_o[:, None] * n
+    delta_phi = np.arctan2((np.cross(toward_t, viewer_t) * n).sum(axis=1), (toward_t * viewer_t).sum(axis=1))
+    value = fit.evaluate(np.arccos(cos_i.clip(0, 1)), 0, np.arccos(cos_o.clip(0, 1)), delta_phi)
+    return np.maximum(value, 0) * cos_i.clip(0)[:, None]
+
+
+def picture_mean(values, resolution):
+    return np.broadcast_to(values.sum(axis=0) / resolution**2, 3)
+
+
+def mean_under_sun(fit):
+    n = normals(400)
+    toward = np.array([-math.sin(FROM_THE_LEFT), 0, math.cos(FROM_THE_LEFT)])
+    return picture_mean(reflected(fit, n, np.broadcast_to(toward, n.shape)), 400)
+
+
+def mean_under_point(fit, resolution=400, at=LAMP):
+    n = normals(resolution)
+    away = at - n
+    distance = np.linalg.norm(away, axis=1, keepdims=True)
+    return picture_mean(reflected(fit, n, away / distance) * POWER / (4 * math.pi * distance**2), resolution)
+
+
+def mean_under_area(fit):
+    facing = -LAMP / np.linalg.norm(LAMP)
+    across = np.array([0.0, 1, 0])
+    up = np.cross(facing, across)
+    n = normals(100)
+    steps = ((np.arange(12) + 0.5) / 12 - 0.5) * AREA_SIDE
+    total = 0
+    for s in steps:
+        for t in steps:
+            away = LAMP + s * across + t * up - n
+            distance = np.linalg.norm(away, axis=1, keepdims=True)
+            toward = away / distance
+            form = (-toward @ facing)[:, None].clip(0) / distance**2
+            total = total + reflected(fit, n, toward) * form / len(steps) ** 2
+    return picture_mean(total * POWER / math.pi, 100)
+
+
+def mean_under_world(fit):
+    theta_o = np.linspace(0, math.pi / 2, 91)[:, None, None]
+    r = np.sqrt((np.arange(100) + 0.5) / 100)[:, None]
+    phi = (np.arange(100) + 0.5) / 100 * math.pi
+    albedo = math.pi * np.maximum(fit.evaluate(np.arcsin(r), 0, theta_o, phi), 0).mean(axis=(1, 2))
+    at = np.arccos(normals(400)[:, 2])
+    return picture_mean(np.stack([np.interp(at, theta_o.ravel(), column) for column in albedo.T], axis=1), 400)
+
+
+def sun(blender, scene, **settings):
+    add_lamp(blender, scene, "SUN", 1, rotation=(0, -FROM_THE_LEFT, 0), **settings)
+
+
+def point(blender, scene, radius):
+    add_lamp(blender, scene, "POINT", POWER, LAMP, shadow_soft_size=radius)
+
+
+def area(blender, scene):
+    tilt = math.atan2(3, 2)
+    add_lamp(blender, scene, "AREA", POWER, LAMP, (0, -tilt, 0), shape="SQUARE", size=AREA_SIDE)
+
+
+def world(blender, scene):
+    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 1
+
+
+LIGHTS = {
+    "world": (world, mean_under_world, 48, 0.01),
+    "sun": (lambda b, s: sun(b, s, angle=math.radians(0.526)), mean_under_sun, 16, 0.01),
+    "sun without a size": (lambda b, s: sun(b, s, angle=0), mean_under_sun, 16, 0.01),
+    "point lamp": (lambda b, s: point(b, s, 0.1), mean_under_point, 16, 0.01),
+    "point lamp without a size": (lambda b, s: point(b, s, 0), mean_under_point, 16, 0.01),
+    "area lamp": (area, mean_under_area, 192, 0.012),
+}
+
+
+@pytest.fixture(scope="module")
+def fits(curet, cornell):
+    return {"foil": fitter.fit(curet("aluminum foil")), "krylon": fitter.fit(cornell("krylon_blue_RGB"))}
+
+
+@pytest.mark.parametrize("material", ["foil", "krylon"])
+@pytest.mark.parametrize("light", LIGHTS)
+def test_the_mean_of_a_sphere_is_that_of_numerical_integration(blender, fits, material, light):
+    set_up, integrate, samples, tolerance = LIGHTS[light]
+    fit = fits[material]
+    scene = sphere_scene(blender, fit, samples)
+    set_up(blender, scene)
+    picture = render(blender, scene)
+    ratio = picture.mean(axis=(0, 1)) / integrate(fit)
+    print(f"{material}, {light}: rendered / integrated = {ratio}")
+    assert ratio == pytest.approx([1, 1, 1], abs=tolerance)
+
+
+def test_a_sphere_under_the_sun_is_right_pixel_by_pixel(blender, fits):
+    fit = fits["krylon"]
+    scene = sphere_scene(blender, fit, 16)
+    sun(blender, scene, angle=0)
+    picture = render(blender, scene)
+    x = (np.arange(SIZE) + 0.5) / SIZE * 2 - 1
+    x, y = np.meshgrid(x, x)
+    inside = x**2 + y**2 < 0.9
+    n = np.stack([x, y, np.sqrt(np.maximum(1 - x**2 - y**2, 0))], axis=-1)[inside]
+    toward = np.array([-math.sin(FROM_THE_LEFT), 0, math.cos(FROM_THE_LEFT)])
+    expected = reflected(fit, n, np.broadcast_to(toward, n.shape))
+    lit = (n @ toward) > 0.1
+    error = np.abs(picture[inside] - expected)[lit] / (expected[lit] + 0.02 * expected.max())
+    assert np.median(error) < 0.01
+    assert np.quantile(error, 0.99) < 0.1
+
+
+def test_a_stale_lamp_costs_noise_and_not_correctness(blender, fits):
+    """Lobes that stand where no lamp is any more: the drawn directions make up for them."""
+    from measured_brdf.addon import lamps
+
+    fit = fits["foil"]
+    means = []
+    for known in ([], [((-0.5, 0.3, 0.8), -0.05), ((1.0, 2.0, 3.0), 0.2)]):
+        scene = sphere_scene(blender, fit, 48)
+        world(blender, scene)
+        handlers = blender.app.handlers.render_pre, blender.app.handlers.depsgraph_update_post
+        kept = [list(handler) for handler in handlers]
+        for handler in handlers:
+            handler.clear()
+        lamps.store(lamps.node_tree(), known)
+        means.append(render(blender, scene).mean())
+        for handler, before in zip(handlers, kept, strict=True):
+            handler.extend(before)
+    assert means[1] == pytest.approx(means[0], rel=0.005)
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.005, 0.03])
+def test_lamps_close_together_are_not_counted_twice(blender, fits, apart):
+    fit = fits["foil"]
+    scene = sphere_scene(blender, fit, 16)
+    for side in (-1, 1):
+        add_lamp(blender, scene, "SUN", 0.5, rotation=(0, -FROM_THE_LEFT + side * apart / 2, 0), angle=0)
+    assert render(blender, scene).mean(axis=(0, 1)) == pytest.approx(mean_under_sun(fit), rel=0.01)
+
+
+def test_tint_multiplies_what_is_rendered(blender, fits):
+    pictures = []
+    for tint in ((1, 1, 1, 1), (0.5, 0.25, 1, 1)):
+        scene = sphere_scene(blender, fits["foil"], 16)
+        sun(blender, scene, angle=0)
+        material = blender.context.object.data.materials[0]
+        next(n for n in material.node_tree.nodes if n.type == "GROUP").inputs["Tint"].default_value = tint
+        pictures.append(render(blender, scene).mean(axis=(0, 1)))
+    np.testing.assert_allclose(pictures[1] / pictures[0], [0.5, 0.25, 1], rtol=2e-3)
+
+
+def test_the_normal_input_turns_the_surface(blender, fits):
+    """A plane whose shading normal leans toward the lamp is lit as a plane that leans."""
+    fit = fits["krylon"]
+    lean = math.radians(30)
+    normal = np.array([-math.sin(lean), 0, math.cos(lean)])
+    scene = empty_scene(blender, 8, 8, 64)
+    scene.camera.data.ortho_scale = 1
+    sun(blender, scene, angle=0)
+    blender.ops.mesh.primitive_plane_add(size=4)
+    material = material_for(blender, fit)
+    blender.context.object.data.materials.append(material)
+    nodes = material.node_tree.nodes
+    vector = nodes.new("ShaderNodeCombineXYZ")
+    for socket, value in zip(vector.inputs, normal, strict=True):
+        socket.default_value = value
+    group = next(n for n in nodes if n.type == "GROUP")
+    material.node_tree.links.new(vector.outputs[0], group.inputs["Normal"])
+    toward = np.array([[-math.sin(FROM_THE_LEFT), 0, math.cos(FROM_THE_LEFT)]])
+    expected = reflected(fit, normal[None], toward)[0]
+    assert render(blender, scene).mean(axis=(0, 1)) == pytest.approx(expected, rel=0.01)
