@@ -46,12 +46,13 @@ def create(fit):
 
 def remove(tree):
     """Remove a group that nothing uses any more, and its source."""
-    node = script_node(tree)
-    text = node.script if node is not None else None
-    if tree.users == 0:
-        bpy.data.node_groups.remove(tree)
-        if text is not None and text.users == 0:
-            bpy.data.texts.remove(text)
+    if tree.users:
+        return
+    text = script_node(tree).script
+    bpy.data.node_groups.remove(tree)
+    # a text counts one user for itself, so ask for those that refer to it
+    if text is not None and not bpy.data.user_map(subset=[text])[text]:
+        bpy.data.texts.remove(text)
 
 
 def script_node(tree):
