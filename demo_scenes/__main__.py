@@ -1,0 +1,125 @@
+"""``make demo``: measurements become materials through the add-on, and the paper's figures are rendered with them."""
+
+import math
+import os
+import sys
+import time
+from pathlib import Path
+
+import bpy
+
+from tools.checkout import ROOT, extension
+
+from . import sheet, synthetic
+from .stage import add_lamp, add_sphere, background, black_scene, render
+
+OUT = ROOT / "build" / "demo"
+PAPER = {"diffuse_level": 4, "specular_level": 6, "compression": 95.0}
+FIGURE_4 = {"aluminum foil": 15, "felt": 1, "leather": 5}
+TILE = 256
+
+
+class Demo:
+    """Where the data are, whether they are real, and the table that grows as pictures are made."""
+
+    def __init__(self):
+        shared = Path(os.environ.get("MEASURED_BRDF_DATA") or ROOT.parent / "shared" / "data")
+        self.synthetic = not (shared / "curet" / "abrdf.dat").is_file()
+        self.data = shared
+        if self.synthetic:
+            print(f"No measurements in {shared}: synthetic ones take their place.")
+            self.data = OUT.parent / "synthetic"
+            synthetic.write(self.data)
+        self.rows = []
+
+    def named(self, name):
+        return f"{name} (synthetic)" if self.synthetic else name
+
+    def render(self, scene, name, path, **choices):
+        """Import measurements for the active object, render, and enter a row in the table."""
+        bpy.ops.measured_brdf.import_data(filepath=str(self.data / path), **choices)
+        result = bpy.context.object.active_material.measured_brdf
+        start = time.perf_counter()
+        picture = render(scene)
+        seconds = time.perf_counter() - start
+        levels = (f"level {choices['diffuse_level']}" if choices["specular_level"] < 0 else
+                  "({diffuse_level},{specular_level},{compression:g})".format(**choices))
+        self.rows.append((self.named(name), levels, result.bytes, result.rmse, result.seconds, seconds))
+        return picture
+
+
+def figure_3(demo):
+    """Foil at levels 1 to 6, lit from 60 degrees to the left of the viewer."""
+    tiles = []
+    for level in range(1, 7):
+        picture = demo.render(lit_sphere(60), "aluminum foil", "curet/abrdf.dat", sample="15", diffuse_level=level,
+                              specular_level=-1)
+        tiles.append(sheet.tile(picture, demo.named(f"foil, level {level}")))
+    sheet.write(OUT / "figure_3_levels.png", [tiles[:3], tiles[3:]])
+
+
+def figure_4(demo):
+    """Foil, felt and leather under a light 0, 30, 60 and 90 degrees to the left of the viewer."""
+    rows = []
+    for name, number in FIGURE_4.items():
+        row = []
+        for angle in (0, 30, 60, 90):
+            picture = demo.render(lit_sphere(angle), name, "curet/abrdf.dat", sample=str(number), **PAPER)
+            row.append(sheet.tile(picture, demo.named(f"{name}, {angle}°")))
+        rows.append(row)
+    sheet.write(OUT / "figure_4_materials.png", rows)
+
+
+def figure_8(demo):
+    """Suzanne in krylon blue under an area lamp and a world, compressed and not."""
+    tiles = []
+    for choices in (PAPER, {"diffuse_level": 6, "specular_level": -1}):
+        picture = demo.render(suzanne(), "krylon blue", "cornell/krylon_blue.astm", **choices)
+        tiles.append(sheet.tile(picture, demo.named("krylon blue, " + demo.rows[-1][1])))
+    sheet.write(OUT / "figure_8_compression.png", [tiles])
+
+
+def lit_sphere(angle):
+    """A sphere under a sun that stands `angle` degrees to the left of the viewer."""
+    scene = black_scene(TILE, TILE, samples=16, span=2.15)
+    add_lamp("SUN", 1.5, rotation=(0, -math.radians(angle), 0))
+    add_sphere()
+    return scene
+
+
+def suzanne():
+    """Suzanne under an area lamp from above left and a dim world."""
+    scene = black_scene(512, 448, samples=192, span=1)
+    scene.camera.data.type, scene.camera.data.lens = "PERSP", 70
+    scene.camera.location, scene.camera.rotation_euler = (0.9, -6.2, 1.1), (math.radians(81), 0, math.radians(8))
+    scene.cycles.use_denoising = True
+    background(scene, 0.35, (0.75, 0.85, 1.0))
+    add_lamp("AREA", 420, (-2.6, -3.0, 3.4), (math.radians(50), 0, math.radians(-40)), shape="SQUARE", size=2.0)
+    bpy.ops.mesh.primitive_monkey_add(size=2, rotation=(0, 0, math.radians(12)))
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.modifiers.new("Subdivision", "SUBSURF").render_levels = 3
+    return scene
+
+
+def print_table(rows):
+    """The table of what was fitted and rendered."""
+    header = ("material", "levels", "bytes", "RMSE [1/sr]", "fit [s]", "render [s]")
+    print(f"\n{header[0]:26} {header[1]:>10} {header[2]:>10} {header[3]:>12} {header[4]:>8} {header[5]:>10}")
+    for name, levels, size, rmse, fit, seconds in rows:
+        print(f"{name:26} {levels:>10} {size:>10,} {rmse:12.5f} {fit:8.3f} {seconds:10.2f}")
+
+
+def main():
+    start = time.perf_counter()
+    extension().register()
+    demo = Demo()
+    for figure in (figure_4, figure_3, figure_8):
+        figure(demo)
+    print_table(demo.rows)
+    for path in sorted(OUT.glob("*.png")):
+        print(path.relative_to(ROOT))
+    print(f"{time.perf_counter() - start:.0f} s in all")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

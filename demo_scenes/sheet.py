@@ -1,0 +1,62 @@
+"""Contact sheets: pictures side by side, each with a caption, written as PNG."""
+
+import bpy
+import numpy as np
+
+from .stage import add, background, black_scene, render
+
+BACKDROP = 0.02             # scene-linear grey behind transparent pixels, so that a dark limb can be seen
+CAPTION_HEIGHT = 28
+_GAP = 4
+
+
+def tile(picture, text):
+    """A rendered picture (height, width, 4) as display-referred sRGB (height + caption, width, 3) with its caption."""
+    alpha = picture[..., 3:]
+    shown = encode(picture[..., :3] + (1 - alpha) * BACKDROP)
+    return np.concatenate([shown, caption(text, picture.shape[1])])
+
+
+def encode(linear):
+    """Scene-linear to sRGB, IEC 61966-2-1, clipped."""
+    linear = np.clip(linear, 0, 1)
+    return np.where(linear < 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def caption(text, width):
+    """A line of text as a picture. Replaces whatever file is open."""
+    scene = black_scene(width, CAPTION_HEIGHT, samples=4, span=width)
+    curve = bpy.data.curves.new("Caption", "FONT")
+    curve.body, curve.size = text, min(20, 1.7 * width / max(len(text), 1))
+    curve.align_x, curve.align_y = "CENTER", "CENTER"
+    material = bpy.data.materials.new("Caption")
+    if not material.node_tree:
+        material.use_nodes = True
+    nodes = material.node_tree.nodes
+    nodes.clear()
+    glow, output = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeOutputMaterial")
+    material.node_tree.links.new(glow.outputs[0], output.inputs["Surface"])
+    curve.materials.append(material)
+    add(curve)
+    background(scene, 0)
+    picture = render(scene)
+    return encode(picture[..., :3] + (1 - picture[..., 3:]) * BACKDROP)
+
+
+def write(path, rows):
+    """Write rows of equally large tiles to a PNG file."""
+    height, width, _ = rows[0][0].shape
+    columns = max(map(len, rows))
+    sheet = np.zeros((len(rows) * (height + _GAP) - _GAP, columns * (width + _GAP) - _GAP, 4), dtype=np.float32)
+    sheet[..., 3] = 1
+    for i, row in enumerate(rows):
+        for j, picture in enumerate(row):
+            top, left = i * (height + _GAP), j * (width + _GAP)
+            sheet[top:top + height, left:left + width, :3] = picture
+    image = bpy.data.images.new(path.stem, sheet.shape[1], sheet.shape[0])
+    image.pixels.foreach_set(np.ascontiguousarray(sheet[::-1]).ravel())
+    image.file_format = "PNG"
+    image.filepath_raw = str(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    image.save()
+    bpy.data.images.remove(image)
