@@ -33,6 +33,7 @@ class Demo:
         self.rows = []
 
     def named(self, name):
+        """The name of a material as pictures and the table show it."""
         return f"{name} (synthetic)" if self.synthetic else name
 
     def render(self, scene, name, path, **choices):

@@ -44,7 +44,7 @@ def _cornell():
             for theta_i in np.radians(np.arange(10, 81, 10)) for k in range(10) for j in range(4 * k + 1)]
     directions = np.array(rows)
     values = blue_house_paint(*directions.T)
-    lines = ["LAB_COMMENTS synthetic: a published Lafortune fit of a blue house paint", "SAMPLE_NAME synthetic blue paint",
-             f"NUM_POINTS {len(rows)}", "VARS theta_i,phi_i,theta_s,phi_s,R,G,B"]
+    lines = ["LAB_COMMENTS synthetic: a published Lafortune fit of a blue house paint",
+             "SAMPLE_NAME synthetic blue paint", f"NUM_POINTS {len(rows)}", "VARS theta_i,phi_i,theta_s,phi_s,R,G,B"]
     return "\n".join(lines + [",".join(f"{number:.6f}" for number in row)
                               for row in np.concatenate([directions, values], axis=1)]) + "\n"

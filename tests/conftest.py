@@ -1,16 +1,13 @@
 """What the tests share: real data, synthetic truths, and the extension loaded as Blender loads it."""
 
-import importlib.util
 import os
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parents[1]
-
-
+from tools import checkout
+from tools.checkout import ROOT
 
 
 def data_folder():
@@ -65,11 +62,7 @@ def glossy():
 @pytest.fixture(scope="session")
 def extension():
     """The checkout as the package that Blender makes of it, registered."""
-    spec = importlib.util.spec_from_file_location("measured_brdf", ROOT / "__init__.py",
-                                                  submodule_search_locations=[str(ROOT)])
-    package = importlib.util.module_from_spec(spec)
-    sys.modules["measured_brdf"] = package
-    spec.loader.exec_module(package)
+    package = checkout.extension()
     package.register()
     yield package
     package.unregister()
@@ -81,5 +74,4 @@ def blender(extension):
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    # loading the factory settings disables no handler of ours: they are persistent
     return bpy

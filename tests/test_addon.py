@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from renders import add_lamp, empty_scene, render
 
 import fitter
+from demo_scenes.stage import add_lamp, black_scene, render
 
 
 @pytest.fixture
@@ -23,9 +23,9 @@ def file(tmp_path):
 
 @pytest.fixture
 def cube(blender):
-    scene = empty_scene(blender, 16, 16, 8)
+    black_scene(16, 16, samples=8, span=1)
     blender.ops.mesh.primitive_cube_add()
-    return scene, blender.context.object
+    return blender.context.object
 
 
 def counts(bpy):
@@ -38,7 +38,7 @@ def import_file(bpy, path, **choices):
 
 def test_import_makes_a_material_and_assigns_it_to_the_active_object(blender, cube, file):
     assert import_file(blender, file, diffuse_level=3, specular_level=5, compression=90.0) == {"FINISHED"}
-    material = cube[1].active_material
+    material = cube.active_material
     settings = material.measured_brdf
     samples = fitter.load(file)
     fit = fitter.fit(samples, 3, 5, 90)
@@ -62,19 +62,18 @@ def test_nothing_from_the_file_gets_into_the_source(blender, cube, file):
 
 
 def test_import_without_an_active_object_only_makes_the_material(blender, file):
-    empty_scene(blender, 8, 8, 1)
+    black_scene(8, 8, samples=1, span=1)
     blender.context.view_layer.objects.active = None
     assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
     assert len(blender.data.materials) == 1
 
 
 def test_an_imported_lambertian_renders_as_one(blender, file):
-    scene = empty_scene(blender, 8, 8, 64)
-    scene.camera.data.ortho_scale = 1
+    scene = black_scene(8, 8, samples=64, span=1)
     blender.ops.mesh.primitive_plane_add(size=4)
     import_file(blender, file, diffuse_level=4, specular_level=6)
-    add_lamp(blender, scene, "SUN", math.pi, angle=0)
-    assert render(blender, scene).mean(axis=(0, 1)) == pytest.approx([0.25, 0.5, 0.75], rel=0.01)
+    add_lamp("SUN", math.pi, angle=0)
+    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx([0.25, 0.5, 0.75], rel=0.01)
 
 
 @pytest.mark.parametrize("content", ["nonsense", "VARS theta_i,phi_i,theta_s,phi_s,R,G,B\n1,0,0.5,0,1,2"])
@@ -85,7 +84,7 @@ def test_a_failed_import_leaves_the_blend_as_it_was(blender, cube, tmp_path, con
     with pytest.raises(RuntimeError, match=r"bad\.astm"):
         import_file(blender, path)
     assert counts(blender) == before
-    assert cube[1].active_material is None
+    assert cube.active_material is None
 
 
 def test_an_import_that_does_not_compile_leaves_the_blend_as_it_was(blender, cube, file, monkeypatch):
@@ -111,7 +110,7 @@ def test_without_osl_the_import_says_so(blender, cube, file, monkeypatch):
 def test_fitting_again_replaces_the_shader_and_leaves_no_rest(blender, cube, file):
     import_file(blender, file, diffuse_level=2, specular_level=-1)
     before = counts(blender)
-    material = cube[1].active_material
+    material = cube.active_material
     coarse = material.measured_brdf.coefficients
     material.measured_brdf.diffuse_level = 4
     assert blender.ops.measured_brdf.fit() == {"FINISHED"}
@@ -122,7 +121,7 @@ def test_fitting_again_replaces_the_shader_and_leaves_no_rest(blender, cube, fil
 def test_a_failing_fit_keeps_the_material(blender, cube, file):
     import_file(blender, file, diffuse_level=2, specular_level=-1)
     before = counts(blender)
-    material = cube[1].active_material
+    material = cube.active_material
     result = {name: getattr(material.measured_brdf, name) for name in ("coefficients", "rmse", "name_of_data")}
     material.measured_brdf.filepath = str(file.with_name("moved.astm"))
     with pytest.raises(RuntimeError, match="No such file"):
@@ -132,16 +131,16 @@ def test_a_failing_fit_keeps_the_material(blender, cube, file):
 
 
 def test_the_blend_needs_no_other_file(blender, file, tmp_path):
-    scene = empty_scene(blender, 16, 16, 16)
+    scene = black_scene(16, 16, samples=16, span=1)
     blender.ops.mesh.primitive_uv_sphere_add()
     import_file(blender, file, diffuse_level=3, specular_level=5)
-    add_lamp(blender, scene, "POINT", 100, (2, 1, 4), shadow_soft_size=0)
-    before = render(blender, scene)
+    add_lamp("POINT", 100, (2, 1, 4), shadow_soft_size=0)
+    before = render(scene)
     blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
     file.unlink()
     blender.ops.wm.read_factory_settings(use_empty=True)
     blender.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
-    np.testing.assert_allclose(render(blender, blender.context.scene), before, atol=1e-6)
+    np.testing.assert_allclose(render(blender.context.scene), before, atol=1e-6)
     assert before.max() > 0.1
 
 
@@ -172,17 +171,16 @@ def known_lamps(bpy):
 
 
 def test_lamps_are_followed_when_they_move_appear_and_vanish(blender, cube, file):
-    scene, _ = cube
     import_file(blender, file, diffuse_level=2, specular_level=-1)
     assert known_lamps(blender) == []
-    lamp = add_lamp(blender, scene, "POINT", 10, (1, 2, 3), shadow_soft_size=0.25)
+    lamp = add_lamp("POINT", 10, (1, 2, 3), shadow_soft_size=0.25)
     blender.context.view_layer.update()
     assert known_lamps(blender) == [((1, 2, 3), 0.25)]
     lamp.location.x = -4
     blender.context.view_layer.update()
     assert known_lamps(blender) == [((-4, 2, 3), 0.25)]
-    add_lamp(blender, scene, "SUN", 1, rotation=(0, math.pi / 2, 0), angle=0.2)
-    add_lamp(blender, scene, "AREA", 1)
+    add_lamp("SUN", 1, rotation=(0, math.pi / 2, 0), angle=0.2)
+    add_lamp("AREA", 1)
     blender.context.view_layer.update()
     (direction, size), second = known_lamps(blender)
     assert direction == pytest.approx((1, 0, 0), abs=1e-6)
@@ -194,23 +192,22 @@ def test_lamps_are_followed_when_they_move_appear_and_vanish(blender, cube, file
 
 
 def test_lamps_are_followed_through_an_animation(blender, cube, file):
-    scene, _ = cube
     import_file(blender, file, diffuse_level=2, specular_level=-1)
-    lamp = add_lamp(blender, scene, "POINT", 10)
+    lamp = add_lamp("POINT", 10)
     for frame, x in ((1, 0), (11, 10)):
         lamp.location.x = x
         lamp.keyframe_insert("location", frame=frame)
     for frame in (1, 4, 11):
-        scene.frame_set(frame)
+        blender.context.scene.frame_set(frame)
         assert known_lamps(blender)[0][0] == pytest.approx(tuple(lamp.matrix_world.translation), abs=1e-6)
     assert known_lamps(blender)[0][0][0] == pytest.approx(10)
 
 
 def test_instances_of_lamps_are_lamps(blender, cube, file):
-    scene, _ = cube
     import_file(blender, file, diffuse_level=2, specular_level=-1)
+    scene = blender.context.scene
     group = blender.data.collections.new("Lamps")
-    lamp = add_lamp(blender, scene, "POINT", 10, (1, 0, 0), shadow_soft_size=0)
+    lamp = add_lamp("POINT", 10, (1, 0, 0), shadow_soft_size=0)
     group.objects.link(lamp)
     scene.collection.objects.unlink(lamp)
     for x in (5, 7):
@@ -222,11 +219,10 @@ def test_instances_of_lamps_are_lamps(blender, cube, file):
 
 
 def test_of_many_lamps_the_suns_and_the_strongest_are_kept(blender, cube, file):
-    scene, _ = cube
     import_file(blender, file, diffuse_level=2, specular_level=-1)
     for power in range(12):
-        add_lamp(blender, scene, "POINT", power, (power, 0, 0))
-    add_lamp(blender, scene, "SUN", 0.1)
+        add_lamp("POINT", power, (power, 0, 0))
+    add_lamp("SUN", 0.1)
     blender.context.view_layer.update()
     lamps = known_lamps(blender)
     assert len(lamps) == 8
@@ -236,14 +232,13 @@ def test_of_many_lamps_the_suns_and_the_strongest_are_kept(blender, cube, file):
 
 def test_a_still_scene_is_left_alone(blender, cube, file):
     """No assignment where nothing has changed: each makes Cycles take up the shader anew."""
-    scene, _ = cube
     import_file(blender, file, diffuse_level=2, specular_level=-1)
-    add_lamp(blender, scene, "POINT", 10, (0.1, 0.2, 0.3), shadow_soft_size=0.1)
+    add_lamp("POINT", 10, (0.1, 0.2, 0.3), shadow_soft_size=0.1)
     blender.context.view_layer.update()
     updated = []
     blender.app.handlers.depsgraph_update_post.append(
         lambda scene, depsgraph: updated.extend(update.id.name for update in depsgraph.updates))
-    scene.frame_current = 2
+    cube.location.x = 2
     blender.context.view_layer.update()
     blender.app.handlers.depsgraph_update_post.pop()
     assert "Measured BRDF Lamps" not in updated

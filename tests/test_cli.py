@@ -3,9 +3,9 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import ROOT
 
 import fitter
+from tools.checkout import ROOT
 
 
 def run(*arguments, **options):

@@ -7,7 +7,8 @@ import tomllib
 import zipfile
 
 import pytest
-from conftest import ROOT
+
+from tools.checkout import ROOT
 
 TOOL = ROOT / "tools" / "blender_extension.py"
 

@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -131,10 +133,10 @@ def levels_of(samples):
 def test_error_falls_with_every_level_on_all_curet_samples(curet):
     for number in range(1, 62):
         errors = levels_of(curet(number))
-        assert all(fine < coarse for coarse, fine in zip(errors, errors[1:], strict=False)), (number, errors)
+        assert all(fine < coarse for coarse, fine in pairwise(errors)), (number, errors)
 
 
 def test_error_falls_with_every_level_on_all_cornell_files(data):
     for path in sorted((data / "cornell").iterdir()):
         errors = levels_of(fitter.load(path))
-        assert all(fine < coarse for coarse, fine in zip(errors, errors[1:], strict=False)), (path.name, errors)
+        assert all(fine < coarse for coarse, fine in pairwise(errors)), (path.name, errors)

@@ -29,8 +29,8 @@ def test_coordinates_are_those_of_the_projected_vectors(random):
 
 
 def test_the_sign_of_delta_phi_does_not_matter(random):
-    angles = random.random((3, 100))
-    np.testing.assert_allclose(nusselt(angles[0], 0, angles[1], angles[2]), nusselt(angles[0], 0, angles[1], -angles[2]))
+    theta_i, theta_o, delta_phi = random.random((3, 100))
+    np.testing.assert_allclose(nusselt(theta_i, 0, theta_o, delta_phi), nusselt(theta_i, 0, theta_o, -delta_phi))
 
 
 @pytest.mark.parametrize("theta_i", [0, 1e-9, 0.3, np.pi / 2 - 1e-9, np.pi / 2])

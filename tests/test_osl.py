@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from renders import probe_osl
+from osl_probe import probe_osl
 
 import fitter
 from fitter import draw_table, lattice
-from fitter.bake import bake
 from fitter.nusselt import nusselt
 
 COUNT = 10_000
@@ -18,10 +17,7 @@ def probe(blender):
 
     assert not osl_support.missing()
 
-    def run(fit, code, count, **tables):
-        return probe_osl(blender, fit, bake, code, count, **tables)
-
-    return run
+    return probe_osl
 
 
 def direction_pairs(random):

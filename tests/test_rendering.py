@@ -2,11 +2,12 @@
 
 import math
 
+import bpy
 import numpy as np
 import pytest
-from renders import add_lamp, empty_scene, render
 
 import fitter
+from demo_scenes.stage import add_lamp, add_sphere, background, black_scene, render
 
 SIZE = 96
 FROM_THE_LEFT = math.radians(60)
@@ -32,11 +33,9 @@ def material_for(blender, fit):
 
 
 def sphere_scene(blender, fit, samples):
-    scene = empty_scene(blender, SIZE, SIZE, samples)
-    scene.camera.data.ortho_scale = 2
-    blender.ops.mesh.primitive_uv_sphere_add(segments=256, ring_count=128, radius=1)
-    blender.ops.object.shade_smooth()
-    blender.context.object.data.materials.append(material_for(blender, fit))
+    scene = black_scene(SIZE, SIZE, samples, span=2)
+    scene.cycles.max_bounces = 0
+    add_sphere().data.materials.append(material_for(blender, fit))
     return scene
 
 
@@ -100,29 +99,24 @@ def mean_under_world(fit):
     return picture_mean(np.stack([np.interp(at, theta_o.ravel(), column) for column in albedo.T], axis=1), 400)
 
 
-def sun(blender, scene, **settings):
-    add_lamp(blender, scene, "SUN", 1, rotation=(0, -FROM_THE_LEFT, 0), **settings)
+def sun(**settings):
+    add_lamp("SUN", 1, rotation=(0, -FROM_THE_LEFT, 0), **settings)
 
 
-def point(blender, scene, radius):
-    add_lamp(blender, scene, "POINT", POWER, LAMP, shadow_soft_size=radius)
+def point(radius):
+    add_lamp("POINT", POWER, LAMP, shadow_soft_size=radius)
 
 
-def area(blender, scene):
-    tilt = math.atan2(3, 2)
-    add_lamp(blender, scene, "AREA", POWER, LAMP, (0, -tilt, 0), shape="SQUARE", size=AREA_SIDE)
-
-
-def world(blender, scene):
-    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 1
+def area():
+    add_lamp("AREA", POWER, LAMP, (0, -math.atan2(3, 2), 0), shape="SQUARE", size=AREA_SIDE)
 
 
 LIGHTS = {
-    "world": (world, mean_under_world, 48, 0.01),
-    "sun": (lambda b, s: sun(b, s, angle=math.radians(0.526)), mean_under_sun, 16, 0.01),
-    "sun without a size": (lambda b, s: sun(b, s, angle=0), mean_under_sun, 16, 0.01),
-    "point lamp": (lambda b, s: point(b, s, 0.1), mean_under_point, 16, 0.01),
-    "point lamp without a size": (lambda b, s: point(b, s, 0), mean_under_point, 16, 0.01),
+    "world": (lambda: background(bpy.context.scene, 1), mean_under_world, 48, 0.01),
+    "sun": (lambda: sun(angle=math.radians(0.526)), mean_under_sun, 16, 0.01),
+    "sun without a size": (lambda: sun(angle=0), mean_under_sun, 16, 0.01),
+    "point lamp": (lambda: point(0.1), mean_under_point, 16, 0.01),
+    "point lamp without a size": (lambda: point(0), mean_under_point, 16, 0.01),
     "area lamp": (area, mean_under_area, 192, 0.012),
 }
 
@@ -138,8 +132,8 @@ def test_the_mean_of_a_sphere_is_that_of_numerical_integration(blender, fits, ma
     set_up, integrate, samples, tolerance = LIGHTS[light]
     fit = fits[material]
     scene = sphere_scene(blender, fit, samples)
-    set_up(blender, scene)
-    picture = render(blender, scene)
+    set_up()
+    picture = render(scene)[..., :3]
     ratio = picture.mean(axis=(0, 1)) / integrate(fit)
     print(f"{material}, {light}: rendered / integrated = {ratio}")
     assert ratio == pytest.approx([1, 1, 1], abs=tolerance)
@@ -148,10 +142,10 @@ def test_the_mean_of_a_sphere_is_that_of_numerical_integration(blender, fits, ma
 def test_a_sphere_under_the_sun_is_right_pixel_by_pixel(blender, fits):
     fit = fits["krylon"]
     scene = sphere_scene(blender, fit, 16)
-    sun(blender, scene, angle=0)
-    picture = render(blender, scene)
+    sun(angle=0)
+    picture = render(scene)[..., :3]
     x = (np.arange(SIZE) + 0.5) / SIZE * 2 - 1
-    x, y = np.meshgrid(x, x)
+    x, y = np.meshgrid(x, -x)
     inside = x**2 + y**2 < 0.9
     n = np.stack([x, y, np.sqrt(np.maximum(1 - x**2 - y**2, 0))], axis=-1)[inside]
     toward = np.array([-math.sin(FROM_THE_LEFT), 0, math.cos(FROM_THE_LEFT)])
@@ -170,13 +164,13 @@ def test_a_stale_lamp_costs_noise_and_not_correctness(blender, fits):
     means = []
     for known in ([], [((-0.5, 0.3, 0.8), -0.05), ((1.0, 2.0, 3.0), 0.2)]):
         scene = sphere_scene(blender, fit, 48)
-        world(blender, scene)
+        background(scene, 1)
         handlers = blender.app.handlers.render_pre, blender.app.handlers.depsgraph_update_post
         kept = [list(handler) for handler in handlers]
         for handler in handlers:
             handler.clear()
         lamps.store(lamps.node_tree(), known)
-        means.append(render(blender, scene).mean())
+        means.append(render(scene)[..., :3].mean())
         for handler, before in zip(handlers, kept, strict=True):
             handler.extend(before)
     assert means[1] == pytest.approx(means[0], rel=0.005)
@@ -187,18 +181,18 @@ def test_lamps_close_together_are_not_counted_twice(blender, fits, apart):
     fit = fits["foil"]
     scene = sphere_scene(blender, fit, 16)
     for side in (-1, 1):
-        add_lamp(blender, scene, "SUN", 0.5, rotation=(0, -FROM_THE_LEFT + side * apart / 2, 0), angle=0)
-    assert render(blender, scene).mean(axis=(0, 1)) == pytest.approx(mean_under_sun(fit), rel=0.01)
+        add_lamp("SUN", 0.5, rotation=(0, -FROM_THE_LEFT + side * apart / 2, 0), angle=0)
+    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(mean_under_sun(fit), rel=0.01)
 
 
 def test_tint_multiplies_what_is_rendered(blender, fits):
     pictures = []
     for tint in ((1, 1, 1, 1), (0.5, 0.25, 1, 1)):
         scene = sphere_scene(blender, fits["foil"], 16)
-        sun(blender, scene, angle=0)
+        sun(angle=0)
         material = blender.context.object.data.materials[0]
         next(n for n in material.node_tree.nodes if n.type == "GROUP").inputs["Tint"].default_value = tint
-        pictures.append(render(blender, scene).mean(axis=(0, 1)))
+        pictures.append(render(scene)[..., :3].mean(axis=(0, 1)))
     np.testing.assert_allclose(pictures[1] / pictures[0], [0.5, 0.25, 1], rtol=2e-3)
 
 
@@ -207,9 +201,8 @@ def test_the_normal_input_turns_the_surface(blender, fits):
     fit = fits["krylon"]
     lean = math.radians(30)
     normal = np.array([-math.sin(lean), 0, math.cos(lean)])
-    scene = empty_scene(blender, 8, 8, 64)
-    scene.camera.data.ortho_scale = 1
-    sun(blender, scene, angle=0)
+    scene = black_scene(8, 8, samples=64, span=1)
+    sun(angle=0)
     blender.ops.mesh.primitive_plane_add(size=4)
     material = material_for(blender, fit)
     blender.context.object.data.materials.append(material)
@@ -221,4 +214,4 @@ def test_the_normal_input_turns_the_surface(blender, fits):
     material.node_tree.links.new(vector.outputs[0], group.inputs["Normal"])
     toward = np.array([[-math.sin(FROM_THE_LEFT), 0, math.cos(FROM_THE_LEFT)]])
     expected = reflected(fit, normal[None], toward)[0]
-    assert render(blender, scene).mean(axis=(0, 1)) == pytest.approx(expected, rel=0.01)
+    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.01)

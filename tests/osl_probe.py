@@ -1,0 +1,65 @@
+"""A number for each pixel from OSL code, run inside Cycles."""
+
+import math
+
+import bpy
+
+from demo_scenes.stage import black_scene, render
+from fitter.bake import _array, bake
+
+PROBE = """
+#include "baked_constants.h"
+#include "perfect_hash.h"
+#include "lattice.h"
+#include "draw.h"
+#include "lamps.h"
+
+shader probe(output closure color Result = 0)
+{
+#include "baked_tables.h"
+%s
+  int pixel = (int)floor(P[1]) * %d + (int)floor(P[0]);
+  color out = 0.0;
+  %s
+  Result = out * emission();
+}
+"""
+
+
+def probe_osl(fit, code, count, **tables):
+    """Run OSL code inside Cycles, once a pixel.
+
+    Parameters
+    ----------
+    fit
+        Its tables are at the code's disposal, and the project's OSL headers.
+    code : str
+        Reads `pixel`, writes `out`, which must not be negative.
+    count : int
+        How many pixels are asked for.
+    tables : name to array
+        More arrays for the code to read.
+
+    Returns
+    -------
+    (count, 3) float32
+    """
+    width = math.ceil(math.sqrt(count))
+    source = bake(fit, PROBE % ("".join(_array(name, table) for name, table in tables.items()), width, code))
+    scene = black_scene(width, width, samples=1, span=width)
+    scene.camera.location = (width / 2, width / 2, 10)
+    scene.cycles.pixel_filter_type = "BOX"
+    bpy.ops.mesh.primitive_plane_add(size=2 * width, location=(width / 2, width / 2, 0))
+    text = bpy.data.texts.new("probe.osl")
+    text.from_string(source)
+    material = bpy.data.materials.new("probe")
+    if not material.node_tree:
+        material.use_nodes = True
+    nodes = material.node_tree.nodes
+    nodes.clear()
+    script, output = nodes.new("ShaderNodeScript"), nodes.new("ShaderNodeOutputMaterial")
+    script.mode, script.script = "INTERNAL", text
+    assert "Result" in script.outputs, "the probe does not compile"
+    material.node_tree.links.new(script.outputs["Result"], output.inputs["Surface"])
+    bpy.context.object.data.materials.append(material)
+    return render(scene)[::-1, :, :3].reshape(-1, 3)[:count]
