@@ -1,10 +1,8 @@
 """``make demo``: measurements become materials through the add-on, and the paper's figures are rendered with them."""
 
 import math
-import os
 import sys
 import time
-from pathlib import Path
 
 import bpy
 
@@ -23,13 +21,7 @@ class Demo:
     """Where the data are, whether they are real, and the table that grows as pictures are made."""
 
     def __init__(self):
-        shared = Path(os.environ.get("MEASURED_BRDF_DATA") or ROOT.parent / "shared" / "data")
-        self.synthetic = not (shared / "curet" / "abrdf.dat").is_file()
-        self.data = shared
-        if self.synthetic:
-            print(f"No measurements in {shared}: synthetic ones take their place.")
-            self.data = OUT.parent / "synthetic"
-            synthetic.write(self.data)
+        self.data, self.synthetic = synthetic.measurements_or_synthetic()
         self.rows = []
 
     def named(self, name):

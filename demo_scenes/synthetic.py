@@ -8,6 +8,7 @@ here says "synthetic" in its name.
 import numpy as np
 
 from fitter.datasets.curet import geometry
+from tools.checkout import ROOT, has_measurements, measurements
 
 RHO = np.array([0.3094, 0.39667, 0.70837])
 C_XY = np.array([[0.870567, 0.857255, 0.670982], [-0.451218, -0.406681, -0.477976], [-1.031545, -1.029426, -1.026588]])
@@ -22,6 +23,17 @@ def blue_house_paint(theta_i, phi_i, theta_o, phi_o):
     normal = (np.cos(theta_i) * np.cos(theta_o))[:, None]
     lobes = sum(np.maximum(xy * in_plane + z * normal, 0) ** n for xy, z, n in zip(C_XY, C_Z, N, strict=True))
     return RHO / np.pi + lobes
+
+
+def measurements_or_synthetic():
+    """The folder of real measurements, or where there are none, synthetic ones: (folder, whether synthetic)."""
+    folder = measurements()
+    if has_measurements(folder):
+        return folder, False
+    print(f"No measurements in {folder}: synthetic ones take their place.")
+    folder = ROOT / "build" / "synthetic"
+    write(folder)
+    return folder, True
 
 
 def write(folder):

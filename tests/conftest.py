@@ -1,25 +1,17 @@
 """What the tests share: real data, synthetic truths, and the extension loaded as Blender loads it."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from tools import checkout
-from tools.checkout import ROOT
-
-
-def data_folder():
-    return Path(os.environ.get("MEASURED_BRDF_DATA") or ROOT.parent / "shared" / "data")
 
 
 @pytest.fixture(scope="session")
 def data():
     """The folder of real measurements."""
-    folder = data_folder()
-    if not (folder / "curet" / "abrdf.dat").is_file():
-        pytest.skip(f"real measurements are absent: no curet/abrdf.dat in {folder} (set MEASURED_BRDF_DATA)")
+    folder = checkout.measurements()
+    if not checkout.has_measurements(folder):
+        pytest.skip(f"real measurements are absent from {folder}; MEASURED_BRDF_DATA may name another folder")
     return folder
 
 

@@ -110,7 +110,7 @@ def test_drawn_directions_follow_the_density_that_is_reported(probe, curet, thet
                   "x > 0": (lambda x, y, z: x > 0, np.pi / 2)}
     for name, (function, integral) in integrands.items():
         weighted = function(*directions.T) / density
-        assert weighted.mean() == pytest.approx(integral, abs=5 * weighted.std() / count**0.5), name
+        assert weighted.mean() == pytest.approx(integral, abs=float(5 * weighted.std() / count**0.5)), name
     # it follows the fit: drawing by it is far less noisy than drawing evenly, where the fit has a peak
     value = np.maximum(fit.evaluate(np.arccos(directions[:, 2].clip(0, 1)),
                                     np.arctan2(directions[:, 1], directions[:, 0]), theta_o, 0)[:, 0], 0)

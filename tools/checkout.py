@@ -1,6 +1,7 @@
-"""A checkout as the extension that Blender makes of it, without building and installing it."""
+"""What demos, tests and benchmarks share: the checkout as the extension that Blender makes of it, and the real data."""
 
 import importlib.util
+import os
 import sys
 from pathlib import Path
 
@@ -16,3 +17,13 @@ def extension():
         sys.modules["measured_brdf"] = package
         spec.loader.exec_module(package)
     return sys.modules["measured_brdf"]
+
+
+def measurements():
+    """The folder of real measurements, which are not the project's to ship: it may be absent."""
+    return Path(os.environ.get("MEASURED_BRDF_DATA") or ROOT.parent / "shared" / "data")
+
+
+def has_measurements(folder):
+    """Whether the folder holds them."""
+    return (folder / "curet" / "abrdf.dat").is_file() and (folder / "cornell" / "krylon_blue.astm").is_file()
