@@ -4,7 +4,6 @@ import bpy
 from bpy.props import FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..fitter import PRESETS
-from ..fitter.datasets.curet import NAMES
 from ..fitter.lattice import MAX_LEVEL
 
 NO_SPECULAR_LEVEL = -1
@@ -21,7 +20,7 @@ class FitChoices:
         name="File", subtype="FILE_PATH",
         description="Measured reflectance: CURET abrdf.dat, Cornell .astm, pbrt-v2 .brdf or Cornell paint.reformat.mat")
     sample: StringProperty(
-        name="Sample", search=lambda self, context, text: NAMES, search_options={"SUGGESTION"},
+        name="Sample",
         description="Which of the samples in a CURET file: its number or its name. Empty for the first, and for files "
                     "that hold just one")
     diffuse_level: IntProperty(
