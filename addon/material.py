@@ -6,6 +6,7 @@ import bpy
 
 from .. import fitter
 from . import lamps, node_group
+from .properties import fit_arguments
 
 
 def import_material(choices, context):
@@ -64,7 +65,7 @@ class _Result:
 def _fit(choices):
     samples = fitter.load(bpy.path.abspath(choices.filepath), choices.sample or None)
     start = time.perf_counter()
-    fit = fitter.fit(samples, **choices.fit_arguments())
+    fit = fitter.fit(samples, **fit_arguments(choices))
     return _Result(samples, fit, time.perf_counter() - start)
 
 

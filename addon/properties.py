@@ -36,11 +36,15 @@ class FitChoices:
         description="Share of the specular lattice that is dropped, smallest first. Higher makes a smaller file and "
                     "a flatter highlight")
 
-    def fit_arguments(self):
-        """Keyword arguments for `fitter.fit`."""
-        plain = self.specular_level == NO_SPECULAR_LEVEL
-        return {"diffuse_level": self.diffuse_level, "specular_level": None if plain else self.specular_level,
-                "compression": self.compression}
+
+def fit_arguments(choices):
+    """Keyword arguments for `fitter.fit` from `FitChoices`.
+
+    Not a method: bpy 4.2 as a module crashes at exit once a class with functions of its own has been a property group.
+    """
+    plain = choices.specular_level == NO_SPECULAR_LEVEL
+    return {"diffuse_level": choices.diffuse_level, "specular_level": None if plain else choices.specular_level,
+            "compression": choices.compression}
 
 
 class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
