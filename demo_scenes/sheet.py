@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from .stage import add, background, black_scene, render
+from .stage import add, black_scene, blank_material, render
 
 BACKDROP = 0.02             # scene-linear grey behind transparent pixels, so that a dark limb can be seen
 CAPTION_HEIGHT = 28
@@ -29,16 +29,10 @@ def caption(text, width):
     curve = bpy.data.curves.new("Caption", "FONT")
     curve.body, curve.size = text, min(20, 1.7 * width / max(len(text), 1))
     curve.align_x, curve.align_y = "CENTER", "CENTER"
-    material = bpy.data.materials.new("Caption")
-    if not material.node_tree:
-        material.use_nodes = True
-    nodes = material.node_tree.nodes
-    nodes.clear()
-    glow, output = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeOutputMaterial")
-    material.node_tree.links.new(glow.outputs[0], output.inputs["Surface"])
+    material, glow, surface = blank_material("Caption", "ShaderNodeEmission")
+    material.node_tree.links.new(glow.outputs[0], surface)
     curve.materials.append(material)
     add(curve)
-    background(scene, 0)
     picture = render(scene)
     return encode(picture[..., :3] + (1 - picture[..., 3:]) * BACKDROP)
 

@@ -63,6 +63,16 @@ def add_sphere():
     return bpy.context.object
 
 
+def blank_material(name, shader):
+    """A material with one node of the type `shader`, unconnected: (material, that node, the surface to connect)."""
+    material = bpy.data.materials.new(name)
+    if not material.node_tree:
+        material.use_nodes = True           # as for the world
+    tree = material.node_tree
+    tree.nodes.clear()
+    return material, tree.nodes.new(shader), tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"]
+
+
 def render(scene):
     """Render the scene: (height, width, 4) float32, scene-linear, the top row first."""
     with tempfile.TemporaryDirectory() as folder:

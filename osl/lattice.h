@@ -44,21 +44,30 @@ int locate(float mu, int cells, output float w[4])
   return cell;
 }
 
-VALUE dense_lattice(float points[], int cells, vector mu)
+/* Control points along kappa_o and lambda_o. */
+#define ROWS(cells) ((cells) + 3)
+#define COLUMNS(cells) ((cells) - (cells) / 2 + 3)
+
+/* Where the 4 x 4 x 4 control points begin that are read at mu, and their weights along each axis. */
+int first_tap(vector mu, int cells, output float wa[4], output float wb[4], output float wc[4])
 {
-  int rows = cells + 3;
-  int columns = cells - cells / 2 + 3;
-  float wa[4], wb[4], wc[4];
   int a = max(locate(mu[0], cells, wa), 0);
   int b = locate(mu[1], cells, wb) + cells / 2;
   int c = max(locate(mu[2], cells, wc), 0);
+  return (a * ROWS(cells) + b) * COLUMNS(cells) + c;
+}
+
+VALUE dense_lattice(float points[], int cells, vector mu)
+{
+  float wa[4], wb[4], wc[4];
+  int tap = first_tap(mu, cells, wa, wb, wc);
   VALUE total = 0.0;
   for (int i = 0; i < 4; i++) {
     for (int j = 0; j < 4; j++) {
-      int tap = ((a + i) * rows + b + j) * columns + c;
+      int at = tap + (i * ROWS(cells) + j) * COLUMNS(cells);
       total += wa[i] * wb[j] *
-               (wc[0] * READ(points, tap) + wc[1] * READ(points, tap + 1) + wc[2] * READ(points, tap + 2) +
-                wc[3] * READ(points, tap + 3));
+               (wc[0] * READ(points, at) + wc[1] * READ(points, at + 1) + wc[2] * READ(points, at + 2) +
+                wc[3] * READ(points, at + 3));
     }
   }
   return total;
@@ -67,16 +76,12 @@ VALUE dense_lattice(float points[], int cells, vector mu)
 #if SPARSE
 VALUE sparse_lattice(float points[], int keys[], int displacement[], int cells, vector mu)
 {
-  int rows = cells + 3;
-  int columns = cells - cells / 2 + 3;
   float wa[4], wb[4], wc[4];
-  int a = max(locate(mu[0], cells, wa), 0);
-  int b = locate(mu[1], cells, wb) + cells / 2;
-  int c = max(locate(mu[2], cells, wc), 0);
+  int tap = first_tap(mu, cells, wa, wb, wc);
   VALUE total = 0.0;
   for (int i = 0; i < 4; i++) {
     for (int j = 0; j < 4; j++) {
-      int key = ((a + i) * rows + b + j) * columns + c;
+      int key = tap + (i * ROWS(cells) + j) * COLUMNS(cells);
       float w = wa[i] * wb[j];
       for (int k = 0; k < 4; k++) {
         int slot = find_slot(keys, displacement, key + k);

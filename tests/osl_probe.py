@@ -4,7 +4,7 @@ import math
 
 import bpy
 
-from demo_scenes.stage import black_scene, render
+from demo_scenes.stage import black_scene, blank_material, render
 from fitter.bake import _array, bake
 
 PROBE = """
@@ -52,14 +52,9 @@ def probe_osl(fit, code, count, **tables):
     bpy.ops.mesh.primitive_plane_add(size=2 * width, location=(width / 2, width / 2, 0))
     text = bpy.data.texts.new("probe.osl")
     text.from_string(source)
-    material = bpy.data.materials.new("probe")
-    if not material.node_tree:
-        material.use_nodes = True
-    nodes = material.node_tree.nodes
-    nodes.clear()
-    script, output = nodes.new("ShaderNodeScript"), nodes.new("ShaderNodeOutputMaterial")
+    material, script, surface = blank_material("probe", "ShaderNodeScript")
     script.mode, script.script = "INTERNAL", text
     assert "Result" in script.outputs, "the probe does not compile"
-    material.node_tree.links.new(script.outputs["Result"], output.inputs["Surface"])
+    material.node_tree.links.new(script.outputs["Result"], surface)
     bpy.context.object.data.materials.append(material)
     return render(scene)[::-1, :, :3].reshape(-1, 3)[:count]

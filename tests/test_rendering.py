@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fitter
-from demo_scenes.stage import add_lamp, add_sphere, background, black_scene, render
+from demo_scenes.stage import add_lamp, add_sphere, background, black_scene, blank_material, render
 
 SIZE = 96
 FROM_THE_LEFT = math.radians(60)
@@ -16,18 +16,13 @@ POWER = 100.0
 AREA_SIDE = 2.0
 
 
-def material_for(blender, fit):
+def material_for(fit):
     """A material with the add-on's node group in it."""
     from measured_brdf.addon import node_group
 
-    material = blender.data.materials.new("Measured")
-    if not material.node_tree:
-        material.use_nodes = True
-    nodes = material.node_tree.nodes
-    nodes.clear()
-    group, output = nodes.new("ShaderNodeGroup"), nodes.new("ShaderNodeOutputMaterial")
+    material, group, surface = blank_material("Measured", "ShaderNodeGroup")
     group.node_tree = node_group.create(fit)
-    material.node_tree.links.new(group.outputs["BSDF"], output.inputs["Surface"])
+    material.node_tree.links.new(group.outputs["BSDF"], surface)
     material.cycles.use_bump_map_correction = False
     return material
 
@@ -35,7 +30,7 @@ def material_for(blender, fit):
 def sphere_scene(blender, fit, samples):
     scene = black_scene(SIZE, SIZE, samples, span=2)
     scene.cycles.max_bounces = 0
-    add_sphere().data.materials.append(material_for(blender, fit))
+    add_sphere().data.materials.append(material_for(fit))
     return scene
 
 
@@ -204,7 +199,7 @@ def test_the_normal_input_turns_the_surface(blender, fits):
     scene = black_scene(8, 8, samples=64, span=1)
     sun(angle=0)
     blender.ops.mesh.primitive_plane_add(size=4)
-    material = material_for(blender, fit)
+    material = material_for(fit)
     blender.context.object.data.materials.append(material)
     nodes = material.node_tree.nodes
     vector = nodes.new("ShaderNodeCombineXYZ")
