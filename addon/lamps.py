@@ -19,6 +19,9 @@ _LAMPS = "Lamps"
 def node_tree():
     """The shared node group, made where there is none yet."""
     tree = bpy.data.node_groups.get(NAME)
+    if tree is not None and not _is_whole(tree):
+        tree.name = f"{NAME} (incomplete)"
+        tree = None
     return tree if tree is not None else _create()
 
 
@@ -59,8 +62,14 @@ def store(tree, lamps):
 def update(depsgraph):
     """Hand the lamps of an evaluated scene to the measured materials, where there are any."""
     tree = bpy.data.node_groups.get(NAME)
-    if tree is not None and tree.library is None:
+    if tree is not None and tree.library is None and _is_whole(tree):
         store(tree, in_scene(depsgraph))
+
+
+def _is_whole(tree):
+    """Whether all nodes are there: a user may have taken the group apart."""
+    names = [_LAMPS, *(f"{kind}{number}" for number in range(1, MAX_LAMPS + 1) for kind in ("Lamp", "Size"))]
+    return all(name in tree.nodes for name in names)
 
 
 def _create():

@@ -31,6 +31,7 @@ def import_material(choices, context):
     try:
         if not material.node_tree:
             material.use_nodes = True           # deprecated in 5.0, where every material has nodes
+        material.node_tree.nodes.clear()
         _assign(material, choices, result, context)
     except BaseException:
         bpy.data.materials.remove(material)
@@ -73,30 +74,24 @@ def _assign(material, choices, result, context):
     tree = node_group.create(result.fit)
     node = group_node(material)
     if node is None:
-        node = _new_group_node(material)
-        node.node_tree = tree
+        _add_group_node(material.node_tree, tree)
     else:
         before, node.node_tree = node.node_tree, tree
         node_group.remove(before)
-    nodes = material.node_tree
-    output = nodes.get_output_node("CYCLES") or nodes.nodes.new("ShaderNodeOutputMaterial")
-    if not output.inputs["Surface"].is_linked:
-        nodes.links.new(node.outputs["BSDF"], output.inputs["Surface"])
-    node.label = result.samples.name
+    group_node(material).label = result.samples.name
     # this correction bends the shader's directions, which are right as they are
     material.cycles.use_bump_map_correction = False
     _store(material.measured_brdf, choices, result)
     lamps.update(context.evaluated_depsgraph_get())
 
 
-def _new_group_node(material):
-    nodes = material.node_tree.nodes
-    nodes.clear()
-    node = nodes.new("ShaderNodeGroup")
-    node.name, node.width = node_group.NAME, 200
-    output = nodes.new("ShaderNodeOutputMaterial")
-    output.location = (300, 0)
-    return node
+def _add_group_node(nodes, tree):
+    """Connect a group to the material's surface. What was connected there stays, unconnected."""
+    output = nodes.get_output_node("CYCLES") or nodes.nodes.new("ShaderNodeOutputMaterial")
+    node = nodes.nodes.new("ShaderNodeGroup")
+    node.name, node.width, node.node_tree = node_group.NAME, 200, tree
+    node.location = output.location.x - 260, output.location.y
+    nodes.links.new(node.outputs["BSDF"], output.inputs["Surface"])
 
 
 def _store(settings, choices, result):

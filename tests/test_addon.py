@@ -130,6 +130,32 @@ def test_a_failing_fit_keeps_the_material(blender, cube, file):
     assert all(getattr(material.measured_brdf, name) == value for name, value in result.items())
 
 
+def test_fitting_a_material_of_ones_own_keeps_its_nodes(blender, cube, file):
+    material = blender.data.materials.new("Mine")
+    if not material.node_tree:
+        material.use_nodes = True
+    before = {node.name for node in material.node_tree.nodes}
+    cube.data.materials.append(material)
+    material.measured_brdf.filepath = str(file)
+    material.measured_brdf.diffuse_level, material.measured_brdf.specular_level = 2, -1
+    assert blender.ops.measured_brdf.fit() == {"FINISHED"}
+    nodes = material.node_tree.nodes
+    assert before < {node.name for node in nodes}
+    surface = next(node for node in nodes if node.type == "OUTPUT_MATERIAL").inputs["Surface"]
+    assert surface.links[0].from_node.node_tree.name.startswith("Measured BRDF")
+
+
+def test_a_lamp_group_taken_apart_by_a_user_raises_no_error(blender, cube, file):
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    tree = blender.data.node_groups["Measured BRDF Lamps"]
+    tree.nodes.remove(tree.nodes["Lamp3"])
+    add_lamp("POINT", 10)
+    blender.context.view_layer.update()
+    assert tree.nodes["Lamps"].outputs[0].default_value == 0
+    assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
+    assert len(known_lamps(blender)) == 1
+
+
 def test_the_blend_needs_no_other_file(blender, file, tmp_path):
     scene = black_scene(16, 16, samples=16, span=1)
     blender.ops.mesh.primitive_uv_sphere_add()
