@@ -105,9 +105,10 @@ def _on_update(scene, depsgraph):
 
 @persistent
 def _on_render(scene, _depsgraph=None):
-    layer = scene.view_layers[0]
-    layer.update()
-    update(layer.depsgraph)
+    if NAME in bpy.data.node_groups:
+        layer = scene.view_layers[0]
+        layer.update()              # a script may have moved a lamp since the last evaluation
+        update(layer.depsgraph)
 
 
 _HANDLERS = {"depsgraph_update_post": _on_update, "frame_change_post": _on_update, "render_pre": _on_render}

@@ -7,6 +7,7 @@ import numpy as np
 from .errors import DatasetError
 
 HORIZON = np.pi / 2
+LARGEST_VALUE = 1e30        # 1/sr; fits are stored in single precision, and no measurement comes near
 _ROUNDING = 1e-5            # files print angles to 6 decimals, so pi/2 may come out slightly above itself
 
 
@@ -33,8 +34,8 @@ class Samples:
     Raises
     ------
     DatasetError
-        If the arrays do not have these shapes, or hold anything that is not a finite number or a direction below
-        the horizon.
+        If the arrays do not have these shapes, or hold anything that is not a finite number, a direction below
+        the horizon, or a value that single precision cannot take.
     """
 
     theta_i: np.ndarray
@@ -51,6 +52,9 @@ class Samples:
         if values.ndim != 2 or not len(values):
             raise DatasetError(f"values have the shape {values.shape}, expected (samples, channels) with at least "
                                f"one sample", self.source or None)
+        if np.abs(values).max() > LARGEST_VALUE:
+            raise DatasetError(f"a value of {np.abs(values).max():g} / sr found, expected at most {LARGEST_VALUE:g}",
+                               self.source or None)
         if len(self.channels) != values.shape[1]:
             raise DatasetError(f"{values.shape[1]} columns of values for the channels {self.channels}",
                                self.source or None)

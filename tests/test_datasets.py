@@ -243,7 +243,8 @@ def test_samples_stay_valid_when_thinned(curet):
 
 
 @pytest.mark.parametrize("change", [{"theta_i": np.zeros(3)}, {"values": np.zeros(2)}, {"theta_o": [0.1, 1.7]},
-                                    {"phi_i": [0, np.inf]}, {"values": np.zeros((0, 1))}, {"channels": ("a", "b")}])
+                                    {"phi_i": [0, np.inf]}, {"values": np.zeros((0, 1))}, {"channels": ("a", "b")},
+                                    {"values": [[1e31], [0]]}])
 def test_samples_that_make_no_sense_are_refused(change):
     arrays = {"theta_i": [0.1, 0.2], "phi_i": [0, 0], "theta_o": [0.1, 0.2], "phi_o": [0, 0],
               "values": np.ones((2, 1))}
