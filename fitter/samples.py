@@ -49,7 +49,7 @@ class Samples:
 
     def __post_init__(self):
         values = np.array(self.values, dtype=float)
-        if values.ndim != 2 or not len(values):
+        if values.ndim != 2 or not values.size:
             raise DatasetError(f"values have the shape {values.shape}, expected (samples, channels) with at least "
                                f"one sample", self.source or None)
         if np.abs(values).max() > LARGEST_VALUE:
