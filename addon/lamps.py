@@ -14,6 +14,7 @@ from mathutils import Vector
 MAX_LAMPS = 8               # as in osl/lamps.h
 NAME = "Measured BRDF Lamps"
 _LAMPS = "Lamps"
+_CARRIERS = (bpy.types.Object, bpy.types.Light, bpy.types.Collection, bpy.types.Scene)   # what moves or holds lamps
 
 
 def node_tree():
@@ -99,7 +100,14 @@ def _set(socket, value):
 
 
 @persistent
-def _on_update(scene, depsgraph):
+def _on_update(_scene, depsgraph):
+    # looking for lamps takes time in proportion to the instances in the scene: not when a material is being edited
+    if any(isinstance(changed.id, _CARRIERS) for changed in depsgraph.updates):
+        update(depsgraph)
+
+
+@persistent
+def _on_frame(_scene, depsgraph):
     update(depsgraph)
 
 
@@ -111,7 +119,7 @@ def _on_render(scene, _depsgraph=None):
         update(layer.depsgraph)
 
 
-_HANDLERS = {"depsgraph_update_post": _on_update, "frame_change_post": _on_update, "render_pre": _on_render}
+_HANDLERS = {"depsgraph_update_post": _on_update, "frame_change_post": _on_frame, "render_pre": _on_render}
 
 
 def register():

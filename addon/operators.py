@@ -25,15 +25,25 @@ class MEASUREDBRDF_OT_import_data(FitChoices, bpy.types.Operator, ImportHelper):
         except _EXPECTED as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        target = context.object
-        if target is not None and hasattr(target.data, "materials"):
-            if target.material_slots:
-                target.material_slots[target.active_material_index].material = made
-            else:
-                target.data.materials.append(made)
+        if not _assign(context.object, made):
+            self.report({"WARNING"}, f"{made.name} is not assigned: no active object can take a material")
         self.report({"INFO"}, f"{made.name}: {made.measured_brdf.coefficients:,} coefficients, "
                               f"RMSE {made.measured_brdf.rmse:.3g}")
         return {"FINISHED"}
+
+
+def _assign(target, material):
+    """Put a material into the active slot of an object: whether it could be done."""
+    if target is None or not hasattr(target.data, "materials") or not target.is_editable:
+        return False
+    slot = target.material_slots[target.active_material_index] if target.material_slots else None
+    if not target.data.is_editable and (slot is None or slot.link == "DATA"):
+        return False
+    if slot is None:
+        target.data.materials.append(material)
+    else:
+        slot.material = material
+    return True
 
 
 class MEASUREDBRDF_OT_fit(bpy.types.Operator):
@@ -45,20 +55,25 @@ class MEASUREDBRDF_OT_fit(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if getattr(context, "material", None) is None and (context.object is None
-                                                           or context.object.active_material is None):
-            cls.poll_message_set("There is no active material")
+        target = _active_material(context)
+        if target is None or not target.is_editable:
+            cls.poll_message_set("There is no active material, or it is linked from another file")
             return False
         return True
 
     def execute(self, context):
-        target = getattr(context, "material", None) or context.object.active_material
         try:
-            material.refit(target, context)
+            material.refit(_active_material(context), context)
         except _EXPECTED as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         return {"FINISHED"}
+
+
+def _active_material(context):
+    """The material that the properties editor shows, else that of the active object, else None."""
+    shown = getattr(context, "material", None)
+    return shown if shown is not None or context.object is None else context.object.active_material
 
 
 class MEASUREDBRDF_OT_enable_osl(bpy.types.Operator):

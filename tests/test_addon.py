@@ -68,6 +68,27 @@ def test_import_without_an_active_object_only_makes_the_material(blender, file):
     assert len(blender.data.materials) == 1
 
 
+def test_import_with_something_active_that_has_no_surface_only_makes_the_material(blender, cube, file):
+    blender.context.view_layer.objects.active = add_lamp("POINT", 1)
+    assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
+    assert cube.active_material is None
+
+
+def test_linked_objects_and_materials_are_left_alone(blender, cube, file, tmp_path):
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
+    black_scene(16, 16, samples=8, span=1)
+    with blender.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (source, target):
+        target.objects = [name for name in source.objects if name.startswith("Cube")]
+    linked = target.objects[0]
+    blender.context.scene.collection.objects.link(linked)
+    blender.context.view_layer.objects.active = linked
+    before = linked.active_material
+    assert not blender.ops.measured_brdf.fit.poll()
+    assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
+    assert linked.active_material == before
+
+
 def test_an_imported_lambertian_renders_as_one(blender, file):
     scene = black_scene(8, 8, samples=64, span=1)
     blender.ops.mesh.primitive_plane_add(size=4)
