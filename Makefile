@@ -1,4 +1,4 @@
-# make demo | test | lint | bench | zip      PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
+# make demo | test | lint | bench | report | zip      PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))
 PYTHON ?= $(shell for p in python3.11 python3.13 python3; do \
@@ -7,9 +7,11 @@ VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2
 ENV := build/env-$(VERSION)
 RUN := $(ENV)/bin/python
 EXTENSION := build/measured_brdf-$(shell sed -n 's/^version = "\(.*\)"/\1/p' blender_manifest.toml).zip
+DATA := $(or $(MEASURED_BRDF_DATA),../shared/data)
+MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
-.PHONY: demo test lint bench zip clean
+.PHONY: demo test lint bench report zip clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
@@ -22,6 +24,10 @@ lint: $(ENV)/ready
 
 bench: $(ENV)/ready
 	$(RUN) -m benchmarks
+
+report: $(ENV)/ready
+	@test -n "$(MEASUREMENTS)" || { echo "no measurements in $(DATA); set MEASURED_BRDF_DATA"; exit 1; }
+	$(RUN) -m fitter report $(MEASUREMENTS) --out build/report
 
 zip: $(EXTENSION)
 

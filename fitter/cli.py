@@ -1,4 +1,4 @@
-"""The command line: ``python -m fitter info|fit|bake``."""
+"""The command line: ``python -m fitter info|fit|bake|report``."""
 
 import argparse
 import sys
@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, load
+from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, load, report
 from . import fit as fit_samples
 from .bake import bake
 from .datasets import list_samples
@@ -20,7 +20,7 @@ def main(arguments=None):
     options = _parser().parse_args(arguments)
     try:
         options.run(options)
-    except (DatasetError, ValueError) as error:
+    except (DatasetError, ImportError, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
     except BrokenPipeError:     # whoever was reading has read enough
@@ -55,6 +55,13 @@ def _parser():
     bake_fit.add_argument("file", help="a fit (.npz)")
     bake_fit.add_argument("-o", "--out", required=True, help="where to write the shader (.osl)")
     bake_fit.set_defaults(run=_bake)
+
+    report_on = commands.add_parser("report", help="compare fits and baselines on measurements (needs SciPy)")
+    report_on.add_argument("files", nargs="+", metavar="FILE", help="measurements; all samples of a CURET file")
+    report_on.add_argument("--levels", type=int, nargs="+", metavar="LEVEL", default=list(report.LEVELS),
+                           help="levels of plain MBA, default: 0 to 7")
+    report_on.add_argument("--out", default="report", help="folder to write, default: %(default)s")
+    report_on.set_defaults(run=_report)
     return parser
 
 
@@ -119,3 +126,19 @@ def _bake(options):
     with replacing(options.out, "w") as stream:
         stream.write(source)
     print(f"{options.out}: {len(source):,} bytes of OSL")
+
+
+def _report(options):
+    results = report.write(options.files, options.out, options.levels, _show_progress)
+    for claim in results["claims"]:
+        print(f"{claim['material']:20} better baseline / level 6: {claim['level_6_factor']:7.2f}   "
+              f"/ level 4: {claim['level_4_factor']:5.2f}")
+    print(f"{options.out}/results.md")
+
+
+def _show_progress(done, total, name):
+    """A bar on standard error, where that is a terminal."""
+    if sys.stderr.isatty():
+        bar = "#" * (30 * done // total)
+        end = "\n" if done == total else ""
+        print(f"\r[{bar:30}] {done}/{total} {name:24.24}", end=end, file=sys.stderr, flush=True)

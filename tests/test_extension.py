@@ -82,7 +82,7 @@ def test_inside_the_extension_only_what_blender_has_is_imported_and_only_relativ
             words = line.split()
             if words[:1] in (["import"], ["from"]) and not words[1].startswith(".") and len(words) > 1:
                 module = words[1].split(".")[0].rstrip(",")
-                lazy = module == "scipy" and line.startswith(" ")
+                lazy = module in {"scipy", "matplotlib"} and line.startswith(" ")
                 assert module in allowed or lazy, f"{path.name}: {line}"
                 assert not (path.parts[-2] != "addon" and module == "bpy"), f"{path.name}: {line}"
 

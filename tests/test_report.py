@@ -1,0 +1,91 @@
+import json
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter import cli, koenderink, lafortune, report
+from fitter.report import markdown, tables
+
+
+@pytest.fixture
+def file(tmp_path):
+    """A measurement of one broad Lafortune lobe, named with what Markdown would take for a table."""
+    random = np.random.default_rng(3)
+    at = *(random.random((2, 250)) * 1.4), random.random(250) * 3
+    model = lafortune.Lafortune(np.array([0.4, 0.3, 0.2]), np.array([-0.9, 0.8, 6.0])[None, :, None] * np.ones(3))
+    values = model.evaluate(at[0], 0, at[1], at[2])
+    rows = [",".join(f"{x:.8f}" for x in (i, 0, o, phi, *v)) for i, o, phi, v in zip(*at, values, strict=True)]
+    path = tmp_path / "lobe.astm"
+    path.write_text("\n".join(["SAMPLE_NAME a | b / c", "VARS theta_i,phi_i,theta_s,phi_s,R,G,B", *rows]))
+    return path
+
+
+def test_the_report_holds_the_errors_of_every_method(file, tmp_path):
+    told = []
+    results = report.write([file], tmp_path / "out", levels=(0, 4, 6),
+                           progress=lambda done, total, name: told.append((done, total, name)))
+    samples = fitter.load(file)
+    rows = {row["method"]: row for row in results["errors"]}
+    models = {"level 4": fitter.fit(samples, 4, None), "(3,6,90)": fitter.fit(samples, 3, 6, 90),
+              "Koenderink 8": koenderink.fit(samples)}
+    assert set(rows) == {"level 0", "level 4", "level 6", "(1,6,90)", "(3,6,90)", "(4,6,95)", "(4,6,99)",
+                         "Koenderink 8", "Lafortune 3"}
+    for name, model in models.items():
+        deviation = np.abs(samples.values - model.evaluate(*samples.directions))
+        assert rows[name]["rmse"] == pytest.approx(np.sqrt((deviation**2).mean()))
+        assert rows[name]["mae"] == pytest.approx(deviation.max())
+        assert rows[name]["coefficients"] == model.coefficient_count
+    assert rows["Lafortune 3"]["rmse"] < 1e-6       # the data are one of its lobes
+    assert told == [(0, 1, "a | b / c"), (1, 1, "")]
+    assert json.loads((tmp_path / "out" / "results.json").read_text()) == json.loads(json.dumps(results))
+    pictures = sorted((tmp_path / "out").glob("*.png"))
+    assert [path.name for path in pictures] == ["errors_0_a_b_c.png"]
+    assert pictures[0].read_bytes().startswith(b"\x89PNG")
+    text = (tmp_path / "out" / "results.md").read_text()
+    assert "errors_0_a_b_c.png" in text
+    assert all(len(line.replace("\\|", "").split("|")) == 10 for line in text.splitlines() if "| level 4 |" in line)
+
+
+def test_storage_is_that_of_one_channel_and_below_the_papers(glossy):
+    grey = fitter.Samples(*glossy.directions, glossy.values[:, :1])
+    for three, one in zip(tables.storage(glossy), tables.storage(grey), strict=True):
+        assert three["bytes"] == one["bytes"] == fitter.fit(grey, *json.loads(
+            one["fit"].replace("(", "[").replace(")", "]"))).nbytes
+        assert one["bytes"] < one["paper_bytes"]
+        assert one["coefficients"] < one["paper_coefficients"]
+
+
+def test_the_claim_is_judged_against_the_better_baseline():
+    def row(method, rmse):
+        return {"material": "m", "source": "s", "method": method, "rmse": rmse}
+
+    rows = [row("level 4", 1.5), row("level 6", 0.2), row("Koenderink 8", 0.7), row("Lafortune 3", 0.9)]
+    assert tables.claims(rows) == [{"material": "m", "source": "s", "level_6_factor": pytest.approx(3.5),
+                                    "level_4_factor": pytest.approx(0.7 / 1.5), "level_6_holds": False,
+                                    "level_4_holds": False}]
+
+
+def test_on_curet_the_papers_claim_holds_and_on_krylon_it_does_not(curet, cornell):
+    materials = curet("felt"), curet("leather"), curet("aluminum foil"), cornell("krylon_blue_RGB")
+    rows = [row for samples in materials for row in tables.errors(samples, (4, 6), ())]
+    assert [claim["level_6_holds"] for claim in tables.claims(rows)] == [True, True, True, False]
+
+
+def test_a_table_escapes_what_would_break_it():
+    assert markdown.table(("a", "b"), [("x|y", 1234)]) == "| a | b |\n| --- | ---: |\n| x\\|y | 1,234 |\n"
+
+
+def test_without_matplotlib_the_tables_are_still_written(file, tmp_path, monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    report.write([file], tmp_path / "out", levels=(0,))
+    assert "No plots" in (tmp_path / "out" / "results.md").read_text()
+
+
+def test_a_bad_file_leaves_no_report(tmp_path, capsys):
+    (tmp_path / "bad.dat").write_text("nonsense")
+    assert cli.main(["report", str(tmp_path / "bad.dat"), "--out", str(tmp_path / "out")]) == 1
+    assert "in no known format" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
