@@ -1,4 +1,7 @@
-"""The scene's lamps, handed to the shaders: a node group of constants that every measured material shares.
+"""The scene's lamps, handed to the shaders: a node group of constants that the measured materials share.
+
+Appending or linking materials brings groups of other files along; all of them are kept up to date, in memory too where
+they are linked. A group is known by its nodes, not by its name, which users may change.
 
 The shader puts a lobe at each lamp that is too small for a drawn direction to hit (`osl/lamps.h`). The lobes and the
 drawn directions sum to the measured reflectance wherever the lobes stand, so a lamp that is missing here costs noise;
@@ -19,11 +22,8 @@ _CARRIERS = (bpy.types.Object, bpy.types.Light, bpy.types.Collection, bpy.types.
 
 def node_tree():
     """The shared node group, made where there is none yet."""
-    tree = bpy.data.node_groups.get(NAME)
-    if tree is not None and not _is_whole(tree):
-        tree.name = f"{NAME} (incomplete)"
-        tree = None
-    return tree if tree is not None else _create()
+    local = next((tree for tree in _trees() if tree.library is None), None)
+    return local if local is not None else _create()
 
 
 def in_scene(depsgraph):
@@ -32,22 +32,25 @@ def in_scene(depsgraph):
     Returns
     -------
     list of ((x, y, z), size)
-        At most `MAX_LAMPS`, suns first, then the strongest: a sun as the direction toward it and minus its angular
+        At most `MAX_LAMPS` that give light, those without a size first (nothing else finds them), then suns, then the
+        strongest: a sun as the direction toward it and minus its angular
         radius (radians), a point or spot lamp as its position and its radius (m).
     """
     found = []
     for instance in depsgraph.object_instances:
         item = instance.object
-        if item.type != "LIGHT" or item.data.type not in {"SUN", "POINT", "SPOT"}:
+        if item.type != "LIGHT" or item.data.type not in {"SUN", "POINT", "SPOT"} or item.data.energy <= 0:
             continue
         matrix, light = instance.matrix_world, item.data
         if light.type == "SUN":
-            lamp = tuple((matrix.to_3x3() @ Vector((0, 0, 1))).normalized()), -max(light.angle / 2, 1e-6)
+            extent = light.angle / 2
+            lamp = tuple((matrix.to_3x3() @ Vector((0, 0, 1))).normalized()), -max(extent, 1e-6)
         else:
-            lamp = tuple(matrix.translation), light.shadow_soft_size * matrix.median_scale
-        found.append((light.type != "SUN", -light.energy, lamp))
+            extent = light.shadow_soft_size * matrix.median_scale
+            lamp = tuple(matrix.translation), extent
+        found.append((extent > 0, light.type != "SUN", -light.energy, lamp))
     found.sort()
-    return [lamp for _, _, lamp in found[:MAX_LAMPS]]
+    return [lamp for *_, lamp in found[:MAX_LAMPS]]
 
 
 def store(tree, lamps):
@@ -62,15 +65,18 @@ def store(tree, lamps):
 
 def update(depsgraph):
     """Hand the lamps of an evaluated scene to the measured materials, where there are any."""
-    tree = bpy.data.node_groups.get(NAME)
-    if tree is not None and tree.library is None and _is_whole(tree):
-        store(tree, in_scene(depsgraph))
+    trees = _trees()
+    if trees:
+        lamps = in_scene(depsgraph)
+        for tree in trees:
+            store(tree, lamps)
 
 
-def _is_whole(tree):
-    """Whether all nodes are there: a user may have taken the group apart."""
+def _trees():
+    """The groups that have all their nodes: a user may have taken one apart, or given its name to something else."""
     names = [_LAMPS, *(f"{kind}{number}" for number in range(1, MAX_LAMPS + 1) for kind in ("Lamp", "Size"))]
-    return all(name in tree.nodes for name in names)
+    return [tree for tree in bpy.data.node_groups
+            if tree.bl_idname == "ShaderNodeTree" and all(name in tree.nodes for name in names)]
 
 
 def _create():
@@ -113,7 +119,7 @@ def _on_frame(_scene, depsgraph):
 
 @persistent
 def _on_render(scene, _depsgraph=None):
-    if NAME in bpy.data.node_groups:
+    if _trees():
         layer = scene.view_layers[0]
         layer.update()              # a script may have moved a lamp since the last evaluation
         update(layer.depsgraph)

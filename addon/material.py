@@ -29,8 +29,7 @@ def import_material(choices, context):
     result = _fit(choices)
     material = bpy.data.materials.new(result.samples.name)
     try:
-        if not material.node_tree:
-            material.use_nodes = True           # deprecated in 5.0, where every material has nodes
+        _use_nodes(material)
         material.node_tree.nodes.clear()
         _assign(material, choices, result, context)
     except BaseException:
@@ -72,6 +71,7 @@ def _fit(choices):
 
 def _assign(material, choices, result, context):
     tree = node_group.create(result.fit)
+    _use_nodes(material)
     node = group_node(material)
     if node is None:
         _add_group_node(material.node_tree, tree)
@@ -83,6 +83,11 @@ def _assign(material, choices, result, context):
     material.cycles.use_bump_map_correction = False
     _store(material.measured_brdf, choices, result)
     lamps.update(context.evaluated_depsgraph_get())
+
+
+def _use_nodes(material):
+    if bpy.app.version < (5, 0, 0):             # since then every material does
+        material.use_nodes = True
 
 
 def _add_group_node(nodes, tree):

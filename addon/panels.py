@@ -1,5 +1,7 @@
 """The panel in the material tab. Drawing reads stored properties only: no files, no fitting."""
 
+import math
+
 import bpy
 
 from . import material as materials
@@ -62,7 +64,7 @@ def _draw_result(layout, settings):
     rows = (("Coefficients", f"{settings.coefficients:,}"),
             ("Storage", f"{settings.bytes:,} bytes"),
             ("RMSE", f"{settings.rmse:.3g} / sr"),
-            ("MRE", f"{settings.mre:.2%} of the peak"),
+            ("MRE", f"{settings.mre:.2%} of the peak" if not math.isnan(settings.mre) else "nothing but zeros"),
             ("Fitted in", f"{settings.seconds:.2f} s"))
     column = layout.column(align=True)
     for name, value in rows:

@@ -5,6 +5,7 @@ Kameya and Lewis 2002, section 4: f = f_d + f_s, where f_d is fitted first and f
 """
 
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from . import fit_file, lattice, mba, sparse_lattice
 from .nusselt import nusselt
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A fitted reflectance.
 
@@ -67,7 +68,10 @@ class Fit:
             1/sr.
         """
         coordinates = nusselt(theta_i, phi_i, theta_o, phi_o)
-        return self.evaluate_nusselt(coordinates.reshape(-1, 3)).reshape(*coordinates.shape[:-1], -1)
+        if not np.isfinite(coordinates).all():
+            raise ValueError("directions that are not finite numbers")
+        values = self.evaluate_nusselt(coordinates.reshape(-1, 3))
+        return values.reshape(*coordinates.shape[:-1], values.shape[1])
 
     def evaluate_nusselt(self, x):
         """The fitted BRDF at Nusselt coordinates with kappa_i and lambda_o of at least 1/2: (n, 3) to (n, channels)."""
@@ -108,15 +112,15 @@ def fit(samples, diffuse_level=4, specular_level=6, compression=95.0):
     ValueError
         If a level or the compression is out of range.
     """
-    _check_level("diffuse_level", diffuse_level)
+    diffuse_level = _level("diffuse_level", diffuse_level)
     x = nusselt(*samples.directions)
     diffuse, residual = mba.approximate(x, samples.values, diffuse_level)
     named = {"channels": samples.channels, "name": samples.name, "source": samples.source}
     if specular_level is None:
         return Fit(diffuse_level, diffuse.astype(np.float32), **named)
 
-    _check_level("specular_level", specular_level)
-    if not 0 <= compression <= 100:
+    specular_level = _level("specular_level", specular_level)
+    if not isinstance(compression, Real) or not 0 <= compression <= 100:
         raise ValueError(f"compression is {compression!r}, expected a percentage from 0 to 100")
     kept = round((1 - compression / 100) * lattice.full_size(specular_level))
     specular, _ = mba.approximate(x, residual, specular_level)
@@ -124,6 +128,7 @@ def fit(samples, diffuse_level=4, specular_level=6, compression=95.0):
                sparse_lattice.keep_largest(specular, specular_level, kept), float(compression), **named)
 
 
-def _check_level(name, level):
+def _level(name, level):
     if isinstance(level, bool) or not isinstance(level, int | np.integer) or not 0 <= level <= lattice.MAX_LEVEL:
         raise ValueError(f"{name} is {level!r}, expected a whole number from 0 to {lattice.MAX_LEVEL}")
+    return int(level)

@@ -10,6 +10,7 @@ from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, load, 
 from . import fit as fit_samples
 from .bake import bake
 from .datasets import list_samples
+from .datasets.text import read_bytes
 from .files import replacing
 
 _NOT_GIVEN = object()       # None stands for plain MBA
@@ -26,7 +27,7 @@ def main(arguments=None):
     except BrokenPipeError:     # whoever was reading has read enough
         sys.stdout = None
     except OSError as error:
-        print(f"error: {error.filename}: {error.strerror}", file=sys.stderr)
+        print(f"error: {error.filename}: {error.strerror or error}", file=sys.stderr)
         return 1
     return 0
 
@@ -70,7 +71,7 @@ def _level_or_none(text):
 
 
 def _info(options):
-    if options.file.endswith(".npz"):
+    if read_bytes(options.file).startswith(b"PK"):          # an .npz is a zip
         _describe_fit(Fit.load(options.file))
         return
     samples = list_samples(options.file)

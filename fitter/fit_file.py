@@ -6,6 +6,7 @@ bi-level fit `coefficients`, `keys`, `displacement`.
 
 import json
 import zipfile
+import zlib
 
 import numpy as np
 
@@ -22,7 +23,7 @@ def write(fit, path):
     """Write a `Fit` to `path`."""
     header = {"format": FORMAT, "version": VERSION, "diffuse_level": int(fit.diffuse_level),
               "specular_level": fit.specular_level, "compression": fit.compression,
-              "channels": list(fit.channels), "name": fit.name, "source": fit.source}
+              "channels": list(fit.channels), "name": str(fit.name), "source": str(fit.source)}
     arrays = {"diffuse": fit.diffuse}
     if fit.specular is not None:
         index = fit.specular.index
@@ -48,7 +49,8 @@ def read(path):
             raise ValueError("no header of a fit")
     except OSError as error:
         raise DatasetError(f"cannot be read: {error.strerror or error}", path) from error
-    except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+    except (ValueError, KeyError, TypeError, EOFError, RuntimeError, zipfile.BadZipFile,
+            zlib.error) as error:          # NotImplementedError and RecursionError are RuntimeErrors
         raise DatasetError("not a fit saved by Measured BRDF", path) from error
     if header.get("version") != VERSION:
         raise DatasetError(f"a fit of version {header.get('version')!r}, expected {VERSION}; fit the data again", path)
@@ -77,6 +79,7 @@ def _assemble(header, entries):
     displacement = entries["displacement"]
     _check(displacement.ndim == 1 and len(displacement) and displacement.dtype in (np.uint16, np.uint32),
            "its hash table is not a table")
+    _check(displacement.max() < max(n, 1), "its hash table points outside")
     multiplier = header["multiplier"]
     _check(isinstance(multiplier, int) and 0 < multiplier < perfect_hash.MULTIPLIERS, "its hash function is unknown")
     _check(not n or keys.max() < np.prod(lattice.shape(level)), "a key lies outside its lattice")

@@ -4,7 +4,8 @@ Hash and displace: a key falls into a bucket, and all keys of a bucket are displ
 land in free slots. ::
 
     mixed  = (key & 4095) * multiplier + (key >> 12) * 40503,  mixed ^= mixed >> 13
-    slot   = (key % n + displacement[mixed % buckets]) % n
+    home   = (key + (mixed >> 4)) % n
+    slot   = (home + displacement[mixed % buckets]) % n
 
 The slot of a key that was never stored is some slot too, so the key that owns the slot is kept beside it and compared:
 there is no false hit. All intermediate values stay below 2^31, so that `osl/perfect_hash.h` finds the same slots in
@@ -54,8 +55,8 @@ class PerfectHash:
         n = len(self.keys)
         if n == 0:
             return np.full(keys.shape, -1)
-        bucket = _mix(keys, self.multiplier) % len(self.displacement)
-        slot = (keys % n + self.displacement[bucket].astype(np.int64)) % n
+        bucket, home = _hash(keys, self.multiplier, len(self.displacement), n)
+        slot = (home + self.displacement[bucket].astype(np.int64)) % n
         return np.where(self.keys[slot] == keys, slot, -1)
 
 
@@ -87,25 +88,26 @@ def build(keys):
     buckets = max(1, int(n / _KEYS_PER_BUCKET))
     while True:
         multiplier = int(random.integers(MULTIPLIERS // 4, MULTIPLIERS)) | 1
-        displacement = _place(keys, _mix(keys, multiplier) % buckets, buckets, random)
+        bucket, home = _hash(keys, multiplier, buckets, n)
+        displacement = _place(bucket, home, buckets, random)
         if displacement is not None:
             break
         buckets += 1 + buckets // 64        # loosen, a little: the next multiplier may well do
     found = PerfectHash(np.zeros(n, np.uint32), displacement.astype(width), multiplier)
-    slot = (keys % n + displacement[_mix(keys, multiplier) % buckets]) % n
-    found.keys[slot] = keys
+    found.keys[(home + displacement[bucket]) % n] = keys
     return found
 
 
-def _mix(keys, multiplier):
+def _hash(keys, multiplier, buckets, n):
+    """Bucket and undisplaced slot of each key."""
     mixed = (keys & 4095) * multiplier + (keys >> 12) * 40503
-    return mixed ^ (mixed >> 13)
+    mixed ^= mixed >> 13
+    return mixed % buckets, (keys + (mixed >> 4)) % n
 
 
-def _place(keys, bucket, buckets, random):
+def _place(bucket, home, buckets, random):
     """Displacements that give every key a slot of its own, or None where these buckets allow none."""
-    n = len(keys)
-    home = keys % n
+    n = len(home)
     order = np.lexsort((home, bucket))
     bucket, home = bucket[order], home[order]
     if ((bucket[1:] == bucket[:-1]) & (home[1:] == home[:-1])).any():

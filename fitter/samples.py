@@ -11,7 +11,7 @@ LARGEST_VALUE = 1e30        # 1/sr; fits are stored in single precision, and no 
 _ROUNDING = 1e-5            # files print angles to 6 decimals, so pi/2 may come out slightly above itself
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Samples:
     """A measured isotropic BRDF.
 

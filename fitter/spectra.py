@@ -25,12 +25,14 @@ def _cie():
 def srgb_weights(wavelengths):
     """Weights that turn a reflectance spectrum into linear sRGB: (bands,) nm to (3, bands).
 
-    The bands are integrated by the trapezoidal rule. Each row sums to 1, so that a spectrally flat reflectance is grey
-    exactly, whatever part of the visible range the bands cover.
+    The bands are integrated by the trapezoidal rule; those outside the tables (380 to 780 nm) do not count. Each row
+    sums to 1, so that a spectrally flat reflectance is grey exactly, whatever part of the visible range they cover.
     """
     wavelength, *xyz, d65 = _cie().T
-    width = np.gradient(wavelengths) if len(wavelengths) > 1 else np.ones(1)
-    width[[0, -1]] = width[[0, -1]] / 2
+    seen = (wavelengths >= wavelength[0]) & (wavelengths <= wavelength[-1])
+    width = np.zeros(len(wavelengths))
+    width[seen] = np.gradient(wavelengths[seen])
+    width[np.flatnonzero(seen)[[0, -1]]] /= 2
     light = width * np.interp(wavelengths, wavelength, d65, left=0, right=0)
     matching = np.array([np.interp(wavelengths, wavelength, bar, left=0, right=0) for bar in xyz])
     weights = XYZ_TO_SRGB @ (matching * light)
@@ -43,7 +45,7 @@ def to_linear_srgb(wavelengths, values, path=None, line=None):
     Parameters
     ----------
     wavelengths : (bands,) array
-        nm, rising, at least three from 400 to 700.
+        nm, rising, at least three from 400 to 700 and these 200 nm apart or more.
     values : (n, bands) array
     path, line
         Where they come from, for the error.
@@ -53,7 +55,7 @@ def to_linear_srgb(wavelengths, values, path=None, line=None):
     (n, 3) float64
     """
     wavelengths = np.asarray(wavelengths, dtype=float)
-    rising = (np.diff(wavelengths) > 0).all()
-    if not rising or np.count_nonzero((wavelengths >= 400) & (wavelengths <= 700)) < 3:
-        raise DatasetError("wavelengths must rise, with at least three from 400 to 700 nm", path, line)
+    visible = wavelengths[(wavelengths >= 400) & (wavelengths <= 700)]
+    if not (np.diff(wavelengths) > 0).all() or len(visible) < 3 or np.ptp(visible) < 200:
+        raise DatasetError("wavelengths must rise, with at least three from 400 to 700 nm that span 200 nm", path, line)
     return values @ srgb_weights(wavelengths).T

@@ -5,7 +5,7 @@ int find_slot(int keys[], int displacement[], int key)
 {
   int mixed = (key & 4095) * MULTIPLIER + (key >> 12) * 40503;
   mixed = mixed ^ (mixed >> 13);
-  int slot = key % KEY_COUNT + displacement[mixed % BUCKET_COUNT];
+  int slot = (key + (mixed >> 4)) % KEY_COUNT + displacement[mixed % BUCKET_COUNT];
   if (slot >= KEY_COUNT) {
     slot -= KEY_COUNT;
   }

@@ -5,13 +5,19 @@ import pytest
 
 from tools import checkout
 
+MEASUREMENTS = ("curet/abrdf.dat", "curet/table.txt", "cornell/cayman.astm", "cornell/garnet_red.astm",
+                "cornell/garnet_red.brdf", "cornell/garnet_red_RGB.astm", "cornell/krylon_blue.astm",
+                "cornell/krylon_blue_RGB.astm")
+
 
 @pytest.fixture(scope="session")
 def data():
     """The folder of real measurements."""
     folder = checkout.measurements()
-    if not checkout.has_measurements(folder):
-        pytest.skip(f"real measurements are absent from {folder}; MEASURED_BRDF_DATA may name another folder")
+    missing = [name for name in MEASUREMENTS if not (folder / name).is_file()]
+    if missing:
+        pytest.skip(f"real measurements are absent from {folder}: {', '.join(missing)}; MEASURED_BRDF_DATA may name "
+                    f"another folder")
     return folder
 
 

@@ -211,7 +211,7 @@ def test_enabling_osl(blender):
 
 
 def known_lamps(bpy):
-    tree = bpy.data.node_groups["Measured BRDF Lamps"]
+    tree = next(tree for tree in bpy.data.node_groups if "Lamp3" in tree.nodes)
     count = round(tree.nodes["Lamps"].outputs[0].default_value)
     return [(tuple(round(socket.default_value, 6) for socket in tree.nodes[f"Lamp{n}"].inputs),
              round(tree.nodes[f"Size{n}"].outputs[0].default_value, 6)) for n in range(1, count + 1)]
@@ -265,16 +265,49 @@ def test_instances_of_lamps_are_lamps(blender, cube, file):
     assert sorted(position for position, _ in known_lamps(blender)) == [(6, 0, 0), (8, 0, 0)]
 
 
-def test_of_many_lamps_the_suns_and_the_strongest_are_kept(blender, cube, file):
+def test_appended_and_linked_materials_know_the_lamps_too(blender, cube, file, tmp_path):
+    """Each brings a lamp group of its own along; without it a lamp that has no size would leave them black."""
+    import_file(blender, file, diffuse_level=4, specular_level=-1)
+    cube.active_material.name = "From the library"
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
+    for link in (False, True):
+        scene = black_scene(8, 8, samples=16, span=1)
+        blender.ops.mesh.primitive_plane_add(size=4)
+        plane = blender.context.object
+        if not link:
+            import_file(blender, file, diffuse_level=2, specular_level=-1)
+        with blender.data.libraries.load(str(tmp_path / "library.blend"), link=link) as (_, target):
+            target.materials = ["From the library"]
+        plane.active_material = target.materials[0]
+        add_lamp("SUN", math.pi, angle=0)
+        assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx([0.25, 0.5, 0.75], rel=0.01), link
+        import_file(blender, file, diffuse_level=4, specular_level=-1)
+        assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx([0.25, 0.5, 0.75], rel=0.01), link
+
+
+def test_a_lamp_group_may_be_renamed_and_its_name_taken(blender, cube, file):
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    tree = blender.data.node_groups["Measured BRDF Lamps"]
+    tree.name = "Mine"
+    blender.data.node_groups.new("Measured BRDF Lamps", "GeometryNodeTree")
+    add_lamp("POINT", 10)
+    blender.context.view_layer.update()
+    assert tree.nodes["Lamps"].outputs[0].default_value == 1
+    assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
+
+
+def test_of_many_lamps_those_without_a_size_then_suns_then_the_strongest_are_kept(blender, cube, file):
     import_file(blender, file, diffuse_level=2, specular_level=-1)
     for power in range(12):
-        add_lamp("POINT", power, (power, 0, 0))
-    add_lamp("SUN", 0.1)
+        add_lamp("POINT", power, (power, 0, 0), shadow_soft_size=0.1)
+    add_lamp("SUN", 0.1, angle=0.01)
+    add_lamp("SPOT", 0.01, (20, 0, 0), shadow_soft_size=0)
     blender.context.view_layer.update()
     lamps = known_lamps(blender)
     assert len(lamps) == 8
-    assert lamps[0][1] < 0
-    assert sorted(position[0] for position, _ in lamps[1:]) == [5, 6, 7, 8, 9, 10, 11]
+    assert lamps[0] == ((20, 0, 0), 0)
+    assert lamps[1][1] < 0
+    assert sorted(position[0] for position, _ in lamps[2:]) == [6, 7, 8, 9, 10, 11]
 
 
 def test_a_still_scene_is_left_alone(blender, cube, file):

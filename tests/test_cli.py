@@ -42,7 +42,21 @@ def test_info_lists_curet_samples_and_describes_one(data):
     assert "205 direction pairs" in run("info", data / "curet" / "abrdf.dat", "--sample", "aluminum foil").stdout
 
 
+def test_a_fit_is_recognised_whatever_its_name(file, tmp_path):
+    assert run("fit", file, "--preset", "Draft", "-o", tmp_path / "fit.out").returncode == 0
+    assert run("info", tmp_path / "fit.out").stdout.startswith("White: (3,5,90)")
+
+
+def test_a_link_is_written_through(file, tmp_path):
+    (tmp_path / "link.npz").symlink_to(tmp_path / "target.npz")
+    assert run("fit", file, "-o", tmp_path / "link.npz").returncode == 0
+    assert (tmp_path / "link.npz").is_symlink()
+    assert (tmp_path / "target.npz").is_file()
+
+
 @pytest.mark.parametrize(("arguments", "expected"), [
+    (["fit", "FILE", "-o", "/dev/null"], "/dev/null: not a file"),
+    (["fit", "FILE", "-o", "."], "not a file"),
     (["info", "none.dat"], "none.dat: cannot be read: No such file"),
     (["fit", "FILE", "--diffuse-level", "9", "-o", "OUT"], "diffuse_level is 9"),
     (["fit", "FILE", "-o", "/nowhere/fit.npz"], "/nowhere/fit.npz: No such file"),

@@ -58,6 +58,18 @@ def test_srgb_of_a_step_spectrum_is_that_of_the_cie_sums():
     np.testing.assert_allclose(spectra.to_linear_srgb(BANDS, spectrum[None])[0], expected, atol=1e-4)
 
 
+def test_bands_that_nobody_sees_do_not_count():
+    beyond = np.append(BANDS, [1200, 2000])
+    spectrum = np.linspace(0.1, 0.9, len(BANDS))
+    with_them = spectra.to_linear_srgb(beyond, np.append(spectrum, [50, 90])[None])
+    np.testing.assert_allclose(with_them, spectra.to_linear_srgb(BANDS, spectrum[None]), rtol=1e-12)
+
+
+def test_three_bands_side_by_side_are_no_colour():
+    with pytest.raises(DatasetError, match="span 200 nm"):
+        spectra.to_linear_srgb([460, 461, 462], [[1, 2, 3]])
+
+
 def test_the_cie_table_has_d65s_chromaticity():
     table = np.loadtxt(spectra.__file__.replace("spectra.py", "data/cie_1931_d65.csv"), delimiter=",", skiprows=3)
     xyz = (table[:, 1:4] * table[:, 4:]).sum(axis=0)
@@ -157,7 +169,10 @@ def test_the_paint_file_in_matlabs_format(tmp_path, random):
 @pytest.mark.parametrize(("change", "expected"), [
     ({"fr": None}, "no array fr"), ({"dir_in": np.ones((39, 3))}, "dir_in has 39 vectors, expected 40"),
     ({"dir_out": -np.ones((40, 3))}, "expected 0 to pi/2"), ({"dir_in": np.zeros((40, 3))}, "not a direction"),
-    ({"fr": np.full((40, 65), np.nan)}, "not finite"), ({"wavelength": np.arange(65)}, "from 400 to 700")])
+    ({"fr": np.full((40, 65), np.nan)}, "not finite"), ({"fr": np.ones((40, 65)) * 1j}, "plain array of real"),
+    ({"wavelength": "red"}, "plain array of real"),
+    ({"dir_in": np.array([["a"], ["b"]], dtype=object)}, "plain array of real"),
+    ({"wavelength": np.arange(65)}, "from 400 to 700")])
 def test_a_malformed_paint_file_is_refused(tmp_path, random, change, expected):
     from scipy.io import savemat
 
@@ -206,6 +221,9 @@ def test_pbrt_rows_may_break_anywhere(tmp_path):
     (curet_text(1) + "\n2 " + "0.1 " * 205, 4, "sample 2 a second time, first on line 2"),
     (curet_text(1) + "\n62 " + "0.1 " * 205, 4, "sample number from 1 to 61"),
     (curet_text(1).replace("1.003", "1.0.3"), 1, "'1.0.3' found"),
+    (curet_text(1).replace("1.003", "1" * 5000), 1, "expected a number"),
+    (curet_text(1) + "\n0000000019999 " + "0.1 " * 205, 4, "sample number from 1 to 61"),
+    (curet_text(1) + "\n00000000155 " + "0.1 " * 205, 4, "sample number from 1 to 61"),
     ("1 " + "0.1 " * 204, 1, "205 entries found, expected 206"),
 ])
 def test_malformed_text_is_refused_with_file_line_and_expectation(tmp_path, text, line, expected):
@@ -214,8 +232,10 @@ def test_malformed_text_is_refused_with_file_line_and_expectation(tmp_path, text
         fitter.load(path)
 
 
-@pytest.mark.parametrize("content", [b"hello", b"\x89PNG\r\n\x1a\n\0\0", b"1 2 3\n4 5 6", b"31\n", b"[1, 2]", b"   \n ",
-                                     b"", "VARS theta_i".encode("utf-16"), b"0" * 10000, b"#\n#\n"])
+@pytest.mark.parametrize("content", [
+    b"hello", b"\x89PNG\r\n\x1a\n\0\0", b"1 2 3\n4 5 6", b"31\n", b"[1, 2]", b"   \n ", b"",
+    "VARS theta_i".encode("utf-16"), b"0" * 10000, b"#\n#\n", b"\xef\xbb\xbf", b"\x1c\x1d", b"\xa0",
+    "\u2028".encode(), "1\u0663 ".encode() * 300])
 def test_anything_else_is_refused(tmp_path, content):
     path = write(tmp_path, content)
     with pytest.raises(DatasetError, match=re.escape(str(path))):

@@ -35,6 +35,7 @@ def tampered(fit, path, header=None, **arrays):
     {"header": {"channels": []}}, {"header": {"specular_level": 3}}, {"header": {"multiplier": 3}},
     {"header": {"compression": float("nan")}}, {"header": {"format": "something else"}},
     {"diffuse": np.zeros(3, np.float32)}, {"keys": np.zeros(5, np.uint32)}, {"displacement": np.zeros(0, np.uint16)},
+    {"displacement": np.full(40, 60_000, np.uint16)},
     {"coefficients": np.full((5, 3), np.nan, np.float32)}, {"diffuse": np.array([object()])},
     {"header": {"specular_level": True}}])
 def test_a_file_whose_parts_contradict_each_other_is_refused(glossy, tmp_path, change):
@@ -49,6 +50,24 @@ def test_any_other_file_is_refused(tmp_path, content):
     (tmp_path / "x.npz").write_bytes(content)
     with pytest.raises(fitter.DatasetError, match=r"x\.npz"):
         fitter.Fit.load(tmp_path / "x.npz")
+
+
+def test_damage_anywhere_in_the_file_is_refused_or_harmless(glossy, tmp_path, random):
+    path = tmp_path / "fit.npz"
+    fit = fitter.fit(glossy, 1, 2)
+    fit.save(path)
+    whole = path.read_bytes()
+    refused = 0
+    for place in random.integers(0, len(whole), 400):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << int(random.integers(8))
+        path.write_bytes(damaged)
+        try:
+            back = fitter.Fit.load(path)
+            np.testing.assert_array_equal(back.evaluate(0.5, 0, 1, 2), fit.evaluate(0.5, 0, 1, 2))
+        except fitter.DatasetError:
+            refused += 1
+    assert refused > 300
 
 
 def test_a_single_array_is_not_a_fit(tmp_path):

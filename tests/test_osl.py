@@ -45,7 +45,7 @@ def angles(vectors):
 FITS = {
     "leather (4,6,95)": lambda curet, cornell: fitter.fit(curet("leather")),
     "foil (1,6,90)": lambda curet, cornell: fitter.fit(curet("aluminum foil"), 1, 6, 90),
-    "felt, level 7": lambda curet, cornell: fitter.fit(curet("felt"), 6, None),
+    "felt, level 6": lambda curet, cornell: fitter.fit(curet("felt"), 6, None),
     "krylon (4,6,95)": lambda curet, cornell: fitter.fit(cornell("krylon_blue_RGB")),
     "krylon (0,7,99)": lambda curet, cornell: fitter.fit(cornell("krylon_blue_RGB"), 0, 7, 99),
     "garnet (4,6,95)": lambda curet, cornell: fitter.fit(cornell("garnet_red")),

@@ -43,6 +43,13 @@ def test_a_lattice_of_level_6_at_95_percent_takes_about_6_bits_a_key_beside_the_
     assert index.displacement.nbytes * 8 / len(keys) < 7
 
 
+@pytest.mark.parametrize("keys", [np.arange(2345) * 2345, np.arange(2048) * 4096, np.arange(2345) + 2345 * 7 * (
+    np.arange(2345) % 30)])
+def test_regular_spacing_does_not_swell_the_table(keys):
+    index = check(np.unique(keys))
+    assert index.displacement.nbytes * 8 / len(index) < 12
+
+
 @pytest.mark.parametrize("keys", [[-1, 3], [0, perfect_hash.MAX_KEY + 1]])
 def test_keys_out_of_range_are_refused(keys):
     with pytest.raises(ValueError, match="expected 0 to"):

@@ -37,7 +37,7 @@ def read(path, content):
     missing = [name for name in _ARRAYS if name not in arrays]
     if missing:
         raise DatasetError(f"no array {', '.join(missing)}; expected {', '.join(_ARRAYS)}", path)
-    wavelength = np.asarray(arrays["wavelength"], dtype=float).ravel()
+    wavelength = _real(arrays["wavelength"], "wavelength", path).ravel()
     fr = _oriented(arrays["fr"], len(wavelength), "fr", path)
     theta_i, phi_i = _angles(arrays["dir_in"], len(fr), "dir_in", path)
     theta_o, phi_o = _angles(arrays["dir_out"], len(fr), "dir_out", path)
@@ -48,9 +48,16 @@ def read(path, content):
                    str(path))
 
 
+def _real(array, name, path):
+    """An array of real numbers."""
+    if not isinstance(array, np.ndarray) or array.dtype.kind not in "iuf":
+        raise DatasetError(f"{name} is not a plain array of real numbers", path)
+    return array.astype(float)
+
+
 def _oriented(array, columns, name, path):
     """A matrix with so many columns, transposed if need be."""
-    array = np.asarray(array, dtype=float)
+    array = _real(array, name, path)
     if array.ndim == 2 and array.shape[1] == columns:
         return array
     if array.ndim == 2 and array.shape[0] == columns:

@@ -5,6 +5,7 @@ K. J. Dana, B. van Ginneken, S. K. Nayar, J. J. Koenderink: Reflectance and Text
 """
 
 import difflib
+import re
 from functools import cache
 from pathlib import Path
 
@@ -30,7 +31,7 @@ _WHAT = f"a sample number and {GEOMETRIES} values"
 
 def recognises(lines):
     """Whether the first line is a sample number and about as many numbers as there are geometries."""
-    tokens = next(line.split() for line in lines if line.strip())
+    tokens = next((line.split() for line in lines if line.strip()), [""])
     return tokens[0].isdecimal() and len(tokens) > GEOMETRIES // 2
 
 
@@ -83,7 +84,7 @@ def _row_lines(path, lines):
         token = line.split(maxsplit=1)[:1]
         if not token:
             continue
-        if not token[0].isdecimal() or not 1 <= int(token[0][:9]) <= len(NAMES):
+        if not re.fullmatch("[0-9]{1,9}", token[0]) or not 1 <= int(token[0]) <= len(NAMES):
             raise DatasetError(f"the line must start with a sample number from 1 to {len(NAMES)}: {_WHAT}", path,
                                index + 1)
         number = int(token[0])

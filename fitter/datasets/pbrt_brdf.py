@@ -1,5 +1,6 @@
 """pbrt-v2's text format for measured BRDFs: a count, wavelengths in nm, then theta_i phi_i theta_s phi_s values."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,8 @@ def recognises(lines):
     for line in lines:
         content = line.partition("#")[0].split()
         if content:
-            return len(content) == 1 and content[0].isdecimal() and _FEW <= int(content[0][:9]) <= _MANY
+            whole = len(content) == 1 and re.fullmatch("[0-9]{1,4}", content[0])
+            return bool(whole) and _FEW <= int(content[0]) <= _MANY
     return False
 
 
