@@ -17,6 +17,7 @@ from mathutils import Vector
 MAX_LAMPS = 8               # as in osl/lamps.h
 NAME = "Measured BRDF Lamps"
 _LAMPS = "Lamps"
+_NODES = (_LAMPS, *(f"{kind}{number}" for number in range(1, MAX_LAMPS + 1) for kind in ("Lamp", "Size")))
 _CARRIERS = (bpy.types.Object, bpy.types.Light, bpy.types.Collection, bpy.types.Scene)   # what moves or holds lamps
 
 
@@ -33,8 +34,8 @@ def in_scene(depsgraph):
     -------
     list of ((x, y, z), size)
         At most `MAX_LAMPS` that give light, those without a size first (nothing else finds them), then suns, then the
-        strongest: a sun as the direction toward it and minus its angular
-        radius (radians), a point or spot lamp as its position and its radius (m).
+        strongest: a sun as the direction toward it and minus its angular radius (radians), a point or spot lamp as its
+        position and its radius (m).
     """
     found = []
     for instance in depsgraph.object_instances:
@@ -74,9 +75,8 @@ def update(depsgraph):
 
 def _trees():
     """The groups that have all their nodes: a user may have taken one apart, or given its name to something else."""
-    names = [_LAMPS, *(f"{kind}{number}" for number in range(1, MAX_LAMPS + 1) for kind in ("Lamp", "Size"))]
     return [tree for tree in bpy.data.node_groups
-            if tree.bl_idname == "ShaderNodeTree" and all(name in tree.nodes for name in names)]
+            if tree.bl_idname == "ShaderNodeTree" and all(name in tree.nodes for name in _NODES)]
 
 
 def _create():

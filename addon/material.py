@@ -1,6 +1,7 @@
 """From measurements to a material: read, fit, bake, and put the result where the material's surface is."""
 
 import time
+from typing import NamedTuple
 
 import bpy
 
@@ -55,11 +56,12 @@ def group_node(material):
                  and node_group.script_node(node.node_tree) is not None), None)
 
 
-class _Result:
+class _Result(NamedTuple):
     """A fit, the samples it was made from, and the time it took."""
 
-    def __init__(self, samples, fit, seconds):
-        self.samples, self.fit, self.seconds = samples, fit, seconds
+    samples: fitter.Samples
+    fit: fitter.Fit
+    seconds: float
 
 
 def _fit(choices):

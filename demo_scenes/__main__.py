@@ -6,13 +6,15 @@ import time
 
 import bpy
 
+from fitter import PRESETS
+from fitter.bilevel import notation
 from tools.checkout import ROOT, extension
 
 from . import sheet, synthetic
 from .stage import add_lamp, add_sphere, background, black_scene, render
 
 OUT = ROOT / "build" / "demo"
-PAPER = {"diffuse_level": 4, "specular_level": 6, "compression": 95.0}
+PAPER = PRESETS["Paper"]
 FIGURE_4 = {"aluminum foil": 15, "felt": 1, "leather": 5}
 TILE = 256
 
@@ -35,9 +37,9 @@ class Demo:
         start = time.perf_counter()
         picture = render(scene)
         seconds = time.perf_counter() - start
-        levels = (f"level {choices['diffuse_level']}" if choices["specular_level"] < 0 else
-                  "({diffuse_level},{specular_level},{compression:g})".format(**choices))
-        self.rows.append((self.named(name), levels, result.bytes, result.rmse, result.seconds, seconds))
+        levels = (result.diffuse_level, None) if result.specular_level < 0 else (
+            result.diffuse_level, result.specular_level, result.compression)
+        self.rows.append((self.named(name), notation(*levels), result.bytes, result.rmse, result.seconds, seconds))
         return picture
 
 

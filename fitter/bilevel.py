@@ -128,6 +128,12 @@ def fit(samples, diffuse_level=4, specular_level=6, compression=95.0):
                sparse_lattice.keep_largest(specular, specular_level, kept), float(compression), **named)
 
 
+def notation(diffuse_level, specular_level=None, compression=0.0):
+    """The levels of a fit as the paper writes them: ``(D,S,C)``, or ``level D`` for plain MBA."""
+    return f"level {diffuse_level}" if specular_level is None else (
+        f"({diffuse_level},{specular_level},{compression:g})")
+
+
 def _level(name, level):
     if isinstance(level, bool) or not isinstance(level, int | np.integer) or not 0 <= level <= lattice.MAX_LEVEL:
         raise ValueError(f"{name} is {level!r}, expected a whole number from 0 to {lattice.MAX_LEVEL}")

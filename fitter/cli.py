@@ -9,6 +9,7 @@ import numpy as np
 from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, load, report
 from . import fit as fit_samples
 from .bake import bake
+from .bilevel import notation
 from .datasets import list_samples
 from .datasets.text import read_bytes
 from .files import replacing
@@ -94,8 +95,7 @@ def _describe_samples(samples):
 
 
 def _describe_fit(fit):
-    levels = f"level {fit.diffuse_level}" if fit.specular is None else (
-        f"({fit.diffuse_level},{fit.specular_level},{fit.compression:g})")
+    levels = notation(fit.diffuse_level, fit.specular_level, fit.compression)
     print(f"{fit.name}: {levels}, channels {' '.join(fit.channels)}, {fit.coefficient_count:,} coefficients, "
           f"{fit.nbytes:,} bytes")
 

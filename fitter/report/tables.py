@@ -25,8 +25,8 @@ def errors(samples, levels, compressed):
     list of dict
         material, method, coefficients (a channel), bytes (all channels), rmse, mae, mre.
     """
-    methods = {f"level {level}": lambda level=level: bilevel.fit(samples, level, None) for level in levels}
-    methods |= {notation(*choice): lambda choice=choice: bilevel.fit(samples, *choice) for choice in compressed}
+    methods = {bilevel.notation(level): lambda level=level: bilevel.fit(samples, level, None) for level in levels}
+    methods |= {bilevel.notation(*choice): lambda choice=choice: bilevel.fit(samples, *choice) for choice in compressed}
     methods |= dict(zip(BASELINES, (lambda: koenderink.fit(samples), lambda: lafortune.fit(samples)), strict=True))
     rows = []
     for method, make in methods.items():
@@ -44,7 +44,7 @@ def storage(samples):
     for choice, (coefficients, size) in PAPER_TABLE_1.items():
         fit = bilevel.fit(samples, *choice)
         shared = fit.specular.index.nbytes
-        rows.append({"fit": notation(*choice), "coefficients": fit.coefficient_count,
+        rows.append({"fit": bilevel.notation(*choice), "coefficients": fit.coefficient_count,
                      "bytes": (fit.nbytes - shared) // channels + shared,
                      "paper_coefficients": coefficients, "paper_bytes": size})
     return rows
@@ -73,8 +73,3 @@ def claims(rows):
             found.append({"material": material, "source": source, "level_6_factor": fine, "level_4_factor": coarse,
                           "level_6_holds": fine >= 4, "level_4_holds": coarse >= 0.5})
     return found
-
-
-def notation(diffuse_level, specular_level, compression):
-    """(D,S,C) as the paper writes it."""
-    return f"({diffuse_level},{specular_level},{compression:g})"
