@@ -58,7 +58,11 @@ def held_out_values(samples, fit, parts=FOLDS, seed=SEED):
 
 def held_out(samples, fit, parts=FOLDS, seed=SEED):
     """Errors of `held_out_values` over all samples and channels: HeldOutErrors."""
-    predicted = held_out_values(samples, fit, parts, seed)
+    return errors(samples, held_out_values(samples, fit, parts, seed))
+
+
+def errors(samples, predicted):
+    """Errors of predictions (n, channels) of the samples, over all of them and all channels: HeldOutErrors."""
     error = predicted - samples.values
     cubes = cube_root(samples.theta_o, predicted) - cube_root(samples.theta_o, samples.values)
     return HeldOutErrors(float(np.sqrt(np.mean(error ** 2))), float(np.sqrt(np.mean(cubes ** 2))))
