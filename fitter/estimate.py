@@ -14,7 +14,7 @@ from . import cross_validation, half_difference, kriging, microfacet
 
 LENGTHS = ((0.3, 0.1), (0.3, 0.3), (1.0, 0.3), (1.0, 1.0))  # along |D| and across, in coordinates from -1 to 1
 NOISES = (1e-4, 1e-2, 1e-1)
-CEILING = 2.0               # an estimate is at most this often the largest sample
+CEILING = 16.0              # an estimate is at most this often the largest sample
 _FEW = 10                   # samples that are too few to choose by
 _JUDGED = 500               # samples that are enough to choose by
 

@@ -1,11 +1,11 @@
 """The prior: what a reflectance is likely to be where nothing was measured.
 
-A Lambertian and one lobe of microfacets, with a generalised Trowbridge-Reitz distribution (B. Burley 2012), Schlick's
-Fresnel term and the height-correlated Smith visibility (E. Heitz 2014) ::
+A Lambertian and a lobe of microfacets, with one or two generalised Trowbridge-Reitz distributions (B. Burley 2012),
+Schlick's Fresnel term and the height-correlated Smith visibility (E. Heitz 2014) ::
 
-    b = kd + ks D(theta_h) F(theta_d) V(theta_i, theta_o),      D = (1 + tan^2 theta_h / alpha^2)^-gamma
+    b = kd + ks D(theta_h) F(theta_d) V(theta_i, theta_o),      D = sum_k w_k (1 + tan^2 theta_h / alpha_k^2)^-gamma_k
 
-Nine numbers for a material of three channels. It knows what a table of samples does not: that a peak which was not
+At most 13 numbers for a material of three channels. It knows what a table of samples does not: that a peak which was not
 sampled is as high as its neighbours at other angles say, and how it grows toward grazing incidence.
 """
 
@@ -14,35 +14,36 @@ from dataclasses import dataclass
 import numpy as np
 
 _DENSEST = 1e-3             # keeps the visibility finite where both directions graze
-_START_WIDTHS = (0.05, 0.2, 0.6)
+_START_WIDTHS = ((0.05,), (0.2,), (0.6,), (0.05, 0.2), (0.05, 0.6), (0.2, 0.6))
 _ITERATIONS = 60
 _CLIP = 25.0                # bound of every parameter as searched: a logarithm, or the logit of F0
 
 
 @dataclass(frozen=True)
 class Microfacet:
-    """A Lambertian and one lobe.
+    """A Lambertian and a lobe.
 
     Attributes
     ----------
     kd, ks : (channels,) float64
         1/sr.
-    alpha, gamma : float
-        Width of the lobe as a slope, and how fast its tail falls.
+    weight, alpha, gamma : (1,) or (2,) float64
+        Of each distribution: its share, the first 1; its width as a slope; how fast its tail falls.
     f0 : float
         Reflectance at normal incidence, relative to grazing.
     """
 
     kd: np.ndarray
     ks: np.ndarray
-    alpha: float = 1.0
-    gamma: float = 1.0
-    f0: float = 1.0
+    weight: np.ndarray
+    alpha: np.ndarray
+    gamma: np.ndarray
+    f0: float
 
     @property
     def nbytes(self):
         """Bytes of the parameters of all channels in single precision."""
-        return 4 * (2 * len(self.kd) + 3)
+        return 4 * (2 * len(self.kd) + 3 * len(self.alpha))
 
     def evaluate(self, theta_i, phi_i, theta_o, phi_o):
         """The model, 1/sr: angles (n,) in radians to (n, channels) float64."""
@@ -50,9 +51,10 @@ class Microfacet:
 
     def _at(self, geometry):
         cos_i, cos_o, tan2_h, cos_d = geometry
-        distribution = (1 + tan2_h / self.alpha ** 2) ** -self.gamma
+        distribution = sum(weight * (1 + tan2_h / alpha ** 2) ** -gamma
+                           for weight, alpha, gamma in zip(self.weight, self.alpha, self.gamma, strict=True))
         fresnel = self.f0 + (1 - self.f0) * (1 - cos_d) ** 5
-        m2 = min(self.alpha, 1.0) ** 2
+        m2 = min(self.alpha[0], 1.0) ** 2
         visibility = 0.5 / (cos_o * np.sqrt(cos_i ** 2 * (1 - m2) + m2) + cos_i * np.sqrt(cos_o ** 2 * (1 - m2) + m2)
                             + _DENSEST)
         return self.kd + self.ks * (distribution * fresnel * visibility)[..., None]
@@ -61,13 +63,13 @@ class Microfacet:
 def lambertian(values):
     """The prior that knows of no lobe: the median of each channel, (n, channels) to Microfacet."""
     kd = np.median(values, axis=0)
-    return Microfacet(np.maximum(kd, 0), np.zeros_like(kd))
+    return Microfacet(np.maximum(kd, 0), np.zeros_like(kd), np.ones(1), np.ones(1), np.ones(1), 1.0)
 
 
 def fit(samples, offset, start=None):
     """Fit by least squares of log(f + offset), so that dark directions count as much as the peak.
 
-    Levenberg-Marquardt from three widths of lobe, or from `start` alone.
+    Levenberg-Marquardt from several widths of lobe, or from `start` alone.
 
     Parameters
     ----------
@@ -87,7 +89,8 @@ def fit(samples, offset, start=None):
         starts = [_pack(start)]
     else:
         kd = np.maximum(np.quantile(samples.values, 0.3, axis=0), 1e-4)
-        starts = [_pack(Microfacet(kd, 2 * kd, width, 2.0, 0.076)) for width in _START_WIDTHS]
+        starts = [_pack(Microfacet(kd, 2 * kd, np.array([1.0, 0.14])[:len(widths)], np.array(widths),
+                                   np.full(len(widths), 2.0), 0.076)) for widths in _START_WIDTHS]
 
     def residuals(p):
         return (compress(_unpack(p, channels)._at(geometry), offset) - target).ravel()
@@ -113,16 +116,17 @@ def _geometry(theta_i, phi_i, theta_o, phi_o):
 
 
 def _pack(model):
+    """The parameters as searched: logarithms, and the logit of F0; the weight of the first distribution is 1."""
     f0 = np.clip(model.f0, 1e-9, 1 - 1e-9)
-    return np.concatenate([np.log(np.maximum(model.kd, 1e-10)), np.log(np.maximum(model.ks, 1e-10)),
-                           [np.log(model.alpha), np.log(model.gamma - 1 + 1e-9), np.log(f0 / (1 - f0))]])
+    positive = np.concatenate([model.kd, model.ks, model.alpha, model.gamma - 1 + 1e-9, model.weight[1:]])
+    return np.append(np.log(np.maximum(positive, 1e-10)), np.log(f0 / (1 - f0)))
 
 
 def _unpack(p, channels):
-    p = np.clip(p, -_CLIP, _CLIP)
-    alpha, gamma, f0 = p[2 * channels:]
-    return Microfacet(np.exp(p[:channels]), np.exp(p[channels:2 * channels]), float(np.exp(np.clip(alpha, -8, 8))),
-                      float(1 + np.exp(np.clip(gamma, -8, 8))), float(1 / (1 + np.exp(-f0))))
+    positive, f0 = np.exp(np.clip(p[:-1], -_CLIP, _CLIP)), 1 / (1 + np.exp(-np.clip(p[-1], -_CLIP, _CLIP)))
+    kd, ks, shape = positive[:channels], positive[channels:2 * channels], np.clip(positive[2 * channels:], 1e-3, 1e3)
+    lobes = (len(shape) + 1) // 3
+    return Microfacet(kd, ks, np.append(1.0, shape[2 * lobes:]), shape[:lobes], 1 + shape[lobes:2 * lobes], float(f0))
 
 
 def _levenberg_marquardt(residuals, p):
