@@ -1,12 +1,12 @@
 """The prior: what a reflectance is likely to be where nothing was measured.
 
-A Lambertian and a lobe of microfacets, with one or two generalised Trowbridge-Reitz distributions (B. Burley 2012),
-Schlick's Fresnel term and the height-correlated Smith visibility (E. Heitz 2014) ::
+A Lambertian and up to two lobes of microfacets, each with a generalised Trowbridge-Reitz distribution (B. Burley 2012)
+the height-correlated Smith visibility (E. Heitz 2014) and a Fresnel term of Schlick's ::
 
-    b = kd + ks D(theta_h) F(theta_d) V(theta_i, theta_o),      D = sum_k w_k (1 + tan^2 theta_h / alpha_k^2)^-gamma_k
+    b = kd + sum_k ks_k D_k(theta_h) F_k(theta_d) V_k(theta_i, theta_o),     D = (1 + tan^2 theta_h / alpha^2)^-gamma
 
-At most 13 numbers for a material of three channels. It knows what a table of samples does not: that a peak which was not
-sampled is as high as its neighbours at other angles say, and how it grows toward grazing incidence.
+At most 15 numbers for a material of three channels. It knows what a table of samples does not: that a peak which was
+not sampled is as high as its neighbours at other angles say, and how it grows toward grazing incidence.
 """
 
 from dataclasses import dataclass
@@ -14,36 +14,35 @@ from dataclasses import dataclass
 import numpy as np
 
 _DENSEST = 1e-3             # keeps the visibility finite where both directions graze
-_START_WIDTHS = ((0.05,), (0.2,), (0.6,), (0.05, 0.2), (0.05, 0.6), (0.2, 0.6))
+_START_WIDTHS = ((0.05,), (0.2,), (0.6,), (0.01, 0.3), (0.05, 0.2), (0.05, 0.6), (0.2, 0.6))
 _ITERATIONS = 60
 _CLIP = 25.0                # bound of every parameter as searched: a logarithm, or the logit of F0
 
 
 @dataclass(frozen=True)
 class Microfacet:
-    """A Lambertian and a lobe.
+    """A Lambertian and some lobes.
 
     Attributes
     ----------
-    kd, ks : (channels,) float64
+    kd : (channels,) float64
         1/sr.
-    weight, alpha, gamma : (1,) or (2,) float64
-        Of each distribution: its share, the first 1; its width as a slope; how fast its tail falls.
-    f0 : float
-        Reflectance at normal incidence, relative to grazing.
+    ks : (lobes, channels) float64
+        1/sr.
+    alpha, gamma, f0 : (lobes,) float64
+        Width of a lobe as a slope; how fast its tail falls; reflectance at normal incidence, relative to grazing.
     """
 
     kd: np.ndarray
     ks: np.ndarray
-    weight: np.ndarray
     alpha: np.ndarray
     gamma: np.ndarray
-    f0: float
+    f0: np.ndarray
 
     @property
     def nbytes(self):
         """Bytes of the parameters of all channels in single precision."""
-        return 4 * (2 * len(self.kd) + 3 * len(self.alpha))
+        return 4 * (self.kd.size + self.ks.size + self.alpha.size + self.gamma.size + self.f0.size)
 
     def evaluate(self, theta_i, phi_i, theta_o, phi_o):
         """The model, 1/sr: angles (n,) in radians to (n, channels) float64."""
@@ -51,19 +50,21 @@ class Microfacet:
 
     def _at(self, geometry):
         cos_i, cos_o, tan2_h, cos_d = geometry
-        distribution = sum(weight * (1 + tan2_h / alpha ** 2) ** -gamma
-                           for weight, alpha, gamma in zip(self.weight, self.alpha, self.gamma, strict=True))
-        fresnel = self.f0 + (1 - self.f0) * (1 - cos_d) ** 5
-        m2 = min(self.alpha[0], 1.0) ** 2
-        visibility = 0.5 / (cos_o * np.sqrt(cos_i ** 2 * (1 - m2) + m2) + cos_i * np.sqrt(cos_o ** 2 * (1 - m2) + m2)
-                            + _DENSEST)
-        return self.kd + self.ks * (distribution * fresnel * visibility)[..., None]
+        grazing = (1 - cos_d) ** 5
+        total = np.broadcast_to(self.kd, (*np.shape(tan2_h), len(self.kd)))
+        for ks, alpha, gamma, f0 in zip(self.ks, self.alpha, self.gamma, self.f0, strict=True):
+            distribution = (1 + tan2_h / alpha ** 2) ** -gamma
+            m2 = min(alpha, 1.0) ** 2
+            visibility = 0.5 / (cos_o * np.sqrt(cos_i ** 2 * (1 - m2) + m2)
+                                + cos_i * np.sqrt(cos_o ** 2 * (1 - m2) + m2) + _DENSEST)
+            total = total + ks * (distribution * (f0 + (1 - f0) * grazing) * visibility)[..., None]
+        return total
 
 
 def lambertian(values):
     """The prior that knows of no lobe: the median of each channel, (n, channels) to Microfacet."""
-    kd = np.median(values, axis=0)
-    return Microfacet(np.maximum(kd, 0), np.zeros_like(kd), np.ones(1), np.ones(1), np.ones(1), 1.0)
+    kd = np.maximum(np.median(values, axis=0), 0)
+    return Microfacet(kd, np.zeros((0, len(kd))), np.zeros(0), np.zeros(0), np.zeros(0))
 
 
 def fit(samples, offset, start=None):
@@ -89,8 +90,8 @@ def fit(samples, offset, start=None):
         starts = [_pack(start)]
     else:
         kd = np.maximum(np.quantile(samples.values, 0.3, axis=0), 1e-4)
-        starts = [_pack(Microfacet(kd, 2 * kd, np.array([1.0, 0.14])[:len(widths)], np.array(widths),
-                                   np.full(len(widths), 2.0), 0.076)) for widths in _START_WIDTHS]
+        starts = [_pack(Microfacet(kd, np.stack([2 * kd, 0.3 * kd])[:len(widths)], np.array(widths),
+                                   np.full(len(widths), 2.0), np.full(len(widths), 0.076))) for widths in _START_WIDTHS]
 
     def residuals(p):
         return (compress(_unpack(p, channels)._at(geometry), offset) - target).ravel()
@@ -116,17 +117,19 @@ def _geometry(theta_i, phi_i, theta_o, phi_o):
 
 
 def _pack(model):
-    """The parameters as searched: logarithms, and the logit of F0; the weight of the first distribution is 1."""
+    """The parameters as searched: logits of F0, and logarithms."""
     f0 = np.clip(model.f0, 1e-9, 1 - 1e-9)
-    positive = np.concatenate([model.kd, model.ks, model.alpha, model.gamma - 1 + 1e-9, model.weight[1:]])
-    return np.append(np.log(np.maximum(positive, 1e-10)), np.log(f0 / (1 - f0)))
+    positive = np.concatenate([model.alpha, model.gamma - 1, model.kd, model.ks.ravel()])
+    return np.concatenate([np.log(f0 / (1 - f0)), np.log(np.maximum(positive, 1e-9))])
 
 
 def _unpack(p, channels):
-    positive, f0 = np.exp(np.clip(p[:-1], -_CLIP, _CLIP)), 1 / (1 + np.exp(-np.clip(p[-1], -_CLIP, _CLIP)))
-    kd, ks, shape = positive[:channels], positive[channels:2 * channels], np.clip(positive[2 * channels:], 1e-3, 1e3)
-    lobes = (len(shape) + 1) // 3
-    return Microfacet(kd, ks, np.append(1.0, shape[2 * lobes:]), shape[:lobes], 1 + shape[lobes:2 * lobes], float(f0))
+    p = np.clip(p, -_CLIP, _CLIP)
+    lobes = (len(p) - channels) // (3 + channels)
+    alpha, gamma = np.clip(np.exp(p[lobes:3 * lobes]), 1e-3, 1e3).reshape(2, lobes)
+    strength = np.exp(p[3 * lobes:])
+    return Microfacet(strength[:channels], strength[channels:].reshape(lobes, channels), alpha, 1 + gamma,
+                      1 / (1 + np.exp(-p[:lobes])))
 
 
 def _levenberg_marquardt(residuals, p):
