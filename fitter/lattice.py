@@ -128,6 +128,53 @@ def refine(control_points, level):
     return np.ascontiguousarray(control_points)
 
 
+def nodes(level):
+    """Corners of the cells in the stored quarter of the cube: (a, b, c, 3) float64 in [0, 1]."""
+    m = cells(level)
+    outer, whole = np.arange((m + 1) // 2, m + 1) / m, np.arange(m + 1) / m
+    return np.stack(np.meshgrid(outer, whole, outer, indexing="ij"), axis=-1)
+
+
+def interpolate(values, level):
+    """The natural cubic spline that takes given values at the nodes.
+
+    Parameters
+    ----------
+    values : (a, b, c, channels) float64
+        At `nodes(level)`; their mirror images follow from the symmetries.
+
+    Returns
+    -------
+    shape(level) + (channels,) float64
+    """
+    m = cells(level)
+    first = (m + 1) // 2
+    full = np.empty((m + 1, m + 1, m + 1, values.shape[-1]))
+    full[first:, :, first:] = values
+    full[first:, :, :first] = full[first:, :, :m - first:-1]
+    full[:first] = full[:m - first:-1, ::-1]
+    spline = (np.eye(m + 3, k=-1) + 4 * np.eye(m + 3) + np.eye(m + 3, k=1)) / 6
+    spline[0, :3] = spline[-1, -3:] = 1, -2, 1                          # no curvature at the ends
+    inverse = np.linalg.inv(spline)[:, 1:-1]
+    for axis in range(3):
+        full = np.moveaxis(np.tensordot(inverse, full, (1, axis)), 0, axis)
+    return np.ascontiguousarray(full[m // 2:, :, m // 2:])
+
+
+def representative(level):
+    """Which stored control point stands for each: itself, or the first of its mirror images: shape(level) int."""
+    box, start = np.array(shape(level)), np.array(origin(level))
+    point = np.stack(np.indices(box), axis=-1) + start
+    first = np.full(box, box.prod())
+    for signs, shift in (([1, 1, 1], [0, 0, 0]), ([1, 1, -1], [0, 0, 1]), ([-1, -1, 1], [1, 1, 0]),
+                         ([-1, -1, -1], [1, 1, 1])):
+        image = point * signs + np.array(shift) * cells(level) - start
+        inside = ((image >= 0) & (image < box)).all(axis=-1)
+        flat = (image[..., 0] * box[1] + image[..., 1]) * box[2] + image[..., 2]
+        first = np.where(inside, np.minimum(first, flat), first)
+    return first
+
+
 def reachable(level):
     """Which stored control points any pair of directions reads: shape(level) bool.
 

@@ -67,17 +67,16 @@ def lambertian(values):
     return Microfacet(kd, np.zeros((0, len(kd))), np.zeros(0), np.zeros(0), np.zeros(0))
 
 
-def fit(samples, offset, start=None):
+def fit(samples, offset):
     """Fit by least squares of log(f + offset), so that dark directions count as much as the peak.
 
-    Levenberg-Marquardt from several widths of lobe, or from `start` alone.
+    Levenberg-Marquardt from several widths of lobe.
 
     Parameters
     ----------
     samples : Samples
     offset : float
         1/sr.
-    start : Microfacet, optional
 
     Returns
     -------
@@ -86,12 +85,9 @@ def fit(samples, offset, start=None):
     geometry = _geometry(*samples.directions)
     target = compress(samples.values, offset)
     channels = samples.values.shape[1]
-    if start is not None:
-        starts = [_pack(start)]
-    else:
-        kd = np.maximum(np.quantile(samples.values, 0.3, axis=0), 1e-4)
-        starts = [_pack(Microfacet(kd, np.stack([2 * kd, 0.3 * kd])[:len(widths)], np.array(widths),
-                                   np.full(len(widths), 2.0), np.full(len(widths), 0.076))) for widths in _START_WIDTHS]
+    kd = np.maximum(np.quantile(samples.values, 0.3, axis=0), 1e-4)
+    starts = [_pack(Microfacet(kd, np.stack([2 * kd, 0.3 * kd])[:len(widths)], np.array(widths),
+                               np.full(len(widths), 2.0), np.full(len(widths), 0.076))) for widths in _START_WIDTHS]
 
     def residuals(p):
         return (compress(_unpack(p, channels)._at(geometry), offset) - target).ravel()

@@ -1,0 +1,60 @@
+"""The compact fit: the field of `estimate` in a coarse dense lattice, and in a sparse one what the samples say beyond.
+
+The same two lattices as the paper's, over half and difference coordinates, of the logarithmic field instead of the
+reflectance itself. The dense lattice interpolates the field, also where there are no samples; the sparse one brings
+the fit to the samples.
+"""
+
+import numpy as np
+
+from . import lattice, refit
+from .estimate import estimate
+from .half_difference import half_difference
+
+_AZIMUTHS = 16
+
+
+def approximate(samples, diffuse_level, specular_level, kept):
+    """Fit samples.
+
+    Parameters
+    ----------
+    samples : Samples
+    diffuse_level : int
+    specular_level : int or None
+    kept : int
+        Control points of the sparse lattice.
+
+    Returns
+    -------
+    prior : estimate.Prior
+    diffuse : lattice.shape(diffuse_level) + (channels,) float32
+    specular : SparseLattice or None
+    """
+    prior, field = estimate(samples)
+    nodes = lattice.nodes(diffuse_level)
+    values = field.at(2 * nodes.reshape(-1, 3) - 1).reshape(*nodes.shape[:-1], -1)
+    if diffuse_level > 0:
+        values[0] = _around(field, 2 * nodes[0] - 1)
+    diffuse = lattice.interpolate(values, diffuse_level).astype(np.float32)
+    if specular_level is None:
+        return prior, diffuse, None
+    return prior, diffuse, _specular(samples, prior, diffuse, diffuse_level, specular_level, kept)
+
+
+def _around(field, mu):
+    """The mean of the field over all azimuths of H, which means nothing where D = 0: (b, c, 3) to (b, c, channels)."""
+    radius, which = np.unique(np.round(np.hypot(mu[..., 1], mu[..., 2]), 9), return_inverse=True)
+    angle = (np.arange(_AZIMUTHS) + 0.5) * (np.pi / 2 / _AZIMUTHS)      # the field is even in both: a quarter tells all
+    ring = np.stack([np.zeros((len(radius), _AZIMUTHS)), np.outer(radius, np.cos(angle)),
+                     np.outer(radius, np.sin(angle))], axis=-1)
+    mean = field.at(ring.reshape(-1, 3)).reshape(len(radius), _AZIMUTHS, -1).mean(axis=1)
+    return mean[which.reshape(mu.shape[:-1])]
+
+
+def _specular(samples, prior, diffuse, diffuse_level, level, kept):
+    x = half_difference(*samples.directions)
+    residual = prior.field(samples.values, *samples.directions) - lattice.evaluate(diffuse, diffuse_level, x)
+    # an error of the field is one of the reflectance in proportion to f + offset
+    weights = np.sqrt(np.mean((np.maximum(samples.values, 0) + prior.offset) ** 2, axis=1))
+    return refit.sparse_fit(x, residual, weights, level, kept)
