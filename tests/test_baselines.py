@@ -99,10 +99,10 @@ def test_errors_on_cornell_are_those_of_the_reference_or_better(cornell, stem, c
 
 def test_three_lobes_fit_cayman_at_least_as_well_as_the_reference(data, cornell):
     from fitter.datasets import astm
-    from fitter.datasets.text import read_bytes, to_lines
+    from fitter.datasets.text import read_bytes
 
     path = data / "cornell" / "cayman.astm"
-    _, bands = astm.read_spectrum(path, to_lines(read_bytes(path), path))
+    _, bands = astm.read_spectrum(path, read_bytes(path))
     samples = grey(cornell("cayman"), bands.mean(axis=1, keepdims=True))
     assert rmse(koenderink.fit(samples), samples) == pytest.approx(11.5, rel=0.01)
     assert rmse(lafortune.fit(samples), samples) < 0.103

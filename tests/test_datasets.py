@@ -187,14 +187,6 @@ def test_a_damaged_paint_file_is_refused(tmp_path):
         fitter.load(write(tmp_path, b"MATLAB 5.0 MAT-file" + bytes(range(256)) * 3))
 
 
-def test_without_scipy_the_paint_file_says_what_is_missing(tmp_path, monkeypatch):
-    import sys
-
-    monkeypatch.setitem(sys.modules, "scipy.io", None)
-    with pytest.raises(DatasetError, match="needs SciPy"):
-        fitter.load(write(tmp_path, b"MATLAB 5.0 MAT-file, and so on"))
-
-
 PBRT = "# a comment\n3\n400 550\n700 # wavelengths\n0.1 0 0.2 3.1 1 1 1\n0.3 0 0.4 -1 2 2\n2\n"
 
 
@@ -221,7 +213,7 @@ def test_pbrt_rows_may_break_anywhere(tmp_path):
     (curet_text(1) + "\n2 " + "0.1 " * 205, 4, "sample 2 a second time, first on line 2"),
     (curet_text(1) + "\n62 " + "0.1 " * 205, 4, "sample number from 1 to 61"),
     (curet_text(1).replace("1.003", "1.0.3"), 1, "'1.0.3' found"),
-    (curet_text(1).replace("1.003", "1" * 5000), 1, "expected a number"),
+    (curet_text(1).replace("1.003", "1" * 5000), 1, "expected a finite number"),
     (curet_text(1) + "\n0000000019999 " + "0.1 " * 205, 4, "sample number from 1 to 61"),
     (curet_text(1) + "\n00000000155 " + "0.1 " * 205, 4, "sample number from 1 to 61"),
     ("1 " + "0.1 " * 204, 1, "205 entries found, expected 206"),

@@ -109,10 +109,10 @@ def test_errors_on_cornell_are_those_of_the_reference(cornell, stem, channel, le
 
 def test_error_on_the_mean_of_caymans_bands_is_that_of_the_reference(data, cornell):
     from fitter.datasets import astm
-    from fitter.datasets.text import read_bytes, to_lines
+    from fitter.datasets.text import read_bytes
 
     path = data / "cornell" / "cayman.astm"
-    wavelengths, bands = astm.read_spectrum(path, to_lines(read_bytes(path), path))
+    wavelengths, bands = astm.read_spectrum(path, read_bytes(path))
     assert len(wavelengths) == bands.shape[1] == 31
     x = nusselt(*cornell("cayman").directions)
     for level, expected in ((4, 13.0), (6, 2.14)):

@@ -2,7 +2,7 @@
 
 from ..errors import DatasetError
 from . import astm, cornell_mat, curet, pbrt_brdf
-from .text import read_bytes, to_lines
+from .text import plain_text, read_bytes
 
 FORMATS = "CURET abrdf.dat, Cornell ASTM (.astm), pbrt-v2 .brdf, Cornell paint.reformat.mat"
 
@@ -46,8 +46,8 @@ def _recognise(path):
     content = read_bytes(path)
     if cornell_mat.recognises(content):
         return cornell_mat, content
-    lines = to_lines(content, path)
+    content = plain_text(content, path)
     for dataset in (astm, pbrt_brdf, curet):
-        if dataset.recognises(lines):
-            return dataset, lines
+        if dataset.recognises(content):
+            return dataset, content
     raise DatasetError(f"in no known format; expected one of: {FORMATS}", path)

@@ -8,64 +8,62 @@ import numpy as np
 from ..errors import DatasetError
 from ..samples import Samples
 from ..spectra import RGB, to_linear_srgb
-from .text import check_thetas, parse_number, parse_row
+from .text import check_thetas, decode, line_number, nth_line, parse_number, parse_rows
 
 ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
+MOST_VARIABLES = 1000
 _BAND = re.compile(r"(\d+(?:\.\d+)?)\s*nm", re.IGNORECASE)
+_VARS = re.compile(rb"(?:\A|(?<=[\r\n]))VARS\b([^\r\n]*)")
+_KEYWORD = re.compile(rb"(?:\A|(?<=[\r\n]))[ \t]*(SAMPLE_NAME|NUM_POINTS)[ \t]([^\r\n]*)")
 
 
-def recognises(lines):
+def recognises(content):
     """Whether there is a line that starts with VARS."""
-    return any(line.startswith("VARS") for line in lines)
+    return _VARS.search(content) is not None
 
 
-def read(path, lines):
+def read(path, content):
     """Read an ASTM file; spectra become linear sRGB.
 
     Returns
     -------
     Samples
     """
-    header, variables, first = _header(path, lines)
-    columns, values, numbers = len(variables), [], []
-    what = "the variables of the VARS line"
-    for number, line in enumerate(lines[first:], first + 1):
-        if line.strip():
-            values.append(parse_row(line.split(","), columns, what, path, number))
-            numbers.append(number)
-    if not values:
-        raise DatasetError("no rows after VARS, expected measurements", path, first)
-    expected = header.get("NUM_POINTS")
-    if expected is not None and parse_number(expected[0], path, expected[1]) != len(values):
-        raise DatasetError(f"{len(values)} rows found, expected {expected[0]} as NUM_POINTS says", path, expected[1])
-
-    table = np.array(values)
-    check_thetas(table[:, [0, 2]], numbers, path)
-    channels, reflectance = _reflectance(variables[4:], table[:, 4:], path, first)
-    name = header.get("SAMPLE_NAME", (Path(path).stem,))[0]
+    variables, start, where = _variables(path, content)
+    table = parse_rows(content, start, len(variables), "the variables of the VARS line", path)
+    if not len(table):
+        raise DatasetError("no rows after VARS, expected measurements", path, where)
+    name = Path(path).stem
+    for keyword in _KEYWORD.finditer(content, 0, start):
+        text = keyword[2].strip()
+        if keyword[1] == b"SAMPLE_NAME":
+            name = decode(text)
+        elif parse_number(text, path, line_number(content, keyword.start(1))) != len(table):
+            raise DatasetError(f"{len(table)} rows found, expected {decode(text)} as NUM_POINTS says", path,
+                               line_number(content, keyword.start(1)))
+    check_thetas(table[:, [0, 2]], lambda row: nth_line(content, start, row), path)
+    channels, reflectance = _reflectance(variables[4:], table[:, 4:], path, where)
     return Samples(*table[:, :4].T, reflectance, channels, name, str(path))
 
 
-def read_spectrum(path, lines):
+def read_spectrum(path, content):
     """The bands of a spectral file as they stand: wavelengths (bands,) nm and values (n, bands), 1/sr."""
-    _, variables, first = _header(path, lines)
-    rows = [[float(token) for token in line.split(",")] for line in lines[first:] if line.strip()]
-    return _wavelengths(variables[4:]), np.array(rows)[:, 4:]
+    variables, start, _ = _variables(path, content)
+    table = parse_rows(content, start, len(variables), "the variables of the VARS line", path)
+    return _wavelengths(variables[4:]), table[:, 4:]
 
 
-def _header(path, lines):
-    """Keywords as {key: (text, line)}, the variables, and the index of the line after VARS."""
-    keywords = {}
-    for number, line in enumerate(lines, 1):
-        key, _, text = line.strip().partition(" ")
-        if key == "VARS":
-            variables = [name.strip() for name in text.split(",")]
-            if tuple(variables[:4]) != ANGLES or len(variables) < 5:
-                raise DatasetError(f"VARS must begin with {','.join(ANGLES)} and go on with channels", path, number)
-            return keywords, variables, number
-        if key:
-            keywords[key] = (text.strip(), number)
-    raise DatasetError("no VARS line", path)
+def _variables(path, content):
+    """The variables, where the line after them starts, and the number of theirs."""
+    found = _VARS.search(content)
+    where = line_number(content, found.start())
+    names = found[1].count(b",") + 1
+    if names > MOST_VARIABLES:
+        raise DatasetError(f"{names} variables found, expected at most {MOST_VARIABLES}", path, where)
+    variables = [decode(name).strip() for name in found[1].split(b",")]
+    if tuple(variables[:4]) != ANGLES or len(variables) < 5:
+        raise DatasetError(f"VARS must begin with {','.join(ANGLES)} and go on with channels", path, where)
+    return variables, found.end(), where
 
 
 def _reflectance(names, values, path, line):

@@ -1,6 +1,5 @@
-"""Cornell's house paint measurements: paint.reformat.mat, a MATLAB 5 file. Needs SciPy, an optional extra."""
+"""Cornell's house paint measurements: paint.reformat.mat, a MATLAB 5 file."""
 
-import io
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +7,7 @@ import numpy as np
 from ..errors import DatasetError
 from ..samples import Samples
 from ..spectra import RGB, to_linear_srgb
+from . import mat5
 from .text import check_thetas
 
 _ARRAYS = ("dir_in", "dir_out", "fr", "wavelength")
@@ -15,7 +15,7 @@ _ARRAYS = ("dir_in", "dir_out", "fr", "wavelength")
 
 def recognises(content):
     """Whether the file begins as MATLAB's do."""
-    return content.startswith(b"MATLAB 5.0 MAT-file")
+    return content.startswith(mat5.MAGIC)
 
 
 def read(path, content):
@@ -25,39 +25,23 @@ def read(path, content):
     -------
     Samples
     """
-    try:
-        from scipy.io import loadmat
-    except ImportError as error:
-        raise DatasetError("a MATLAB file; reading it needs SciPy, which is not installed here "
-                           "(pip install scipy, or convert it to a text format)", path) from error
-    try:
-        arrays = loadmat(io.BytesIO(content))
-    except Exception as error:      # SciPy raises whatever the damage leads it to
-        raise DatasetError(f"a damaged MATLAB file ({error})", path) from error
+    arrays = mat5.read(content, path, _ARRAYS)
     missing = [name for name in _ARRAYS if name not in arrays]
     if missing:
         raise DatasetError(f"no array {', '.join(missing)}; expected {', '.join(_ARRAYS)}", path)
-    wavelength = _real(arrays["wavelength"], "wavelength", path).ravel()
+    wavelength = arrays["wavelength"].ravel()
     fr = _oriented(arrays["fr"], len(wavelength), "fr", path)
     theta_i, phi_i = _angles(arrays["dir_in"], len(fr), "dir_in", path)
     theta_o, phi_o = _angles(arrays["dir_out"], len(fr), "dir_out", path)
     if not np.isfinite(fr).all():
         raise DatasetError("fr holds numbers that are not finite", path)
-    check_thetas(np.stack([theta_i, theta_o], axis=1), [None] * len(fr), path)
+    check_thetas(np.stack([theta_i, theta_o], axis=1), lambda row: None, path)
     return Samples(theta_i, phi_i, theta_o, phi_o, to_linear_srgb(wavelength, fr, path), RGB, Path(path).stem,
                    str(path))
 
 
-def _real(array, name, path):
-    """An array of real numbers."""
-    if not isinstance(array, np.ndarray) or array.dtype.kind not in "iuf":
-        raise DatasetError(f"{name} is not a plain array of real numbers", path)
-    return array.astype(float)
-
-
 def _oriented(array, columns, name, path):
     """A matrix with so many columns, transposed if need be."""
-    array = _real(array, name, path)
     if array.ndim == 2 and array.shape[1] == columns:
         return array
     if array.ndim == 2 and array.shape[0] == columns:

@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import DatasetError
 from ..samples import Samples
 from ..spectra import RGB
-from .text import parse_number, parse_row, read_bytes, to_lines
+from .text import line_number, lines, parse_number, parse_row, plain_text, read_bytes
 
 GEOMETRIES = 205
 NAMES = (
@@ -27,17 +27,18 @@ NAMES = (
     "brown bread", "concrete b", "concrete c", "corn husk", "white bread", "plant", "wood a", "orange peel", "wood b",
     "peacock feather", "tree bark", "cracker a", "cracker b", "moss")
 _WHAT = f"a sample number and {GEOMETRIES} values"
+_NUMBER = re.compile(rb"([0-9]{1,9})(?!\S)")
 
 
-def recognises(lines):
+def recognises(content):
     """Whether the first line is a sample number and about as many numbers as there are geometries."""
-    tokens = next((line.split() for line in lines if line.strip()), [""])
-    return tokens[0].isdecimal() and len(tokens) > GEOMETRIES // 2
+    tokens = next(lines(content), [b"-"])[0].split(None, GEOMETRIES // 2)
+    return tokens[0].isdigit() and len(tokens) > GEOMETRIES // 2
 
 
-def list_samples(path, lines):
+def list_samples(path, content):
     """The samples of a file: a list of (number, name)."""
-    return [(number, sample_name(number)) for number in _row_lines(path, lines)]
+    return [(number, sample_name(number)) for number in _rows(path, content)]
 
 
 def sample_name(number):
@@ -45,7 +46,7 @@ def sample_name(number):
     return NAMES[number - 1]
 
 
-def read(path, lines, sample=None):
+def read(path, content, sample=None):
     """Read one sample, in colour where `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three are there.
 
     Returns
@@ -53,19 +54,19 @@ def read(path, lines, sample=None):
     Samples
     """
     path = Path(path)
-    rows = _row_lines(path, lines)
+    rows = _rows(path, content)
     number = _sample_number(sample, rows, path)
     trio = _trio(path)
     if trio is None:
-        channels, columns = ("grey",), [_values(path, lines, rows[number])]
+        channels, columns = ("grey",), [_values(path, content, rows[number])]
     else:
         channels, columns = RGB, []
         for member in trio:
-            content = lines if member == path else to_lines(read_bytes(member), member)
-            member_rows = _row_lines(member, content)
+            text = content if member == path else plain_text(read_bytes(member), member)
+            member_rows = _rows(member, text)
             if number not in member_rows:
                 raise DatasetError(f"no sample {number}, which {path.name} has", member)
-            columns.append(_values(member, content, member_rows[number]))
+            columns.append(_values(member, text, member_rows[number]))
     theta_v, phi_v, theta_i, phi_i = geometry().T
     return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), channels, sample_name(number), str(path))
 
@@ -77,25 +78,23 @@ def geometry():
     return np.loadtxt(table, delimiter=",", comments="#", skiprows=2)[:, 1:]
 
 
-def _row_lines(path, lines):
-    """Which line holds which sample: {sample number: index into lines}."""
+def _rows(path, content):
+    """Where the line of each sample starts: {sample number: position}."""
     rows = {}
-    for index, line in enumerate(lines):
-        token = line.split(maxsplit=1)[:1]
-        if not token:
-            continue
-        if not re.fullmatch("[0-9]{1,9}", token[0]) or not 1 <= int(token[0]) <= len(NAMES):
+    for line in lines(content):
+        number = _NUMBER.match(line[0])
+        if number is None or not 1 <= int(number[1]) <= len(NAMES):
             raise DatasetError(f"the line must start with a sample number from 1 to {len(NAMES)}: {_WHAT}", path,
-                               index + 1)
-        number = int(token[0])
-        if number in rows:
-            raise DatasetError(f"sample {number} a second time, first on line {rows[number] + 1}", path, index + 1)
-        rows[number] = index
+                               line_number(content, line.start()))
+        first = rows.setdefault(int(number[1]), line.start())
+        if first != line.start():
+            raise DatasetError(f"sample {int(number[1])} a second time, first on line {line_number(content, first)}",
+                               path, line_number(content, line.start()))
     return rows
 
 
-def _values(path, lines, index):
-    return parse_row(lines[index].split(), GEOMETRIES + 1, _WHAT, path, index + 1)[1:]
+def _values(path, content, position):
+    return parse_row(next(lines(content, position))[0], None, GEOMETRIES + 1, _WHAT, path, content, position)[1:]
 
 
 def _sample_number(sample, rows, path):
@@ -103,7 +102,7 @@ def _sample_number(sample, rows, path):
         return next(iter(rows))
     text = str(sample).strip().lower()
     if text.isdecimal() or isinstance(sample, int | float):
-        number = parse_number(text, path, None)
+        number = parse_number(text.encode(), path, None)
         if number not in rows:
             raise DatasetError(f"no sample {text}, expected a number from {min(rows)} to {max(rows)} or a name", path)
         return int(number)

@@ -1,7 +1,16 @@
-"""Reading numbers from text files, with errors that say where they are."""
+"""Reading numbers from text files, with errors that say where they are.
+
+Content stays bytes, is gone through in pieces of about 64 kB, and the numbers go into one array of doubles: so neither
+time nor memory can be driven far beyond those of an honest file of the same size.
+"""
 
 import math
+import os
 import re
+import stat
+from array import array
+from bisect import bisect_right
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -9,40 +18,142 @@ import numpy as np
 from ..errors import DatasetError
 from ..samples import HORIZON
 
-_LINE_END = re.compile(r"\r\n|\r|\n")
+LARGEST_FILE = 32 << 20     # bytes; the largest published file in these formats has half a million
+_PIECE = "(?s:.{0,65535})"
+_LINE = re.compile(rb"\S[^\r\n]*")
+_LINES = re.compile(rb"\S%b[^\r\n]*" % _PIECE.encode())
+_TOKEN = re.compile(rb"\S+")
+_TOKENS = re.compile(rb"\S%b\S*" % _PIECE.encode())
+_COMMENT = re.compile(rb"#[^\r\n]*")
 
 
 def read_bytes(path):
-    """The content of a regular file."""
+    """The content of a regular file that nobody writes meanwhile."""
     path = Path(path)
     try:
-        if path.exists() and not path.is_file():
-            raise DatasetError("not a file, expected a file of measurements", path)
-        content = path.read_bytes()
+        if path.is_dir():
+            raise DatasetError("a folder, not a file; expected a file of measurements", path)
+        with open(path, "rb", opener=_open_at_once) as stream:
+            before = os.fstat(stream.fileno())
+            if not stat.S_ISREG(before.st_mode):
+                raise DatasetError("not a file, expected a file of measurements", path)
+            content = stream.read(LARGEST_FILE + 1)
+            after = os.fstat(stream.fileno())
     except (OSError, ValueError) as error:
         if isinstance(error, DatasetError):
             raise
         raise DatasetError(f"cannot be read: {getattr(error, 'strerror', None) or error}", path) from error
+    if len(content) > LARGEST_FILE:
+        raise DatasetError(f"{max(before.st_size, len(content)):,} bytes, expected measurements of at most "
+                           f"{LARGEST_FILE:,}", path)
+    if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns) or len(content) != after.st_size:
+        raise DatasetError("has changed while it was read; try again once it is whole", path)
     if not content.strip():
         raise DatasetError("empty, expected measurements", path)
     return content
 
 
-def to_lines(content, path):
-    """Decode a text file into lines, whatever their ends."""
+def _open_at_once(path, flags):
+    """Open a pipe without waiting for its writer."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def plain_text(content, path):
+    """Content without a byte-order mark, if it can be text of one byte a character."""
     if b"\0" in content:
         raise DatasetError("binary (or UTF-16) content, expected plain text", path)
+    return content.removeprefix(b"\xef\xbb\xbf")
+
+
+def decode(text):
+    """Words of a file, which may be in UTF-8 or, as an old one, in Latin-1."""
     try:
-        text = content.decode("utf-8-sig")
+        return text.decode()
     except UnicodeDecodeError:
-        text = content.decode("latin-1")        # an umlaut in a comment must not make a file unreadable
-    return _LINE_END.split(text)
+        return text.decode("latin-1")
+
+
+def lines(content, start=0):
+    """The lines that are not blank, whatever their ends: matches, stripped of leading white space."""
+    return _LINE.finditer(content, start)
+
+
+def line_number(content, position):
+    """The number of the line, from 1, that holds a position."""
+    ends = sum(content.count(end, 0, position) for end in (b"\n", b"\r"))
+    return 1 + ends - content.count(b"\r\n", 0, position)
+
+
+def parse_rows(content, start, count, what, path):
+    """The lines from `start` on as rows of `count` numbers, separated by commas; `what` says what they are.
+
+    Returns
+    -------
+    (rows, count) float64
+    """
+    values = array("d")
+    for piece in _LINES.finditer(content, start):
+        rows = [line for line in piece[0].splitlines() if line.strip()]
+        regular = all(line.count(b",") == count - 1 for line in rows)
+        numbers = _floats(piece[0], b",".join(rows).split(b",")) if regular else None
+        if numbers is None:
+            numbers = [number for line in lines(piece[0])
+                       for number in parse_row(line[0], b",", count, what, path, content, piece.start() + line.start())]
+        values.extend(numbers)
+    return np.frombuffer(values).reshape(-1, count)
+
+
+def parse_row(line, separator, count, what, path, content, position):
+    """A line of `count` numbers, which stands at `position` in the content."""
+    tokens = line.split(separator, count)
+    if len(tokens) != count:
+        found = f"{len(tokens)}" if len(tokens) < count else f"more than {count}"
+        raise DatasetError(f"{found} entries found, expected {count}: {what}", path, line_number(content, position))
+    numbers = _floats(line, tokens)
+    if numbers is None:
+        where = line_number(content, position)
+        numbers = [parse_number(token, path, where) for token in tokens]
+    return numbers
+
+
+def nth_line(content, start, row):
+    """The number of the line that holds a row of `parse_rows`."""
+    return line_number(content, next(islice(lines(content, start), row, None)).start())
+
+
+def parse_numbers(content, path):
+    """All numbers of a text with comments, separated by white space.
+
+    Returns
+    -------
+    numbers : (n,) float64
+    line : callable
+        The number of the line that holds the k-th of them.
+    """
+    text = _COMMENT.sub(b"", content) if b"#" in content else content
+    values, counts, starts = array("d"), [], []
+    for piece in _TOKENS.finditer(text):
+        counts.append(len(values))
+        starts.append(piece.start())
+        numbers = _floats(piece[0], piece[0].split())
+        if numbers is None:
+            numbers = [parse_number(token[0], path, line_number(text, piece.start() + token.start()))
+                       for token in _TOKEN.finditer(piece[0])]
+        values.extend(numbers)
+
+    def line(index):
+        piece = bisect_right(counts, index) - 1
+        text = _COMMENT.sub(b"", content)
+        token = next(islice(_TOKEN.finditer(text, starts[piece]), index - counts[piece], None))
+        return line_number(text, token.start())
+
+    return np.frombuffer(values), line
 
 
 def parse_number(token, path, line):
     """A finite number."""
     try:
-        if "_" in token or len(token) > 400:    # float() would read 1_000; the longest double has 309 digits
+        if b"_" in token:
             raise ValueError
         number = float(token)
     except ValueError:
@@ -52,22 +163,33 @@ def parse_number(token, path, line):
     return number
 
 
-def parse_row(tokens, count, what, path, line):
-    """A line of `count` numbers; `what` says what they are."""
-    if len(tokens) != count:
-        raise DatasetError(f"{len(tokens)} entries found, expected {count}: {what}", path, line)
-    return [parse_number(token, path, line) for token in tokens]
+def check_thetas(thetas, line, path):
+    """Complain about the first row with a polar angle outside 0 to pi/2.
 
-
-def check_thetas(thetas, line_numbers, path):
-    """Complain about the first row with a polar angle outside 0 to pi/2: thetas (n, k), line_numbers (n,)."""
+    Parameters
+    ----------
+    thetas : (n, k) array
+    line : callable
+        The number of the line that holds a row, or None.
+    """
     bad = np.argwhere((thetas < 0) | (thetas > HORIZON + 1e-5))
     if len(bad):
         row, column = bad[0]
         raise DatasetError(f"a polar angle of {thetas[row, column]:g} found, expected 0 to pi/2 radians", path,
-                           line_numbers[row])
+                           line(row))
+
+
+def _floats(text, tokens):
+    """The numbers of a piece of text, or None where `parse_number` must have a closer look at its tokens."""
+    if b"_" in text:            # float() would read 1_000
+        return None
+    try:
+        numbers = list(map(float, tokens))
+    except ValueError:
+        return None
+    return numbers if all(map(math.isfinite, numbers)) else None
 
 
 def _quote(token):
-    shown = token if len(token) <= 24 else token[:21] + "..."
+    shown = decode(token if len(token) <= 24 else token[:21] + b"...")
     return f"'{shown}'" if shown.isprintable() else ascii(shown)

@@ -1,0 +1,295 @@
+"""``make fuzz``: damaged and hostile files for the dataset readers, and what they did with them.
+
+A case is a file of one of the formats, real where the measurements are at hand, put through up to four mutations.
+`check` holds what is promised of every one: a `DatasetError` that names the file, or the numbers that a naive reading
+of the same bytes finds; and no more than `SECONDS` and `MEMORY` times the file.
+"""
+
+import contextlib
+import io
+import random
+import re
+import struct
+import sys
+import tempfile
+import time
+import tracemalloc
+from collections import Counter, defaultdict
+from pathlib import Path
+
+import numpy as np
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+import fitter
+from fitter import cli, spectra
+from fitter.datasets import curet, mat5
+from tools import checkout, hostile_files
+
+CASES = 20_000
+SECONDS = 5.0               # of processor time
+MEMORY = 10                 # times the file
+_OVERHEAD = 1 << 20         # bytes: tables of colour matching and geometry, pieces being parsed
+_ODD = (b"nan", b"-nan", b"inf", b"-inf", b"1e999", b"1e300", b"-1e31", b"1e-400", b"-0", b"1_0", b"0x10", b"1,5",
+        b"--1", b"1e", b"1.5708", b"-0.1", b"9" * 500, b"0." + b"3" * 5000, b"R", b"", b"\xd9\xa3", b"\xc2\xa0", b"#",
+        b"400nm", b"VARS", b"2147483648", b"1e5", b"\0", b"\x85", b"\x1c", b"\xef\xbb\xbf")
+_NUMBER = re.compile(rb"[-+.\w]+")
+
+
+def seeds():
+    """Whole files to start from: {name: content}."""
+    rng = np.random.default_rng(7)
+    table = rng.random((40, 7)) * [1.5, 0, 1.5, 6, 1, 1, 1]
+    rows = [",".join(f"{number:.6f}" for number in row) for row in table]
+    bands = np.arange(400, 701, 20)
+    spectra_rows = [" ".join(f"{number:.5g}" for number in [*row[:4], *np.full(len(bands), row[4])]) for row in table]
+    found = {
+        "astm, made": "\n".join(["SAMPLE_NAME Made", f"NUM_POINTS {len(rows)}",
+                                 "VARS theta_i,phi_i,theta_s,phi_s,R,G,B", *rows]).encode(),
+        "pbrt, made": "\n".join(["# made", str(len(bands)), " ".join(map(str, bands)), *spectra_rows]).encode(),
+        "curet, made": "\n".join(" ".join([str(n), *(f"{value:.3f}" for value in rng.random(205))])
+                                 for n in (3, 1, 61)).encode(),
+        "matlab, made": _matlab(rng)}
+    folder = checkout.measurements()
+    for path in (folder / "cornell" / "garnet_red_RGB.astm", folder / "cornell" / "krylon_blue.astm",
+                 folder / "cornell" / "garnet_red.brdf", folder / "curet" / "abrdf.dat"):
+        if path.is_file():
+            found[path.name] = _beginning(path.read_bytes())
+    return found
+
+
+def _beginning(content, lines=160):
+    """The first lines of a long file: as good to damage, and quicker."""
+    kept = content.splitlines(keepends=True)[:lines]
+    start = next((n for n, line in enumerate(kept) if line.startswith((b"VARS", b"#"))), None)
+    text = b"".join(kept)
+    return text if start is None else re.sub(rb"NUM_POINTS \d+", b"NUM_POINTS %d" % (len(kept) - start - 1), text)
+
+
+def _matlab(rng, count=30):
+    """A paint file, deflated, by SciPy."""
+    from scipy.io import savemat
+
+    vectors = rng.standard_normal((2, count, 3))
+    vectors[..., 2] = np.abs(vectors[..., 2])
+    stream = io.BytesIO()
+    savemat(stream, {"dir_in": vectors[0], "dir_out": vectors[1], "wavelength": np.linspace(380, 700, 65),
+                     "fr": rng.random((count, 65))}, do_compression=True)
+    return stream.getvalue()
+
+
+def _truncate(content, rng):
+    return content[:rng.randrange(len(content) + 1)]
+
+
+def _change_number(content, rng):
+    numbers = list(_NUMBER.finditer(content))
+    if not numbers:
+        return content
+    chosen = rng.choice(numbers)
+    return content[:chosen.start()] + rng.choice(_ODD) + content[chosen.end():]
+
+
+def _flip_bits(content, rng):
+    damaged = bytearray(content)
+    for _ in range(rng.choice((1, 3, 30))):
+        if damaged:
+            damaged[rng.randrange(len(damaged))] ^= 1 << rng.randrange(8)
+    return bytes(damaged)
+
+
+def _insert_noise(content, rng):
+    place = rng.randrange(len(content) + 1)
+    return content[:place] + rng.randbytes(rng.choice((1, 2, 16, 300))) + content[place:]
+
+
+def _of_lines(change):
+    def mutation(content, rng):
+        lines = content.splitlines(keepends=True)
+        change(lines, rng)
+        return b"".join(lines)
+    mutation.__name__ = change.__name__
+    return mutation
+
+
+@_of_lines
+def _drop_lines(lines, rng):
+    start = rng.randrange(len(lines) + 1)
+    del lines[start:start + rng.choice((1, 2, 20))]
+
+
+@_of_lines
+def _repeat_lines(lines, rng):
+    start = rng.randrange(len(lines) + 1)
+    lines[start:start] = lines[start:start + rng.choice((1, 2, 20))]
+
+
+@_of_lines
+def _shuffle_lines(lines, rng):
+    rng.shuffle(lines)
+
+
+@_of_lines
+def _mix_line_ends(lines, rng):
+    lines[:] = [line.rstrip(b"\r\n") + rng.choice((b"\n", b"\r\n", b"\r", b"\n\n", b" \n")) for line in lines]
+
+
+@_of_lines
+def _shuffle_columns(lines, rng):
+    order = rng.random()
+    for number, line in enumerate(lines):
+        separator = b"," if b"," in line else b" "
+        columns = line.rstrip().removeprefix(b"VARS ").split(separator)
+        random.Random(order).shuffle(columns)
+        lines[number] = b"VARS " * line.startswith(b"VARS") + separator.join(columns) + b"\n"
+
+
+def _encode(content, rng):
+    return content.decode("latin-1").encode(rng.choice(("utf-16", "utf-16-le", "utf-32", "utf-7", "utf-8-sig")))
+
+
+def _change_count(content, rng):
+    def changed(match):
+        return str(max(0, int(match[0]) + rng.choice((-5, -1, 1, 2, 400)))).encode()
+    return re.sub(rb"\b\d+\b", changed, content, count=rng.choice((1, 2)))
+
+
+def _comment(content, rng):
+    place = rng.randrange(len(content) + 1)
+    return content[:place] + rng.choice((b"#", b"# note\n", b"\n#\n")) + content[place:]
+
+
+def _overwrite_word(content, rng):
+    """Four bytes of a binary file: a size, a type, a dimension."""
+    place = rng.randrange(max(len(content) // 4, 1)) * 4
+    return content[:place] + struct.pack("<I", rng.choice((0, 1, 8, 15, 255, 1 << 16, 2**31 - 1, 2**32 - 1))) + (
+        content[place + 4:])
+
+
+MUTATIONS = (_truncate, _change_number, _flip_bits, _insert_noise, _drop_lines, _repeat_lines, _shuffle_lines,
+             _mix_line_ends, _shuffle_columns, _encode, _change_count, _comment, _overwrite_word)
+
+
+@st.composite
+def cases(draw, files):
+    """(name of the seed, content)."""
+    if draw(st.integers(0, 19)) == 0:
+        return "noise", draw(st.binary(max_size=400) | st.text(max_size=400).map(str.encode))
+    name = draw(st.sampled_from(sorted(files)))
+    content = files[name]
+    for mutation, seed in draw(st.lists(st.tuples(st.sampled_from(MUTATIONS), st.integers(0, 2**32 - 1)), min_size=1,
+                                        max_size=4)):
+        content = mutation(content, random.Random(seed))
+    return name, content
+
+
+def check(content, path):
+    """Read a case with `fitter.load` and by the command line, and raise AssertionError where it breaks a promise.
+
+    Returns
+    -------
+    outcome : str
+        "refused" or "read".
+    seconds : float
+    memory : float
+        Times the file, beyond what any file takes.
+    """
+    path.write_bytes(content)
+    tracemalloc.start()
+    start = time.process_time()
+    try:
+        samples = fitter.load(path)
+    except fitter.DatasetError as error:
+        samples = None
+        assert str(path) in str(error), f"the message does not name the file: {error}"
+        assert len(str(error)) < 600, f"a message of {len(str(error))} characters"
+    finally:
+        seconds = time.process_time() - start
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    assert seconds < SECONDS, f"{seconds:.1f} s"
+    memory = max(0, peak - _OVERHEAD) / max(len(content), 1)
+    assert memory < MEMORY, f"{memory:.1f} times the file"
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as complaint:
+        code = cli.main(["info", str(path)])
+    assert code == (samples is None), complaint.getvalue()
+    if samples is None:
+        return "refused", seconds, memory
+    angles, values = naive(content)
+    np.testing.assert_array_equal(np.minimum(angles, [np.pi / 2, np.inf] * 2), np.transpose(samples.directions))
+    np.testing.assert_allclose(samples.values, values, rtol=1e-9, atol=1e-9 * np.abs(values).max())
+    fitted = fitter.fit(samples, 1, 2, 90).evaluate(*samples.directions)
+    assert np.isfinite(fitted).all()
+    return "read", seconds, memory
+
+
+def naive(content):
+    """Angles (n, 4) and values (n, channels) of a file that is in order, without a word about one that is not."""
+    if content.startswith(mat5.MAGIC):
+        return _naive_paint(content)
+    text = content.removeprefix(b"\xef\xbb\xbf").decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
+    lines = [line for line in text.split("\n") if line.split()]
+    start = next((n for n, line in enumerate(lines) if line.startswith("VARS")), None)
+    if start is not None:
+        names = [name.strip() for name in lines[start][4:].split(",")][4:]
+        table = np.array([line.split(",") for line in lines[start + 1:]], dtype=float)
+        bands = None if "R" in names[0].upper() else [float(name.lower().rstrip("nm ")) for name in names]
+    elif len(lines[0].split()) > 100:
+        return (curet.geometry()[:, [2, 3, 0, 1]],
+                np.array([lines[0].split()[1:]], dtype=float).T)
+    else:
+        tokens = " ".join(line.partition("#")[0] for line in lines).split()
+        bands = np.array(tokens[1:1 + int(tokens[0])], dtype=float)
+        table = np.array(tokens[1 + len(bands):], dtype=float).reshape(-1, 4 + len(bands))
+    values = table[:, 4:]
+    return table[:, :4], values if bands is None else values @ spectra.srgb_weights(np.array(bands)).T
+
+
+def _naive_paint(content):
+    from scipy.io import loadmat
+
+    arrays = loadmat(io.BytesIO(content))
+    wavelength = arrays["wavelength"].ravel().astype(float)
+    fr = arrays["fr"] if arrays["fr"].shape[1] == len(wavelength) else arrays["fr"].T
+    angles = []
+    for name in ("dir_in", "dir_out"):
+        vectors = np.array(arrays[name] if arrays[name].shape[1] == 3 else arrays[name].T, dtype=float)
+        x, y, z = (vectors / np.linalg.norm(vectors, axis=1)[:, None]).T
+        angles += [np.arccos(np.clip(z, -1, 1)), np.arctan2(y, x)]
+    return np.transpose(angles), fr @ spectra.srgb_weights(wavelength).T
+
+
+def run(count, folder):
+    """Go through `count` cases: {seed: Counter}, the worst time and the worst memory."""
+    tally, worst = defaultdict(Counter), {"seconds": 0.0, "memory": 0.0}
+
+    @settings(max_examples=count, deadline=None, database=None, phases=(Phase.generate, Phase.shrink),
+              suppress_health_check=list(HealthCheck))
+    @given(cases(seeds()))
+    def every(case):
+        name, content = case
+        outcome, seconds, memory = check(content, folder / "case.dat")
+        tally[name][outcome] += 1
+        worst.update(seconds=max(worst["seconds"], seconds), memory=max(worst["memory"], memory))
+
+    every()
+    return tally, worst
+
+
+def main():
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else CASES
+    with tempfile.TemporaryDirectory() as folder:
+        start = time.perf_counter()
+        tally, worst = run(count, Path(folder))
+        print(f"{'cases':>7}  {'read':>6}  {'refused':>7}  made from")
+        for name in sorted(tally):
+            row = tally[name]
+            print(f"{row.total():7,}  {row['read']:6,}  {row['refused']:7,}  {name}")
+        total = sum(tally.values(), Counter())
+        print(f"{total.total():7,}  {total['read']:6,}  {total['refused']:7,}  all; {time.perf_counter() - start:.0f} s, "
+              f"the slowest {worst['seconds']:.3f} s, the largest {worst['memory']:.1f} times the file\n")
+        hostile_files.report(Path(folder))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
