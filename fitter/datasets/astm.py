@@ -33,16 +33,11 @@ def read(path, content):
     table = parse_rows(content, start, len(variables), "the variables of the VARS line", path)
     if not len(table):
         raise DatasetError("no rows after VARS, expected measurements", path, where)
-    name = Path(path).stem
-    for keyword in _KEYWORD.finditer(content, 0, start):
-        text = keyword[2].strip()
-        if keyword[1] == b"SAMPLE_NAME":
-            name = decode(text)
-        elif parse_number(text, path, line_number(content, keyword.start(1))) != len(table):
-            raise DatasetError(f"{len(table)} rows found, expected {decode(text)} as NUM_POINTS says", path,
-                               line_number(content, keyword.start(1)))
+    header = {keyword[1]: keyword for keyword in _KEYWORD.finditer(content, 0, start)}
+    _check_count(header.get(b"NUM_POINTS"), len(table), path, content)
     check_thetas(table[:, [0, 2]], lambda row: nth_line(content, start, row), path)
     channels, reflectance = _reflectance(variables[4:], table[:, 4:], path, where)
+    name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else Path(path).stem
     return Samples(*table[:, :4].T, reflectance, channels, name, str(path))
 
 
@@ -64,6 +59,15 @@ def _variables(path, content):
     if tuple(variables[:4]) != ANGLES or len(variables) < 5:
         raise DatasetError(f"VARS must begin with {','.join(ANGLES)} and go on with channels", path, where)
     return variables, found.end(), where
+
+
+def _check_count(keyword, rows, path, content):
+    """Compare the number of rows with what the header says, if it does."""
+    if keyword is not None:
+        text = keyword[2].strip()
+        if parse_number(text, path, content, keyword.start(1)) != rows:
+            raise DatasetError(f"{rows} rows found, expected {decode(text)} as NUM_POINTS says", path,
+                               line_number(content, keyword.start(1)))
 
 
 def _reflectance(names, values, path, line):

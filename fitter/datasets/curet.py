@@ -102,7 +102,7 @@ def _sample_number(sample, rows, path):
         return next(iter(rows))
     text = str(sample).strip().lower()
     if text.isdecimal() or isinstance(sample, int | float):
-        number = parse_number(text.encode(), path, None)
+        number = parse_number(text.encode(), path)
         if number not in rows:
             raise DatasetError(f"no sample {text}, expected a number from {min(rows)} to {max(rows)} or a name", path)
         return int(number)

@@ -18,7 +18,7 @@ _MATRIX, _COMPRESSED = 14, 15
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _NUMERIC = range(6, 16)     # mxDOUBLE_CLASS to mxUINT64_CLASS
 _COMPLEX = 0x800
-_GROWTH, _FREE = 4, 1 << 20     # measured numbers deflate to a half or a third
+_GROWTH, _FREE = 3, 1 << 20     # measured numbers deflate to a half or so
 
 
 def read(content, path, names):

@@ -9,13 +9,15 @@ from ..spectra import RGB, to_linear_srgb
 from .text import check_thetas, parse_numbers
 
 _FEW, _MANY = 3, 1000       # plausible numbers of wavelengths
-_COUNT = re.compile(rb"(?:\s|#[^\r\n]*)*+([0-9]{1,4})[ \t\f\v]*(?=[\r\n#]|\Z)")
+_FIRST = re.compile(rb"(?:\A|[\r\n])[ \t\f\v]*([^\s#])")      # of the first line that is not a comment
+_COUNT = re.compile(rb"([0-9]{1,4})[ \t\f\v]*(?=[\r\n#]|\Z)")
 
 
 def recognises(content):
     """Whether the first line that is not a comment holds one whole number: the number of wavelengths."""
-    count = _COUNT.match(content)
-    return count is not None and _FEW <= int(count[1]) <= _MANY
+    first = _FIRST.search(content)
+    count = first and _COUNT.match(content, first.start(1))
+    return bool(count) and _FEW <= int(count[1]) <= _MANY
 
 
 def read(path, content):

@@ -18,13 +18,13 @@ import numpy as np
 from ..errors import DatasetError
 from ..samples import HORIZON
 
-LARGEST_FILE = 32 << 20     # bytes; the largest published file in these formats has half a million
+LARGEST_FILE = 16 << 20     # bytes; the largest published file in these formats has half a million
 _PIECE = "(?s:.{0,65535})"
 _LINE = re.compile(rb"\S[^\r\n]*")
 _LINES = re.compile(rb"\S%b[^\r\n]*" % _PIECE.encode())
-_TOKEN = re.compile(rb"\S+")
 _TOKENS = re.compile(rb"\S%b\S*" % _PIECE.encode())
 _COMMENT = re.compile(rb"#[^\r\n]*")
+_COMMENT_OR_TOKEN = re.compile(rb"#[^\r\n]*|[^\s#]+")
 
 
 def read_bytes(path):
@@ -37,15 +37,14 @@ def read_bytes(path):
             before = os.fstat(stream.fileno())
             if not stat.S_ISREG(before.st_mode):
                 raise DatasetError("not a file, expected a file of measurements", path)
-            content = stream.read(LARGEST_FILE + 1)
+            if before.st_size > LARGEST_FILE:
+                raise DatasetError(f"{before.st_size:,} bytes, expected measurements of at most {LARGEST_FILE:,}", path)
+            content = stream.read(before.st_size + 1)
             after = os.fstat(stream.fileno())
     except (OSError, ValueError) as error:
         if isinstance(error, DatasetError):
             raise
         raise DatasetError(f"cannot be read: {getattr(error, 'strerror', None) or error}", path) from error
-    if len(content) > LARGEST_FILE:
-        raise DatasetError(f"{max(before.st_size, len(content)):,} bytes, expected measurements of at most "
-                           f"{LARGEST_FILE:,}", path)
     if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns) or len(content) != after.st_size:
         raise DatasetError("has changed while it was read; try again once it is whole", path)
     if not content.strip():
@@ -111,8 +110,7 @@ def parse_row(line, separator, count, what, path, content, position):
         raise DatasetError(f"{found} entries found, expected {count}: {what}", path, line_number(content, position))
     numbers = _floats(line, tokens)
     if numbers is None:
-        where = line_number(content, position)
-        numbers = [parse_number(token, path, where) for token in tokens]
+        numbers = [parse_number(token, path, content, position) for token in tokens]
     return numbers
 
 
@@ -130,37 +128,42 @@ def parse_numbers(content, path):
     line : callable
         The number of the line that holds the k-th of them.
     """
-    text = _COMMENT.sub(b"", content) if b"#" in content else content
     values, counts, starts = array("d"), [], []
-    for piece in _TOKENS.finditer(text):
+    for piece in _LINES.finditer(content):
         counts.append(len(values))
         starts.append(piece.start())
-        numbers = _floats(piece[0], piece[0].split())
-        if numbers is None:
-            numbers = [parse_number(token[0], path, line_number(text, piece.start() + token.start()))
-                       for token in _TOKEN.finditer(piece[0])]
-        values.extend(numbers)
+        text = _COMMENT.sub(b"", piece[0]) if b"#" in piece[0] else piece[0]
+        for some in _TOKENS.finditer(text):
+            numbers = _floats(some[0], some[0].split())
+            if numbers is None:
+                for token in _tokens(content, *piece.span()):
+                    parse_number(token[0], path, content, token.start())
+            values.extend(numbers)
 
     def line(index):
         piece = bisect_right(counts, index) - 1
-        text = _COMMENT.sub(b"", content)
-        token = next(islice(_TOKEN.finditer(text, starts[piece]), index - counts[piece], None))
-        return line_number(text, token.start())
+        return line_number(content, next(islice(_tokens(content, starts[piece]), index - counts[piece], None)).start())
 
     return np.frombuffer(values), line
 
 
-def parse_number(token, path, line):
-    """A finite number."""
+def _tokens(content, start, end=LARGEST_FILE):
+    return (found for found in _COMMENT_OR_TOKEN.finditer(content, start, end) if not found[0].startswith(b"#"))
+
+
+def parse_number(token, path, content=b"", position=None):
+    """A finite number, which stands at `position` in the content."""
     try:
         if b"_" in token:
             raise ValueError
         number = float(token)
+        if math.isfinite(number):
+            return number
+        expected = "a finite number"
     except ValueError:
-        raise DatasetError(f"{_quote(token)} found, expected a number", path, line) from None
-    if not math.isfinite(number):
-        raise DatasetError(f"{_quote(token)} found, expected a finite number", path, line)
-    return number
+        expected = "a number"
+    line = None if position is None else line_number(content, position)
+    raise DatasetError(f"{_quote(token)} found, expected {expected}", path, line)
 
 
 def check_thetas(thetas, line, path):

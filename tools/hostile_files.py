@@ -1,0 +1,138 @@
+"""Files made to hang, to exhaust memory or to confuse: what `python -m fitter info` does with them.
+
+Each is read in a process of its own, so that processor time and peak memory are the operating system's figures; those
+of reading a file of three rows are subtracted.
+"""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+import zlib
+from pathlib import Path
+
+from tools.checkout import ROOT
+
+MEGABYTE = 1 << 20
+LARGE = 16 * MEGABYTE       # as much as is read
+_VARS = b"VARS theta_i,phi_i,theta_s,phi_s,R,G,B\n"
+_ROW = b"1,1,1,1,1,1,1\n"
+
+
+def _filled(pattern, head=b"", tail=b"", size=LARGE):
+    """Bytes of a given size made of one pattern."""
+    return head + pattern * ((size - len(head) - len(tail)) // len(pattern)) + tail
+
+
+def _pbrt(pattern, tail=b""):
+    """A .brdf file of whole rows of 7 numbers, each number one pattern."""
+    head = b"3\n400 550 700\n"
+    return _filled(pattern * 7, head, tail)
+
+
+def _inflating_mat():
+    """A MATLAB file whose 4 MB inflate to 4 GB."""
+    deflater = zlib.compressobj(9)
+    zeros = bytes(16 * MEGABYTE)
+    packed = b"".join(deflater.compress(zeros) for _ in range(256)) + deflater.flush()
+    return b"MATLAB 5.0 MAT-file".ljust(124) + b"\0\1IM" + (15).to_bytes(4, "little") + len(packed).to_bytes(
+        4, "little") + packed
+
+
+CONTENTS = {
+    "200 MB of digits": lambda: _filled(b"1", size=200 * MEGABYTE),
+    "digits, as large as is read": lambda: _filled(b"1"),
+    "digits on lines": lambda: _filled(b"1\n"),
+    "CURET: one endless line": lambda: _filled(b"12 ", b"1 "),
+    "CURET: sample 1 again and again": lambda: _filled(b"1 " * 206 + b"\n"),
+    "ASTM: rows of single digits": lambda: _filled(_ROW, _VARS),
+    "ASTM: the last angle too large": lambda: _filled(_ROW, _VARS, b"9,1,1,1,1,1,1"),
+    "ASTM: the last number not one": lambda: _filled(_ROW, _VARS, b"1,1,1,1,1,1,x"),
+    "ASTM: a row without end": lambda: _filled(b"11,", _VARS),
+    "ASTM: millions of variables": lambda: _filled(b",R1", _VARS.strip()),
+    "ASTM: millions of keywords": lambda: _filled(b"NUM_POINTS 1\nA\n", b"", _VARS + _ROW),
+    "ASTM: nothing but line ends": lambda: _filled(b"\r\n\r", _VARS),
+    "ASTM: blanks": lambda: _filled(b" ", _VARS),
+    "pbrt: single digits": lambda: _pbrt(b"1 "),
+    "pbrt: two digits a line": lambda: _pbrt(b"1\n"),
+    "pbrt: a comment after each": lambda: _pbrt(b"1#\n"),
+    "pbrt: one comment, the last angle too large": lambda: _pbrt(b"1 ", b"# \n9 1 1 1 1 1 1"),
+    "pbrt: a comment after each, the last not a number": lambda: _pbrt(b"1#\n", b"1 1 1 1 1 1 x"),
+    "pbrt: nothing but comments": lambda: _filled(b"#\n", b"", b"3\n"),
+    "MATLAB: 4 MB that inflate to 4 GB": _inflating_mat,
+    "UTF-16": lambda: _filled(_ROW, _VARS, size=MEGABYTE).decode().encode("utf-16"),
+    "noise": lambda: os.urandom(LARGE),
+}
+SPECIAL = ("a folder", "a pipe that nobody writes to", "a device without end", "a link to itself",
+           "a file that grows while it is read", "a name of 5,000 letters")
+
+
+def report(folder):
+    """Print a table: case, what came of it, processor time, memory."""
+    base_seconds, base_memory, _ = _info(_made(folder, b"3\n400 550 700 1 1 1 1 1 1 1"))
+    print(f"{'MB':>6}  {'s':>6}  {'memory':>6}  file")
+    for name, content in CONTENTS.items():
+        path = _made(folder, content())
+        size = path.stat().st_size
+        seconds, memory, said = _info(path)
+        times = max(0, memory - base_memory) / size
+        print(f"{size / 1e6:6.1f}  {seconds - base_seconds:6.2f}  {times:5.1f}x  {name}: {said}")
+    for name in SPECIAL:
+        path, stop = _special(name, folder)
+        seconds, memory, said = _info(path)
+        stop.set()
+        print(f"{'':6}  {seconds - base_seconds:6.2f}  {'':6}  {name}: {said}")
+
+
+def _made(folder, content):
+    path = folder / "hostile.dat"
+    path.write_bytes(content)
+    return path
+
+
+def _special(name, folder):
+    """Make one of SPECIAL: its path, and an event that ends what is going on with it."""
+    stop = threading.Event()
+    path = folder / name.replace(" ", "-")
+    if name == "a folder":
+        path.mkdir()
+    elif name.startswith("a pipe"):
+        os.mkfifo(path)
+    elif name.startswith("a device"):
+        path = Path("/dev/zero")
+    elif name.startswith("a link"):
+        path.symlink_to(path)
+    elif name.startswith("a file that grows"):
+        path.write_bytes(_filled(_ROW, _VARS, size=8 * MEGABYTE))
+        threading.Thread(target=_grow, args=(path, stop)).start()
+    else:
+        path = folder / ("x" * 5000)
+    return path, stop
+
+
+def _grow(path, stop):
+    with open(path, "ab", buffering=0) as stream:
+        while not stop.is_set():
+            stream.write(_ROW)
+            time.sleep(1e-4)
+
+
+def _info(path):
+    """Processor seconds and peak bytes of ``python -m fitter info``, and the first line of what it said."""
+    done = subprocess.run([sys.executable, "-c", _MEASURED, str(path)], cwd=ROOT, capture_output=True, text=True,
+                          check=False, timeout=60)
+    *said, seconds, memory, code = done.stdout.split("\n")[:-1]
+    assert code in {"0", "1"}, done.stderr
+    assert "Traceback" not in done.stderr, done.stderr
+    text = done.stderr.removeprefix(f"error: {path}").lstrip(": ").rstrip() or said[0]
+    return float(seconds), int(memory) * 1024, text.splitlines()[0][:100]
+
+
+_MEASURED = """
+import re, sys, time
+from fitter import cli
+code = cli.main(["info", sys.argv[1]])
+status = open("/proc/self/status").read()       # the peak since exec: getrusage has that of the parent in it
+print(time.process_time(), re.search("VmHWM: *([0-9]+)", status.replace("\\t", " "))[1], code, sep="\\n")
+"""
