@@ -6,13 +6,12 @@ import time
 
 import numpy as np
 
-from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, load, report
+from . import PRESETS, DatasetError, Fit, archive, channel_metrics, error_metrics, load, report
 from . import fit as fit_samples
 from .bake import bake
 from .bilevel import notation
 from .datasets import list_samples
-from .datasets.text import read_bytes
-from .files import replacing
+from .files import read_bytes, replacing
 
 _NOT_GIVEN = object()       # None stands for plain MBA
 
@@ -72,7 +71,7 @@ def _level_or_none(text):
 
 
 def _info(options):
-    if read_bytes(options.file).startswith(b"PK"):          # an .npz is a zip
+    if read_bytes(options.file, archive.LARGEST).startswith(b"PK"):         # an .npz is a zip
         _describe_fit(Fit.load(options.file))
         return
     samples = list_samples(options.file)

@@ -2,9 +2,46 @@
 
 import errno
 import os
+import stat
 import tempfile
 from contextlib import contextmanager
 from pathlib import Path
+
+from .errors import DatasetError
+
+
+def read_bytes(path, largest):
+    """The content of a regular file that nobody writes meanwhile.
+
+    Raises
+    ------
+    DatasetError
+        If it is no such file, cannot be read, or has more than `largest` bytes.
+    """
+    path = Path(path)
+    try:
+        if path.is_dir():
+            raise DatasetError("a folder, not a file", path)
+        with open(path, "rb", opener=_open_at_once) as stream:
+            before = os.fstat(stream.fileno())
+            if not stat.S_ISREG(before.st_mode):
+                raise DatasetError("not a file", path)
+            if before.st_size > largest:
+                raise DatasetError(f"{before.st_size:,} bytes, expected at most {largest:,}", path)
+            content = stream.read(before.st_size + 1)
+            after = os.fstat(stream.fileno())
+    except (OSError, ValueError) as error:
+        if isinstance(error, DatasetError):
+            raise
+        raise DatasetError(f"cannot be read: {getattr(error, 'strerror', None) or error}", path) from error
+    if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns) or len(content) != after.st_size:
+        raise DatasetError("has changed while it was read; try again once it is whole", path)
+    return content
+
+
+def _open_at_once(path, flags):
+    """Open a pipe without waiting for its writer."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 @contextmanager

@@ -5,14 +5,11 @@ bi-level fit `coefficients`, `keys`, `displacement`.
 """
 
 import json
-import zipfile
-import zlib
 
 import numpy as np
 
-from . import lattice, perfect_hash
+from . import archive, files, lattice, perfect_hash
 from .errors import DatasetError
-from .files import replacing
 from .sparse_lattice import SparseLattice
 
 FORMAT = "measured-brdf-fit"
@@ -29,7 +26,7 @@ def write(fit, path):
         index = fit.specular.index
         header["multiplier"] = index.multiplier
         arrays |= {"coefficients": fit.specular.coefficients, "keys": index.keys, "displacement": index.displacement}
-    with replacing(path) as stream:
+    with files.replacing(path) as stream:
         np.savez_compressed(stream, header=np.array(json.dumps(header)), **arrays)
 
 
@@ -41,16 +38,13 @@ def read(path):
     DatasetError
         If it is not there, or not a fit of this version, or its parts contradict each other.
     """
+    content = files.read_bytes(path, archive.LARGEST)
     try:
-        with np.load(path, allow_pickle=False) as file:
-            entries = {name: file[name] for name in file.files}
+        entries = archive.read(content)
         header = json.loads(str(entries.pop("header")))
         if not isinstance(header, dict) or header.get("format") != FORMAT:
             raise ValueError("no header of a fit")
-    except OSError as error:
-        raise DatasetError(f"cannot be read: {error.strerror or error}", path) from error
-    except (ValueError, KeyError, TypeError, EOFError, RuntimeError, zipfile.BadZipFile,
-            zlib.error) as error:          # NotImplementedError and RecursionError are RuntimeErrors
+    except (ValueError, KeyError, RecursionError) as error:
         raise DatasetError("not a fit saved by Measured BRDF", path) from error
     if header.get("version") != VERSION:
         raise DatasetError(f"a fit of version {header.get('version')!r}, expected {VERSION}; fit the data again", path)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, seed, settings
 
 import fitter
-from fitter.datasets import text
+from fitter import files
 from tools import fuzz
 
 FILES = fuzz.seeds()
@@ -47,7 +47,7 @@ def test_a_file_that_changes_while_it_is_read_is_refused(path, monkeypatch, chan
         calls.append(descriptor)
         return real(descriptor)
 
-    monkeypatch.setattr(text.os, "fstat", fstat)
+    monkeypatch.setattr(files.os, "fstat", fstat)
     with pytest.raises(fitter.DatasetError, match="changed while it was read"):
         fitter.load(path)
 
@@ -55,5 +55,5 @@ def test_a_file_that_changes_while_it_is_read_is_refused(path, monkeypatch, chan
 def test_more_than_measurements_can_be_is_not_even_read(tmp_path):
     with open(tmp_path / "digits.dat", "wb") as stream:
         stream.truncate(200 << 20)
-    with pytest.raises(fitter.DatasetError, match=r"209,715,200 bytes, expected measurements of at most"):
+    with pytest.raises(fitter.DatasetError, match=r"209,715,200 bytes, expected at most"):
         fitter.load(tmp_path / "digits.dat")

@@ -5,16 +5,14 @@ time nor memory can be driven far beyond those of an honest file of the same siz
 """
 
 import math
-import os
 import re
-import stat
 from array import array
 from bisect import bisect_right
 from itertools import islice
-from pathlib import Path
 
 import numpy as np
 
+from .. import files
 from ..errors import DatasetError
 from ..samples import HORIZON
 
@@ -28,33 +26,11 @@ _COMMENT_OR_TOKEN = re.compile(rb"#[^\r\n]*|[^\s#]+")
 
 
 def read_bytes(path):
-    """The content of a regular file that nobody writes meanwhile."""
-    path = Path(path)
-    try:
-        if path.is_dir():
-            raise DatasetError("a folder, not a file; expected a file of measurements", path)
-        with open(path, "rb", opener=_open_at_once) as stream:
-            before = os.fstat(stream.fileno())
-            if not stat.S_ISREG(before.st_mode):
-                raise DatasetError("not a file, expected a file of measurements", path)
-            if before.st_size > LARGEST_FILE:
-                raise DatasetError(f"{before.st_size:,} bytes, expected measurements of at most {LARGEST_FILE:,}", path)
-            content = stream.read(before.st_size + 1)
-            after = os.fstat(stream.fileno())
-    except (OSError, ValueError) as error:
-        if isinstance(error, DatasetError):
-            raise
-        raise DatasetError(f"cannot be read: {getattr(error, 'strerror', None) or error}", path) from error
-    if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns) or len(content) != after.st_size:
-        raise DatasetError("has changed while it was read; try again once it is whole", path)
+    """The content of a file of measurements."""
+    content = files.read_bytes(path, LARGEST_FILE)
     if not content.strip():
         raise DatasetError("empty, expected measurements", path)
     return content
-
-
-def _open_at_once(path, flags):
-    """Open a pipe without waiting for its writer."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def plain_text(content, path):
