@@ -93,6 +93,9 @@ def _compile(node):
     complaints = []
     # Blender compiles on assignment where Cycles is the active engine
     if not node.bytecode or "BSDF" not in node.outputs:
-        osl.update_script_node(node, lambda kind, message: complaints.append(message) if "ERROR" in kind else None)
+        try:
+            osl.update_script_node(node, lambda kind, message: complaints.append(message) if "ERROR" in kind else None)
+        except OSError as error:                # it compiles in the folder for temporary files
+            complaints.append(f"{error.filename or 'temporary files'}: {error.strerror}")
     if not node.bytecode or "BSDF" not in node.outputs:
         raise CompileError("The OSL compiler refused the shader" + "".join(f": {text}" for text in complaints))

@@ -4,6 +4,7 @@ Entries: `header` (JSON text: format, version, levels, compression, channels, na
 bi-level fit `coefficients`, `keys`, `displacement`.
 """
 
+import io
 import json
 
 import numpy as np
@@ -26,8 +27,10 @@ def write(fit, path):
         index = fit.specular.index
         header["multiplier"] = index.multiplier
         arrays |= {"coefficients": fit.specular.coefficients, "keys": index.keys, "displacement": index.displacement}
+    content = io.BytesIO()      # not straight to the file: on a full disk an unfinished ZipFile complains on its own
+    np.savez_compressed(content, header=np.array(json.dumps(header)), **arrays)
     with files.replacing(path) as stream:
-        np.savez_compressed(stream, header=np.array(json.dumps(header)), **arrays)
+        stream.write(content.getbuffer())
 
 
 def read(path):
@@ -75,7 +78,7 @@ def _assemble(header, entries):
            "its hash table is not a table")
     _check(displacement.max() < max(n, 1), "its hash table points outside")
     multiplier = header["multiplier"]
-    _check(isinstance(multiplier, int) and 0 < multiplier < perfect_hash.MULTIPLIERS, "its hash function is unknown")
+    _check(type(multiplier) is int and 0 < multiplier < perfect_hash.MULTIPLIERS, "its hash function is unknown")
     _check(not n or keys.max() < np.prod(lattice.shape(level)), "a key lies outside its lattice")
     index = perfect_hash.PerfectHash(keys, displacement, multiplier)
     _check((index.slots(keys) == np.arange(n)).all(), "its hash table does not find its keys")
@@ -84,7 +87,7 @@ def _assemble(header, entries):
 
 
 def _level(level):
-    _check(isinstance(level, int) and 0 <= level <= lattice.MAX_LEVEL, f"level {level!r} does not exist")
+    _check(type(level) is int and 0 <= level <= lattice.MAX_LEVEL, f"level {level!r} does not exist")
     return level
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter import fit_file
 
 
 @pytest.fixture(params=[{"specular_level": None, "diffuse_level": 3}, {"diffuse_level": 2, "specular_level": 4}])
@@ -95,3 +96,78 @@ def test_a_failing_save_leaves_the_old_file(glossy, tmp_path, monkeypatch):
         fit.save(path)
     assert path.read_bytes() == before
     assert [entry.name for entry in tmp_path.iterdir()] == ["fit.npz"]
+
+
+def npy(dtype, shape, data=b""):
+    """An array file whose header claims what it likes."""
+    header = repr({"descr": dtype, "fortran_order": False, "shape": shape}).encode().ljust(117) + b"\n"
+    return b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + data
+
+
+@pytest.mark.parametrize(("member", "expected"), [
+    (npy("<f4", (1 << 40,)), "claims 4,398,046,511,104 bytes"),
+    (npy("<f4", (0, -1)), "expected plain numbers"),
+    (npy("|O", (1,), b"cos\nsystem\n(S'true'\ntR."), "expected plain numbers"),
+    (npy("<f4", (3,), bytes(40 << 20)), "shorter or longer"),
+    (npy("|V1", (3,), b"abc"), "expected plain numbers"),
+    (npy("<f4", (10**30,)), "claims"),
+    (b"\x93NUMPY\x03\x00" + bytes(99), "3, 0"),
+    (b"\x93NUMPY\x01\x00\xff\xff{'descr': __import__('os').system('true')}", "")])
+def test_a_hostile_array_is_refused_before_it_is_read(glossy, tmp_path, member, expected):
+    import tracemalloc
+    import zipfile
+
+    path = tmp_path / "hostile.npz"
+    fitter.fit(glossy, 1, None).save(path)
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("keys.npy", member)
+    del member
+    tracemalloc.start()
+    with pytest.raises(fitter.DatasetError, match=r"hostile\.npz: not a fit") as refused:
+        fitter.Fit.load(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert expected in str(refused.value.__cause__)
+    assert peak < 4 << 20
+
+
+@pytest.mark.parametrize("depth", [10, 100_000])
+def test_a_header_of_nothing_but_brackets_is_refused(tmp_path, depth):
+    np.savez(tmp_path / "deep.npz", header=np.array("[" * depth + "]" * depth))
+    with pytest.raises(fitter.DatasetError, match="not a fit"):
+        fitter.Fit.load(tmp_path / "deep.npz")
+
+
+def test_a_fit_of_another_version_says_which_and_what_to_do(glossy, tmp_path):
+    path = tmp_path / "later.npz"
+    tampered(fitter.fit(glossy, 2, 4), path, header={"version": fit_file.VERSION + 1})
+    with pytest.raises(fitter.DatasetError, match=rf"version {fit_file.VERSION + 1}, expected .*fit the data again"):
+        fitter.Fit.load(path)
+
+
+HOSTILE = '"; */ } shader evil() { system("x"); } /* #include <x> \n#define SPARSE 1\n'
+
+
+def test_no_name_path_or_text_of_a_fit_becomes_code(glossy, tmp_path):
+    """The baked source is the same to the letter, whatever the strings of the fit say."""
+    from dataclasses import replace
+
+    from fitter.bake import bake
+
+    fit = fitter.fit(replace(glossy, name=HOSTILE, source=HOSTILE, channels=(HOSTILE, "#", "*/")), 1, 2)
+    fit.save(tmp_path / "hostile.npz")
+    loaded = fitter.Fit.load(tmp_path / "hostile.npz")
+    assert loaded.name == HOSTILE
+    assert bake(loaded) == bake(fitter.fit(glossy, 1, 2))
+
+
+@pytest.mark.parametrize("number", [2**31, "1;", [1], 1.5, True, None, -1, 10**400])
+@pytest.mark.parametrize("entry", ["diffuse_level", "specular_level", "multiplier"])
+def test_a_number_of_the_header_that_is_none_is_refused(glossy, tmp_path, entry, number):
+    path = tmp_path / "bad.npz"
+    tampered(fitter.fit(glossy, 1, 2), path, header={entry: number})
+    if entry == "specular_level" and number is None:
+        assert fitter.Fit.load(path).specular is None       # plain MBA; the other arrays are not looked at
+        return
+    with pytest.raises(fitter.DatasetError, match=r"bad\.npz"):
+        fitter.Fit.load(path)

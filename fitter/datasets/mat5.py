@@ -18,6 +18,7 @@ _MATRIX, _COMPRESSED = 14, 15
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _NUMERIC = range(6, 16)     # mxDOUBLE_CLASS to mxUINT64_CLASS
 _COMPLEX = 0x800
+_PARTS = 6, 5, 1            # a matrix begins with flags (uint32), dimensions (int32) and name (int8)
 _GROWTH, _FREE = 3, 1 << 20     # measured numbers deflate to a half or so
 
 
@@ -86,7 +87,9 @@ def _inflate(data, allowance):
 def _matrix(data, order, names, allowance):
     """The name of a matrix, and its numbers where it is one of `names`, else None."""
     parts = _elements(data, order)
-    (_, flags), (_, dimensions), (_, name) = (next(parts, (0, b"")) for _ in range(3))
+    kinds, (flags, dimensions, name) = zip(*(next(parts, (0, b"")) for _ in range(3)), strict=True)
+    if kinds != _PARTS:
+        raise ValueError("a matrix without flags, dimensions and name")
     name = bytes(name).decode("latin-1")
     if name not in names:
         return name, None
