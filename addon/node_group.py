@@ -57,7 +57,8 @@ def remove(tree):
 
 def script_node(tree):
     """The script node of a group that `create` made, or None for any other tree."""
-    return tree.nodes.get(SCRIPT_NODE)
+    node = tree.nodes.get(SCRIPT_NODE)
+    return node if node is not None and node.type == "SCRIPT" else None
 
 
 def _fill(tree, text):

@@ -16,8 +16,10 @@ CHOICES = ("sample", "diffuse_level", "specular_level", "compression")
 def main():
     """Do one of the two."""
     task, path = sys.argv[1], Path(sys.argv[2])
-    checkout.extension().register()
+    extension = checkout.extension()
+    extension.register()
     print("\n" + json.dumps({"save": _save, "open": _open}[task](path)))
+    extension.unregister()      # bpy 4.2 as a module does not survive its end with operators registered
 
 
 def _save(path):
