@@ -1,4 +1,4 @@
-# make demo | test | fuzz | lint | bench | report | zip      PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
+# make demo | test | test-matrix | fuzz | stability | lint | bench | report | zip      PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))
 PYTHON ?= $(shell for p in python3.11 python3.13 python3; do \
@@ -11,7 +11,7 @@ DATA := $(or $(MEASURED_BRDF_DATA),../shared/data)
 MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
-.PHONY: demo test fuzz lint bench report zip clean
+.PHONY: demo test test-matrix fuzz stability lint bench report zip clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
@@ -19,8 +19,14 @@ demo: $(ENV)/ready
 test: $(ENV)/ready
 	$(RUN) -m pytest
 
+test-matrix: $(ENV)/ready
+	$(RUN) -m tools.test_matrix
+
 fuzz: $(ENV)/ready
 	$(RUN) -m tools.fuzz
+
+stability: $(ENV)/ready
+	$(RUN) -m tools.stability
 
 lint: $(ENV)/ready
 	$(RUN) -m ruff check .

@@ -1,0 +1,128 @@
+"""``make stability``: the fits of every preset to the hard cases, as the tables of docs/stability.md."""
+
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+
+import fitter
+from fitter import lattice
+from fitter.nusselt import nusselt
+from tools.hard_cases import BOUND, hard_cases, many, probe
+
+CONSTANT = "all values equal"
+
+
+def measure(samples, fit):
+    """What is expected of a fit, measured.
+
+    Returns
+    -------
+    finite : bool
+        Everywhere, not only at the samples.
+    largest : float
+        The largest absolute value anywhere, over that of the samples.
+    error : float
+        RMSE at the samples, over the largest absolute value of the samples.
+    """
+    everywhere = fit.evaluate(*probe())
+    scale = np.abs(samples.values).max() or 1.0
+    error = np.sqrt(np.mean((fit.evaluate(*samples.directions) - samples.values) ** 2 / scale ** 2))
+    return bool(np.isfinite(everywhere).all()), float(np.abs(everywhere).max() / scale), float(error)
+
+
+def errors_by_level(samples, levels=range(8)):
+    """RMSE at the samples of plain MBA, level by level, over the largest absolute value."""
+    return [measure(samples, fitter.fit(samples, level, None))[2] for level in levels]
+
+
+def single_precision(fit, directions):
+    """The lattices of a fit evaluated in float32 throughout: (n, channels) float32."""
+    x = nusselt(*directions).astype(np.float32)
+    total = _lattice_in_single(fit.diffuse, fit.diffuse_level, x)
+    if fit.specular is not None:
+        total = total + _lattice_in_single(fit.specular.dense, fit.specular_level, x)
+    return total
+
+
+def _lattice_in_single(points, level, x):
+    """Equation 7 in float32, coordinates counted from the middle of the cube as the shader counts them."""
+    m, one = lattice.cells(level), np.float32(1)
+    u = (2 * x - one) * np.float32(m / 2) + np.float32(m / 2 - m // 2)
+    cell = np.clip(np.floor(u), -(m // 2), m - 1 - m // 2)
+    s = u - cell
+    t = one - s
+    w = np.stack([t ** 3 / 6, (4 - 3 * s * s * (2 - s)) / 6, (4 - 3 * t * t * (2 - t)) / 6, s ** 3 / 6])
+    first = cell.astype(int) + m // 2 - 1 - np.array(lattice.origin(level))
+    total = np.zeros((len(x), points.shape[-1]), np.float32)
+    for tap in np.ndindex(4, 4, 4):
+        weight = w[tap[0], :, 0] * w[tap[1], :, 1] * w[tap[2], :, 2]
+        total += weight.astype(np.float32)[:, None] * points[tuple((first + tap).T)]
+    return total
+
+
+def halved(fit):
+    """A fit whose coefficients were stored in half precision, relative to the largest of each lattice."""
+    specular = fit.specular
+    if specular is not None and len(specular):
+        specular = replace(specular, coefficients=_halve(specular.coefficients))
+    return replace(fit, diffuse=_halve(fit.diffuse), specular=specular)
+
+
+def _halve(points):
+    scale = np.abs(points).max() or np.float32(1)
+    return (points / scale).astype(np.float16).astype(np.float32) * scale
+
+
+def main():
+    """Print the tables."""
+    cases = hard_cases()
+    presets = list(fitter.PRESETS)
+    fits = {name: {preset: fitter.fit(case.samples, **fitter.PRESETS[preset]) for preset in presets}
+            for name, case in cases.items()}
+    _table("Largest absolute value anywhere / RMSE at the samples, both over the largest absolute sample",
+           presets, {name: [_cell(case.samples, fits[name][preset]) for preset in presets]
+                     for name, case in cases.items()})
+    _table("The largest value that is expected, over the largest sample", presets,
+           {"bound": [f"{BOUND[preset]:g}" for preset in presets]})
+    constant = cases[CONSTANT].samples.values[0, 0]
+    _table("All values equal: the largest error anywhere, over the value", presets,
+           {CONSTANT: [f"{np.abs(fits[CONSTANT][preset].evaluate(*probe()) / constant - 1).max():.1e}"
+                       for preset in presets]})
+    _table("RMSE at the samples of plain MBA by level, over the largest absolute sample", [str(h) for h in range(8)],
+           {name: [f"{error:.1e}" for error in errors_by_level(case.samples)] for name, case in cases.items()})
+    _table("Coefficients in half precision: the largest change anywhere, over the largest absolute sample", presets,
+           {name: [_change(case.samples, fits[name][preset]) for preset in presets] for name, case in cases.items()})
+    _million(presets)
+
+
+def _cell(samples, fit):
+    finite, largest, error = measure(samples, fit)
+    return f"{largest:.2f} / {error:.1e}" if finite else "not finite"
+
+
+def _change(samples, fit):
+    change = np.abs(halved(fit).evaluate(*probe()) - fit.evaluate(*probe())).max()
+    return f"{change / (np.abs(samples.values).max() or 1):.1e}"
+
+
+def _million(presets):
+    samples = many()
+    cells = []
+    for preset in presets:
+        start = time.process_time()
+        fit = fitter.fit(samples, **fitter.PRESETS[preset])
+        cells.append(f"{_cell(samples, fit)}, {time.process_time() - start:.0f} s")
+    _table("A million samples: as the first table, and processor time", presets, {"a million samples": cells})
+
+
+def _table(title, columns, rows):
+    print(f"{title}:\n\n| | {' | '.join(columns)} |\n|---|{'---:|' * len(columns)}")
+    for name, cells in rows.items():
+        print(f"| {name} | {' | '.join(cells)} |")
+    print(flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
