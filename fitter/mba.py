@@ -9,6 +9,8 @@ import numpy as np
 
 from . import lattice
 
+_CHUNK = 32768              # points at a time: their 64 taps take 100 MB
+
 
 def mirror_images(x, level):
     """The samples and those of their mirror images that the stored quarter of the lattice feels.
@@ -51,6 +53,19 @@ def basis_approximation(x, z, level):
         (Lee, Wolberg and Shin 1997, section 3.1, equations 3 to 5).
     """
     points, of = mirror_images(x, level)
+    omega = np.zeros(np.prod(lattice.shape(level)))
+    delta = np.zeros((len(omega), z.shape[1]))
+    for start in range(0, len(points), _CHUNK):
+        tap, w, cube = _taps(points[start:start + _CHUNK], level)
+        omega += np.bincount(tap, (w * w).ravel(), minlength=len(omega))
+        for channel, values in enumerate(z[of[start:start + _CHUNK]].T):
+            delta[:, channel] += np.bincount(tap, (cube * values[:, None]).ravel(), minlength=len(omega))
+    inverse = np.divide(1, omega, out=np.zeros_like(omega), where=omega > 0)
+    return (delta * inverse[:, None]).reshape(*lattice.shape(level), -1)
+
+
+def _taps(points, level):
+    """The 64 control points of each point, their weights w and w^3 / sum(w^2): (64 m,), (m, 64) and (m, 64)."""
     first, (wa, wb, wc) = lattice.locate(points, level)
     box = np.array(lattice.shape(level))
     index = first[:, None, :] + np.arange(4)[:, None]                   # (m, 4, 3)
@@ -65,14 +80,7 @@ def basis_approximation(x, z, level):
     tap = ((index[:, :, None, None, 0] * box[1] + index[:, None, :, None, 1]) * box[2]
            + index[:, None, None, :, 2]).ravel()
     w = (wa[:, :, None, None] * wb[:, None, :, None] * wc[:, None, None, :]).reshape(len(points), 64)
-    omega = np.bincount(tap, (w * w).ravel(), minlength=box.prod())
-    inverse = np.divide(1, omega, out=np.zeros_like(omega), where=omega > 0)
-    cube = w * w * w / w_squared[:, None]
-    control_points = np.empty((len(omega), z.shape[1]))
-    for channel in range(z.shape[1]):
-        delta = np.bincount(tap, (cube * z[of, channel, None]).ravel(), minlength=len(omega))
-        control_points[:, channel] = delta * inverse
-    return control_points.reshape(*box, -1)
+    return tap, w, w * w * w / w_squared[:, None]
 
 
 def approximate(x, z, level):
