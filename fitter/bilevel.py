@@ -1,16 +1,22 @@
 """The bi-level fit: a coarse dense diffuse lattice and a fine sparse specular one.
 
 Kameya and Lewis 2002, section 4: f = f_d + f_s, where f_d is fitted first and f_s to what f_d leaves. Of the
-(2^S + 3)^3 control points of f_s only the largest are kept, one set of them for all channels.
+(2^S + 3)^3 control points of f_s only some are kept, one set of them for all channels. By method "mba" the lattices
+hold the reflectance in Nusselt coordinates, as the paper has it; by method "kriging" the field of `compact`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from numbers import Real
 
 import numpy as np
 
-from . import fit_file, lattice, mba, sparse_lattice
+from . import compact, fit_file, lattice, mba, sparse_lattice
+from .estimate import Prior
+from .half_difference import half_difference
 from .nusselt import nusselt
+
+METHODS = ("mba", "kriging")
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,13 +26,19 @@ class Fit:
     Attributes
     ----------
     diffuse_level : int
-    diffuse : lattice.shape(diffuse_level) + (channels,) float32
-        f_d, dense.
+    diffuse : lattice.shape(diffuse_level) + (columns,) float32
+        The dense lattice.
     specular : sparse_lattice.SparseLattice, or None
-        f_s; None for plain MBA.
+        The sparse lattice; None for the dense one alone.
     compression : float
-        Percentage of the specular lattice that was dropped; 0 for plain MBA.
+        Percentage of the specular lattice that was dropped; 0 without one.
     channels : tuple of str
+    columns : tuple of int
+        Which column of the arrays each channel reads: equal channels are stored once. By default each its own.
+    prior : estimate.Prior, or None
+        What makes a reflectance of the lattices' field, by method "kriging"; None by method "mba".
+    changes : tuple of str
+        What was changed to make the fit physically plausible, in words.
     name, source : str
         As in the `Samples` it was fitted to.
     """
@@ -36,12 +48,24 @@ class Fit:
     specular: sparse_lattice.SparseLattice | None = None
     compression: float = 0.0
     channels: tuple = ("grey",)
+    columns: tuple | None = None
+    prior: Prior | None = None
+    changes: tuple = ()
     name: str = "untitled"
     source: str = ""
 
+    def __post_init__(self):
+        if self.columns is None:
+            object.__setattr__(self, "columns", tuple(range(len(self.channels))))
+
+    @property
+    def method(self):
+        """One of `METHODS`."""
+        return "mba" if self.prior is None else "kriging"
+
     @property
     def specular_level(self):
-        """S, or None for plain MBA."""
+        """S, or None without a sparse lattice."""
         return None if self.specular is None else self.specular.level
 
     @property
@@ -51,11 +75,11 @@ class Fit:
 
     @property
     def nbytes(self):
-        """Bytes that must be stored to evaluate, over all channels: coefficients, keys and hash table."""
-        return self.diffuse.nbytes + (0 if self.specular is None else self.specular.nbytes)
+        """Bytes that must be stored to evaluate, over all channels: coefficients, keys, hash table and prior."""
+        return self.diffuse.nbytes + sum(part.nbytes for part in (self.specular, self.prior) if part is not None)
 
     def evaluate(self, theta_i, phi_i, theta_o, phi_o):
-        """The fitted BRDF, negative where the fit undershoots.
+        """The fitted BRDF, negative where a fit that need not be plausible undershoots.
 
         Parameters
         ----------
@@ -67,18 +91,17 @@ class Fit:
         (n, channels) float64
             1/sr.
         """
-        coordinates = nusselt(theta_i, phi_i, theta_o, phi_o)
-        if not np.isfinite(coordinates).all():
+        angles = np.broadcast_arrays(*(np.asarray(angle, dtype=float) for angle in (theta_i, phi_i, theta_o, phi_o)))
+        directions = [angle.ravel() for angle in angles]
+        if not all(np.isfinite(angle).all() for angle in directions):
             raise ValueError("directions that are not finite numbers")
-        values = self.evaluate_nusselt(coordinates.reshape(-1, 3))
-        return values.reshape(*coordinates.shape[:-1], values.shape[1])
-
-    def evaluate_nusselt(self, x):
-        """The fitted BRDF at Nusselt coordinates with kappa_i and lambda_o of at least 1/2: (n, 3) to (n, channels)."""
-        value = lattice.evaluate(self.diffuse, self.diffuse_level, x)
+        x = (nusselt if self.prior is None else half_difference)(*directions)
+        values = lattice.evaluate(self.diffuse, self.diffuse_level, x)
         if self.specular is not None:
-            value += lattice.evaluate(self.specular.dense, self.specular.level, x)
-        return value
+            values += lattice.evaluate(self.specular.dense, self.specular.level, x)
+        if self.prior is not None:
+            values = self.prior.reflectance(values, *directions)
+        return values[:, self.columns].reshape(*angles[0].shape, len(self.columns))
 
     def save(self, path):
         """Write the fit to an .npz file; what was there is replaced only once the new file is whole."""
@@ -90,8 +113,8 @@ class Fit:
         return Fit(**fit_file.read(path))
 
 
-def fit(samples, diffuse_level=4, specular_level=6, compression=95.0):
-    """Fit a measured reflectance as Kameya and Lewis (2002) do.
+def fit(samples, diffuse_level=4, specular_level=6, compression=95.0, method="mba", plausible=True):
+    """Fit a measured reflectance.
 
     Parameters
     ----------
@@ -99,9 +122,15 @@ def fit(samples, diffuse_level=4, specular_level=6, compression=95.0):
     diffuse_level : int, 0 to 8
         D, the level of the dense lattice.
     specular_level : int, 0 to 8, or None
-        S, the level of the sparse lattice; None for plain MBA at `diffuse_level` (section 3).
+        S, the level of the sparse lattice; None for the dense lattice alone, by "mba" plain MBA (section 3).
     compression : float, 0 to 100
         C, the percentage of the (2^S + 3)^3 specular control points to drop.
+    method : {"mba", "kriging"}
+        "mba": as Kameya and Lewis (2002). "kriging": closer to the samples in a fraction of the storage, and closer
+        to what was not sampled (`estimate`, `compact`).
+    plausible : bool
+        By "kriging", make the fit physically plausible: nowhere negative, and of directional albedo at most 1. What
+        that changed is in `Fit.changes`. The paper's method has no such means.
 
     Returns
     -------
@@ -110,22 +139,48 @@ def fit(samples, diffuse_level=4, specular_level=6, compression=95.0):
     Raises
     ------
     ValueError
-        If a level or the compression is out of range.
+        If a level, the compression or the method is out of range.
     """
     diffuse_level = _level("diffuse_level", diffuse_level)
+    kept = None
+    if specular_level is not None:
+        specular_level = _level("specular_level", specular_level)
+        if not isinstance(compression, Real) or not 0 <= compression <= 100:
+            raise ValueError(f"compression is {compression!r}, expected a percentage from 0 to 100")
+        kept = round((1 - compression / 100) * lattice.full_size(specular_level))
+    if method not in METHODS:
+        raise ValueError(f"method is {method!r}, expected one of {', '.join(METHODS)}")
+
+    stored, columns = _distinct(samples.values)
+    distinct = replace(samples, values=samples.values[:, stored], channels=[samples.channels[i] for i in stored])
+    assemble = partial(Fit, diffuse_level, compression=0.0 if kept is None else float(compression),
+                       channels=distinct.channels, name=samples.name, source=samples.source)
+    if method == "mba":
+        fitted = _as_the_paper(distinct, diffuse_level, specular_level, kept, assemble)
+    else:
+        fitted = compact.approximate(distinct, diffuse_level, specular_level, kept, plausible, assemble)
+    return replace(fitted, channels=samples.channels, columns=columns)
+
+
+def _as_the_paper(samples, diffuse_level, specular_level, kept, assemble):
     x = nusselt(*samples.directions)
     diffuse, residual = mba.approximate(x, samples.values, diffuse_level)
-    named = {"channels": samples.channels, "name": samples.name, "source": samples.source}
-    if specular_level is None:
-        return Fit(diffuse_level, diffuse.astype(np.float32), **named)
+    specular = None
+    if specular_level is not None:
+        control_points, _ = mba.approximate(x, residual, specular_level)
+        specular = sparse_lattice.keep_largest(control_points, specular_level, kept)
+    return assemble(diffuse=diffuse.astype(np.float32), specular=specular)
 
-    specular_level = _level("specular_level", specular_level)
-    if not isinstance(compression, Real) or not 0 <= compression <= 100:
-        raise ValueError(f"compression is {compression!r}, expected a percentage from 0 to 100")
-    kept = round((1 - compression / 100) * lattice.full_size(specular_level))
-    specular, _ = mba.approximate(x, residual, specular_level)
-    return Fit(diffuse_level, diffuse.astype(np.float32),
-               sparse_lattice.keep_largest(specular, specular_level, kept), float(compression), **named)
+
+def _distinct(values):
+    """The columns that differ from all before, and for each column which of these it equals."""
+    stored, columns = [], []
+    for i, column in enumerate(values.T):
+        equal = next((k for k, j in enumerate(stored) if np.array_equal(column, values[:, j])), len(stored))
+        if equal == len(stored):
+            stored.append(i)
+        columns.append(equal)
+    return stored, tuple(columns)
 
 
 def notation(diffuse_level, specular_level=None, compression=0.0):

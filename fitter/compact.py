@@ -5,16 +5,18 @@ reflectance itself. The dense lattice interpolates the field, also where there a
 the fit to the samples.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
-from . import lattice, refit
+from . import energy, lattice, refit
 from .estimate import estimate
 from .half_difference import half_difference
 
 _AZIMUTHS = 16
 
 
-def approximate(samples, diffuse_level, specular_level, kept):
+def approximate(samples, diffuse_level, specular_level, kept, plausible, assemble):
     """Fit samples.
 
     Parameters
@@ -25,21 +27,31 @@ def approximate(samples, diffuse_level, specular_level, kept):
     kept : int
         Control points of the sparse lattice.
 
+    plausible : bool
+        Nowhere negative, and of directional albedo at most 1.
+
+    assemble : callable
+        Makes a `Fit` of the keyword arguments `prior`, `diffuse` and `specular`.
+
     Returns
     -------
-    prior : estimate.Prior
-    diffuse : lattice.shape(diffuse_level) + (channels,) float32
-    specular : SparseLattice or None
+    Fit
     """
     prior, field = estimate(samples)
+    if plausible:
+        prior = replace(prior, floor=0.0)
     nodes = lattice.nodes(diffuse_level)
     values = field.at(2 * nodes.reshape(-1, 3) - 1).reshape(*nodes.shape[:-1], -1)
     if diffuse_level > 0:
         values[0] = _around(field, 2 * nodes[0] - 1)
-    diffuse = lattice.interpolate(values, diffuse_level).astype(np.float32)
-    if specular_level is None:
-        return prior, diffuse, None
-    return prior, diffuse, _specular(samples, prior, diffuse, diffuse_level, specular_level, kept)
+
+    def approximation(values):
+        diffuse = lattice.interpolate(values, diffuse_level).astype(np.float32)
+        specular = None if specular_level is None else _specular(
+            samples, prior, diffuse, diffuse_level, specular_level, kept)
+        return assemble(prior=prior, diffuse=diffuse, specular=specular)
+
+    return energy.conserve(approximation, values, nodes) if plausible else approximation(values)
 
 
 def _around(field, mu):

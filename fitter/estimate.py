@@ -12,6 +12,7 @@ import numpy as np
 from . import cross_validation, half_difference, kriging, microfacet
 
 CEILING = 16.0              # an estimate is at most this often the largest sample
+_STEEPEST = 40.0            # of the field, so that its exponential stays a number in single precision
 _DROPOUT_NOISE = 10.0       # relative to the field's variance: such a sample says next to nothing
 _SHOWS_LOBES = 500          # samples that determine the lobes of a prior; fewer mislead more often than they help
 
@@ -27,21 +28,24 @@ class Prior:
         1/sr: reflectance well below it counts as dark.
     ceiling : (channels,) float64
         1/sr: no value is above it.
+    floor : float
+        1/sr: no value is below it; 0, or less where noise around 0 shall stay what it is.
     """
 
     lobe: microfacet.Microfacet
     offset: float
     ceiling: np.ndarray
+    floor: float = -np.inf
 
     @property
     def nbytes(self):
         """Bytes of the parameters in single precision."""
-        return self.lobe.nbytes + 4 + 4 * len(self.ceiling)
+        return self.lobe.nbytes + 8 + 4 * len(self.ceiling)
 
     def reflectance(self, s, theta_i, phi_i, theta_o, phi_o):
-        """Reflectance of a field: (n, channels) to (n, channels), 1/sr, not negative."""
+        """Reflectance of a field: (n, channels) to (n, channels), 1/sr."""
         around = self.lobe.evaluate(theta_i, phi_i, theta_o, phi_o) + self.offset
-        return np.minimum(around * np.exp(np.minimum(s, 80)) - self.offset, self.ceiling)
+        return np.clip(around * np.exp(np.minimum(s, _STEEPEST)) - self.offset, self.floor, self.ceiling)
 
     def field(self, values, theta_i, phi_i, theta_o, phi_o):
         """The field that gives reflectances: (n, channels) 1/sr to (n, channels)."""

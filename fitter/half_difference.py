@@ -21,7 +21,8 @@ def half_difference(theta_i, phi_i, theta_o, phi_o):
 
     (mu + 1) / 2, as `nusselt.nusselt` scales its own: the first and the third are at least 1/2.
     """
-    q_i, q_o = _project(theta_i, phi_i), _project(theta_o, phi_o)
+    q_i, q_o = (project(theta) * np.exp(1j * np.asarray(phi, dtype=float))
+                for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
     half, difference = (q_i + q_o) / 2, (q_i - q_o) / 2
     length = np.abs(difference)
     # where the directions coincide their difference has no azimuth: that of the half vector stands in
@@ -41,9 +42,10 @@ def directions(coordinates):
     return _theta(np.abs(q_i)), np.angle(q_i), _theta(np.abs(q_o)), np.angle(q_o)
 
 
-def _project(theta, phi):
+def project(theta):
+    """Radius of a direction's projection, r(theta): radians to [0, 1]."""
     theta = np.asarray(theta, dtype=float)
-    return np.sin(theta) / (1 + 2 * np.cos(theta)) * np.exp(1j * np.asarray(phi, dtype=float))
+    return np.sin(theta) / (1 + 2 * np.cos(theta))
 
 
 def _theta(radius):

@@ -1,0 +1,67 @@
+"""Directional albedo, and fits that reflect no more than they receive."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from .half_difference import project
+
+_VIEWS = np.radians(np.append(np.arange(0, 80, 10), np.arange(80, 91, 2.0)))
+_RINGS, _AZIMUTHS = 64, 48
+_ROUNDS = 8
+_TOLERANCE = 2e-3
+
+
+def directional_albedo(evaluate, theta_o):
+    """The share of light from direction theta_o that is reflected: (n,) radians to (n, channels).
+
+    The integral of f cos theta_i over the hemisphere by the midpoint rule, over the disk that it projects to; azimuths
+    lie closest at the mirror direction.
+
+    Parameters
+    ----------
+    evaluate : callable
+        As `Fit.evaluate`.
+    theta_o : (n,) float64
+    """
+    theta_i = np.arcsin(np.sqrt((np.arange(_RINGS) + 0.5) / _RINGS))
+    u = (np.arange(_AZIMUTHS) + 0.5) / _AZIMUTHS
+    azimuth, share = np.pi * (1 - u * u), 2 * u / _AZIMUTHS
+    f = evaluate(theta_i[:, None], azimuth, np.asarray(theta_o)[:, None, None], 0.0)
+    return np.pi * np.einsum("vrac,a->vc", f, share) / _RINGS
+
+
+def conserve(approximation, values, nodes):
+    """Lower a field where its fit reflects more than it receives, equally for incident and outgoing directions.
+
+    Parameters
+    ----------
+    approximation : callable
+        Makes a `Fit` of values at the nodes.
+    values : (a, b, c, channels) float64
+    nodes : (a, b, c, 3) float64
+        `lattice.nodes`.
+
+    Returns
+    -------
+    Fit
+        Its `changes` say what was lowered.
+    """
+    length, x, y = np.moveaxis(2 * nodes - 1, -1, 0)
+    radii = [np.minimum(np.abs(x + 1j * y + sign * length), 1) for sign in (1, -1)]
+    known = project(_VIEWS)
+    lower = np.zeros((len(_VIEWS), values.shape[-1]))                   # what to take from the field, for one direction
+    first = None
+    for _ in range(_ROUNDS):
+        taken = np.stack([sum(np.interp(radius, known, column) for radius in radii) for column in lower.T], axis=-1)
+        fit = approximation(values - taken)
+        albedo = directional_albedo(fit.evaluate, _VIEWS)
+        first = albedo if first is None else first
+        if albedo.max() <= 1 + _TOLERANCE:
+            break
+        lower += np.log(np.maximum(albedo, 1))
+    if first.max() <= 1 + _TOLERANCE:
+        return fit
+    worst = np.degrees(_VIEWS[first.max(axis=1).argmax()])
+    return replace(fit, changes=(
+        f"directional albedo of {first.max():.3g} at {worst:.0f} degrees lowered to {albedo.max():.3g}",))
