@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from . import draw_table, lattice
+from . import draw_table, lattice, microfacet
+from .estimate import STEEPEST
 from .spectra import RGB
 
 SHADER = "measured_brdf.osl"
@@ -38,19 +39,12 @@ def bake(fit, template=None):
     ValueError
         If the fit has another number of channels, or is too large for the OSL compiler.
     """
-    if fit.diffuse.shape[-1] not in (1, len(RGB)):
-        raise ValueError(f"a fit of {fit.diffuse.shape[-1]} channels; a shader takes 1 or 3")
-    tables = {"DIFFUSE": fit.diffuse, "DRAW": draw_table.draw_table(fit)}
-    constants = {"CHANNELS": fit.diffuse.shape[-1], "DIFFUSE_CELLS": lattice.cells(fit.diffuse_level),
-                 "DRAW_VIEWS": draw_table.VIEWS, "DRAW_RINGS": draw_table.RINGS, "DRAW_SECTORS": draw_table.SECTORS,
-                 "DRAW_CELLS": draw_table.RINGS * draw_table.SECTORS}
-    sparse = fit.specular is not None and len(fit.specular) > 0
-    constants["SPARSE"] = int(sparse)
-    if sparse:
-        index = fit.specular.index
-        constants |= {"SPECULAR_CELLS": lattice.cells(fit.specular_level), "KEY_COUNT": len(index),
-                      "BUCKET_COUNT": len(index.displacement), "MULTIPLIER": index.multiplier}
-        tables |= {"SPECULAR": fit.specular.coefficients, "KEYS": index.keys, "DISPLACEMENT": index.displacement}
+    if len(fit.channels) not in (1, len(RGB)):
+        raise ValueError(f"a fit of {len(fit.channels)} channels; a shader takes 1 or 3")
+    constants, tables = _fit(fit)
+    constants |= {"DRAW_VIEWS": draw_table.VIEWS, "DRAW_RINGS": draw_table.RINGS, "DRAW_SECTORS": draw_table.SECTORS,
+                  "DRAW_CELLS": draw_table.RINGS * draw_table.SECTORS}
+    tables["DRAW"] = draw_table.draw_table(fit)
     generated = {
         "baked_constants.h": "".join(f"#define {name} {value}\n" for name, value in constants.items()),
         "baked_tables.h": "".join(_array(name, table) for name, table in tables.items())}
@@ -60,6 +54,39 @@ def bake(fit, template=None):
         return generated[name] if name in generated else (_SOURCES / name).read_text("utf-8")
 
     return _INCLUDE.sub(include, (_SOURCES / SHADER).read_text("utf-8") if template is None else template)
+
+
+def _fit(fit):
+    """What `osl/lattice.h` reads: (constants, tables)."""
+    stored = fit.diffuse.shape[-1]
+    constants = {"STORED": stored, "DIFFUSE_CELLS": lattice.cells(fit.diffuse_level)}
+    constants |= {f"CHANNEL_{i}": fit.columns[i % len(fit.columns)] for i in range(3)}
+    tables = {"DIFFUSE": fit.diffuse}
+    sparse = fit.specular is not None and len(fit.specular) > 0
+    constants["SPARSE"] = int(sparse)
+    if sparse:
+        index = fit.specular.index
+        constants |= {"SPECULAR_CELLS": lattice.cells(fit.specular_level), "KEY_COUNT": len(index),
+                      "BUCKET_COUNT": len(index.displacement), "MULTIPLIER": index.multiplier}
+        tables |= {"SPECULAR": fit.specular.coefficients, "KEYS": index.keys, "DISPLACEMENT": index.displacement}
+    constants["PRIOR"] = int(fit.prior is not None)
+    if fit.prior is not None:
+        constants |= _prior(fit)
+    return constants, tables
+
+
+def _prior(fit):
+    lobe = fit.prior.lobe
+
+    def value(columns):
+        numbers = columns[list(fit.columns)] if len(columns) > 1 else columns
+        text = ", ".join(f"{number:.9g}" for number in numbers)
+        return f"color({text})" if len(numbers) > 1 else f"({text})"
+
+    lobes = " ".join(f"LOBE({value(ks)}, {alpha ** -2:.9g}, {gamma:.9g}, {f0:.9g}, {min(alpha, 1.0) ** 2:.9g})"
+                     for ks, alpha, gamma, f0 in zip(lobe.ks, lobe.alpha, lobe.gamma, lobe.f0, strict=True))
+    return {"PRIOR_LOBES": lobes, "PRIOR_KD": value(lobe.kd), "PRIOR_OFFSET": f"{fit.prior.offset:.9g}",
+            "PRIOR_CEILING": value(fit.prior.ceiling), "STEEPEST": STEEPEST, "DENSEST": microfacet.DENSEST}
 
 
 def _array(name, table):

@@ -12,7 +12,7 @@ import numpy as np
 from . import cross_validation, half_difference, kriging, microfacet
 
 CEILING = 16.0              # an estimate is at most this often the largest sample
-_STEEPEST = 40.0            # of the field, so that its exponential stays a number in single precision
+STEEPEST = 40.0            # of the field, so that its exponential stays a number in single precision
 _DROPOUT_NOISE = 10.0       # relative to the field's variance: such a sample says next to nothing
 _SHOWS_LOBES = 500          # samples that determine the lobes of a prior; fewer mislead more often than they help
 
@@ -45,7 +45,7 @@ class Prior:
     def reflectance(self, s, theta_i, phi_i, theta_o, phi_o):
         """Reflectance of a field: (n, channels) to (n, channels), 1/sr."""
         around = self.lobe.evaluate(theta_i, phi_i, theta_o, phi_o) + self.offset
-        return np.clip(around * np.exp(np.minimum(s, _STEEPEST)) - self.offset, self.floor, self.ceiling)
+        return np.clip(around * np.exp(np.minimum(s, STEEPEST)) - self.offset, self.floor, self.ceiling)
 
     def field(self, values, theta_i, phi_i, theta_o, phi_o):
         """The field that gives reflectances: (n, channels) 1/sr to (n, channels)."""

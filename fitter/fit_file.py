@@ -1,7 +1,8 @@
 """Fits as files: NumPy .npz, versioned, without pickled objects, and checked on reading.
 
-Entries: `header` (JSON text: format, version, levels, compression, channels, name, source), `diffuse`, and for a
-bi-level fit `coefficients`, `keys`, `displacement`.
+Entries: `header` (JSON text: format, version, levels, compression, channels, columns, changes, name, source),
+`diffuse`, for a bi-level fit `coefficients`, `keys`, `displacement`, and for a fit with a prior `prior_kd`, `prior_ks`,
+`prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling`.
 """
 
 import io
@@ -9,24 +10,32 @@ import json
 
 import numpy as np
 
-from . import archive, files, lattice, perfect_hash
+from . import archive, files, lattice, microfacet, perfect_hash
 from .errors import DatasetError
+from .estimate import Prior
 from .sparse_lattice import SparseLattice
 
 FORMAT = "measured-brdf-fit"
-VERSION = 1
+VERSION = 2
+_LOBE = ("kd", "ks", "alpha", "gamma", "f0")
 
 
 def write(fit, path):
     """Write a `Fit` to `path`."""
     header = {"format": FORMAT, "version": VERSION, "diffuse_level": int(fit.diffuse_level),
               "specular_level": fit.specular_level, "compression": fit.compression,
-              "channels": list(fit.channels), "name": str(fit.name), "source": str(fit.source)}
+              "channels": list(fit.channels), "columns": list(fit.columns), "changes": list(fit.changes),
+              "name": str(fit.name), "source": str(fit.source)}
     arrays = {"diffuse": fit.diffuse}
     if fit.specular is not None:
         index = fit.specular.index
         header["multiplier"] = index.multiplier
         arrays |= {"coefficients": fit.specular.coefficients, "keys": index.keys, "displacement": index.displacement}
+    if fit.prior is not None:
+        lobe = fit.prior.lobe
+        header |= {"offset": fit.prior.offset, "plausible": bool(fit.prior.floor == 0)}
+        arrays |= {f"prior_{name}": getattr(lobe, name) for name in _LOBE}
+        arrays["prior_ceiling"] = fit.prior.ceiling
     content = io.BytesIO()      # not straight to the file: on a full disk an unfinished ZipFile complains on its own
     np.savez_compressed(content, header=np.array(json.dumps(header)), **arrays)
     with files.replacing(path) as stream:
@@ -60,10 +69,18 @@ def read(path):
 def _assemble(header, entries):
     channels = tuple(header["channels"])
     _check(channels and all(isinstance(name, str) for name in channels), "its channels are not names")
-    parts = {"channels": channels, "name": str(header["name"]), "source": str(header["source"])}
+    columns, changes = tuple(header["columns"]), tuple(header["changes"])
+    _check(len(columns) == len(channels) and all(type(i) is int for i in columns)
+           and set(columns) == set(range(max(columns) + 1)), "its channels read columns that are not there")
+    _check(all(isinstance(change, str) for change in changes), "its changes are not text")
+    parts = {"channels": channels, "columns": columns, "changes": changes,
+             "name": str(header["name"]), "source": str(header["source"])}
+    stored = max(columns) + 1
     level = _level(header["diffuse_level"])
-    diffuse = _array(entries, "diffuse", (*lattice.shape(level), len(channels)), np.float32)
+    diffuse = _array(entries, "diffuse", (*lattice.shape(level), stored), np.float32)
     parts |= {"diffuse_level": level, "diffuse": diffuse}
+    if "prior_kd" in entries:
+        parts["prior"] = _prior(header, entries, stored)
     if header["specular_level"] is None:
         return parts
 
@@ -82,8 +99,21 @@ def _assemble(header, entries):
     _check(not n or keys.max() < np.prod(lattice.shape(level)), "a key lies outside its lattice")
     index = perfect_hash.PerfectHash(keys, displacement, multiplier)
     _check((index.slots(keys) == np.arange(n)).all(), "its hash table does not find its keys")
-    coefficients = _array(entries, "coefficients", (n, len(channels)), np.float32)
+    coefficients = _array(entries, "coefficients", (n, stored), np.float32)
     return parts | {"specular": SparseLattice(level, index, coefficients), "compression": compression}
+
+
+def _prior(header, entries, stored):
+    ks = entries["prior_ks"]
+    lobes = len(ks) if ks.ndim else 0
+    _check(lobes <= microfacet.MAX_LOBES, "its prior has too many lobes")
+    shapes = {"kd": (stored,), "ks": (lobes, stored), "alpha": (lobes,), "gamma": (lobes,), "f0": (lobes,)}
+    lobe = microfacet.Microfacet(**{name: _array(entries, f"prior_{name}", shapes[name], np.float64) for name in _LOBE})
+    ceiling = _array(entries, "prior_ceiling", (stored,), np.float64)
+    offset = float(header["offset"])
+    _check(0 < offset < np.inf and (ceiling > 0).all() and (lobe.alpha > 0).all() and (lobe.kd >= 0).all()
+           and (lobe.ks >= 0).all(), "its prior is not one of reflectance")
+    return Prior(lobe, offset, ceiling, 0.0 if header["plausible"] is True else -np.inf)
 
 
 def _level(level):

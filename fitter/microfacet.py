@@ -13,9 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-_DENSEST = 1e-3             # keeps the visibility finite where both directions graze
+MAX_LOBES = 2
+DENSEST = 1e-3             # keeps the visibility finite where both directions graze
 _START_WIDTHS = ((0.05,), (0.2,), (0.6,), (0.01, 0.3), (0.05, 0.2), (0.05, 0.6), (0.2, 0.6))
 _ITERATIONS = 60
+_STEEPEST_TAIL = 32.0      # of gamma, and of alpha: beyond, single precision shows
 _CLIP = 25.0                # bound of every parameter as searched: a logarithm, or the logit of F0
 
 
@@ -56,7 +58,7 @@ class Microfacet:
             distribution = (1 + tan2_h / alpha ** 2) ** -gamma
             m2 = min(alpha, 1.0) ** 2
             visibility = 0.5 / (cos_o * np.sqrt(cos_i ** 2 * (1 - m2) + m2)
-                                + cos_i * np.sqrt(cos_o ** 2 * (1 - m2) + m2) + _DENSEST)
+                                + cos_i * np.sqrt(cos_o ** 2 * (1 - m2) + m2) + DENSEST)
             total = total + ks * (distribution * (f0 + (1 - f0) * grazing) * visibility)[..., None]
         return total
 
@@ -122,7 +124,7 @@ def _pack(model):
 def _unpack(p, channels):
     p = np.clip(p, -_CLIP, _CLIP)
     lobes = (len(p) - channels) // (3 + channels)
-    alpha, gamma = np.clip(np.exp(p[lobes:3 * lobes]), 1e-3, 1e3).reshape(2, lobes)
+    alpha, gamma = np.clip(np.exp(p[lobes:3 * lobes]), 1e-3, _STEEPEST_TAIL).reshape(2, lobes)
     strength = np.exp(p[3 * lobes:])
     return Microfacet(strength[:channels], strength[channels:].reshape(lobes, channels), alpha, 1 + gamma,
                       1 / (1 + np.exp(-p[:lobes])))

@@ -1,21 +1,52 @@
-/* The bi-level B-spline fit: Nusselt coordinates, and the dense and the sparse control lattice.
+/* The bi-level B-spline fit: coordinates, the dense and the sparse control lattice, and the prior.
  *
  * Kameya and Lewis 2002, equations 5 to 7. The lattices are the boxes that fitter/lattice.py describes; constants
  * in capitals come from the baker. A lattice of M cells an axis has half = M / 2 (whole number) and odd = 0.5 for M = 1,
  * else 0: coordinates are counted from the middle of the cube, where single precision is finest. */
 
-/* CHANNELS is 1 or 3: grey data are read and summed as floats. */
-#if CHANNELS == 3
-#  define VALUE color
-#  define READ(table, i) color(table[3 * (i)], table[3 * (i) + 1], table[3 * (i) + 2])
-#else
+/* Equal channels share a column of the tables; where all do, values are read and summed as floats. */
+#if STORED == 1
 #  define VALUE float
 #  define READ(table, i) table[i]
+#else
+#  define VALUE color
+#  define READ(table, i) color(table[STORED * (i) + CHANNEL_0], table[STORED * (i) + CHANNEL_1], \
+                               table[STORED * (i) + CHANNEL_2])
 #endif
 
+#if PRIOR
+/* Half and difference coordinates (|D|, H_x, |H_y|) of two unit vectors in a frame whose z axis is the normal; see
+ * fitter/half_difference.py. */
+vector coordinates(vector wi, vector wo)
+{
+  vector q_i = vector(wi[0], wi[1], 0.0) / (1.0 + 2.0 * wi[2]);
+  vector q_o = vector(wo[0], wo[1], 0.0) / (1.0 + 2.0 * wo[2]);
+  vector half = 0.5 * (q_i + q_o);
+  vector difference = 0.5 * (q_i - q_o);
+  float d = length(difference);
+  if (d < 1e-7) {
+    return vector(0.0, length(half), 0.0);
+  }
+  return vector(d, dot(half, difference) / d, fabs(half[0] * difference[1] - half[1] * difference[0]) / d);
+}
+
+/* A Lambertian and lobes of microfacets; see fitter/microfacet.py. */
+VALUE prior(vector wi, vector wo)
+{
+  vector h = wi + wo;
+  float slope2 = (h[0] * h[0] + h[1] * h[1]) / max(h[2] * h[2], 1e-12);
+  float grazing = pow(1.0 - min(0.5 * length(h), 1.0), 5.0);
+  VALUE b = PRIOR_KD;
+#define LOBE(ks, inverse_alpha2, gamma, f0, m2) \
+  b += ks * (pow(1.0 + slope2 * inverse_alpha2, -gamma) * (f0 + (1.0 - f0) * grazing) * 0.5 / \
+             (wo[2] * sqrt(wi[2] * wi[2] * (1.0 - m2) + m2) + wi[2] * sqrt(wo[2] * wo[2] * (1.0 - m2) + m2) + DENSEST));
+  PRIOR_LOBES
+  return b;
+}
+#else
 /* (2 kappa_i - 1, 2 kappa_o - 1, 2 lambda_o - 1) of two unit vectors in a frame whose z axis is the normal. At normal
  * incidence, where the azimuth of wi means nothing, it is taken to be that of wo. */
-vector nusselt(vector wi, vector wo)
+vector coordinates(vector wi, vector wo)
 {
   float sin_i = hypot(wi[0], wi[1]);
   if (sin_i < 1e-7) {
@@ -23,6 +54,7 @@ vector nusselt(vector wi, vector wo)
   }
   return vector(sin_i, (wi[0] * wo[0] + wi[1] * wo[1]) / sin_i, fabs(wi[0] * wo[1] - wi[1] * wo[0]) / sin_i);
 }
+#endif
 
 /* Uniform cubic B-spline basis. */
 void basis(float s, output float w[4])
@@ -103,13 +135,16 @@ VALUE sparse_lattice(float points[], int keys[], int displacement[], int cells, 
 #  define FIT DIFFUSE
 #endif
 
-/* The fitted BRDF in 1 / sr, where the fit undershoots 0; directions as in nusselt(). */
+/* The fitted BRDF in 1 / sr, where the fit undershoots 0; directions as in coordinates(). */
 color fitted_brdf(FIT_TABLES, vector wi, vector wo)
 {
-  vector mu = nusselt(wi, wo);
+  vector mu = coordinates(wi, wo);
   VALUE f = dense_lattice(diffuse_points, DIFFUSE_CELLS, mu);
 #if SPARSE
   f += sparse_lattice(specular_points, keys, displacement, SPECULAR_CELLS, mu);
+#endif
+#if PRIOR
+  f = min((prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(STEEPEST))) - PRIOR_OFFSET, VALUE(PRIOR_CEILING));
 #endif
   return max(color(f), color(0.0));
 }

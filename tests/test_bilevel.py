@@ -43,7 +43,8 @@ def test_compressed_errors_on_krylon_are_those_of_the_reference(cornell):
 
 
 def test_without_options_the_fit_is_the_papers():
-    assert fitter.PRESETS["Paper"] == {"diffuse_level": 4, "specular_level": 6, "compression": 95.0}
+    assert fitter.PRESETS["Paper"] == {
+        "diffuse_level": 4, "specular_level": 6, "compression": 95.0, "method": "mba"}
 
 
 def test_plain_mba_is_the_dense_lattice_alone(glossy):
@@ -60,9 +61,10 @@ def test_uncompressed_the_two_levels_add_up_to_what_mba_finds(glossy):
     coarse, residual = mba.approximate(x, glossy.values, 3)
     fine, _ = mba.approximate(x, residual, 5)
     fit = fitter.fit(glossy, 3, 5, compression=0)
-    probe = nusselt(0.7, 0, np.linspace(0, 1.5, 50), 2.5)
+    directions = 0.7, 0, np.linspace(0, 1.5, 50), 2.5
+    probe = nusselt(*directions)
     expected = lattice.evaluate(coarse, 3, probe) + lattice.evaluate(fine, 5, probe)
-    np.testing.assert_allclose(fit.evaluate_nusselt(probe), expected, atol=1e-5)
+    np.testing.assert_allclose(fit.evaluate(*directions), expected, atol=1e-5)
 
 
 def test_what_is_kept_are_the_largest_and_the_same_for_all_channels(random):
@@ -84,7 +86,7 @@ def test_compression_is_a_share_of_the_papers_lattice(curet):
 
 
 @pytest.mark.parametrize("options", [{"diffuse_level": 9}, {"diffuse_level": 2.5}, {"specular_level": -1},
-                                     {"compression": 101}, {"compression": float("nan")}, {"diffuse_level": True}])
+                                     {"compression": 101}, {"compression": float("nan")}, {"diffuse_level": True}, {"method": "spline"}])
 def test_choices_out_of_range_are_refused(glossy, options):
     with pytest.raises(ValueError, match="expected"):
         fitter.fit(glossy, **options)

@@ -1,5 +1,7 @@
 """The shader's parts, run inside Cycles, against their counterparts in NumPy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from osl_probe import probe_osl
@@ -39,7 +41,7 @@ def angles(vectors):
     phi_i, phi_o = (np.arctan2(v[:, 1], v[:, 0]) for v in (incident, outgoing))
     sin_i, sin_o = (np.hypot(v[:, 0], v[:, 1]) for v in (incident, outgoing))
     phi_i = np.where(sin_i == 0, phi_o, phi_i)
-    return np.arcsin(np.minimum(sin_i, 1)), phi_i, np.arcsin(np.minimum(sin_o, 1)), phi_o
+    return np.arctan2(sin_i, incident[:, 2]), phi_i, np.arctan2(sin_o, outgoing[:, 2]), phi_o
 
 
 FITS = {
@@ -50,6 +52,14 @@ FITS = {
     "krylon (0,7,99)": lambda curet, cornell: fitter.fit(cornell("krylon_blue_RGB"), 0, 7, 99),
     "garnet (4,6,95)": lambda curet, cornell: fitter.fit(cornell("garnet_red")),
     "cayman (4,6,95)": lambda curet, cornell: fitter.fit(cornell("cayman")),
+    "leather, Standard": lambda curet, cornell: fitter.fit(curet("leather"), **fitter.PRESETS["Standard"]),
+    "krylon, Draft": lambda curet, cornell: fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Draft"]),
+    "krylon, Standard": lambda curet, cornell: fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"]),
+    "garnet, Reference": lambda curet, cornell: fitter.fit(cornell("garnet_red"), **fitter.PRESETS["Reference"]),
+    "cayman, Standard": lambda curet, cornell: fitter.fit(cornell("cayman"), **fitter.PRESETS["Standard"]),
+    "leather as three equal channels": lambda curet, cornell: fitter.fit(
+        replace(curet("leather"), values=np.repeat(curet("leather").values, 3, axis=1), channels=("R", "G", "B")),
+        **fitter.PRESETS["Standard"]),
 }
 
 VECTORS = """
@@ -64,22 +74,24 @@ def test_the_shader_evaluates_the_fit(probe, curet, cornell, random, name):
     vectors = direction_pairs(random)
     code = f"if (pixel < {COUNT}) {{ {VECTORS} out = fitted_brdf(FIT, wi, wo); }}"
     rendered = probe(fit, code, COUNT, WI=vectors[0], WO=vectors[1])
-    x = nusselt(*angles(vectors))
-    expected = np.maximum(fit.evaluate_nusselt(x), 0)
-    bound = 1e-5 * expected + 1e-6
-    if name.startswith("cayman"):
+    directions = angles(vectors)
+    expected = np.maximum(fit.evaluate(*directions), 0)
+    # of a field of logarithms, rounding of the coordinates is a relative error: as large as the field is steep, and
+    # steepest of all at cayman's peak of 600 / sr
+    relative = 1e-5 if fit.prior is None else 3e-4 if name.startswith("cayman") else 3e-5
+    bound = relative * expected + 1e-6
+    if name == "cayman (4,6,95)":
+        x = nusselt(*directions)
         # beside a peak of 600 / sr terms of opposite sign cancel, and single precision shows: 13 directions of 10,000
         # miss the bound, by up to 4 times; they are bounded by the terms instead
         assert np.count_nonzero((np.abs(rendered - expected) > bound).any(axis=1)) < 30
         terms = (lattice.evaluate(np.abs(fit.diffuse), fit.diffuse_level, x)
                  + lattice.evaluate(np.abs(fit.specular.dense), fit.specular_level, x))
         bound += 1e-6 * terms
-    assert (np.abs(rendered - expected) <= bound).all()
+    assert (np.abs(rendered - expected) / bound).max() <= 1
 
 
 def test_values_below_zero_are_not_rendered(probe, glossy):
-    from dataclasses import replace
-
     fit = fitter.fit(replace(glossy, values=glossy.values - 0.2), 4, None)
     rendered = probe(fit, "out = fitted_brdf(FIT, vector(0.6, 0.0, 0.8), vector(0.0, 0.6, 0.8));", 4)
     assert (fit.evaluate(np.arcsin(0.6), 0, np.arcsin(0.6), np.pi / 2) < -0.05).any()
