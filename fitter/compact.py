@@ -14,6 +14,7 @@ from .estimate import estimate
 from .half_difference import half_difference
 
 _AZIMUTHS = 16
+_ROUNDS = 3
 
 
 def approximate(samples, diffuse_level, specular_level, kept, plausible, assemble):
@@ -66,7 +67,15 @@ def _around(field, mu):
 
 def _specular(samples, prior, diffuse, diffuse_level, level, kept):
     x = half_difference(*samples.directions)
-    residual = prior.field(samples.values, *samples.directions) - lattice.evaluate(diffuse, diffuse_level, x)
-    # an error of the field is one of the reflectance in proportion to f + offset
-    weights = np.sqrt(np.mean((np.maximum(samples.values, 0) + prior.offset) ** 2, axis=1))
-    return refit.sparse_fit(x, residual, weights, level, kept)
+    coarse = lattice.evaluate(diffuse, diffuse_level, x)
+    residual = prior.field(samples.values, *samples.directions) - coarse
+    bright = np.maximum(samples.values, 0)
+    specular = None
+    for _ in range(_ROUNDS):
+        # an error of the field is one of the reflectance in proportion to f + offset, with f what is measured or, if
+        # that is more, what is fitted: a dark sample must not end bright
+        weights = np.sqrt(np.mean((bright + prior.offset) ** 2, axis=1))
+        specular = refit.sparse_fit(x, residual, weights, level, kept)
+        fitted = prior.reflectance(coarse + lattice.evaluate(specular.dense, level, x), *samples.directions)
+        bright = np.maximum(bright, fitted)
+    return specular

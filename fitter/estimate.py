@@ -11,7 +11,7 @@ import numpy as np
 
 from . import cross_validation, half_difference, kriging, microfacet
 
-CEILING = 16.0              # an estimate is at most this often the largest sample
+CEILING = 4.0               # an estimate is at most this often the largest sample
 STEEPEST = 40.0            # of the field, so that its exponential stays a number in single precision
 _DROPOUT_NOISE = 10.0       # relative to the field's variance: such a sample says next to nothing
 _SHOWS_LOBES = 500          # samples that determine the lobes of a prior; fewer mislead more often than they help

@@ -9,7 +9,7 @@ At most 15 numbers for a material of three channels. It knows what a table of sa
 not sampled is as high as its neighbours at other angles say, and how it grows toward grazing incidence.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -85,17 +85,19 @@ def fit(samples, offset):
     Microfacet
     """
     geometry = _geometry(*samples.directions)
-    target = compress(samples.values, offset)
-    channels = samples.values.shape[1]
-    kd = np.maximum(np.quantile(samples.values, 0.3, axis=0), 1e-4)
+    values = samples.values / offset
+    target = compress(values, 1.0)
+    channels = values.shape[1]
+    kd = np.maximum(np.quantile(values, 0.3, axis=0), 1e-4)
     starts = [_pack(Microfacet(kd, np.stack([2 * kd, 0.3 * kd])[:len(widths)], np.array(widths),
                                np.full(len(widths), 2.0), np.full(len(widths), 0.076))) for widths in _START_WIDTHS]
 
     def residuals(p):
-        return (compress(_unpack(p, channels)._at(geometry), offset) - target).ravel()
+        return (compress(_unpack(p, channels)._at(geometry), 1.0) - target).ravel()
 
     best = min((_levenberg_marquardt(residuals, p) for p in starts), key=lambda found: found[1])[0]
-    return _unpack(best, channels)
+    model = _unpack(best, channels)
+    return replace(model, kd=model.kd * offset, ks=model.ks * offset)
 
 
 def compress(values, offset):

@@ -3,8 +3,8 @@
 PRESETS = {
     # exactly the method of Kameya and Lewis 2002, with the compressed fit that they recommend: (4, 6, 95)
     "Paper": {"diffuse_level": 4, "specular_level": 6, "compression": 95.0, "method": "mba"},
-    # the smooth field alone, for look development: at most 3 KiB a channel
-    "Draft": {"diffuse_level": 3, "specular_level": None, "compression": 0.0, "method": "kriging"},
+    # for look development: at most 6 KiB a channel
+    "Draft": {"diffuse_level": 3, "specular_level": 5, "compression": 99.0, "method": "kriging"},
     # what a scene is rendered with: at most 16 KiB a channel
     "Standard": {"diffuse_level": 4, "specular_level": 6, "compression": 99.75, "method": "kriging"},
     # every sample as it was measured, the narrowest highlights included

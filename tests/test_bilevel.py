@@ -86,7 +86,8 @@ def test_compression_is_a_share_of_the_papers_lattice(curet):
 
 
 @pytest.mark.parametrize("options", [{"diffuse_level": 9}, {"diffuse_level": 2.5}, {"specular_level": -1},
-                                     {"compression": 101}, {"compression": float("nan")}, {"diffuse_level": True}, {"method": "spline"}])
+                                     {"compression": 101}, {"compression": float("nan")}, {"diffuse_level": True},
+                                     {"method": "spline"}])
 def test_choices_out_of_range_are_refused(glossy, options):
     with pytest.raises(ValueError, match="expected"):
         fitter.fit(glossy, **options)
