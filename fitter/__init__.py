@@ -5,6 +5,7 @@
 >>> leather.evaluate(theta_i=0.5, phi_i=0, theta_o=0.5, phi_o=3.14159)   # doctest: +SKIP
 """
 
+from .auto import fit_within
 from .bilevel import Fit, fit
 from .datasets import load
 from .errors import DatasetError
@@ -13,4 +14,4 @@ from .presets import PRESETS
 from .samples import Samples
 
 __all__ = ["PRESETS", "DatasetError", "ErrorMetrics", "Fit", "Samples", "channel_metrics", "error_metrics", "fit",
-           "load"]
+           "fit_within", "load"]

@@ -113,7 +113,7 @@ class Fit:
         return Fit(**fit_file.read(path))
 
 
-def fit(samples, diffuse_level=4, specular_level=6, compression=95.0, method="mba", plausible=True):
+def fit(samples, diffuse_level=4, specular_level=6, compression=95.0, method="mba", plausible=True, estimated=None):
     """Fit a measured reflectance.
 
     Parameters
@@ -131,6 +131,8 @@ def fit(samples, diffuse_level=4, specular_level=6, compression=95.0, method="mb
     plausible : bool
         By "kriging", make the fit physically plausible: nowhere negative, and of directional albedo at most 1. What
         that changed is in `Fit.changes`. The paper's method has no such means.
+    estimated : compact.Estimate, optional
+        Of the samples' `distinct` channels, where it is at hand.
 
     Returns
     -------
@@ -151,15 +153,27 @@ def fit(samples, diffuse_level=4, specular_level=6, compression=95.0, method="mb
     if method not in METHODS:
         raise ValueError(f"method is {method!r}, expected one of {', '.join(METHODS)}")
 
-    stored, columns = _distinct(samples.values)
-    distinct = replace(samples, values=samples.values[:, stored], channels=[samples.channels[i] for i in stored])
+    stored, columns = distinct(samples)
     assemble = partial(Fit, diffuse_level, compression=0.0 if kept is None else float(compression),
-                       channels=distinct.channels, name=samples.name, source=samples.source)
+                       channels=stored.channels, name=samples.name, source=samples.source)
     if method == "mba":
-        fitted = _as_the_paper(distinct, diffuse_level, specular_level, kept, assemble)
+        fitted = _as_the_paper(stored, diffuse_level, specular_level, kept, assemble)
     else:
-        fitted = compact.approximate(distinct, diffuse_level, specular_level, kept, plausible, assemble)
+        fitted = compact.approximate(stored, estimated or compact.Estimate(stored), diffuse_level, specular_level, kept,
+                                     plausible, assemble)
     return replace(fitted, channels=samples.channels, columns=columns)
+
+
+def distinct(samples):
+    """The samples without channels that equal an earlier one, and for each channel which of these it reads."""
+    stored, columns = [], []
+    for i, column in enumerate(samples.values.T):
+        equal = next((k for k, j in enumerate(stored) if np.array_equal(column, samples.values[:, j])), len(stored))
+        if equal == len(stored):
+            stored.append(i)
+        columns.append(equal)
+    channels = [samples.channels[i] for i in stored]
+    return replace(samples, values=samples.values[:, stored], channels=channels), tuple(columns)
 
 
 def _as_the_paper(samples, diffuse_level, specular_level, kept, assemble):
@@ -170,17 +184,6 @@ def _as_the_paper(samples, diffuse_level, specular_level, kept, assemble):
         control_points, _ = mba.approximate(x, residual, specular_level)
         specular = sparse_lattice.keep_largest(control_points, specular_level, kept)
     return assemble(diffuse=diffuse.astype(np.float32), specular=specular)
-
-
-def _distinct(values):
-    """The columns that differ from all before, and for each column which of these it equals."""
-    stored, columns = [], []
-    for i, column in enumerate(values.T):
-        equal = next((k for k, j in enumerate(stored) if np.array_equal(column, values[:, j])), len(stored))
-        if equal == len(stored):
-            stored.append(i)
-        columns.append(equal)
-    return stored, tuple(columns)
 
 
 def notation(diffuse_level, specular_level=None, compression=0.0):

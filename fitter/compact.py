@@ -17,12 +17,32 @@ _AZIMUTHS = 16
 _ROUNDS = 3
 
 
-def approximate(samples, diffuse_level, specular_level, kept, plausible, assemble):
+class Estimate:
+    """What `estimate` makes of samples, kept for fits of several levels: most of the work."""
+
+    def __init__(self, samples):
+        self.prior, self._field = estimate(samples)
+        self._at_nodes = {}
+
+    def at_nodes(self, level):
+        """The nodes of a dense lattice, and the field there: (a, b, c, 3) and (a, b, c, channels) float64."""
+        if level not in self._at_nodes:
+            nodes = lattice.nodes(level)
+            values = self._field.at(2 * nodes.reshape(-1, 3) - 1).reshape(*nodes.shape[:-1], -1)
+            if level > 0:
+                values[0] = _around(self._field, 2 * nodes[0] - 1)
+            self._at_nodes[level] = nodes, values
+        return self._at_nodes[level]
+
+
+def approximate(samples, estimated, diffuse_level, specular_level, kept, plausible, assemble):
     """Fit samples.
 
     Parameters
     ----------
     samples : Samples
+    estimated : Estimate
+        Of these samples.
     diffuse_level : int
     specular_level : int or None
     kept : int
@@ -38,13 +58,8 @@ def approximate(samples, diffuse_level, specular_level, kept, plausible, assembl
     -------
     Fit
     """
-    prior, field = estimate(samples)
-    if plausible:
-        prior = replace(prior, floor=0.0)
-    nodes = lattice.nodes(diffuse_level)
-    values = field.at(2 * nodes.reshape(-1, 3) - 1).reshape(*nodes.shape[:-1], -1)
-    if diffuse_level > 0:
-        values[0] = _around(field, 2 * nodes[0] - 1)
+    prior = replace(estimated.prior, floor=0.0) if plausible else estimated.prior
+    nodes, values = estimated.at_nodes(diffuse_level)
 
     def approximation(values):
         diffuse = lattice.interpolate(values, diffuse_level).astype(np.float32)

@@ -11,6 +11,8 @@ quarter reads are stored, M/2 - 1 to M + 1 along those two axes: a box of (M/2 +
 reads the same box; the baker hands it `shape` and `origin`.
 """
 
+from functools import lru_cache
+
 import numpy as np
 
 AXES = ("kappa_i", "kappa_o", "lambda_o")
@@ -161,6 +163,7 @@ def interpolate(values, level):
     return np.ascontiguousarray(full[m // 2:, :, m // 2:])
 
 
+@lru_cache(maxsize=2)
 def representative(level):
     """Which stored control point stands for each: itself, or the first of its mirror images: shape(level) int."""
     box, start = np.array(shape(level)), np.array(origin(level))
