@@ -6,10 +6,10 @@ import time
 
 import numpy as np
 
-from . import PRESETS, DatasetError, Fit, archive, channel_metrics, error_metrics, load, report
+from . import PRESETS, DatasetError, Fit, archive, channel_metrics, error_metrics, fit_within, load, report
 from . import fit as fit_samples
 from .bake import bake
-from .bilevel import notation
+from .bilevel import METHODS, notation
 from .datasets import list_samples
 from .files import read_bytes, replacing
 
@@ -44,11 +44,15 @@ def _parser():
     fit = commands.add_parser("fit", help="fit measurements and save the fit")
     fit.add_argument("file", help="measurements")
     fit.add_argument("--sample", help="CURET sample, by number or name")
-    fit.add_argument("--preset", choices=PRESETS, default="Paper", help="default: %(default)s")
+    fit.add_argument("--preset", choices=PRESETS, default="Standard", help="default: %(default)s")
+    fit.add_argument("--method", choices=METHODS, help="instead of the preset's")
     fit.add_argument("--diffuse-level", type=int, metavar="D", help="level of the dense lattice, 0 to 8")
     fit.add_argument("--specular-level", type=_level_or_none, metavar="S", default=_NOT_GIVEN,
                      help="level of the sparse lattice, 0 to 8, or 'none' for plain MBA")
     fit.add_argument("--compression", type=float, metavar="C", help="percentage of the sparse lattice to drop")
+    fit.add_argument("--tolerance", type=float, metavar="T",
+                     help="the smallest fit with at most this RMSE (1/sr), instead of a preset and levels")
+    fit.add_argument("--held-out", action="store_true", help="judge --tolerance by samples that were not fitted")
     fit.add_argument("-o", "--out", required=True, help="where to save the fit (.npz)")
     fit.set_defaults(run=_fit)
 
@@ -95,23 +99,26 @@ def _describe_samples(samples):
 
 def _describe_fit(fit):
     levels = notation(fit.diffuse_level, fit.specular_level, fit.compression)
-    print(f"{fit.name}: {levels}, channels {' '.join(fit.channels)}, {fit.coefficient_count:,} coefficients, "
+    print(f"{fit.name}: {levels} by {fit.method}, channels {' '.join(fit.channels)}, {fit.coefficient_count:,} coefficients, "
           f"{fit.nbytes:,} bytes")
 
 
 def _fit(options):
     arguments = dict(PRESETS[options.preset])
-    for name in ("diffuse_level", "compression"):
+    for name in ("diffuse_level", "compression", "method"):
         if getattr(options, name) is not None:
             arguments[name] = getattr(options, name)
     if options.specular_level is not _NOT_GIVEN:
         arguments["specular_level"] = options.specular_level
     samples = load(options.file, options.sample)
     start = time.perf_counter()
-    fit = fit_samples(samples, **arguments)
+    fit = (fit_samples(samples, **arguments) if options.tolerance is None
+           else fit_within(samples, options.tolerance, options.held_out))
     seconds = time.perf_counter() - start
     fit.save(options.out)
     _describe_fit(fit)
+    for change in fit.changes:
+        print(f"  {change}")
     print(f"  fitted in {seconds:.3f} s")
     fitted = fit.evaluate(*samples.directions)
     rows = [("all", error_metrics(samples.values, fitted))]
