@@ -99,8 +99,8 @@ def _describe_samples(samples):
 
 def _describe_fit(fit):
     levels = notation(fit.diffuse_level, fit.specular_level, fit.compression)
-    print(f"{fit.name}: {levels} by {fit.method}, channels {' '.join(fit.channels)}, {fit.coefficient_count:,} coefficients, "
-          f"{fit.nbytes:,} bytes")
+    print(f"{fit.name}: {levels} by {fit.method}, channels {' '.join(fit.channels)}, "
+          f"{fit.coefficient_count:,} coefficients, {fit.nbytes:,} bytes")
 
 
 def _fit(options):

@@ -11,7 +11,7 @@ import numpy as np
 
 from . import energy, lattice, refit
 from .estimate import estimate
-from .half_difference import half_difference
+from .half_difference import directions, half_difference
 
 _AZIMUTHS = 16
 _ROUNDS = 3
@@ -60,14 +60,17 @@ def approximate(samples, estimated, diffuse_level, specular_level, kept, plausib
     """
     prior = replace(estimated.prior, floor=0.0) if plausible else estimated.prior
     nodes, values = estimated.at_nodes(diffuse_level)
+    node_directions, z = directions(nodes), prior.field(samples.values, *samples.directions)
 
-    def approximation(values):
-        diffuse = lattice.interpolate(values, diffuse_level).astype(np.float32)
-        specular = None if specular_level is None else _specular(
-            samples, prior, diffuse, diffuse_level, specular_level, kept)
+    def approximation(taken):
+        diffuse = lattice.interpolate(values - taken(node_directions[0]) - taken(node_directions[2]), diffuse_level)
+        diffuse, specular = diffuse.astype(np.float32), None
+        if specular_level is not None:
+            target = z - taken(samples.theta_i) - taken(samples.theta_o)
+            specular = _specular(samples, prior, target, diffuse, diffuse_level, specular_level, kept)
         return assemble(prior=prior, diffuse=diffuse, specular=specular)
 
-    return energy.conserve(approximation, values, nodes) if plausible else approximation(values)
+    return energy.conserve(approximation, z.shape[1]) if plausible else approximation(lambda theta: 0.0)
 
 
 def _around(field, mu):
@@ -80,10 +83,10 @@ def _around(field, mu):
     return mean[which.reshape(mu.shape[:-1])]
 
 
-def _specular(samples, prior, diffuse, diffuse_level, level, kept):
+def _specular(samples, prior, target, diffuse, diffuse_level, level, kept):
     x = half_difference(*samples.directions)
     coarse = lattice.evaluate(diffuse, diffuse_level, x)
-    residual = prior.field(samples.values, *samples.directions) - coarse
+    residual = target - coarse
     bright = np.maximum(samples.values, 0)
     specular = None
     for _ in range(_ROUNDS):

@@ -1,10 +1,9 @@
 """Directional albedo, and fits that reflect no more than they receive."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
-
-from .half_difference import project
 
 _VIEWS = np.radians(np.append(np.arange(0, 80, 10), np.arange(80, 91, 2.0)))
 _RINGS, _AZIMUTHS = 64, 48
@@ -31,37 +30,36 @@ def directional_albedo(evaluate, theta_o):
     return np.pi * np.einsum("vrac,a->vc", f, share) / _RINGS
 
 
-def conserve(approximation, values, nodes):
+def conserve(approximation, channels):
     """Lower a field where its fit reflects more than it receives, equally for incident and outgoing directions.
 
     Parameters
     ----------
     approximation : callable
-        Makes a `Fit` of values at the nodes.
-    values : (a, b, c, channels) float64
-    nodes : (a, b, c, 3) float64
-        `lattice.nodes`.
+        Makes a `Fit` of what to take from the field: a function of polar angles, (n,) radians to (n, channels), whose
+        values at both directions are to be taken.
+    channels : int
 
     Returns
     -------
     Fit
         Its `changes` say what was lowered.
     """
-    length, x, y = np.moveaxis(2 * nodes - 1, -1, 0)
-    radii = [np.minimum(np.abs(x + 1j * y + sign * length), 1) for sign in (1, -1)]
-    known = project(_VIEWS)
-    lower = np.zeros((len(_VIEWS), values.shape[-1]))                   # what to take from the field, for one direction
+    lower = np.zeros((len(_VIEWS), channels))
     first = None
     for _ in range(_ROUNDS):
-        taken = np.stack([sum(np.interp(radius, known, column) for radius in radii) for column in lower.T], axis=-1)
-        fit = approximation(values - taken)
+        fit = approximation(partial(_at, lower))
         albedo = directional_albedo(fit.evaluate, _VIEWS)
         first = albedo if first is None else first
         if albedo.max() <= 1 + _TOLERANCE:
             break
-        lower += np.log(np.maximum(albedo, 1))
+        lower = lower + np.log(np.maximum(albedo, 1))
     if first.max() <= 1 + _TOLERANCE:
         return fit
     worst = np.degrees(_VIEWS[first.max(axis=1).argmax()])
     return replace(fit, changes=(
         f"directional albedo of {first.max():.3g} at {worst:.0f} degrees lowered to {albedo.max():.3g}",))
+
+
+def _at(lower, theta):
+    return np.stack([np.interp(theta, _VIEWS, column) for column in lower.T], axis=-1)
