@@ -23,7 +23,7 @@ def file(tmp_path):
 
 def test_the_report_holds_the_errors_of_every_method(file, tmp_path):
     told = []
-    results = report.write([file], tmp_path / "out", levels=(0, 4, 6),
+    results = report.write([file], tmp_path / "out", levels=(0, 4, 6), grid=((2, 4, 90), (3, 5, 95)),
                            progress=lambda done, total, name: told.append((done, total, name)))
     samples = fitter.load(file)
     rows = {row["method"]: row for row in results["errors"]}
@@ -37,14 +37,16 @@ def test_the_report_holds_the_errors_of_every_method(file, tmp_path):
         assert rows[name]["mae"] == pytest.approx(deviation.max())
         assert rows[name]["coefficients"] == model.coefficient_count
     assert rows["Lafortune 3"]["rmse"] < 1e-6       # the data are one of its lobes
-    assert told == [(0, 1, "a | b / c"), (1, 1, "")]
+    assert [done for done, _, _ in told] == list(range(len(told)))
+    assert told[0][2] == "a | b / c" and told[-1][:2] == (len(told) - 1, len(told) - 1)
     assert json.loads((tmp_path / "out" / "results.json").read_text()) == json.loads(json.dumps(results))
-    pictures = sorted((tmp_path / "out").glob("*.png"))
-    assert [path.name for path in pictures] == ["errors_0_a_b_c.png"]
-    assert pictures[0].read_bytes().startswith(b"\x89PNG")
     text = (tmp_path / "out" / "results.md").read_text()
-    assert "errors_0_a_b_c.png" in text
-    assert all(len(line.replace("\\|", "").split("|")) == 10 for line in text.splitlines() if "| level 4 |" in line)
+    pictures = sorted((tmp_path / "out").glob("*.png"))
+    assert "polar_a_b_c.png" in [path.name for path in pictures]
+    assert all(path.read_bytes().startswith(b"\x89PNG") and f"({path.name})" in text for path in pictures)
+    details = (tmp_path / "out" / "tables.md").read_text()
+    of_level_4 = [line for line in details.splitlines() if "| level 4 |" in line]
+    assert [len(line.replace("\\|", "").split("|")) for line in of_level_4] == [10]
 
 
 def test_storage_is_that_of_one_channel_and_below_the_papers(glossy):
@@ -80,7 +82,7 @@ def test_without_matplotlib_the_tables_are_still_written(file, tmp_path, monkeyp
     import sys
 
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    report.write([file], tmp_path / "out", levels=(0,))
+    report.write([file], tmp_path / "out", levels=(0,), grid=((2, 4, 90),))
     assert "No plots" in (tmp_path / "out" / "results.md").read_text()
 
 

@@ -1,18 +1,37 @@
 """``python -m fitter report``: the paper's claims as tables and plots, on real data.
 
-`tables` computes, `markdown` writes the tables, `plots` draws them (matplotlib, an optional extra). Plots are left out
-where matplotlib is not installed, and the report says so.
+`tables`, `comparison`, `pareto` and `times` compute, `markdown` writes, `plots` and `slices` draw (matplotlib, an
+optional extra). Plots are left out where matplotlib is not installed, and the report says so. What needs a renderer
+is not made here: `write` is handed it as `Supplement`s.
 """
 
 import json
+import platform
 from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
 
 from ..datasets import list_samples, load
 from ..files import replacing
-from . import markdown, plots, tables
+from . import comparison, markdown, pareto, plots, slices, tables, times
 
 LEVELS = range(8)
 BILEVEL = ((1, 6, 90), (3, 6, 90), (4, 6, 95), (4, 6, 99))
+# materials shown in plots and the main tables, where they are at hand
+FEATURED = ("felt", "leather", "aluminum foil", "Krylon Blue", "Garnet Red", "Cayman Metallic")
+_FEATURED_ELSE = 4          # so many of the first, where none of these are
+
+
+class Supplement(NamedTuple):
+    """A part of the report that is made elsewhere."""
+
+    key: str
+    """What it is called in results.json."""
+    text: str
+    """Markdown, from a heading of the second rank on."""
+    data: object
+    """What results.json holds of it."""
 
 
 def measurements(paths):
@@ -23,8 +42,16 @@ def measurements(paths):
             yield load(path, number)
 
 
-def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None):
-    """Write `results.json`, `results.md` and, with matplotlib, PNG plots to a folder.
+def featured(samples):
+    """The measurements that plots and the main tables show: a list of Samples, one a name."""
+    by_name = {}
+    for measured in samples:
+        by_name.setdefault(measured.name, measured)
+    return [by_name[name] for name in FEATURED if name in by_name] or list(by_name.values())[:_FEATURED_ELSE]
+
+
+def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, grid=pareto.GRID, supplements=()):
+    """Write `results.md`, `tables.md`, `results.json` and, with matplotlib, PNG plots to a folder.
 
     Parameters
     ----------
@@ -35,7 +62,11 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None):
     levels : sequence of int
         Levels of plain MBA to report.
     progress : callable
-        Told (done, total, name) before each measurement.
+        Told (done, total, name) before each step.
+    grid : sequence of (D, S, C)
+        What the table of speed and size against error holds.
+    supplements : sequence of callables
+        Each takes a list of Samples and the folder, into which it may draw, and returns a `Supplement`.
 
     Returns
     -------
@@ -44,17 +75,44 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None):
     """
     out = Path(out)
     samples = list(measurements(paths))
-    rows = []
-    for done, measured in enumerate(samples):
-        progress(done, len(samples), measured.name)
-        rows += tables.errors(measured, levels, BILEVEL)
-    progress(len(samples), len(samples), "")
-    results = {"levels": list(levels), "errors": rows, "storage": tables.storage(samples[0]),
-               "claims": tables.claims(rows)}
+    shown = featured(samples)
+    total, done = len(samples) + 2 * len(shown) + 1 + len(supplements), 0
+
+    def step(name):
+        nonlocal done
+        progress(done, total, name)
+        done += 1
+
+    results = {"machine": f"Python {platform.python_version()}, NumPy {np.__version__}, {platform.machine()}",
+               "levels": list(levels), "featured": [[of.name, of.source] for of in shown],
+               "errors": [], "comparison": [], "pareto": [], "ringing": []}
+    for measured in samples:
+        step(measured.name)
+        results["errors"] += tables.errors(measured, levels, BILEVEL)
+        results["comparison"] += comparison.compare(measured)
+    results |= {"storage": tables.storage(samples[0]), "claims": tables.claims(results["errors"]),
+                "compressed": tables.compressed(results["errors"])}
+    for measured in shown:
+        step(f"{measured.name}: ringing, Pareto")
+        results["ringing"] += tables.ringing_by_level(measured)
+        results["pareto"] += pareto.table(measured, grid)
+    step("evaluation times")
+    results["times"] = {"material": shown[0].name, "calls": times.CALLS, "rows": times.table(shown[0])}
     out.mkdir(parents=True, exist_ok=True)
+    pictures = plots.draw(results, out)
+    for measured in shown:
+        step(f"{measured.name}: plots")
+        pictures += slices.draw(measured, out)
+    added = []
+    for supplement in supplements:
+        step(supplement.__name__.replace("_", " "))
+        added.append(supplement(shown, out))
+    progress(total, total, "")
+    results |= {part.key: part.data for part in added}
     with replacing(out / "results.json", "w") as stream:
         json.dump(results, stream, indent=1)
-    pictures = plots.draw(results, out)
-    with replacing(out / "results.md", "w") as stream:
-        stream.write(markdown.report(results, pictures))
+    for name, text in (("results.md", markdown.main(results, pictures, [part.text for part in added])),
+                       ("tables.md", markdown.details(results))):
+        with replacing(out / name, "w") as stream:
+            stream.write(text)
     return results

@@ -1,12 +1,23 @@
-"""The tables of the report as Markdown."""
+"""The report as Markdown: `main`, what one reads, and `details`, every measurement."""
 
+from collections import Counter
 from pathlib import Path
+from statistics import median
+
+from . import findings
+from .methods import METHODS
 
 _HEADING = """# Results
 
-Errors at the samples (Kameya and Lewis 2002, equations 8 to 10; MAE is the *maximum* absolute deviation), 1/sr, over
-all channels. Coefficients are counted for one channel. Written by `python -m fitter report`.
+Made by `make report` ({machine}), which also writes `tables.md`, every measurement,
+and `results.json`, all numbers. RMSE, MAE and MRE are equations 8 to 10 of Kameya and Lewis (2002), at the samples and over all
+channels, in 1/sr; MAE is the *maximum* absolute deviation. Coefficients are counted for one channel.
 """
+_COMPARED = {"bytes": "bytes", "RMSE": "rmse", "held-out RMSE": "held_out_rmse", "RMSE of cube root": "cube_root_rmse",
+             "held-out": "held_out_cube_root_rmse", "ringing": "ringing", "reciprocity error": "reciprocity_error",
+             "negative": "negative_fraction", "fit [s]": "fit_seconds", "evaluate [µs]": "evaluate_microseconds"}
+NO_RENDERER = ("\n## In Cycles\n\nTimes inside Cycles OSL and rendered pictures are made by `make report`, which has "
+               "Blender; this report was made without it.\n")
 
 
 def table(header, rows):
@@ -17,43 +28,126 @@ def table(header, rows):
     return "\n".join("| " + " | ".join(row) + " |" for row in [list(header), rule, *text]) + "\n"
 
 
-def report(results, pictures):
-    """The whole report; `pictures` are file names beside it."""
-    parts = [_HEADING, "## Does the paper's claim hold?\n", _claims(results["claims"]),
-             "## Storage, one channel (the paper's Table 1)\n", _storage(results["storage"]),
-             "## Errors, by level and compressed (the paper's Figures 1 and 6)\n", _errors(results["errors"])]
-    parts += [f"![{Path(name).stem}]({name})\n" for name in pictures]
+def main(results, pictures, supplements=()):
+    """What one reads: the main tables, with `pictures`, file names beside it, and Markdown made elsewhere."""
+    def shown(*names):
+        return "".join(f"![{Path(name).stem}]({name})\n\n" for name in names if name in pictures)
+
+    polar = [name for name in pictures if name.startswith("polar_")]
+    histograms = [name for name in pictures if name.startswith("histogram_")]
+    parts = [
+        _HEADING.format(**results), findings.differences(results),
+        "\n## Errors by level (Figure 1)\n\n", findings.claims(results), shown("figure_1_errors.png"),
+        shown("figure_1_claim.png"), _featured_errors(results),
+        "\n## Evaluation times (Figure 2)\n\n", findings.times(results),
+        table(("method", "ns a call in NumPy"), [(row["method"], row["nanoseconds"])
+                                                 for row in results["times"]["rows"]]), "\n",
+        shown("figure_2_times.png"),
+        "\n## Storage of one channel (Figure 5, Table 1)\n\n", _storage(results), "\n", shown("figure_5_storage.png"),
+        "\n## Compressed (Figure 6)\n\n", findings.compressed(results), shown("figure_6_compressed.png"),
+        "\n## Ringing\n\n", findings.ringing(results), _ringing(results), "\n", shown("ringing.png", *polar[:1]),
+        "\n## Methods side by side\n\n", _side_by_side(results),
+        "\n## Held-out errors\n\n", _held_out(results),
+        "\n## Physics\n\n", findings.physics(results), shown("albedo.png"),
+        "\n## Size and speed against error\n\n", findings.pareto(results), shown("pareto.png"), _pareto_best(results),
+        "\n## Slices and histograms\n\n", shown(*polar[1:], *histograms), *supplements]
+    if not supplements:
+        parts.append(NO_RENDERER)
     if not pictures:
-        parts.append("No plots: matplotlib is not installed.\n")
-    return "\n".join(parts)
+        parts.append("\nNo plots: matplotlib is not installed.\n")
+    return "".join(parts).replace("\n\n\n", "\n\n")
 
 
-def _claims(rows):
-    if not rows:
-        return "Levels 4 and 6 were not both asked for.\n"
-    fine, coarse = (sum(row[key] for row in rows) for key in ("level_6_holds", "level_4_holds"))
-    return (f"Level 6 is at least 4 times better in RMSE than the better baseline for {fine} of {len(rows)} materials; "
-            f"level 4 is comparable (within a factor of 2) for {coarse}.\n\n"
-            + table(("material", "file", "baseline / level 6", "baseline / level 4", "4 times better", "comparable"),
-                    [(row["material"], Path(row["source"]).name, row["level_6_factor"], row["level_4_factor"],
-                      row["level_6_holds"], row["level_4_holds"]) for row in rows]))
+def details(results):
+    """Every measurement."""
+    return "\n".join((
+        "# Every measurement\n", "## Does the paper's claim hold?\n",
+        table(("material", "file", "baseline / level 6", "baseline / level 4", "4 times better", "comparable"),
+              [(*_named(row), row["level_6_factor"], row["level_4_factor"], row["level_6_holds"],
+                row["level_4_holds"]) for row in results["claims"]]),
+        "## Methods side by side\n",
+        table(("material", "file", "method", *_COMPARED),
+              [(*_named(row), row["method"], *(row[key] for key in _COMPARED.values()))
+               for row in results["comparison"]]),
+        "## Errors, by level and compressed\n",
+        table(("material", "file", "method", "coefficients", "bytes", "RMSE", "MAE", "MRE"),
+              [(*_named(row), row["method"], row["coefficients"], row["bytes"], row["rmse"], row["mae"], row["mre"])
+               for row in results["errors"]]),
+        "## Size and speed against error\n",
+        table(("material", "file", "fit", *_COMPARED, "best"),
+              [(*_named(row), row["method"], *(row[key] for key in _COMPARED.values()), row["best"])
+               for row in results["pareto"]])))
 
 
-def _storage(rows):
+def _featured_errors(results):
+    rows = [row for row in results["errors"] if [row["material"], row["source"]] in results["featured"]]
+    methods = list(dict.fromkeys(row["method"] for row in rows))
+    by_method = {method: [row for row in rows if row["method"] == method] for method in methods}
+    return ("RMSE / MAE:\n\n" + table(
+        ("method", "coefficients", *(name for name, _ in results["featured"])),
+        [(method, max(row["coefficients"] for row in found),
+          *(f"{row['rmse']:.3g} / {row['mae']:.3g}" for row in found)) for method, found in by_method.items()]))
+
+
+def _storage(results):
     return table(("fit", "control points", "the paper's", "bytes", "the paper's"),
                  [(row["fit"], row["coefficients"], row["paper_coefficients"], row["bytes"], row["paper_bytes"])
-                  for row in rows])
+                  for row in results["storage"]])
 
 
-def _errors(rows):
-    return table(("material", "file", "method", "coefficients", "bytes", "RMSE", "MAE", "MRE"),
-                 [(row["material"], Path(row["source"]).name, row["method"], row["coefficients"], row["bytes"],
-                   row["rmse"], row["mae"], row["mre"]) for row in rows])
+def _ringing(results):
+    methods = list(dict.fromkeys(row["method"] for row in results["ringing"]))
+    return table(("material", *methods),
+                 [(name, *(row["ringing"] for row in results["ringing"] if (row["material"], row["source"]) ==
+                           (name, source))) for name, source in results["featured"]])
+
+
+def _side_by_side(results):
+    """Medians over the materials of a file that holds several, and each other material."""
+    return ("For a file of several materials, medians over them.\n\n" + table(
+        ("material", "method", *_COMPARED),
+        [(name, method, *(median(row[key] for row in rows) for key in _COMPARED.values()))
+         for name, rows_by_method in _groups(results["comparison"]) for method, rows in rows_by_method.items()]))
+
+
+def _groups(rows):
+    """(name, rows by method) for each file that rows come from."""
+    count = Counter(row["source"] for row in rows if row["method"] == rows[0]["method"])
+    groups = {}
+    for row in rows:
+        several = count[row["source"]] > 1
+        file = Path(row["source"]).name
+        name = f"{file}, {count[row['source']]} materials" if several else f"{row['material']} ({file})"
+        groups.setdefault(name, {}).setdefault(row["method"], []).append(row)
+    return groups.items()
+
+
+def _held_out(results):
+    rows = {}
+    for row in results["comparison"]:
+        rows.setdefault((row["material"], row["source"]), {})[row["method"]] = row
+    return ("Five folds, each predicted from the other four; RMSE / RMSE of the cube root of cosine-weighted values. "
+            + findings.held_out(results) + table(
+                ("material", *METHODS),
+                [(name, *(f"{row['held_out_rmse']:.3g} / {row['held_out_cube_root_rmse']:.3g}"
+                          for row in rows[name, source].values())) for name, source in results["featured"]]))
+
+
+def _pareto_best(results):
+    return table(("material", "fit", "bytes", "fit [s]", "evaluate [µs]", "RMSE", "held-out RMSE",
+                  "held-out, cube root"),
+                 [(row["material"], row["method"], row["bytes"], row["fit_seconds"], row["evaluate_microseconds"],
+                   row["rmse"], row["held_out_rmse"], row["held_out_cube_root_rmse"])
+                  for row in results["pareto"] if row["best"]])
+
+
+def _named(row):
+    return row["material"], Path(row["source"]).name
 
 
 def _cell(value):
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.3g}"
+        return f"{value:,.0f}" if value >= 1000 else f"{value:.3g}"
     return f"{value:,}" if isinstance(value, int) else str(value).replace("|", "\\|")

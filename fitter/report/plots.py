@@ -1,46 +1,192 @@
-"""The plots of the report. Needs matplotlib, an optional extra."""
+"""The plots that show many materials or methods at once. They need matplotlib, an optional extra."""
 
-import re
+import numpy as np
+
+from . import tables
+from .comparison import ALBEDO_ANGLES
+from .methods import BASELINES, METHODS
 
 METRICS = ("rmse", "mae", "mre")
-_FEATURED = ("felt", "leather", "aluminum foil", "Krylon Blue")
+COLORS = dict(zip(METHODS, ("tab:gray", "tab:blue", "tab:red", "black", "tab:green"), strict=True))
+
+
+def pyplot():
+    """matplotlib.pyplot, drawing into files; None where matplotlib is not installed."""
+    try:
+        import matplotlib as mpl
+    except ImportError:
+        return None
+    mpl.use("Agg")
+    from matplotlib import pyplot
+
+    return pyplot
 
 
 def draw(results, out):
     """Write the plots to a folder: their file names, none where matplotlib is not installed."""
-    try:
-        import matplotlib as mpl
-    except ImportError:
+    if pyplot() is None:
         return []
-    mpl.use("Agg")
-    materials = {}
-    for row in results["errors"]:
-        materials.setdefault((row["material"], row["source"]), {})[row["method"]] = row
-    featured = [key for key in materials if key[0] in _FEATURED] or list(materials)[:4]
-    return [_draw_errors(key[0], materials[key], results["levels"], out / f"errors_{number}_{_plain(key[0])}.png")
-            for number, key in enumerate(featured)]
+    drawn = {"figure_1_errors.png": _errors, "figure_1_claim.png": _claim, "figure_2_times.png": _times,
+             "figure_5_storage.png": _storage, "figure_6_compressed.png": _compressed, "ringing.png": _ringing,
+             "pareto.png": _pareto, "albedo.png": _albedo}
+    for name, function in drawn.items():
+        save(function(results), out / name)
+    return list(drawn)
 
 
-def _draw_errors(name, methods, levels, path):
+def save(figure, path):
+    """Write a figure to a PNG file and forget it."""
+    figure.savefig(path, dpi=75)
+    pyplot().close(figure)
+
+
+def rows_of(results, key, material, source):
+    """The rows of one table that belong to one measurement, by method."""
+    return {row["method"]: row for row in results[key] if (row["material"], row["source"]) == (material, source)}
+
+
+def _panels(results, columns, size, **options):
+    """A figure with a panel for each featured material, or with `columns` a row of panels: (figure, list of axes)."""
+    count = len(results["featured"])
+    rows, columns = (count, columns) if columns else (-(-count // 3), min(count, 3))
+    figure, axes = pyplot().subplots(rows, columns, figsize=(size[0] * columns, size[1] * rows), squeeze=False,
+                                     constrained_layout=True, **options)
+    for axis in axes.ravel()[count * columns if rows == count else count:]:
+        axis.set_axis_off()
+    return figure, axes
+
+
+def _errors(results):
     """Errors against level, the baselines as lines across: the paper's Figure 1."""
-    from matplotlib import pyplot
+    figure, axes = _panels(results, len(METRICS), (4, 2.5))
+    levels = results["levels"]
+    for line, (name, source) in zip(axes, results["featured"], strict=True):
+        methods = rows_of(results, "errors", name, source)
+        for metric, axis in zip(METRICS, line, strict=True):
+            axis.semilogy(levels, [methods[f"level {level}"][metric] for level in levels], "o-", label="MBA")
+            for baseline, style in zip(BASELINES, ("--", ":"), strict=True):
+                axis.axhline(methods[baseline][metric], color="black", linestyle=style, label=baseline)
+            axis.set_title(f"{name}: {metric.upper()}", fontsize=9)
+            axis.set_xticks(levels, [f"{level}\n{methods[f'level {level}']['coefficients']:,}" for level in levels],
+                            fontsize=6)
+    axes[0, 0].legend(fontsize=7)
+    axes[-1, 0].set_xlabel("level, and coefficients stored")
+    return figure
 
-    figure, axes = pyplot.subplots(1, len(METRICS), figsize=(12, 3.6), constrained_layout=True)
+
+def _claim(results):
+    """How many times level 6 and level 4 are better than the better baseline, for every material."""
+    figure, axis = pyplot().subplots(figsize=(9, 3.2), constrained_layout=True)
+    rows = sorted(results["claims"], key=lambda row: row["level_6_factor"])
+    for level, color in ((6, "tab:blue"), (4, "tab:orange")):
+        axis.semilogy([row[f"level_{level}_factor"] for row in rows], ".", color=color, label=f"level {level}")
+    axis.axhline(4, color="tab:blue", linewidth=0.8, label="the claim for level 6: 4")
+    axis.axhline(1, color="tab:orange", linewidth=0.8, label="as good as the better baseline")
+    axis.set_xlabel("materials, in the order of level 6")
+    axis.set_ylabel("RMSE of better baseline / ours")
+    axis.legend(fontsize=7)
+    return figure
+
+
+def _bars(axis, names, values, colors=None):
+    axis.barh(range(len(names)), values, color=colors)
+    axis.set_yticks(range(len(names)), names, fontsize=7)
+    axis.invert_yaxis()
+
+
+def _times(results):
+    """Time of one evaluation, by method: the paper's Figure 2."""
+    figure, axis = pyplot().subplots(figsize=(7, 3), constrained_layout=True)
+    rows = results["times"]["rows"]
+    _bars(axis, [row["method"] for row in rows], [row["nanoseconds"] for row in rows])
+    axis.set_xlabel(f"nanoseconds a call in NumPy, {results['times']['material']}")
+    return figure
+
+
+def _storage(results):
+    """Parameters and bytes of one channel, ours beside the paper's: its Figure 5 and Table 1."""
+    figure, axes = pyplot().subplots(1, 2, figsize=(10, 4), constrained_layout=True, sharey=True)
+    name, source = results["featured"][0]
+    errors = rows_of(results, "errors", name, source)
+    plain = [f"level {level}" for level in results["levels"]]
+    ours = {method: (errors[method]["coefficients"], 4 * errors[method]["coefficients"])
+            for method in (*plain, *BASELINES)} | {
+        row["fit"]: (row["coefficients"], row["bytes"]) for row in results["storage"]}
+    papers = {method: ((2 ** level + 3) ** 3, 4 * (2 ** level + 3) ** 3)
+              for level, method in zip(results["levels"], plain, strict=True)} | {
+        row["fit"]: (row["paper_coefficients"], row["paper_bytes"]) for row in results["storage"]} | {
+        "Koenderink 8": (55, 220), "Lafortune 3": (10, 40)}
+    for axis, index, title in zip(axes, (0, 1), ("parameters", "bytes, single precision"), strict=True):
+        _bars(axis, list(ours), [size[index] for size in ours.values()])
+        axis.plot([papers[method][index] for method in ours], range(len(ours)), "k|", markersize=9, label="the paper's")
+        axis.set_xscale("log")
+        axis.set_title(f"{title}, one channel", fontsize=9)
+    axes[0].legend(fontsize=7)
+    return figure
+
+
+def _compressed(results):
+    """Errors of compressed fits beside the baselines: the paper's Figure 6."""
+    figure, axes = pyplot().subplots(1, len(METRICS), figsize=(13, 3.6), constrained_layout=True)
+    methods = ("(1,6,90)", "(3,6,90)", "(4,6,95)", "(4,6,99)", *BASELINES)
+    names = [name for name, _ in results["featured"]]
     for metric, axis in zip(METRICS, axes, strict=True):
-        axis.semilogy(levels, [methods[f"level {level}"][metric] for level in levels], "o-", label="MBA")
-        for row, style in ((methods["Koenderink 8"], "--"), (methods["Lafortune 3"], ":")):
-            axis.axhline(row[metric], color="black", linestyle=style, label=row["method"])
-        axis.set_xlabel("level")
-        axis.set_title(metric.upper())
-        axis.set_xticks(levels, [f"{level}\n{methods[f'level {level}']['coefficients']:,}" for level in levels],
-                        fontsize=6)
-    axes[0].legend()
-    figure.suptitle(f"{name}: error against level and number of coefficients")
-    figure.savefig(path, dpi=90)
-    pyplot.close(figure)
-    return path.name
+        for index, method in enumerate(methods):
+            values = [rows_of(results, "errors", *key)[method][metric] for key in results["featured"]]
+            axis.bar(np.arange(len(names)) + index / 8, values, 1 / 8, label=method)
+        axis.set_yscale("log")
+        axis.set_xticks(np.arange(len(names)) + 0.3, names, fontsize=7, rotation=20)
+        axis.set_title(metric.upper(), fontsize=9)
+    axes[0].legend(fontsize=6)
+    return figure
 
 
-def _plain(name):
-    """A name as part of a file's name."""
-    return re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_") or "material"
+def _ringing(results):
+    """Ringing against the diffuse level."""
+    figure, axis = pyplot().subplots(figsize=(6, 3), constrained_layout=True)
+    for name, source in results["featured"]:
+        rows = rows_of(results, "ringing", name, source)
+        axis.plot([choice[0] for choice in tables.RINGING], [row["ringing"] for row in rows.values()], "o-", label=name)
+    axis.set_xlabel("diffuse level D of (D,6,90)")
+    axis.set_ylabel("ringing")
+    axis.set_xticks([choice[0] for choice in tables.RINGING])
+    axis.legend(fontsize=7)
+    return figure
+
+
+def _pareto(results):
+    """Bytes against the held-out error, of the grid and of the methods."""
+    figure, axes = _panels(results, None, (4, 3))
+    error = "held_out_cube_root_rmse"
+    for axis, (name, source) in zip(axes.ravel(), results["featured"], strict=False):
+        grid = rows_of(results, "pareto", name, source).values()
+        for specular, mark in ((5, "o"), (6, "s"), (7, "^")):
+            rows = [row for row in grid if row["levels"][1] == specular]
+            axis.scatter([row["bytes"] for row in rows], [row[error] for row in rows], 14, "tab:blue", mark,
+                         label=f"(D,{specular},C)")
+        best = sorted((row["bytes"], row[error]) for row in grid if row["best"])
+        axis.plot(*zip(*best, strict=True), "-", color="tab:blue", linewidth=0.7)
+        for method, row in rows_of(results, "comparison", name, source).items():
+            axis.plot(row["bytes"], row[error], "*", color=COLORS[method], markersize=9, label=method)
+        axis.set_xscale("log")
+        axis.set_yscale("log")
+        axis.set_title(name, fontsize=9)
+    axes[0, 0].legend(fontsize=6)
+    figure.supxlabel("bytes, all channels", fontsize=8)
+    figure.supylabel("held-out RMSE of the cube root", fontsize=8)
+    return figure
+
+
+def _albedo(results):
+    """Directional albedo against view angle."""
+    figure, axes = _panels(results, None, (4, 2.6))
+    for axis, (name, source) in zip(axes.ravel(), results["featured"], strict=False):
+        for method, row in rows_of(results, "comparison", name, source).items():
+            axis.plot(ALBEDO_ANGLES, row["albedo"], ".-", color=COLORS[method], label=method)
+        axis.axhline(1, color="black", linewidth=0.5)
+        axis.set_ylim(0, min(axis.get_ylim()[1], 3))
+        axis.set_title(name, fontsize=9)
+    axes[0, 0].legend(fontsize=6)
+    figure.supxlabel("view angle, degrees", fontsize=8)
+    figure.supylabel("directional albedo, brightest channel", fontsize=8)
+    return figure
