@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from osl_probe import probe_osl
 
 import fitter
+from demo_scenes.osl_probe import probe_osl
 from fitter import draw_table, lattice
 from fitter.nusselt import nusselt
 

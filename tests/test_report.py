@@ -23,7 +23,7 @@ def file(tmp_path):
 
 def test_the_report_holds_the_errors_of_every_method(file, tmp_path):
     told = []
-    results = report.write([file], tmp_path / "out", levels=(0, 4, 6), grid=((2, 4, 90), (3, 5, 95)),
+    results = report.write([file], tmp_path / "out", levels=(0, 4, 6), grid=((2, 4, 90), (3, 5, 95)), calls=2000,
                            progress=lambda done, total, name: told.append((done, total, name)))
     samples = fitter.load(file)
     rows = {row["method"]: row for row in results["errors"]}
@@ -38,7 +38,8 @@ def test_the_report_holds_the_errors_of_every_method(file, tmp_path):
         assert rows[name]["coefficients"] == model.coefficient_count
     assert rows["Lafortune 3"]["rmse"] < 1e-6       # the data are one of its lobes
     assert [done for done, _, _ in told] == list(range(len(told)))
-    assert told[0][2] == "a | b / c" and told[-1][:2] == (len(told) - 1, len(told) - 1)
+    assert told[0][2] == "a | b / c"
+    assert told[-1][:2] == (len(told) - 1, len(told) - 1)
     assert json.loads((tmp_path / "out" / "results.json").read_text()) == json.loads(json.dumps(results))
     text = (tmp_path / "out" / "results.md").read_text()
     pictures = sorted((tmp_path / "out").glob("*.png"))
@@ -82,7 +83,7 @@ def test_without_matplotlib_the_tables_are_still_written(file, tmp_path, monkeyp
     import sys
 
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    report.write([file], tmp_path / "out", levels=(0,), grid=((2, 4, 90),))
+    report.write([file], tmp_path / "out", levels=(0,), grid=((2, 4, 90),), calls=2000)
     assert "No plots" in (tmp_path / "out" / "results.md").read_text()
 
 

@@ -50,7 +50,8 @@ def featured(samples):
     return [by_name[name] for name in FEATURED if name in by_name] or list(by_name.values())[:_FEATURED_ELSE]
 
 
-def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, grid=pareto.GRID, supplements=()):
+def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, grid=pareto.GRID, calls=times.CALLS,
+          supplements=()):
     """Write `results.md`, `tables.md`, `results.json` and, with matplotlib, PNG plots to a folder.
 
     Parameters
@@ -65,6 +66,8 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, gr
         Told (done, total, name) before each step.
     grid : sequence of (D, S, C)
         What the table of speed and size against error holds.
+    calls : int
+        How often each method is evaluated for its time.
     supplements : sequence of callables
         Each takes a list of Samples and the folder, into which it may draw, and returns a `Supplement`.
 
@@ -97,7 +100,7 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, gr
         results["ringing"] += tables.ringing_by_level(measured)
         results["pareto"] += pareto.table(measured, grid)
     step("evaluation times")
-    results["times"] = {"material": shown[0].name, "calls": times.CALLS, "rows": times.table(shown[0])}
+    results["times"] = {"material": shown[0].name, "calls": calls, "rows": times.table(shown[0], calls)}
     out.mkdir(parents=True, exist_ok=True)
     pictures = plots.draw(results, out)
     for measured in shown:

@@ -114,9 +114,9 @@ def differences(results):
     table = results["storage"][-2:]
     points.append("**Storage**: " + "; ".join(
         f"{row['fit']} takes {row['bytes']:,} bytes where the paper's takes {row['paper_bytes']:,}" for row in table)
-        + ". The paper's sizes add up to 4 bytes a coefficient, and one byte for each of the 300,763 control points of "
-          "the level-6 lattice, kept or not; and two symmetries of an isotropic reflectance leave a quarter of the dense "
-          "lattice to store.")
+        + ". The paper's sizes add up to 4 bytes a coefficient, and one byte for each of the 300,763 control points "
+          "of the level-6 lattice, kept or not; and two symmetries of an isotropic reflectance leave a quarter of the "
+          "dense lattice to store.")
     ours = {method: [row for row in results["comparison"] if row["method"] == method]
             for method in ("level 6", *BASELINES)}
     seen, unseen = (sum(a[key] < min(b[key], c[key]) for a, b, c in zip(*ours.values(), strict=True))

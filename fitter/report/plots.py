@@ -162,8 +162,8 @@ def _pareto(results):
         grid = rows_of(results, "pareto", name, source).values()
         for specular, mark in ((5, "o"), (6, "s"), (7, "^")):
             rows = [row for row in grid if row["levels"][1] == specular]
-            axis.scatter([row["bytes"] for row in rows], [row[error] for row in rows], 14, "tab:blue", mark,
-                         label=f"(D,{specular},C)")
+            axis.plot([row["bytes"] for row in rows], [row[error] for row in rows], mark, color="tab:blue",
+                      markersize=4, label=f"(D,{specular},C)")
         best = sorted((row["bytes"], row[error]) for row in grid if row["best"])
         axis.plot(*zip(*best, strict=True), "-", color="tab:blue", linewidth=0.7)
         for method, row in rows_of(results, "comparison", name, source).items():

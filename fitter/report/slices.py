@@ -10,7 +10,6 @@ from .plots import COLORS, pyplot, save
 POLAR = {"(1,6,90)": levels(1, 6, 90), **{name: METHODS[name] for name in ("Paper", "Standard", "Lafortune 3")}}
 _ANGLES = 4                 # incident angles in a polar plot
 _IN_PLANE = 0.03            # how far from the plane of incidence, as a cosine
-_GLOSSY = 50                # where the brightest value is so many times the median, radii are cube roots
 
 
 def draw(samples, out):
@@ -25,34 +24,33 @@ def draw(samples, out):
 
 
 def _polar(samples):
-    """f in the plane of incidence, with the samples that lie there; the channels' mean."""
+    """f in the plane of incidence, with the samples that lie there: the channels' mean, relative to the largest."""
     incident, delta_phi = np.degrees(samples.theta_i).round(), samples.phi_o - samples.phi_i
     in_plane = np.abs(np.sin(samples.theta_o) * np.sin(delta_phi)) < _IN_PLANE
+    outgoing = np.where(np.cos(delta_phi) > 0, -1, 1) * samples.theta_o     # negative on the light's side
     angles, counts = np.unique(incident[in_plane], return_counts=True)
     angles = angles[(counts > 3) & (angles > 0)]
     angles = angles[np.linspace(0, len(angles) - 1, min(_ANGLES, len(angles))).round().astype(int)]
-    values = samples.values.mean(axis=1)
-    radius = np.cbrt if values.max() > _GLOSSY * abs(np.median(values)) else np.asarray
-    t = np.linspace(-np.pi / 2, np.pi / 2, 721)         # the incident direction's side is negative
-    figure, axes = pyplot().subplots(2, 2, figsize=(9, 5.6), subplot_kw={"projection": "polar"},
-                                     constrained_layout=True)
+    t = np.linspace(-np.pi / 2, np.pi / 2, 721)
+    figure, axes = pyplot().subplots(2, 2, figsize=(9, 5.6), sharex=True, sharey=True, constrained_layout=True)
     for axis, (method, make) in zip(axes.ravel(), POLAR.items(), strict=True):
         model = make(samples)
+        axis.plot(np.sin(t), np.cos(t), color="lightgray", linewidth=0.8)
         for number, angle in enumerate(angles):
-            value = model.evaluate(np.radians(angle), 0, np.abs(t), np.where(t < 0, 0, np.pi)).mean(axis=1)
-            axis.plot(t, radius(np.maximum(value, 0)), linewidth=0.8, color=f"C{number}", label=f"{angle:.0f}°")
             here = in_plane & (incident == angle)
-            side = np.where(np.cos(delta_phi[here]) > 0, -1, 1)
-            axis.plot(side * samples.theta_o[here], radius(np.maximum(values[here], 0)), ".", markersize=4,
-                      color=f"C{number}")
-        axis.set(thetamin=-90, thetamax=90, theta_zero_location="N", theta_direction=-1,
-                 rmax=1.15 * radius(max(values[in_plane].max(initial=0), 1e-6)))
+            measured = samples.values[here].mean(axis=1)
+            value = model.evaluate(np.radians(angle), 0, np.abs(t), np.where(t < 0, 0, np.pi)).mean(axis=1)
+            for radius, at, style in ((value, t, "-"), (measured, outgoing[here], ".")):
+                radius = np.maximum(radius, 0) / measured.max()
+                axis.plot(radius * np.sin(at), radius * np.cos(at), style, color=f"C{number}", linewidth=0.8,
+                          markersize=4, label=f"{angle:.0f}°" if style == "-" else None)
+        axis.set(xlim=(-1.2, 1.2), ylim=(0, 1.2), aspect="equal")
         axis.tick_params(labelsize=6)
         axis.set_title(method, fontsize=9)
-    axes[0, 0].legend(fontsize=6, loc="lower left", title="incident angle", title_fontsize=6)
-    what = "f" if radius is np.asarray else "cube root of f"
-    figure.suptitle(f"{samples.name}: {what} in the plane of incidence; the mirror direction is to the right",
-                    fontsize=9)
+    if len(angles):
+        axes[0, 0].legend(fontsize=6, loc="upper left", title="incident angle", title_fontsize=6)
+    figure.suptitle(f"{samples.name}: f in the plane of incidence, relative to the largest sample there; the mirror "
+                    "direction is to the right", fontsize=9)
     return figure
 
 

@@ -4,8 +4,9 @@ import math
 
 import bpy
 
-from demo_scenes.stage import black_scene, blank_material, render
 from fitter.bake import _array, bake
+
+from .stage import black_scene, blank_material, render
 
 PROBE = """
 #include "baked_constants.h"
@@ -13,7 +14,7 @@ PROBE = """
 #include "lattice.h"
 #include "draw.h"
 #include "lamps.h"
-
+%s
 shader probe(output closure color Result = 0)
 {
 #include "baked_tables.h"
@@ -26,8 +27,19 @@ shader probe(output closure color Result = 0)
 """
 
 
-def probe_osl(fit, code, count, **tables):
-    """Run OSL code inside Cycles, once a pixel.
+def probe_osl(fit, code, count, functions="", **tables):
+    """Run OSL code inside Cycles, once a pixel; parameters are those of `probe_scene`.
+
+    Returns
+    -------
+    (count, 3) float32
+    """
+    scene = probe_scene(fit, code, count, functions, **tables)
+    return render(scene)[::-1, :, :3].reshape(-1, 3)[:count]
+
+
+def probe_scene(fit, code, count, functions="", **tables):
+    """A scene whose picture runs OSL code once a pixel. Replaces whatever file is open.
 
     Parameters
     ----------
@@ -37,15 +49,17 @@ def probe_osl(fit, code, count, **tables):
         Reads `pixel`, writes `out`, which must not be negative.
     count : int
         How many pixels are asked for.
+    functions : str
+        OSL functions that the code calls.
     tables : name to array
         More arrays for the code to read.
 
     Returns
     -------
-    (count, 3) float32
+    bpy.types.Scene
     """
     width = math.ceil(math.sqrt(count))
-    source = bake(fit, PROBE % ("".join(_array(name, table) for name, table in tables.items()), width, code))
+    source = bake(fit, PROBE % (functions, "".join(_array(name, table) for name, table in tables.items()), width, code))
     scene = black_scene(width, width, samples=1, span=width)
     scene.camera.location = (width / 2, width / 2, 10)
     scene.cycles.pixel_filter_type = "BOX"
@@ -57,4 +71,4 @@ def probe_osl(fit, code, count, **tables):
     assert "Result" in script.outputs, "the probe does not compile"
     material.node_tree.links.new(script.outputs["Result"], surface)
     bpy.context.object.data.materials.append(material)
-    return render(scene)[::-1, :, :3].reshape(-1, 3)[:count]
+    return scene

@@ -1,0 +1,68 @@
+"""Evaluation times inside Cycles OSL: the paper's Figure 2.
+
+A shader evaluates a model many times a pixel; the time of a picture with few evaluations is taken from that of one with
+many, and that of the directions themselves from both.
+"""
+
+from dataclasses import replace
+
+import fitter
+from demo_scenes.osl_probe import probe_scene
+from demo_scenes.stage import render
+from fitter import koenderink, lafortune
+from fitter.report.times import interleaved
+
+from . import baselines_osl
+
+PIXELS = 128 ** 2
+FEW, MANY = 1, 129          # evaluations a pixel
+REPEATS = 3
+FITS = {"level 3": (3, None), "level 4": (4, None), "level 5": (5, None), "level 6": (6, None), "level 7": (7, None),
+        "Paper": ()}
+NOTHING = "directions alone"
+
+_LOOP = """
+  float total = 0.0;
+  for (int k = 0; k < %d; k++) {
+    /* evenly spread, and uniform in projected solid angle */
+    float at = pixel + 0.5;
+    float zi = sqrt(mod(0.8191725 * k + 0.6180340 * at, 1.0));
+    float zo = sqrt(mod(0.6710436 * k + 0.7548777 * at, 1.0));
+    float turn = M_PI * mod(0.5497005 * k + 0.5698403 * at, 1.0);
+    float ri = sqrt(1.0 - zi * zi);
+    vector wi = vector(ri * cos(turn), ri * sin(turn), zi);
+    vector wo = vector(sqrt(1.0 - zo * zo), 0.0, zo);
+    %s
+  }
+  out = 1e-6 * max(total, 0.0);
+"""
+
+
+def table(samples, repeats=REPEATS):
+    """Nanoseconds a call on one core: a list of dict.
+
+    Parameters
+    ----------
+    samples : Samples
+        Only its first channel is fitted.
+    """
+    grey = replace(samples, values=samples.values[:, :1], channels=("grey",))
+    fits = {name: fitter.fit(grey, *choice) if choice else fitter.fit(grey, **fitter.PRESETS[name])
+            for name, choice in FITS.items()}
+    evaluate = "color f = fitted_brdf(FIT, wi, wo); total += f[0];"
+    small = fitter.fit(grey, 0, None)               # a probe must bake something
+    probes = {name: (fit, "", evaluate) for name, fit in fits.items()} | {
+        "Koenderink 8": (small, baselines_osl.koenderink(koenderink.fit(grey)), "total += koenderink(wi, wo);"),
+        "Lafortune 3": (small, baselines_osl.lafortune(lafortune.fit(grey)), "total += lafortune(wi, wo);"),
+        NOTHING: (small, "", "total += wi[0] + wo[0] + wi[1];")}
+    found = interleaved({(name, count): lambda probe=probe, count=count: _render(*probe, count)
+                         for name, probe in probes.items() for count in (FEW, MANY)}, repeats)
+    calls = PIXELS * (MANY - FEW)
+    each = {name: 1e9 * (found[name, MANY] - found[name, FEW]) / calls for name in probes}
+    return [{"method": name, "nanoseconds": each[name] - each[NOTHING]} for name in probes if name != NOTHING]
+
+
+def _render(fit, functions, statement, count):
+    scene = probe_scene(fit, _LOOP % (count, statement), PIXELS, functions)
+    scene.render.threads_mode, scene.render.threads = "FIXED", 1
+    render(scene)
