@@ -1,4 +1,5 @@
-# make demo | test | test-matrix | fuzz | stability | lint | bench | report | zip      PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
+# make demo | test | test-matrix | fuzz | stability | lint | bench | report | results | zip
+# PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))
 PYTHON ?= $(shell for p in python3.11 python3.13 python3; do \
@@ -11,7 +12,7 @@ DATA := $(or $(MEASURED_BRDF_DATA),../shared/data)
 MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
-.PHONY: demo test test-matrix fuzz stability lint bench report zip clean
+.PHONY: demo test test-matrix fuzz stability lint bench report results zip clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
@@ -36,7 +37,12 @@ bench: $(ENV)/ready
 
 report: $(ENV)/ready
 	@test -n "$(MEASUREMENTS)" || { echo "no measurements in $(DATA); set MEASURED_BRDF_DATA"; exit 1; }
-	$(RUN) -m fitter report $(MEASUREMENTS) --out build/report
+	$(RUN) -m benchmarks.report $(MEASUREMENTS) --out build/report
+
+# what docs/ holds of the report, from the last `make report`
+results: build/report/results.md
+	cp $< docs/
+	cp $$(sed -n 's/^!\[.*](\(.*\.png\))$$/build\/report\/\1/p' $<) docs/
 
 zip: $(EXTENSION)
 

@@ -136,11 +136,16 @@ def _bake(options):
 
 
 def _report(options):
-    results = report.write(options.files, options.out, options.levels, _show_progress)
+    write_report(options.files, options.out, options.levels)
+
+
+def write_report(files, out, levels=report.LEVELS, supplements=()):
+    """Write a report with a progress bar, and print where the paper's claim holds; arguments as for `report.write`."""
+    results = report.write(files, out, levels, _show_progress, supplements=supplements)
     for claim in results["claims"]:
         print(f"{claim['material']:20} better baseline / level 6: {claim['level_6_factor']:7.2f}   "
               f"/ level 4: {claim['level_4_factor']:5.2f}")
-    print(f"{options.out}/results.md")
+    print(f"{out}/results.md")
 
 
 def _show_progress(done, total, name):

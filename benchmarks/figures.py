@@ -1,0 +1,121 @@
+"""Spheres and Suzanne, rendered by Cycles with fits side by side: the paper's Figures 3, 4, 7 and 8."""
+
+import bpy
+import numpy as np
+
+import fitter
+from demo_scenes import sheet
+from demo_scenes.__main__ import lit_sphere, suzanne
+from demo_scenes.stage import blank_material, render
+from fitter.bilevel import notation
+
+ANGLES = (0, 30, 60, 90)
+SPHERE = 160                # pixels
+SUN = 0.02                  # radians across
+COMPRESSED = ((1, 6, 90), (3, 6, 90), (4, 6, 95))
+PIXELS_PER_DEGREE = 67      # FLIP's default: a monitor at arm's length
+
+
+def levels(samples, out):
+    """Figure 3: one material at levels 1 to 6, lit from 60 degrees to the left of the viewer."""
+    tiles = [_sphere(fitter.fit(samples, level, None), 60, f"level {level}") for level in range(1, 7)]
+    sheet.write(out / "figure_3_levels.png", [tiles])
+    return "figure_3_levels.png"
+
+
+def materials(shown, out):
+    """Figure 4: materials at level 6 under a light 0, 30, 60 and 90 degrees to the left of the viewer."""
+    fits = {samples.name: fitter.fit(samples, 6, None) for samples in shown}
+    sheet.write(out / "figure_4_materials.png", [[_sphere(fit, angle, f"{name}, {angle}°") for angle in ANGLES]
+                                                 for name, fit in fits.items()])
+    return "figure_4_materials.png"
+
+
+def compressed(shown, out):
+    """Figure 7: compressed fits beside level 6 and the Standard preset, lit from 30 degrees."""
+    rows = []
+    for samples in shown:
+        fits = {notation(*choice): fitter.fit(samples, *choice) for choice in COMPRESSED}
+        fits |= {"level 6": fitter.fit(samples, 6, None),
+                 "Standard": fitter.fit(samples, **fitter.PRESETS["Standard"])}
+        rows.append([_sphere(fit, 30, f"{samples.name}, {name}") for name, fit in fits.items()])
+    sheet.write(out / "figure_7_compressed.png", rows)
+    return "figure_7_compressed.png"
+
+
+def undetectable(samples, out):
+    """Figure 8: Suzanne without and with compression, and how far the pictures differ.
+
+    Returns
+    -------
+    name : str
+        Of the picture.
+    rows : list of dict
+        RMSE over the pixels in scene-linear units, relative to the mean, and mean FLIP of the pictures as displayed;
+        each against level 6, first level 6 itself with another seed, which is what noise amounts to.
+    """
+    reference = fitter.fit(samples, 6, None)
+    others = {"level 6, another seed": reference, "(4,6,95)": fitter.fit(samples, **fitter.PRESETS["Paper"]),
+              "Standard": fitter.fit(samples, **fitter.PRESETS["Standard"]),
+              "(1,6,90)": fitter.fit(samples, 1, 6, 90)}
+    first, rows = _suzanne(reference), []
+    tiles = [sheet.tile(first, "level 6")]
+    for seed, (name, fit) in enumerate(others.items()):
+        picture = _suzanne(fit, seed=int(seed == 0))
+        rows.append({"fit": name, "relative_rmse": relative_rmse(first, picture), "flip": flip(first, picture)})
+        if name in ("(4,6,95)", "Standard"):
+            tiles.append(sheet.tile(picture, name))
+    sheet.write(out / "figure_8_compression.png", [tiles])
+    return "figure_8_compression.png", rows
+
+
+def relative_rmse(reference, picture):
+    """Root mean square difference over the mean of the reference, scene-linear (height, width, 3 or 4)."""
+    a, b = reference[..., :3].astype(float), picture[..., :3].astype(float)
+    return float(np.sqrt(np.mean((a - b) ** 2)) / a.mean())
+
+
+def flip(reference, picture):
+    """Mean FLIP of two scene-linear pictures as displayed, 0 to 1; None where flip-evaluator is not installed.
+
+    P. Andersson et al.: FLIP: A Difference Evaluator for Alternating Images, HPG 2020.
+    """
+    try:
+        import flip_evaluator
+    except ImportError:
+        return None
+    shown = [np.ascontiguousarray(sheet.encode(of[..., :3]), dtype=np.float32) for of in (reference, picture)]
+    _, mean, _ = flip_evaluator.evaluate(*shown, "LDR", applyMagma=False, parameters={"ppd": PIXELS_PER_DEGREE})
+    return float(mean)
+
+
+def _material(fit):
+    from measured_brdf.addon import node_group  # the extension, once it is registered
+
+    material, group, surface = blank_material("Measured", "ShaderNodeGroup")
+    group.node_tree = node_group.create(fit)
+    material.node_tree.links.new(group.outputs["BSDF"], surface)
+    material.cycles.use_bump_map_correction = False
+    return material
+
+
+def _sphere(fit, angle, text):
+    scene = lit_sphere(angle)
+    scene.render.resolution_x = scene.render.resolution_y = SPHERE
+    return sheet.tile(_render(scene, fit), text)
+
+
+def _suzanne(fit, seed=0):
+    """Suzanne under a sun, whose noise is less than an area lamp's: differences are to be those of the fits."""
+    scene = suzanne()
+    scene.render.resolution_percentage = 60
+    scene.cycles.use_denoising, scene.cycles.seed, scene.cycles.samples = False, seed, 96
+    lamp = next(item for item in scene.objects if item.type == "LIGHT")
+    lamp.data.type = "SUN"
+    lamp.data.energy, lamp.data.angle = 4, SUN
+    return _render(scene, fit)
+
+
+def _render(scene, fit):
+    bpy.context.object.data.materials.append(_material(fit))
+    return render(scene)

@@ -1,0 +1,81 @@
+"""``make report``: the report of `python -m fitter report`, with what takes Blender: times inside OSL, and pictures.
+
+python -m benchmarks.report FILE... --out build/report
+"""
+
+import argparse
+import contextlib
+import os
+import sys
+from pathlib import Path
+
+from fitter import cli
+from fitter.report import Supplement, markdown, times
+from tools.checkout import extension
+
+from . import figures, osl_times
+
+
+def times_in_cycles(shown, _out):
+    """Figure 2, inside Cycles."""
+    with _quiet():
+        rows = osl_times.table(shown[0])
+    spread = times.spread(rows, osl_times.FITS.keys() - {"Paper", "Standard"})
+    calls = osl_times.PIXELS * (osl_times.MANY - osl_times.FEW)
+    text = (f"\n## Evaluation times inside Cycles OSL (Figure 2)\n\n{calls:,} calls on one core, {shown[0].name}, one "
+            f"channel; medians of {osl_times.REPEATS}. From level 3 to 7 the slowest takes {100 * spread:.0f} % more "
+            f"than the fastest.\n\n")
+    return Supplement("osl_times", text + markdown.table(("method", "ns a call in OSL"), [
+        (row["method"], row["nanoseconds"]) for row in rows]), rows)
+
+
+def rendered_by_cycles(shown, out):
+    """Figures 3, 4, 7 and 8."""
+    by_name = {samples.name: samples for samples in shown}
+    leading = [by_name[name] for name in ("aluminum foil", "felt", "leather") if name in by_name] or shown[:3]
+    glossy = by_name.get("Krylon Blue", shown[-1])
+    with _quiet():
+        names = [figures.levels(leading[0], out), figures.materials(leading, out),
+                 figures.compressed([*leading, glossy], out)]
+        name, rows = figures.undetectable(glossy, out)
+    text = "\n## Rendered by Cycles (Figures 3, 4, 7 and 8)\n\n" + "".join(
+        f"![{Path(picture).stem}]({picture})\n\n" for picture in (*names, name))
+    text += (f"Figure 8, where the paper calls the differences undetectable: pictures of {glossy.name} against level "
+             "6 (RMSE of scene-linear pixels over the picture's mean; FLIP, 0 to 1, of the pictures as shown). The "
+             "first row is what noise alone makes.\n\n")
+    text += markdown.table(("fit", "relative RMSE", "mean FLIP"), [
+        (row["fit"], row["relative_rmse"], "flip-evaluator is not installed" if row["flip"] is None else row["flip"])
+        for row in rows])
+    return Supplement("renders", text, rows)
+
+
+@contextlib.contextmanager
+def _quiet():
+    """Blender tells of every picture on the process's standard output, below Python's."""
+    sys.stdout.flush()
+    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nowhere)
+
+
+def main():
+    """Write the report."""
+    from measured_brdf.addon import osl_support
+
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.report", description=__doc__.splitlines()[0])
+    parser.add_argument("files", nargs="+", metavar="FILE", help="measurements; all samples of a CURET file")
+    parser.add_argument("--out", default="build/report", help="folder to write, default: %(default)s")
+    options = parser.parse_args()
+    if osl_support.missing():
+        sys.exit(osl_support.missing())
+    cli.write_report(options.files, options.out, supplements=(times_in_cycles, rendered_by_cycles))
+
+
+if __name__ == "__main__":
+    extension().register()
+    main()
