@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from fitter import cli
-from fitter.report import Supplement, markdown, times
+from fitter.report import Supplement, findings, markdown
 from tools.checkout import extension
 
 from . import figures, osl_times
@@ -20,11 +20,9 @@ def times_in_cycles(shown, _out):
     """Figure 2, inside Cycles."""
     with _quiet():
         rows = osl_times.table(shown[0])
-    spread = times.spread(rows, osl_times.FITS.keys() - {"Paper", "Standard"})
     calls = osl_times.PIXELS * (osl_times.MANY - osl_times.FEW)
     text = (f"\n## Evaluation times inside Cycles OSL (Figure 2)\n\n{calls:,} calls on one core, {shown[0].name}, one "
-            f"channel; medians of {osl_times.REPEATS}. From level 3 to 7 the slowest takes {100 * spread:.0f} % more "
-            f"than the fastest.\n\n")
+            f"channel; medians of {osl_times.REPEATS}. {findings.flatness(rows)}\n\n")
     return Supplement("osl_times", text + markdown.table(("method", "ns a call in OSL"), [
         (row["method"], row["nanoseconds"]) for row in rows]), rows)
 

@@ -56,7 +56,8 @@ def neighbours(samples):
     values = np.zeros((len(x), samples.values.shape[1]))
     np.add.at(values, at.ravel(), samples.values)
     values /= np.bincount(at.ravel(), minlength=len(x))[:, None]
-    simplices = Delaunay(x, qhull_options="QJ Qbb").simplices       # QJ: measured directions often lie on a grid
-    corners = np.array([(a, b) for a in range(4) for b in range(a)])
+    # QJ: measured directions often lie on a grid; up to four are one tetrahedron, or less
+    simplices = Delaunay(x, qhull_options="QJ Qbb").simplices if len(x) > 4 else np.arange(len(x))[None]
+    corners = np.array([(a, b) for a in range(simplices.shape[1]) for b in range(a)]).reshape(-1, 2)
     a, b = np.unique(np.sort(simplices[:, corners].reshape(-1, 2), axis=1), axis=0).T
     return x[a], x[b], np.abs(values[a] - values[b])

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter import cli, koenderink, lafortune, report
-from fitter.report import markdown, tables
+from fitter import cli, cross_validation, koenderink, lafortune, physics, report, ringing
+from fitter.report import comparison, markdown, pareto, tables, times
+from fitter.report.methods import METHODS
 
 
 @pytest.fixture
@@ -45,6 +46,7 @@ def test_the_report_holds_the_errors_of_every_method(file, tmp_path):
     pictures = sorted((tmp_path / "out").glob("*.png"))
     assert "polar_a_b_c.png" in [path.name for path in pictures]
     assert all(path.read_bytes().startswith(b"\x89PNG") and f"({path.name})" in text for path in pictures)
+    assert markdown.NO_RENDERER in text
     details = (tmp_path / "out" / "tables.md").read_text()
     of_level_4 = [line for line in details.splitlines() if "| level 4 |" in line]
     assert [len(line.replace("\\|", "").split("|")) for line in of_level_4] == [10]
@@ -79,16 +81,78 @@ def test_a_table_escapes_what_would_break_it():
     assert markdown.table(("a", "b"), [("x|y", 1234)]) == "| a | b |\n| --- | ---: |\n| x\\|y | 1,234 |\n"
 
 
-def test_without_matplotlib_the_tables_are_still_written(file, tmp_path, monkeypatch):
-    import sys
-
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    report.write([file], tmp_path / "out", levels=(0,), grid=((2, 4, 90),), calls=2000)
-    assert "No plots" in (tmp_path / "out" / "results.md").read_text()
-
-
 def test_a_bad_file_leaves_no_report(tmp_path, capsys):
     (tmp_path / "bad.dat").write_text("nonsense")
     assert cli.main(["report", str(tmp_path / "bad.dat"), "--out", str(tmp_path / "out")]) == 1
     assert "in no known format" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_scipys_spline_on_the_same_lattice_is_the_fit(glossy, random):
+    fit = fitter.fit(glossy, 4, None)
+    at = *(random.random((2, 500)) * np.pi / 2), random.random(500) * 7
+    np.testing.assert_allclose(times.NdBSpline(fit).evaluate(at[0], 0, at[1], at[2]),
+                               fit.evaluate(at[0], 0, at[1], at[2]), atol=1e-9)
+
+
+def test_times_are_of_every_method_and_their_spread_of_the_slowest_over_the_fastest(glossy):
+    rows = times.table(glossy, calls=50, repeats=1)
+    assert {row["method"] for row in rows} > {"level 3", "level 7", "Paper", "Koenderink 8", "Lafortune 3"}
+    assert all(row["nanoseconds"] > 0 for row in rows)
+    made_up = [{"method": "a", "nanoseconds": 2.0}, {"method": "b", "nanoseconds": 3.0},
+               {"method": "c", "nanoseconds": 9.0}]
+    assert times.spread(made_up, {"a", "b"}) == pytest.approx(0.5)
+
+
+def test_the_best_of_a_grid_are_those_that_none_beats():
+    rows = [{"bytes": size, "held_out_cube_root_rmse": error} for size, error in
+            ((1, 5.0), (2, 3.0), (2, 4.0), (3, 3.0), (4, 1.0))]
+    assert [row["best"] for row in pareto.mark_best(rows)] == [True, True, False, False, True]
+
+
+def test_one_at_a_low_diffuse_level_suffers(curet):
+    rows = tables.errors(curet("felt"), (), ((1, 6, 90), (3, 6, 90), (4, 6, 95)))
+    found, = tables.compressed(rows)
+    assert found["over (3,6,90)"] == pytest.approx(0.00733 / 0.00133, rel=0.02)
+    assert found["over (4,6,95)"] > 5
+    assert found["beats_baselines"]
+
+
+# design.md, section 5: five folds drawn otherwise, and one channel, so a factor is allowed
+@pytest.mark.parametrize(("sample", "level_6", "koenderink_8", "lafortune_3"), [
+    (1, (0.0284, 0.0150), (0.0228, 0.0157), (0.0202, 0.0156)),
+    (5, (0.0543, 0.0195), (0.0767, 0.0624), (0.183, 0.0335)),
+    (15, (0.0400, 0.0168), (0.0709, 0.0651), (0.112, 0.0521))])
+def test_held_out_errors_are_near_those_of_the_reference(curet, sample, level_6, koenderink_8, lafortune_3):
+    samples = curet(sample)
+    rows = comparison.compare(samples, {name: METHODS[name] for name in ("level 6", "Koenderink 8", "Lafortune 3")})
+    for row, expected, factor in zip(rows, (level_6, koenderink_8, lafortune_3), (1.1, 1.8, 3), strict=True):
+        for key, value in zip(("held_out_rmse", "held_out_cube_root_rmse"), expected, strict=True):
+            assert value / factor < row[key] < value * factor, (row["method"], key)
+
+
+def test_a_row_of_the_comparison_is_what_its_parts_say(glossy):
+    row, = comparison.compare(glossy, {"mine": METHODS["level 6"]})
+    model = fitter.fit(glossy, 6, None)
+    assert row["bytes"] == model.nbytes
+    assert row["reciprocity_error"] == physics.measure(model).reciprocity_error
+    assert row["ringing"] == ringing.ringing(glossy, model)
+    assert row["held_out_rmse"] == cross_validation.held_out(glossy, METHODS["level 6"]).rmse
+    np.testing.assert_allclose(row["albedo"], physics.directional_albedo(
+        model, np.radians(comparison.ALBEDO_ANGLES)).max(axis=1))
+
+
+def test_without_matplotlib_there_are_tables_and_what_is_made_elsewhere(file, tmp_path, monkeypatch):
+    import sys
+
+    def spheres(shown, out):
+        (out / "sphere.png").write_bytes(b"")
+        return report.Supplement("spheres", f"\n## Spheres of {shown[0].name}\n", [1, 2])
+
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    results = report.write([file], tmp_path, levels=(0,), grid=((2, 4, 90),), calls=100, supplements=(spheres,))
+    text = (tmp_path / "results.md").read_text()
+    assert results["spheres"] == [1, 2]
+    assert "## Spheres of a | b / c" in text
+    assert "No plots" in text
+    assert markdown.NO_RENDERER not in text
