@@ -6,7 +6,7 @@ import numpy as np
 import fitter
 from demo_scenes import sheet
 from demo_scenes.__main__ import lit_sphere, suzanne
-from demo_scenes.stage import blank_material, render
+from demo_scenes.stage import material_for, render
 from fitter.bilevel import notation
 
 ANGLES = (0, 30, 60, 90)
@@ -89,16 +89,6 @@ def flip(reference, picture):
     return float(mean)
 
 
-def _material(fit):
-    from measured_brdf.addon import node_group  # the extension, once it is registered
-
-    material, group, surface = blank_material("Measured", "ShaderNodeGroup")
-    group.node_tree = node_group.create(fit)
-    material.node_tree.links.new(group.outputs["BSDF"], surface)
-    material.cycles.use_bump_map_correction = False
-    return material
-
-
 def _sphere(fit, angle, text):
     scene = lit_sphere(angle)
     scene.render.resolution_x = scene.render.resolution_y = SPHERE
@@ -117,5 +107,5 @@ def _suzanne(fit, seed=0):
 
 
 def _render(scene, fit):
-    bpy.context.object.data.materials.append(_material(fit))
+    bpy.context.object.data.materials.append(material_for(fit))
     return render(scene)

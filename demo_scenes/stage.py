@@ -73,6 +73,17 @@ def blank_material(name, shader):
     return material, tree.nodes.new(shader), tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"]
 
 
+def material_for(fit):
+    """A material that holds a fit in the extension's node group; the extension must be registered."""
+    from measured_brdf.addon import node_group
+
+    material, group, surface = blank_material("Measured", "ShaderNodeGroup")
+    group.node_tree = node_group.create(fit)
+    material.node_tree.links.new(group.outputs["BSDF"], surface)
+    material.cycles.use_bump_map_correction = False
+    return material
+
+
 def render(scene):
     """Render the scene: (height, width, 4) float32, scene-linear, the top row first."""
     with tempfile.TemporaryDirectory() as folder:

@@ -7,24 +7,13 @@ import numpy as np
 import pytest
 
 import fitter
-from demo_scenes.stage import add_lamp, add_sphere, background, black_scene, blank_material, render
+from demo_scenes.stage import add_lamp, add_sphere, background, black_scene, material_for, render
 
 SIZE = 96
 FROM_THE_LEFT = math.radians(60)
 LAMP = np.array([-3.0, 0.0, 2.0])
 POWER = 100.0
 AREA_SIDE = 2.0
-
-
-def material_for(fit):
-    """A material with the add-on's node group in it."""
-    from measured_brdf.addon import node_group
-
-    material, group, surface = blank_material("Measured", "ShaderNodeGroup")
-    group.node_tree = node_group.create(fit)
-    material.node_tree.links.new(group.outputs["BSDF"], surface)
-    material.cycles.use_bump_map_correction = False
-    return material
 
 
 def sphere_scene(blender, fit, samples):

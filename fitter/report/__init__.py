@@ -105,7 +105,8 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, gr
     pictures = plots.draw(results, out)
     for measured in shown:
         step(f"{measured.name}: plots")
-        pictures += slices.draw(measured, out)
+        pictures += slices.draw_polar(measured, out)
+    pictures += slices.draw_histograms(shown, out)
     added = []
     for supplement in supplements:
         step(supplement.__name__.replace("_", " "))
@@ -115,7 +116,7 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, gr
     with replacing(out / "results.json", "w") as stream:
         json.dump(results, stream, indent=1)
     for name, text in (("results.md", markdown.main(results, pictures, [part.text for part in added])),
-                       ("tables.md", markdown.details(results))):
+                       ("tables.md", markdown.details(results, pictures))):
         with replacing(out / name, "w") as stream:
             stream.write(text)
     return results

@@ -31,10 +31,9 @@ def table(header, rows):
 def main(results, pictures, supplements=()):
     """What one reads: the main tables, with `pictures`, file names beside it, and Markdown made elsewhere."""
     def shown(*names):
-        return "".join(f"![{Path(name).stem}]({name})\n\n" for name in names if name in pictures)
+        return _shown(name for name in names if name in pictures)
 
-    polar = [name for name in pictures if name.startswith("polar_")]
-    histograms = [name for name in pictures if name.startswith("histogram_")]
+    polar = _polar(pictures)
     parts = [
         _HEADING.format(**results), findings.differences(results),
         "\n## Errors by level (Figure 1)\n\n", findings.claims(results), shown("figure_1_errors.png"),
@@ -50,7 +49,7 @@ def main(results, pictures, supplements=()):
         "\n## Held-out errors\n\n", _held_out(results),
         "\n## Physics\n\n", findings.physics(results), shown("albedo.png"),
         "\n## Size and speed against error\n\n", findings.pareto(results), shown("pareto.png"), _pareto_best(results),
-        "\n## Slices and histograms\n\n", shown(*polar[1:], *histograms), *supplements]
+        "\n## A slice, and histograms of the error\n\n", shown(*polar[1:][-1:], "histograms.png"), *supplements]
     if not supplements:
         parts.append(NO_RENDERER)
     if not pictures:
@@ -58,8 +57,8 @@ def main(results, pictures, supplements=()):
     return "".join(parts).replace("\n\n\n", "\n\n")
 
 
-def details(results):
-    """Every measurement."""
+def details(results, pictures):
+    """Every measurement, and the slices of those that are shown."""
     return "\n".join((
         "# Every measurement\n", "## Does the paper's claim hold?\n",
         table(("material", "file", "baseline / level 6", "baseline / level 4", "4 times better", "comparable"),
@@ -76,7 +75,16 @@ def details(results):
         "## Size and speed against error\n",
         table(("material", "file", "fit", *_COMPARED, "best"),
               [(*_named(row), row["method"], *(row[key] for key in _COMPARED.values()), row["best"])
-               for row in results["pareto"]])))
+               for row in results["pareto"]]),
+        "## Slices\n", _shown(_polar(pictures))))
+
+
+def _shown(names):
+    return "".join(f"![{Path(name).stem}]({name})\n\n" for name in names)
+
+
+def _polar(pictures):
+    return [name for name in pictures if name.startswith("polar_")]
 
 
 def _featured_errors(results):

@@ -45,20 +45,20 @@ def rows_of(results, key, material, source):
     return {row["method"]: row for row in results[key] if (row["material"], row["source"]) == (material, source)}
 
 
-def _panels(results, columns, size, **options):
-    """A figure with a panel for each featured material, or with `columns` a row of panels: (figure, list of axes)."""
-    count = len(results["featured"])
-    rows, columns = (count, columns) if columns else (-(-count // 3), min(count, 3))
+def panels(count, columns, size):
+    """A figure with `count` panels of a size in inches, in rows of at most `columns`: (figure, axes (rows, columns))."""
+    columns = min(count, columns)
+    rows = -(-count // columns)
     figure, axes = pyplot().subplots(rows, columns, figsize=(size[0] * columns, size[1] * rows), squeeze=False,
-                                     constrained_layout=True, **options)
-    for axis in axes.ravel()[count * columns if rows == count else count:]:
+                                     constrained_layout=True)
+    for axis in axes.ravel()[count:]:
         axis.set_axis_off()
     return figure, axes
 
 
 def _errors(results):
     """Errors against level, the baselines as lines across: the paper's Figure 1."""
-    figure, axes = _panels(results, len(METRICS), (4, 2.5))
+    figure, axes = panels(len(METRICS) * len(results["featured"]), len(METRICS), (4, 2.5))
     levels = results["levels"]
     for line, (name, source) in zip(axes, results["featured"], strict=True):
         methods = rows_of(results, "errors", name, source)
@@ -156,7 +156,7 @@ def _ringing(results):
 
 def _pareto(results):
     """Bytes against the held-out error, of the grid and of the methods."""
-    figure, axes = _panels(results, None, (4, 3))
+    figure, axes = panels(len(results["featured"]), 3, (4, 3))
     error = "held_out_cube_root_rmse"
     for axis, (name, source) in zip(axes.ravel(), results["featured"], strict=False):
         grid = rows_of(results, "pareto", name, source).values()
@@ -179,7 +179,7 @@ def _pareto(results):
 
 def _albedo(results):
     """Directional albedo against view angle."""
-    figure, axes = _panels(results, None, (4, 2.6))
+    figure, axes = panels(len(results["featured"]), 3, (4, 2.6))
     for axis, (name, source) in zip(axes.ravel(), results["featured"], strict=False):
         for method, row in rows_of(results, "comparison", name, source).items():
             axis.plot(ALBEDO_ANGLES, row["albedo"], ".-", color=COLORS[method], label=method)

@@ -1,26 +1,32 @@
-"""The plots that show one material: polar plots in the plane of incidence, and histograms of the error."""
+"""The plots that show the fits themselves: slices in the plane of incidence, and histograms of the error."""
 
 import re
 
 import numpy as np
 
 from .methods import METHODS, levels
-from .plots import COLORS, pyplot, save
+from .plots import COLORS, panels, pyplot, save
 
 POLAR = {"(1,6,90)": levels(1, 6, 90), **{name: METHODS[name] for name in ("Paper", "Standard", "Lafortune 3")}}
 _ANGLES = 4                 # incident angles in a polar plot
 _IN_PLANE = 0.03            # how far from the plane of incidence, as a cosine
 
 
-def draw(samples, out):
-    """Write the plots of one material to a folder: their file names, none where matplotlib is not installed."""
+def draw_polar(samples, out):
+    """Write the polar plot of one material to a folder: file names, none where matplotlib is not installed."""
     if pyplot() is None:
         return []
-    stem = re.sub(r"[^a-z0-9]+", "_", samples.name.lower()).strip("_") or "material"
-    names = [f"polar_{stem}.png", f"histogram_{stem}.png"]
-    for name, function in zip(names, (_polar, _histogram), strict=True):
-        save(function(samples), out / name)
-    return names
+    name = f"polar_{re.sub(r'[^a-z0-9]+', '_', samples.name.lower()).strip('_') or 'material'}.png"
+    save(_polar(samples), out / name)
+    return [name]
+
+
+def draw_histograms(shown, out):
+    """Write the histograms of some materials' errors to a folder, as `draw_polar` does."""
+    if pyplot() is None:
+        return []
+    save(_histograms(shown), out / "histograms.png")
+    return ["histograms.png"]
 
 
 def _polar(samples):
@@ -54,14 +60,15 @@ def _polar(samples):
     return figure
 
 
-def _histogram(samples):
+def _histograms(shown):
     """How large the errors at the samples are."""
-    figure, axis = pyplot().subplots(figsize=(6, 3), constrained_layout=True)
+    figure, axes = panels(len(shown), 3, (4, 2.4))
     bins = np.linspace(-7, 2, 73)
-    for method, make in METHODS.items():
-        error = np.abs(make(samples).evaluate(*samples.directions) - samples.values).ravel()
-        axis.hist(np.log10(np.maximum(error, 1e-7)), bins, histtype="step", color=COLORS[method], label=method)
-    axis.set_xlabel("log10 of |error| at the samples, 1/sr")
-    axis.set_title(samples.name, fontsize=9)
-    axis.legend(fontsize=6)
+    for axis, samples in zip(axes.ravel(), shown, strict=False):
+        for method, make in METHODS.items():
+            error = np.abs(make(samples).evaluate(*samples.directions) - samples.values).ravel()
+            axis.hist(np.log10(np.maximum(error, 1e-7)), bins, histtype="step", color=COLORS[method], label=method)
+        axis.set_title(samples.name, fontsize=9)
+    axes[0, 0].legend(fontsize=6, loc="upper left")
+    figure.supxlabel("log10 of |error| at the samples, 1/sr", fontsize=8)
     return figure
