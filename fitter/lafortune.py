@@ -13,6 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .samples import LARGEST_VALUE
+
 LOBES = 3
 # (Cxy, Cz) of mirror-like, retro-reflective and off-specular lobes at grazing angles, where a search may start
 _SHAPES = {"mirror": (-1.0, 1.0), "retro": (0.8, 0.8), "grazing": (-1.05, 0.6), "broad": (-0.5, 0.5)}
@@ -52,9 +54,11 @@ class Lafortune:
         return 4 * self.coefficient_count * len(self.rho)
 
     def evaluate(self, theta_i, phi_i, theta_o, phi_o):
-        """The fitted BRDF, 1/sr: angles (n,) in radians to (n, channels) float64."""
+        """The fitted BRDF, 1/sr, as far as single precision holds it: angles (n,) in radians to (n, channels)."""
         xy, z = (product[..., None] for product in _products(theta_i, phi_i, theta_o, phi_o))
-        return self.rho / np.pi + sum(np.maximum(c_xy * xy + c_z * z, 0) ** n for c_xy, c_z, n in self.lobes)
+        with np.errstate(over="ignore"):        # far from the samples a lobe may exceed any number
+            lobes = sum(np.maximum(c_xy * xy + c_z * z, 0) ** n for c_xy, c_z, n in self.lobes)
+        return self.rho / np.pi + np.minimum(lobes, LARGEST_VALUE)
 
 
 def fit(samples, lobes=LOBES):

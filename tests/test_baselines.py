@@ -74,6 +74,11 @@ def test_lafortune_evaluates_the_formula_with_vectors(random):
     np.testing.assert_allclose(model.evaluate(theta_i, phi_i, theta_o, phi_o), expected, rtol=1e-12)
 
 
+def test_a_lobe_that_explodes_away_from_the_samples_stays_a_number():
+    model = lafortune.Lafortune(np.array([0.3]), np.array([-3.0, 3.0, 900.0])[None, :, None])
+    assert model.evaluate(1.4, 0, 1.4, np.pi) == pytest.approx(1e30)
+
+
 def test_counts_are_the_papers():
     assert lafortune.Lafortune(np.zeros(1), np.zeros((3, 3, 1))).coefficient_count == 10
     assert koenderink.Koenderink(8, np.zeros((55, 3))).nbytes == 4 * 55 * 3

@@ -29,8 +29,8 @@ def flatness(rows):
     slower = [100 * times_table.spread(rows, {f"level {level}" for level in range(times_table.LEVELS[0], last + 1)})
               for last in times_table.LEVELS[-2:]]
     return (f"Among levels {times_table.LEVELS[0]} to {times_table.LEVELS[-2]} the slowest takes {slower[0]:.0f} % "
-            f"more than the fastest, with level {times_table.LEVELS[-1]} {slower[1]:.0f} %: the arithmetic is the same at "
-            "every level, but not how much of the lattice a processor's cache holds.")
+            f"more than the fastest, with level {times_table.LEVELS[-1]} {slower[1]:.0f} %: the arithmetic is the "
+            "same at every level, but not how much of the lattice a processor's cache holds.")
 
 
 def compressed(results):

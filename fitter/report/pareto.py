@@ -6,7 +6,7 @@ from ..bilevel import notation
 from .comparison import compare
 from .methods import levels
 
-GRID = tuple(itertools.product((1, 3, 4), (5, 6, 7), (90, 95, 99)))
+GRID = tuple(itertools.product((1, 4), (5, 6, 7), (90, 95, 99)))
 
 
 def table(samples, grid=GRID):

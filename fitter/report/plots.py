@@ -46,7 +46,7 @@ def rows_of(results, key, material, source):
 
 
 def panels(count, columns, size):
-    """A figure with `count` panels of a size in inches, in rows of at most `columns`: (figure, axes (rows, columns))."""
+    """A figure with `count` panels of a size in inches, at most `columns` a row: (figure, axes (rows, columns))."""
     columns = min(count, columns)
     rows = -(-count // columns)
     figure, axes = pyplot().subplots(rows, columns, figsize=(size[0] * columns, size[1] * rows), squeeze=False,
