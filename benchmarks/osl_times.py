@@ -11,15 +11,14 @@ import fitter
 from demo_scenes.osl_probe import probe_scene
 from demo_scenes.stage import render
 from fitter import koenderink, lafortune
-from fitter.report.times import interleaved
+from fitter.report.methods import BASELINES
+from fitter.report.times import METHODS_TIMED, interleaved
 
 from . import baselines_osl
 
 PIXELS = 128 ** 2
 FEW, MANY = 1, 401          # evaluations a pixel
 REPEATS = 3
-FITS = {"level 3": (3, None), "level 4": (4, None), "level 5": (5, None), "level 6": (6, None), "level 7": (7, None),
-        "Paper": (), "Standard": ()}
 NOTHING = "directions alone"
 
 _LOOP = """
@@ -48,8 +47,7 @@ def table(samples, repeats=REPEATS):
         Only its first channel is fitted.
     """
     grey = replace(samples, values=samples.values[:, :1], channels=("grey",))
-    fits = {name: fitter.fit(grey, *choice) if choice else fitter.fit(grey, **fitter.PRESETS[name])
-            for name, choice in FITS.items()}
+    fits = {name: make(grey) for name, make in METHODS_TIMED.items() if name not in BASELINES}
     evaluate = "color f = fitted_brdf(FIT, wi, wo); total += f[0];"
     small = fitter.fit(grey, 0, None)               # a probe must bake something
     probes = {name: (fit, "", evaluate) for name, fit in fits.items()} | {

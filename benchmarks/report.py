@@ -9,15 +9,17 @@ import os
 import sys
 from pathlib import Path
 
+os.environ["OPENBLAS_NUM_THREADS"] = "1"    # before NumPy starts them: a process for each core has the materials
+
 from fitter import cli
 from fitter.report import Supplement, findings, markdown
 from tools.checkout import extension
 
-from . import figures, osl_times
-
 
 def times_in_cycles(shown, _out):
     """Figure 2, inside Cycles."""
+    from . import osl_times
+
     with _quiet():
         rows = osl_times.table(shown[0])
     calls = osl_times.PIXELS * (osl_times.MANY - osl_times.FEW)
@@ -29,6 +31,8 @@ def times_in_cycles(shown, _out):
 
 def rendered_by_cycles(shown, out):
     """Figures 3, 4, 7 and 8."""
+    from . import figures
+
     by_name = {samples.name: samples for samples in shown}
     leading = [by_name[name] for name in ("aluminum foil", "felt", "leather") if name in by_name] or shown[:3]
     glossy = by_name.get("Krylon Blue", shown[-1])

@@ -1,6 +1,7 @@
 """The command line: ``python -m fitter info|fit|bake|report``."""
 
 import argparse
+import os
 import sys
 import time
 
@@ -141,11 +142,11 @@ def _report(options):
 
 def write_report(files, out, levels=report.LEVELS, supplements=()):
     """Write a report with a progress bar, and print where the paper's claim holds; arguments as for `report.write`."""
-    results = report.write(files, out, levels, _show_progress, supplements=supplements)
+    results = report.write(files, out, levels, _show_progress, supplements=supplements, jobs=os.cpu_count() or 1)
     for claim in results["claims"]:
         print(f"{claim['material']:20} better baseline / level 6: {claim['level_6_factor']:7.2f}   "
               f"/ level 4: {claim['level_4_factor']:5.2f}")
-    print(f"{out}/results.md")
+    print(f"{out}/results.md, in {results['seconds']:.0f} s")
 
 
 def _show_progress(done, total, name):

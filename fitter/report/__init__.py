@@ -6,7 +6,13 @@ is not made here: `write` is handed it as `Supplement`s.
 """
 
 import json
+import multiprocessing
+import operator
 import platform
+import time
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -51,7 +57,7 @@ def featured(samples):
 
 
 def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, grid=pareto.GRID, calls=times.CALLS,
-          supplements=()):
+          supplements=(), jobs=1):
     """Write `results.md`, `tables.md`, `results.json` and, with matplotlib, PNG plots to a folder.
 
     Parameters
@@ -70,12 +76,15 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, gr
         How often each method is evaluated for its time.
     supplements : sequence of callables
         Each takes a list of Samples and the folder, into which it may draw, and returns a `Supplement`.
+    jobs : int
+        Processes that share the materials.
 
     Returns
     -------
     dict
         What results.json holds.
     """
+    start = time.perf_counter()
     out = Path(out)
     samples = list(measurements(paths))
     shown = featured(samples)
@@ -89,16 +98,16 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, gr
     results = {"machine": f"Python {platform.python_version()}, NumPy {np.__version__}, {platform.machine()}",
                "levels": list(levels), "featured": [[of.name, of.source] for of in shown],
                "errors": [], "comparison": [], "pareto": [], "ringing": []}
-    for measured in samples:
-        step(measured.name)
-        results["errors"] += tables.errors(measured, levels, BILEVEL)
-        results["comparison"] += comparison.compare(measured)
+    tasks = [(f"{of.name}: ringing, Pareto", partial(_of_shown, of, grid)) for of in shown]
+    tasks += [(of.name, partial(_of_each, of, levels)) for of in samples]
+    with _mapping(jobs) as each:
+        found = iter(each(operator.call, [task for _, task in tasks]))
+        for name, _ in tasks:
+            step(name)
+            for key, rows in next(found).items():
+                results[key] += rows
     results |= {"storage": tables.storage(samples[0]), "claims": tables.claims(results["errors"]),
                 "compressed": tables.compressed(results["errors"])}
-    for measured in shown:
-        step(f"{measured.name}: ringing, Pareto")
-        results["ringing"] += tables.ringing_by_level(measured)
-        results["pareto"] += pareto.table(measured, grid)
     step("evaluation times")
     results["times"] = {"material": shown[0].name, "calls": calls, "rows": times.table(shown[0], calls)}
     out.mkdir(parents=True, exist_ok=True)
@@ -113,6 +122,7 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, gr
         added.append(supplement(shown, out))
     progress(total, total, "")
     results |= {part.key: part.data for part in added}
+    results["seconds"] = time.perf_counter() - start
     with replacing(out / "results.json", "w") as stream:
         json.dump(results, stream, indent=1)
     for name, text in (("results.md", markdown.main(results, pictures, [part.text for part in added])),
@@ -120,3 +130,23 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, gr
         with replacing(out / name, "w") as stream:
             stream.write(text)
     return results
+
+
+def _of_each(samples, levels):
+    """What the report holds of every measurement: rows by table."""
+    return {"errors": tables.errors(samples, levels, BILEVEL), "comparison": comparison.compare(samples)}
+
+
+def _of_shown(samples, grid):
+    """What it holds of those that are shown: rows by table."""
+    return {"ringing": tables.ringing_by_level(samples), "pareto": pareto.table(samples, grid)}
+
+
+@contextmanager
+def _mapping(jobs):
+    """`map`, or its like over several processes, started afresh: Blender's threads would not survive a fork."""
+    if jobs == 1:
+        yield map
+    else:
+        with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
+            yield pool.map

@@ -5,11 +5,12 @@ from pathlib import Path
 from statistics import median
 
 from . import findings
+from .comparison import ALBEDO_ANGLES
 from .methods import METHODS
 
 _HEADING = """# Results
 
-Made by `make report` ({machine}), which also writes `tables.md`, every measurement, and
+Made by `make report` in {seconds:.0f} s ({machine}), which also writes `tables.md`, every measurement, and
 `results.json`, all numbers. RMSE, MAE and MRE are equations 8 to 10 of Kameya and Lewis (2002), at the samples and
 over all channels, in 1/sr; MAE is the *maximum* absolute deviation. Coefficients are counted for one channel.
 """
@@ -68,6 +69,9 @@ def details(results, pictures):
         table(("material", "file", "method", *_COMPARED),
               [(*_named(row), row["method"], *(row[key] for key in _COMPARED.values()))
                for row in results["comparison"]]),
+        "## Directional albedo, brightest channel, by view angle\n",
+        table(("material", "file", "method", *(f"{angle}°" for angle in ALBEDO_ANGLES)),
+              [(*_named(row), row["method"], *row["albedo"]) for row in results["comparison"]]),
         "## Errors, by level and compressed\n",
         table(("material", "file", "method", "coefficients", "bytes", "RMSE", "MAE", "MRE"),
               [(*_named(row), row["method"], row["coefficients"], row["bytes"], row["rmse"], row["mae"], row["mre"])
@@ -91,10 +95,11 @@ def _featured_errors(results):
     rows = [row for row in results["errors"] if [row["material"], row["source"]] in results["featured"]]
     methods = list(dict.fromkeys(row["method"] for row in rows))
     by_method = {method: [row for row in rows if row["method"] == method] for method in methods}
-    return ("RMSE / MAE:\n\n" + table(
+    return ("RMSE / MAE / MRE:\n\n" + table(
         ("method", "coefficients", *(name for name, _ in results["featured"])),
         [(method, max(row["coefficients"] for row in found),
-          *(f"{row['rmse']:.3g} / {row['mae']:.3g}" for row in found)) for method, found in by_method.items()]))
+          *(" / ".join(f"{row[key]:.3g}" for key in ("rmse", "mae", "mre")) for row in found))
+         for method, found in by_method.items()]))
 
 
 def _storage(results):
@@ -112,7 +117,9 @@ def _ringing(results):
 
 def _side_by_side(results):
     """Medians over the materials of a file that holds several, and each other material."""
-    return ("For a file of several materials, medians over them.\n\n" + table(
+    return ("Paper is the paper's method at the levels it recommends, Standard what this project renders with (both "
+            "in `fitter.PRESETS`), level 6 the paper's plain MBA. Where a file holds several materials, medians over "
+            "them. Times are of one core.\n\n" + table(
         ("material", "method", *_COMPARED),
         [(name, method, *(median(row[key] for row in rows) for key in _COMPARED.values()))
          for name, rows_by_method in _groups(results["comparison"]) for method, rows in rows_by_method.items()]))

@@ -1,6 +1,6 @@
 """What the report compares: ways to make a model of samples, by name."""
 
-from .. import bilevel, koenderink, lafortune
+from .. import fit, koenderink, lafortune
 from ..presets import PRESETS
 
 BASELINES = ("Koenderink 8", "Lafortune 3")
@@ -8,12 +8,12 @@ BASELINES = ("Koenderink 8", "Lafortune 3")
 
 def preset(name):
     """The fit that a preset asks for: samples to Fit."""
-    return lambda samples: bilevel.fit(samples, **PRESETS[name])
+    return lambda samples: fit(samples, **PRESETS[name])
 
 
 def levels(*choice):
     """The paper's fit at (D, S, C), or at D alone for plain MBA: samples to Fit."""
-    return lambda samples: bilevel.fit(samples, *(choice if len(choice) > 1 else (*choice, None)))
+    return lambda samples: fit(samples, *(choice if len(choice) > 1 else (*choice, None)))
 
 
 # each returns something with `evaluate`, `nbytes` and `coefficient_count`

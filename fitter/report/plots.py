@@ -5,6 +5,7 @@ import numpy as np
 from . import tables
 from .comparison import ALBEDO_ANGLES
 from .methods import BASELINES, METHODS
+from .pareto import mark_best
 
 METRICS = ("rmse", "mae", "mre")
 COLORS = dict(zip(METHODS, ("tab:gray", "tab:blue", "tab:red", "black", "tab:green"), strict=True))
@@ -70,7 +71,7 @@ def _errors(results):
             axis.set_xticks(levels, [f"{level}\n{methods[f'level {level}']['coefficients']:,}" for level in levels],
                             fontsize=6)
     axes[0, 0].legend(fontsize=7)
-    axes[-1, 0].set_xlabel("level, and coefficients stored")
+    figure.supxlabel("level, and coefficients stored", fontsize=8)
     return figure
 
 
@@ -155,26 +156,35 @@ def _ringing(results):
 
 
 def _pareto(results):
-    """Bytes against the held-out error, of the grid and of the methods."""
-    figure, axes = panels(len(results["featured"]), 3, (4, 3))
-    error = "held_out_cube_root_rmse"
-    for axis, (name, source) in zip(axes.ravel(), results["featured"], strict=False):
+    """What a fit costs against the held-out error, of the grid and of the methods."""
+    costs = {"bytes": "bytes, all channels", "fit_seconds": "fit time, s", "evaluate_microseconds": "evaluation, µs"}
+    figure, axes = panels(len(costs) * len(results["featured"]), len(costs), (4, 2.5))
+    for line, (name, source) in zip(axes, results["featured"], strict=True):
         grid = rows_of(results, "pareto", name, source).values()
-        for specular, mark in ((5, "o"), (6, "s"), (7, "^")):
-            rows = [row for row in grid if row["levels"][1] == specular]
-            axis.plot([row["bytes"] for row in rows], [row[error] for row in rows], mark, color="tab:blue",
-                      markersize=4, label=f"(D,{specular},C)")
-        best = sorted((row["bytes"], row[error]) for row in grid if row["best"])
-        axis.plot(*zip(*best, strict=True), "-", color="tab:blue", linewidth=0.7)
-        for method, row in rows_of(results, "comparison", name, source).items():
-            axis.plot(row["bytes"], row[error], "*", color=COLORS[method], markersize=9, label=method)
-        axis.set_xscale("log")
-        axis.set_yscale("log")
-        axis.set_title(name, fontsize=9)
+        methods = rows_of(results, "comparison", name, source)
+        for cost, axis in zip(costs, line, strict=True):
+            _cost_against_error(axis, cost, grid, methods)
+            axis.set_title(f"{name}: {costs[cost]}", fontsize=9)
     axes[0, 0].legend(fontsize=6)
-    figure.supxlabel("bytes, all channels", fontsize=8)
     figure.supylabel("held-out RMSE of the cube root", fontsize=8)
     return figure
+
+
+def _cost_against_error(axis, cost, grid, methods, error="held_out_cube_root_rmse"):
+    for specular, mark in zip(sorted({row["levels"][1] for row in grid}), "os^vD", strict=False):
+        rows = [row for row in grid if row["levels"][1] == specular]
+        axis.plot([row[cost] for row in rows], [row[error] for row in rows], mark, color="tab:blue", markersize=4,
+                  label=f"(D,{specular},C)")
+    best = sorted((row[cost], row[error]) for row in mark_best([dict(row) for row in grid], cost) if row["best"])
+    axis.plot(*zip(*best, strict=True), "-", color="tab:blue", linewidth=0.7)
+    for method, row in methods.items():
+        axis.plot(row[cost], row[error], "*", color=COLORS[method], markersize=9, label=method)
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    axis.yaxis.set_major_locator(pyplot().LogLocator(subs=(1, 1.5, 2, 3, 5, 7)))
+    axis.yaxis.set_major_formatter("{x:g}")
+    axis.yaxis.set_minor_formatter("")
+    axis.tick_params(labelsize=7)
 
 
 def _albedo(results):

@@ -70,5 +70,5 @@ def _histograms(shown):
             axis.hist(np.log10(np.maximum(error, 1e-7)), bins, histtype="step", color=COLORS[method], label=method)
         axis.set_title(samples.name, fontsize=9)
     axes[0, 0].legend(fontsize=6, loc="upper left")
-    figure.supxlabel("log10 of |error| at the samples, 1/sr", fontsize=8)
+    figure.supxlabel("log10 of |error| at the samples, 1/sr; the first bar holds all that is smaller", fontsize=8)
     return figure

@@ -3,7 +3,8 @@
 import math
 from dataclasses import replace
 
-from .. import bilevel, ringing
+from .. import fit, ringing
+from ..bilevel import notation
 from ..metrics import error_metrics
 from .methods import BASELINES, METHODS, levels
 
@@ -28,7 +29,7 @@ def errors(samples, plain, compressed):
     list of dict
         material, method, coefficients (a channel), bytes (all channels), rmse, mae, mre.
     """
-    methods = {bilevel.notation(*choice): levels(*choice) for choice in [(level,) for level in plain] + [*compressed]}
+    methods = {notation(*choice): levels(*choice) for choice in [(level,) for level in plain] + [*compressed]}
     methods |= {name: METHODS[name] for name in BASELINES}
     rows = []
     for method, make in methods.items():
@@ -44,8 +45,8 @@ def storage(samples):
     grey = replace(samples, values=samples.values[:, :1], channels=("grey",))
     rows = []
     for choice, (coefficients, size) in PAPER_TABLE_1.items():
-        fit = bilevel.fit(grey, *choice)
-        rows.append({"fit": bilevel.notation(*choice), "coefficients": fit.coefficient_count, "bytes": fit.nbytes,
+        found = fit(grey, *choice)
+        rows.append({"fit": notation(*choice), "coefficients": found.coefficient_count, "bytes": found.nbytes,
                      "paper_coefficients": coefficients, "paper_bytes": size})
     return rows
 
@@ -53,8 +54,8 @@ def storage(samples):
 def ringing_by_level(samples, choices=RINGING):
     """How much the fit rings as its diffuse level rises: a list of dict."""
     lines = ringing.neighbours(samples)
-    return [{"material": samples.name, "source": samples.source, "method": bilevel.notation(*choice),
-             "ringing": ringing.ringing(samples, bilevel.fit(samples, *choice), lines)} for choice in choices]
+    return [{"material": samples.name, "source": samples.source, "method": notation(*choice),
+             "ringing": ringing.ringing(samples, fit(samples, *choice), lines)} for choice in choices]
 
 
 def claims(rows):

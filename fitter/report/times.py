@@ -6,15 +6,17 @@ import time
 import numpy as np
 
 from .. import lattice
+from ..bilevel import notation
 from ..nusselt import nusselt
 from ..physics import direction_pairs
-from .methods import METHODS, levels
+from .methods import BASELINES, METHODS, levels
 
 CALLS = 100_000
 REPEATS = 9
 LEVELS = range(3, 8)
-METHODS_TIMED = {f"level {level}": levels(level) for level in LEVELS} | {
-    name: METHODS[name] for name in ("Paper", "Standard", "Koenderink 8", "Lafortune 3")}
+SPARSE = ((4, 5, 95), (4, 6, 95), (4, 7, 95))
+METHODS_TIMED = {notation(*choice): levels(*choice) for choice in (*((level,) for level in LEVELS), *SPARSE)} | {
+    name: METHODS[name] for name in ("Standard", *BASELINES)}
 
 
 class NdBSpline:
