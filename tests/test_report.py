@@ -13,7 +13,7 @@ from fitter.report.methods import BASELINES, METHODS
 def file(tmp_path):
     """A measurement of one broad Lafortune lobe, named with what Markdown would take for a table."""
     random = np.random.default_rng(3)
-    at = *(random.random((2, 250)) * 1.4), random.random(250) * 3
+    at = *(random.random((2, 100)) * 1.4), random.random(100) * 3
     model = lafortune.Lafortune(np.array([0.4, 0.3, 0.2]), np.array([-0.9, 0.8, 6.0])[None, :, None] * np.ones(3))
     values = model.evaluate(at[0], 0, at[1], at[2])
     rows = [",".join(f"{x:.8f}" for x in (i, 0, o, phi, *v)) for i, o, phi, v in zip(*at, values, strict=True)]
