@@ -12,11 +12,11 @@ from pathlib import Path
 os.environ["OPENBLAS_NUM_THREADS"] = "1"    # before NumPy starts them: a process for each core has the materials
 
 from fitter import cli
-from fitter.report import Supplement, findings, markdown
+from fitter.report import Supplement, findings, markdown, plots
 from tools.checkout import extension
 
 
-def times_in_cycles(shown, _out):
+def times_in_cycles(shown, out):
     """Figure 2, inside Cycles."""
     from . import osl_times
 
@@ -25,6 +25,9 @@ def times_in_cycles(shown, _out):
     calls = osl_times.PIXELS * (osl_times.MANY - osl_times.FEW)
     text = (f"\n## Evaluation times inside Cycles OSL (Figure 2)\n\n{calls:,} calls on one core, {shown[0].name}, one "
             f"channel; medians of {osl_times.REPEATS}. {findings.flatness(rows)}\n\n")
+    if plots.pyplot():
+        plots.save(plots.times(rows, f"nanoseconds a call in OSL, {shown[0].name}"), out / "figure_2_osl.png")
+        text += "![figure_2_osl](figure_2_osl.png)\n\n"
     return Supplement("osl_times", text + markdown.table(("method", "ns a call in OSL"), [
         (row["method"], row["nanoseconds"]) for row in rows]), rows)
 

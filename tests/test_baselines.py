@@ -42,6 +42,19 @@ def test_zernike_radial_polynomials_are_those_of_the_books():
     np.testing.assert_allclose(koenderink.zernike_radial(5, 1, r), 10 * r**5 - 12 * r**3 + 3 * r, atol=1e-12)
 
 
+def test_koenderinks_functions_are_orthogonal_over_both_hemispheres():
+    """By quadrature that is exact for them: r dr = sin(theta) dtheta / 2, and even steps of delta_phi."""
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    theta, weights = 2 * np.arcsin((nodes + 1) / 2 / np.sqrt(2)), weights * (nodes + 1) / 4
+    phi = np.arange(20) * 2 * np.pi / 20
+    theta_i, theta_o, delta_phi = (grid.ravel() for grid in np.meshgrid(theta, theta, phi, indexing="ij"))
+    values = koenderink.design_matrix(8, theta_i, 0, theta_o, delta_phi)
+    gram = (values * np.einsum("i,j,k->ijk", weights, weights, np.full(20, 1 / 20)).ravel()[:, None]).T @ values
+    squares = [(4 if n == m else 2) / ((2 * n + 2) * (2 * m + 2)) * (0.5 if l else 1)
+               for n, m, l in koenderink.modes(8)]
+    np.testing.assert_allclose(gram, np.diag(squares), atol=1e-13)
+
+
 def test_koenderink_holds_a_lambertian_in_its_first_parameter(random):
     samples = fitter.Samples(*directions(random), np.full((600, 1), 0.3 / np.pi))
     model = koenderink.fit(samples)
@@ -62,6 +75,11 @@ def test_one_lafortune_lobe_over_a_lambertian_is_recovered(random, lobe):
     found = lafortune.fit(samples, lobes=1)
     np.testing.assert_allclose(found.rho, truth.rho, atol=1e-6)
     np.testing.assert_allclose(found.lobes, truth.lobes, rtol=1e-6)
+
+
+def test_lafortune_holds_a_lambertian(random):
+    samples = fitter.Samples(*directions(random), np.full((600, 1), 0.3 / np.pi))
+    np.testing.assert_allclose(lafortune.fit(samples).evaluate(*samples.directions), samples.values, atol=1e-9)
 
 
 def test_lafortune_evaluates_the_formula_with_vectors(random):
