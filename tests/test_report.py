@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter import cli, cross_validation, koenderink, lafortune, physics, report, ringing
+from fitter import cli, cross_validation, koenderink, lafortune, nusselt, physics, report, ringing
 from fitter.report import comparison, markdown, pareto, tables, times
 from fitter.report.methods import BASELINES, METHODS
 
@@ -59,6 +59,15 @@ def test_storage_is_that_of_one_channel_and_below_the_papers(glossy):
             one["fit"].replace("(", "[").replace(")", "]"))).nbytes
         assert one["bytes"] < one["paper_bytes"]
         assert one["coefficients"] < one["paper_coefficients"]
+
+
+def test_samples_within_a_cell_of_each_other_share_the_error():
+    """Two samples half a cell of level 6 apart along lambda_o, which disagree, and one far away."""
+    x = np.array([[0.8, 0.4, 0.6], [0.8, 0.4, 0.6 + 0.5 / 64], [0.6, 0.5, 0.7]])
+    samples = fitter.Samples(*nusselt.directions(x), np.array([[1.0], [2.0], [3.0]]))
+    found = tables.crowded(samples)
+    assert (found["samples"], found["crowded"]) == (3, 2)
+    assert found["share"] == pytest.approx(1)
 
 
 def test_the_claim_is_judged_against_the_better_baseline():

@@ -3,9 +3,10 @@
 import math
 from dataclasses import replace
 
-from .. import fit, ringing
+from .. import fit, lattice, ringing
 from ..bilevel import notation
 from ..metrics import error_metrics
+from ..nusselt import nusselt
 from .methods import BASELINES, METHODS, levels
 
 # Kameya and Lewis 2002, Table 1: control points and bytes of a compressed fit of one channel
@@ -38,6 +39,25 @@ def errors(samples, plain, compressed):
         rows.append({"material": samples.name, "source": samples.source, "method": method,
                      "coefficients": model.coefficient_count, "bytes": model.nbytes, **found._asdict()})
     return rows
+
+
+def crowded(samples, level=6):
+    """How much of the error of plain MBA is where samples lie closer than a cell, and so contradict each other.
+
+    Returns
+    -------
+    dict
+        material, source; samples, and how many have another within a cell's width along every axis; the share of the
+        squared error that these have.
+    """
+    from scipy.spatial import cKDTree
+
+    x = nusselt(*samples.directions) * lattice.cells(level)
+    nearest, _ = cKDTree(x).query(x, k=2, p=math.inf)
+    near = nearest[:, 1] < 1
+    square = ((fit(samples, level, None).evaluate(*samples.directions) - samples.values) ** 2).sum(axis=1)
+    return {"material": samples.name, "source": samples.source, "samples": len(samples), "crowded": int(near.sum()),
+            "share": float(square[near].sum() / square.sum()) if square.any() else 0.0}
 
 
 def storage(samples):
