@@ -4,7 +4,6 @@ A shader evaluates a model many times a pixel; the time of a picture with few ev
 many, and that of the directions themselves from both. Times are the processor's, for one thread renders.
 """
 
-import time
 from dataclasses import replace
 
 import fitter
@@ -55,7 +54,7 @@ def table(samples, repeats=REPEATS):
         "Lafortune 3": (small, baselines_osl.lafortune(lafortune.fit(grey)), "total += lafortune(wi, wo);"),
         NOTHING: (small, "", "total += wi[0] + wo[0] + wi[1];")}
     found = interleaved({(name, count): lambda probe=probe, count=count: _render(*probe, count)
-                         for name, probe in probes.items() for count in (FEW, MANY)}, repeats, time.process_time)
+                         for name, probe in probes.items() for count in (FEW, MANY)}, repeats)
     calls = PIXELS * (MANY - FEW)
     each = {name: 1e9 * (found[name, MANY] - found[name, FEW]) / calls for name in probes}
     return [{"method": name, "nanoseconds": each[name] - each[NOTHING]} for name in probes if name != NOTHING]

@@ -26,16 +26,16 @@ def compare(samples, methods=METHODS):
     list of dict
         material, source, method, coefficients (a channel), bytes (all channels); rmse, mae, mre and
         cube_root_rmse at the samples; held_out_rmse and held_out_cube_root_rmse; ringing; reciprocity_error,
-        negative_fraction and negative_energy; albedo, that of the brightest channel at ALBEDO_ANGLES; fit_seconds,
-        and evaluate_microseconds for one pair of directions in NumPy.
+        negative_fraction and negative_energy; albedo, that of the brightest channel at ALBEDO_ANGLES;
+        fit_seconds, and evaluate_microseconds for one pair of directions in NumPy, both of the processor.
     """
     lines = ringing.neighbours(samples)
     pairs = physics.direction_pairs()
     rows = []
     for name, make in methods.items():
-        start = time.perf_counter()
+        start = time.process_time()
         model = make(samples)
-        fitted = time.perf_counter()
+        fitted = time.process_time()
         evaluation, = interleaved({name: lambda model=model: model.evaluate(*pairs)}, _REPEATS).values()
         held_out = cross_validation.held_out(samples, make)
         albedo = physics.directional_albedo(model, np.radians(ALBEDO_ANGLES)).max(axis=1)

@@ -119,7 +119,7 @@ def _side_by_side(results):
     """Medians over the materials of a file that holds several, and each other material."""
     return ("Paper is the paper's method at the levels it recommends, Standard what this project renders with (both "
             "in `fitter.PRESETS`), level 6 the paper's plain MBA. Where a file holds several materials, medians over "
-            "them. Times are of one core.\n\n" + table(
+            "them. Times are those of the processor.\n\n" + table(
         ("material", "method", *_COMPARED),
         [(name, method, *(median(row[key] for row in rows) for key in _COMPARED.values()))
          for name, rows_by_method in _groups(results["comparison"]) for method, rows in rows_by_method.items()]))

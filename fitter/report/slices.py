@@ -55,8 +55,8 @@ def _polar(samples):
         axis.set_title(method, fontsize=9)
     if len(angles):
         axes[0, 0].legend(fontsize=6, loc="upper left", title="incident angle", title_fontsize=6)
-    figure.suptitle(f"{samples.name}: f in the plane of incidence, relative to the largest sample there; the mirror "
-                    "direction is to the right", fontsize=9)
+    figure.suptitle(f"{samples.name}: f in the plane of incidence, at each incident angle relative to its largest "
+                    "sample; the mirror direction is to the right", fontsize=9)
     return figure
 
 

@@ -48,15 +48,15 @@ def table(samples, calls=CALLS, repeats=REPEATS):
     return [{"method": name, "nanoseconds": 1e9 * seconds / calls} for name, seconds in found.items()]
 
 
-def interleaved(work, repeats, clock=time.perf_counter):
-    """Median seconds of each of some functions, called in turn, after one call each that is not counted."""
+def interleaved(work, repeats):
+    """Median processor seconds of each of some functions, called in turn, after one call each that is not counted."""
     seconds = {name: [] for name in work}
     for turn in range(repeats + 1):
         for name, run in work.items():
-            start = clock()
+            start = time.process_time()
             run()
             if turn:
-                seconds[name].append(clock() - start)
+                seconds[name].append(time.process_time() - start)
     return {name: statistics.median(times) for name, times in seconds.items()}
 
 
