@@ -24,7 +24,7 @@ def times_in_cycles(shown, out):
         rows = osl_times.table(shown[0])
     calls = osl_times.PIXELS * (osl_times.MANY - osl_times.FEW)
     text = (f"\n## Evaluation times inside Cycles OSL (Figure 2)\n\n{calls:,} calls on one core, {shown[0].name}, one "
-            f"channel; medians of {osl_times.REPEATS}. {findings.flatness(rows)}\n\n")
+            f"channel; the least of {osl_times.REPEATS}. {findings.flatness(rows)}\n\n")
     if plots.pyplot():
         plots.save(plots.times(rows, f"nanoseconds a call in OSL, {shown[0].name}"), out / "figure_2_osl.png")
         text += "![figure_2_osl](figure_2_osl.png)\n\n"

@@ -25,7 +25,7 @@ def encode(linear):
 
 def caption(text, width):
     """A line of text as a picture. Replaces whatever file is open."""
-    scene = black_scene(width, CAPTION_HEIGHT, samples=4, span=width)
+    scene = black_scene(width, CAPTION_HEIGHT, samples=32, span=width)
     curve = bpy.data.curves.new("Caption", "FONT")
     curve.body, curve.size = text, min(20, 1.7 * width / max(len(text), 1))
     curve.align_x, curve.align_y = "CENTER", "CENTER"

@@ -86,6 +86,14 @@ def test_on_curet_the_papers_claim_holds_and_on_krylon_it_does_not(curet, cornel
     assert [claim["level_6_holds"] for claim in tables.claims(rows)] == [True, True, True, False]
 
 
+def test_each_column_of_errors_is_of_the_material_above_it():
+    rows = [{"material": name, "source": "s", "method": "level 4", "coefficients": 2299, "rmse": value, "mae": value,
+             "mre": value} for name, value in (("cayman", 3.0), ("other", 9.0), ("krylon", 2.0))]
+    text = markdown.featured_errors({"errors": rows, "featured": [["krylon", "s"], ["cayman", "s"]]})
+    assert "| krylon | cayman |" in text
+    assert "| 2 / 2 / 2 | 3 / 3 / 3 |" in text
+
+
 def test_a_table_escapes_what_would_break_it():
     assert markdown.table(("a", "b"), [("x|y", 1234)]) == "| a | b |\n| --- | ---: |\n| x\\|y | 1,234 |\n"
 

@@ -10,12 +10,12 @@ from .methods import METHODS
 
 _HEADING = """# Results
 
-Made by `make report` in {seconds:.0f} s ({machine}), which also writes `tables.md`, every measurement, and
-`results.json`, all numbers. RMSE, MAE and MRE are equations 8 to 10 of Kameya and Lewis (2002), at the samples and
+Made by `make report` in {seconds:.0f} s ({machine}), which also writes `tables.md`,
+every measurement, and `results.json`, all numbers. RMSE, MAE and MRE are equations 8 to 10 of Kameya and Lewis (2002), at the samples and
 over all channels, in 1/sr; MAE is the *maximum* absolute deviation. Coefficients are counted for one channel.
 """
 _COMPARED = {"bytes": "bytes", "RMSE": "rmse", "held-out RMSE": "held_out_rmse", "RMSE of cube root": "cube_root_rmse",
-             "held-out": "held_out_cube_root_rmse", "ringing": "ringing", "reciprocity error": "reciprocity_error",
+             "held-out, cube root": "held_out_cube_root_rmse", "ringing": "ringing", "reciprocity error": "reciprocity_error",
              "negative": "negative_fraction", "fit [s]": "fit_seconds", "evaluate [µs]": "evaluate_microseconds"}
 NO_RENDERER = ("\n## In Cycles\n\nTimes inside Cycles OSL and rendered pictures are made by `make report`, which has "
                "Blender; this report was made without it.\n")
@@ -38,7 +38,7 @@ def main(results, pictures, supplements=()):
     parts = [
         _HEADING.format(**results), findings.differences(results),
         "\n## Errors by level (Figure 1)\n\n", findings.claims(results), shown("figure_1_errors.png"),
-        shown("figure_1_claim.png"), _featured_errors(results),
+        shown("figure_1_claim.png"), featured_errors(results),
         "\n## Evaluation times (Figure 2)\n\n", findings.times(results),
         table(("method", "ns a call in NumPy"), [(row["method"], row["nanoseconds"])
                                                  for row in results["times"]["rows"]]), "\n",
@@ -91,10 +91,13 @@ def _polar(pictures):
     return [name for name in pictures if name.startswith("polar_")]
 
 
-def _featured_errors(results):
-    rows = [row for row in results["errors"] if [row["material"], row["source"]] in results["featured"]]
-    methods = list(dict.fromkeys(row["method"] for row in rows))
-    by_method = {method: [row for row in rows if row["method"] == method] for method in methods}
+def featured_errors(results):
+    """Errors of the materials that are shown, a column each, by method."""
+    by_method = {}
+    for material in results["featured"]:
+        for row in results["errors"]:
+            if [row["material"], row["source"]] == material:
+                by_method.setdefault(row["method"], []).append(row)
     return ("RMSE / MAE / MRE:\n\n" + table(
         ("method", "coefficients", *(name for name, _ in results["featured"])),
         [(method, max(row["coefficients"] for row in found),

@@ -1,6 +1,5 @@
 """Evaluation times in NumPy: the paper's Figure 2."""
 
-import statistics
 import time
 
 import numpy as np
@@ -39,7 +38,7 @@ class NdBSpline:
 def table(samples, calls=CALLS, repeats=REPEATS):
     """Nanoseconds a call of each method: a list of dict, the level-6 fit by SciPy among them.
 
-    A call is one pair of directions of an array of `calls`. The methods take turns, and each figure is a median.
+    A call is one pair of directions of an array of `calls`. The methods take turns, and each figure is the least.
     """
     models = {name: make(samples) for name, make in METHODS_TIMED.items()}
     models["level 6 by SciPy's NdBSpline"] = NdBSpline(models["level 6"])
@@ -49,7 +48,10 @@ def table(samples, calls=CALLS, repeats=REPEATS):
 
 
 def interleaved(work, repeats):
-    """Median processor seconds of each of some functions, called in turn, after one call each that is not counted."""
+    """Least processor seconds of each of some functions, called in turn, after one call each that is not counted.
+
+    What else the machine does can only add to a time, so that the least is the nearest to the function's own.
+    """
     seconds = {name: [] for name in work}
     for turn in range(repeats + 1):
         for name, run in work.items():
@@ -57,7 +59,7 @@ def interleaved(work, repeats):
             run()
             if turn:
                 seconds[name].append(time.process_time() - start)
-    return {name: statistics.median(times) for name, times in seconds.items()}
+    return {name: min(times) for name, times in seconds.items()}
 
 
 def spread(rows, names):
