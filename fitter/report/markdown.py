@@ -12,11 +12,13 @@ _HEADING = """# Results
 
 Made by `make report` in {seconds:.0f} s ({machine}), which also writes `tables.md`,
 every measurement, and `results.json`, all numbers. RMSE, MAE and MRE are equations 8 to 10 of Kameya and Lewis
-(2002), at the samples and over all channels, in 1/sr; MAE is the *maximum* absolute deviation. Coefficients are counted for one channel.
+(2002), at the samples and over all channels, in 1/sr; MAE is the *maximum* absolute deviation. Coefficients are
+counted for one channel.
 """
 _COMPARED = {"bytes": "bytes", "RMSE": "rmse", "held-out RMSE": "held_out_rmse", "RMSE of cube root": "cube_root_rmse",
              "held-out, cube root": "held_out_cube_root_rmse", "ringing": "ringing",
-             "reciprocity error": "reciprocity_error", "negative": "negative_fraction", "fit [s]": "fit_seconds", "evaluate [µs]": "evaluate_microseconds"}
+             "reciprocity error": "reciprocity_error", "negative": "negative_fraction", "fit [s]": "fit_seconds",
+             "evaluate [µs]": "evaluate_microseconds"}
 NO_RENDERER = ("\n## In Cycles\n\nTimes inside Cycles OSL and rendered pictures are made by `make report`, which has "
                "Blender; this report was made without it.\n")
 
