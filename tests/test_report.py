@@ -65,9 +65,10 @@ def test_samples_within_a_cell_of_each_other_share_the_error():
     """Two samples half a cell of level 6 apart along lambda_o, which disagree, and one far away."""
     x = np.array([[0.8, 0.4, 0.6], [0.8, 0.4, 0.6 + 0.5 / 64], [0.6, 0.5, 0.7]])
     samples = fitter.Samples(*nusselt.directions(x), np.array([[1.0], [2.0], [3.0]]))
-    found = tables.crowded(samples)
+    found = tables.where(samples)
     assert (found["samples"], found["crowded"]) == (3, 2)
-    assert found["share"] == pytest.approx(1)
+    assert found["crowded_share"] == pytest.approx(1)
+    assert found["bright_share"] == pytest.approx(0, abs=1e-9)
 
 
 def test_the_claim_is_judged_against_the_better_baseline():

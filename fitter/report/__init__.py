@@ -97,7 +97,7 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, gr
 
     results = {"machine": f"Python {platform.python_version()}, NumPy {np.__version__}, {platform.machine()}",
                "levels": list(levels), "featured": [[of.name, of.source] for of in shown],
-               "errors": [], "comparison": [], "crowded": [], "pareto": [], "ringing": []}
+               "errors": [], "comparison": [], "where": [], "pareto": [], "ringing": []}
     tasks = [(f"{of.name}: ringing, Pareto", partial(_of_shown, of, grid)) for of in shown]
     tasks += [(of.name, partial(_of_each, of, levels)) for of in samples]
     with _mapping(jobs) as each:
@@ -135,7 +135,7 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, gr
 def _of_each(samples, levels):
     """What the report holds of every measurement: rows by table."""
     return {"errors": tables.errors(samples, levels, BILEVEL), "comparison": comparison.compare(samples),
-            "crowded": [tables.crowded(samples)]}
+            "where": [tables.where(samples)]}
 
 
 def _of_shown(samples, grid):

@@ -186,7 +186,8 @@ def _cost_against_error(axis, cost, grid, methods, error="held_out_cube_root_rms
     axis.set_yscale("log")
     for side, subs in ((axis.xaxis, (1,) if cost == "bytes" else (1, 2, 5)), (axis.yaxis, (1, 1.5, 2, 3, 5, 7))):
         side.set_major_locator(pyplot().LogLocator(subs=subs))
-        side.set_major_formatter("{x:,g}")
+        if len(subs) > 1:
+            side.set_major_formatter("{x:g}")
         side.set_minor_formatter("")
     axis.tick_params(labelsize=7)
 

@@ -3,6 +3,8 @@
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from .. import fit, lattice, ringing
 from ..bilevel import notation
 from ..metrics import error_metrics
@@ -41,23 +43,26 @@ def errors(samples, plain, compressed):
     return rows
 
 
-def crowded(samples, level=6):
-    """How much of the error of plain MBA is where samples lie closer than a cell, and so contradict each other.
+def where(samples, level=6):
+    """Where plain MBA errs: at samples that lie closer together than a cell, or at the brightest.
 
     Returns
     -------
     dict
-        material, source; samples, and how many have another within a cell's width along every axis; the share of the
-        squared error that these have.
+        material, source; samples, and how many have another within a cell's width along every axis; the shares of the
+        squared error that these have, and the brightest twentieth.
     """
     from scipy.spatial import cKDTree
 
     x = nusselt(*samples.directions) * lattice.cells(level)
     nearest, _ = cKDTree(x).query(x, k=2, p=math.inf)
     near = nearest[:, 1] < 1
+    height = samples.values.max(axis=1)
+    bright = height >= np.quantile(height, 0.95)
     square = ((fit(samples, level, None).evaluate(*samples.directions) - samples.values) ** 2).sum(axis=1)
+    total = square.sum() or 1.0
     return {"material": samples.name, "source": samples.source, "samples": len(samples), "crowded": int(near.sum()),
-            "share": float(square[near].sum() / square.sum()) if square.any() else 0.0}
+            "crowded_share": float(square[near].sum() / total), "bright_share": float(square[bright].sum() / total)}
 
 
 def storage(samples):
