@@ -123,7 +123,8 @@ def differences(results):
           "of the level-6 lattice, kept or not; and two symmetries of an isotropic reflectance leave a quarter of the "
           "dense lattice to store.")
     points.append("**What the paper does not measure**: samples that a fit has not seen. "
-                  f"{_against_baselines(results)} A lattice fine enough to meet every sample is free between them.")
+                  f"{_against_baselines(results)} The paper's lattice meets every sample and is free between them; "
+                  "Standard begins with an estimate of what is there.")
     ring = {row["method"]: [] for row in results["ringing"]}
     for row in results["ringing"]:
         ring[row["method"]].append(row["ringing"])
@@ -140,7 +141,7 @@ def _where(results, claimed):
     if not rows:
         return ""
     crowded, bright = (100 * median(row[key] for row in rows) for key in ("crowded_share", "bright_share"))
-    text = " Where it is not, {:.0f} % of the squared error of level 6 (the median) is at {}."
+    text = " Where it is not, {:.3g} % of the squared error of level 6 (the median) is at {}."
     if crowded > bright:
         return text.format(crowded, f"the {rows[0]['crowded']} of {rows[0]['samples']} samples that have another "
                            "within the width of a cell, and differ from it by more than a cell can follow")
