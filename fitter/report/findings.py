@@ -64,7 +64,12 @@ def ringing(results):
     if rises:
         text += f"It does not for {', '.join(rises)}: there the specular lattice has peaks to carry at any D. "
     least = min(row["ringing"] for row in results["ringing"])
-    return text + f"The smallest value in the table is {least:.2g}: reduced, not eliminated.\n\n"
+    by_method = {}
+    for row in results["comparison"]:
+        by_method.setdefault(row["method"], []).append(row["ringing"])
+    return (text + f"The smallest value in the table is {least:.2g}: reduced, not eliminated. The median of all "
+            "materials, and the largest: " + "; ".join(f"{name} {median(found):.3g} and {max(found):.3g}"
+                                            for name, found in by_method.items()) + ".\n\n")
 
 
 def held_out(results):
