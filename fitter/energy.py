@@ -1,33 +1,16 @@
-"""Directional albedo, and fits that reflect no more than they receive."""
+"""Fits that reflect no more than they receive."""
 
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from .physics import directional_albedo
+
 _VIEWS = np.radians(np.append(np.arange(0, 80, 10), np.arange(80, 91, 2.0)))
-_RINGS, _AZIMUTHS = 64, 48
+_CELLS = 56
 _ROUNDS = 8
 _TOLERANCE = 2e-3
-
-
-def directional_albedo(evaluate, theta_o):
-    """The share of light from direction theta_o that is reflected: (n,) radians to (n, channels).
-
-    The integral of f cos theta_i over the hemisphere by the midpoint rule, over the disk that it projects to; azimuths
-    lie closest at the mirror direction.
-
-    Parameters
-    ----------
-    evaluate : callable
-        As `Fit.evaluate`.
-    theta_o : (n,) float64
-    """
-    theta_i = np.arcsin(np.sqrt((np.arange(_RINGS) + 0.5) / _RINGS))
-    u = (np.arange(_AZIMUTHS) + 0.5) / _AZIMUTHS
-    azimuth, share = np.pi * (1 - u * u), 2 * u / _AZIMUTHS
-    f = evaluate(theta_i[:, None], azimuth, np.asarray(theta_o)[:, None, None], 0.0)
-    return np.pi * np.einsum("vrac,a->vc", f, share) / _RINGS
 
 
 def conserve(approximation, channels):
@@ -49,7 +32,7 @@ def conserve(approximation, channels):
     first = None
     for _ in range(_ROUNDS):
         fit = approximation(partial(_at, lower))
-        albedo = directional_albedo(fit.evaluate, _VIEWS)
+        albedo = directional_albedo(fit, _VIEWS, _CELLS)
         first = albedo if first is None else first
         if albedo.max() <= 1 + _TOLERANCE:
             break

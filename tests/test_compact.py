@@ -5,7 +5,7 @@ import pytest
 from scipy import integrate, interpolate
 
 import fitter
-from fitter import Samples, cross_validation, energy, lattice, microfacet, refit
+from fitter import Samples, cross_validation, lattice, microfacet, refit
 
 STANDARD = fitter.PRESETS["Standard"]
 
@@ -103,16 +103,6 @@ def test_a_fit_reflects_no_more_than_it_receives(random):
     assert max(albedo(plausible, theta) for theta in angles) < 1.02
     assert free.changes == ()
     assert "albedo" in plausible.changes[0]
-
-
-def test_directional_albedo_of_a_lambertian_and_of_a_cosine():
-    theta = np.array([0, 0.7, 1.5])
-    np.testing.assert_allclose(
-        energy.directional_albedo(lambda *angles: np.full((*np.broadcast(*angles).shape, 1), 0.5 / np.pi), theta), 0.5)
-    # f = cos theta_i: 2 pi / 3
-    cosine = energy.directional_albedo(
-        lambda i, p, o, q: np.broadcast_to(np.cos(i), np.broadcast(i, p, o, q).shape)[..., None], theta)
-    np.testing.assert_allclose(cosine, 2 * np.pi / 3, rtol=1e-3)
 
 
 NAMED = {"felt": 0.00077, "leather": 0.00091, "aluminum foil": 0.00131}
