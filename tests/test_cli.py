@@ -44,7 +44,7 @@ def test_info_lists_curet_samples_and_describes_one(data):
 
 def test_a_fit_is_recognised_whatever_its_name(file, tmp_path):
     assert run("fit", file, "--preset", "Draft", "-o", tmp_path / "fit.out").returncode == 0
-    assert run("info", tmp_path / "fit.out").stdout.startswith("White: (3,5,90)")
+    assert run("info", tmp_path / "fit.out").stdout.startswith("White: (3,5,99) by kriging")
 
 
 def test_a_link_is_written_through(file, tmp_path):
