@@ -1,4 +1,5 @@
 import json
+import math
 
 import numpy as np
 import pytest
@@ -171,3 +172,32 @@ def test_a_number_of_the_header_that_is_none_is_refused(glossy, tmp_path, entry,
         return
     with pytest.raises(fitter.DatasetError, match=r"bad\.npz"):
         fitter.Fit.load(path)
+
+
+@pytest.mark.parametrize("preset", ["Draft", "Standard"])
+def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy, tmp_path, preset):
+    """Every entry of a saved fit in turn is text that would be code, a number that is none, or of another type."""
+    from fitter.bake import bake
+
+    path = tmp_path / "fit.npz"
+    fit = fitter.fit(glossy, **fitter.PRESETS[preset] | {"diffuse_level": 1, "specular_level": 3})
+    fit.save(path)
+    with np.load(path) as file:
+        entries = dict(file)
+    header = json.loads(str(entries["header"]))
+    expected = bake(fit)
+    odd = HOSTILE, [HOSTILE] * 3, {"x": HOSTILE}, math.inf
+    changes = [{"header": {key: value}} for key in header for value in odd]
+    for name, array in entries.items():
+        if name != "header":
+            changes += [{name: np.full(array.shape, value).astype(kind)} for kind, values in (
+                ("f4", (np.nan, np.inf, -np.inf)), ("f8", (1e300,)), ("U9", ("1;};evil",)), ("i8", (-1, 2**62)))
+                for value in values]
+    for change in changes:
+        tampered(fit, path, **change)
+        try:
+            loaded = fitter.Fit.load(path)
+        except fitter.DatasetError:
+            continue
+        assert change.get("header", {}).keys() <= {"name", "source", "channels", "compression"}, change
+        assert bake(loaded) == expected
