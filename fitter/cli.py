@@ -4,15 +4,16 @@ import argparse
 import os
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
-from . import PRESETS, DatasetError, Fit, archive, channel_metrics, error_metrics, fit_within, load, report
+from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load, report
 from . import fit as fit_samples
 from .bake import bake
 from .bilevel import METHODS, notation
 from .datasets import list_samples
-from .files import read_bytes, replacing
+from .files import replacing
 
 _NOT_GIVEN = object()       # None stands for plain MBA
 
@@ -76,7 +77,7 @@ def _level_or_none(text):
 
 
 def _info(options):
-    if read_bytes(options.file, archive.LARGEST).startswith(b"PK"):         # an .npz is a zip
+    if _is_fit(options.file):
         _describe_fit(Fit.load(options.file))
         return
     samples = list_samples(options.file)
@@ -86,6 +87,14 @@ def _info(options):
             print(f"{number:4d}  {name}")
         return
     _describe_samples(load(options.file, options.sample))
+
+
+def _is_fit(path):
+    """Whether a file begins as a fit does: an .npz is a zip."""
+    if not Path(path).is_file():
+        return False
+    with open(path, "rb") as stream:
+        return stream.read(2) == b"PK"
 
 
 def _describe_samples(samples):
