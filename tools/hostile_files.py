@@ -121,7 +121,7 @@ def _grow(path, stop):
 def _info(path):
     """Processor seconds and peak bytes of ``python -m fitter info``, and the first line of what it said."""
     done = subprocess.run([sys.executable, "-c", _MEASURED, str(path)], cwd=ROOT, capture_output=True, text=True,
-                          check=False, timeout=60)
+                          check=False, timeout=120)
     *said, seconds, memory, code = done.stdout.split("\n")[:-1]
     assert code in {"0", "1"}, done.stderr
     assert "Traceback" not in done.stderr, done.stderr
