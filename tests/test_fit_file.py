@@ -199,5 +199,5 @@ def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy
             loaded = fitter.Fit.load(path)
         except fitter.DatasetError:
             continue
-        assert change.get("header", {}).keys() <= {"name", "source", "channels", "compression"}, change
+        assert change.get("header", {}).keys() <= {"name", "source", "channels", "compression", "changes"}, change
         assert bake(loaded) == expected

@@ -67,7 +67,7 @@ def test_the_ends_of_levels_and_compression_are_finite_and_bounded(name, levels)
     assert error < 1
 
 
-@every_preset
+@pytest.mark.parametrize("preset", [*OTHERS, "Standard", "Reference"])      # Draft has no sparse lattice
 def test_two_values_in_one_direction_give_what_lies_between_them(preset):
     between = fitted("two values in one direction", preset).evaluate(0.5, 0, 0.7, 2.0)[0]
     assert 0.2 < between < 0.6
@@ -90,11 +90,29 @@ def test_values_may_be_given_in_single_or_double_precision(preset):
 
 
 @every_preset
-def test_a_fit_scales_with_its_values(preset):
-    """Reflectance has no natural unit below 1e30 / sr and above what single precision holds."""
-    plain = fitted(SMOOTH, preset).evaluate(*probe())
-    for name, factor in (("values near the largest that are taken", 1e29), ("values near the smallest", 1e-29)):
-        np.testing.assert_allclose(fitted(name, preset).evaluate(*probe()) / factor, plain, atol=1e-4)
+@pytest.mark.parametrize("exponent", [-29, -3, 3, 29])
+def test_a_fit_scales_with_its_values(preset, exponent):
+    """Reflectance has no natural unit, as long as single precision holds it and nobody asks for what is plausible."""
+    samples = CASES[SMOOTH].samples
+    plain, scaled = (fitter.fit(replace(samples, values=samples.values * factor), **fitter.PRESETS[preset],
+                                plausible=False).evaluate(*probe()) / factor for factor in (1, 10.0 ** exponent))
+    np.testing.assert_allclose(scaled, plain, rtol=1e-4, atol=1e-6)
+
+
+def albedo(fit, cells=128):
+    """Directional albedo seen from 0, 30 and 60 degrees, by the midpoint rule over the projected hemisphere."""
+    middle = (np.arange(cells) + 0.5) / cells
+    theta_i = np.arcsin(np.sqrt(middle))[:, None]
+    return [np.pi * fit.evaluate(theta_i, np.pi * middle, np.radians(view), 0).mean() for view in (0, 30, 60)]
+
+
+@pytest.mark.xfail(strict=True, reason="where samples reflect more than arrives, the sparse lattice undoes energy's work")
+@pytest.mark.parametrize("factor", [2, 10, 1e6])
+@pytest.mark.parametrize("preset", KRIGED[:2])
+def test_more_light_than_there_is_becomes_nearly_all_of_it(preset, factor):
+    samples = CASES[SMOOTH].samples
+    fit = fitter.fit(replace(samples, values=samples.values * factor), **fitter.PRESETS[preset])
+    assert 0.5 < max(albedo(fit)) < 1.02
 
 
 def test_many_samples():
@@ -130,7 +148,7 @@ def test_single_precision_in_osl_agrees_with_double(blender, name, preset):
             f" vector(WO[i], WO[i + 1], WO[i + 2])); }}")
     rendered = probe_osl(fit, code, len(phi), WI=wi.astype(np.float32), WO=wo.astype(np.float32))[:, :1]
     expected = np.maximum(fit.evaluate(theta_i, 0, theta_o, phi), 0)
-    assert np.abs(rendered - expected).max() <= 2e-5 * scale(name)
+    assert (np.abs(rendered - expected) <= 2e-5 * (expected + scale(name))).all()
 
 
 @pytest.mark.parametrize("preset", OTHERS)

@@ -75,7 +75,7 @@ def hard_cases():
     single = [angle.astype(np.float32) for angle in (theta_i, theta_o, phi, smooth)]
     cases = {
         "one sample": Case(_samples([0.5], [0.7], [2.0], [0.3]), 1e-5),
-        "two values in one direction": Case(_samples([0.5, 0.5], [0.7, 0.7], [2.0, 2.0], [0.2, 0.6]), 0.4),
+        "two values in one direction": Case(_samples([0.5, 0.5], [0.7, 0.7], [2.0, 2.0], [0.2, 0.6]), 0.6),
         "all values equal": Case(_samples(geometry[:, 2], geometry[:, 0], geometry[:, 1] - geometry[:, 3],
                                           np.full(len(geometry), 0.3))),
         "all in the plane of incidence": Case(_samples(theta_i, theta_o, plane, gloss(theta_i, theta_o, plane))),
