@@ -62,7 +62,7 @@ def read(path):
         raise DatasetError(f"a fit of version {header.get('version')!r}, expected {VERSION}; fit the data again", path)
     try:
         return _assemble(header, entries)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise DatasetError(f"a damaged fit: {error}", path) from error
 
 
@@ -70,7 +70,7 @@ def _assemble(header, entries):
     channels = tuple(header["channels"])
     _check(channels and all(isinstance(name, str) for name in channels), "its channels are not names")
     columns, changes = tuple(header["columns"]), tuple(header["changes"])
-    _check(len(columns) == len(channels) and all(type(i) is int for i in columns)
+    _check(len(columns) == len(channels) and all(type(i) is int and 0 <= i < len(columns) for i in columns)
            and set(columns) == set(range(max(columns) + 1)), "its channels read columns that are not there")
     _check(all(isinstance(change, str) for change in changes), "its changes are not text")
     parts = {"channels": channels, "columns": columns, "changes": changes,
@@ -113,7 +113,9 @@ def _prior(header, entries, stored):
     offset = float(header["offset"])
     _check(0 < offset < np.inf and (ceiling > 0).all() and (lobe.alpha > 0).all() and (lobe.kd >= 0).all()
            and (lobe.ks >= 0).all(), "its prior is not one of reflectance")
-    return Prior(lobe, offset, ceiling, 0.0 if header["plausible"] is True else -np.inf)
+    plausible = header["plausible"]
+    _check(isinstance(plausible, bool), "it does not say whether it is plausible")
+    return Prior(lobe, offset, ceiling, 0.0 if plausible else -np.inf)
 
 
 def _level(level):
@@ -125,7 +127,7 @@ def _array(entries, name, shape, dtype):
     array = entries[name]
     _check(array.shape == shape and array.dtype == dtype,
            f"{name} is {array.dtype} {array.shape}, expected {np.dtype(dtype)} {shape}")
-    _check(np.isfinite(array).all(), f"{name} holds numbers that are not finite")
+    _check((np.abs(array) <= np.finfo(np.float32).max).all(), f"{name} holds numbers that single precision has not")
     return array
 
 

@@ -186,7 +186,7 @@ def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy
         entries = dict(file)
     header = json.loads(str(entries["header"]))
     expected = bake(fit)
-    odd = HOSTILE, [HOSTILE] * 3, {"x": HOSTILE}, math.inf
+    odd = HOSTILE, [HOSTILE] * 3, {"x": HOSTILE}, math.inf, 10**400, [0, 1, 10**12], [-1, 0, 1]
     changes = [{"header": {key: value}} for key in header for value in odd]
     for name, array in entries.items():
         if name != "header":

@@ -13,7 +13,7 @@ RIGHT = np.pi / 2
 BOUND = {"Paper": 2.0, "Draft": 16.0, "Standard": 16.0, "Reference": 16.0}
 # RMSE at the samples, over the largest absolute sample, that is expected where a case says nothing else; Draft has no
 # sparse lattice for what is narrow
-ERROR = {"Paper": 0.1, "Draft": 0.3, "Standard": 0.1, "Reference": 0.1}
+ERROR = {"Paper": 0.1, "Draft": 0.5, "Standard": 0.1, "Reference": 0.1}
 
 
 @dataclass(frozen=True)
