@@ -186,7 +186,8 @@ def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy
 
     monkeypatch.setattr(draw_table, "draw_table", lambda fit: np.zeros(3, np.float32))      # takes most of a second
     path = tmp_path / "fit.npz"
-    fit = fitter.fit(cross_validation.subset(glossy, slice(200)), **fitter.PRESETS[preset] | {"diffuse_level": 1, "specular_level": 3})
+    few = cross_validation.subset(glossy, slice(200))
+    fit = fitter.fit(few, **fitter.PRESETS[preset] | {"diffuse_level": 1, "specular_level": 3})
     fit.save(path)
     with np.load(path) as file:
         entries = dict(file)
