@@ -86,7 +86,9 @@ def scene(folder, count, preset):
     stage = black_scene(100, 100, samples=1, span=10)
     add_lamp("SUN", 3.0)
     before, seconds = resident(), []
-    options = {name: -1 if value is None else value for name, value in fitter.PRESETS[preset].items()}
+    known = bpy.ops.measured_brdf.import_data.get_rna_type().properties.keys()
+    options = {name: -1 if value is None else value
+               for name, value in (fitter.PRESETS[preset] | {"preset": preset}).items() if name in known}
     for number, path in enumerate(make_files(folder, count)):
         bpy.ops.mesh.primitive_plane_add(size=0.9, location=(number % 10 - 4.5, number // 10 - 4.5, 0))
         start = time.perf_counter()

@@ -17,10 +17,10 @@ from ..errors import DatasetError
 from ..samples import HORIZON
 
 LARGEST_FILE = 16 << 20     # bytes; the largest published file in these formats has half a million
-_PIECE = "(?s:.{0,65535})"
+_PIECE = rb"(?s:.{0,65535})"
 _LINE = re.compile(rb"\S[^\r\n]*")
-_LINES = re.compile(rb"\S%b[^\r\n]*" % _PIECE.encode())
-_TOKENS = re.compile(rb"\S%b\S*" % _PIECE.encode())
+_LINES = re.compile(rb"\S%b[^\r\n]*" % _PIECE)
+_TOKENS = re.compile(rb"\S%b\S*" % _PIECE)
 _COMMENT = re.compile(rb"#[^\r\n]*")
 _COMMENT_OR_TOKEN = re.compile(rb"#[^\r\n]*|[^\s#]+")
 
