@@ -67,7 +67,7 @@ def test_the_ends_of_levels_and_compression_are_finite_and_bounded(name, levels)
     assert error < 1
 
 
-@pytest.mark.parametrize("preset", [*OTHERS, "Standard", "Reference"])      # Draft has no sparse lattice
+@every_preset
 def test_two_values_in_one_direction_give_what_lies_between_them(preset):
     between = fitted("two values in one direction", preset).evaluate(0.5, 0, 0.7, 2.0)[0]
     assert 0.2 < between < 0.6
