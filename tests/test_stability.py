@@ -5,9 +5,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from osl_probe import probe_osl
 
 import fitter
+from demo_scenes.osl_probe import probe_osl
 from fitter import lattice, perfect_hash
 from tools import stability
 from tools.hard_cases import BOUND, RIGHT, gloss, hard_cases, many, probe
