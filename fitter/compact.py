@@ -70,7 +70,7 @@ def approximate(samples, estimated, diffuse_level, specular_level, kept, plausib
             specular = _specular(samples, prior, target, diffuse, diffuse_level, specular_level, kept)
         return assemble(prior=prior, diffuse=diffuse, specular=specular)
 
-    return energy.conserve(approximation, z.shape[1]) if plausible else approximation(lambda theta: 0.0)
+    return energy.conserve(approximation, prior.offset, z.shape[1]) if plausible else approximation(lambda theta: 0.0)
 
 
 def _around(field, mu):
