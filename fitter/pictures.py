@@ -1,0 +1,165 @@
+"""Small pictures of a fit, as arrays: what the panel shows. (size, size, 4) float32, sRGB, the bottom row first."""
+
+import numpy as np
+
+SIZE = 256
+IN_PLANE = np.radians(8)       # samples this far from the plotted plane of incidence are shown on it
+_LIGHTS = (((-0.5, 0.6, 0.62), 1.0), ((0.9, -0.1, 0.42), 0.25))     # toward the light, and its irradiance over pi
+_BACKGROUND, _GRID, _INK = (0.16,) * 3, (0.32,) * 3, (0.9,) * 3
+_CHANNELS = {1: ((0.9, 0.9, 0.9),), 3: ((1.0, 0.38, 0.34), (0.45, 0.85, 0.4), (0.42, 0.62, 1.0))}
+_MARK = (1.0, 0.75, 0.2)
+_FONT = {"0": (7, 5, 5, 5, 7), "1": (2, 6, 2, 2, 7), "2": (7, 1, 7, 4, 7), "3": (7, 1, 7, 1, 7), "4": (5, 5, 7, 1, 1),
+         "5": (7, 4, 7, 1, 7), "6": (7, 4, 7, 5, 7), "7": (7, 1, 2, 2, 2), "8": (7, 5, 7, 5, 7), "9": (7, 5, 7, 1, 7),
+         "e": (0, 7, 5, 6, 7), "-": (0, 0, 7, 0, 0), "+": (0, 2, 7, 2, 0), ".": (0, 0, 0, 0, 2)}
+
+
+def lit_sphere(fit, size=SIZE):
+    """A sphere of the material under a key and a fill light, seen from afar; transparent around it."""
+    at = (np.arange(size) + 0.5) / size * 2 - 1
+    x, y = (axis / 0.96 for axis in np.meshgrid(at, at))
+    r2 = x ** 2 + y ** 2
+    inside = r2 < 1
+    normal = np.stack([x, y, np.sqrt(np.maximum(1 - r2, 0))], axis=-1)[inside]
+    radiance = np.zeros((len(normal), 3))
+    for toward, strength in _LIGHTS:
+        toward = np.asarray(toward) / np.linalg.norm(toward)
+        cos_i = normal @ toward
+        lit = cos_i > 0
+        # the light and the view (0, 0, 1) in each normal's frame: only the azimuth between them matters
+        cos_o = normal[lit, 2]
+        sines = np.sqrt(np.maximum((1 - cos_i[lit] ** 2) * (1 - cos_o ** 2), 1e-12))
+        azimuth = np.arccos(np.clip((toward[2] - cos_i[lit] * cos_o) / sines, -1, 1))
+        value = fit.evaluate(np.arccos(np.minimum(cos_i[lit], 1)), 0 * azimuth, np.arccos(cos_o), azimuth)
+        radiance[lit] += np.pi * strength * np.maximum(value, 0) * cos_i[lit, None]
+    picture = np.zeros((size, size, 4), dtype=np.float32)
+    picture[inside, :3] = srgb(radiance)
+    picture[..., 3] = np.clip((1 - np.sqrt(r2)) * 0.48 * size + 0.5, 0, 1)
+    return picture
+
+
+def polar_plot(fit, samples, theta_i, size=SIZE):
+    """The fit in the plane of incidence, with the measured samples near it, for one angle of incidence.
+
+    Radii are cube roots, so that the foot of a high peak is seen as well. The light comes from the left.
+
+    Returns
+    -------
+    picture : (size, size, 4) float32
+    shown : float
+        Angle of incidence of the samples that are drawn, radians: the nearest one measured; nan where there are none.
+    """
+    theta = np.linspace(-np.pi / 2, np.pi / 2, 361)                 # negative on the light's side
+    curve = fit.evaluate(np.full(361, theta_i), np.zeros(361), np.abs(theta), np.where(theta < 0, 0, np.pi))
+    place, values, shown = _near_plane(samples, theta_i)
+    scale = max(np.cbrt(max(curve.max(), values.max(initial=0))), 1e-6)
+
+    canvas = _canvas(size)
+    origin, radius = np.array([0.5, 0.1]) * size, 0.46 * size
+    for fraction in (0.5, 1.0):
+        _line(canvas, origin + fraction * radius * _on_arc(np.linspace(-np.pi / 2, np.pi / 2, 91)), _GRID)
+    for angle in np.radians((-90, -60, -30, 0, 30, 60, 90)):
+        _line(canvas, origin + np.outer((0, radius), _on_arc(angle)), _GRID)
+    _line(canvas, origin + np.outer((0.25 * radius, 1.08 * radius), _on_arc(-theta_i)), _MARK, 1.6)
+    colors = _CHANNELS[3 if curve.shape[1] == 3 else 1]
+    for c, color in enumerate(colors):
+        length = np.cbrt(np.maximum(curve[:, c], 0)) / scale * radius
+        _line(canvas, origin + length[:, None] * _on_arc(theta), color, 1.4)
+    for c, color in enumerate(colors):
+        length = np.cbrt(np.maximum(values[:, c], 0)) / scale * radius
+        _dots(canvas, origin + length[:, None] * _on_arc(place), color, 2.6)
+    return canvas, shown
+
+
+def error_plot(levels, errors, current, size=SIZE):
+    """Error against level, logarithmic upward, the current choice marked.
+
+    Parameters
+    ----------
+    levels : (n,) sequence of int
+    errors : (n,) sequence of float
+        1/sr.
+    current : (level, error)
+    """
+    canvas = _canvas(size)
+    logs = np.log10(np.maximum([*errors, current[1]], 1e-9))
+    low, high = np.floor(logs.min()), max(np.ceil(logs.max()), np.floor(logs.min()) + 1)
+    left, bottom, width, height = 0.2 * size, 0.13 * size, 0.74 * size, 0.8 * size
+
+    def at(level, log):
+        across = (np.asarray(level) - levels[0]) / max(levels[-1] - levels[0], 1)
+        return np.stack([left + width * across, bottom + height * (np.asarray(log) - low) / (high - low)], axis=-1)
+
+    for decade in np.arange(low, high + 1):
+        _line(canvas, at([levels[0], levels[-1]], [decade, decade]), _GRID)
+        _write(canvas, f"1e{decade:+.0f}", (0.02 * size, at(levels[0], decade)[1] - 5))
+    for level in levels:
+        _line(canvas, at([level, level], [low, high]), _GRID)
+        _write(canvas, str(level), at(level, low) - (3, 18))
+    _line(canvas, at(levels, logs[:-1]), _INK, 1.6)
+    _dots(canvas, at(levels, logs[:-1]), _INK, 3.2)
+    _dots(canvas, at([current[0]], logs[-1:]), _MARK, 6)
+    return canvas
+
+
+def srgb(linear):
+    """Linear to display values, clipped to 0 to 1."""
+    linear = np.clip(linear, 0, 1)
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def _near_plane(samples, theta_i):
+    """Samples at the measured angle of incidence nearest to theta_i: signed theta_o (k,), values (k, channels)."""
+    azimuth = np.abs((samples.phi_o - samples.phi_i + np.pi) % (2 * np.pi) - np.pi)
+    # how far out of the plane the direction is, not its azimuth: near the normal an azimuth means little
+    in_plane = np.sin(samples.theta_o) * np.sin(azimuth) < np.sin(IN_PLANE)
+    off = np.where(in_plane, np.abs(samples.theta_i - theta_i), np.inf)
+    if not np.isfinite(off).any():
+        return np.zeros(0), np.zeros((0, samples.values.shape[1])), float("nan")
+    near = off < off.min() + np.radians(2)
+    sign = np.where(azimuth[near] < np.pi / 2, -1, 1)
+    return sign * samples.theta_o[near], samples.values[near], float(samples.theta_i[near].mean())
+
+
+def _on_arc(theta):
+    return np.stack([np.sin(theta), np.cos(theta)], axis=-1)
+
+
+def _canvas(size):
+    canvas = np.empty((size, size, 4), dtype=np.float32)
+    canvas[...] = (*_BACKGROUND, 1)
+    return canvas
+
+
+def _line(canvas, points, color, width=1.0):
+    """A polyline of points (n, 2) in pixels from the bottom left, by dense dots of its width."""
+    points = np.asarray(points, dtype=float)
+    steps = np.maximum(np.ceil(2 * np.linalg.norm(np.diff(points, axis=0), axis=1)).astype(int), 1)
+    start = np.repeat(points[:-1], steps, axis=0)
+    along = np.concatenate([np.arange(count) / count for count in steps])
+    dense = start + along[:, None] * np.repeat(np.diff(points, axis=0), steps, axis=0)
+    _dots(canvas, np.concatenate([dense, points[-1:]]), color, width)
+
+
+def _dots(canvas, centers, color, diameter):
+    """Discs with smooth edges, at centers (n, 2)."""
+    reach = int(np.ceil(diameter / 2 + 1))
+    offset = np.arange(-reach, reach + 1)
+    dx, dy = (grid.ravel() for grid in np.meshgrid(offset, offset))
+    x, y = (np.floor(centers[:, k])[:, None].astype(int) + step for k, step in ((0, dx), (1, dy)))
+    distance = np.hypot(x + 0.5 - centers[:, :1], y + 0.5 - centers[:, 1:])
+    cover = np.clip(diameter / 2 + 0.5 - distance, 0, 1)
+    seen = (cover > 0) & (x >= 0) & (y >= 0) & (x < canvas.shape[1]) & (y < canvas.shape[0])
+    mask = np.zeros(canvas.shape[:2])
+    np.maximum.at(mask, (y[seen], x[seen]), cover[seen])
+    canvas[..., :3] += (mask[..., None] * (np.asarray(color) - canvas[..., :3])).astype(np.float32)
+
+
+def _write(canvas, text, at, scale=2):
+    """Digits, their lower left corner at `at`."""
+    column, row = int(at[0]), int(at[1])
+    for character in text:
+        bits = np.array([[glyph >> 2 & 1, glyph >> 1 & 1, glyph & 1] for glyph in _FONT[character]][::-1], dtype=bool)
+        block = np.kron(bits, np.ones((scale, scale), dtype=bool))
+        part = canvas[max(row, 0):row + block.shape[0], column:column + block.shape[1]]
+        part[block[max(-row, 0):][:part.shape[0], :part.shape[1]], :3] = _INK
+        column += 4 * scale
