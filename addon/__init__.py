@@ -1,8 +1,8 @@
 """The Blender side: everything that imports bpy. Domain code is in `fitter`, which never does."""
 
-from . import lamps, operators, panels, properties
+from . import background, lamps, manual, operators, panels, preferences, previews, properties
 
-_MODULES = (properties, operators, panels, lamps)
+_MODULES = (properties, preferences, previews, operators, panels, lamps, manual)
 
 
 def register():
@@ -11,5 +11,6 @@ def register():
 
 
 def unregister():
+    background.unregister()
     for module in reversed(_MODULES):
         module.unregister()

@@ -1,20 +1,18 @@
-"""From measurements to a material: read, fit, bake, and put the result where the material's surface is."""
-
-import time
-from typing import NamedTuple
+"""From an outcome to a material: compile the shader and put it where the material's surface is."""
 
 import bpy
 
-from .. import fitter
-from . import lamps, node_group
-from .properties import fit_arguments
+from ..fitter.bilevel import notation
+from . import fallback, lamps, node_group
+from .properties import CHOICES
 
 
-def import_material(choices, context):
-    """A new material from measured data; nothing is left behind where that fails.
+def create(outcome, choices, context):
+    """A new material; nothing is left behind where that fails.
 
     Parameters
     ----------
+    outcome : work.Outcome
     choices : properties.FitChoices
     context : bpy.types.Context
 
@@ -24,28 +22,43 @@ def import_material(choices, context):
 
     Raises
     ------
-    fitter.DatasetError, node_group.CompileError, ValueError
-        If the file or the choices are no good, or the shader cannot be compiled here.
+    node_group.CompileError
+        If the shader cannot be compiled here.
     """
-    result = _fit(choices)
-    material = bpy.data.materials.new(result.samples.name)
+    material = bpy.data.materials.new(outcome.samples.name)
     try:
         _use_nodes(material)
         material.node_tree.nodes.clear()
-        _assign(material, choices, result, context)
+        assign(material, outcome, choices, context)
     except BaseException:
         bpy.data.materials.remove(material)
         raise
     return material
 
 
-def refit(material, context):
-    """Fit the data of a measured material anew, with its present choices; on an error it stays as it was.
+def assign(material, outcome, choices, context):
+    """Give a material a new fit, made by `choices`; on an error it stays as it was. Raises as `create` does."""
+    tree = node_group.create(outcome.fitted.fit, outcome.source)
+    _use_nodes(material)
+    node = group_node(material)
+    if node is None:
+        _add_group_node(material.node_tree, tree)
+    else:
+        before, node.node_tree = node.node_tree, tree
+        node_group.remove(before)
+    group_node(material).label = outcome.samples.name
+    # this correction bends the shader's directions, which are right as they are
+    material.cycles.use_bump_map_correction = False
+    fallback.update(material, outcome)
+    _store(material.measured_brdf, choices, outcome)
+    lamps.update(context.evaluated_depsgraph_get())
 
-    Raises as `import_material` does.
-    """
-    choices = material.measured_brdf
-    _assign(material, choices, _fit(choices), context)
+
+def remove(material):
+    """Remove a material that nothing uses, and its shader."""
+    tree = group_node(material).node_tree
+    bpy.data.materials.remove(material)
+    node_group.remove(tree)
 
 
 def group_node(material):
@@ -56,35 +69,9 @@ def group_node(material):
                  and node_group.script_node(node.node_tree) is not None), None)
 
 
-class _Result(NamedTuple):
-    """A fit, the samples it was made from, and the time it took."""
-
-    samples: fitter.Samples
-    fit: fitter.Fit
-    seconds: float
-
-
-def _fit(choices):
-    samples = fitter.load(bpy.path.abspath(choices.filepath), choices.sample or None)
-    start = time.perf_counter()
-    fit = fitter.fit(samples, **fit_arguments(choices))
-    return _Result(samples, fit, time.perf_counter() - start)
-
-
-def _assign(material, choices, result, context):
-    tree = node_group.create(result.fit)
-    _use_nodes(material)
-    node = group_node(material)
-    if node is None:
-        _add_group_node(material.node_tree, tree)
-    else:
-        before, node.node_tree = node.node_tree, tree
-        node_group.remove(before)
-    group_node(material).label = result.samples.name
-    # this correction bends the shader's directions, which are right as they are
-    material.cycles.use_bump_map_correction = False
-    _store(material.measured_brdf, choices, result)
-    lamps.update(context.evaluated_depsgraph_get())
+def is_measured(material):
+    """Whether a material shows a finished fit."""
+    return bool(material.measured_brdf.coefficients) and group_node(material) is not None
 
 
 def _use_nodes(material):
@@ -101,11 +88,11 @@ def _add_group_node(nodes, tree):
     nodes.links.new(node.outputs["BSDF"], output.inputs["Surface"])
 
 
-def _store(settings, choices, result):
-    for name in ("filepath", "sample", "diffuse_level", "specular_level", "compression"):
+def _store(settings, choices, outcome):
+    for name in CHOICES:
         setattr(settings, name, getattr(choices, name))
-    errors = fitter.error_metrics(result.samples.values, result.fit.evaluate(*result.samples.directions))
-    settings.name_of_data = result.samples.name
-    settings.coefficients = result.fit.coefficient_count
-    settings.bytes = result.fit.nbytes
-    settings.rmse, settings.mre, settings.seconds = errors.rmse, errors.mre, result.seconds
+    fit, errors, seconds = outcome.fitted
+    settings.name_of_data, settings.digest = outcome.samples.name, outcome.digest
+    settings.coefficients, settings.bytes = fit.coefficient_count, fit.nbytes
+    settings.rmse, settings.mre, settings.seconds = errors.rmse, errors.mre, seconds
+    settings.fitted_levels = notation(fit.diffuse_level, fit.specular_level, fit.compression)

@@ -16,8 +16,14 @@ class CompileError(RuntimeError):
     """The baked shader could not be compiled here; the message says why."""
 
 
-def create(fit):
+def create(fit, source=None):
     """A node group that renders `fit`.
+
+    Parameters
+    ----------
+    fit : Fit
+    source : str, optional
+        What `fitter.bake.bake` makes of it, where that has been done.
 
     Returns
     -------
@@ -34,7 +40,7 @@ def create(fit):
     text = bpy.data.texts.new(f"{NAME}.osl")
     tree = bpy.data.node_groups.new(NAME, "ShaderNodeTree")
     try:
-        text.from_string(bake(fit))
+        text.from_string(bake(fit) if source is None else source)
         text.cursor_set(0)
         _fill(tree, text)
     except BaseException:

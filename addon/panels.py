@@ -1,66 +1,250 @@
-"""The panel in the material tab. Drawing reads stored properties only: no files, no fitting."""
+"""The panels in the material tab. Drawing reads stored properties and finished answers only: no files, no fitting."""
 
 import math
+from functools import partial
 
 import bpy
 
+from ..fitter import PRESETS
+from . import background, manual, osl_support, previews, work
 from . import material as materials
-from . import operators, osl_support
-from .properties import NO_SPECULAR_LEVEL
+from .operators import assets, fit, import_data, in_background, osl, samples
+from .properties import NO_SPECULAR_LEVEL, fit_arguments, is_preset
+
+_RECHECK = 5.0              # seconds after which a file that is shown is looked at again
 
 
-class MEASUREDBRDF_PT_material(bpy.types.Panel):
-    """A material from measured reflectance"""
-
-    bl_label = "Measured BRDF"
+class _MaterialPanel:
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "material"
 
     @classmethod
     def poll(cls, context):
+        return context.material is not None and bool(context.material.measured_brdf.filepath)
+
+
+class MEASUREDBRDF_PT_material(_MaterialPanel, bpy.types.Panel):
+    """A material from measured reflectance"""
+
+    bl_label = "Measured BRDF"
+
+    @classmethod
+    def poll(cls, context):
         return context.object is not None and hasattr(context.object.data, "materials")
+
+    def draw_header_preset(self, _context):
+        manual.draw_link(self.layout)
 
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
         _draw_osl(layout, context.scene)
+        if in_background.running is not None:
+            _draw_progress(layout, in_background.running)
         if context.material is None:
-            layout.operator(operators.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
+            layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
             return
         settings = context.material.measured_brdf
         column = layout.column()
         column.prop(settings, "filepath")
-        column.prop(settings, "sample")
-        column = layout.column(align=True)
-        column.prop(settings, "diffuse_level")
-        column.prop(settings, "specular_level")
-        row = column.row()
-        row.active = settings.specular_level != NO_SPECULAR_LEVEL
-        row.prop(settings, "compression", slider=True)
-        row = layout.row()
-        row.enabled = bool(settings.filepath)
-        row.operator(operators.MEASUREDBRDF_OT_fit.bl_idname, icon="SURFACE_DATA")
-        if settings.coefficients and materials.group_node(context.material) is not None:
+        row = column.row(align=True)
+        row.prop(settings, "sample")
+        row.operator_context = "INVOKE_DEFAULT"
+        row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, text="", icon="VIEWZOOM").for_material = True
+        fitted = materials.is_measured(context.material)
+        if not settings.filepath:
+            layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
+            return
+        data = _data(context.material)
+        _draw_state(layout, settings, data, fitted)
+        _draw_choices(layout, settings)
+        _draw_cost(layout, settings, data.result)
+        row = layout.row(align=True)
+        row.scale_y = 1.3
+        row.enabled = in_background.running is None
+        row.operator(fit.MEASUREDBRDF_OT_fit.bl_idname, text="Refit" if fitted else "Fit", icon="SURFACE_DATA")
+        if fitted:
             _draw_result(layout.box(), settings)
+            layout.operator(assets.MEASUREDBRDF_OT_save_asset.bl_idname, icon="ASSET_MANAGER")
+
+
+class MEASUREDBRDF_PT_pictures(_MaterialPanel, bpy.types.Panel):
+    """What these choices look like, before they are fitted into the material"""
+
+    bl_label = "Preview"
+    bl_parent_id = "MEASUREDBRDF_PT_material"
+
+    def draw(self, context):
+        layout = self.layout
+        settings, data = context.material.measured_brdf, _data(context.material).result
+        if data is None:
+            layout.label(text="Reading the measurements", icon="TIME")
+            return
+        arguments = fit_arguments(settings)
+        key = data.digest, work.freeze(arguments)
+        pictures = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
+        _draw_picture(pictures, "Lit sphere", ("sphere", *key), partial(work.lit_sphere, data, arguments))
+        theta = round(settings.shown_theta, 3)
+        job = _draw_picture(pictures, "Plane of incidence", ("polar", *key, theta),
+                            partial(work.polar_plot, data, arguments, theta))
+        _draw_picture(pictures, "RMSE by level", ("levels", *key), partial(work.errors_by_level, data, arguments))
+        column = pictures.column()
+        column.label(text="Incidence")
+        column.prop(settings, "shown_theta", text="")
+        if job.result is not None and not math.isnan(job.result[1]):
+            column.label(text=f"Samples at {math.degrees(job.result[1]):.1f}°")
+        column.label(text="Radius: cube root")
+
+
+class MEASUREDBRDF_PT_compare(_MaterialPanel, bpy.types.Panel):
+    """What each preset costs for these measurements; worked out while this is open"""
+
+    bl_label = "Compare Presets"
+    bl_parent_id = "MEASUREDBRDF_PT_material"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout = self.layout
+        data = _data(context.material).result
+        if data is None:
+            layout.label(text="Reading the measurements", icon="TIME")
+            return
+        table = layout.column(align=True)
+        _draw_row(table, "Preset", "Coefficients", "KB", "RMSE", "Held out")
+        for name, arguments in PRESETS.items():
+            found, held = _cost(data, arguments)
+            _draw_row(table, name, *_numbers(found, held))
+        layout.label(text="RMSE at the samples, and at samples left out (1/sr)")
+
+
+class MEASUREDBRDF_PT_data(_MaterialPanel, bpy.types.Panel):
+    """What the file holds"""
+
+    bl_label = "Measurements"
+    bl_parent_id = "MEASUREDBRDF_PT_material"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        job = _data(context.material)
+        if job.result is None:
+            self.layout.label(text="Reading" if job.error is None else "Cannot be read", icon="TIME")
+            return
+        description = job.result.description
+        self.layout.label(text=description.name)
+        column = self.layout.column(align=True)
+        for label, text, worrying in description.rows():
+            split = column.split(factor=0.3)
+            split.alert = worrying
+            split.label(text=label)
+            split.label(text=text, icon="ERROR" if worrying else "NONE")
+
+
+def _data(material):
+    """The job that reads the file of a material."""
+    settings = material.measured_brdf
+    path = bpy.path.abspath(settings.filepath, library=material.library)
+    return background.ask(("data", path, settings.sample), partial(work.read, path, settings.sample),
+                          max_age=_RECHECK)
+
+
+def _cost(data, arguments):
+    """The jobs that fit, and that fit without the samples that are held out."""
+    key = data.digest, work.freeze(arguments)
+    held = background.ask(("held out", *key), partial(work.held_out, data.samples, arguments))
+    found = background.ask(("fit", *key), lambda _report: work.fitted(data.samples, data.digest, arguments))
+    return found, held
+
+
+def _numbers(found, held):
+    """Coefficients, kilobytes, error and held-out error as text, as far as they are known."""
+    if found.error is not None:
+        return "-", "-", "-", "-"
+    if found.result is None:
+        return "...", "...", "...", "..."
+    made, errors, _ = found.result
+    left_out = "..." if held.finished is None else f"{held.result:.3g}" if held.error is None else "-"
+    return f"{made.coefficient_count:,}", f"{made.nbytes / 1000:,.0f}", f"{errors.rmse:.3g}", left_out
 
 
 def _draw_osl(layout, scene):
     reason = osl_support.missing()
     if reason:
-        column = layout.box().column(align=True)
-        column.alert = True
-        for number, line in enumerate(_wrapped(reason)):
-            column.label(text=line, icon="ERROR" if number == 0 else "BLANK1")
+        _draw_warning(layout, reason)
     elif not osl_support.is_enabled(scene):
         column = layout.box().column()
         column.label(text="Measured materials need Cycles with OSL", icon="INFO")
-        column.operator(operators.MEASUREDBRDF_OT_enable_osl.bl_idname)
+        column.operator(osl.MEASUREDBRDF_OT_enable_osl.bl_idname)
+
+
+def _draw_progress(layout, job):
+    row = layout.row(align=True)
+    row.progress(factor=job.fraction, text=job.doing)
+    row.operator(in_background.MEASUREDBRDF_OT_cancel.bl_idname, text="", icon="X")
+
+
+def _draw_state(layout, settings, data, fitted):
+    """Say where the file is missing, wrong, or not that of the fit."""
+    if data.error is not None:
+        column = _draw_warning(layout, str(data.error))
+        column.operator(fit.MEASUREDBRDF_OT_find_file.bl_idname, icon="FILE_FOLDER")
+    elif fitted and data.result is not None and data.result.digest != settings.digest:
+        _draw_warning(layout, "The measurements have changed since the fit: Refit takes the new ones")
+
+
+def _draw_choices(layout, settings):
+    row = layout.row(align=True)
+    for name in PRESETS:
+        row.operator(fit.MEASUREDBRDF_OT_use_preset.bl_idname, text=name,
+                     depress=is_preset(settings, name)).preset = name
+    column = layout.column(align=True)
+    levels = column.column(align=True)
+    levels.active = not settings.use_tolerance
+    levels.prop(settings, "diffuse_level", slider=True)
+    levels.prop(settings, "specular_level", slider=True)
+    row = levels.row()
+    row.active = settings.specular_level != NO_SPECULAR_LEVEL
+    row.prop(settings, "compression", slider=True)
+    row = column.row(heading="Auto")
+    row.prop(settings, "use_tolerance", text="")
+    row = row.row()
+    row.active = settings.use_tolerance
+    row.prop(settings, "tolerance", text="")
+
+
+def _draw_cost(layout, settings, data):
+    """What the present choices cost, before they are fitted."""
+    column = layout.column(align=True)
+    if data is None:
+        return
+    found, held = _cost(data, fit_arguments(settings))
+    if found.error is not None:
+        _draw_warning(layout, str(found.error))
+        return
+    _draw_row(column, "Coefficients", "KB", "RMSE", "Held out")
+    _draw_row(column, *_numbers(found, held))
+
+
+def _draw_row(layout, *texts):
+    row = layout.row()
+    for text in texts:
+        row.label(text=text)
+
+
+def _draw_picture(layout, title, key, function):
+    icon, job = previews.icon(key, function)
+    column = layout.column()
+    column.label(text=title)
+    if icon:
+        column.template_icon(icon_value=icon, scale=8)
+    else:
+        column.progress(factor=job.fraction, text="" if job.error is None else "No picture")
+    return job
 
 
 def _draw_result(layout, settings):
-    layout.label(text=settings.name_of_data, icon="CHECKMARK")
+    layout.label(text=f"{settings.name_of_data} {settings.fitted_levels}", icon="CHECKMARK")
     rows = (("Coefficients", f"{settings.coefficients:,}"),
             ("Storage", f"{settings.bytes:,} bytes"),
             ("RMSE", f"{settings.rmse:.3g} / sr"),
@@ -74,6 +258,14 @@ def _draw_result(layout, settings):
         split.label(text=value)
 
 
+def _draw_warning(layout, text):
+    column = layout.box().column(align=True)
+    column.alert = True
+    for number, line in enumerate(_wrapped(text)):
+        column.label(text=line, icon="ERROR" if number == 0 else "BLANK1")
+    return column
+
+
 def _wrapped(text, width=52):
     """Lines of at most `width` characters."""
     lines = [""]
@@ -84,9 +276,14 @@ def _wrapped(text, width=52):
     return lines
 
 
+classes = (MEASUREDBRDF_PT_material, MEASUREDBRDF_PT_pictures, MEASUREDBRDF_PT_compare, MEASUREDBRDF_PT_data)
+
+
 def register():
-    bpy.utils.register_class(MEASUREDBRDF_PT_material)
+    for cls in classes:
+        bpy.utils.register_class(cls)
 
 
 def unregister():
-    bpy.utils.unregister_class(MEASUREDBRDF_PT_material)
+    for cls in reversed(classes):
+        bpy.utils.unregister_class(cls)

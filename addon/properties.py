@@ -1,17 +1,28 @@
 """What a measured material remembers: the data it came from, the choices for the fit, and what came out."""
 
+import math
+
 import bpy
-from bpy.props import FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..fitter import PRESETS
 from ..fitter.lattice import MAX_LEVEL
 
 NO_SPECULAR_LEVEL = -1
+LEVELS = ("diffuse_level", "specular_level", "compression")
+CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance")
+PRESET_HELP = {
+    "Draft": "Small and quick, for look development: highlights come out softer than measured",
+    "Standard": "What a scene is rendered with",
+    "Reference": "Narrow highlights come out as measured; the largest files and the slowest shaders",
+    "Paper": "The method and the levels that Kameya and Lewis recommend (2002)",
+}
+PRESET_ITEMS = tuple((name, name, PRESET_HELP.get(name, "")) for name in sorted(PRESETS, key=list(PRESET_HELP).index))
 _PAPER = PRESETS["Paper"]
 
 
 class FitChoices:
-    """The choices for a fit, shared by the import operator and the material.
+    """The choices for a fit, shared by the import operators and the material.
 
     A mix-in: Blender collects the annotations of the class that is registered and of its bases.
     """
@@ -23,6 +34,9 @@ class FitChoices:
         name="Sample",
         description="Which of the samples in a CURET file: its number or its name. Empty for the first, and for files "
                     "that hold just one")
+    preset: EnumProperty(
+        name="Preset", items=PRESET_ITEMS, default="Paper",
+        description="The method of the fit, and levels to begin with")
     diffuse_level: IntProperty(
         name="Diffuse Level", default=_PAPER["diffuse_level"], min=0, max=MAX_LEVEL, soft_max=6,
         description="Fineness of the dense lattice that carries the broad shape. Higher levels ring less between the "
@@ -35,27 +49,70 @@ class FitChoices:
         name="Compression", default=_PAPER["compression"], min=0, max=100, subtype="PERCENTAGE", precision=1,
         description="Share of the specular lattice that is dropped, smallest first. Higher makes a smaller file and "
                     "a flatter highlight")
+    use_tolerance: BoolProperty(
+        name="Auto", default=False,
+        description="Take the smallest fit whose error is within the tolerance, instead of these levels")
+    tolerance: FloatProperty(
+        name="Tolerance", default=0.05, min=1e-6, soft_max=1, precision=4,
+        description="Largest root mean square error at the samples, in 1/sr. Smaller follows the measurements more "
+                    "closely, and makes a larger file")
 
 
 def fit_arguments(choices):
-    """Keyword arguments for `fitter.fit` from `FitChoices`.
+    """What decides a fit, as `work.fit` takes it, from `FitChoices`.
 
     Not a method: bpy 4.2 as a module crashes at exit once a class with functions of its own has been a property group.
     """
-    plain = choices.specular_level == NO_SPECULAR_LEVEL
-    return {"diffuse_level": choices.diffuse_level, "specular_level": None if plain else choices.specular_level,
-            "compression": choices.compression}
+    arguments = dict(PRESETS[choices.preset])
+    if choices.use_tolerance:
+        return {**{name: value for name, value in arguments.items() if name not in LEVELS},
+                "tolerance": choices.tolerance}
+    arguments |= {name: getattr(choices, name) for name in LEVELS}
+    arguments["compression"] = round(arguments["compression"], 4)       # what single precision makes of 99.9
+    if choices.specular_level == NO_SPECULAR_LEVEL:
+        arguments["specular_level"] = None
+    return arguments
+
+
+def use_preset(choices, name):
+    """Choose a preset, with its levels."""
+    choices.preset, choices.use_tolerance = name, False
+    for level in LEVELS:
+        value = PRESETS[name][level]
+        setattr(choices, level, NO_SPECULAR_LEVEL if value is None else value)
+
+
+def is_preset(choices, name):
+    """Whether the choices are those of a preset, unchanged."""
+    mine = fit_arguments(choices)
+    return choices.preset == name and not choices.use_tolerance and all(
+        mine[key] == value or (isinstance(value, float) and math.isclose(mine[key], value))
+        for key, value in PRESETS[name].items())
+
+
+def complete(operator):
+    """Give an operator the levels of its preset where it was called without any."""
+    given = operator.properties.is_property_set
+    if given("preset") and not any(given(level) for level in LEVELS):
+        use_tolerance = operator.use_tolerance
+        use_preset(operator, operator.preset)
+        operator.use_tolerance = use_tolerance
 
 
 class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
     """Stored with the material; the result is written by `material.assign` and only shown afterwards."""
 
     name_of_data: StringProperty(name="Data")
+    digest: StringProperty(name="Digest")
     coefficients: IntProperty(name="Coefficients")
     bytes: IntProperty(name="Bytes")
     rmse: FloatProperty(name="RMSE")
     mre: FloatProperty(name="MRE")
     seconds: FloatProperty(name="Seconds")
+    fitted_levels: StringProperty(name="Levels")
+    shown_theta: FloatProperty(
+        name="Incidence", default=math.radians(40), min=0, max=math.radians(85), subtype="ANGLE",
+        description="Angle of incidence of the polar plot. It changes nothing in the material")
 
 
 def register():

@@ -109,9 +109,9 @@ def test_a_failed_import_leaves_the_blend_as_it_was(blender, cube, tmp_path, con
 
 
 def test_an_import_that_does_not_compile_leaves_the_blend_as_it_was(blender, cube, file, monkeypatch):
-    from measured_brdf.addon import node_group
+    from measured_brdf.addon import work
 
-    monkeypatch.setattr(node_group, "bake", lambda fit: "shader broken( {")
+    monkeypatch.setattr(work, "bake", lambda fit: "shader broken( {")
     before = counts(blender)
     with pytest.raises(RuntimeError, match="compile"):
         import_file(blender, file)

@@ -41,6 +41,12 @@ def list_samples(path):
     return curet.list_samples(path, content) if dataset is curet else []
 
 
+def overflowed(path, sample=None):
+    """Which measurements of a CURET sample overflowed the camera: (205,) bool, or None where no file tells."""
+    dataset, content = _recognise(path)
+    return curet.overflowed(path, content, sample) if dataset is curet else None
+
+
 def _recognise(path):
     """The module that reads this file, and the file's content as that module takes it."""
     content = read_bytes(path)

@@ -1,0 +1,108 @@
+"""Fitting the data of a material, by its own choices."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+from bpy_extras.io_utils import ImportHelper
+
+from .. import material, work
+from ..properties import CHOICES, PRESET_HELP, PRESET_ITEMS, fit_arguments, use_preset
+from .in_background import InBackground
+
+
+class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
+    """Read this material's file and fit it with these levels and this compression"""
+
+    bl_idname = "measured_brdf.fit"
+    bl_label = "Fit"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        return is_editable(cls, context)
+
+    def invoke(self, context, _event):
+        settings = active_material(context).measured_brdf
+        if not Path(bpy.path.abspath(settings.filepath)).is_file() and not bpy.app.background:
+            bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT")
+            return {"CANCELLED"}
+        return self.start(context)
+
+    def execute(self, context):
+        return self.run(context)
+
+    def work(self, context):
+        target = active_material(context)
+        # by then the user may have renamed the material, removed it, or changed its settings
+        self._target = target.session_uid
+        settings = target.measured_brdf
+        self._choices = SimpleNamespace(**{name: getattr(settings, name) for name in CHOICES})
+        path, sample, arguments = bpy.path.abspath(settings.filepath), settings.sample, fit_arguments(settings)
+        return lambda report: work.outcome(path, sample, arguments, report)
+
+    def apply(self, context, outcome):
+        target = next((item for item in bpy.data.materials if item.session_uid == self._target), None)
+        if target is None:
+            raise ValueError("The material has been removed meanwhile")
+        yield 0.95, "Compiling"
+        before = target.measured_brdf.digest
+        material.assign(target, outcome, self._choices, context)
+        if before not in ("", outcome.digest):
+            self.report({"INFO"}, f"{target.name}: these are not the measurements of the fit before")
+
+
+class MEASUREDBRDF_OT_find_file(bpy.types.Operator, ImportHelper):
+    """Say where the measurements of this material are now, and fit them"""
+
+    bl_idname = "measured_brdf.find_file"
+    bl_label = "Find File"
+
+    filter_glob: StringProperty(default="*.dat;*.astm;*.brdf;*.mat", options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context):
+        return is_editable(cls, context)
+
+    def execute(self, context):
+        active_material(context).measured_brdf.filepath = self.filepath
+        bpy.ops.measured_brdf.fit("INVOKE_DEFAULT")
+        return {"FINISHED"}
+
+
+class MEASUREDBRDF_OT_use_preset(bpy.types.Operator):
+    """Choose the levels and the method of a preset; nothing is fitted yet"""
+
+    bl_idname = "measured_brdf.use_preset"
+    bl_label = "Use Preset"
+    bl_options = {"UNDO", "INTERNAL"}
+
+    preset: EnumProperty(items=PRESET_ITEMS)
+
+    @classmethod
+    def description(cls, _context, properties):
+        return PRESET_HELP[properties.preset]
+
+    def execute(self, context):
+        use_preset(active_material(context).measured_brdf, self.preset)
+        return {"FINISHED"}
+
+
+def active_material(context):
+    """The material that the properties editor shows, else that of the active object, else None."""
+    shown = getattr(context, "material", None)
+    return shown if shown is not None or context.object is None else context.object.active_material
+
+
+def is_editable(cls, context):
+    """For `poll`: whether there is a material that can be given another shader."""
+    target = active_material(context)
+    if target is None or not target.is_editable or target.override_library is not None:
+        cls.poll_message_set("There is no active material, or it belongs to another file: make it local first "
+                             "(Object > Relations > Make Local)")
+        return False
+    return True
+
+
+classes = (MEASUREDBRDF_OT_fit, MEASUREDBRDF_OT_find_file, MEASUREDBRDF_OT_use_preset)

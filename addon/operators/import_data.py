@@ -1,0 +1,247 @@
+"""Files of measurements into materials: by File > Import, by drag and drop, and a folder at a time."""
+
+from pathlib import Path
+
+import bpy
+from bpy.props import CollectionProperty, StringProperty
+from bpy_extras.io_utils import ImportHelper
+
+from ...fitter import DatasetError
+from ...fitter.datasets import list_samples
+from .. import material, preferences, work
+from ..properties import CHOICES, LEVELS, FitChoices, complete, fit_arguments, use_preset
+from .in_background import EXPECTED, InBackground
+
+EXTENSIONS = (".dat", ".astm", ".brdf", ".mat")
+_GLOB = ";".join(f"*{extension}" for extension in EXTENSIONS)
+_EDITORS = {"VIEW_3D", "PROPERTIES", "OUTLINER", "NODE_EDITOR", "FILE_BROWSER"}
+
+
+class MEASUREDBRDF_OT_import_data(FitChoices, InBackground, bpy.types.Operator):
+    """Make materials from files of measured reflectance and assign the first to the active object"""
+
+    bl_idname = "measured_brdf.import_data"
+    bl_label = "Import Measured BRDF"
+    bl_options = {"REGISTER", "UNDO"}
+
+    directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+
+    def invoke(self, context, _event):
+        if not self.filepath and not self.files:
+            bpy.ops.measured_brdf.browse("INVOKE_DEFAULT")
+            return {"CANCELLED"}            # the other operator goes on: no undo step for this one
+        begin_with_preference(self, context)
+        paths = self._paths()
+        try:
+            if len(paths) == 1 and not self.sample and len(list_samples(paths[0])) > 1:
+                bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=paths[0])
+                return {"CANCELLED"}
+        except DatasetError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return self.start(context)
+
+    def execute(self, context):
+        complete(self)
+        return self.run(context)
+
+    def work(self, _context):
+        sources = [(path, self.sample) for path in self._paths()]
+        arguments = fit_arguments(self)
+        return lambda report: _fit_all(sources, arguments, report)
+
+    def apply(self, context, outcomes):
+        yield from make_materials(self, context, outcomes)
+
+    def _paths(self):
+        return [str(Path(self.directory) / item.name) for item in self.files if item.name] or [
+            bpy.path.abspath(self.filepath)]
+
+
+class MEASUREDBRDF_OT_browse(FitChoices, bpy.types.Operator, ImportHelper):
+    """Choose files of measured reflectance (CURET, Cornell, pbrt-v2) to make materials from"""
+
+    bl_idname = "measured_brdf.browse"
+    bl_label = "Import Measured BRDF"
+
+    filter_glob: StringProperty(default=_GLOB, options={"HIDDEN"})
+    directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+
+    def invoke(self, context, event):
+        begin_with_preference(self, context)
+        folder = preferences.get(context).data_folder
+        if folder and not self.filepath:
+            self.filepath = str(Path(bpy.path.abspath(folder)) / "")
+        return super().invoke(context, event)
+
+    def draw(self, _context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        for name in CHOICES[1:]:
+            layout.prop(self, name)
+
+    def execute(self, _context):
+        chosen = {name: getattr(self, name) for name in CHOICES}
+        bpy.ops.measured_brdf.import_data(
+            "INVOKE_DEFAULT", directory=self.directory, files=[{"name": item.name} for item in self.files], **chosen)
+        return {"FINISHED"}
+
+
+class MEASUREDBRDF_OT_import_folder(FitChoices, InBackground, bpy.types.Operator):
+    """Make a material from every file of measured reflectance in a folder, and from every sample of a CURET file"""
+
+    bl_idname = "measured_brdf.import_folder"
+    bl_label = "Import Folder of Measured BRDFs"
+    bl_options = {"REGISTER", "UNDO"}
+
+    directory: StringProperty(name="Folder", subtype="DIR_PATH", options={"SKIP_SAVE"})
+
+    def invoke(self, context, _event):
+        begin_with_preference(self, context)
+        if self.directory:
+            return self.start(context)
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context):
+        # called by the file browser, whose window must not freeze
+        if self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
+            bpy.ops.measured_brdf.import_folder("INVOKE_DEFAULT", **self.as_keywords(ignore=("filepath",)))
+            return {"CANCELLED"}
+        complete(self)
+        return self.run(context)
+
+    def work(self, _context):
+        sources, failures = sources_in([bpy.path.abspath(self.directory)])
+        if not sources and not failures:
+            raise ValueError(f"{self.directory}: no files of measurements ({_GLOB}); choose a folder that has some")
+        arguments = fit_arguments(self)
+        return lambda report: failures + _fit_all(sources, arguments, report)
+
+    def apply(self, context, outcomes):
+        yield from make_materials(self, context, outcomes)
+
+
+class MEASUREDBRDF_FH_measurements(bpy.types.FileHandler):
+    """Files of measured reflectance that are dropped onto the window."""
+
+    bl_idname = "MEASUREDBRDF_FH_measurements"
+    bl_label = "Measured BRDF"
+    bl_import_operator = MEASUREDBRDF_OT_import_data.bl_idname
+    bl_file_extensions = ";".join(EXTENSIONS)
+
+    @classmethod
+    def poll_drop(cls, context):
+        return context.area is not None and context.area.type in _EDITORS
+
+
+def begin_with_preference(operator, context):
+    """Choose the preset of the preferences where none is given."""
+    given = operator.properties.is_property_set
+    if not any(given(name) for name in ("preset", "use_tolerance", *LEVELS)):
+        use_preset(operator, preferences.get(context).preset)
+
+
+def sources_in(paths):
+    """The measurements in files and folders.
+
+    Returns
+    -------
+    sources : list of (path, sample)
+        A CURET file counts as many as it has samples; of red, green and blue files side by side only one is taken.
+    failures : list of (path, sample, DatasetError)
+        Files that cannot be read.
+    """
+    files = []
+    for path in map(Path, paths):
+        files += sorted(item for item in path.iterdir() if item.suffix.lower() in EXTENSIONS) if path.is_dir() else [path]
+    sources, failures = [], []
+    for file in files:
+        if file.name.lower() in {"gbrdf.dat", "bbrdf.dat"} and any(
+                file.with_name(red + file.name[1:]) in files for red in "rR"):
+            continue
+        try:
+            samples = list_samples(file)
+        except DatasetError as error:
+            failures.append((str(file), "", error))
+            continue
+        sources += [(str(file), name) for _, name in samples] or [(str(file), "")]
+    return sources, failures
+
+
+def make_materials(operator, context, outcomes):
+    """Make a material of each outcome: a generator of (fraction, doing), as `InBackground` takes it.
+
+    Files that failed are reported; only where all have failed is that an error.
+    """
+    made, failed = [], [error for *_, error in outcomes if isinstance(error, Exception)]
+    try:
+        for number, (path, sample, outcome) in enumerate(outcomes):
+            if isinstance(outcome, Exception):
+                continue
+            yield number / len(outcomes), f"Compiling {outcome.samples.name}"
+            operator.filepath, operator.sample = path, sample
+            made.append(material.create(outcome, operator, context))
+    except BaseException:
+        for item in made:
+            material.remove(item)
+        raise
+    if failed and not made:
+        raise failed[0]
+    for error in failed:
+        operator.report({"WARNING"}, str(error))
+    if not assign_to(context.object, made[0]):
+        operator.report({"WARNING"}, f"{made[0].name} is not assigned: no active object can take a material")
+    for item in made:
+        item.use_fake_user = item.users == 0            # or it would not be saved
+    first = made[0].measured_brdf
+    operator.report({"INFO"}, f"{made[0].name}: {first.coefficients:,} coefficients, RMSE {first.rmse:.3g}"
+                    if len(made) == 1 else f"{len(made)} materials; {len(failed)} files failed")
+
+
+def assign_to(target, item):
+    """Put a material into the active slot of an object: whether it could be done."""
+    if target is None or not hasattr(target.data, "materials") or not target.is_editable:
+        return False
+    slot = target.material_slots[target.active_material_index] if target.material_slots else None
+    if not target.data.is_editable and (slot is None or slot.link == "DATA"):
+        return False
+    if slot is None:
+        target.data.materials.append(item)
+    else:
+        slot.material = item
+    return True
+
+
+def _fit_all(sources, arguments, report):
+    """Outcomes, or the errors that stand for them: a list of (path, sample, outcome or exception)."""
+    done = []
+    for number, (path, sample) in enumerate(sources):
+        def watched(fraction, doing, number=number, name=sample or Path(path).name):
+            report((number + fraction) / len(sources), f"{name}: {doing.lower()}")
+
+        try:
+            done.append((path, sample, work.outcome(path, sample, arguments, watched)))
+        except EXPECTED as error:
+            done.append((path, sample, error))
+    return done
+
+
+def _menu_items(menu, _context):
+    menu.layout.operator(MEASUREDBRDF_OT_browse.bl_idname, text="Measured BRDF (CURET, Cornell, .brdf)")
+    menu.layout.operator(MEASUREDBRDF_OT_import_folder.bl_idname, text="Measured BRDFs (folder)")
+
+
+classes = (MEASUREDBRDF_OT_import_data, MEASUREDBRDF_OT_browse, MEASUREDBRDF_OT_import_folder,
+           MEASUREDBRDF_FH_measurements)
+
+
+def register():
+    bpy.types.TOPBAR_MT_file_import.append(_menu_items)
+
+
+def unregister():
+    bpy.types.TOPBAR_MT_file_import.remove(_menu_items)

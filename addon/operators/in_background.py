@@ -1,0 +1,120 @@
+"""Operators that work in a thread while the window stays alive, with a progress bar, and Esc to cancel."""
+
+import bpy
+
+from ...fitter import DatasetError
+from .. import background, node_group
+
+EXPECTED = (DatasetError, node_group.CompileError, ValueError)
+
+running = None              # what the panel shows progress of
+
+
+class InBackground:
+    """A mix-in for operators: the whole is one undo step, and cancelling it changes nothing.
+
+    An operator defines ``work(context)``, which returns a function of `report` for the thread, or None where there is
+    nothing to be done there; and ``apply(context, result)``, a generator of (fraction, doing) that does the rest on
+    the main thread, piece by piece. Where it is closed early it takes back what it has done.
+    """
+
+    def run(self, context):
+        """All of it at once, for scripts: what `execute` returns."""
+        try:
+            work = self.work(context)
+            for _ in self.apply(context, work and work(lambda fraction, doing: None)):
+                pass
+        except EXPECTED as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+    def start(self, context):
+        """Begin, and go on in `modal`: what `invoke` returns."""
+        global running
+        if bpy.app.background:
+            return self.execute(context)
+        if running is not None:
+            self.report({"ERROR"}, "Another fit is under way: wait for it, or cancel it with Esc")
+            return {"CANCELLED"}
+        try:
+            work = self.work(context)
+        except EXPECTED as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self._begin(work)
+        self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if (event.type == "ESC" and event.value == "PRESS") or self._job.unwanted:
+            self._end(context)
+            self.report({"INFO"}, "Cancelled; nothing has changed")
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        try:
+            done = self._step(context)
+        except Exception as error:
+            self._end(context)
+            if not isinstance(error, EXPECTED):
+                raise
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        if not done:
+            if context.workspace is not None:
+                context.workspace.status_text_set(f"{self._job.doing}    {self._job.fraction:.0%}    Esc: Cancel")
+            background.redraw()
+            return {"PASS_THROUGH"}
+        self._end(context)
+        return {"FINISHED"}
+
+    def cancel(self, context):
+        """Blender ends the operator, as it does when another file is opened."""
+        self._end(context)
+
+    def _begin(self, work):
+        global running
+        self._applying = None
+        self._job = running = background.start(work if work is not None else lambda report: None)
+
+    def _step(self, context):
+        """Whether all is done, after having done the next piece."""
+        if self._job.finished is None:
+            return False
+        if self._job.error is not None:
+            raise self._job.error
+        if self._applying is None:
+            self._applying = self.apply(context, self._job.result)
+        for self._job.fraction, self._job.doing in self._applying:
+            return False
+        self._applying = None
+        return True
+
+    def _end(self, context):
+        global running
+        running = None
+        self._job.cancel()
+        if self._applying is not None:
+            self._applying.close()
+        context.window_manager.event_timer_remove(self._timer)
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
+        background.redraw()
+
+
+class MEASUREDBRDF_OT_cancel(bpy.types.Operator):
+    """Stop fitting and leave everything as it was, as Esc does"""
+
+    bl_idname = "measured_brdf.cancel"
+    bl_label = "Cancel Fitting"
+
+    def execute(self, _context):
+        if running is None:
+            return {"CANCELLED"}
+        running.cancel()
+        return {"FINISHED"}
+
+
+classes = (MEASUREDBRDF_OT_cancel,)

@@ -1,0 +1,157 @@
+"""What is worked out in the background: reading, fitting, costs and pictures. Nothing here touches bpy.
+
+Every function takes `report(fraction, doing)`, which raises where the work is no longer wanted.
+"""
+
+import hashlib
+import json
+import threading
+import time
+from collections import OrderedDict
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import fitter
+from ..fitter import appearance, cross_validation, datasets, describe, pictures
+from ..fitter.bake import bake
+
+_LEVELS = range(8)          # of the plot of errors: level 8 takes longer than all others together
+_KEPT = 12                  # fits, a few MB each
+_fits = OrderedDict()
+_lock = threading.Lock()
+
+
+def silent(_fraction, _doing):
+    """A `report` for work that nobody watches."""
+
+
+class Data(NamedTuple):
+    """Measurements, what is to be said of them, and what tells them from others."""
+
+    samples: fitter.Samples
+    description: describe.Description
+    digest: str
+
+
+class Fitted(NamedTuple):
+    """A fit, its errors at its samples, and the time it took."""
+
+    fit: fitter.Fit
+    errors: fitter.ErrorMetrics
+    seconds: float
+
+
+class Outcome(NamedTuple):
+    """All that a material is made from."""
+
+    samples: fitter.Samples
+    digest: str
+    fitted: Fitted
+    source: str
+    albedo: np.ndarray
+    principled: appearance.Principled
+
+
+def read(path, sample, report=silent):
+    """Read and describe measurements: Data. Raises DatasetError."""
+    report(0.0, "Reading")
+    samples = fitter.load(path, sample or None)
+    return Data(samples, describe.describe(samples, datasets.overflowed(path, sample or None)), digest(samples))
+
+
+def outcome(path, sample, arguments, report=silent):
+    """Read and fit measurements, up to the shader's source: Outcome. Raises DatasetError, ValueError."""
+    report(0.0, "Reading")
+    samples = fitter.load(path, sample or None)
+    key = digest(samples)
+    report(0.1, "Fitting")
+    return finish(samples, key, fitted(samples, key, arguments), report)
+
+
+def finish(samples, key, found, report=silent):
+    """What a material needs besides its fit: Outcome."""
+    report(0.6, "Writing the shader")
+    source = bake(found.fit)
+    report(0.9, "Measuring its colour")
+    return Outcome(samples, key, found, source, appearance.albedo(found.fit), appearance.principled(samples))
+
+
+def fitted(samples, key, arguments):
+    """Fit, or take the fit that was made before: Fitted. Raises ValueError."""
+    whole = key, freeze(arguments)
+    with _lock:
+        if whole in _fits:
+            _fits.move_to_end(whole)
+            return _fits[whole]
+    start = time.perf_counter()
+    made = fit(samples, arguments)
+    found = assess(samples, made, time.perf_counter() - start)
+    with _lock:
+        _fits[whole] = found
+        while len(_fits) > _KEPT:
+            _fits.popitem(last=False)
+    return found
+
+
+def fit(samples, arguments):
+    """A fit by keyword arguments of `fitter.fit`, or by a tolerance."""
+    arguments = dict(arguments)
+    tolerance = arguments.pop("tolerance", None)
+    return fitter.fit(samples, **arguments) if tolerance is None else fitter.fit_within(samples, tolerance)
+
+
+def assess(samples, made, seconds):
+    """A fit with its errors at the samples: Fitted."""
+    return Fitted(made, fitter.error_metrics(samples.values, made.evaluate(*samples.directions)), seconds)
+
+
+def held_out(samples, arguments, report=silent):
+    """RMSE at samples that the fit has not seen, 1/sr; the levels are those that all samples ask for."""
+    done = 0
+
+    def watched(part):
+        nonlocal done
+        report(done / cross_validation.FOLDS, "Predicting held-out samples")
+        done += 1
+        return fit(part, arguments)
+
+    return cross_validation.held_out(samples, watched).rmse
+
+
+def errors_by_level(data, arguments, report=silent):
+    """The plot of errors at the samples against level, the choice marked: (size, size, 4) float32."""
+    current = fitted(data.samples, data.digest, arguments)
+    plain = current.fit.specular_level is None
+    if "tolerance" in arguments:
+        arguments = {name: getattr(current.fit, name) for name in ("diffuse_level", "specular_level", "compression")}
+    errors = []
+    for level in _LEVELS:
+        report(level / len(_LEVELS), "Fitting every level")
+        changed = {**arguments, "diffuse_level" if plain else "specular_level": level}
+        errors.append(fitted(data.samples, data.digest, changed).errors.rmse)
+    level = current.fit.diffuse_level if plain else current.fit.specular_level
+    return pictures.error_plot(list(_LEVELS), errors, (level, current.errors.rmse))
+
+
+def lit_sphere(data, arguments, _report=silent):
+    """The picture of a lit sphere: (size, size, 4) float32."""
+    return pictures.lit_sphere(fitted(data.samples, data.digest, arguments).fit)
+
+
+def polar_plot(data, arguments, theta_i, _report=silent):
+    """The polar plot, and the incidence of the samples on it (radians)."""
+    return pictures.polar_plot(fitted(data.samples, data.digest, arguments).fit, data.samples, theta_i)
+
+
+def digest(samples):
+    """Tells measurements from any others, wherever their file lies: 32 hexadecimal digits."""
+    content = hashlib.sha256("\n".join(samples.channels).encode())
+    for array in (*samples.directions, samples.values):
+        content.update(np.ascontiguousarray(array).tobytes())
+    return content.hexdigest()[:32]
+
+
+def freeze(arguments):
+    """Keyword arguments as a key."""
+    return json.dumps(arguments, sort_keys=True)
