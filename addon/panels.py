@@ -153,7 +153,7 @@ def _cost(data, arguments):
     """The jobs that fit, and that fit without the samples that are held out."""
     key = data.digest, work.freeze(arguments)
     held = background.ask(("held out", *key), partial(work.held_out, data.samples, arguments))
-    found = background.ask(("fit", *key), lambda _report: work.fitted(data.samples, data.digest, arguments))
+    found = background.ask(("fit", *key), partial(work.fitted, data.samples, data.digest, arguments))
     return found, held
 
 

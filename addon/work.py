@@ -1,13 +1,13 @@
 """What is worked out in the background: reading, fitting, costs and pictures. Nothing here touches bpy.
 
-Every function takes `report(fraction, doing)`, which raises where the work is no longer wanted.
+Every function takes `report(fraction, doing)`, which is told how far it is.
 """
 
 import hashlib
 import json
-import threading
 import time
 from collections import OrderedDict
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +19,6 @@ from ..fitter.bake import bake
 _LEVELS = range(8)          # of the plot of errors: level 8 takes longer than all others together
 _KEPT = 12                  # fits, a few MB each
 _fits = OrderedDict()
-_lock = threading.Lock()
 
 
 def silent(_fraction, _doing):
@@ -69,6 +68,30 @@ def outcome(path, sample, arguments, report=silent):
     return finish(samples, key, fitted(samples, key, arguments), report)
 
 
+def outcomes(sources, arguments, report=silent):
+    """Outcomes of several measurements, or the errors that stand for them.
+
+    Parameters
+    ----------
+    sources : list of (path, sample)
+    arguments : dict
+
+    Returns
+    -------
+    list of (path, sample, Outcome or ValueError)
+    """
+    done = []
+    for number, (path, sample) in enumerate(sources):
+        def within(fraction, doing, number=number, name=sample or Path(path).name):
+            report((number + fraction) / len(sources), f"{name}: {doing}")
+
+        try:
+            done.append((path, sample, outcome(path, sample, arguments, within)))
+        except ValueError as error:
+            done.append((path, sample, error))
+    return done
+
+
 def finish(samples, key, found, report=silent):
     """What a material needs besides its fit: Outcome."""
     report(0.6, "Writing the shader")
@@ -77,20 +100,18 @@ def finish(samples, key, found, report=silent):
     return Outcome(samples, key, found, source, appearance.albedo(found.fit), appearance.principled(samples))
 
 
-def fitted(samples, key, arguments):
+def fitted(samples, key, arguments, _report=silent):
     """Fit, or take the fit that was made before: Fitted. Raises ValueError."""
     whole = key, freeze(arguments)
-    with _lock:
-        if whole in _fits:
-            _fits.move_to_end(whole)
-            return _fits[whole]
+    if whole in _fits:
+        _fits.move_to_end(whole)
+        return _fits[whole]
     start = time.perf_counter()
     made = fit(samples, arguments)
     found = assess(samples, made, time.perf_counter() - start)
-    with _lock:
-        _fits[whole] = found
-        while len(_fits) > _KEPT:
-            _fits.popitem(last=False)
+    _fits[whole] = found
+    while len(_fits) > _KEPT:
+        _fits.popitem(last=False)
     return found
 
 
@@ -145,10 +166,14 @@ def polar_plot(data, arguments, theta_i, _report=silent):
 
 
 def digest(samples):
-    """Tells measurements from any others, wherever their file lies: 32 hexadecimal digits."""
+    """Tells measurements from any others, wherever their file lies: 32 hexadecimal digits.
+
+    Rounded, because the conversion of spectra differs in the last bits from one computer to another.
+    """
     content = hashlib.sha256("\n".join(samples.channels).encode())
-    for array in (*samples.directions, samples.values):
-        content.update(np.ascontiguousarray(array).tobytes())
+    scale = np.abs(samples.values).max() or 1.0
+    for array in (*samples.directions, samples.values / scale):
+        content.update(np.round(1e7 * np.ascontiguousarray(array)).astype("<i8").tobytes())
     return content.hexdigest()[:32]
 
 

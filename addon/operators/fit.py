@@ -1,5 +1,6 @@
 """Fitting the data of a material, by its own choices."""
 
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -40,7 +41,7 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
         settings = target.measured_brdf
         self._choices = SimpleNamespace(**{name: getattr(settings, name) for name in CHOICES})
         path, sample, arguments = bpy.path.abspath(settings.filepath), settings.sample, fit_arguments(settings)
-        return lambda report: work.outcome(path, sample, arguments, report)
+        return partial(work.outcome, path, sample, arguments)
 
     def apply(self, context, outcome):
         target = next((item for item in bpy.data.materials if item.session_uid == self._target), None)

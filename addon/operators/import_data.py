@@ -1,5 +1,6 @@
 """Files of measurements into materials: by File > Import, by drag and drop, and a folder at a time."""
 
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -10,7 +11,7 @@ from ...fitter import DatasetError
 from ...fitter.datasets import list_samples
 from .. import material, preferences, work
 from ..properties import CHOICES, LEVELS, FitChoices, complete, fit_arguments, use_preset
-from .in_background import EXPECTED, InBackground
+from .in_background import InBackground
 
 EXTENSIONS = (".dat", ".astm", ".brdf", ".mat")
 _GLOB = ";".join(f"*{extension}" for extension in EXTENSIONS)
@@ -47,9 +48,7 @@ class MEASUREDBRDF_OT_import_data(FitChoices, InBackground, bpy.types.Operator):
         return self.run(context)
 
     def work(self, _context):
-        sources = [(path, self.sample) for path in self._paths()]
-        arguments = fit_arguments(self)
-        return lambda report: _fit_all(sources, arguments, report)
+        return partial(work.outcomes, [(path, self.sample) for path in self._paths()], fit_arguments(self))
 
     def apply(self, context, outcomes):
         yield from make_materials(self, context, outcomes)
@@ -118,11 +117,11 @@ class MEASUREDBRDF_OT_import_folder(FitChoices, InBackground, bpy.types.Operator
         sources, failures = sources_in([bpy.path.abspath(self.directory)])
         if not sources and not failures:
             raise ValueError(f"{self.directory}: no files of measurements ({_GLOB}); choose a folder that has some")
-        arguments = fit_arguments(self)
-        return lambda report: failures + _fit_all(sources, arguments, report)
+        self._failures = failures
+        return partial(work.outcomes, sources, fit_arguments(self))
 
     def apply(self, context, outcomes):
-        yield from make_materials(self, context, outcomes)
+        yield from make_materials(self, context, self._failures + outcomes)
 
 
 class MEASUREDBRDF_FH_measurements(bpy.types.FileHandler):
@@ -157,7 +156,8 @@ def sources_in(paths):
     """
     files = []
     for path in map(Path, paths):
-        files += sorted(item for item in path.iterdir() if item.suffix.lower() in EXTENSIONS) if path.is_dir() else [path]
+        files += sorted(item for item in path.iterdir()
+                        if item.suffix.lower() in EXTENSIONS) if path.is_dir() else [path]
     sources, failures = [], []
     for file in files:
         if file.name.lower() in {"gbrdf.dat", "bbrdf.dat"} and any(
@@ -214,20 +214,6 @@ def assign_to(target, item):
     else:
         slot.material = item
     return True
-
-
-def _fit_all(sources, arguments, report):
-    """Outcomes, or the errors that stand for them: a list of (path, sample, outcome or exception)."""
-    done = []
-    for number, (path, sample) in enumerate(sources):
-        def watched(fraction, doing, number=number, name=sample or Path(path).name):
-            report((number + fraction) / len(sources), f"{name}: {doing.lower()}")
-
-        try:
-            done.append((path, sample, work.outcome(path, sample, arguments, watched)))
-        except EXPECTED as error:
-            done.append((path, sample, error))
-    return done
 
 
 def _menu_items(menu, _context):

@@ -1,9 +1,10 @@
-"""Operators that work in a thread while the window stays alive, with a progress bar, and Esc to cancel."""
+"""Operators that work in another process while the window stays alive, with a progress bar, and Esc to cancel."""
 
 import bpy
 
 from ...fitter import DatasetError
 from .. import background, node_group
+from ..work import silent
 
 EXPECTED = (DatasetError, node_group.CompileError, ValueError)
 
@@ -13,16 +14,16 @@ running = None              # what the panel shows progress of
 class InBackground:
     """A mix-in for operators: the whole is one undo step, and cancelling it changes nothing.
 
-    An operator defines ``work(context)``, which returns a function of `report` for the thread, or None where there is
-    nothing to be done there; and ``apply(context, result)``, a generator of (fraction, doing) that does the rest on
-    the main thread, piece by piece. Where it is closed early it takes back what it has done.
+    An operator defines ``work(context)``, which returns what `background.Job` takes, or None where there is nothing
+    to be done in another process; and ``apply(context, result)``, a generator of (fraction, doing) that does the rest
+    here, piece by piece. Where it is closed early it takes back what it has done.
     """
 
     def run(self, context):
         """All of it at once, for scripts: what `execute` returns."""
         try:
             work = self.work(context)
-            for _ in self.apply(context, work and work(lambda fraction, doing: None)):
+            for _ in self.apply(context, work and work(silent)):
                 pass
         except EXPECTED as error:
             self.report({"ERROR"}, str(error))
@@ -77,20 +78,20 @@ class InBackground:
     def _begin(self, work):
         global running
         self._applying = None
-        self._job = running = background.start(work if work is not None else lambda report: None)
+        self._job = running = background.start(work) if work is not None else background.finished()
 
     def _step(self, context):
         """Whether all is done, after having done the next piece."""
-        if self._job.finished is None:
+        if not self._job.poll():
             return False
         if self._job.error is not None:
             raise self._job.error
         if self._applying is None:
             self._applying = self.apply(context, self._job.result)
-        for self._job.fraction, self._job.doing in self._applying:
-            return False
-        self._applying = None
-        return True
+        step = next(self._applying, None)
+        if step is not None:
+            self._job.fraction, self._job.doing = step
+        return step is None
 
     def _end(self, context):
         global running
@@ -111,9 +112,8 @@ class MEASUREDBRDF_OT_cancel(bpy.types.Operator):
     bl_label = "Cancel Fitting"
 
     def execute(self, _context):
-        if running is None:
-            return {"CANCELLED"}
-        running.cancel()
+        global running
+        running = None                  # which the operator that runs takes notice of
         return {"FINISHED"}
 
 
