@@ -23,7 +23,7 @@ _PACKAGE = __package__.rpartition(".")[0]
 _answers = OrderedDict()    # key: the job that was finished last, or else the one that is under way
 _queue = []                 # (key, job, then), the next one last
 _asked = None               # the one that is being answered
-_workers = {}               # "operator" and "panel": _Worker
+_workers = {}               # "operator" and "panel": Worker
 
 
 class Job:
@@ -58,8 +58,8 @@ class Job:
             self.worker.kill()
 
 
-class _Worker:
-    """The process, and the folder through which it answers."""
+class Worker:
+    """A process that does one piece of work at a time, and the folder through which it answers."""
 
     def __init__(self):
         self._folder = tempfile.TemporaryDirectory(prefix="measured_brdf_")
@@ -188,7 +188,7 @@ def _keep(key, job, then):
 
 def _worker(name):
     if name not in _workers or not _workers[name].is_alive():
-        _workers[name] = _Worker()
+        _workers[name] = Worker()
     return _workers[name]
 
 

@@ -103,7 +103,8 @@ class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
     """Stored with the material; the result is written by `material.assign` and only shown afterwards."""
 
     name_of_data: StringProperty(name="Data")
-    digest: StringProperty(name="Digest")
+    digest: StringProperty(name="Digest")               # of the measurements
+    asset_key: StringProperty(name="Asset Key")         # of an asset that a batch made
     coefficients: IntProperty(name="Coefficients")
     bytes: IntProperty(name="Bytes")
     rmse: FloatProperty(name="RMSE")

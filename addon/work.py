@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import fitter
-from ..fitter import appearance, cross_validation, datasets, describe, pictures
+from ..fitter import appearance, cross_validation, datasets, describe, fit_file, pictures
 from ..fitter.bake import bake
 
 _LEVELS = range(8)          # of the plot of errors: level 8 takes longer than all others together
@@ -90,6 +90,26 @@ def outcomes(sources, arguments, report=silent):
         except ValueError as error:
             done.append((path, sample, error))
     return done
+
+
+def asset(path, sample, arguments, folder, report=silent):
+    """An Outcome and a thumbnail; the fit is kept in a folder, and taken from there the next time."""
+    samples = fitter.load(path, sample or None)
+    key = digest(samples)
+    keep = Path(folder) / f"{asset_key(samples.name, key, arguments)}.npz"
+    if keep.is_file():
+        found = assess(samples, fitter.Fit.load(keep), 0.0)
+    else:
+        found = fitted(samples, key, arguments)
+        keep.parent.mkdir(parents=True, exist_ok=True)
+        found.fit.save(keep)
+    return finish(samples, key, found, report), pictures.lit_sphere(found.fit)
+
+
+def asset_key(name, data_digest, arguments):
+    """Tells whether an asset is up to date: it changes with name, measurements, choices, and the format of fits."""
+    parts = name, data_digest, freeze(arguments), fit_file.VERSION
+    return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:24]
 
 
 def finish(samples, key, found, report=silent):

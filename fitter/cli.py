@@ -6,13 +6,12 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
-
 from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load, report
 from . import fit as fit_samples
 from .bake import bake
 from .bilevel import METHODS, notation
-from .datasets import list_samples
+from .datasets import list_samples, overflowed
+from .describe import describe
 from .files import replacing
 
 _NOT_GIVEN = object()       # None stands for plain MBA
@@ -86,7 +85,7 @@ def _info(options):
         for number, name in samples:
             print(f"{number:4d}  {name}")
         return
-    _describe_samples(load(options.file, options.sample))
+    _describe_samples(options.file, options.sample)
 
 
 def _is_fit(path):
@@ -97,14 +96,11 @@ def _is_fit(path):
         return stream.read(2) == b"PK"
 
 
-def _describe_samples(samples):
-    print(f"{samples.name}: {len(samples)} direction pairs, channels {' '.join(samples.channels)}")
-    for label, theta in (("incident", samples.theta_i), ("outgoing", samples.theta_o)):
-        low, high = np.degrees([theta.min(), theta.max()])
-        print(f"  {label} polar angle   {low:5.1f} to {high:5.1f} degrees")
-    for name, column in zip(samples.channels, samples.values.T, strict=True):
-        print(f"  {name:5s} {column.min():12.6g} to {column.max():12.6g} 1/sr, mean {column.mean():.6g}, "
-              f"{np.count_nonzero(column < 0)} negative")
+def _describe_samples(path, sample):
+    samples = load(path, sample)
+    print(samples.name)
+    for label, text, worrying in describe(samples, overflowed(path, sample)).rows():
+        print(f"  {label:12} {text}{'  (!)' if worrying else ''}")
 
 
 def _describe_fit(fit):
@@ -151,14 +147,14 @@ def _report(options):
 
 def write_report(files, out, levels=report.LEVELS, supplements=()):
     """Write a report with a progress bar, and print where the paper's claim holds; arguments as for `report.write`."""
-    results = report.write(files, out, levels, _show_progress, supplements=supplements, jobs=os.cpu_count() or 1)
+    results = report.write(files, out, levels, show_progress, supplements=supplements, jobs=os.cpu_count() or 1)
     for claim in results["claims"]:
         print(f"{claim['material']:20} better baseline / level 6: {claim['level_6_factor']:7.2f}   "
               f"/ level 4: {claim['level_4_factor']:5.2f}")
     print(f"{out}/results.md, in {results['seconds']:.0f} s")
 
 
-def _show_progress(done, total, name):
+def show_progress(done, total, name):
     """A bar on standard error, where that is a terminal."""
     if sys.stderr.isatty():
         bar = "#" * (30 * done // total)

@@ -2,9 +2,9 @@
 
 import bpy
 
-from . import assets, fit, import_data, in_background, osl, samples
+from . import assets, convert, fit, import_data, in_background, osl, samples
 
-_MODULES = (in_background, import_data, fit, samples, assets, osl)
+_MODULES = (in_background, import_data, fit, samples, assets, convert, osl)
 
 
 def register():

@@ -1,5 +1,7 @@
 """Operators that work in another process while the window stays alive, with a progress bar, and Esc to cancel."""
 
+import time
+
 import bpy
 
 from ...fitter import DatasetError
@@ -24,7 +26,7 @@ class InBackground:
         try:
             work = self.work(context)
             for _ in self.apply(context, work and work(silent)):
-                pass
+                time.sleep(0.01)        # for processes that some of them wait for
         except EXPECTED as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

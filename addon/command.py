@@ -1,0 +1,174 @@
+"""The command line: ``blender --command measured_brdf convert|render|info``, or, on the bpy module, ``python -m``."""
+
+import argparse
+import contextlib
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import bpy
+
+from ..fitter import PRESETS, cli
+from . import assets, batch, osl_support, studio, work
+from . import material as materials
+from .operators.import_data import sources_in
+from .properties import CHOICES, LEVELS, NO_SPECULAR_LEVEL, fit_arguments, use_preset
+
+_TOLERANCE = 0.05
+
+
+def main(arguments=None):
+    """Run one command: the exit code is 0, or 1 where any file failed."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.run(options)
+    except (OSError, ValueError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+
+
+def _parser():
+    parser = argparse.ArgumentParser(prog="measured_brdf", description="Measured reflectance into materials.")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    convert = commands.add_parser("convert", help="make an asset library of all measurements in folders")
+    _add_inputs(convert)
+    convert.add_argument("-o", "--out", required=True, help="the .blend to write; fits are kept beside it, and what is "
+                                                            "up to date is not made again")
+    convert.add_argument("--processes", type=int, default=batch.PROCESSES, metavar="N", help="default: %(default)s")
+    convert.add_argument("--shard", type=_shard, default=(1, 1), metavar="I/N",
+                         help="make only the I-th of N parts, into a .blend of its own")
+    convert.set_defaults(run=_convert)
+
+    render = commands.add_parser("render", help="render a sphere of each material with Cycles")
+    _add_inputs(render)
+    render.add_argument("-o", "--out", required=True, help="the folder to write pictures into")
+    render.add_argument("--size", type=int, default=512, help="pixels, default: %(default)s")
+    render.add_argument("--samples", type=int, default=256, help="a pixel, default: %(default)s")
+    render.set_defaults(run=_render)
+
+    info = commands.add_parser("info", help="describe measurements, before anything is fitted to them")
+    info.add_argument("paths", nargs="+", metavar="PATH", help="files or folders")
+    info.set_defaults(run=_info)
+    return parser
+
+
+def _add_inputs(parser):
+    parser.add_argument("paths", nargs="+", metavar="PATH", help="files or folders of measurements")
+    parser.add_argument("--preset", choices=PRESETS, default="Standard", help="default: %(default)s")
+    parser.add_argument("--diffuse-level", type=int, metavar="D", help="level of the dense lattice, 0 to 8")
+    parser.add_argument("--specular-level", type=_level_or_none, metavar="S",
+                        help="level of the sparse lattice, 0 to 8, or 'none'")
+    parser.add_argument("--compression", type=float, metavar="C", help="percentage of the sparse lattice to drop")
+    parser.add_argument("--tolerance", type=float, metavar="T",
+                        help="take the smallest fit with this RMSE at the samples, 1/sr, instead of levels")
+
+
+def _level_or_none(text):
+    return NO_SPECULAR_LEVEL if text.lower() == "none" else int(text)
+
+
+def _shard(text):
+    part, parts = map(int, text.split("/"))
+    if not 1 <= part <= parts:
+        raise argparse.ArgumentTypeError(f"{text}: expected I/N with I from 1 to N")
+    return part, parts
+
+
+def _choices(options):
+    """The choices that the options ask for, as an operator has them."""
+    choices = SimpleNamespace(**dict.fromkeys(CHOICES))
+    use_preset(choices, options.preset)
+    for name in LEVELS:
+        if getattr(options, name) is not None:
+            setattr(choices, name, getattr(options, name))
+    choices.use_tolerance = options.tolerance is not None
+    choices.tolerance = options.tolerance if choices.use_tolerance else _TOLERANCE
+    return choices
+
+
+def _convert(options):
+    _require_osl()
+    sources, failures = sources_in(options.paths)
+    part, parts = options.shard
+    out = Path(options.out).resolve()
+    if parts > 1:
+        sources, failures = sources[part - 1::parts], failures[part - 1::parts]
+        out = out.with_name(f"{out.stem}-{part}of{parts}.blend")
+    total = len(sources)
+    with _quiet():
+        steps = batch.convert(bpy.context, sources, failures, _choices(options), out, options.processes)
+        while True:
+            try:
+                progress = next(steps)
+            except StopIteration as end:
+                rows = end.value
+                break
+            cli.show_progress(round(total * progress.fraction), max(total, 1), progress.doing)
+            time.sleep(0.02)
+    return _summary(rows, out)
+
+
+def _render(options):
+    _require_osl()
+    sources, failures = sources_in(options.paths)
+    choices, out = _choices(options), Path(options.out)
+    out.mkdir(parents=True, exist_ok=True)
+    rows = [batch.Row(Path(name).name, f"failed: {error}") for name, _, error in failures]
+    for number, (path, sample) in enumerate(sources):
+        cli.show_progress(number, len(sources), sample or Path(path).name)
+        choices.filepath, choices.sample = path, sample
+        try:
+            with _quiet():
+                item = materials.create(work.outcome(path, sample, fit_arguments(choices)), choices, bpy.context)
+                studio.render(item, out.resolve() / f"{assets.file_name(item.name)}.png", options.size, options.samples)
+        except (ValueError, RuntimeError) as error:
+            rows.append(batch.Row(f"{Path(path).name} {sample}".strip(), f"failed: {error}"))
+        else:
+            rows.append(batch.row(item, "rendered"))
+    cli.show_progress(len(sources), max(len(sources), 1), "")
+    return _summary(rows, out)
+
+
+def _info(options):
+    sources, failures = sources_in(options.paths)
+    for path in dict.fromkeys(path for path, _ in sources):
+        cli.main(["info", path])
+    for _, _, error in failures:
+        print(f"error: {error}", file=sys.stderr)
+    return int(bool(failures))
+
+
+def _summary(rows, out):
+    """Print what became of each material: the exit code."""
+    failed = sum(row.status.startswith("failed") for row in rows)
+    for row in sorted(rows):
+        numbers = f"{row.coefficients:10,} {row.nbytes / 1000:8,.0f} KB  RMSE {row.rmse:<9.3g}"
+        print(f"{row.name:28.28} {numbers if row.coefficients else '':42} {row.status}")
+    print(f"{out}: {len(rows) - failed} done, {failed} failed")
+    return int(failed > 0 or not rows)
+
+
+def _require_osl():
+    if osl_support.missing():
+        raise ValueError(osl_support.missing())
+
+
+@contextlib.contextmanager
+def _quiet():
+    """Keep what Blender reports of each operator out of the progress bar."""
+    with contextlib.redirect_stdout(sys.stderr):
+        yield
+
+
+_handle = None
+
+
+def register():
+    global _handle
+    _handle = bpy.utils.register_cli_command("measured_brdf", main)
+
+
+def unregister():
+    bpy.utils.unregister_cli_command(_handle)
