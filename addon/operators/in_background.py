@@ -5,7 +5,7 @@ import time
 import bpy
 
 from ...fitter import DatasetError
-from .. import background, node_group
+from .. import background, node_group, osl_support
 from ..work import silent
 
 EXPECTED = (DatasetError, node_group.CompileError, ValueError)
@@ -24,7 +24,7 @@ class InBackground:
     def run(self, context):
         """All of it at once, for scripts: what `execute` returns."""
         try:
-            work = self.work(context)
+            work = self._checked(context)
             for _ in self.apply(context, work and work(silent)):
                 time.sleep(0.01)        # for processes that some of them wait for
         except EXPECTED as error:
@@ -41,7 +41,7 @@ class InBackground:
             self.report({"ERROR"}, "Another fit is under way: wait for it, or cancel it with Esc")
             return {"CANCELLED"}
         try:
-            work = self.work(context)
+            work = self._checked(context)
         except EXPECTED as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -51,7 +51,7 @@ class InBackground:
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        if (event.type == "ESC" and event.value == "PRESS") or self._job.unwanted:
+        if (event.type == "ESC" and event.value == "PRESS") or running is not self._job:
             self._end(context)
             self.report({"INFO"}, "Cancelled; nothing has changed")
             return {"CANCELLED"}
@@ -59,23 +59,30 @@ class InBackground:
             return {"PASS_THROUGH"}
         try:
             done = self._step(context)
-        except Exception as error:
+        except EXPECTED as error:
             self._end(context)
-            if not isinstance(error, EXPECTED):
-                raise
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        if not done:
-            if context.workspace is not None:
-                context.workspace.status_text_set(f"{self._job.doing}    {self._job.fraction:.0%}    Esc: Cancel")
-            background.redraw()
-            return {"PASS_THROUGH"}
-        self._end(context)
-        return {"FINISHED"}
+        except BaseException:
+            self._end(context)
+            raise
+        if done:
+            self._end(context)
+            return {"FINISHED"}
+        if context.workspace is not None:
+            context.workspace.status_text_set(f"{self._job.doing}    {self._job.fraction:.0%}    Esc: Cancel")
+        background.redraw()
+        return {"PASS_THROUGH"}
 
     def cancel(self, context):
         """Blender ends the operator, as it does when another file is opened."""
         self._end(context)
+
+    def _checked(self, context):
+        """The work, unless it would be for nothing."""
+        if osl_support.missing():
+            raise node_group.CompileError(osl_support.missing())
+        return self.work(context)
 
     def _begin(self, work):
         global running
