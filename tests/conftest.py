@@ -58,6 +58,20 @@ def glossy():
 
 
 @pytest.fixture(scope="session")
+def write_astm():
+    """Write measurements of red, green and blue as a Cornell file: write_astm(path, samples, name=None)."""
+
+    def write(path, samples, name=None):
+        table = np.column_stack([*samples.directions, samples.values])
+        rows = [",".join(f"{number:.7f}" for number in row) for row in table]
+        path.write_text("\n".join([f"SAMPLE_NAME {name or samples.name}", "VARS theta_i,phi_i,theta_s,phi_s,R,G,B",
+                                   *rows]))
+        return path
+
+    return write
+
+
+@pytest.fixture(scope="session")
 def extension():
     """The checkout as the package that Blender makes of it, registered."""
     package = checkout.extension()

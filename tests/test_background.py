@@ -1,0 +1,177 @@
+"""Work in another process: what it returns, what it says meanwhile, how it ends."""
+
+import time
+from functools import partial
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import fitter
+
+
+@pytest.fixture
+def file(tmp_path, glossy, write_astm):
+    return write_astm(tmp_path / "glossy.astm", glossy)
+
+
+@pytest.fixture
+def background(extension):
+    from measured_brdf.addon import background
+
+    yield background
+    background.unregister()
+
+
+def wait(job, seconds=60):
+    end = time.monotonic() + seconds
+    while not job.poll():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    return job
+
+
+def test_an_outcome_is_the_same_as_without_the_process(background, file):
+    from measured_brdf.addon import work
+
+    job = wait(background.start(partial(work.outcome, str(file), "", fitter.PRESETS["Draft"])))
+    expected = work.outcome(str(file), "", fitter.PRESETS["Draft"])
+    assert job.error is None
+    assert isinstance(job.result, work.Outcome)
+    assert job.result.digest == expected.digest
+    assert job.result.source == expected.source
+    directions = expected.samples.directions
+    np.testing.assert_array_equal(job.result.fitted.fit.evaluate(*directions), expected.fitted.fit.evaluate(*directions))
+    assert job.doing != "Starting"
+
+
+def test_errors_come_back_as_they_were_raised(background, tmp_path):
+    from measured_brdf.addon import work
+    from measured_brdf.fitter import DatasetError
+
+    job = wait(background.start(partial(work.outcome, str(tmp_path / "gone.astm"), "", {})))
+    assert isinstance(job.error, DatasetError)
+    assert "gone.astm: cannot be read: No such file" in str(job.error)
+
+
+def test_cancelled_work_ends_at_once_and_the_next_is_done(background, file):
+    from measured_brdf.addon import work
+
+    slow = background.start(partial(work.held_out, fitter.load(file), {"diffuse_level": 7, "specular_level": 8}))
+    process = slow.worker._process
+    assert process.poll() is None
+    slow.cancel()
+    assert process.poll() is not None
+    assert wait(background.start(partial(work.read, str(file), ""))).result.description.count == 1500
+
+
+def test_a_process_that_dies_is_an_error_not_a_wait_without_end(background, file):
+    from measured_brdf.addon import work
+
+    job = background.start(partial(work.held_out, fitter.load(file), {"diffuse_level": 7, "specular_level": 8}))
+    job.worker._process.kill()
+    assert "ended early" in str(wait(job).error)
+
+
+def test_held_out_errors_are_those_of_cross_validation(extension, glossy):
+    from measured_brdf.addon import work
+
+    from fitter import cross_validation
+
+    arguments = fitter.PRESETS["Draft"]
+    expected = cross_validation.held_out(glossy, lambda part: fitter.fit(part, **arguments)).rmse
+    assert work.held_out(glossy, arguments) == pytest.approx(expected)
+
+
+def test_answers_are_kept_and_stale_ones_asked_for_again(background):
+    asked = []
+
+    def function(report):
+        asked.append(report)
+        return len(asked)
+
+    background.ask("question", function)
+    background.answer_all()
+    assert background.ask("question", function).result == 1
+    background.answer_all()
+    assert background.ask("question", function, max_age=0).result == 1      # until the new one is there
+    background.answer_all()
+    assert background.ask("question", function).result == 2
+
+
+def test_of_many_questions_the_oldest_are_dropped(background):
+    for number in range(40):
+        background.ask(number, lambda report, number=number: number)
+    assert len(background._queue) == 12
+    assert background.ask(39, None).finished is None
+    background.answer_all()
+    assert background.ask(39, None).result == 39
+
+
+@pytest.fixture
+def operator(extension):
+    """An operator that makes things piece by piece, without Blender behind it."""
+    from measured_brdf.addon.operators import in_background
+
+    class Operator(in_background.InBackground):
+        def __init__(self):
+            self.made, self.reports, self._timer = [], [], None
+
+        def apply(self, _context, _result):
+            try:
+                for number in range(3):
+                    self.made.append(number)
+                    yield number / 3, "Making"
+            except GeneratorExit:
+                self.made.clear()
+                raise
+
+        def report(self, kind, text):
+            self.reports.append((kind, text))
+
+    yield Operator()
+    in_background.running = None
+
+
+CONTEXT = SimpleNamespace(workspace=None, window_manager=SimpleNamespace(event_timer_remove=lambda timer: None))
+
+
+def event(kind):
+    return SimpleNamespace(type=kind, value="PRESS")
+
+
+def test_a_modal_operator_goes_step_by_step_to_its_end(operator):
+    operator._begin(None)
+    results = [operator.modal(CONTEXT, event("TIMER")) for _ in range(4)]
+    assert results == [{"PASS_THROUGH"}] * 3 + [{"FINISHED"}]
+    assert operator.made == [0, 1, 2]
+
+
+def test_escape_takes_back_what_has_been_done(operator):
+    operator._begin(None)
+    operator.modal(CONTEXT, event("TIMER"))
+    assert operator.modal(CONTEXT, event("MOUSEMOVE")) == {"PASS_THROUGH"}
+    assert operator.made == [0]
+    assert operator.modal(CONTEXT, event("ESC")) == {"CANCELLED"}
+    assert operator.made == []
+
+
+def test_escape_while_the_process_works_changes_nothing(background, operator, file):
+    from measured_brdf.addon import work
+
+    operator._begin(partial(work.held_out, fitter.load(file), {"diffuse_level": 7, "specular_level": 8}))
+    process = operator._job.worker._process
+    assert operator.modal(CONTEXT, event("TIMER")) == {"PASS_THROUGH"}
+    assert operator.modal(CONTEXT, event("ESC")) == {"CANCELLED"}
+    assert operator.made == []
+    assert process.poll() is not None
+
+
+def test_the_cancel_button_does_what_escape_does(extension, operator):
+    import bpy
+
+    operator._begin(None)
+    operator.modal(CONTEXT, event("TIMER"))
+    assert bpy.ops.measured_brdf.cancel() == {"FINISHED"}
+    assert operator.modal(CONTEXT, event("TIMER")) == {"CANCELLED"}
+    assert operator.made == []
