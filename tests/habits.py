@@ -1,0 +1,123 @@
+"""A day with the installed extension, in a process of its own: habits.py ZIP FOLDER.
+
+FOLDER holds ten files of measurements, 0.astm to 9.astm, of which 9.astm is broken. Prints DONE at the end.
+"""
+
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import bpy
+
+package, folder = sys.argv[1], Path(sys.argv[2])
+bpy.ops.wm.read_factory_settings(use_empty=True)
+assert bpy.ops.extensions.package_install_files(
+    filepath=package, repo="user_default", enable_on_install=True) == {"FINISHED"}
+addon = sys.modules["bl_ext.user_default.measured_brdf.addon"]
+operators, background = addon.operators, addon.background
+CHEAP = {"diffuse_level": 2, "specular_level": 3, "compression": 80.0}
+
+
+def counts():
+    return {name: len(getattr(bpy.data, name)) for name in ("materials", "texts", "node_groups")}
+
+
+def drop(*names):
+    """As Blender does for files that are dropped onto the window."""
+    bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", directory=str(folder), files=[{"name": name} for name in names],
+                                      **CHEAP)
+
+
+def settings(material):
+    return {name: getattr(material.measured_brdf, name) for name in (
+        "filepath", "digest", "coefficients", "diffuse_level", "specular_level", "compression", "name_of_data")}
+
+
+# import by drop
+bpy.ops.measured_brdf.enable_osl()
+bpy.ops.mesh.primitive_cube_add()
+bpy.ops.ed.undo_push(message="before")
+before = counts()
+drop("0.astm", "1.astm")
+bpy.ops.ed.undo_push(message="import")
+assert counts()["materials"] == before["materials"] + 2
+assert bpy.context.object.active_material.name == "paint 0"
+
+# undo, redo
+bpy.ops.ed.undo()
+assert counts() == before
+bpy.ops.ed.redo()
+assert bpy.context.object.active_material.name == "paint 0"
+material = bpy.data.materials["paint 0"]
+
+# cancel, first in the other process, then here
+cls = operators.import_data.MEASUREDBRDF_OT_import_data
+
+
+class Drop(operators.in_background.InBackground):
+    """The operator, driven by events that are made here."""
+
+    work, apply, _paths = cls.work, cls.apply, cls._paths
+    preset, use_tolerance, filepath, sample, tolerance = "Paper", False, "", "", 1.0
+    directory, files = str(folder), [SimpleNamespace(name="2.astm"), SimpleNamespace(name="3.astm")]
+    diffuse_level, specular_level, compression, _timer = 2, 3, 80.0, None
+
+    def report(self, *_):
+        """Nobody reads it."""
+
+
+def event(kind):
+    return SimpleNamespace(type=kind, value="PRESS")
+
+
+context = SimpleNamespace(object=None, workspace=None, evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
+                          window_manager=SimpleNamespace(event_timer_remove=lambda timer: None))
+before = counts()
+attempt = Drop()
+attempt._begin(attempt.work(context))
+assert attempt.modal(context, event("TIMER")) == {"PASS_THROUGH"}
+assert attempt.modal(context, event("ESC")) == {"CANCELLED"}
+assert counts() == before
+attempt._begin(attempt.work(context))
+while counts() == before:
+    assert attempt.modal(context, event("TIMER")) == {"PASS_THROUGH"}
+    time.sleep(0.02)
+assert attempt.modal(context, event("ESC")) == {"CANCELLED"}
+assert counts() == before
+attempt._begin(attempt.work(context))
+while attempt.modal(context, event("TIMER")) == {"PASS_THROUGH"}:
+    time.sleep(0.02)
+assert counts()["materials"] == before["materials"] + 2
+
+# copy, refit
+material = bpy.data.materials["paint 0"]
+copy = material.copy()
+kept = settings(copy)
+material.measured_brdf.diffuse_level = 3
+assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
+assert settings(copy) == kept
+assert material.measured_brdf.coefficients > kept["coefficients"]
+
+# save and reload
+kept = settings(material)
+bpy.ops.wm.save_as_mainfile(filepath=str(folder / "saved.blend"))
+bpy.ops.wm.open_mainfile(filepath=str(folder / "saved.blend"))
+assert settings(bpy.data.materials["paint 0"]) == kept
+
+# append and link
+for link in (False, True):
+    bpy.ops.wm.read_homefile(use_empty=True)
+    with bpy.data.libraries.load(str(folder / "saved.blend"), link=link) as (_, target):
+        target.materials = ["paint 0"]
+    assert settings(target.materials[0]) == kept
+
+# batch
+command = addon.command
+out = folder / "library" / "library.blend"
+assert command.main(["convert", str(folder), "-o", str(out), "--preset", "Draft"]) == 1
+with bpy.data.libraries.load(str(out), assets_only=True) as (source, _):
+    assert len(source.materials) == 9
+
+bpy.ops.preferences.addon_disable(module="bl_ext.user_default.measured_brdf")
+print("DONE", bpy.app.version_string)
