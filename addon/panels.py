@@ -73,14 +73,13 @@ class MEASUREDBRDF_PT_material(_MaterialPanel, bpy.types.Panel):
 class MEASUREDBRDF_PT_pictures(_MaterialPanel, bpy.types.Panel):
     """What these choices look like, before they are fitted into the material"""
 
-    bl_label = "Preview"
+    bl_label = "Look"
     bl_parent_id = "MEASUREDBRDF_PT_material"
 
     def draw(self, context):
         layout = self.layout
         settings, data = context.material.measured_brdf, _data(context.material).result
         if data is None:
-            layout.label(text="Reading the measurements", icon="TIME")
             return
         arguments = fit_arguments(settings)
         key = data.digest, work.freeze(arguments)
@@ -109,7 +108,6 @@ class MEASUREDBRDF_PT_compare(_MaterialPanel, bpy.types.Panel):
         layout = self.layout
         data = _data(context.material).result
         if data is None:
-            layout.label(text="Reading the measurements", icon="TIME")
             return
         table = layout.column(align=True)
         _draw_row(table, "Preset", "Coefficients", "KB", "RMSE", "Held out")
@@ -127,11 +125,10 @@ class MEASUREDBRDF_PT_data(_MaterialPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
-        job = _data(context.material)
-        if job.result is None:
-            self.layout.label(text="Reading" if job.error is None else "Cannot be read", icon="TIME")
+        data = _data(context.material).result
+        if data is None:
             return
-        description = job.result.description
+        description = data.description
         self.layout.label(text=description.name)
         column = self.layout.column(align=True)
         for label, text, worrying in description.rows():
@@ -185,10 +182,12 @@ def _draw_progress(layout, job):
 
 
 def _draw_state(layout, settings, data, fitted):
-    """Say where the file is missing, wrong, or not that of the fit."""
-    if data.error is not None:
-        column = _draw_warning(layout, str(data.error))
-        column.operator(fit.MEASUREDBRDF_OT_find_file.bl_idname, icon="FILE_FOLDER")
+    """Say where the file is not read yet, missing, wrong, or not that of the fit."""
+    if data.finished is None:
+        layout.label(text="Reading the measurements", icon="TIME")
+    elif data.error is not None:
+        _draw_warning(layout, str(data.error))
+        layout.operator(fit.MEASUREDBRDF_OT_find_file.bl_idname, icon="FILE_FOLDER")
     elif fitted and data.result is not None and data.result.digest != settings.digest:
         _draw_warning(layout, "The measurements have changed since the fit: Refit takes the new ones")
 
@@ -237,9 +236,9 @@ def _draw_picture(layout, title, key, function):
     column = layout.column()
     column.label(text=title)
     if icon:
-        column.template_icon(icon_value=icon, scale=8)
+        column.template_icon(icon_value=icon, scale=9)
     else:
-        column.progress(factor=job.fraction, text="" if job.error is None else "No picture")
+        column.progress(factor=job.fraction, text=job.doing if job.error is None else "No picture")
     return job
 
 
@@ -263,7 +262,6 @@ def _draw_warning(layout, text):
     column.alert = True
     for number, line in enumerate(_wrapped(text)):
         column.label(text=line, icon="ERROR" if number == 0 else "BLANK1")
-    return column
 
 
 def _wrapped(text, width=52):

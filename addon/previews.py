@@ -14,19 +14,21 @@ def icon(key, function):
 
     Parameters
     ----------
-    key : hashable
-        What is on the picture.
+    key : tuple
+        What is on the picture: its kind, the measurements, and all else that it depends on.
     function : callable
         Takes `Job.report`, returns (size, size, 4) float32, or a tuple that begins with it.
 
     Returns
     -------
     icon_id : int
-        0 while there is none.
+        While there is none yet, that of the picture of this kind which was there before, or 0.
     job : background.Job
     """
     job = background.ask(key, function, then=lambda done: _take(key, done))
-    return _icons.get(key, 0), job
+    if key in _icons:
+        return _icons[key], job
+    return next((icon for other, icon in reversed(_icons.items()) if other[:2] == key[:2]), 0), job
 
 
 def fill(preview, picture):

@@ -54,7 +54,7 @@ def polar_plot(fit, samples, theta_i, size=SIZE):
     scale = max(np.cbrt(max(curve.max(), values.max(initial=0))), 1e-6)
 
     canvas = _canvas(size)
-    origin, radius = np.array([0.5, 0.1]) * size, 0.46 * size
+    origin, radius = np.array([0.5, 0.27]) * size, 0.46 * size
     for fraction in (0.5, 1.0):
         _line(canvas, origin + fraction * radius * _on_arc(np.linspace(-np.pi / 2, np.pi / 2, 91)), _GRID)
     for angle in np.radians((-90, -60, -30, 0, 30, 60, 90)):

@@ -40,8 +40,8 @@ def test_an_outcome_is_the_same_as_without_the_process(background, file):
     assert isinstance(job.result, work.Outcome)
     assert job.result.digest == expected.digest
     assert job.result.source == expected.source
-    directions = expected.samples.directions
-    np.testing.assert_array_equal(job.result.fitted.fit.evaluate(*directions), expected.fitted.fit.evaluate(*directions))
+    there, here = (each.fitted.fit.evaluate(*expected.samples.directions) for each in (job.result, expected))
+    np.testing.assert_array_equal(there, here)
     assert job.doing != "Starting"
 
 
