@@ -71,22 +71,22 @@ def read(path, content, sample=None):
     return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), channels, sample_name(number), str(path))
 
 
-def overflowed(path, lines, sample=None):
+def overflowed(path, content, sample=None):
     """Which measurements overflowed the camera: (205,) bool, or None.
 
     Known where `rover.dat`, `gover.dat` or `bover.dat` lie beside `path`: each has the share of overflowed pixels.
     """
     path = Path(path)
-    number = _sample_number(sample, _row_lines(path, lines), path)
+    number = _sample_number(sample, _rows(path, content), path)
     found = None
     for letter in RGB:
         member = path.with_name(f"{letter.lower()}over.dat")
         if not member.is_file():
             continue
-        content = to_lines(read_bytes(member), member)
-        rows = _row_lines(member, content)
+        text = plain_text(read_bytes(member), member)
+        rows = _rows(member, text)
         if number in rows:
-            share = np.array(_values(member, content, rows[number]))
+            share = np.array(_values(member, text, rows[number]))
             found = (share > 0) | (False if found is None else found)
     return found
 
