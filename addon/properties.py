@@ -63,11 +63,9 @@ def fit_arguments(choices):
 
     Not a method: bpy 4.2 as a module crashes at exit once a class with functions of its own has been a property group.
     """
-    arguments = dict(PRESETS[choices.preset])
     if choices.use_tolerance:
-        return {**{name: value for name, value in arguments.items() if name not in LEVELS},
-                "tolerance": choices.tolerance}
-    arguments |= {name: getattr(choices, name) for name in LEVELS}
+        return {"tolerance": round(choices.tolerance, 7)}
+    arguments = PRESETS[choices.preset] | {name: getattr(choices, name) for name in LEVELS}
     arguments["compression"] = round(arguments["compression"], 4)       # what single precision makes of 99.9
     if choices.specular_level == NO_SPECULAR_LEVEL:
         arguments["specular_level"] = None

@@ -137,9 +137,9 @@ def fitted(samples, key, arguments, _report=silent):
 
 def fit(samples, arguments):
     """A fit by keyword arguments of `fitter.fit`, or by a tolerance."""
-    arguments = dict(arguments)
-    tolerance = arguments.pop("tolerance", None)
-    return fitter.fit(samples, **arguments) if tolerance is None else fitter.fit_within(samples, tolerance)
+    if "tolerance" in arguments:
+        return fitter.fit_within(samples, arguments["tolerance"])
+    return fitter.fit(samples, **arguments)
 
 
 def assess(samples, made, seconds):
