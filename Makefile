@@ -49,7 +49,7 @@ results: build/report/results.md
 
 zip: $(EXTENSION)
 
-$(EXTENSION): $(ENV)/ready blender_manifest.toml __init__.py $(shell find addon fitter osl -type f -not -name '*.pyc')
+$(EXTENSION): $(ENV)/ready blender_manifest.toml __init__.py __main__.py $(shell find addon fitter osl docs/manual docs/manual.md -type f -not -name '*.pyc')
 	$(RUN) tools/blender_extension.py build --source-dir . --output-filepath $@
 	$(RUN) tools/blender_extension.py validate $@
 

@@ -1,7 +1,7 @@
 """Work off the window's process, so that it stays alive: see `worker`.
 
 `start` runs one piece of work at once, for operators. `ask` answers panels: answers are kept by key, and what is
-missing is worked out in another process, the latest question first.
+missing is worked out in another process, the latest question first, as long as a panel shows it.
 """
 
 import pickle
@@ -17,13 +17,13 @@ import bpy
 from .work import silent
 
 _KEPT = 64                  # answers; the oldest are forgotten
-_PENDING = 12               # questions; a slider that is dragged asks many, which nobody waits for later
-_INTERVAL = 0.1             # s
+_INTERVAL = 0.1             # s, between two looks at the workers
+_REDRAW = 0.5               # s, between two redraws while they work
+_UNWANTED = 2.0             # s, after which a question is dropped that no panel has asked again
 _PACKAGE = __package__.rpartition(".")[0]
 _answers = OrderedDict()    # key: the job that was finished last, or else the one that is under way
-_queue = []                 # (key, job, then), the next one last
-_asked = None               # the one that is being answered
-_workers = {}               # "operator" and "panel": Worker
+_workers = {}               # name: Worker
+_drawn = 0.0                # when the panels were last told to draw
 
 
 class Job:
@@ -37,14 +37,14 @@ class Job:
         How far it is, and at what.
     result, error
         What the function returned, or the exception that it raised.
-    finished : float, or None
+    finished, asked : float, or None
         When, by `time.monotonic`.
     """
 
     def __init__(self, function):
         self.function, self.worker = function, None
         self.fraction, self.doing = 0.0, "Starting"
-        self.result = self.error = self.finished = None
+        self.result = self.error = self.finished = self.asked = None
 
     def poll(self):
         """Take what the worker has said meanwhile: whether the work is finished."""
@@ -115,8 +115,47 @@ def finished():
     return job
 
 
-def ask(key, function, then=None, max_age=None):
-    """The Job that answers a question, finished or not.
+class _Lane:
+    """Questions that wait for one worker: (key, job, then), the next one last."""
+
+    def __init__(self, name):
+        self.name, self.queue, self.running = name, [], None
+
+    def pending(self):
+        """All questions without an answer."""
+        return [*self.queue, self.running] if self.running else self.queue
+
+    def drop_unwanted(self, now):
+        """Forget what no panel shows any more."""
+        for item in self.pending()[:]:
+            key, job, _ = item
+            if now - job.asked < _UNWANTED:
+                continue
+            if _answers.get(key) is job:
+                del _answers[key]
+            if item is self.running:
+                self.running = None
+                job.cancel()
+            else:
+                self.queue.remove(item)
+
+    def tend(self):
+        """Take an answer and pass on the next question: whether there was an answer."""
+        answered = self.running is not None and self.running[1].poll()
+        if answered:
+            _keep(*self.running)
+            self.running = None
+        if self.running is None and self.queue:
+            self.running = self.queue.pop()
+            _worker(self.name).begin(self.running[1])
+        return answered
+
+
+_quick, _slow = _lanes = _Lane("quick"), _Lane("slow")
+
+
+def ask(key, function, then=None, max_age=None, slow=False):
+    """The Job that answers a question, finished or not. Whoever wants an answer goes on asking until it is there.
 
     Parameters
     ----------
@@ -128,32 +167,41 @@ def ask(key, function, then=None, max_age=None):
         Takes the finished job.
     max_age : float, optional
         Seconds after which the question is asked anew; until that is answered, the old answer stands.
+    slow : bool
+        Whether other questions should not wait for this one.
     """
+    lane, now = _slow if slow else _quick, time.monotonic()
     job = _answers.get(key)
-    if job is not None:
+    for other, waiting, _ in lane.pending():
+        if other == key:
+            waiting.asked = now
+            return job
+    if job is not None and job.finished is not None:
         _answers.move_to_end(key)
-        fresh = job.finished is None or max_age is None or time.monotonic() - job.finished < max_age
-        if fresh or any(asked[0] == key for asked in [*_queue, _asked or (None,)]):
+        if max_age is None or now - job.finished < max_age:
             return job
     new = Job(function)
+    new.asked = now
     if job is None:
         job = _answers[key] = new
-    _queue.append((key, new, then))
-    for dropped, *_ in _queue[:-_PENDING]:
-        if _answers[dropped].finished is None:
-            del _answers[dropped]
-    del _queue[:-_PENDING]
+    lane.queue.append((key, new, then))
     if not bpy.app.timers.is_registered(_tend):
         bpy.app.timers.register(_tend, persistent=True)
     return job
 
 
+def known(key):
+    """The answer to a question, or None where there is none yet."""
+    return _answers[key].result if key in _answers else None
+
+
 def answer_all():
     """Answer every question now, in this process: for scripts, where no timer runs."""
-    while _queue:
-        key, job, then = _queue.pop()
-        job.result, job.finished = job.function(silent), time.monotonic()
-        _keep(key, job, then)
+    for lane in _lanes:
+        while lane.queue:
+            key, job, then = lane.queue.pop()
+            job.result, job.finished = job.function(silent), time.monotonic()
+            _keep(key, job, then)
 
 
 def redraw():
@@ -165,16 +213,17 @@ def redraw():
 
 
 def _tend():
-    """Take answers, and pass on the next question: a timer, until there are no more."""
-    global _asked
-    if _asked is not None and _asked[1].poll():
-        _keep(*_asked)
-        _asked = None
+    """See to the lanes: a timer, until there is nothing left to do."""
+    global _drawn
+    now = time.monotonic()
+    answered = False
+    for lane in _lanes:
+        lane.drop_unwanted(now)
+        answered |= lane.tend()
+    if answered or now - _drawn > _REDRAW:      # a panel that is drawn asks again for what it shows
+        _drawn = now
         redraw()
-    if _asked is None and _queue:
-        _asked = _queue.pop()
-        _worker("panel").begin(_asked[1])
-    return None if _asked is None else _INTERVAL
+    return _INTERVAL if any(lane.running for lane in _lanes) else None
 
 
 def _keep(key, job, then):
@@ -193,9 +242,9 @@ def _worker(name):
 
 
 def unregister():
-    global _asked
-    _asked = None
-    _queue.clear(), _answers.clear()
+    for lane in _lanes:
+        lane.queue, lane.running = [], None
+    _answers.clear()
     if bpy.app.timers.is_registered(_tend):
         bpy.app.timers.unregister(_tend)
     for worker in _workers.values():

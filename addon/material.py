@@ -95,4 +95,5 @@ def _store(settings, choices, outcome):
     settings.name_of_data, settings.digest = outcome.samples.name, outcome.digest
     settings.coefficients, settings.bytes = fit.coefficient_count, fit.nbytes
     settings.rmse, settings.mre, settings.seconds = errors.rmse, errors.mre, seconds
+    settings.changes = "; ".join(fit.changes)
     settings.fitted_levels = notation(fit.diffuse_level, fit.specular_level, fit.compression)

@@ -1,17 +1,14 @@
 """The panels in the material tab. Drawing reads stored properties and finished answers only: no files, no fitting."""
 
 import math
-from functools import partial
 
 import bpy
 
 from ..fitter import PRESETS
-from . import background, manual, osl_support, previews, work
+from . import manual, osl_support, questions, work
 from . import material as materials
 from .operators import assets, fit, import_data, in_background, osl, samples
 from .properties import NO_SPECULAR_LEVEL, fit_arguments, is_preset
-
-_RECHECK = 5.0              # seconds after which a file that is shown is looked at again
 
 
 class _MaterialPanel:
@@ -57,7 +54,7 @@ class MEASUREDBRDF_PT_material(_MaterialPanel, bpy.types.Panel):
         if not settings.filepath:
             layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
             return
-        data = _data(context.material)
+        data = questions.data(context.material)
         _draw_state(layout, settings, data, fitted)
         _draw_choices(layout, settings)
         _draw_cost(layout, settings, data.result)
@@ -78,17 +75,15 @@ class MEASUREDBRDF_PT_pictures(_MaterialPanel, bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
-        settings, data = context.material.measured_brdf, _data(context.material).result
+        settings, data = context.material.measured_brdf, questions.data(context.material).result
         if data is None:
             return
         arguments = fit_arguments(settings)
-        key = data.digest, work.freeze(arguments)
         pictures = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
-        _draw_picture(pictures, "Lit sphere", ("sphere", *key), partial(work.lit_sphere, data, arguments))
-        theta = round(settings.shown_theta, 3)
-        job = _draw_picture(pictures, "Plane of incidence", ("polar", *key, theta),
-                            partial(work.polar_plot, data, arguments, theta))
-        _draw_picture(pictures, "RMSE by level", ("levels", *key), partial(work.errors_by_level, data, arguments))
+        _draw_picture(pictures, "Lit sphere", *questions.lit_sphere(data, arguments))
+        polar = questions.polar_plot(data, arguments, settings.shown_theta)
+        job = _draw_picture(pictures, "Plane of incidence", *polar)
+        _draw_picture(pictures, "RMSE by level", *questions.errors_by_level(data, arguments))
         column = pictures.column()
         column.label(text="Incidence")
         column.prop(settings, "shown_theta", text="")
@@ -106,13 +101,13 @@ class MEASUREDBRDF_PT_compare(_MaterialPanel, bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
-        data = _data(context.material).result
+        data = questions.data(context.material).result
         if data is None:
             return
         table = layout.column(align=True)
         _draw_row(table, "Preset", "Coefficients", "KB", "RMSE", "Held out")
         for name, arguments in PRESETS.items():
-            found, held = _cost(data, arguments)
+            found, held = questions.cost(data, arguments)
             _draw_row(table, name, *_numbers(found, held))
         layout.label(text="RMSE at the samples, and at samples left out (1/sr)")
 
@@ -125,7 +120,7 @@ class MEASUREDBRDF_PT_data(_MaterialPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
-        data = _data(context.material).result
+        data = questions.data(context.material).result
         if data is None:
             return
         description = data.description
@@ -138,22 +133,6 @@ class MEASUREDBRDF_PT_data(_MaterialPanel, bpy.types.Panel):
             split.label(text=text, icon="ERROR" if worrying else "NONE")
 
 
-def _data(material):
-    """The job that reads the file of a material."""
-    settings = material.measured_brdf
-    path = bpy.path.abspath(settings.filepath, library=material.library)
-    return background.ask(("data", path, settings.sample), partial(work.read, path, settings.sample),
-                          max_age=_RECHECK)
-
-
-def _cost(data, arguments):
-    """The jobs that fit, and that fit without the samples that are held out."""
-    key = data.digest, work.freeze(arguments)
-    held = background.ask(("held out", *key), partial(work.held_out, data.samples, arguments))
-    found = background.ask(("fit", *key), partial(work.fitted, data.samples, data.digest, arguments))
-    return found, held
-
-
 def _numbers(found, held):
     """Coefficients, kilobytes, error and held-out error as text, as far as they are known."""
     if found.error is not None:
@@ -161,7 +140,7 @@ def _numbers(found, held):
     if found.result is None:
         return "...", "...", "...", "..."
     made, errors, _ = found.result
-    left_out = "..." if held.finished is None else f"{held.result:.3g}" if held.error is None else "-"
+    left_out = f"{held.fraction:.0%}" if held.finished is None else "-" if held.error else f"{held.result:.3g}"
     return f"{made.coefficient_count:,}", f"{made.nbytes / 1000:,.0f}", f"{errors.rmse:.3g}", left_out
 
 
@@ -205,11 +184,12 @@ def _draw_choices(layout, settings):
     row = levels.row()
     row.active = settings.specular_level != NO_SPECULAR_LEVEL
     row.prop(settings, "compression", slider=True)
-    row = column.row(heading="Auto")
-    row.prop(settings, "use_tolerance", text="")
-    row = row.row()
-    row.active = settings.use_tolerance
-    row.prop(settings, "tolerance", text="")
+    if work.has_tolerance():
+        row = column.row(heading="Auto")
+        row.prop(settings, "use_tolerance", text="")
+        row = row.row()
+        row.active = settings.use_tolerance
+        row.prop(settings, "tolerance", text="")
 
 
 def _draw_cost(layout, settings, data):
@@ -217,7 +197,7 @@ def _draw_cost(layout, settings, data):
     column = layout.column(align=True)
     if data is None:
         return
-    found, held = _cost(data, fit_arguments(settings))
+    found, held = questions.cost(data, fit_arguments(settings))
     if found.error is not None:
         _draw_warning(layout, str(found.error))
         return
@@ -231,14 +211,15 @@ def _draw_row(layout, *texts):
         row.label(text=text)
 
 
-def _draw_picture(layout, title, key, function):
-    icon, job = previews.icon(key, function)
+def _draw_picture(layout, title, icon, job):
     column = layout.column()
     column.label(text=title)
     if icon:
         column.template_icon(icon_value=icon, scale=9)
-    else:
-        column.progress(factor=job.fraction, text=job.doing if job.error is None else "No picture")
+    if job.finished is None:
+        column.progress(factor=job.fraction, text=job.doing)
+    elif job.error is not None:
+        column.label(text=str(job.error), icon="ERROR")
     return job
 
 
@@ -255,6 +236,8 @@ def _draw_result(layout, settings):
         split.alignment = "RIGHT"
         split.label(text=name)
         split.label(text=value)
+    for line in _wrapped(settings.changes) if settings.changes else ():
+        layout.label(text=line)
 
 
 def _draw_warning(layout, text):

@@ -12,10 +12,11 @@ NO_SPECULAR_LEVEL = -1
 LEVELS = ("diffuse_level", "specular_level", "compression")
 CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance")
 PRESET_HELP = {
-    "Draft": "Small and quick, for look development: highlights come out softer than measured",
-    "Standard": "What a scene is rendered with",
-    "Reference": "Narrow highlights come out as measured; the largest files and the slowest shaders",
-    "Paper": "The method and the levels that Kameya and Lewis recommend (2002)",
+    "Draft": "The smooth shape alone, a few KB, for look development: what departs from it in single directions is lost",
+    "Standard": "What a scene is rendered with: a few tens of KB, close to the measurements and smooth between them",
+    "Reference": "Every sample as it was measured, the narrowest highlights included: the largest files",
+    "Paper": "Exactly the method and the levels of Kameya and Lewis (2002): it can ring between the measured directions, "
+             "and reflect less than nothing there",
 }
 PRESET_ITEMS = tuple((name, name, PRESET_HELP.get(name, "")) for name in sorted(PRESETS, key=list(PRESET_HELP).index))
 _PAPER = PRESETS["Paper"]
@@ -46,7 +47,7 @@ class FitChoices:
         description="Fineness of the sparse lattice that carries highlights. Higher levels make them narrower and "
                     "brighter, as measured. -1 for none: the diffuse level alone")
     compression: FloatProperty(
-        name="Compression", default=_PAPER["compression"], min=0, max=100, subtype="PERCENTAGE", precision=1,
+        name="Compression", default=_PAPER["compression"], min=0, max=100, subtype="PERCENTAGE", precision=2,
         description="Share of the specular lattice that is dropped, smallest first. Higher makes a smaller file and "
                     "a flatter highlight")
     use_tolerance: BoolProperty(
@@ -109,6 +110,7 @@ class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
     mre: FloatProperty(name="MRE")
     seconds: FloatProperty(name="Seconds")
     fitted_levels: StringProperty(name="Levels")
+    changes: StringProperty(name="Changes")             # to the fit, for the sake of physics
     shown_theta: FloatProperty(
         name="Incidence", default=math.radians(40), min=0, max=math.radians(85), subtype="ANGLE",
         description="Angle of incidence of the polar plot. It changes nothing in the material")

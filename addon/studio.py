@@ -2,6 +2,7 @@
 
 import math
 
+import bmesh
 import bpy
 
 from . import osl_support
@@ -43,8 +44,6 @@ def _build():
 
 
 def _sphere(mesh):
-    import bmesh
-
     shape = bmesh.new()
     bmesh.ops.create_uvsphere(shape, u_segments=128, v_segments=64, radius=1)
     for face in shape.faces:

@@ -59,13 +59,31 @@ def read(path, sample, report=silent):
     return Data(samples, describe.describe(samples, datasets.overflowed(path, sample or None)), digest(samples))
 
 
-def outcome(path, sample, arguments, report=silent):
-    """Read and fit measurements, up to the shader's source: Outcome. Raises DatasetError, ValueError."""
+def outcome(path, sample, arguments, report=silent, known=None):
+    """Read and fit measurements, up to the shader's source.
+
+    Parameters
+    ----------
+    path, sample, arguments
+        The measurements, and what decides the fit.
+    known : (str, Fitted), optional
+        The fit, where it has been made before, with the digest of its measurements.
+
+    Returns
+    -------
+    Outcome
+
+    Raises
+    ------
+    DatasetError, ValueError
+        If the measurements or the arguments are no good.
+    """
     report(0.0, "Reading")
     samples = fitter.load(path, sample or None)
     key = digest(samples)
     report(0.1, "Fitting")
-    return finish(samples, key, fitted(samples, key, arguments), report)
+    found = known[1] if known is not None and known[0] == key else fitted(samples, key, arguments)
+    return finish(samples, key, found, report)
 
 
 def outcomes(sources, arguments, report=silent):
@@ -135,9 +153,16 @@ def fitted(samples, key, arguments, _report=silent):
     return found
 
 
+def has_tolerance():
+    """Whether fits can be made by a tolerance."""
+    return hasattr(fitter, "fit_within")
+
+
 def fit(samples, arguments):
     """A fit by keyword arguments of `fitter.fit`, or by a tolerance."""
     if "tolerance" in arguments:
+        if not has_tolerance():
+            raise ValueError("A tolerance is not known here: choose levels")
         return fitter.fit_within(samples, arguments["tolerance"])
     return fitter.fit(samples, **arguments)
 

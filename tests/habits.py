@@ -115,7 +115,8 @@ for link in (False, True):
 # batch
 command = addon.command
 out = folder / "library" / "library.blend"
-assert command.main(["convert", str(folder), "-o", str(out), "--preset", "Draft"]) == 1
+assert command.main(["convert", str(folder), "-o", str(out), "--preset", "Paper", "--diffuse-level", "2",
+                     "--specular-level", "none"]) == 1
 with bpy.data.libraries.load(str(out), assets_only=True) as (source, _):
     assert len(source.materials) == 9
 

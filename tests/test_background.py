@@ -16,6 +16,15 @@ def file(tmp_path, glossy, write_astm):
 
 
 @pytest.fixture
+def long_work(extension, file):
+    """Work that takes minutes."""
+    from measured_brdf.addon import work
+    from measured_brdf.fitter import load
+
+    return partial(work.held_out, load(file), {"diffuse_level": 7, "specular_level": 8})
+
+
+@pytest.fixture
 def background(extension):
     from measured_brdf.addon import background
 
@@ -34,8 +43,8 @@ def wait(job, seconds=60):
 def test_an_outcome_is_the_same_as_without_the_process(background, file):
     from measured_brdf.addon import work
 
-    job = wait(background.start(partial(work.outcome, str(file), "", fitter.PRESETS["Draft"])))
-    expected = work.outcome(str(file), "", fitter.PRESETS["Draft"])
+    job = wait(background.start(partial(work.outcome, str(file), "", fitter.PRESETS["Paper"])))
+    expected = work.outcome(str(file), "", fitter.PRESETS["Paper"])
     assert job.error is None
     assert isinstance(job.result, work.Outcome)
     assert job.result.digest == expected.digest
@@ -54,10 +63,13 @@ def test_errors_come_back_as_they_were_raised(background, tmp_path):
     assert "gone.astm: cannot be read: No such file" in str(job.error)
 
 
-def test_cancelled_work_ends_at_once_and_the_next_is_done(background, file):
+def test_cancelled_work_ends_at_once_and_the_next_is_done(background, long_work, file):
     from measured_brdf.addon import work
 
-    slow = background.start(partial(work.held_out, fitter.load(file), {"diffuse_level": 7, "specular_level": 8}))
+    slow = background.start(long_work)
+    while slow.doing == "Starting":
+        assert not slow.poll()
+        time.sleep(0.02)
     process = slow.worker._process
     assert process.poll() is None
     slow.cancel()
@@ -65,10 +77,8 @@ def test_cancelled_work_ends_at_once_and_the_next_is_done(background, file):
     assert wait(background.start(partial(work.read, str(file), ""))).result.description.count == 1500
 
 
-def test_a_process_that_dies_is_an_error_not_a_wait_without_end(background, file):
-    from measured_brdf.addon import work
-
-    job = background.start(partial(work.held_out, fitter.load(file), {"diffuse_level": 7, "specular_level": 8}))
+def test_a_process_that_dies_is_an_error_not_a_wait_without_end(background, long_work):
+    job = background.start(long_work)
     job.worker._process.kill()
     assert "ended early" in str(wait(job).error)
 
@@ -78,7 +88,7 @@ def test_held_out_errors_are_those_of_cross_validation(extension, glossy):
 
     from fitter import cross_validation
 
-    arguments = fitter.PRESETS["Draft"]
+    arguments = fitter.PRESETS["Paper"]
     expected = cross_validation.held_out(glossy, lambda part: fitter.fit(part, **arguments)).rmse
     assert work.held_out(glossy, arguments) == pytest.approx(expected)
 
@@ -99,13 +109,34 @@ def test_answers_are_kept_and_stale_ones_asked_for_again(background):
     assert background.ask("question", function).result == 2
 
 
-def test_of_many_questions_the_oldest_are_dropped(background):
-    for number in range(40):
+def test_questions_that_no_panel_asks_again_are_dropped(background):
+    for number in range(3):
         background.ask(number, lambda report, number=number: number)
-    assert len(background._queue) == 12
-    assert background.ask(39, None).finished is None
+    kept = background.ask(1, None)
+    lane = background._quick
+    lane.drop_unwanted(kept.asked + background._UNWANTED / 2)
+    assert [key for key, *_ in lane.queue] == [0, 1, 2]
+    lane.queue[0][1].asked -= 10
+    lane.queue[2][1].asked -= 10
+    lane.drop_unwanted(kept.asked)
+    assert [key for key, *_ in lane.queue] == [1]
     background.answer_all()
-    assert background.ask(39, None).result == 39
+    assert background.known(1) == 1
+    assert background.known(0) is None
+
+
+def test_slow_questions_do_not_hold_up_others(background, long_work, file):
+    from measured_brdf.addon import work
+
+    slow = background.ask("slow", long_work, slow=True)
+    quick = background.ask("quick", partial(work.read, str(file), ""))
+    end = time.monotonic() + 60
+    while quick.finished is None and time.monotonic() < end:
+        background._tend()
+        slow.asked = time.monotonic()
+        time.sleep(0.02)
+    assert quick.result.description.count == 1500
+    assert slow.finished is None
 
 
 @pytest.fixture
@@ -156,10 +187,8 @@ def test_escape_takes_back_what_has_been_done(operator):
     assert operator.made == []
 
 
-def test_escape_while_the_process_works_changes_nothing(background, operator, file):
-    from measured_brdf.addon import work
-
-    operator._begin(partial(work.held_out, fitter.load(file), {"diffuse_level": 7, "specular_level": 8}))
+def test_escape_while_the_process_works_changes_nothing(background, operator, long_work):
+    operator._begin(long_work)
     process = operator._job.worker._process
     assert operator.modal(CONTEXT, event("TIMER")) == {"PASS_THROUGH"}
     assert operator.modal(CONTEXT, event("ESC")) == {"CANCELLED"}

@@ -77,7 +77,7 @@ def test_the_package_holds_the_extension_and_nothing_else(package):
 
 
 def test_inside_the_extension_only_what_blender_has_is_imported_and_only_relatively():
-    allowed = {"bpy", "bpy_extras", "mathutils", "numpy", "cycles", "_cycles", *sys.stdlib_module_names}
+    allowed = {"bmesh", "bpy", "bpy_extras", "mathutils", "numpy", "cycles", "_cycles", *sys.stdlib_module_names}
     for path in [*ROOT.glob("addon/**/*.py"), *ROOT.glob("fitter/**/*.py")]:
         for line in path.read_text().splitlines():
             words = line.split()

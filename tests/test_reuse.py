@@ -10,7 +10,7 @@ import pytest
 from demo_scenes.stage import black_scene
 from tools.checkout import ROOT
 
-CHEAP = {"preset": "Draft", "diffuse_level": 2, "specular_level": 3, "compression": 80.0}
+CHEAP = {"preset": "Paper", "diffuse_level": 2, "specular_level": 3, "compression": 80.0}
 
 
 @pytest.fixture
@@ -82,7 +82,7 @@ def test_the_samples_of_a_file_can_be_chosen_by_name(blender, material, data):
     assert blender.ops.measured_brdf.choose_sample(item="aluminum foil", for_material=True) == {"FINISHED"}
     assert material.measured_brdf.sample == "aluminum foil"
     assert blender.ops.measured_brdf.choose_sample(
-        item="leather", filepath=str(data / "curet" / "abrdf.dat"), preset="Draft") == {"FINISHED"}
+        item="leather", filepath=str(data / "curet" / "abrdf.dat")) == {"FINISHED"}
     assert blender.context.object.active_material.name == "leather"
 
 
@@ -235,8 +235,9 @@ def three(ten):
 
 
 def convert(folder, out, *more):
-    return subprocess.run([sys.executable, ROOT, "convert", folder, "-o", out, "--diffuse-level", "2",
-                           "--specular-level", "none", *more], capture_output=True, text=True, check=False, timeout=300)
+    choices = ["--preset", "Paper", "--diffuse-level", "2", "--specular-level", "none"]
+    return subprocess.run([sys.executable, ROOT, "convert", folder, "-o", out, *choices, *more], capture_output=True,
+                          text=True, check=False, timeout=300)
 
 
 def test_of_ten_files_one_broken_the_command_does_the_others(blender, ten, tmp_path, glossy, write_astm):
@@ -291,7 +292,7 @@ def test_the_command_describes_and_renders(three, tmp_path):
     assert done.stdout.count("1,500 direction pairs") == 2
     assert "9.astm: in no known format" in done.stderr
     done = subprocess.run([sys.executable, ROOT, "render", three / "1.astm", "-o", tmp_path / "png", "--size", "32",
-                           "--samples", "4", "--preset", "Draft"], capture_output=True, text=True, check=False)
+                           "--samples", "4", "--preset", "Paper"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "png" / "paint_1.png").read_bytes().startswith(b"\x89PNG")
 

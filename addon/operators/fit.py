@@ -8,7 +8,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
-from .. import material, work
+from .. import material, questions, work
 from ..properties import CHOICES, PRESET_HELP, PRESET_ITEMS, fit_arguments, use_preset
 from .in_background import InBackground
 
@@ -41,7 +41,7 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
         settings = target.measured_brdf
         self._choices = SimpleNamespace(**{name: getattr(settings, name) for name in CHOICES})
         path, sample, arguments = bpy.path.abspath(settings.filepath), settings.sample, fit_arguments(settings)
-        return partial(work.outcome, path, sample, arguments)
+        return partial(work.outcome, path, sample, arguments, known=questions.known_fit(path, sample, arguments))
 
     def apply(self, context, outcome):
         target = next((item for item in bpy.data.materials if item.session_uid == self._target), None)
