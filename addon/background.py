@@ -1,7 +1,7 @@
 """Work off the window's process, so that it stays alive: see `worker`.
 
 `start` runs one piece of work at once, for operators. `ask` answers panels: answers are kept by key, and what is
-missing is worked out in another process, the latest question first, as long as a panel shows it.
+missing is worked out in another process, in the order in which panels draw it, as long as they show it.
 """
 
 import pickle
@@ -116,7 +116,7 @@ def finished():
 
 
 class _Lane:
-    """Questions that wait for one worker: (key, job, then), the next one last."""
+    """Questions that wait for one worker: (key, job, then), in the order in which they were asked first."""
 
     def __init__(self, name):
         self.name, self.queue, self.running = name, [], None
@@ -146,7 +146,7 @@ class _Lane:
             _keep(*self.running)
             self.running = None
         if self.running is None and self.queue:
-            self.running = self.queue.pop()
+            self.running = self.queue.pop(0)
             _worker(self.name).begin(self.running[1])
         return answered
 
@@ -199,7 +199,7 @@ def answer_all():
     """Answer every question now, in this process: for scripts, where no timer runs."""
     for lane in _lanes:
         while lane.queue:
-            key, job, then = lane.queue.pop()
+            key, job, then = lane.queue.pop(0)
             job.result, job.finished = job.function(silent), time.monotonic()
             _keep(key, job, then)
 

@@ -12,11 +12,11 @@ NO_SPECULAR_LEVEL = -1
 LEVELS = ("diffuse_level", "specular_level", "compression")
 CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance")
 PRESET_HELP = {
-    "Draft": "The smooth shape alone, a few KB, for look development: what departs from it in single directions is lost",
+    "Draft": "The smooth shape alone, a few KB, for look development: peaks of single directions are lost",
     "Standard": "What a scene is rendered with: a few tens of KB, close to the measurements and smooth between them",
     "Reference": "Every sample as it was measured, the narrowest highlights included: the largest files",
-    "Paper": "Exactly the method and the levels of Kameya and Lewis (2002): it can ring between the measured directions, "
-             "and reflect less than nothing there",
+    "Paper": "Exactly the method and the levels of Kameya and Lewis (2002): highlights can ripple between the measured "
+             "directions",
 }
 PRESET_ITEMS = tuple((name, name, PRESET_HELP.get(name, "")) for name in sorted(PRESETS, key=list(PRESET_HELP).index))
 _PAPER = PRESETS["Paper"]
