@@ -173,8 +173,11 @@ def assess(samples, made, seconds):
 
 
 def held_out(samples, arguments, report=silent):
-    """RMSE at samples that the fit has not seen, 1/sr; the levels are those that all samples ask for."""
+    """RMSE at samples that the fit has not seen, 1/sr; by a tolerance, with the levels that all samples ask for."""
     done = 0
+    if "tolerance" in arguments:
+        report(0.0, "Fitting")
+        arguments = _levels(fit(samples, arguments))
 
     def watched(part):
         nonlocal done
@@ -190,7 +193,7 @@ def errors_by_level(data, arguments, report=silent):
     current = fitted(data.samples, data.digest, arguments)
     plain = current.fit.specular_level is None
     if "tolerance" in arguments:
-        arguments = {name: getattr(current.fit, name) for name in ("diffuse_level", "specular_level", "compression")}
+        arguments = _levels(current.fit)
     errors = []
     for level in _LEVELS:
         report(level / len(_LEVELS), "Fitting every level")
@@ -198,6 +201,11 @@ def errors_by_level(data, arguments, report=silent):
         errors.append(fitted(data.samples, data.digest, changed).errors.rmse)
     level = current.fit.diffuse_level if plain else current.fit.specular_level
     return pictures.error_plot(list(_LEVELS), errors, (level, current.errors.rmse))
+
+
+def _levels(made):
+    """The keyword arguments of `fitter.fit` that make a fit like this one."""
+    return {name: getattr(made, name) for name in ("diffuse_level", "specular_level", "compression", "method")}
 
 
 def lit_sphere(data, arguments, _report=silent):

@@ -159,6 +159,32 @@ def test_a_preset_sets_its_levels_and_nothing_else(blender, material):
     assert settings.coefficients == fitted
 
 
+def test_imported_with_a_preset_alone_its_levels_are_those_of_the_preset(blender, glossy, write_astm, tmp_path):
+    from measured_brdf.fitter import PRESETS
+    from measured_brdf.fitter.cross_validation import subset
+
+    black_scene(16, 16, samples=1, span=1)
+    few = write_astm(tmp_path / "few.astm", subset(glossy, slice(120)))
+    assert blender.ops.measured_brdf.import_data(filepath=str(few), preset="Standard") == {"FINISHED"}
+    settings = blender.data.materials["glossy"].measured_brdf
+    assert {name: getattr(settings, name) for name in ("diffuse_level", "specular_level")} == {
+        name: PRESETS["Standard"][name] for name in ("diffuse_level", "specular_level")}
+    assert settings.compression == pytest.approx(PRESETS["Standard"]["compression"])
+
+
+def test_f1_opens_the_manual_which_has_all_its_pictures(blender):
+    import re
+    from pathlib import Path
+    from urllib.parse import unquote, urlparse
+
+    find = blender.types.WM_OT_doc_view_manual._lookup_rna_url
+    for name in ("bpy.ops.measured_brdf.fit", "bpy.types.MeasuredMaterial.diffuse_level"):
+        manual = Path(unquote(urlparse(find(name, verbose=False)).path))
+        assert manual == ROOT / "docs" / "manual.md"
+    for picture in re.findall(r"!\[.*\]\((.*)\)", manual.read_text()):
+        assert (manual.parent / picture).stat().st_size < 200_000
+
+
 def test_eevee_and_the_viewport_show_what_is_near(blender, material, glossy):
     tree = material.node_tree
     fallback = tree.get_output_node("EEVEE").inputs["Surface"].links[0].from_node

@@ -219,6 +219,7 @@ def assign_to(target, item):
 def _menu_items(menu, _context):
     menu.layout.operator(MEASUREDBRDF_OT_browse.bl_idname, text="Measured BRDF (CURET, Cornell, .brdf)")
     menu.layout.operator(MEASUREDBRDF_OT_import_folder.bl_idname, text="Measured BRDFs (folder)")
+    menu.layout.operator("measured_brdf.convert_folder", text="Measured BRDFs (folder to asset library)")
 
 
 classes = (MEASUREDBRDF_OT_import_data, MEASUREDBRDF_OT_browse, MEASUREDBRDF_OT_import_folder,
