@@ -4,6 +4,7 @@
 missing is worked out in another process, in the order in which panels draw it, as long as they show it.
 """
 
+import os
 import pickle
 import subprocess
 import sys
@@ -67,7 +68,7 @@ class Worker:
         self._process = subprocess.Popen(
             [sys.executable, *bpy.app.python_args, str(root / "addon" / "worker.py"), _PACKAGE, str(root),
              self._folder.name],
-            stdin=subprocess.PIPE, creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0))
+            stdin=subprocess.PIPE, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"}, creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0))
         self._count = 0
 
     def begin(self, job):
@@ -151,10 +152,10 @@ class _Lane:
         return answered
 
 
-_quick, _slow = _lanes = _Lane("quick"), _Lane("slow")
+_lanes = {name: _Lane(name) for name in ("read", "fit", "slow")}
 
 
-def ask(key, function, then=None, max_age=None, slow=False):
+def ask(key, function, lane="fit", then=None, max_age=None):
     """The Job that answers a question, finished or not. Whoever wants an answer goes on asking until it is there.
 
     Parameters
@@ -163,14 +164,14 @@ def ask(key, function, then=None, max_age=None, slow=False):
         The question.
     function : callable
         As `Job` takes it.
+    lane : {"read", "fit", "slow"}
+        Questions wait only for others of their lane.
     then : callable, optional
         Takes the finished job.
     max_age : float, optional
         Seconds after which the question is asked anew; until that is answered, the old answer stands.
-    slow : bool
-        Whether other questions should not wait for this one.
     """
-    lane, now = _slow if slow else _quick, time.monotonic()
+    lane, now = _lanes[lane], time.monotonic()
     job = _answers.get(key)
     for other, waiting, _ in lane.pending():
         if other == key:
@@ -197,7 +198,7 @@ def known(key):
 
 def answer_all():
     """Answer every question now, in this process: for scripts, where no timer runs."""
-    for lane in _lanes:
+    for lane in _lanes.values():
         while lane.queue:
             key, job, then = lane.queue.pop(0)
             job.result, job.finished = job.function(silent), time.monotonic()
@@ -217,13 +218,13 @@ def _tend():
     global _drawn
     now = time.monotonic()
     answered = False
-    for lane in _lanes:
+    for lane in _lanes.values():
         lane.drop_unwanted(now)
         answered |= lane.tend()
     if answered or now - _drawn > _REDRAW:      # a panel that is drawn asks again for what it shows
         _drawn = now
         redraw()
-    return _INTERVAL if any(lane.running for lane in _lanes) else None
+    return _INTERVAL if any(lane.running for lane in _lanes.values()) else None
 
 
 def _keep(key, job, then):
@@ -242,7 +243,7 @@ def _worker(name):
 
 
 def unregister():
-    for lane in _lanes:
+    for lane in _lanes.values():
         lane.queue, lane.running = [], None
     _answers.clear()
     if bpy.app.timers.is_registered(_tend):

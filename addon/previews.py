@@ -9,7 +9,7 @@ _icons = {}                 # question: icon id
 _collection = None
 
 
-def icon(key, function, slow=False):
+def icon(key, function, lane="fit"):
     """The icon of a picture, drawn in the background on first demand.
 
     Parameters
@@ -18,7 +18,7 @@ def icon(key, function, slow=False):
         What is on the picture: its kind, the measurements, and all else that it depends on.
     function : callable
         Takes `Job.report`, returns (size, size, 4) float32, or a tuple that begins with it.
-    slow : bool
+    lane : str
         As `background.ask` takes it.
 
     Returns
@@ -27,7 +27,7 @@ def icon(key, function, slow=False):
         While there is none yet, that of the picture of this kind which was there before, or 0.
     job : background.Job
     """
-    job = background.ask(key, function, then=lambda done: _take(key, done), slow=slow)
+    job = background.ask(key, function, lane, then=lambda done: _take(key, done))
     if key in _icons:
         return _icons[key], job
     return next((icon for other, icon in reversed(_icons.items()) if other[:2] == key[:2]), 0), job

@@ -13,14 +13,14 @@ def data(material):
     """The job that reads the file of a material: work.Data."""
     settings = material.measured_brdf
     path = bpy.path.abspath(settings.filepath, library=material.library)
-    return background.ask(_data_key(path, settings.sample), partial(work.read, path, settings.sample),
+    return background.ask(_data_key(path, settings.sample), partial(work.read, path, settings.sample), "read",
                           max_age=_RECHECK)
 
 
 def cost(measured, arguments):
     """The job that fits, work.Fitted, and the one that fits without the samples that are held out, their RMSE."""
     held = background.ask(_key("held out", measured, arguments), partial(work.held_out, measured.samples, arguments),
-                          slow=True)
+                          "slow")
     found = background.ask(_key("fit", measured, arguments),
                            partial(work.fitted, measured.samples, measured.digest, arguments))
     return found, held
@@ -48,7 +48,7 @@ def polar_plot(measured, arguments, theta_i):
 def errors_by_level(measured, arguments):
     """The icon of the plot of errors, and the job that draws it."""
     return previews.icon(_key("levels", measured, arguments), partial(work.errors_by_level, measured, arguments),
-                         slow=True)
+                         "slow")
 
 
 def _data_key(path, sample):

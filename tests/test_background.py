@@ -113,7 +113,7 @@ def test_questions_that_no_panel_asks_again_are_dropped(background):
     for number in range(3):
         background.ask(number, lambda report, number=number: number)
     kept = background.ask(1, None)
-    lane = background._quick
+    lane = background._lanes["fit"]
     lane.drop_unwanted(kept.asked + background._UNWANTED / 2)
     assert [key for key, *_ in lane.queue] == [0, 1, 2]
     lane.queue[0][1].asked -= 10
@@ -128,7 +128,7 @@ def test_questions_that_no_panel_asks_again_are_dropped(background):
 def test_slow_questions_do_not_hold_up_others(background, long_work, file):
     from measured_brdf.addon import work
 
-    slow = background.ask("slow", long_work, slow=True)
+    slow = background.ask("slow", long_work, "slow")
     quick = background.ask("quick", partial(work.read, str(file), ""))
     end = time.monotonic() + 60
     while quick.finished is None and time.monotonic() < end:
