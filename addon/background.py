@@ -65,10 +65,11 @@ class Worker:
     def __init__(self):
         self._folder = tempfile.TemporaryDirectory(prefix="measured_brdf_")
         root = Path(__file__).parents[1]
-        self._process = subprocess.Popen(
-            [sys.executable, *bpy.app.python_args, str(root / "addon" / "worker.py"), _PACKAGE, str(root),
-             self._folder.name],
-            stdin=subprocess.PIPE, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"}, creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0))
+        command = [sys.executable, *bpy.app.python_args, str(root / "addon" / "worker.py"), _PACKAGE, str(root),
+                   self._folder.name]
+        # several of them share the processors with Blender: each is to take one
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+                                         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0))
         self._count = 0
 
     def begin(self, job):

@@ -12,8 +12,8 @@ import bpy
 from ..fitter import PRESETS, cli
 from . import assets, batch, osl_support, studio, work
 from . import material as materials
-from .operators.import_data import sources_in
 from .properties import CHOICES, LEVELS, NO_SPECULAR_LEVEL, fit_arguments, use_preset
+from .sources import sources_in
 
 _TOLERANCE = 0.05
 

@@ -10,6 +10,7 @@ from bpy_extras.io_utils import ImportHelper
 
 from .. import material, questions, work
 from ..properties import CHOICES, PRESET_HELP, PRESET_ITEMS, fit_arguments, use_preset
+from ..sources import GLOB
 from .in_background import InBackground
 
 
@@ -60,7 +61,7 @@ class MEASUREDBRDF_OT_find_file(bpy.types.Operator, ImportHelper):
     bl_idname = "measured_brdf.find_file"
     bl_label = "Find File"
 
-    filter_glob: StringProperty(default="*.dat;*.astm;*.brdf;*.mat", options={"HIDDEN"})
+    filter_glob: StringProperty(default=GLOB, options={"HIDDEN"})
 
     @classmethod
     def poll(cls, context):

@@ -1,4 +1,4 @@
-"""Files of measurements into materials: by File > Import, by drag and drop, and a folder at a time."""
+"""Files of measurements into materials: by File > Import, and by drag and drop."""
 
 from functools import partial
 from pathlib import Path
@@ -11,10 +11,9 @@ from ...fitter import DatasetError
 from ...fitter.datasets import list_samples
 from .. import material, preferences, work
 from ..properties import CHOICES, LEVELS, FitChoices, complete, fit_arguments, use_preset
+from ..sources import EXTENSIONS, GLOB
 from .in_background import InBackground
 
-EXTENSIONS = (".dat", ".astm", ".brdf", ".mat")
-_GLOB = ";".join(f"*{extension}" for extension in EXTENSIONS)
 _EDITORS = {"VIEW_3D", "PROPERTIES", "OUTLINER", "NODE_EDITOR", "FILE_BROWSER"}
 
 
@@ -64,7 +63,7 @@ class MEASUREDBRDF_OT_browse(FitChoices, bpy.types.Operator, ImportHelper):
     bl_idname = "measured_brdf.browse"
     bl_label = "Import Measured BRDF"
 
-    filter_glob: StringProperty(default=_GLOB, options={"HIDDEN"})
+    filter_glob: StringProperty(default=GLOB, options={"HIDDEN"})
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
 
@@ -89,41 +88,6 @@ class MEASUREDBRDF_OT_browse(FitChoices, bpy.types.Operator, ImportHelper):
         return {"FINISHED"}
 
 
-class MEASUREDBRDF_OT_import_folder(FitChoices, InBackground, bpy.types.Operator):
-    """Make a material from every file of measured reflectance in a folder, and from every sample of a CURET file"""
-
-    bl_idname = "measured_brdf.import_folder"
-    bl_label = "Import Folder of Measured BRDFs"
-    bl_options = {"REGISTER", "UNDO"}
-
-    directory: StringProperty(name="Folder", subtype="DIR_PATH", options={"SKIP_SAVE"})
-
-    def invoke(self, context, _event):
-        begin_with_preference(self, context)
-        if self.directory:
-            return self.start(context)
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    def execute(self, context):
-        # called by the file browser, whose window must not freeze
-        if self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
-            bpy.ops.measured_brdf.import_folder("INVOKE_DEFAULT", **self.as_keywords(ignore=("filepath",)))
-            return {"CANCELLED"}
-        complete(self)
-        return self.run(context)
-
-    def work(self, _context):
-        sources, failures = sources_in([bpy.path.abspath(self.directory)])
-        if not sources and not failures:
-            raise ValueError(f"{self.directory}: no files of measurements ({_GLOB}); choose a folder that has some")
-        self._failures = failures
-        return partial(work.outcomes, sources, fit_arguments(self))
-
-    def apply(self, context, outcomes):
-        yield from make_materials(self, context, self._failures + outcomes)
-
-
 class MEASUREDBRDF_FH_measurements(bpy.types.FileHandler):
     """Files of measured reflectance that are dropped onto the window."""
 
@@ -142,34 +106,6 @@ def begin_with_preference(operator, context):
     given = operator.properties.is_property_set
     if not any(given(name) for name in ("preset", "use_tolerance", *LEVELS)):
         use_preset(operator, preferences.get(context).preset)
-
-
-def sources_in(paths):
-    """The measurements in files and folders.
-
-    Returns
-    -------
-    sources : list of (path, sample)
-        A CURET file counts as many as it has samples; of red, green and blue files side by side only one is taken.
-    failures : list of (path, sample, DatasetError)
-        Files that cannot be read.
-    """
-    files = []
-    for path in map(Path, paths):
-        files += sorted(item for item in path.iterdir()
-                        if item.suffix.lower() in EXTENSIONS) if path.is_dir() else [path]
-    sources, failures = [], []
-    for file in files:
-        if file.name.lower() in {"gbrdf.dat", "bbrdf.dat"} and any(
-                file.with_name(red + file.name[1:]) in files for red in "rR"):
-            continue
-        try:
-            samples = list_samples(file)
-        except DatasetError as error:
-            failures.append((str(file), "", error))
-            continue
-        sources += [(str(file), name) for _, name in samples] or [(str(file), "")]
-    return sources, failures
 
 
 def make_materials(operator, context, outcomes):
@@ -216,19 +152,16 @@ def assign_to(target, item):
     return True
 
 
-def _menu_items(menu, _context):
+def _menu_item(menu, _context):
     menu.layout.operator(MEASUREDBRDF_OT_browse.bl_idname, text="Measured BRDF (CURET, Cornell, .brdf)")
-    menu.layout.operator(MEASUREDBRDF_OT_import_folder.bl_idname, text="Measured BRDFs (folder)")
-    menu.layout.operator("measured_brdf.convert_folder", text="Measured BRDFs (folder to asset library)")
 
 
-classes = (MEASUREDBRDF_OT_import_data, MEASUREDBRDF_OT_browse, MEASUREDBRDF_OT_import_folder,
-           MEASUREDBRDF_FH_measurements)
+classes = (MEASUREDBRDF_OT_import_data, MEASUREDBRDF_OT_browse, MEASUREDBRDF_FH_measurements)
 
 
 def register():
-    bpy.types.TOPBAR_MT_file_import.append(_menu_items)
+    bpy.types.TOPBAR_MT_file_import.append(_menu_item)
 
 
 def unregister():
-    bpy.types.TOPBAR_MT_file_import.remove(_menu_items)
+    bpy.types.TOPBAR_MT_file_import.remove(_menu_item)
