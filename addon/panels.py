@@ -5,7 +5,7 @@ import math
 import bpy
 
 from ..fitter import PRESETS
-from . import manual, osl_support, questions, work
+from . import manual, osl_support, questions
 from . import material as materials
 from .operators import assets, fit, import_data, in_background, osl, samples
 from .properties import NO_SPECULAR_LEVEL, fit_arguments, is_preset
@@ -184,12 +184,11 @@ def _draw_choices(layout, settings):
     row = levels.row()
     row.active = settings.specular_level != NO_SPECULAR_LEVEL
     row.prop(settings, "compression", slider=True)
-    if work.has_tolerance():
-        row = column.row(heading="Auto")
-        row.prop(settings, "use_tolerance", text="")
-        row = row.row()
-        row.active = settings.use_tolerance
-        row.prop(settings, "tolerance", text="")
+    row = column.row(heading="Auto")
+    row.prop(settings, "use_tolerance", text="")
+    row = row.row()
+    row.active = settings.use_tolerance
+    row.prop(settings, "tolerance", text="")
 
 
 def _draw_cost(layout, settings, data):

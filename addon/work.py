@@ -13,12 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import fitter
-from ..fitter import appearance, cross_validation, datasets, describe, fit_file, pictures
+from ..fitter import appearance, bilevel, compact, cross_validation, datasets, describe, fit_file, pictures
 from ..fitter.bake import bake
 
 _LEVELS = range(8)          # of the plot of errors: level 8 takes longer than all others together
 _KEPT = 12                  # fits, a few MB each
 _fits = OrderedDict()
+_estimates = {}             # of the samples that were fitted last
 
 
 def silent(_fraction, _doing):
@@ -145,7 +146,7 @@ def fitted(samples, key, arguments, _report=silent):
         _fits.move_to_end(whole)
         return _fits[whole]
     start = time.perf_counter()
-    made = fit(samples, arguments)
+    made = fit(samples, arguments, _estimate(samples, key) if arguments.get("method") == "kriging" else None)
     found = assess(samples, made, time.perf_counter() - start)
     _fits[whole] = found
     while len(_fits) > _KEPT:
@@ -153,18 +154,19 @@ def fitted(samples, key, arguments, _report=silent):
     return found
 
 
-def has_tolerance():
-    """Whether fits can be made by a tolerance."""
-    return hasattr(fitter, "fit_within")
+def _estimate(samples, key):
+    """What fits by "kriging" begin with, kept for other fits of the same samples: most of the work."""
+    if key not in _estimates:
+        _estimates.clear()
+        _estimates[key] = compact.Estimate(bilevel.distinct(samples)[0])
+    return _estimates[key]
 
 
-def fit(samples, arguments):
+def fit(samples, arguments, estimated=None):
     """A fit by keyword arguments of `fitter.fit`, or by a tolerance."""
     if "tolerance" in arguments:
-        if not has_tolerance():
-            raise ValueError("A tolerance is not known here: choose levels")
         return fitter.fit_within(samples, arguments["tolerance"])
-    return fitter.fit(samples, **arguments)
+    return fitter.fit(samples, **arguments, estimated=estimated)
 
 
 def assess(samples, made, seconds):

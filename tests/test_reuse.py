@@ -172,6 +172,21 @@ def test_imported_with_a_preset_alone_its_levels_are_those_of_the_preset(blender
     assert settings.compression == pytest.approx(PRESETS["Standard"]["compression"])
 
 
+def test_auto_finds_a_fit_within_the_tolerance(blender, glossy, write_astm, tmp_path):
+    from measured_brdf.fitter.cross_validation import subset
+
+    black_scene(16, 16, samples=1, span=1)
+    few = write_astm(tmp_path / "few.astm", subset(glossy, slice(120)))
+    sizes = []
+    for tolerance in (0.1, 0.001):
+        assert blender.ops.measured_brdf.import_data(
+            filepath=str(few), use_tolerance=True, tolerance=tolerance) == {"FINISHED"}
+        settings = max(blender.data.materials, key=lambda item: item.name).measured_brdf
+        assert settings.rmse <= tolerance
+        sizes.append(settings.bytes)
+    assert sizes[0] < sizes[1]
+
+
 def test_f1_opens_the_manual_which_has_all_its_pictures(blender):
     import re
     from pathlib import Path
