@@ -5,6 +5,8 @@ import pytest
 
 from tools import checkout
 
+collect_ignore = ["habits.py"]           # a script of its own; doctests would import it
+
 MEASUREMENTS = ("curet/abrdf.dat", "curet/table.txt", "cornell/cayman.astm", "cornell/garnet_red.astm",
                 "cornell/garnet_red.brdf", "cornell/garnet_red_RGB.astm", "cornell/krylon_blue.astm",
                 "cornell/krylon_blue_RGB.astm")
