@@ -76,7 +76,7 @@ def test_a_process_killed_while_saving_or_baking_leaves_whole_files_and_a_rerun_
         process.stdout.close()
         expected = expected or shader.read_bytes()
         assert shader.read_bytes() == expected
-        assert fitter.Fit.load(fit).coefficient_count > 1000
+        assert fitter.Fit.load(fit).coefficient_count > 100
     assert fitter_command("fit", file, "--preset", "Draft", "-o", fit).returncode == 0
     assert fitter_command("bake", fit, "-o", shader).returncode == 0
 
