@@ -66,7 +66,7 @@ def fit_arguments(choices):
     """
     if choices.use_tolerance:
         return {"tolerance": round(choices.tolerance, 7)}
-    arguments = PRESETS[choices.preset] | {name: getattr(choices, name) for name in LEVELS}
+    arguments = PRESETS.get(choices.preset, _PAPER) | {name: getattr(choices, name) for name in LEVELS}
     arguments["compression"] = round(arguments["compression"], 4)       # what single precision makes of 99.9
     if choices.specular_level == NO_SPECULAR_LEVEL:
         arguments["specular_level"] = None

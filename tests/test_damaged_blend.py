@@ -12,7 +12,8 @@ from demo_scenes.stage import add_lamp, black_scene, render
 from tools import fuzz
 from tools.checkout import ROOT
 
-FIT_CHOICES = ("use_tolerance", "tolerance", "filepath", "sample", "diffuse_level", "specular_level", "compression")
+FIT_CHOICES = ("filepath", "sample", "diffuse_level", "specular_level", "compression", "preset",
+               "use_tolerance", "tolerance")
 ODD_CHOICES = ("x" * 2000, 2**31 - 1, math.nan, [1, 2])
 ODD = ("", "x" * 2000, "//../\n", "99", -5, 99, 2**31 - 1, math.nan, math.inf, -1e300, [1, 2], {"a": 1}, True)
 
