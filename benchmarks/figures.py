@@ -10,7 +10,7 @@ from demo_scenes.stage import material_for, render
 from fitter.bilevel import notation
 
 ANGLES = (0, 30, 60, 90)
-SPHERE = 160                # pixels
+SPHERE = 140                # pixels
 SUN = 0.02                  # radians across
 COMPRESSED = ((1, 6, 90), (3, 6, 90), (4, 6, 95))
 PIXELS_PER_DEGREE = 67      # FLIP's default: a monitor at arm's length

@@ -10,9 +10,9 @@ from .methods import METHODS
 
 _HEADING = """# Results
 
-Made by `make report` in {seconds:.0f} s ({machine}), which also writes `tables.md`,
-every measurement, and `results.json`, all numbers. RMSE, MAE and MRE are equations 8 to 10 of Kameya and Lewis
-(2002), at the samples and over all channels, in 1/sr; MAE is the *maximum* absolute deviation. Coefficients are
+Made by `make report` in {seconds:.0f} s, {processor_seconds:.0f} s of processors ({machine}), which also writes
+`tables.md`, every measurement, and `results.json`, all numbers. RMSE, MAE and MRE are equations 8 to 10 of Kameya and
+Lewis (2002), at the samples and over all channels, in 1/sr; MAE is the *maximum* absolute deviation. Coefficients are
 counted for one channel.
 """
 _COMPARED = {"bytes": "bytes", "RMSE": "rmse", "held-out RMSE": "held_out_rmse", "RMSE of cube root": "cube_root_rmse",
