@@ -9,7 +9,8 @@ import numpy as np
 from . import lattice, mba, perfect_hash
 from .sparse_lattice import SparseLattice
 
-_RIDGE = 1e-6               # relative to the mean of the diagonal of the normal equations
+RIDGE = 1e-2                # relative to the mean of the diagonal of the normal equations: keeps near samples of
+                            # different values from pulling their surroundings apart
 _CHUNK = 2048
 
 
@@ -70,5 +71,5 @@ def _least_squares(x, z, weights, level, unknown, count):
         normal += design.T @ design
         moment += design.T @ (z[part] * weights[part, None])
     if count:
-        normal[np.diag_indices(count)] += _RIDGE * max(np.trace(normal) / count, np.finfo(float).tiny)
+        normal[np.diag_indices(count)] += RIDGE * max(np.trace(normal) / count, np.finfo(float).tiny)
     return np.linalg.solve(normal, moment)
