@@ -41,6 +41,7 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
         self._target = target.session_uid
         settings = target.measured_brdf
         self._choices = SimpleNamespace(**{name: getattr(settings, name) for name in CHOICES})
+        self._choices.preset = self._choices.preset or "Paper"      # a damaged .blend may name one that does not exist
         path, sample, arguments = bpy.path.abspath(settings.filepath), settings.sample, fit_arguments(settings)
         return partial(work.outcome, path, sample, arguments, known=questions.known_fit(path, sample, arguments))
 
