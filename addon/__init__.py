@@ -1,8 +1,8 @@
 """The Blender side: everything that imports bpy. Domain code is in `fitter`, which never does."""
 
-from . import lamps, operators, panels, properties
+from . import checks, lamps, operators, panels, properties
 
-_MODULES = (properties, operators, panels, lamps)
+_MODULES = (properties, operators, panels, checks, lamps)
 
 
 def register():

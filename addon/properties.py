@@ -1,7 +1,7 @@
 """What a measured material remembers: the data it came from, the choices for the fit, and what came out."""
 
 import bpy
-from bpy.props import FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..fitter import PRESETS
 from ..fitter.lattice import MAX_LEVEL
@@ -47,9 +47,31 @@ def fit_arguments(choices):
             "compression": choices.compression}
 
 
+METHODS = (
+    ("EXACT", "Exact", "What was measured, under every light; a little noisier and slower"),
+    ("FAST", "Fast", "The nearest that Cycles samples by itself: as measured at lamps and in sum, not everywhere"))
+
+
+def _method(settings):
+    return int(not _exact_input(settings).default_value)
+
+
+def _set_method(settings, value):
+    _exact_input(settings).default_value = value == 0
+
+
+def _exact_input(settings):
+    """The node's input, where the choice is stored."""
+    from . import material
+
+    return material.group_node(settings.id_data).inputs["Exact"]
+
+
 class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
     """Stored with the material; the result is written by `material.assign` and only shown afterwards."""
 
+    method: EnumProperty(name="Method", items=METHODS, get=_method, set=_set_method,
+                         description="How the material is rendered")
     name_of_data: StringProperty(name="Data")
     coefficients: IntProperty(name="Coefficients")
     bytes: IntProperty(name="Bytes")

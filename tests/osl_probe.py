@@ -11,6 +11,7 @@ PROBE = """
 #include "baked_constants.h"
 #include "perfect_hash.h"
 #include "lattice.h"
+#include "mixture.h"
 #include "draw.h"
 #include "lamps.h"
 
