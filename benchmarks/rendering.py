@@ -25,8 +25,8 @@ from tools import checkout
 from . import reference
 
 SIZE = 48
-SAMPLES, MANY = 64, 576
-REFERENCE_SAMPLES, DRAWN_SAMPLES = 192, 2048
+SAMPLES, MANY = 64, 384
+REFERENCE_SAMPLES, DRAWN_SAMPLES = 128, 1024
 BLOCK = 4                   # pixels: differences are looked for in means of blocks
 LAMP = (-3, 0, 2)
 TURN = (0, -math.atan2(3, 2), 0)

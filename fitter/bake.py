@@ -100,13 +100,14 @@ def _mixture(mixture):
     constants = {"CHANNELS": mixture.table.shape[-1], "VIEWS": directions.VIEWS,
                  "GRAZING": f"{directions.GRAZING:.9g}", "ROW": closures.ROW, "WEIGHTS": closures.WEIGHTS,
                  "MICROFACET": closures.MICROFACET, "DRAWN": closures.DRAWN, "SHARE": closures.SHARE,
-                 "ROUGHNESS": mixture.roughness, "EXPONENT_0": float(mixture.exponents[0]),
-                 "EXPONENT_1": float(mixture.exponents[1]), "DRAW_RINGS": directions.RINGS,
-                 "DRAW_SECTORS": directions.SECTORS, "DRAW_CELLS": directions.RINGS * directions.SECTORS}
+                 "REPLACED": closures.REPLACED, "ROUGHNESS": mixture.roughness,
+                 "EXPONENT_0": float(mixture.exponents[0]), "EXPONENT_1": float(mixture.exponents[1]),
+                 "DRAW_RINGS": directions.RINGS, "DRAW_SECTORS": directions.SECTORS,
+                 "DRAW_CELLS": directions.RINGS * directions.SECTORS}
     solid_angle = directions.grid().solid_angle
     return constants, {"MIXTURE": mixture.table, "OFFSET": mixture.offset,
-                       "DRAW_REST": draw_table.draw_table(mixture.rest, solid_angle),
-                       "DRAW_ALL": draw_table.draw_table(mixture.reflected, solid_angle)}
+                       "DRAW_REST": draw_table.draw_table(mixture.rest, solid_angle, 0.1),
+                       "DRAW_ALL": draw_table.draw_table(mixture.reflected, solid_angle, 0.02)}
 
 
 def _lamp_parameters():

@@ -27,6 +27,8 @@ DRAWN = MICROFACET + 1              # the sum of the weights, which the drawn di
 SHARE = DRAWN + 1                   # how often a direction is to be drawn
 ROW = SHARE + 1
 
+REPLACED = 0.5                      # where light is even, drawn directions stand for the mixture this often
+
 _EXPONENTS = (8, 20, 60, 200, 700)
 _ROUGHNESS = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6)
 _SEARCHED = (5, 12, 18, 25)         # the views at which exponents and roughnesses are compared
@@ -55,7 +57,7 @@ class Mixture(NamedTuple):
     roughness : float
     rest, reflected : (VIEWS, n)
         What drawing is to follow, at the directions of the grid and summed over the channels: the magnitude of what the
-        mixture leaves, with a little of the target; and all that is reflected, with what the mixture leaves.
+        mixture leaves, and of that on top of all that is reflected, both with a little of the target.
     error : float
         Of the mixture alone: the share of the reflected light that is in the wrong direction, in the mean over views.
     """
@@ -79,12 +81,13 @@ def closure_mixture(fit):
     exponents, roughness = _choose(target, theta_o, offset, to)
 
     table = np.zeros((len(theta_o), ROW, target.shape[-1]))
-    rest = np.empty(target.shape[:2])
+    rest, reflected = np.empty((2, *target.shape[:2]))
     for view, angle in enumerate(theta_o):
         lobes = _lobes(angle, offset[view], exponents, roughness, to.unit)
         coefficients = _solve(lobes, target[view], to.solid_angle)
-        left = np.abs(target[view] - np.hstack(lobes) @ coefficients)
-        rest[view] = left.sum(axis=1)
+        left = target[view] - np.hstack(lobes) @ coefficients
+        rest[view] = np.abs(left).sum(axis=1)
+        reflected[view] = np.abs(target[view] + (1 / REPLACED - 1) * left).sum(axis=1)
         density = _densities(angle, offset[view], exponents, roughness, to.unit)
         table[view] = _row(lobes, density, coefficients, target[view], to.solid_angle)
     near = np.pad(target.sum(axis=2), ((1, 1), (0, 0)), mode="edge")
@@ -92,7 +95,7 @@ def closure_mixture(fit):
     wrong = rest @ to.solid_angle
     light = target.sum(axis=2) @ to.solid_angle
     error = float(np.divide(wrong, light, out=np.zeros_like(wrong), where=light > 0).mean())
-    return Mixture(table, offset, exponents, roughness, rest + _CAUTION * near, target.sum(axis=2) + rest, error)
+    return Mixture(table, offset, exponents, roughness, rest + _CAUTION * near, reflected + _CAUTION * near, error)
 
 
 def evaluate(mixture, view, theta_o, wi):

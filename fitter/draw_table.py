@@ -8,10 +8,8 @@ import numpy as np
 
 from .directions import RINGS, SECTORS, SUBSAMPLES
 
-UNIFORM = 0.1               # this share is spread evenly over the hemisphere, so that no direction is drawn too rarely
 
-
-def draw_table(rest, solid_angle):
+def draw_table(rest, solid_angle, uniform):
     """Cumulated probabilities of the cells, by rings and within them by sectors.
 
     Parameters
@@ -19,15 +17,17 @@ def draw_table(rest, solid_angle):
     rest : (VIEWS, n)
         Magnitude of what is to be drawn, at the points of `directions.grid`.
     solid_angle : (n,)
+    uniform : float
+        This share is spread evenly over the hemisphere, so that no direction is drawn too rarely.
 
     Returns
     -------
     (VIEWS, RINGS * SECTORS) float32
     """
-    share, uniform = _cells(rest * solid_angle), _cells(solid_angle[None])
-    share = np.where(share.sum(axis=1, keepdims=True) > 0, share, uniform)
-    share, uniform = share / share.sum(axis=1, keepdims=True), uniform / uniform.sum()
-    table = np.cumsum((1 - UNIFORM) * share + UNIFORM * uniform, axis=1)
+    share, even = _cells(rest * solid_angle), _cells(solid_angle[None])
+    share = np.where(share.sum(axis=1, keepdims=True) > 0, share, even)
+    share, even = share / share.sum(axis=1, keepdims=True), even / even.sum()
+    table = np.cumsum((1 - uniform) * share + uniform * even, axis=1)
     table[:, -1] = 1
     return table.astype(np.float32)
 

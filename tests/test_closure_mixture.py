@@ -86,7 +86,7 @@ def test_the_draw_table_follows_what_is_left(random):
     to = directions.grid()
     rest = random.random((3, len(to.theta)))
     rest[1] = 0
-    table = draw_table.draw_table(rest, to.solid_angle)
+    table = draw_table.draw_table(rest, to.solid_angle, 0.1)
     share = np.diff(table, axis=1, prepend=0)
     np.testing.assert_allclose(table[:, -1], 1)
     cell = np.zeros((directions.RINGS, directions.SUBSAMPLES, directions.SECTORS, directions.SUBSAMPLES), dtype=bool)

@@ -113,10 +113,10 @@ def test_every_lattice_index_has_the_same_slot_in_osl_as_in_numpy(probe, curet, 
 def test_drawn_directions_follow_the_density_that_is_reported(probe, curet, view):
     """Monte Carlo integrals over the hemisphere, against known ones."""
     fit = fitter.fit(curet("leather"), 4, None)
-    draw = f"vector wi = draw_direction(DRAW, {view}, point(pixel, 0.5, 0.25));"
+    draw = f"vector wi = draw_direction(DRAW_REST, {view}, point(pixel, 0.5, 0.25));"
     count = 90_000
     drawn = probe(fit, draw + "out = color(wi[0] + 1.0, wi[1] + 1.0, wi[2]);", count) - [1, 1, 0]
-    density = probe(fit, draw + f"out = cell_density(DRAW, {view}, cell_of(wi));", count)[:, 0]
+    density = probe(fit, draw + f"out = cell_density(DRAW_REST, {view}, cell_of(wi));", count)[:, 0]
     np.testing.assert_allclose(np.linalg.norm(drawn, axis=1), 1, atol=1e-5)
     integrands = {"1": (lambda x, y, z: np.ones_like(x), 2 * np.pi), "x^2": (lambda x, y, z: x**2, 2 * np.pi / 3),
                   "y": (lambda x, y, z: y, 0), "z": (lambda x, y, z: z, np.pi), "x > 0": (lambda x, y, z: x > 0, np.pi)}
@@ -150,8 +150,8 @@ def test_the_mixture_is_the_same_in_osl(probe, curet, cornell, random, sample, v
     code = f"""
       vector wi = vector(WI[3 * pixel], WI[3 * pixel + 1], WI[3 * pixel + 2]);
       vector wo = vector(sin({theta_o}), 0.0, cos({theta_o}));
-      vector mirror = mirror_side({theta_o}), axis = mirror_side(min({theta_o} + OFFSET[{view}], STEEPEST));
-      out = mixture_value(MIXTURE, {view} * ROW, mirror, axis, normalize(wo + axis), wo, wi) + 10.0;"""
+      vector axis = mirror_side(min({theta_o} + OFFSET[{view}], STEEPEST_AXIS));
+      out = mixture_value(MIXTURE, {view} * ROW, axis, normalize(wo + axis), wo, wi) + 10.0;"""
     found = probe(fit, code, len(wi), WI=wi) - 10
     np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=2e-3, atol=1e-4 * expected.max())
 
