@@ -23,6 +23,8 @@ _HEAD = """
 shader reference(output closure color Result = 0)
 {
 #include "baked_tables.h"
+  float theta_o = acos(clamp(dot(I, N), 0.0, 1.0));
+  int view = clamp((int)((VIEWS - 1) * (1.0 - pow(max(0.0, 1.0 - theta_o / GRAZING), 2.0 / 3.0))), 0, VIEWS - 1);
   vector x = normalize(I - dot(I, N) * N);
   vector y = cross(N, x);
   vector wo = vector(dot(I, x), dot(I, y), dot(I, N));
@@ -47,8 +49,6 @@ _INTEGRATE = _HEAD + """
 """
 
 _DRAW = _HEAD + """
-  float theta_o = acos(clamp(wo[2], 0.0, 1.0));
-  int view = clamp((int)((VIEWS - 1) * (1.0 - pow(max(0.0, 1.0 - theta_o / GRAZING), 2.0 / 3.0))), 0, VIEWS - 1);
   vector wi = draw_direction(DRAW_ALL, view, P);
   if (wi[2] > 0.0) {
     color weight = fitted_brdf(FIT, wi, wo) * (wi[2] / cell_density(DRAW_ALL, view, cell_of(wi)));
@@ -73,14 +73,17 @@ def _cone(axis, cosine):
 
 
 def world(strength=1.0):
-    """An even world."""
-    return _cone("N", "0.0") + f"light = {strength} * M_2PI;"
+    """An even world: drawn from the table, since highlights are narrow."""
+    return f"""
+    vector even = draw_direction(DRAW_ALL, view, P + 17.3 * k);
+    w = even[0] * x + even[1] * y + even[2] * N;
+    light = {strength} / cell_density(DRAW_ALL, view, cell_of(even));"""
 
 
 def bright_spot(axis, half_angle, strength, around):
     """An even world, and in it a disk that is brighter by `strength`."""
     cosine = math.cos(half_angle)
-    return (f"if (choice < 0.5) {{ {_cone('N', '0.0')} light = 2.0 * {around} * M_2PI; }}"
+    return (f"if (choice < 0.5) {{ {world(2 * around)} }}"
             f"else {{ {_cone(_vector(axis), repr(cosine))} light = 2.0 * {strength} * M_2PI * (1.0 - {cosine!r}); }}")
 
 

@@ -113,6 +113,7 @@ def room():
 LIGHTS = {"world": world, "bright spot": bright_spot, "2 m area": area, "0.1 m point": point, "sun": sun,
           "point, no size": lambda: point(0), "sun, no size": lambda: sun(0), "spot": spot, "32 points": many_points,
           "mesh in a room": room}
+SHAPES = ("sphere", "Suzanne")
 
 
 @dataclass(frozen=True)
@@ -219,22 +220,52 @@ def rows(name, fit, shapes, lights, folder):
         yield shape, light, like, exact, fast, truth
 
 
-def main(shapes=("sphere", "Suzanne"), materials=tuple(FILES), lights=tuple(LIGHTS)):
-    checkout.extension().register()
-    data = synthetic.measurements_or_synthetic()[0]
+def main(materials=(), shapes=(), lights=()):
+    """Print the table, or the part of it that is named."""
     print(f"""{'':31}{'Exact':^44} | {'Fast':^32}
 {'':31}{'mean':>10} {'picture':>8} {'noise':>7} {'time':>7} {'largest':>8} | {'picture':>8} {'noise':>7} {'time':>7}
 {'':31}{'to the reference':>19} {'to Principled':>15} {'pixel':>8} | {'to Exact':>8} {'to Principled':>15}""")
     with tempfile.TemporaryDirectory() as folder:
-        for name in materials:
-            path, sample = FILES[name]
-            if not (data / path).is_file():
-                print(f"{name}: {path} is absent")
-                continue
-            fit = fitter.fit(fitter.load(data / path, sample), **fitter.PRESETS["Standard"])
-            for shape, light, like, exact, fast, truth in rows(name, fit, shapes, lights, folder):
+        for name, fit in _fits(materials or FILES):
+            for shape, light, like, exact, fast, truth in rows(name, fit, shapes or SHAPES, lights or LIGHTS, folder):
                 print(f"{name:7} {shape:8}{light:15} {exact.picture.mean() / truth.picture.mean() - 1:+10.2%} "
                       f"{difference(exact, truth):8.2%} {exact.noise / like.noise:6.2f}x "
                       f"{exact.seconds / like.seconds:6.2f}x {exact.noisy.max() / exact.picture.max():7.2f}x | "
                       f"{difference(fast, exact):8.2%} {fast.noise / like.noise:6.2f}x "
                       f"{fast.seconds / like.seconds:6.2f}x", flush=True)
+
+
+def pictures(folder):
+    """One row a light: converged, of 64 samples, Fast, the reference, and ten times Exact less the reference."""
+    from matplotlib import pyplot
+
+    (name, fit), = _fits(["krylon"])
+    lights = ("world", "2 m area", "sun", "mesh in a room")
+    figure, axes = pyplot.subplots(len(lights), 5, figsize=(7.5, 1.6 * len(lights)), layout="constrained")
+    with tempfile.TemporaryDirectory() as temporary:
+        for line, (_, light, _, exact, fast, truth) in zip(axes, rows(name, fit, ["Suzanne"], lights, temporary),
+                                                           strict=True):
+            shown = {"Exact, converged": exact.picture, f"Exact, {SAMPLES} samples": exact.noisy,
+                     f"Fast, {SAMPLES} samples": fast.noisy, "reference": truth.picture}
+            white = np.quantile(exact.picture, 0.995)
+            for axis, (title, picture) in zip(line, shown.items(), strict=False):
+                axis.imshow((picture / white).clip(0, 1) ** (1 / 2.2))
+                axis.set_title(title, fontsize=7)
+            line[4].imshow(10 * (exact.picture - truth.picture).mean(axis=2) / white, "coolwarm", vmin=-1, vmax=1)
+            line[4].set_title("10 x (Exact - reference)", fontsize=7)
+            line[0].set_ylabel(light, fontsize=7)
+            for axis in line:
+                axis.set(xticks=[], yticks=[])
+    folder.mkdir(parents=True, exist_ok=True)
+    figure.savefig(folder / "rendering.png", dpi=110)
+
+
+def _fits(materials):
+    checkout.extension().register()
+    data = synthetic.measurements_or_synthetic()[0]
+    for name in materials:
+        path, sample = FILES[name]
+        if (data / path).is_file():
+            yield name, fitter.fit(fitter.load(data / path, sample), **fitter.PRESETS["Standard"])
+        else:
+            print(f"{name}: {path} is absent")
