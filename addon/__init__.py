@@ -1,8 +1,19 @@
 """The Blender side: everything that imports bpy. Domain code is in `fitter`, which never does."""
 
-from . import background, command, lamps, manual, operators, panels, preferences, previews, properties
+from . import (
+    background,
+    checks,
+    command,
+    lamps,
+    manual,
+    operators,
+    panels,
+    preferences,
+    previews,
+    properties,
+)
 
-_MODULES = (properties, preferences, previews, operators, panels, lamps, manual, command)
+_MODULES = (properties, preferences, previews, operators, panels, checks, lamps, manual, command)
 
 
 def register():

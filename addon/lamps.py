@@ -3,9 +3,9 @@
 Appending or linking materials brings groups of other files along; all of them are kept up to date, in memory too where
 they are linked. A group is known by its nodes, not by its name, which users may change.
 
-The shader puts a lobe at each lamp that is too small for a drawn direction to hit (`osl/lamps.h`). The lobes and the
-drawn directions sum to the measured reflectance wherever the lobes stand, so a lamp that is missing here costs noise;
-only a lamp without any size, which nothing drawn can hit, is dark until it is known.
+The shader puts a lobe at each lamp (`osl/lamps.h`). The lobes, the mixture and the drawn directions sum to the measured
+reflectance wherever the lobes stand, so a lamp that is missing here, or stands here and is not seen, costs noise; only
+a lamp without any size, which nothing drawn can hit, is seen as the mixture shows it until it is known.
 """
 
 import math
@@ -14,11 +14,15 @@ import bpy
 from bpy.app.handlers import persistent
 from mathutils import Vector
 
-MAX_LAMPS = 8               # as in osl/lamps.h
+from ..fitter.bake import MAX_LAMPS
+
 NAME = "Measured BRDF Lamps"
 _LAMPS = "Lamps"
-_NODES = (_LAMPS, *(f"{kind}{number}" for number in range(1, MAX_LAMPS + 1) for kind in ("Lamp", "Size")))
-_CARRIERS = (bpy.types.Object, bpy.types.Light, bpy.types.Collection, bpy.types.Scene)   # what moves or holds lamps
+_EVEN = "Even"
+_POINTLIKE = 1e-6           # angular radius of a sun without a size, to be told from a lamp
+_NODES = (_EVEN, _LAMPS, *(f"{kind}{number}" for number in range(1, MAX_LAMPS + 1) for kind in ("Lamp", "Extent")))
+# what moves or holds lamps, or gives other light
+_CARRIERS = (bpy.types.Object, bpy.types.Light, bpy.types.Collection, bpy.types.Scene, bpy.types.World)
 
 
 def node_tree():
@@ -27,50 +31,95 @@ def node_tree():
     return local if local is not None else _create()
 
 
+def light_is_even(depsgraph):
+    """Whether all light but that of the lamps is even: a world of one colour, and no surface that shines."""
+    materials = {slot.material for instance in depsgraph.object_instances for slot in instance.object.material_slots}
+    return _is_even(depsgraph.scene.world) and not any(
+        _gives_light(material.node_tree) for material in materials if material is not None)
+
+
+def _is_even(world):
+    tree = world.node_tree if world is not None else None
+    return tree is None or not any(link.to_node.type != "OUTPUT_WORLD" or link.to_socket.name != "Surface"
+                                   or link.from_node.type != "BACKGROUND" for link in tree.links)
+
+
+def _gives_light(tree):
+    """Whether nodes may give light; None for no nodes."""
+    if tree is None:
+        return False
+    for node in tree.nodes:
+        strength = node.inputs.get("Emission Strength")
+        inside = node.node_tree if node.type == "GROUP" else None
+        if (node.type == "EMISSION" or (strength is not None and (strength.is_linked or strength.default_value > 0))
+                or _gives_light(inside)):
+            return True
+    return False
+
+
 def in_scene(depsgraph):
     """The lamps of an evaluated scene, as the shader takes them.
 
     Returns
     -------
-    list of ((x, y, z), size)
+    list of ((x, y, z), size, strength)
         At most `MAX_LAMPS` that give light, those without a size first (nothing else finds them), then suns, then the
-        strongest: a sun as the direction toward it and minus its angular radius (radians), a point or spot lamp as its
-        position and its radius (m).
+        strongest. A sun: the direction toward it, minus its angular radius (radians), its irradiance. Any other: its
+        position, the radius of a ball around what shines (m), and its irradiance at 1 m.
     """
-    found = []
-    for instance in depsgraph.object_instances:
-        item = instance.object
-        if item.type != "LIGHT" or item.data.type not in {"SUN", "POINT", "SPOT"} or item.data.energy <= 0:
-            continue
-        matrix, light = instance.matrix_world, item.data
-        if light.type == "SUN":
-            extent = light.angle / 2
-            lamp = tuple((matrix.to_3x3() @ Vector((0, 0, 1))).normalized()), -max(extent, 1e-6)
-        else:
-            extent = light.shadow_soft_size * matrix.median_scale
-            lamp = tuple(matrix.translation), extent
-        found.append((extent > 0, light.type != "SUN", -light.energy, lamp))
+    found = [_ranked(_lamp(item, matrix)) for item, matrix in _lights(depsgraph) if item.energy > 0]
     found.sort()
     return [lamp for *_, lamp in found[:MAX_LAMPS]]
 
 
-def store(tree, lamps):
-    """Write the lamps into the shared group; does nothing where they are there already."""
+def _lights(depsgraph):
+    """Lights and where they stand: those that are evaluated, instances among them, and those that are only rendered."""
+    evaluated = set()
+    for instance in depsgraph.object_instances:
+        if instance.object.type == "LIGHT":
+            evaluated.add(instance.object.original)
+            yield instance.object.data, instance.matrix_world
+    for item in depsgraph.scene.objects:
+        if item.type == "LIGHT" and not item.hide_render and item.original not in evaluated:
+            yield item.data, item.matrix_world
+
+
+def _ranked(lamp):
+    is_sun = lamp[1] < 0
+    return lamp[1] not in (0, -_POINTLIKE), not is_sun, -lamp[2], lamp
+
+
+def _lamp(light, matrix):
+    if light.type == "SUN":
+        toward = (matrix.to_3x3() @ Vector((0, 0, 1))).normalized()
+        return tuple(toward), -max(light.angle / 2, _POINTLIKE), light.energy
+    if light.type == "AREA":
+        sides = light.size, light.size_y if light.shape in {"RECTANGLE", "ELLIPSE"} else light.size
+        scale = matrix.to_scale()
+        halves = sides[0] * scale.x / 2, sides[1] * scale.y / 2
+        round_one = light.shape in {"DISK", "ELLIPSE"}
+        return tuple(matrix.translation), max(halves) if round_one else math.hypot(*halves), light.energy / math.pi
+    return tuple(matrix.translation), light.shadow_soft_size * matrix.median_scale, light.energy / (4 * math.pi)
+
+
+def store(tree, lamps, even=False):
+    """Write the lamps, and whether other light is even, into the shared group; nothing happens where it is there
+    already."""
     _set(tree.nodes[_LAMPS].outputs[0], float(len(lamps)))
-    for number, (position, size) in enumerate(lamps, 1):
-        node = tree.nodes[f"Lamp{number}"]
-        for socket, value in zip(node.inputs, position, strict=True):
-            _set(socket, value)
-        _set(tree.nodes[f"Size{number}"].outputs[0], size)
+    _set(tree.nodes[_EVEN].outputs[0], float(even))
+    for number, (position, size, strength) in enumerate(lamps, 1):
+        for kind, values in (("Lamp", position), ("Extent", (size, strength, 0))):
+            for socket, value in zip(tree.nodes[f"{kind}{number}"].inputs, values, strict=True):
+                _set(socket, value)
 
 
 def update(depsgraph):
     """Hand the lamps of an evaluated scene to the measured materials, where there are any."""
     trees = _trees()
     if trees:
-        lamps = in_scene(depsgraph)
+        lamps, even = in_scene(depsgraph), light_is_even(depsgraph)
         for tree in trees:
-            store(tree, lamps)
+            store(tree, lamps, even)
 
 
 def _trees():
@@ -83,11 +132,12 @@ def _create():
     tree = bpy.data.node_groups.new(NAME, "ShaderNodeTree")
     output = tree.nodes.new("NodeGroupOutput")
     output.location = (400, 0)
-    _add(tree, output, "ShaderNodeValue", _LAMPS, "NodeSocketFloat", 0)
+    for row, name in enumerate((_EVEN, _LAMPS), -1):
+        _add(tree, output, "ShaderNodeValue", name, "NodeSocketFloat", row)
+        tree.nodes[name].outputs[0].default_value = 0
     for number in range(1, MAX_LAMPS + 1):
-        _add(tree, output, "ShaderNodeCombineXYZ", f"Lamp{number}", "NodeSocketVector", number)
-        _add(tree, output, "ShaderNodeValue", f"Size{number}", "NodeSocketFloat", number)
-    tree.nodes[_LAMPS].outputs[0].default_value = 0
+        for kind in ("Lamp", "Extent"):
+            _add(tree, output, "ShaderNodeCombineXYZ", f"{kind}{number}", "NodeSocketVector", number)
     return tree
 
 
@@ -95,7 +145,7 @@ def _add(tree, output, kind, name, socket_type, row):
     tree.interface.new_socket(name, in_out="OUTPUT", socket_type=socket_type)
     node = tree.nodes.new(kind)
     node.name = node.label = name
-    node.location = (200 if kind == "ShaderNodeValue" else 0, -150 * row)
+    node.location = (200 if name.startswith("Extent") else 0, -150 * row)
     tree.links.new(node.outputs[0], output.inputs[name])
 
 

@@ -5,11 +5,12 @@ Source and bytecode stay in the .blend, which then needs no other file to be ren
 
 import bpy
 
-from ..fitter.bake import bake
+from ..fitter.bake import bake, fast_error
 from . import lamps, osl_support
 
 NAME = "Measured BRDF"
 SCRIPT_NODE = "Measured BRDF Shader"
+FAST_ERROR = "fast_error"           # custom property of the group: closure_mixture.Mixture.error
 
 
 class CompileError(RuntimeError):
@@ -40,7 +41,9 @@ def create(fit, source=None):
     text = bpy.data.texts.new(f"{NAME}.osl")
     tree = bpy.data.node_groups.new(NAME, "ShaderNodeTree")
     try:
-        text.from_string(bake(fit) if source is None else source)
+        source = bake(fit) if source is None else source
+        text.from_string(source)
+        tree[FAST_ERROR] = fast_error(source)
         text.cursor_set(0)
         _fill(tree, text)
     except BaseException:
@@ -72,6 +75,12 @@ def _fill(tree, text):
     tint = tree.interface.new_socket("Tint", in_out="INPUT", socket_type="NodeSocketColor")
     tint.default_value = (1, 1, 1, 1)
     tint.description = "Multiplies the measured reflectance; white leaves it as it was measured"
+    strength = tree.interface.new_socket("Strength", in_out="INPUT", socket_type="NodeSocketFloat")
+    strength.default_value, strength.min_value = 1, 0
+    strength.description = "Multiplies the measured reflectance"
+    exact = tree.interface.new_socket("Exact", in_out="INPUT", socket_type="NodeSocketBool")
+    exact.default_value = True
+    exact.description = "Render what was measured, a little noisier; off: the nearest that Cycles samples by itself"
     normal = tree.interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
     normal.hide_value = True
     normal.description = "Shading normal, for bump and normal maps; unconnected, that of the surface"
@@ -86,7 +95,7 @@ def _fill(tree, text):
     scene_lamps.node_tree = lamps.node_tree()
     output = tree.nodes.new("NodeGroupOutput")
     source.location, scene_lamps.location, output.location = (-300, 100), (-300, -100), (300, 0)
-    for name in ("Normal", "Tint"):
+    for name in ("Normal", "Tint", "Strength", "Exact"):
         tree.links.new(source.outputs[name], script.inputs[name])
     for socket in scene_lamps.outputs:
         tree.links.new(socket, script.inputs[socket.name])

@@ -1,9 +1,11 @@
-"""``make bench``: how long fitting, baking and compiling take, on one core.
+"""``make bench``: how long fitting, baking and compiling take, on one core; then the table of `rendering`.
 
 Machines are noisy: each figure is the median of several runs, and the limits of the project are printed beside it,
-never asserted.
+never asserted. ``python -m benchmarks rendering [--materials ...] [--shapes ...] [--lights ...]`` prints that table or
+a part of it alone, and ``--pictures FOLDER`` renders its pictures instead.
 """
 
+import argparse
 import os
 import statistics
 import sys
@@ -40,7 +42,7 @@ def compile_source(source):
         assert _cycles.osl_compile(str(path), str(path.with_suffix(".oso")))
 
 
-def main():
+def fitting():
     import bpy  # noqa: F401  (brings _cycles)
 
     data = synthetic.measurements_or_synthetic()[0]
@@ -61,6 +63,24 @@ def main():
     print(f"{'median wall time on one core':42} {'measured':>10} {'limit':>8}")
     for name, work, runs, limit in rows:
         print(f"{name:42} {seconds(work, runs):8.3f} s {'' if limit is None else f'{limit:.3g} s':>8}")
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="benchmarks", description=__doc__.split("\n")[0])
+    parser.add_argument("part", nargs="?", choices=("fitting", "rendering"), help="both, unless one is named")
+    for name in ("materials", "shapes", "lights"):
+        parser.add_argument(f"--{name}", nargs="+", default=(), help="of the rendering table; all by default")
+    parser.add_argument("--pictures", metavar="FOLDER", help="render the pictures of docs/rendering.md into it instead")
+    arguments = parser.parse_args()
+    if arguments.part != "rendering":
+        fitting()
+    if arguments.part != "fitting":
+        from . import rendering
+
+        if arguments.pictures:
+            rendering.pictures(Path(arguments.pictures))
+        else:
+            rendering.main(arguments.materials, arguments.shapes, arguments.lights)
 
 
 if __name__ == "__main__":

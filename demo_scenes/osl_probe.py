@@ -12,6 +12,7 @@ PROBE = """
 #include "baked_constants.h"
 #include "perfect_hash.h"
 #include "lattice.h"
+#include "mixture.h"
 #include "draw.h"
 #include "lamps.h"
 %s

@@ -9,17 +9,20 @@ from pathlib import Path
 
 import numpy as np
 
-from . import draw_table, lattice, microfacet
+from . import closure_mixture as closures
+from . import directions, draw_table, lattice, microfacet
+from .closure_mixture import closure_mixture
 from .estimate import STEEPEST
 from .spectra import RGB
 
 SHADER = "measured_brdf.osl"
+MAX_LAMPS = 32             # that a shader takes, as in osl/lamps.h
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
 _SOURCES = Path(__file__).parents[1] / "osl"
 MAX_ARRAY = 1_500_000       # the OSL compiler gives up somewhere beyond 1,000,000 to 3,000,000 literals in one array
 
 
-def bake(fit, template=None):
+def bake(fit, template=None, mixture=None):
     """OSL source that evaluates and renders `fit`.
 
     Parameters
@@ -29,6 +32,8 @@ def bake(fit, template=None):
     template : str, optional
         The shader to fill in, `osl/measured_brdf.osl` by default. `#include "baked_constants.h"` and, inside the
         shader, `#include "baked_tables.h"` stand for what is baked; other includes are files of `osl/`.
+    mixture : closure_mixture.Mixture, optional
+        That of the fit, where it is at hand already.
 
     Returns
     -------
@@ -42,10 +47,11 @@ def bake(fit, template=None):
     if len(fit.channels) not in (1, len(RGB)):
         raise ValueError(f"a fit of {len(fit.channels)} channels; a shader takes 1 or 3")
     constants, tables = _fit(fit)
-    constants |= {"DRAW_VIEWS": draw_table.VIEWS, "DRAW_RINGS": draw_table.RINGS, "DRAW_SECTORS": draw_table.SECTORS,
-                  "DRAW_CELLS": draw_table.RINGS * draw_table.SECTORS}
-    tables["DRAW"] = draw_table.draw_table(fit)
+    mixture_constants, mixture_tables = _mixture(closure_mixture(fit) if mixture is None else mixture)
+    constants |= mixture_constants
+    tables |= mixture_tables
     generated = {
+        "lamp_parameters.h": _lamp_parameters(),
         "baked_constants.h": "".join(f"#define {name} {value}\n" for name, value in constants.items()),
         "baked_tables.h": "".join(_array(name, table) for name, table in tables.items())}
 
@@ -54,6 +60,11 @@ def bake(fit, template=None):
         return generated[name] if name in generated else (_SOURCES / name).read_text("utf-8")
 
     return _INCLUDE.sub(include, (_SOURCES / SHADER).read_text("utf-8") if template is None else template)
+
+
+def fast_error(source):
+    """The error of Fast rendering, `closure_mixture.Mixture.error`, that is baked into OSL source."""
+    return float(re.search(r"^#define FAST_ERROR (\S+)$", source, re.MULTILINE)[1])
 
 
 def _fit(fit):
@@ -87,6 +98,29 @@ def _prior(fit):
                      for ks, alpha, gamma, f0 in zip(lobe.ks, lobe.alpha, lobe.gamma, lobe.f0, strict=True))
     return {"PRIOR_LOBES": lobes, "PRIOR_KD": value(lobe.kd), "PRIOR_OFFSET": f"{fit.prior.offset:.9g}",
             "PRIOR_CEILING": value(fit.prior.ceiling), "STEEPEST": STEEPEST, "DENSEST": microfacet.DENSEST}
+
+
+def _mixture(mixture):
+    """What the closure mixture and the draw table add: (constants, tables)."""
+    constants = {"CHANNELS": mixture.table.shape[-1], "VIEWS": directions.VIEWS,
+                 "GRAZING": f"{directions.GRAZING:.9g}", "ROW": closures.ROW, "WEIGHTS": closures.WEIGHTS,
+                 "MICROFACET": closures.MICROFACET, "DRAWN": closures.DRAWN, "SHARE": closures.SHARE,
+                 "REPLACED": closures.REPLACED, "ROUGHNESS": mixture.roughness,
+                 "EXPONENT_0": float(mixture.exponents[0]), "EXPONENT_1": float(mixture.exponents[1]),
+                 "DRAW_RINGS": directions.RINGS, "DRAW_SECTORS": directions.SECTORS,
+                 "DRAW_CELLS": directions.RINGS * directions.SECTORS, "FAST_ERROR": f"{mixture.error:.6g}"}
+    solid_angle = directions.grid().solid_angle
+    return constants, {"MIXTURE": mixture.table, "OFFSET": mixture.offset,
+                       "DRAW_REST": draw_table.draw_table(mixture.rest, solid_angle, 0.1),
+                       "DRAW_ALL": draw_table.draw_table(mixture.reflected, solid_angle, 0.02)}
+
+
+def _lamp_parameters():
+    """The shader's parameters for the lamps, and a macro that does something for each."""
+    numbers = range(1, MAX_LAMPS + 1)
+    lines = [f"                     vector Lamp{n} = 0.0, vector Extent{n} = 0.0,\n" for n in numbers]
+    lines.append("#define EACH_LAMP(DO) " + " ".join(f"DO({n})" for n in numbers) + "\n")
+    return "".join(lines)
 
 
 def _array(name, table):

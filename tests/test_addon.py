@@ -214,7 +214,7 @@ def known_lamps(bpy):
     tree = next(tree for tree in bpy.data.node_groups if "Lamp3" in tree.nodes)
     count = round(tree.nodes["Lamps"].outputs[0].default_value)
     return [(tuple(round(socket.default_value, 6) for socket in tree.nodes[f"Lamp{n}"].inputs),
-             round(tree.nodes[f"Size{n}"].outputs[0].default_value, 6)) for n in range(1, count + 1)]
+             round(tree.nodes[f"Extent{n}"].inputs[0].default_value, 6)) for n in range(1, count + 1)]
 
 
 def test_lamps_are_followed_when_they_move_appear_and_vanish(blender, cube, file):
@@ -227,15 +227,16 @@ def test_lamps_are_followed_when_they_move_appear_and_vanish(blender, cube, file
     blender.context.view_layer.update()
     assert known_lamps(blender) == [((-4, 2, 3), 0.25)]
     add_lamp("SUN", 1, rotation=(0, math.pi / 2, 0), angle=0.2)
-    add_lamp("AREA", 1)
+    add_lamp("AREA", 1, shape="RECTANGLE", size=6, size_y=8)
     blender.context.view_layer.update()
-    (direction, size), second = known_lamps(blender)
+    (direction, size), second, third = known_lamps(blender)
     assert direction == pytest.approx((1, 0, 0), abs=1e-6)
     assert size == pytest.approx(-0.1)
     assert second == ((-4, 2, 3), 0.25)
+    assert third == ((0, 0, 0), 5)
     blender.data.objects.remove(lamp)
     blender.context.view_layer.update()
-    assert len(known_lamps(blender)) == 1
+    assert len(known_lamps(blender)) == 2
 
 
 def test_lamps_are_followed_through_an_animation(blender, cube, file):
@@ -298,16 +299,16 @@ def test_a_lamp_group_may_be_renamed_and_its_name_taken(blender, cube, file):
 
 def test_of_many_lamps_those_without_a_size_then_suns_then_the_strongest_are_kept(blender, cube, file):
     import_file(blender, file, diffuse_level=2, specular_level=-1)
-    for power in range(12):
+    for power in range(36):
         add_lamp("POINT", power, (power, 0, 0), shadow_soft_size=0.1)
     add_lamp("SUN", 0.1, angle=0.01)
-    add_lamp("SPOT", 0.01, (20, 0, 0), shadow_soft_size=0)
+    add_lamp("SPOT", 0.01, (40, 0, 0), shadow_soft_size=0)
     blender.context.view_layer.update()
     lamps = known_lamps(blender)
-    assert len(lamps) == 8
-    assert lamps[0] == ((20, 0, 0), 0)
+    assert len(lamps) == 32
+    assert lamps[0] == ((40, 0, 0), 0)
     assert lamps[1][1] < 0
-    assert sorted(position[0] for position, _ in lamps[2:]) == [6, 7, 8, 9, 10, 11]
+    assert sorted(position[0] for position, _ in lamps[2:]) == list(range(6, 36))
 
 
 def test_a_still_scene_is_left_alone(blender, cube, file):

@@ -44,9 +44,9 @@ def picture_mean(values, resolution):
     return np.broadcast_to(values.sum(axis=0) / resolution**2, 3)
 
 
-def mean_under_sun(fit):
+def mean_under_sun(fit, angle=FROM_THE_LEFT):
     n = normals(400)
-    toward = np.array([-math.sin(FROM_THE_LEFT), 0, math.cos(FROM_THE_LEFT)])
+    toward = np.array([-math.sin(angle), 0, math.cos(angle)])
     return picture_mean(reflected(fit, n, np.broadcast_to(toward, n.shape)), 400)
 
 
@@ -146,7 +146,7 @@ def test_a_stale_lamp_costs_noise_and_not_correctness(blender, fits):
 
     fit = fits["foil"]
     means = []
-    for known in ([], [((-0.5, 0.3, 0.8), -0.05), ((1.0, 2.0, 3.0), 0.2)]):
+    for known in ([], [((-0.5, 0.3, 0.8), -0.05, 1), ((1.0, 2.0, 3.0), 0.2, 5), ((2.0, 2.0, 1.0), 1.0, 5)]):
         scene = sphere_scene(blender, fit, 48)
         background(scene, 1)
         handlers = blender.app.handlers.render_pre, blender.app.handlers.depsgraph_update_post
@@ -199,3 +199,82 @@ def test_the_normal_input_turns_the_surface(blender, fits):
     toward = np.array([[-math.sin(FROM_THE_LEFT), 0, math.cos(FROM_THE_LEFT)]])
     expected = reflected(fit, normal[None], toward)[0]
     assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.01)
+
+
+def set_input(material, name, value):
+    next(n for n in material.node_tree.nodes if n.type == "GROUP").inputs[name].default_value = value
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_a_white_surface_neither_loses_nor_gains_light(blender, exact):
+    """All that a fit of albedo 1, to a percent or so, reflects of a white world comes back."""
+    theta = np.linspace(0, 1.5, 12)
+    theta_i, theta_o, phi_o = (grid.ravel() for grid in np.meshgrid(theta, theta, np.linspace(0, math.pi, 12)))
+    values = np.full((len(theta_i), 1), 1 / math.pi)
+    white = fitter.Samples(theta_i, np.zeros_like(theta_i), theta_o, phi_o, values, ("grey",), "white", "synthetic")
+    fit = fitter.fit(white, 3, None)
+    scene = sphere_scene(blender, fit, 64)
+    set_input(blender.context.object.data.materials[0], "Exact", exact)
+    background(scene, 1)
+    expected = mean_under_world(fit).mean()
+    assert expected == pytest.approx(math.pi / 4, rel=0.02)
+    assert render(scene)[..., :3].mean() == pytest.approx(expected, rel=0.005)
+
+
+def test_more_lamps_without_a_size_than_lobes_still_give_all_their_light(blender, fits):
+    """Lamps are then taken at random, the sum of which is right in the mean."""
+    fit = fits["foil"]
+    angles = np.radians(np.linspace(-50, 60, 12))
+    scene = sphere_scene(blender, fit, 128)
+    for number, angle in enumerate(angles):
+        add_lamp("SUN", 1 + number % 3, rotation=(0, -angle, 0), angle=0)
+    expected = sum((1 + number % 3) * mean_under_sun(fit, angle) for number, angle in enumerate(angles))
+    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.005)
+
+
+def test_fast_is_as_close_as_it_says_and_right_at_small_lamps(blender, fits):
+    from measured_brdf.addon import node_group
+
+    fit = fits["foil"]
+    scene = sphere_scene(blender, fit, 64)
+    material = blender.context.object.data.materials[0]
+    set_input(material, "Exact", False)
+    background(scene, 1)
+    group = next(n for n in material.node_tree.nodes if n.type == "GROUP").node_tree
+    told = group[node_group.FAST_ERROR]
+    assert render(scene)[..., :3].mean() == pytest.approx(mean_under_world(fit).mean(), rel=told)
+    assert 0 < told < 0.1
+    background(scene, 0)
+    sun(angle=0)
+    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(mean_under_sun(fit), rel=0.005)
+
+
+def test_strength_multiplies_what_is_rendered(blender, fits):
+    scene = sphere_scene(blender, fits["foil"], 16)
+    sun(angle=0)
+    before = render(scene)[..., :3].mean()
+    set_input(blender.context.object.data.materials[0], "Strength", 0.5)
+    assert render(scene)[..., :3].mean() == pytest.approx(0.5 * before, rel=2e-3)
+
+
+def test_back_faces_and_uneven_scales_are_lit_as_the_surface_they_show(blender, fits):
+    means = []
+    for turn, scale in ((0, (1, 1, 1)), (math.pi, (1, 1, 1)), (0, (3, 0.5, 2))):
+        scene = black_scene(8, 8, samples=64, span=0.5)
+        sun(angle=0)
+        blender.ops.mesh.primitive_plane_add(size=4, rotation=(turn, 0, 0))
+        blender.context.object.scale = scale
+        blender.context.object.data.materials.append(material_for(fits["krylon"]))
+        means.append(render(scene)[..., :3].mean())
+    assert means[1] == pytest.approx(means[0], rel=2e-3)
+    assert means[2] == pytest.approx(means[0], rel=2e-3)
+
+
+def test_light_from_below_the_horizon_does_not_leak(blender, fits):
+    """Lobes lean over the horizon; what stands there must not shine through a plane."""
+    scene = black_scene(8, 8, samples=64, span=0.5)
+    scene.camera.rotation_euler, scene.camera.location = (1.3, 0, 0), (0, -9, 2.5)
+    blender.ops.mesh.primitive_plane_add(size=4)
+    blender.context.object.data.materials.append(material_for(fits["foil"]))
+    add_lamp("SUN", 1, rotation=(-math.radians(95), 0, 0), angle=0.1)
+    assert render(scene)[..., :3].mean() < 1e-3

@@ -1,0 +1,133 @@
+"""What a picture should be, without Cycles' closures: integrals that a shader works out by itself.
+
+Under direct light the shader draws directions toward the light, looks along them with `trace`, and sums
+fit * cosine * radiance / density; the sum is given to Cycles as if the surface glowed. Where light arrives by way of
+other surfaces, every path goes on in a direction drawn from a table, by a mirror that is turned to send it there.
+"""
+
+import math
+
+import bpy
+
+from demo_scenes import stage
+from fitter.bake import bake
+
+DIRECTIONS = 24             # for a shading point
+
+_HEAD = """
+#include "baked_constants.h"
+#include "perfect_hash.h"
+#include "lattice.h"
+#include "draw.h"
+
+shader reference(output closure color Result = 0)
+{
+#include "baked_tables.h"
+  float theta_o = acos(clamp(dot(I, N), 0.0, 1.0));
+  int view = clamp((int)((VIEWS - 1) * (1.0 - pow(max(0.0, 1.0 - theta_o / GRAZING), 2.0 / 3.0))), 0, VIEWS - 1);
+  vector x = normalize(I - dot(I, N) * N);
+  vector y = cross(N, x);
+  vector wo = vector(dot(I, x), dot(I, y), dot(I, N));
+"""
+
+_INTEGRATE = _HEAD + """
+  color sum = 0.0;
+  for (int k = 0; k < COUNT; k++) {
+    float u = (float)hashnoise(P, 3.0 * k);
+    float v = (float)hashnoise(P, 3.0 * k + 1.0);
+    float choice = (float)hashnoise(P, 3.0 * k + 2.0);
+    vector w = 0.0;
+    float light = 0.0;      /* radiance over density */
+    LIGHT
+    vector wi = vector(dot(w, x), dot(w, y), dot(w, N));
+    if (wi[2] > 0.0 && dot(w, Ng) > 0.0 && !trace(P, w)) {
+      sum += fitted_brdf(FIT, wi, wo) * (wi[2] * light / COUNT);
+    }
+  }
+  Result = sum * emission();
+}
+"""
+
+_DRAW = _HEAD + """
+  vector wi = draw_direction(DRAW_ALL, view, P);
+  if (wi[2] > 0.0) {
+    color weight = fitted_brdf(FIT, wi, wo) * (wi[2] / cell_density(DRAW_ALL, view, cell_of(wi)));
+    vector h = normalize(wo + wi);
+    Result = weight * reflection(h[0] * x + h[1] * y + h[2] * N);
+  }
+}
+"""
+
+CONE = """
+    vector axis = normalize(AXIS);
+    vector side = normalize(cross(axis, fabs(axis[2]) < 0.9 ? vector(0.0, 0.0, 1.0) : vector(1.0, 0.0, 0.0)));
+    float z = 1.0 - u * (1.0 - COSINE);
+    float r = sqrt(max(0.0, 1.0 - z * z));
+    w = z * axis + r * (cos(M_2PI * v) * side + sin(M_2PI * v) * cross(axis, side));
+"""
+
+
+def _cone(axis, cosine):
+    """OSL that draws w in a cone, from two expressions."""
+    return CONE.replace("AXIS", axis).replace("COSINE", cosine)
+
+
+def world(strength=1.0):
+    """An even world: drawn from the table, since highlights are narrow."""
+    return f"""
+    vector even = draw_direction(DRAW_ALL, view, P + 17.3 * k);
+    w = even[0] * x + even[1] * y + even[2] * N;
+    light = {strength} / cell_density(DRAW_ALL, view, cell_of(even));"""
+
+
+def bright_spot(axis, half_angle, strength, around):
+    """An even world, and in it a disk that is brighter by `strength`."""
+    cosine = math.cos(half_angle)
+    return (f"if (choice < 0.5) {{ {world(2 * around)} }}"
+            f"else {{ {_cone(_vector(axis), repr(cosine))} light = 2.0 * {strength} * M_2PI * (1.0 - {cosine!r}); }}")
+
+
+def sun(toward, angle, irradiance):
+    """A sun of an angular diameter."""
+    return _cone(_vector(toward), repr(math.cos(angle / 2))) + f"light = {irradiance};"
+
+
+def balls(places, radius, power):
+    """Point lamps of one power: glowing balls, one of which is taken at random."""
+    choices = "".join(f"if (choice >= {number / len(places)}) lamp = point{tuple(map(float, place))};"
+                      for number, place in enumerate(places))
+    return f"""
+    point lamp = 0.0;
+    {choices}
+    float distance = length(lamp - P);
+    {_cone("lamp - P", f"sqrt(max(0.0, 1.0 - {radius} * {radius} / (distance * distance)))")}
+    light = {len(places)} * {power} / (4.0 * M_PI * distance * distance);"""
+
+
+def square(center, facing, side, power):
+    """A square area lamp that faces along a direction in the xz plane."""
+    return f"""
+    vector across = vector(0.0, 1.0, 0.0);
+    vector front = normalize({_vector(facing)});
+    vector offset = (u - 0.5) * across + (v - 0.5) * cross(front, across);
+    vector away = point{tuple(map(float, center))} + {side} * offset - P;
+    float distance = length(away);
+    w = away / distance;
+    light = {power} / M_PI * max(0.0, -dot(w, front)) / (distance * distance);"""
+
+
+def _vector(values):
+    return f"vector{tuple(map(float, values))}"
+
+
+def material(fit, mixture, light=None):
+    """A material that shows the integral over a light, or without one goes on in drawn directions."""
+    template = _DRAW if light is None else _INTEGRATE.replace("LIGHT", light).replace("COUNT", str(DIRECTIONS))
+    text = bpy.data.texts.new("reference.osl")
+    text.from_string(bake(fit, template, mixture))
+    made, script, surface = stage.blank_material("Reference", "ShaderNodeScript")
+    script.mode, script.script = "INTERNAL", text
+    if "Result" not in script.outputs:
+        raise RuntimeError("the reference does not compile")
+    made.node_tree.links.new(script.outputs["Result"], surface)
+    return made
