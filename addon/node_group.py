@@ -43,9 +43,9 @@ def create(fit, source=None):
     try:
         source = bake(fit) if source is None else source
         text.from_string(source)
-        tree[FAST_ERROR] = fast_error(source)
         text.cursor_set(0)
         _fill(tree, text)
+        tree[FAST_ERROR] = fast_error(source)
     except BaseException:
         bpy.data.node_groups.remove(tree)
         bpy.data.texts.remove(text)
