@@ -44,22 +44,23 @@ def fit_within(samples, tolerance, held_out=False, plausible=True):
     views = [_View(samples, part) for part in parts]
     whole = views[0] if not held_out else _View(samples, None)
 
+    kept = [count for count in KEPT if count <= 8 * len(samples)]
     found, best = None, (np.inf, None)
     for diffuse_level in DIFFUSE_LEVELS:
         if found is not None and 4 * np.prod(lattice.shape(diffuse_level)) * len(samples.channels) >= found.nbytes:
             break
-        low, high = 0, len(KEPT)                        # KEPT[high] is known to suffice
+        low, high = 0, len(kept)                        # kept[high] is known to suffice
         while low < high:
             middle = (low + high) // 2
-            compression = _compression(KEPT[middle])
+            compression = _compression(kept[middle])
             error = _rmse(samples, [view.predicted(diffuse_level, compression, plausible) for view in views], parts)
             best = min(best, (error, bilevel.notation(diffuse_level, SPECULAR_LEVEL, compression)))
             if error <= tolerance:
                 high = middle
             else:
                 low = middle + 1
-        if high < len(KEPT):
-            fitted = whole.fit(diffuse_level, _compression(KEPT[high]), plausible)
+        if high < len(kept):
+            fitted = whole.fit(diffuse_level, _compression(kept[high]), plausible)
             found = min(found or fitted, fitted, key=lambda fit: fit.nbytes)
     if found is None:
         raise ValueError(f"no fit is within {tolerance:g} 1/sr: the best, {best[1]}, has an error of {best[0]:.3g}; "

@@ -57,19 +57,32 @@ def _largest(control_points, stands_for, count):
 
 def _least_squares(x, z, weights, level, unknown, count):
     """Solve for `count` unknowns, `unknown` giving that of each control point or -1: (count, channels) float64."""
+    if len(x) <= count:         # fewer equations than unknowns: the same solution from the smaller system
+        design = _design(x, weights, level, unknown, count)
+        gram = design @ design.T
+        gram[np.diag_indices(len(x))] += _ridge(np.trace(gram), count)
+        return design.T @ np.linalg.solve(gram, z * weights[:, None])
     normal, moment = np.zeros((count, count)), np.zeros((count, z.shape[1]))
-    _, rows, columns = lattice.shape(level)
-    corner = ((np.arange(4)[:, None, None] * rows + np.arange(4)[:, None]) * columns + np.arange(4)).ravel()
     for start in range(0, len(x), _CHUNK):
         part = slice(start, start + _CHUNK)
-        cell, (wa, wb, wc) = lattice.locate(x[part], level)
-        tap = unknown[((cell[:, 0] * rows + cell[:, 1]) * columns + cell[:, 2])[:, None] + corner]
-        basis = (wa[:, :, None, None] * wb[:, None, :, None] * wc[:, None, None, :]).reshape(len(tap), 64)
-        at = np.arange(len(tap))[:, None] * (count + 1) + np.where(tap < 0, count, tap)
-        design = np.bincount(at.ravel(), basis.ravel(), len(tap) * (count + 1)).reshape(len(tap), -1)[:, :count]
-        design *= weights[part, None]
+        design = _design(x[part], weights[part], level, unknown, count)
         normal += design.T @ design
         moment += design.T @ (z[part] * weights[part, None])
-    if count:
-        normal[np.diag_indices(count)] += RIDGE * max(np.trace(normal) / count, np.finfo(float).tiny)
+    normal[np.diag_indices(count)] += _ridge(np.trace(normal), count)
     return np.linalg.solve(normal, moment)
+
+
+def _design(x, weights, level, unknown, count):
+    """What each unknown adds to the weighted spline at the samples: (n, count) float64."""
+    _, rows, columns = lattice.shape(level)
+    corner = ((np.arange(4)[:, None, None] * rows + np.arange(4)[:, None]) * columns + np.arange(4)).ravel()
+    cell, (wa, wb, wc) = lattice.locate(x, level)
+    tap = unknown[((cell[:, 0] * rows + cell[:, 1]) * columns + cell[:, 2])[:, None] + corner]
+    basis = (wa[:, :, None, None] * wb[:, None, :, None] * wc[:, None, None, :]).reshape(len(tap), 64)
+    at = np.arange(len(tap))[:, None] * (count + 1) + np.where(tap < 0, count, tap)
+    design = np.bincount(at.ravel(), basis.ravel(), len(tap) * (count + 1)).reshape(len(tap), -1)[:, :count]
+    return design * weights[:, None]
+
+
+def _ridge(trace, count):
+    return RIDGE * max(trace / max(count, 1), np.finfo(float).tiny)

@@ -58,15 +58,16 @@ def test_the_folded_lattice_is_the_unfolded_one(random, level):
     np.testing.assert_allclose(lattice.evaluate(folded, level, x)[:, 0], expected, atol=1e-13)
 
 
-def test_refitting_is_least_squares_over_the_kept_control_points(random):
+@pytest.mark.parametrize("samples", [40, 400])
+def test_refitting_is_least_squares_over_the_kept_control_points(random, samples):
     level, count = 3, 60
-    x = random.random((400, 3)) * [0.5, 1, 0.5] + [0.5, 0, 0.5]
-    z, weights = random.standard_normal((400, 2)), random.random(400) + 0.1
+    x = random.random((samples, 3)) * [0.5, 1, 0.5] + [0.5, 0, 0.5]
+    z, weights = random.standard_normal((samples, 2)), random.random(samples) + 0.1
     kept = refit.sparse_fit(x, z, weights, level, count)
     assert count - 4 < len(kept) <= count
     same = lattice.representative(level).ravel()
     free = np.unique(same[kept.index.keys])
-    design = np.empty((400, len(free)))
+    design = np.empty((samples, len(free)))
     for column, control_point in enumerate(free):
         alone = (same == control_point).astype(float).reshape(*lattice.shape(level), 1)
         design[:, column] = lattice.evaluate(alone, level, x)[:, 0]
