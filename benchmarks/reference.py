@@ -23,11 +23,14 @@ _HEAD = """
 shader reference(output closure color Result = 0)
 {
 #include "baked_tables.h"
-  float theta_o = acos(clamp(dot(I, N), 0.0, 1.0));
+  /* as the measured material does: interpolated normals may turn away from the viewer */
+  float facing = dot(N, I);
+  vector z = facing < 1e-3 ? normalize(N + (1e-3 - facing) * I) : N;
+  float theta_o = acos(clamp(dot(I, z), 0.0, 1.0));
   int view = clamp((int)((VIEWS - 1) * (1.0 - pow(max(0.0, 1.0 - theta_o / GRAZING), 2.0 / 3.0))), 0, VIEWS - 1);
-  vector x = normalize(I - dot(I, N) * N);
-  vector y = cross(N, x);
-  vector wo = vector(dot(I, x), dot(I, y), dot(I, N));
+  vector x = normalize(I - dot(I, z) * z);
+  vector y = cross(z, x);
+  vector wo = vector(dot(I, x), dot(I, y), dot(I, z));
 """
 
 _INTEGRATE = _HEAD + """
@@ -39,7 +42,7 @@ _INTEGRATE = _HEAD + """
     vector w = 0.0;
     float light = 0.0;      /* radiance over density */
     LIGHT
-    vector wi = vector(dot(w, x), dot(w, y), dot(w, N));
+    vector wi = vector(dot(w, x), dot(w, y), dot(w, z));
     if (wi[2] > 0.0 && dot(w, Ng) > 0.0 && !trace(P, w)) {
       sum += fitted_brdf(FIT, wi, wo) * (wi[2] * light / COUNT);
     }
@@ -50,10 +53,10 @@ _INTEGRATE = _HEAD + """
 
 _DRAW = _HEAD + """
   vector wi = draw_direction(DRAW_ALL, view, P);
-  if (wi[2] > 0.0) {
+  vector w = wi[0] * x + wi[1] * y + wi[2] * z;
+  if (wi[2] > 0.0 && dot(w, Ng) > 0.0) {
     color weight = fitted_brdf(FIT, wi, wo) * (wi[2] / cell_density(DRAW_ALL, view, cell_of(wi)));
-    vector h = normalize(wo + wi);
-    Result = weight * reflection(h[0] * x + h[1] * y + h[2] * N);
+    Result = weight * reflection(normalize(I + w));
   }
 }
 """
@@ -61,9 +64,9 @@ _DRAW = _HEAD + """
 CONE = """
     vector axis = normalize(AXIS);
     vector side = normalize(cross(axis, fabs(axis[2]) < 0.9 ? vector(0.0, 0.0, 1.0) : vector(1.0, 0.0, 0.0)));
-    float z = 1.0 - u * (1.0 - COSINE);
-    float r = sqrt(max(0.0, 1.0 - z * z));
-    w = z * axis + r * (cos(M_2PI * v) * side + sin(M_2PI * v) * cross(axis, side));
+    float height = 1.0 - u * (1.0 - COSINE);
+    float r = sqrt(max(0.0, 1.0 - height * height));
+    w = height * axis + r * (cos(M_2PI * v) * side + sin(M_2PI * v) * cross(axis, side));
 """
 
 
@@ -76,7 +79,7 @@ def world(strength=1.0):
     """An even world: drawn from the table, since highlights are narrow."""
     return f"""
     vector even = draw_direction(DRAW_ALL, view, P + 17.3 * k);
-    w = even[0] * x + even[1] * y + even[2] * N;
+    w = even[0] * x + even[1] * y + even[2] * z;
     light = {strength} / cell_density(DRAW_ALL, view, cell_of(even));"""
 
 

@@ -160,7 +160,7 @@ def _stage(shape):
     if shape == "sphere":
         stage.add_sphere()
     else:
-        bpy.ops.mesh.primitive_monkey_add(size=1.5)
+        bpy.ops.mesh.primitive_monkey_add(size=1.5, rotation=(-math.pi / 2, 0, 0))     # it looks up
         bpy.ops.object.shade_smooth()
     # it moves where shadow rays begin on coarse meshes, whatever their material: the reference knows nothing of it
     bpy.context.object.shadow_terminator_geometry_offset = 0

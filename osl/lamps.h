@@ -4,7 +4,7 @@
 #define MAX_LOBES 4               /* of more lamps than these, every sample takes two at random */
 #define SAMPLED_LOBES 2
 #define SMALL_LAMP_RADIUS 0.015   /* radians: the fit is taken for constant over a smaller lamp */
-#define MAX_HIDDEN_RADIUS 0.06    /* 3.4 degrees: a lobe is all that is seen of a smaller lamp, larger ones are drawn at */
+#define MAX_HIDDEN_RADIUS 0.06    /* 3.4 degrees: its lobe is all that is seen of a smaller lamp */
 #define MAX_LOBE_RADIUS 0.6       /* a larger lamp has no lobe: the mixture is right in the mean over it */
 #define MIN_LOBE_RADIUS 0.0122    /* 0.7 degrees, so that a lamp without a size has a lobe that floats can resolve */
 #define LOBE_FLAT (1.0 / 7.0)     /* a lobe is flat where it has not fallen further than this */
