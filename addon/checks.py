@@ -158,13 +158,4 @@ class MEASUREDBRDF_PT_rendering(bpy.types.Panel):
 
 
 classes = (MEASUREDBRDF_OT_check_scene, MEASUREDBRDF_OT_fix_setting, MEASUREDBRDF_PT_rendering)
-
-
-def register():
-    for cls in classes:
-        bpy.utils.register_class(cls)
-
-
-def unregister():
-    for cls in reversed(classes):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(classes)

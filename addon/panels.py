@@ -1,6 +1,7 @@
 """The panels in the material tab. Drawing reads stored properties and finished answers only: no files, no fitting."""
 
 import math
+import textwrap
 
 import bpy
 
@@ -235,35 +236,16 @@ def _draw_result(layout, settings):
         split.alignment = "RIGHT"
         split.label(text=name)
         split.label(text=value)
-    for line in _wrapped(settings.changes) if settings.changes else ():
+    for line in textwrap.wrap(settings.changes, 52) if settings.changes else ():
         layout.label(text=line)
 
 
 def _draw_warning(layout, text):
     column = layout.box().column(align=True)
     column.alert = True
-    for number, line in enumerate(_wrapped(text)):
+    for number, line in enumerate(textwrap.wrap(text, 52)):
         column.label(text=line, icon="ERROR" if number == 0 else "BLANK1")
 
 
-def _wrapped(text, width=52):
-    """Lines of at most `width` characters."""
-    lines = [""]
-    for word in text.split():
-        if len(lines[-1]) + len(word) > width:
-            lines.append("")
-        lines[-1] = f"{lines[-1]} {word}".strip()
-    return lines
-
-
 classes = (MEASUREDBRDF_PT_material, MEASUREDBRDF_PT_pictures, MEASUREDBRDF_PT_compare, MEASUREDBRDF_PT_data)
-
-
-def register():
-    for cls in classes:
-        bpy.utils.register_class(cls)
-
-
-def unregister():
-    for cls in reversed(classes):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(classes)
