@@ -19,7 +19,7 @@ import fitter
 from fitter.cli import main
 samples, fit, shader = sys.argv[1:]
 while True:
-    assert main(["fit", samples, "--preset", "Draft", "-o", fit]) == 0
+    assert main(["fit", samples, "--preset", "Paper", "-o", fit]) == 0
     assert main(["bake", fit, "-o", shader]) == 0
     print("done", flush=True)
 """
@@ -76,8 +76,8 @@ def test_a_process_killed_while_saving_or_baking_leaves_whole_files_and_a_rerun_
         process.stdout.close()
         expected = expected or shader.read_bytes()
         assert shader.read_bytes() == expected
-        assert fitter.Fit.load(fit).coefficient_count > 100
-    assert fitter_command("fit", file, "--preset", "Draft", "-o", fit).returncode == 0
+        assert fitter.Fit.load(fit).coefficient_count > 1000
+    assert fitter_command("fit", file, "--preset", "Paper", "-o", fit).returncode == 0
     assert fitter_command("bake", fit, "-o", shader).returncode == 0
 
 
@@ -97,11 +97,12 @@ def test_a_full_disk_is_reported_and_cleaned_up_after(file, tmp_path):
     folder = tmp_path / "out"
     folder.mkdir()
     fit, shader = folder / "fit.npz", folder / "fit.osl"
-    assert fitter_command("fit", file, "-o", fit).returncode == 0
+    assert fitter_command("fit", file, "--preset", "Paper", "-o", fit).returncode == 0
     assert fitter_command("bake", fit, "-o", shader).returncode == 0
     before = {path.name: path.read_bytes() for path in (fit, shader)}
     assert all(len(content) > 20_000 for content in before.values())
-    assert_reported(fitter_command("fit", file, "-o", fit, preexec_fn=limit_files), folder, fit, before)
+    assert_reported(fitter_command("fit", file, "--preset", "Paper", "-o", fit, preexec_fn=limit_files), folder, fit,
+                    before)
     assert_reported(fitter_command("bake", fit, "-o", shader, preexec_fn=limit_files), folder, shader, before)
 
 
@@ -112,9 +113,10 @@ def test_a_file_system_without_room_is_reported_and_cleaned_up_after(file, tmp_p
                                       capture_output=True).returncode:
         pytest.skip("only where a small file system may be mounted")
     try:
-        assert_reported(fitter_command("fit", file, "-o", disk / "fit.npz"), disk, disk / "fit.npz", {})
-        assert "No space left" in fitter_command("fit", file, "-o", disk / "fit.npz").stderr
-        draft = fitter_command("fit", file, "--diffuse-level", 1, "--specular-level", "none", "-o", disk / "fit.npz")
+        done = fitter_command("fit", file, "--preset", "Paper", "-o", disk / "fit.npz")
+        assert_reported(done, disk, disk / "fit.npz", {})
+        assert "No space left" in done.stderr
+        draft = fitter_command("fit", file, "--preset", "Draft", "--diffuse-level", 1, "-o", disk / "fit.npz")
         assert draft.returncode == 0, draft.stderr
     finally:
         subprocess.run(["umount", disk], check=True)
