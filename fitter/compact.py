@@ -9,12 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from . import energy, lattice, refit
+from . import cross_validation, energy, kriging, lattice, refit
 from .estimate import estimate
 from .half_difference import directions, half_difference
 
 _AZIMUTHS = 16
 _ROUNDS = 3
+_MOST_SAMPLES = 20_000      # that the sparse lattice is fitted to: beyond, a random choice
 
 
 class Estimate:
@@ -84,6 +85,8 @@ def _around(field, mu):
 
 
 def _specular(samples, prior, target, diffuse, diffuse_level, level, kept):
+    used = kriging.choice(len(samples), _MOST_SAMPLES)
+    samples, target = cross_validation.subset(samples, used), target[used]
     x = half_difference(*samples.directions)
     coarse = lattice.evaluate(diffuse, diffuse_level, x)
     residual = target - coarse
