@@ -34,6 +34,7 @@ camera.data.type, camera.data.ortho_scale, camera.location = "ORTHO", 2, (0, 0, 
 scene.collection.objects.link(light), scene.collection.objects.link(camera)
 scene.camera = camera
 scene.cycles.samples = 8
+scene.cycles.use_denoising = False          # it guesses, in a picture this small
 scene.render.resolution_x = scene.render.resolution_y = 16
 scene.render.film_transparent = True
 scene.render.image_settings.file_format = "OPEN_EXR"
