@@ -15,6 +15,7 @@ from bpy.app.handlers import persistent
 from mathutils import Vector
 
 from ..fitter.bake import MAX_LAMPS
+from .sky import bright_spots
 
 NAME = "Measured BRDF Lamps"
 _LAMPS = "Lamps"
@@ -32,16 +33,23 @@ def node_tree():
 
 
 def light_is_even(depsgraph):
-    """Whether all light but that of the lamps is even: a world of one colour, and no surface that shines."""
+    """Whether there is light besides that of the lamps, and it is even: a world of one colour, and no surface that
+    shines."""
     materials = {slot.material for instance in depsgraph.object_instances for slot in instance.object.material_slots}
     return _is_even(depsgraph.scene.world) and not any(
         _gives_light(material.node_tree) for material in materials if material is not None)
 
 
 def _is_even(world):
-    tree = world.node_tree if world is not None else None
-    return tree is None or not any(link.to_node.type != "OUTPUT_WORLD" or link.to_socket.name != "Surface"
-                                   or link.from_node.type != "BACKGROUND" for link in tree.links)
+    if world is None:
+        return False
+    if world.node_tree is None:
+        return max(world.color) > 0
+    links = world.node_tree.links
+    return len(links) > 0 and all(
+        link.to_node.type == "OUTPUT_WORLD" and link.to_socket.name == "Surface" and link.from_node.type == "BACKGROUND"
+        and link.from_node.inputs["Strength"].default_value * max(link.from_node.inputs["Color"].default_value[:3]) > 0
+        for link in links)
 
 
 def _gives_light(tree):
@@ -65,9 +73,12 @@ def in_scene(depsgraph):
     list of ((x, y, z), size, strength)
         At most `MAX_LAMPS` that give light, those without a size first (nothing else finds them), then suns, then the
         strongest. A sun: the direction toward it, minus its angular radius (radians), its irradiance. Any other: its
-        position, the radius of a ball around what shines (m), and its irradiance at 1 m.
+        position, the radius of a ball around what shines (m), and its irradiance at 1 m. Bright places of the world
+        are suns.
     """
     found = [_ranked(_lamp(item, matrix)) for item, matrix in _lights(depsgraph) if item.energy > 0]
+    found += [_ranked((direction, -radius, light))
+              for direction, radius, light in bright_spots(depsgraph.scene.world) if light > 0]
     found.sort()
     return [lamp for *_, lamp in found[:MAX_LAMPS]]
 

@@ -84,10 +84,11 @@ def world(strength=1.0):
 
 
 def bright_spot(axis, half_angle, strength, around):
-    """An even world, and in it a disk that is brighter by `strength`."""
+    """An even world, and in it a disk that is brighter by `strength` in its middle, and by less toward its edge."""
     cosine = math.cos(half_angle)
     return (f"if (choice < 0.5) {{ {world(2 * around)} }}"
-            f"else {{ {_cone(_vector(axis), repr(cosine))} light = 2.0 * {strength} * M_2PI * (1.0 - {cosine!r}); }}")
+            f"else {{ {_cone(_vector(axis), repr(cosine))} "
+            f"light = 2.0 * {strength} * M_2PI * (height - {cosine!r}); }}")
 
 
 def sun(toward, angle, irradiance):

@@ -29,6 +29,7 @@ SAMPLES, MANY = 64, 384
 REFERENCE_SAMPLES, DRAWN_SAMPLES = 128, 1024
 BLOCK = 4                   # pixels: differences are looked for in means of blocks
 LAMP = (-3, 0, 2)
+SPOT = (-0.6, 0.0, 0.8)      # toward the middle of the bright spot
 TURN = (0, -math.atan2(3, 2), 0)
 # Principled BSDFs that look alike: base colour, metallic, roughness, specular level; by least squares in reflected
 # radiance over views from 5 to 65 degrees
@@ -46,23 +47,23 @@ def world():
 
 
 def bright_spot():
-    """A dim sky with a spot of 3 degrees that gives half of its light."""
-    tree = bpy.context.scene.world.node_tree
-    nodes, new = tree.nodes, tree.nodes.new
-    geometry, dot, inside, scale = (new("ShaderNodeNewGeometry"), new("ShaderNodeVectorMath"), new("ShaderNodeMath"),
-                                    new("ShaderNodeMath"))
-    dot.operation, inside.operation, scale.operation = "DOT_PRODUCT", "GREATER_THAN", "MULTIPLY_ADD"
-    # Incoming points from where the ray goes to back to the viewer
-    dot.inputs[1].default_value = (0.6, 0.0, -0.8)
-    inside.inputs[1].default_value = math.cos(math.radians(3))
-    scale.inputs[1].default_value, scale.inputs[2].default_value = 400, 0.5
-    tree.links.new(geometry.outputs["Incoming"], dot.inputs[0])
-    tree.links.new(dot.outputs["Value"], inside.inputs[0])
-    tree.links.new(inside.outputs[0], scale.inputs[0])
-    tree.links.new(scale.outputs[0], nodes["Background"].inputs["Strength"])
-    bpy.context.scene.world.cycles.sampling_method = "MANUAL"
-    bpy.context.scene.world.cycles.sample_map_resolution = 2048
-    return reference.bright_spot((-0.6, 0.0, 0.8), math.radians(3), 400, 0.5)
+    """A dim sky with a spot of 3 degrees, fading toward its edge, that gives half of its light; as an image."""
+    latitude, longitude = np.meshgrid((np.arange(1024) + 0.5) * np.pi / 1024 - np.pi / 2,
+                                      np.pi - (np.arange(2048) + 0.5) * np.pi / 1024, indexing="ij")
+    toward = (SPOT[0] * np.cos(longitude) + SPOT[1] * np.sin(longitude)) * np.cos(latitude) + SPOT[2] * np.sin(latitude)
+    edge = math.cos(math.radians(3))
+    radiance = 0.5 + 800 * np.maximum(0, (toward - edge) / (1 - edge))
+    image = bpy.data.images.new("Sky", 2048, 1024, float_buffer=True, is_data=True)
+    image.pixels.foreach_set(np.repeat(radiance, 4).astype(np.float32))
+    image.pack()
+    world = bpy.context.scene.world
+    texture = world.node_tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.image = image
+    background = world.node_tree.nodes["Background"]
+    background.inputs["Strength"].default_value = 1
+    world.node_tree.links.new(texture.outputs["Color"], background.inputs["Color"])
+    world.cycles.sampling_method, world.cycles.sample_map_resolution = "MANUAL", 2048
+    return reference.bright_spot(SPOT, math.radians(3), 800, 0.5)
 
 
 def area():

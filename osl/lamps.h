@@ -3,7 +3,7 @@
 #define MAX_LAMPS 32
 #define MAX_LOBES 4               /* of more lamps than these, every sample takes two at random */
 #define SAMPLED_LOBES 2
-#define SMALL_LAMP_RADIUS 0.015   /* radians: the fit is taken for constant over a smaller lamp */
+#define SMALL_LAMP_RADIUS 0.005   /* radians, as the sun: the fit is taken for constant over a smaller lamp */
 #define MAX_HIDDEN_RADIUS 0.06    /* 3.4 degrees: its lobe is all that is seen of a smaller lamp */
 #define MAX_LOBE_RADIUS 0.6       /* a larger lamp has no lobe: the mixture is right in the mean over it */
 #define MIN_LOBE_RADIUS 0.0122    /* 0.7 degrees, so that a lamp without a size has a lobe that floats can resolve */

@@ -48,9 +48,13 @@ def test_an_outcome_is_the_same_as_without_the_process(background, file):
     assert job.error is None
     assert isinstance(job.result, work.Outcome)
     assert job.result.digest == expected.digest
-    assert job.result.source == expected.source
+    for line, expected_line in zip(job.result.source.splitlines(), expected.source.splitlines(), strict=True):
+        if line != expected_line:           # numbers that BLAS sums in another order, on another number of threads
+            there, here = (np.fromstring(each.strip("{ };"), sep=",") for each in (line, expected_line))
+            assert len(here) > 0
+            np.testing.assert_allclose(there, here, rtol=1e-4, atol=1e-5)
     there, here = (each.fitted.fit.evaluate(*expected.samples.directions) for each in (job.result, expected))
-    np.testing.assert_array_equal(there, here)
+    np.testing.assert_allclose(there, here, rtol=1e-6)
     assert job.doing != "Starting"
 
 

@@ -181,7 +181,7 @@ def test_a_number_of_the_header_that_is_none_is_refused(glossy, tmp_path, entry,
 @pytest.mark.parametrize("preset", ["Paper", "Standard"])
 def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy, tmp_path, monkeypatch, preset):
     """Every entry of a saved fit in turn is text that would be code, a number that is none, or of another type."""
-    from fitter import cross_validation, draw_table
+    from fitter import closure_mixture, cross_validation, draw_table
     from fitter.bake import bake
 
     monkeypatch.setattr(draw_table, "draw_table", lambda *_: np.zeros(3, np.float32))      # takes most of a second
@@ -192,7 +192,8 @@ def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy
     with np.load(path) as file:
         entries = dict(file)
     header = json.loads(str(entries["header"]))
-    expected = bake(fit)
+    mixture = closure_mixture.closure_mixture(fit)
+    expected = bake(fit, mixture=mixture)
     odd = HOSTILE, [HOSTILE] * 3, {"x": HOSTILE}, math.inf, 10**400, [0, 1, 10**12], [-1, 0, 1]
     changes = [{"header": {key: value}} for key in header for value in odd]
     for name, array in entries.items():
@@ -207,4 +208,4 @@ def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy
         except fitter.DatasetError:
             continue
         assert change.get("header", {}).keys() <= {"name", "source", "channels", "compression", "changes"}, change
-        assert bake(loaded) == expected
+        assert bake(loaded, mixture=mixture) == expected
