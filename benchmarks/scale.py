@@ -1,25 +1,26 @@
 """``make bench-scale``: a thousand data sets converted, and a hundred measured materials in one scene.
 
-python -m benchmarks.scale [DATA SETS] [MATERIALS] [PRESET] runs with other numbers. Memory is the resident memory of
-the process that did the work, as Linux tells it.
+python -m benchmarks.scale [DATA SETS] [MATERIALS] [PRESET] runs with other numbers. Memory is resident memory, as Linux
+tells it.
 """
 
 import contextlib
 import io
 import os
+import signal
 import statistics
+import subprocess
 import sys
 import tempfile
 import time
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
 import fitter
-from fitter import cli
 from fitter.datasets import curet
 from tools import checkout
+from tools.checkout import ROOT
 from tools.hard_cases import gloss
 
 MEGABYTE = 1 << 20
@@ -39,40 +40,61 @@ def make_files(folder, count):
     return paths
 
 
-def convert(path, preset):
-    """Fit and bake one file, as the command line does: which process did it, and its memory in bytes."""
-    fit, shader = path.with_suffix(".npz"), path.with_suffix(".osl")
-    with contextlib.redirect_stdout(io.StringIO()):
-        assert cli.main(["fit", str(path), "--preset", preset, "-o", str(fit)]) == 0
-        assert cli.main(["bake", str(fit), "-o", str(shader)]) == 0
-    shader.unlink()
-    return os.getpid(), resident()
-
-
-def resident():
-    """Resident memory of this process in bytes."""
-    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-
-
 def batch(folder, count, preset):
-    """Convert in several processes, and print time and memory on the way."""
-    os.environ |= {"OPENBLAS_NUM_THREADS": "1"}
-    paths = make_files(folder, count)
-    start = time.perf_counter()
-    memory, peak = {}, 0
+    """Convert a folder with `measured_brdf convert`, killed half way and run again; print time and memory."""
+    data = folder / "data"
+    data.mkdir()
+    make_files(data, count)
+    out = folder / "library.blend"
+    command = [sys.executable, ROOT, "convert", data, "-o", out, "--preset", preset, "--processes", str(PROCESSES)]
     print(f"{count} data sets, {preset}, {PROCESSES} processes")
-    with ProcessPoolExecutor(PROCESSES) as pool:
-        for done, (process, used) in enumerate(pool.map(convert, paths, [preset] * count), 1):
-            memory[process] = used
-            peak = max(peak, used)
-            if done * 10 % count < 10 and done * 10 // count in (1, 2, 5, 10):
-                print(f"  {done:5} done in {time.perf_counter() - start:6.1f} s, a process takes "
-                      f"{max(memory.values()) / MEGABYTE:.0f} MB", flush=True)
-    fits = list(folder.glob("*.npz"))
-    assert len(fits) == count
-    assert all(fitter.Fit.load(fit).coefficient_count for fit in fits[:10])
-    print(f"  {(time.perf_counter() - start) / count:.3f} s each; no process took more than {peak / MEGABYTE:.0f} MB; "
-          f"a fit is a file of {statistics.median(fit.stat().st_size for fit in fits) / 1024:.0f} kB")
+    start = time.perf_counter()
+    watch(command, out.with_suffix(".fits"), count, until=count // 2)
+    assert not out.exists()
+    print(f"  killed with {len(list(out.with_suffix('.fits').glob('*.npz')))} fits done; run again:")
+    watch(command, out.with_suffix(".fits"), count)
+    spent = time.perf_counter() - start
+    start = time.perf_counter()
+    again = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert again.count("up to date") == count
+    print(f"  {spent / count:.2f} s each; the library has {out.stat().st_size / count / 1024:.0f} kB each; "
+          f"once more, with all up to date: {time.perf_counter() - start:.0f} s")
+
+
+def watch(command, fits, count, until=None):
+    """Run a conversion, and print how far it is, and the memory of its processes, at each quarter; kill it when so many
+    fits are done."""
+    start = time.perf_counter()
+    with tempfile.TemporaryFile("w+") as said:
+        process = subprocess.Popen(command, stdout=said, stderr=subprocess.STDOUT, start_new_session=True)
+        told, writer, worker = len(list(fits.glob("*.npz"))) * 4 // count, 0, 0
+        while process.poll() is None:
+            with contextlib.suppress(OSError):
+                writer = resident(process.pid)
+                worker = max(map(resident, children(process.pid)), default=worker)
+            done = len(list(fits.glob("*.npz")))
+            if done * 4 // count > told:
+                told = done * 4 // count
+                print(f"  {done:5} done in {time.perf_counter() - start:6.1f} s; a worker takes "
+                      f"{worker / MEGABYTE:.0f} MB, the process that collects {writer / MEGABYTE:.0f} MB", flush=True)
+            if until is not None and done >= until:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+                return
+            time.sleep(0.1)
+        said.seek(0)
+        assert process.returncode == 0, said.read()
+    print(f"  written after {time.perf_counter() - start:.1f} s")
+
+
+def children(process):
+    """The numbers of a process's children."""
+    return map(int, Path(f"/proc/{process}/task/{process}/children").read_text().split())
+
+
+def resident(process="self"):
+    """Resident memory of a process in bytes."""
+    return int(Path(f"/proc/{process}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 def scene(folder, count, preset):

@@ -1,7 +1,10 @@
 """Measured materials kept, copied, taken to other files, fitted again; folders made into asset libraries."""
 
+import os
+import signal
 import subprocess
 import sys
+import time
 import uuid
 
 import numpy as np
@@ -271,10 +274,13 @@ def three(ten):
     return ten
 
 
+def command(folder, out):
+    return [sys.executable, ROOT, "convert", folder, "-o", out, "--preset", "Paper", "--diffuse-level", "2",
+            "--specular-level", "none"]
+
+
 def convert(folder, out, *more):
-    choices = ["--preset", "Paper", "--diffuse-level", "2", "--specular-level", "none"]
-    return subprocess.run([sys.executable, ROOT, "convert", folder, "-o", out, *choices, *more], capture_output=True,
-                          text=True, check=False, timeout=300)
+    return subprocess.run([*command(folder, out), *more], capture_output=True, text=True, check=False, timeout=300)
 
 
 def test_of_ten_files_one_broken_the_command_does_the_others(blender, ten, tmp_path, glossy, write_astm):
@@ -312,6 +318,31 @@ def test_shards_share_the_work(three, tmp_path):
         assert "1 done, 0 failed" in done.stdout
         assert f"paint {part - 1}" in done.stdout
     assert {path.name for path in tmp_path.glob("*.blend")} == {"library-1of2.blend", "library-2of2.blend"}
+
+
+def test_a_conversion_that_is_killed_leaves_the_old_library_and_a_rerun_goes_on_where_it_was(blender, ten, tmp_path):
+    folder, out = tmp_path / "old", tmp_path / "library.blend"
+    folder.mkdir()
+    (ten / "0.astm").rename(folder / "0.astm")
+    assert convert(folder, out).returncode == 0
+    old, fits = out.read_bytes(), out.with_suffix(".fits")
+    process = subprocess.Popen([*command(ten, out), "--processes", "1"], stdout=subprocess.DEVNULL,
+                               stderr=subprocess.DEVNULL, start_new_session=True)
+    while len(list(fits.glob("*.npz"))) < 4:
+        assert process.poll() is None
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    assert out.read_bytes() == old
+    done = {path: path.stat().st_mtime_ns for path in fits.glob("*.npz")}
+    assert len(done) < 9
+    (folder / "0.astm").rename(ten / "0.astm")
+    again = convert(ten, out)
+    assert "9 done, 1 failed" in again.stdout
+    assert again.stdout.count("up to date") == 1
+    assert {path: path.stat().st_mtime_ns for path in done} == done
+    with blender.data.libraries.load(str(out)) as (source, _):
+        assert len(source.materials) == 9
 
 
 def test_the_batch_operator_leaves_the_open_file_as_it_is(blender, material, three, tmp_path):
