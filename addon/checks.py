@@ -12,6 +12,7 @@ import bpy
 from ..fitter.bake import MAX_LAMPS
 from . import material as materials
 from . import node_group
+from .operators import fit
 
 
 class Finding(NamedTuple):
@@ -138,12 +139,15 @@ class MEASUREDBRDF_PT_rendering(bpy.types.Panel):
 
     @classmethod
     def poll(cls, context):
-        node = materials.group_node(context.material) if context.material is not None else None
-        return node is not None and "Exact" in node.inputs
+        return context.material is not None and fit.exact_input(context.material) is not None
 
     def draw(self, context):
         layout = self.layout
-        layout.row().prop(context.material.measured_brdf, "method", expand=True)
+        exact = fit.exact_input(context.material).default_value
+        row = layout.row(align=True)
+        for key, label, _ in fit.METHODS:
+            row.operator(fit.MEASUREDBRDF_OT_use_method.bl_idname, text=label,
+                         depress=exact == (key == "EXACT")).method = key
         misplaced = materials.group_node(context.material).node_tree.get(node_group.FAST_ERROR, 0)
         layout.label(text=f"Fast puts {misplaced:.1%} of the light into other directions")
         findings = check(context.scene)

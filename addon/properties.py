@@ -98,31 +98,9 @@ def complete(operator):
         operator.use_tolerance = use_tolerance
 
 
-METHODS = (
-    ("EXACT", "Exact", "What was measured, under every light; a little noisier and slower"),
-    ("FAST", "Fast", "The nearest that Cycles samples by itself: as measured at lamps and in sum, not everywhere"))
-
-
-def _method(settings):
-    return int(not _exact_input(settings).default_value)
-
-
-def _set_method(settings, value):
-    _exact_input(settings).default_value = value == 0
-
-
-def _exact_input(settings):
-    """The node's input, where the choice is stored."""
-    from . import material
-
-    return material.group_node(settings.id_data).inputs["Exact"]
-
-
 class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
     """Stored with the material; the result is written by `material.assign` and only shown afterwards."""
 
-    method: EnumProperty(name="Method", items=METHODS, get=_method, set=_set_method,
-                         description="How the material is rendered")
     name_of_data: StringProperty(name="Data")
     digest: StringProperty(name="Digest")               # of the measurements
     asset_key: StringProperty(name="Asset Key")         # of an asset that a batch made

@@ -1,8 +1,9 @@
-"""``make bench``: how long fitting, baking and compiling take, on one core; then the table of `rendering`.
+"""``make bench``: how long fitting, baking and compiling take, on one core; then the tables of `rendering`.
 
 Machines are noisy: each figure is the median of several runs, and the limits of the project are printed beside it,
 never asserted. ``python -m benchmarks rendering [--materials ...] [--shapes ...] [--lights ...]`` prints that table or
-a part of it alone, and ``--pictures FOLDER`` renders its pictures instead.
+a part of it alone, and ``--pictures FOLDER`` renders its pictures instead. ``python -m benchmarks denoising`` prints
+what OpenImageDenoise makes of 64 samples.
 """
 
 import argparse
@@ -50,7 +51,9 @@ def fitting():
     numbers = [number for number, _ in fitter.datasets.list_samples(path)]
     curet = [fitter.load(path, number) for number in numbers]
     krylon = fitter.load(data / "cornell" / "krylon_blue.astm")
-    krylon_fit, krylon_dense = fitter.fit(krylon), fitter.fit(krylon, 6, None)
+    standard = fitter.PRESETS["Standard"]
+    krylon_fit, krylon_dense, krylon_standard = (fitter.fit(krylon), fitter.fit(krylon, 6, None),
+                                                 fitter.fit(krylon, **standard))
 
     rows = [
         ("fit one CURET sample, (4,6,95)", lambda: fitter.fit(curet[0]), 15, 0.060),
@@ -59,6 +62,9 @@ def fitting():
         ("bake krylon RGB, (4,6,95)", lambda: bake(krylon_fit), 5, None),
         ("bake and compile krylon RGB, (4,6,95)", lambda: compile_source(bake(krylon_fit)), 5, 1.5),
         ("bake and compile krylon RGB, level 6", lambda: compile_source(bake(krylon_dense)), 3, 1.5),
+        ("fit one CURET sample, Standard", lambda: fitter.fit(curet[0], **standard), 5, None),
+        ("fit krylon RGB, Standard", lambda: fitter.fit(krylon, **standard), 3, None),
+        ("bake and compile krylon RGB, Standard", lambda: compile_source(bake(krylon_standard)), 5, 1.0),
     ]
     print(f"{'median wall time on one core':42} {'measured':>10} {'limit':>8}")
     for name, work, runs, limit in rows:
@@ -67,20 +73,22 @@ def fitting():
 
 def main():
     parser = argparse.ArgumentParser(prog="benchmarks", description=__doc__.split("\n")[0])
-    parser.add_argument("part", nargs="?", choices=("fitting", "rendering"), help="both, unless one is named")
+    parser.add_argument("part", nargs="?", choices=("fitting", "rendering", "denoising"),
+                        help="all, unless one is named")
     for name in ("materials", "shapes", "lights"):
         parser.add_argument(f"--{name}", nargs="+", default=(), help="of the rendering table; all by default")
     parser.add_argument("--pictures", metavar="FOLDER", help="render the pictures of docs/rendering.md into it instead")
     arguments = parser.parse_args()
-    if arguments.part != "rendering":
+    if arguments.part in (None, "fitting"):
         fitting()
-    if arguments.part != "fitting":
-        from . import rendering
+    from . import rendering
 
-        if arguments.pictures:
-            rendering.pictures(Path(arguments.pictures))
-        else:
-            rendering.main(arguments.materials, arguments.shapes, arguments.lights)
+    if arguments.pictures:
+        rendering.pictures(Path(arguments.pictures))
+    elif arguments.part in (None, "rendering"):
+        rendering.main(arguments.materials, arguments.shapes, arguments.lights)
+    if arguments.part in (None, "denoising"):
+        rendering.denoising()
 
 
 if __name__ == "__main__":

@@ -27,6 +27,7 @@ from . import reference
 SIZE = 48
 SAMPLES, MANY = 64, 384
 REFERENCE_SAMPLES, DRAWN_SAMPLES = 128, 1024
+DENOISED_SIZE, CONVERGED = 96, 512
 BLOCK = 4                   # pixels: differences are looked for in means of blocks
 LAMP = (-3, 0, 2)
 SPOT = (-0.6, 0.0, 0.8)      # toward the middle of the bright spot
@@ -155,8 +156,8 @@ def measure(shape, light, make_material, few=SAMPLES, many=MANY):
     return Result(picture, second, noise, noise * math.sqrt(few / many), seconds[2] - seconds[1])
 
 
-def _stage(shape):
-    scene = stage.black_scene(SIZE, SIZE, 16, span=2.2)
+def _stage(shape, size=SIZE):
+    scene = stage.black_scene(size, size, 16, span=2.2)
     scene.cycles.max_bounces = 0
     if shape == "sphere":
         stage.add_sphere()
@@ -169,9 +170,9 @@ def _stage(shape):
 
 
 @functools.cache
-def _inside(shape):
+def _inside(shape, size=SIZE):
     """Pixels that the object fills: (height, width, 1)."""
-    return stage.render(_stage(shape)[0])[..., 3:] > 0.9999
+    return stage.render(_stage(shape, size)[0])[..., 3:] > 0.9999
 
 
 def principled(colour, metallic, roughness, specular):
@@ -206,13 +207,17 @@ def difference(picture, other):
     return math.sqrt(max(squared - (picture.left ** 2 + other.left ** 2) / BLOCK ** 2, 0))
 
 
+def _library(fit, path):
+    """A .blend with the node group of a fit."""
+    stage.black_scene(8, 8, 1, 1)
+    bpy.data.libraries.write(str(path), {checkout.extension().addon.node_group.create(fit)}, fake_user=True)
+    return path
+
+
 def rows(name, fit, shapes, lights, folder):
     """Measure a material: yields (shape, light, like, exact, fast, truth)."""
-    extension = checkout.extension()
     mixture = closure_mixture(fit)
-    stage.black_scene(8, 8, 1, 1)
-    library = Path(folder) / f"{name}.blend"
-    bpy.data.libraries.write(str(library), {extension.addon.node_group.create(fit)}, fake_user=True)
+    library = _library(fit, Path(folder) / f"{name}.blend")
     for shape, light in product(shapes, lights):
         like = measure(shape, light, lambda _: principled(*LIKE[name]))
         exact, fast = (measure(shape, light, lambda _, way=way: measured(library, way)) for way in (True, False))
@@ -234,6 +239,33 @@ def main(materials=(), shapes=(), lights=()):
                       f"{exact.seconds / like.seconds:6.2f}x {exact.noisy.max() / exact.picture.max():7.2f}x | "
                       f"{difference(fast, exact):8.2%} {fast.noise / like.noise:6.2f}x "
                       f"{fast.seconds / like.seconds:6.2f}x", flush=True)
+
+
+def denoising():
+    """Print the error of Suzanne in 64 samples, before and after OpenImageDenoise, to what is converged."""
+    print(f"{'':23}{'Principled':^18} {'Exact':^18} {'Fast':^18}")
+    with tempfile.TemporaryDirectory() as folder:
+        for name, fit in _fits(("foil", "krylon")):
+            library = _library(fit, Path(folder) / f"{name}.blend")
+            ways = (lambda name=name: principled(*LIKE[name]), lambda library=library: measured(library, True),
+                    lambda library=library: measured(library, False))
+            for light in ("world", "2 m area", "sun"):
+                print(f"{name:7} {light:15}", *("{:7.1%} -> {:7.1%}".format(*_denoised(light, way)) for way in ways),
+                      flush=True)
+
+
+def _denoised(light, make_material):
+    """Relative RMSE before and after the denoiser."""
+    inside = _inside("Suzanne", DENOISED_SIZE)
+    scene, target = _stage("Suzanne", DENOISED_SIZE)
+    LIGHTS[light]()
+    target.data.materials.append(make_material())
+    found = []
+    for seed, (samples, denoise) in enumerate(((CONVERGED, False), (SAMPLES, False), (SAMPLES, True))):
+        scene.cycles.seed, scene.cycles.samples, scene.cycles.use_denoising = max(seed, 1), samples, denoise
+        found.append(stage.render(scene)[..., :3] * inside)
+    scale = found[0].mean() / math.sqrt(inside.mean())
+    return [math.sqrt(((picture - found[0]) ** 2).mean()) / scale for picture in found[1:]]
 
 
 def pictures(folder):

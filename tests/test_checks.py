@@ -54,3 +54,18 @@ def test_the_command_reports_what_it_finds(blender, scene, capfd):
     scene.cycles.sample_clamp_indirect = 10
     assert blender.ops.measured_brdf.check_scene() == {"FINISHED"}
     assert "Clamp Indirect is 10" in capfd.readouterr().out
+
+
+def test_the_method_is_chosen_in_the_node(blender, scene, glossy, write_astm, tmp_path):
+    from measured_brdf.addon.material import group_node
+
+    blender.ops.mesh.primitive_plane_add()
+    assert not blender.ops.measured_brdf.use_method.poll()
+    path = write_astm(tmp_path / "glossy.astm", glossy)
+    blender.ops.measured_brdf.import_data(filepath=str(path), preset="Paper", diffuse_level=1, specular_level=-1)
+    node = group_node(blender.context.object.active_material)
+    assert node.inputs["Exact"].default_value
+    assert blender.ops.measured_brdf.use_method(method="FAST") == {"FINISHED"}
+    assert not node.inputs["Exact"].default_value
+    assert blender.ops.measured_brdf.use_method(method="EXACT") == {"FINISHED"}
+    assert node.inputs["Exact"].default_value

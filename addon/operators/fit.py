@@ -13,6 +13,9 @@ from ..properties import CHOICES, PRESET_HELP, PRESET_ITEMS, fit_arguments, use_
 from ..sources import GLOB
 from .in_background import InBackground
 
+METHODS = (("EXACT", "Exact", "What was measured, under every light; a little noisier and slower"),
+           ("FAST", "Fast", "The nearest that Cycles samples by itself: as measured at lamps and in sum"))
+
 
 class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
     """Read this material's file and fit it with these levels and this compression"""
@@ -92,6 +95,35 @@ class MEASUREDBRDF_OT_use_preset(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class MEASUREDBRDF_OT_use_method(bpy.types.Operator):
+    """Choose how this material is rendered"""
+
+    bl_idname = "measured_brdf.use_method"
+    bl_label = "Use Method"
+    bl_options = {"UNDO", "INTERNAL"}
+
+    method: EnumProperty(items=METHODS)
+
+    @classmethod
+    def poll(cls, context):
+        target = active_material(context)
+        return target is not None and exact_input(target) is not None and is_editable(cls, context)
+
+    @classmethod
+    def description(cls, _context, properties):
+        return next(text for key, _, text in METHODS if key == properties.method)
+
+    def execute(self, context):
+        exact_input(active_material(context)).default_value = self.method == "EXACT"
+        return {"FINISHED"}
+
+
+def exact_input(target):
+    """The node's input that chooses between Exact and Fast; None where a material has none."""
+    node = material.group_node(target)
+    return node.inputs.get("Exact") if node is not None else None
+
+
 def active_material(context):
     """The material that the properties editor shows, else that of the active object, else None."""
     shown = getattr(context, "material", None)
@@ -108,4 +140,4 @@ def is_editable(cls, context):
     return True
 
 
-classes = (MEASUREDBRDF_OT_fit, MEASUREDBRDF_OT_find_file, MEASUREDBRDF_OT_use_preset)
+classes = (MEASUREDBRDF_OT_fit, MEASUREDBRDF_OT_find_file, MEASUREDBRDF_OT_use_preset, MEASUREDBRDF_OT_use_method)
