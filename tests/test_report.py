@@ -5,7 +5,7 @@ import pytest
 
 import fitter
 from fitter import cli, cross_validation, koenderink, lafortune, nusselt, physics, report, ringing
-from fitter.report import comparison, markdown, pareto, tables, times
+from fitter.report import comparison, findings, markdown, pareto, tables, times
 from fitter.report.methods import BASELINES, METHODS
 
 
@@ -174,3 +174,17 @@ def test_without_matplotlib_there_are_tables_and_what_is_made_elsewhere(file, tm
     assert "## Spheres of a | b / c" in text
     assert "No plots" in text
     assert markdown.NO_RENDERER not in text
+
+
+def test_what_is_said_of_rivals_is_what_the_table_says():
+    def rows(material, source, standard):
+        errors = {"level 6": (2.0, 0.4), "Koenderink 8": (3.0, 0.2), "Lafortune 3": (1.0, 0.5), "Standard": standard}
+        return [{"material": material, "source": source, "method": method, "held_out_rmse": rmse,
+                 "held_out_cube_root_rmse": root} for method, (rmse, root) in errors.items()]
+
+    text = findings.held_out({"comparison": [*rows("felt", "a/many.dat", (0.9, 0.1)),
+                                             *rows("moss", "a/many.dat", (1.5, 0.1)),
+                                             *rows("paint", "a/paint.astm", (0.5, 0.18))]})
+    assert "of 3 materials: Standard 3." in text
+    assert "in both errors for 2 of 3 materials; not for moss (1.5 and 0.5 times the best of them)." in text
+    assert "0.25 of level 6's error in the median, 0.45 for paint (paint.astm)." in text

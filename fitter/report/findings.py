@@ -1,5 +1,6 @@
 """What the numbers say, in words: each finding is counted from the tables, none is taken for granted."""
 
+from pathlib import PurePath
 from statistics import median
 
 from . import times as times_table
@@ -82,7 +83,28 @@ def held_out(results):
         best = min(rows, key=lambda row: row["held_out_cube_root_rmse"])["method"]
         wins[best] = wins.get(best, 0) + 1
     counted = ", ".join(f"{name} {count}" for name, count in sorted(wins.items(), key=lambda item: -item[1]))
-    return f"Smallest in the latter, of {len(materials)} materials: {counted}.\n\n"
+    text = f"Smallest in the latter, of {len(materials)} materials: {counted}.\n"
+    return text + _against_rivals(materials) + "\n"
+
+
+def _against_rivals(materials, own="Standard", rivals=("level 6", "Koenderink 8", "Lafortune 3")):
+    """For which materials one method is below several in both held-out errors, and by how much below the first."""
+    behind, ratios = [], {}
+    for (material, source), rows in materials.items():
+        errors = {row["method"]: (row["held_out_rmse"], row["held_out_cube_root_rmse"]) for row in rows}
+        if not {own, *rivals} <= errors.keys():
+            return ""
+        most = [max(errors[own][kind] / errors[rival][kind] for rival in rivals) for kind in (0, 1)]
+        if max(most) >= 1:
+            behind.append(f"{material} ({most[0]:.3g} and {most[1]:.3g} times the best of them)")
+        ratios[material, source] = errors[own][1] / errors[rivals[0]][1]
+    alone = [key for key in ratios if sum(other[1] == key[1] for other in ratios) == 1]
+    text = (f"{own} is below {', '.join(rivals[:-1])} and {rivals[-1]} in both errors for "
+            f"{len(materials) - len(behind)} of {len(materials)} materials")
+    text += f"; not for {', '.join(behind)}" if behind else ""
+    text += f". By the cube root it has {median(ratios.values()):.2g} of {rivals[0]}'s error in the median"
+    text += "".join(f", {ratios[key]:.2g} for {key[0]} ({PurePath(key[1]).name})" for key in alone)
+    return text + ".\n"
 
 
 def physics(results):
