@@ -6,7 +6,6 @@ import time
 
 import bpy
 
-from fitter import PRESETS
 from fitter.bilevel import notation
 from tools.checkout import ROOT, extension
 
@@ -14,7 +13,7 @@ from . import sheet, synthetic
 from .stage import add_lamp, add_sphere, background, black_scene, render
 
 OUT = ROOT / "build" / "demo"
-PAPER = PRESETS["Paper"]
+PAPER = {"preset": "Paper"}
 FIGURE_4 = {"aluminum foil": 15, "felt": 1, "leather": 5}
 TILE = 256
 
@@ -68,9 +67,10 @@ def figure_4(demo):
 def figure_8(demo):
     """Suzanne in krylon blue under an area lamp and a world, compressed and not."""
     tiles = []
-    for choices in (PAPER, {"diffuse_level": 6, "specular_level": -1}):
+    for label, choices in {"(4,6,95)": PAPER, "Standard": {"preset": "Standard"},
+                           "level 6": {"diffuse_level": 6, "specular_level": -1}}.items():
         picture = demo.render(suzanne(), "krylon blue", "cornell/krylon_blue.astm", **choices)
-        tiles.append(sheet.tile(picture, demo.named("krylon blue, " + demo.rows[-1][1])))
+        tiles.append(sheet.tile(picture, demo.named(f"krylon blue, {label}")))
     sheet.write(OUT / "figure_8_compression.png", [tiles])
 
 
