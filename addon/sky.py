@@ -17,6 +17,7 @@ _LARGEST = math.radians(6)      # the radius of a spot
 _AROUND = 1.4                   # times the largest radius: what lies there is what the spot stands out from
 _LEAST_LIGHT = 0.02             # of all light, for a spot to be worth a lobe
 _HELD = 0.95                    # of a spot's light lies within its radius
+_KEPT = 16                      # images whose spots are remembered
 _found = {}                     # by image
 
 
@@ -69,7 +70,8 @@ def _in_image(image):
     width, height = image.size
     key = image.session_uid, image.filepath, width, height
     if key not in _found:
-        _found.clear()
+        while len(_found) >= _KEPT:
+            del _found[next(iter(_found))]
         found = []
         if image.source in {"FILE", "GENERATED"} and 0 < width * height <= _MOST_PIXELS:
             pixels = np.empty(width * height * image.channels, np.float32)

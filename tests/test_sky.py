@@ -116,3 +116,14 @@ def test_a_world_of_one_colour_is_even_where_it_gives_light(blender, extension, 
     assert extension.addon.lamps.light_is_even(blender.context.evaluated_depsgraph_get()) is even
     scene.world = None
     assert not extension.addon.lamps.light_is_even(blender.context.evaluated_depsgraph_get())
+
+
+def test_images_are_looked_at_once_however_many_a_world_has(blender, extension, monkeypatch):
+    sky, looked = extension.addon.sky, []
+    spots = sky.spots
+    monkeypatch.setattr(sky, "spots", lambda radiance: looked.append(1) or spots(radiance))
+    images = [blender.data.images.new("Sky", 64, 32, float_buffer=True) for _ in range(2)]
+    for _ in range(3):
+        for image in images:
+            sky._in_image(image)
+    assert len(looked) == 2
