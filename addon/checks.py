@@ -3,16 +3,12 @@
 Most of what a measured material reflects is, to Cycles, glossy; so whatever treats glossy paths apart changes it.
 """
 
-import textwrap
 from collections.abc import Callable
 from typing import NamedTuple
 
 import bpy
 
 from ..fitter.bake import MAX_LAMPS
-from . import material as materials
-from . import node_group
-from .operators import fit
 
 
 class Finding(NamedTuple):
@@ -128,38 +124,5 @@ class MEASUREDBRDF_OT_fix_setting(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class MEASUREDBRDF_PT_rendering(bpy.types.Panel):
-    """Exact or Fast, and settings of the scene that change how measured materials look"""
-
-    bl_label = "Rendering"
-    bl_parent_id = "MEASUREDBRDF_PT_material"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "material"
-
-    @classmethod
-    def poll(cls, context):
-        return context.material is not None and fit.exact_input(context.material) is not None
-
-    def draw(self, context):
-        layout = self.layout
-        exact = fit.exact_input(context.material).default_value
-        row = layout.row(align=True)
-        for key, label, _ in fit.METHODS:
-            row.operator(fit.MEASUREDBRDF_OT_use_method.bl_idname, text=label,
-                         depress=exact == (key == "EXACT")).method = key
-        misplaced = materials.group_node(context.material).node_tree.get(node_group.FAST_ERROR, 0)
-        layout.label(text=f"Fast puts {misplaced:.1%} of the light into other directions")
-        findings = check(context.scene)
-        if not findings:
-            layout.label(text="Nothing in this scene changes what was measured", icon="CHECKMARK")
-        for finding in findings:
-            column = layout.box().column(align=True)
-            for number, line in enumerate(textwrap.wrap(finding.message, 52)):
-                column.label(text=line, icon="BLANK1" if number else "ERROR")
-            if finding.fix is not None:
-                column.operator(MEASUREDBRDF_OT_fix_setting.bl_idname, text=finding.change).key = finding.key
-
-
-classes = (MEASUREDBRDF_OT_check_scene, MEASUREDBRDF_OT_fix_setting, MEASUREDBRDF_PT_rendering)
+classes = (MEASUREDBRDF_OT_check_scene, MEASUREDBRDF_OT_fix_setting)
 register, unregister = bpy.utils.register_classes_factory(classes)

@@ -6,7 +6,7 @@ import textwrap
 import bpy
 
 from ..fitter import PRESETS
-from . import manual, osl_support, questions
+from . import checks, manual, node_group, osl_support, questions
 from . import material as materials
 from .operators import assets, fit, import_data, in_background, osl, samples
 from .properties import NO_SPECULAR_LEVEL, fit_arguments, is_preset
@@ -134,6 +134,35 @@ class MEASUREDBRDF_PT_data(_MaterialPanel, bpy.types.Panel):
             split.label(text=text, icon="ERROR" if worrying else "NONE")
 
 
+class MEASUREDBRDF_PT_rendering(_MaterialPanel, bpy.types.Panel):
+    """Exact or Fast, and settings of the scene that change how measured materials look"""
+
+    bl_label = "Rendering"
+    bl_parent_id = "MEASUREDBRDF_PT_material"
+
+    @classmethod
+    def poll(cls, context):
+        return context.material is not None and fit.exact_input(context.material) is not None
+
+    def draw(self, context):
+        layout = self.layout
+        exact = fit.exact_input(context.material).default_value
+        row = layout.row(align=True)
+        for key, label, _ in fit.METHODS:
+            row.operator(fit.MEASUREDBRDF_OT_use_method.bl_idname, text=label,
+                         depress=exact == (key == "EXACT")).method = key
+        misplaced = materials.group_node(context.material).node_tree.get(node_group.FAST_ERROR, 0)
+        layout.label(text=f"Fast puts {misplaced:.1%} of the light into other directions")
+        findings = checks.check(context.scene)
+        if not findings:
+            layout.label(text="Nothing in this scene changes what was measured", icon="CHECKMARK")
+        for finding in findings:
+            column = layout.box().column(align=True)
+            _draw_wrapped(column, finding.message)
+            if finding.fix is not None:
+                column.operator(checks.MEASUREDBRDF_OT_fix_setting.bl_idname, text=finding.change).key = finding.key
+
+
 def _numbers(found, held):
     """Coefficients, kilobytes, error and held-out error as text, as far as they are known."""
     if found.error is not None:
@@ -243,9 +272,14 @@ def _draw_result(layout, settings):
 def _draw_warning(layout, text):
     column = layout.box().column(align=True)
     column.alert = True
+    _draw_wrapped(column, text)
+
+
+def _draw_wrapped(column, text):
     for number, line in enumerate(textwrap.wrap(text, 52)):
         column.label(text=line, icon="ERROR" if number == 0 else "BLANK1")
 
 
-classes = (MEASUREDBRDF_PT_material, MEASUREDBRDF_PT_pictures, MEASUREDBRDF_PT_compare, MEASUREDBRDF_PT_data)
+classes = (MEASUREDBRDF_PT_material, MEASUREDBRDF_PT_pictures, MEASUREDBRDF_PT_compare, MEASUREDBRDF_PT_data,
+           MEASUREDBRDF_PT_rendering)
 register, unregister = bpy.utils.register_classes_factory(classes)

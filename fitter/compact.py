@@ -48,10 +48,8 @@ def approximate(samples, estimated, diffuse_level, specular_level, kept, plausib
     specular_level : int or None
     kept : int
         Control points of the sparse lattice.
-
     plausible : bool
         Nowhere negative, and of directional albedo at most 1.
-
     assemble : callable
         Makes a `Fit` of the keyword arguments `prior`, `diffuse` and `specular`.
 
