@@ -143,6 +143,13 @@ def test_between_the_samples_standard_is_truer_than_plain_mba(curet, cornell, na
     assert ours.cube_root_rmse < cube_root * mba.cube_root_rmse
 
 
+def test_with_its_negative_samples_krylon_too_has_half_of_the_error_of_plain_mba(cornell):
+    samples = cornell("krylon_blue_RGB")
+    ours = cross_validation.held_out(samples, lambda seen: fitter.fit(seen, **STANDARD, plausible=False))
+    mba = cross_validation.held_out(samples, lambda seen: fitter.fit(seen, 6, None))
+    assert ours.cube_root_rmse < 0.5 * mba.cube_root_rmse
+
+
 @pytest.mark.parametrize("name", ["felt", "aluminum foil", "leather"])
 def test_the_gradient_is_continuous_across_the_plane_of_incidence_and_through_normal_incidence(curet, name):
     fit = fitter.fit(curet(name), **STANDARD)
