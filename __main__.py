@@ -19,9 +19,16 @@ def main():
     try:
         from measured_brdf.addon import command
 
-        return command.main()
+        return command.main(_arguments())
     finally:
         package.unregister()
+
+
+def _arguments():
+    """What is meant for the command: of Blender's own executable what follows on "--"."""
+    if "--python" in sys.argv:
+        return sys.argv[sys.argv.index("--") + 1:]
+    return sys.argv[1:]
 
 
 if __name__ == "__main__":

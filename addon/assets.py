@@ -1,19 +1,18 @@
-"""Measured materials as assets: thumbnail, catalogue, description and tags, in the open file or in a library."""
+"""Measured materials as assets: thumbnail, catalogue, description and tags."""
 
 import re
 import uuid
 from pathlib import Path
 
-import bpy
-
 from ..fitter import pictures
-from ..fitter.files import replacing
+from ..fitter.files import locked, replacing
 from . import previews
 
 CATALOGUE = "Measured BRDF"
 _CATALOGUES = "blender_assets.cats.txt"
 _NAMESPACE = uuid.UUID("6f0ae9a1-9d1b-4f5f-8f5e-6c0c7a3d2b10")      # one catalogue, one id: in every library
 _HEADER = "# Asset catalogues of this folder: UUID:path:simple name\nVERSION 1\n"
+_BY_HAND = ("catalog_id", "author", "copyright", "license")         # what users say of an asset
 
 
 def mark(material, picture=None):
@@ -28,9 +27,7 @@ def mark(material, picture=None):
     settings = material.measured_brdf
     material.asset_mark()
     about = material.asset_data
-    about.description = (f"{settings.name_of_data}: measured reflectance, fit {settings.fitted_levels}, "
-                         f"{settings.coefficients:,} coefficients, RMSE {settings.rmse:.3g} / sr. "
-                         f"Needs Cycles with OSL; EEVEE shows an approximation")
+    about.description = describe(settings)
     about.catalog_id = str(catalogue_id())
     for tag in ("measured", "BRDF", settings.preset, Path(settings.filepath).stem):
         about.tags.new(tag, skip_if_exists=True)
@@ -38,21 +35,60 @@ def mark(material, picture=None):
         previews.fill(material.preview_ensure(), picture)
 
 
-def write(materials, path):
-    """Write materials, marked as assets, into a .blend of their own, and its catalogue beside it."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    bpy.data.libraries.write(str(path), set(materials), fake_user=True, compress=True)
-    write_catalogue(path.parent)
+def describe(settings):
+    """What the description of an asset says by default."""
+    return (f"{settings.name_of_data}: measured reflectance, fit {settings.fitted_levels}, "
+            f"{settings.coefficients:,} coefficients, RMSE {settings.rmse:.3g} / sr. "
+            f"Needs Cycles with OSL; EEVEE shows an approximation")
+
+
+def remember(material):
+    """What `renew` must know of an asset before its material is fitted again; None for what is no asset."""
+    if material.asset_data is None:
+        return None
+    settings = material.measured_brdf
+    return settings.preset, material.asset_data.description == describe(settings)
+
+
+def renew(material, remembered, picture=None):
+    """Bring an asset up to date after its material was fitted again, or make one. What users changed of it stays."""
+    if remembered is None:
+        mark(material, picture)
+        return
+    preset, is_described = remembered
+    about, settings = material.asset_data, material.measured_brdf
+    if is_described:
+        about.description = describe(settings)
+    tag = about.tags.get(preset)
+    if tag is not None:
+        about.tags.remove(tag)
+        about.tags.new(settings.preset, skip_if_exists=True)
+    if picture is not None:
+        previews.fill(material.preview_ensure(), picture)
+
+
+def inherit(material, old):
+    """Give an asset what users said of the one that it replaces."""
+    about, before = material.asset_data, old.asset_data
+    if about is None or before is None:
+        return
+    for name in _BY_HAND:
+        setattr(about, name, getattr(before, name))
+    if before.description != describe(old.measured_brdf):
+        about.description = before.description
+    for tag in before.tags:
+        if tag.name != old.measured_brdf.preset:
+            about.tags.new(tag.name, skip_if_exists=True)
 
 
 def write_catalogue(folder):
     """Add the catalogue to those of a folder, which are kept."""
     path = Path(folder) / _CATALOGUES
-    text = path.read_text("utf-8") if path.is_file() else _HEADER
-    if str(catalogue_id()) not in text:
-        with replacing(path, "w") as stream:
-            stream.write(f"{text.rstrip()}\n\n{catalogue_id()}:{CATALOGUE}:{CATALOGUE.replace('/', '-')}\n")
+    with locked(path, wait=True):
+        text = path.read_text("utf-8") if path.is_file() else _HEADER
+        if str(catalogue_id()) not in text:
+            with replacing(path, "w") as stream:
+                stream.write(f"{text.rstrip()}\n\n{catalogue_id()}:{CATALOGUE}:{CATALOGUE.replace('/', '-')}\n")
 
 
 def catalogue_id():

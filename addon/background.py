@@ -4,6 +4,7 @@
 missing is worked out in another process, in the order in which panels draw it, as long as they show it.
 """
 
+import contextlib
 import os
 import pickle
 import subprocess
@@ -21,10 +22,15 @@ _KEPT = 64                  # answers; the oldest are forgotten
 _INTERVAL = 0.1             # s, between two looks at the workers
 _REDRAW = 0.5               # s, between two redraws while they work
 _UNWANTED = 2.0             # s, after which a question is dropped that no panel has asked again
+_ENDED_EARLY = "The fitting process has ended early: it was killed, or memory ran out"
 _PACKAGE = __package__.rpartition(".")[0]
 _answers = OrderedDict()    # key: the job that was finished last, or else the one that is under way
 _workers = {}               # name: Worker
 _drawn = 0.0                # when the panels were last told to draw
+
+
+class WorkerError(RuntimeError):
+    """The process that did the work has ended early: killed, or out of memory."""
 
 
 class Job:
@@ -59,6 +65,13 @@ class Job:
             self.worker.kill()
 
 
+def read_progress(path, job):
+    """Tell a job what its process has written last of its progress."""
+    with contextlib.suppress(OSError, ValueError):      # not there yet, or half written: next time
+        fraction, job.doing = path.read_text("utf-8").split(" ", 1)
+        job.fraction = float(fraction)
+
+
 class Worker:
     """A process that does one piece of work at a time, and the folder through which it answers."""
 
@@ -75,23 +88,24 @@ class Worker:
     def begin(self, job):
         self._count += 1
         job.worker, job.number = self, self._count
-        pickle.dump((job.number, job.function), self._process.stdin)
-        self._process.stdin.flush()
+        with contextlib.suppress(OSError):          # it has died: `poll` will say so
+            pickle.dump((job.number, job.function), self._process.stdin)
+            self._process.stdin.flush()
 
     def poll(self, job):
+        ended = not self.is_alive()                 # asked first: what it wrote before its end is there then
         done = Path(self._folder.name, f"{job.number}.done")
-        try:
-            if done.exists():
+        if done.exists():
+            job.finished = time.monotonic()
+            try:
                 job.result, job.error = pickle.loads(done.read_bytes())
-                job.finished = time.monotonic()
                 done.unlink()
-            elif not self.is_alive():
-                job.error, job.finished = RuntimeError("The fitting process has ended early"), time.monotonic()
-            else:
-                fraction, job.doing = Path(self._folder.name, f"{job.number}.progress").read_text("utf-8").split(" ", 1)
-                job.fraction = float(fraction)
-        except (OSError, ValueError):
-            pass                        # not there yet, or half written: next time
+            except Exception as error:              # of whatever kind: unpickling runs code of the classes
+                job.error = error
+        elif ended:
+            job.error, job.finished = WorkerError(_ENDED_EARLY), time.monotonic()
+        else:
+            read_progress(Path(self._folder.name, f"{job.number}.progress"), job)
 
     def is_alive(self):
         return self._process.poll() is None
@@ -110,11 +124,19 @@ def start(function):
     return job
 
 
-def finished():
-    """A Job that has been done already, where there is nothing to do."""
-    job = Job(None)
-    job.finished = time.monotonic()
-    return job
+class Calculation:
+    """A function of `report` as work for `InBackground`: it and its result can be pickled."""
+
+    def __init__(self, function):
+        self._function = function
+
+    def start(self):
+        """Begin in another process: a `Job`."""
+        return start(self._function)
+
+    def run(self):
+        """Do it here and now: the result."""
+        return self._function(silent)
 
 
 class _Lane:

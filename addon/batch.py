@@ -1,6 +1,13 @@
-"""Folders of measurements into an asset library, on several processes; what has been done before is not done again."""
+"""Folders of measurements into an asset library, on several processes; what has been done before is not done again.
+
+This runs in a Blender that has no other file open (`blender_process`, or the command line): it opens the parts of the
+library one after the other, each of at most `library.MATERIALS_PER_FILE` materials, and writes each as soon as it is
+complete. So memory does not grow with the number of measurements.
+"""
 
 import os
+import re
+from collections import defaultdict
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -8,7 +15,7 @@ from typing import NamedTuple
 import bpy
 
 from .. import fitter
-from . import assets, background, work
+from . import assets, background, library, work
 from . import material as materials
 from .properties import fit_arguments
 
@@ -32,7 +39,29 @@ class Progress(NamedTuple):
     doing: str
 
 
-def convert(context, sources, failures, choices, path, processes=PROCESSES):
+class _Task(NamedTuple):
+    """A material to make, or to make anew where `replaced` names one in the open part."""
+
+    path: str
+    sample: str
+    key: str
+    fit_key: str
+    replaced: str = ""
+
+
+class _Entry(NamedTuple):
+    """A measured material that a part of the library holds."""
+
+    part: Path
+    name: str
+    key: str
+    filepath: str
+    sample: str
+    is_used: bool
+    row: Row
+
+
+def convert(context, sources, failures, choices, path, processes=PROCESSES, force=False):
     """Write an asset library: a generator of Progress which returns rows; it does not wait, so whoever runs it should.
 
     Parameters
@@ -40,102 +69,177 @@ def convert(context, sources, failures, choices, path, processes=PROCESSES):
     context : bpy.types.Context
     sources : list of (path, sample)
     failures : list of (path, sample, exception)
-        Files that could not be read.
+        Files that could not be read: what the library has of them is kept.
     choices : properties.FitChoices
         `filepath` and `sample` are set to those of each material.
     path : path-like
-        The .blend to write. Materials of an earlier run that are up to date are kept, others removed. Fits are kept
-        in a folder beside it, so that an interrupted run goes on where it was.
+        The .blend to write, the first part of the library. Materials that are up to date are kept; those of an earlier
+        run whose measurements are not among the sources any more are removed, unless something in the file uses them.
+        All else that the file holds stays. Fits are kept in a folder beside it, so that an interrupted run goes on
+        where it was.
     processes : int
+    force : bool
+        Put a file that is not a library aside instead of refusing to replace it.
 
     Returns
     -------
     list of Row
         The status of those that failed says why.
+
+    Raises
+    ------
+    library.LibraryError, OSError
+        If the file may not be replaced; nothing has been changed then.
     """
-    arguments = fit_arguments(choices)
-    made, kept = [], _load(path)
-    rows = [Row(Path(name).name, f"failed: {error}") for name, _, error in failures]
-    todo = []
-    try:
-        for source in sources:
-            try:
-                samples = fitter.load(source[0], source[1] or None)
-            except ValueError as error:
-                rows.append(Row(_name(*source), f"failed: {error}"))
-                continue
-            key = work.asset_key(samples.name, work.digest(samples), arguments)
-            if key in kept:
-                made.append(kept.pop(key))
-                rows.append(row(made[-1], "up to date"))
-            else:
-                todo.append((*source, key))
-        if todo or kept:
-            for item in kept.values():
-                materials.remove(item)
-            kept = {}
-            function = partial(_make, context, choices, made, rows)
-            yield from _in_parallel(todo, arguments, Path(path).with_suffix(".fits"), processes, function)
-            if made:
-                yield Progress(1.0, "Writing the library")
-                assets.write(made, path)
-    finally:
-        for item in [*made, *kept.values()]:
-            materials.remove(item)
+    path = Path(path)
+    with library.writing(path, force):
+        entries = [entry for part in library.parts(path) for entry in _survey(part)]
+        failures, rows = list(failures), []
+        tasks, stale = _plan(sources, fit_arguments(choices), entries, failures, rows)
+        rows += [Row(_name(name, sample), f"failed: {error}") for name, sample, error in failures]
+        unread = {(Path(name).name, sample) for name, sample, _ in failures}
+        removed = defaultdict(list)
+        for entry in stale:
+            if not entry.is_used and (Path(entry.filepath).name, entry.sample) not in unread:
+                removed[entry.part].append(entry.name)
+                rows.append(Row(entry.name, "removed: its measurements are not among the files given"))
+        yield from _write_parts(context, path, tasks, removed, entries, choices, processes, rows)
     return rows
 
 
+def _survey(part):
+    """The measured materials of a part that `convert` made: a list of _Entry."""
+    if not part.exists():
+        return []
+    library.open_part(part)
+    return [_Entry(part, item.name, item.measured_brdf.asset_key, item.measured_brdf.filepath,
+                   item.measured_brdf.sample, item.users > item.use_fake_user, row(item, "up to date"))
+            for item in library.measured() if item.measured_brdf.asset_key]
+
+
+def _plan(sources, arguments, entries, failures, rows):
+    """What is to be done: tasks by part (None for those that go anywhere), and entries that no source stands for.
+
+    Rows of what is up to date, and failures of what cannot be read, are appended to the lists given.
+    """
+    tasks = defaultdict(list)
+    left, todo = list(entries), []
+    for path, sample in sources:
+        try:
+            samples = fitter.load(path, sample or None)
+        except ValueError as error:
+            failures.append((path, sample, error))
+            continue
+        fit_key = work.fit_key(samples.name, work.digest(samples), arguments)
+        todo.append(_Task(path, sample, work.asset_key(fit_key), fit_key))
+    for task in todo[:]:
+        found = next((entry for entry in left if entry.key == task.key), None)
+        if found is not None:
+            left.remove(found)
+            todo.remove(task)
+            rows.append(found.row)
+    for same in (_is_same_file, _has_same_name):
+        for task in todo[:]:
+            found = next((entry for entry in left if same(task, entry)), None)
+            if found is not None:
+                left.remove(found)
+                todo.remove(task)
+                tasks[found.part].append(task._replace(replaced=found.name))
+    tasks[None] = todo
+    return tasks, left
+
+
+def _is_same_file(task, entry):
+    return (task.path, task.sample) == (entry.filepath, entry.sample)
+
+
+def _has_same_name(task, entry):
+    return (Path(task.path).name, task.sample) == (Path(entry.filepath).name, entry.sample)
+
+
+def _write_parts(context, path, tasks, removed, entries, choices, processes, rows):
+    """Change and write one part after the other: a generator of Progress."""
+    total = sum(map(len, tasks.values()))
+    done, waiting = 0, tasks[None]
+    folder = path.with_suffix(".fits")
+    existing = list(library.parts(path)) if path.exists() else []
+    number = 0
+    while number < len(existing) or waiting:
+        part = existing[number] if number < len(existing) else library.next_part(path, number)
+        held = sum(entry.part == part for entry in entries) - len(removed[part])
+        room = max(library.MATERIALS_PER_FILE - held, 0)
+        todo, waiting = [*tasks[part], *waiting[:room]], waiting[room:]
+        number += 1
+        if not todo and not removed[part]:
+            continue
+        library.open_part(part)
+        for name in removed[part]:
+            materials.remove(bpy.data.materials[name])
+        made = []
+        for step in _in_parallel(todo, fit_arguments(choices), folder, processes,
+                                 partial(_make, context, choices, made, rows)):
+            yield Progress((done + step) / total, f"{done + step} of {total} fitted")
+        done += len(todo)
+        if made or removed[part]:
+            yield Progress(done / max(total, 1), f"Writing {part.name}")
+            library.save_part(part)
+
+
 def _in_parallel(todo, arguments, folder, processes, function):
-    """Work out assets, and give each to a function as it comes, in whatever order: a generator of Progress."""
-    waiting, workers, running, total = todo[::-1], [], [], len(todo)
+    """Work out assets, and give each to a function as it comes, in whatever order: a generator of how many are done."""
+    waiting, workers, running = todo[::-1], [], []
     try:
         while waiting or running:
-            for job, source in running[:]:
+            for job, task in running[:]:
                 if job.poll():
-                    running.remove((job, source))
+                    running.remove((job, task))
                     workers.append(job.worker)
-                    function(source, job)
+                    function(task, job)
             while waiting and len(running) < processes:
-                source = waiting.pop()
-                job = background.Job(partial(work.asset, *source[:2], arguments, str(folder)))
+                task = waiting.pop()
+                job = background.Job(partial(work.asset, task.path, task.sample, arguments, str(folder)))
                 worker = workers.pop() if workers and workers[-1].is_alive() else background.Worker()
                 worker.begin(job)
-                running.append((job, source))
-            done = total - len(waiting) - len(running)
-            yield Progress(done / total, f"{done} of {total} fitted")
+                running.append((job, task))
+            yield len(todo) - len(waiting) - len(running)
     finally:
         for worker in [*workers, *(job.worker for job, _ in running)]:
             worker.kill()
 
 
-def _make(context, choices, made, rows, source, job):
-    path, sample, key = source
+def _make(context, choices, made, rows, task, job):
+    """Make the material of a finished task in the open part."""
     if job.error is None:
         outcome, picture = job.result
-        choices.filepath, choices.sample = path, sample
+        choices.filepath, choices.sample = task.path, task.sample
         try:
-            item = materials.create(outcome, choices, context)
-        except RuntimeError as error:
+            if task.replaced:
+                item = bpy.data.materials[task.replaced]
+                remembered, is_named = assets.remember(item), _is_named_after_data(item)
+                materials.assign(item, outcome, choices, context)
+                assets.renew(item, remembered, picture)
+                if is_named:
+                    item.name = outcome.samples.name
+            else:
+                item = materials.create(outcome, choices, context)
+                assets.mark(item, picture)
+        except (RuntimeError, ValueError) as error:
             job.error = error
         else:
-            item.measured_brdf.asset_key = key
-            assets.mark(item, picture)
-            made.append(item)
+            item.measured_brdf.asset_key = task.key
+            made.append(item.name)
             rows.append(row(item, "fitted"))
     if job.error is not None:
-        rows.append(Row(_name(path, sample), f"failed: {job.error}"))
+        rows.append(Row(_name(task.path, task.sample), f"failed: {job.error}"))
 
 
-def _load(path):
-    """The measured materials of a library, appended: {key: material}."""
-    if not Path(path).is_file():
-        return {}
-    with bpy.data.libraries.load(str(path), link=False) as (source, target):
-        target.materials = source.materials
-    return {item.measured_brdf.asset_key: item for item in target.materials if materials.is_measured(item)}
+def _is_named_after_data(item):
+    """Whether nobody gave a material another name."""
+    return re.fullmatch(rf"{re.escape(item.measured_brdf.name_of_data)}(\.\d{{3}})?", item.name) is not None
 
 
 def row(item, status):
+    """What there is to say of a measured material."""
     settings = item.measured_brdf
     return Row(item.name, status, settings.coefficients, settings.bytes, settings.rmse)
 

@@ -10,12 +10,14 @@ from types import SimpleNamespace
 import bpy
 
 from ..fitter import PRESETS, cli
-from . import assets, batch, osl_support, studio, work
+from . import assets, batch, library, osl_support, studio, work
 from . import material as materials
+from .blender_process import Report
 from .properties import CHOICES, LEVELS, NO_SPECULAR_LEVEL, fit_arguments, use_preset
 from .sources import sources_in
 
 _TOLERANCE = 0.05
+_DONE = ("fitted", "up to date", "rendered")
 
 
 def main(arguments=None):
@@ -24,12 +26,16 @@ def main(arguments=None):
     try:
         return options.run(options)
     except (OSError, ValueError) as error:
-        print(f"error: {error}", file=sys.stderr)
+        message = f"{error.filename}: {error.strerror}" if getattr(error, "filename", None) else str(error)
+        print(f"error: {message}", file=sys.stderr)
+        if options.report_to is not None:
+            Report(options.report_to).result({"error": message})
         return 1
 
 
 def _parser():
     parser = argparse.ArgumentParser(prog="measured_brdf", description="Measured reflectance into materials.")
+    parser.add_argument("--report-to", help=argparse.SUPPRESS)      # a folder, for `blender_process`
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     convert = commands.add_parser("convert", help="make an asset library of all measurements in folders")
@@ -39,6 +45,8 @@ def _parser():
     convert.add_argument("--processes", type=int, default=batch.PROCESSES, metavar="N", help="default: %(default)s")
     convert.add_argument("--shard", type=_shard, default=(1, 1), metavar="I/N",
                          help="make only the I-th of N parts, into a .blend of its own")
+    convert.add_argument("--force", action="store_true",
+                         help="where another .blend or file has that name, put it aside (NAME.blend1) and go on")
     convert.set_defaults(run=_convert)
 
     render = commands.add_parser("render", help="render a sphere of each material with Cycles")
@@ -47,6 +55,12 @@ def _parser():
     render.add_argument("--size", type=int, default=512, help="pixels, default: %(default)s")
     render.add_argument("--samples", type=int, default=256, help="a pixel, default: %(default)s")
     render.set_defaults(run=_render)
+
+    save = commands.add_parser("save")          # for the operator Save to Asset Library
+    save.add_argument("source")
+    save.add_argument("out")
+    save.add_argument("--force", action="store_true")
+    save.set_defaults(run=_save)
 
     info = commands.add_parser("info", help="describe measurements, before anything is fitted to them")
     info.add_argument("paths", nargs="+", metavar="PATH", help="files or folders")
@@ -96,18 +110,31 @@ def _convert(options):
     if parts > 1:
         sources, failures = sources[part - 1::parts], failures[part - 1::parts]
         out = out.with_name(f"{out.stem}-{part}of{parts}.blend")
-    total = len(sources)
+    total, report = len(sources), options.report_to and Report(options.report_to)
     with _quiet():
-        steps = batch.convert(bpy.context, sources, failures, _choices(options), out, options.processes)
+        steps = batch.convert(bpy.context, sources, failures, _choices(options), out, options.processes, options.force)
         while True:
             try:
                 progress = next(steps)
             except StopIteration as end:
                 rows = end.value
                 break
-            cli.show_progress(round(total * progress.fraction), max(total, 1), progress.doing)
+            if report:
+                report.progress(*progress)
+            else:
+                cli.show_progress(round(total * progress.fraction), max(total, 1), progress.doing)
             time.sleep(0.02)
+    if report:
+        report.result({"rows": rows, "path": str(out)})
     return _summary(rows, out)
+
+
+def _save(options):
+    with _quiet():
+        names = library.merge(options.source, Path(options.out).resolve(), options.force)
+    if options.report_to:
+        Report(options.report_to).result({"path": str(options.out), "names": names})
+    return 0
 
 
 def _render(options):
@@ -127,6 +154,7 @@ def _render(options):
             rows.append(batch.Row(f"{Path(path).name} {sample}".strip(), f"failed: {error}"))
         else:
             rows.append(batch.row(item, "rendered"))
+            materials.remove(item)
     cli.show_progress(len(sources), max(len(sources), 1), "")
     return _summary(rows, out)
 
@@ -146,7 +174,8 @@ def _summary(rows, out):
     for row in sorted(rows):
         numbers = f"{row.coefficients:10,} {row.nbytes / 1000:8,.0f} KB  RMSE {row.rmse:<9.3g}"
         print(f"{row.name:28.28} {numbers if row.coefficients else '':42} {row.status}")
-    print(f"{out}: {len(rows) - failed} done, {failed} failed")
+    done = sum(row.status in _DONE for row in rows)
+    print(f"{out}: {done} done, {failed} failed")
     return int(failed > 0 or not rows)
 
 

@@ -22,7 +22,10 @@ def update(material, outcome):
 
 
 def _add(tree):
-    """The fallback node, connected to an output of its own; None where the user has made one."""
+    """The fallback node, connected to an output of its own; None where the user has made one.
+
+    The material has an output for Cycles.
+    """
     cycles = tree.get_output_node("CYCLES")
     if any(node.type == "OUTPUT_MATERIAL" and node.target == "EEVEE" for node in tree.nodes):
         return None

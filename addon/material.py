@@ -1,13 +1,16 @@
-"""From an outcome to a material: compile the shader and put it where the material's surface is."""
+"""From an outcome to a material: put the compiled shader where the material's surface is."""
 
 import bpy
 
+from ..fitter.bake import SHADER_VERSION
 from ..fitter.bilevel import notation
-from . import fallback, lamps, node_group
-from .properties import CHOICES
+from . import fallback, lamps, node_group, versions
+from .compiler import compile_shader
+from .properties import CHOICES, RESULTS
+from .transaction import new_data_removed_on_error, restored_on_error
 
 
-def create(outcome, choices, context):
+def create(outcome, choices, context, shader=None):
     """A new material; nothing is left behind where that fails.
 
     Parameters
@@ -15,6 +18,8 @@ def create(outcome, choices, context):
     outcome : work.Outcome
     choices : properties.FitChoices
     context : bpy.types.Context
+    shader : compiler.Shader, optional
+        The outcome's source, where it has been compiled already.
 
     Returns
     -------
@@ -22,43 +27,48 @@ def create(outcome, choices, context):
 
     Raises
     ------
-    node_group.CompileError
+    compiler.CompileError
         If the shader cannot be compiled here.
     """
-    material = bpy.data.materials.new(outcome.samples.name)
-    try:
+    with new_data_removed_on_error():
+        material = bpy.data.materials.new(outcome.samples.name)
         _use_nodes(material)
         material.node_tree.nodes.clear()
-        assign(material, outcome, choices, context)
-    except BaseException:
-        bpy.data.materials.remove(material)
-        raise
+        assign(material, outcome, choices, context, shader)
     return material
 
 
-def assign(material, outcome, choices, context):
+def assign(material, outcome, choices, context, shader=None):
     """Give a material a new fit, made by `choices`; on an error it stays as it was. Raises as `create` does."""
-    tree = node_group.create(outcome.fitted.fit, outcome.source)
-    _use_nodes(material)
-    node = group_node(material)
-    if node is None:
-        _add_group_node(material.node_tree, tree)
-    else:
-        before, node.node_tree = node.node_tree, tree
+    shader = compile_shader(outcome.source) if shader is None else shader
+    with new_data_removed_on_error(), restored_on_error(material, (*CHOICES, *RESULTS)):
+        _use_nodes(material)
+        node, before = _show(material, node_group.create(None, shader))
+        node.label = outcome.samples.name
+        # this correction bends the shader's directions, which are right as they are
+        material.cycles.use_bump_map_correction = False
+        fallback.update(material, outcome)
+        _store(material.measured_brdf, choices, outcome)
+    if before is not None:
         node_group.remove(before)
-    group_node(material).label = outcome.samples.name
-    # this correction bends the shader's directions, which are right as they are
-    material.cycles.use_bump_map_correction = False
-    fallback.update(material, outcome)
-    _store(material.measured_brdf, choices, outcome)
     lamps.update(context.evaluated_depsgraph_get())
+
+
+def replace_shader(material, shader):
+    """Give a measured material the shader of this version for the fit that it has; on an error it stays as it was."""
+    with new_data_removed_on_error(), restored_on_error(material, RESULTS):
+        _, before = _show(material, node_group.create(None, shader))
+        material.measured_brdf.version = versions.CURRENT
+    node_group.remove(before)
 
 
 def remove(material):
     """Remove a material that nothing uses, and its shader."""
-    tree = group_node(material).node_tree
+    node = group_node(material)
+    tree = None if node is None else node.node_tree
     bpy.data.materials.remove(material)
-    node_group.remove(tree)
+    if tree is not None:
+        node_group.remove(tree)
 
 
 def group_node(material):
@@ -74,26 +84,51 @@ def is_measured(material):
     return bool(material.measured_brdf.coefficients) and group_node(material) is not None
 
 
+def is_outdated(material):
+    """Whether an older version of the extension made the shader of a measured material."""
+    node = group_node(material)
+    return node is not None and node_group.version(node.node_tree) < SHADER_VERSION
+
+
 def _use_nodes(material):
     if bpy.app.version < (5, 0, 0):             # since then every material does
         material.use_nodes = True
 
 
-def _add_group_node(nodes, tree):
-    """Connect a group to the material's surface. What was connected there stays, unconnected."""
-    output = nodes.get_output_node("CYCLES") or nodes.nodes.new("ShaderNodeOutputMaterial")
-    node = nodes.nodes.new("ShaderNodeGroup")
-    node.name, node.width, node.node_tree = node_group.NAME, 200, tree
-    node.location = output.location.x - 260, output.location.y
-    nodes.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+def _show(material, tree):
+    """Put a shader's group in the place of the one before, or else behind the surface: its node, and the group before.
+
+    What was connected to the surface stays, unconnected. A material without an output, whose user has deleted it, gets
+    one.
+    """
+    nodes = material.node_tree.nodes
+    node, output, before = group_node(material), material.node_tree.get_output_node("CYCLES"), None
+    if node is None:
+        node = nodes.new("ShaderNodeGroup")
+        node.name, node.width, node.node_tree = node_group.NAME, 200, tree
+        if output is not None:
+            node.location = output.location.x - 260, output.location.y
+            _connect(material, node, output)
+    else:
+        before, node.node_tree = node.node_tree, tree
+    if output is None:
+        output = nodes.new("ShaderNodeOutputMaterial")
+        output.location = node.location.x + 260, node.location.y
+        _connect(material, node, output)
+    return node, before
+
+
+def _connect(material, node, output):
+    material.node_tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
 
 
 def _store(settings, choices, outcome):
     for name in CHOICES:
         setattr(settings, name, getattr(choices, name))
     fit, errors, seconds = outcome.fitted
-    settings.name_of_data, settings.digest = outcome.samples.name, outcome.digest
-    settings.coefficients, settings.bytes = fit.coefficient_count, fit.nbytes
-    settings.rmse, settings.mre, settings.seconds = errors.rmse, errors.mre, seconds
-    settings.changes = "; ".join(fit.changes)
-    settings.fitted_levels = notation(fit.diffuse_level, fit.specular_level, fit.compression)
+    results = {"name_of_data": outcome.samples.name, "digest": outcome.digest,
+               "coefficients": fit.coefficient_count, "bytes": fit.nbytes, "rmse": errors.rmse, "mre": errors.mre,
+               "seconds": seconds, "changes": "; ".join(fit.changes), "version": versions.CURRENT,
+               "fitted_levels": notation(fit.diffuse_level, fit.specular_level, fit.compression)}
+    for name in RESULTS:
+        setattr(settings, name, results[name])

@@ -10,6 +10,8 @@ from ..fitter.lattice import MAX_LEVEL
 
 NO_SPECULAR_LEVEL = -1
 LEVELS = ("diffuse_level", "specular_level", "compression")
+RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels", "changes",
+           "version")
 CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance")
 PRESET_HELP = {
     "Draft": "The smooth shape alone, a few KB, for look development: peaks of single directions are lost",
@@ -104,6 +106,7 @@ class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
     name_of_data: StringProperty(name="Data")
     digest: StringProperty(name="Digest")               # of the measurements
     asset_key: StringProperty(name="Asset Key")         # of an asset that a batch made
+    version: StringProperty(name="Version")             # of the extension that made the fit; 0.1.0 left it empty
     coefficients: IntProperty(name="Coefficients")
     bytes: IntProperty(name="Bytes")
     rmse: FloatProperty(name="RMSE")

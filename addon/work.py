@@ -14,7 +14,8 @@ import numpy as np
 
 from .. import fitter
 from ..fitter import appearance, bilevel, compact, cross_validation, datasets, describe, fit_file, pictures
-from ..fitter.bake import bake
+from ..fitter.bake import SHADER_VERSION, bake
+from ..fitter.unbake import unbake
 
 _LEVELS = range(8)          # of the plot of errors: level 8 takes longer than all others together
 _KEPT = 12                  # fits, a few MB each
@@ -115,7 +116,7 @@ def asset(path, sample, arguments, folder, report=silent):
     """An Outcome and a thumbnail; the fit is kept in a folder, and taken from there the next time."""
     samples = fitter.load(path, sample or None)
     key = digest(samples)
-    keep = Path(folder) / f"{asset_key(samples.name, key, arguments)}.npz"
+    keep = Path(folder) / f"{fit_key(samples.name, key, arguments)}.npz"
     if keep.is_file():
         found = assess(samples, fitter.Fit.load(keep), 0.0)
     else:
@@ -125,10 +126,24 @@ def asset(path, sample, arguments, folder, report=silent):
     return finish(samples, key, found, report), pictures.lit_sphere(found.fit)
 
 
-def asset_key(name, data_digest, arguments):
-    """Tells whether an asset is up to date: it changes with name, measurements, choices, and the format of fits."""
+def fit_key(name, data_digest, arguments):
+    """Tells whether a kept fit is that of some measurements: it changes with their name, themselves, the choices, and
+    the format of fits."""
     parts = name, data_digest, freeze(arguments), fit_file.VERSION
     return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:24]
+
+
+def asset_key(key_of_fit):
+    """Tells whether an asset is up to date: it changes with its fit and with the version of the shader."""
+    return hashlib.sha256(f"{key_of_fit}\n{SHADER_VERSION}".encode()).hexdigest()[:24]
+
+
+def rebaked(source, compression, report=silent):
+    """OSL source of this version for the fit that older OSL source evaluates. Raises ValueError."""
+    report(0.0, "Reading the shader")
+    made = unbake(source, compression=compression)
+    report(0.2, "Writing the shader")
+    return bake(made)
 
 
 def finish(samples, key, found, report=silent):

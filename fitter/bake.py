@@ -16,6 +16,7 @@ from .estimate import STEEPEST
 from .spectra import RGB
 
 SHADER = "measured_brdf.osl"
+SHADER_VERSION = 2          # of what is baked: 1 was that of extension 0.1.0, whose source does not name it
 MAX_LAMPS = 32             # that a shader takes, as in osl/lamps.h
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
 _SOURCES = Path(__file__).parents[1] / "osl"
@@ -47,6 +48,7 @@ def bake(fit, template=None, mixture=None):
     if len(fit.channels) not in (1, len(RGB)):
         raise ValueError(f"a fit of {len(fit.channels)} channels; a shader takes 1 or 3")
     constants, tables = _fit(fit)
+    constants["SHADER_VERSION"] = SHADER_VERSION
     mixture_constants, mixture_tables = _mixture(closure_mixture(fit) if mixture is None else mixture)
     constants |= mixture_constants
     tables |= mixture_tables
@@ -65,6 +67,18 @@ def bake(fit, template=None, mixture=None):
 def fast_error(source):
     """The error of Fast rendering, `closure_mixture.Mixture.error`, that is baked into OSL source."""
     return float(re.search(r"^#define FAST_ERROR (\S+)$", source, re.MULTILINE)[1])
+
+
+def shader_version(source):
+    """The version of the extension's shader that OSL source was baked from, as `SHADER_VERSION` counts them."""
+    found = re.search(r"^#define SHADER_VERSION (\d+)$", source, re.MULTILINE)
+    return int(found[1]) if found else 1
+
+
+def interface(source):
+    """A shader with the parameters of a baked one that does nothing: OSL source that compiles at once."""
+    start = source.index("shader measured_brdf(")
+    return source[start:source.index(")\n{", start)] + ")\n{\n}\n"
 
 
 def _fit(fit):

@@ -2,12 +2,16 @@
 
 import errno
 import os
+import platform
 import stat
 import tempfile
-from contextlib import contextmanager
+import time
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import DatasetError
+
+_INTERVAL = 0.1             # s, between two attempts where the system cannot wait for a lock
 
 
 def read_bytes(path, largest):
@@ -66,6 +70,73 @@ def replacing(path, mode="wb"):
         if isinstance(error, OSError) and error.filename in (None, beside):
             raise OSError(error.errno, error.strerror or str(error), str(path)) from error
         raise
+
+
+@contextmanager
+def locked(path, wait=False):
+    """Be the only one, of all processes that ask, who writes a file.
+
+    A file beside it, `path` with ".lock", is locked by the operating system, which unlocks it when the process ends,
+    however it ends.
+
+    Parameters
+    ----------
+    path : path-like
+        It need not exist; its folder does.
+    wait : bool
+        Wait until whoever has the lock is done, instead of raising an error.
+
+    Raises
+    ------
+    BlockingIOError
+        If another process has the lock; the message names it.
+    """
+    path = Path(path).resolve()
+    beside = path.with_name(path.name + ".lock")
+    while True:
+        stream = open(beside, "a+", encoding="utf-8")       # noqa: SIM115 - closed by whoever ends the lock
+        try:
+            _lock(stream, wait)
+        except BlockingIOError:
+            stream.seek(0)
+            holder = stream.read().strip()
+            stream.close()
+            raise BlockingIOError(errno.EWOULDBLOCK, f"another process is writing it{holder and f' ({holder})'}; try "
+                                  "again when it is done", str(path)) from None
+        if beside.exists() and os.path.samestat(os.stat(beside), os.fstat(stream.fileno())):
+            break
+        stream.close()                      # whoever had the lock has removed the file meanwhile
+    try:
+        stream.truncate(0)
+        stream.write(f"process {os.getpid()} on {platform.node()}")
+        stream.flush()
+        yield
+    finally:
+        with suppress(OSError):             # Windows does not remove an open file: an empty one stays
+            beside.unlink()
+        stream.close()
+
+
+if os.name == "nt":
+    import msvcrt
+
+    _LOCKED_BYTE = 1 << 30
+
+    def _lock(stream, wait):
+        os.lseek(stream.fileno(), _LOCKED_BYTE, os.SEEK_SET)      # far from the text, which others may read
+        while True:
+            try:
+                msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
+                return
+            except OSError as error:
+                if not wait:
+                    raise BlockingIOError from error
+                time.sleep(_INTERVAL)
+else:
+    import fcntl
+
+    def _lock(stream, wait):
+        fcntl.flock(stream, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
 
 
 def _umask():

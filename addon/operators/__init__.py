@@ -5,19 +5,19 @@ import bpy
 from . import assets, fit, folders, import_data, in_background, osl, samples
 
 _MODULES = (in_background, import_data, folders, fit, samples, assets, osl)
-_WITH_MENUS = (import_data, folders)
+_REGISTERED = (in_background, import_data, folders)        # beside their classes
 
 
 def register():
     for module in _MODULES:
         for cls in module.classes:
             bpy.utils.register_class(cls)
-    for module in _WITH_MENUS:
+    for module in _REGISTERED:
         module.register()
 
 
 def unregister():
-    for module in reversed(_WITH_MENUS):
+    for module in reversed(_REGISTERED):
         module.unregister()
     for module in reversed(_MODULES):
         for cls in reversed(module.classes):

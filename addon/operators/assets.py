@@ -1,18 +1,49 @@
 """Keeping a measured material for other files."""
 
+import tempfile
 from pathlib import Path
 
 import bpy
-from bpy.props import StringProperty
+from bpy.props import BoolProperty, StringProperty
 
 from ...fitter import DatasetError
-from .. import assets, preferences, work
+from .. import assets, library, preferences, work
 from .. import material as materials
+from ..blender_process import Command
 from ..properties import fit_arguments
 from .fit import active_material
+from .in_background import InBackground
 
 
-class MEASUREDBRDF_OT_save_asset(bpy.types.Operator):
+class ReplacesFile:
+    """A mix-in for operators that write a library: only `force`, or a user who says so, replaces another file."""
+
+    force: BoolProperty(name="Replace", options={"SKIP_SAVE"},
+                        description="Where a file of this name is there that is not a library of Measured BRDF, put it "
+                                    "aside (NAME.blend1) and go on")
+
+    def confirm(self, event, path):
+        """Ask the user where a file would be replaced: what `invoke` returns then, else None."""
+        reason = library.refusal(path)
+        if not reason or self.force or bpy.app.background:
+            return None
+        self.force = True               # with which `execute` is called once the user has agreed
+        return bpy.context.window_manager.invoke_confirm(
+            self, event, title="Replace this file?", message=f"{reason}. It will be kept as {Path(path).name}1",
+            confirm_text="Replace", icon="WARNING")
+
+    def refuse(self, path):
+        """Raise the reason why a file may not be replaced, if there is one."""
+        reason = library.refusal(path)
+        if reason and not self.force:
+            raise library.LibraryError(f"{reason}. Choose another name")
+
+    def force_option(self):
+        """For the command line."""
+        return ["--force"] if self.force else []
+
+
+class MEASUREDBRDF_OT_save_asset(ReplacesFile, InBackground, bpy.types.Operator):
     """Keep this material for other files: mark it as an asset, with a thumbnail, a catalogue, a description and tags, \
 and write it into the asset library of the preferences, if there is one"""
 
@@ -32,28 +63,52 @@ and write it into the asset library of the preferences, if there is one"""
             return False
         return True
 
+    def invoke(self, context, event):
+        path = self._path(context)
+        if path is None:
+            return self.execute(context)
+        return self.confirm(event, path) or self.start(context)
+
     def execute(self, context):
+        if self._path(context) is not None:
+            return self.run(context)
         target = active_material(context)
-        library = self.directory or preferences.get(context).asset_library
-        was_asset = target.asset_data is not None
-        assets.mark(target, _thumbnail(target))
-        if not library:
-            self.report({"INFO"}, f"{target.name} is an asset of this file; the preferences may name a library")
+        try:
             if bpy.data.filepath:
                 assets.write_catalogue(Path(bpy.data.filepath).parent)
-            return {"FINISHED"}
-        path = Path(bpy.path.abspath(library)) / f"{assets.file_name(target.name)}.blend"
-        try:
-            assets.write([target], path)
         except OSError as error:
-            self.report({"ERROR"}, f"{path}: {error.strerror or error}; choose another asset library")
-            return {"CANCELLED"}
+            return self._failed(error)
+        assets.renew(target, assets.remember(target), _thumbnail(target))
+        self.report({"INFO"}, f"{target.name} is an asset of this file; the preferences may name a library")
+        return {"FINISHED"}
+
+    def work(self, context):
+        """Write a copy into a folder for temporary files, from which another Blender takes it into the library."""
+        path, target = self._path(context), active_material(context)
+        self.refuse(path)
+        self._folder = tempfile.TemporaryDirectory(prefix="measured_brdf_")
+        picture, source = _thumbnail(target), Path(self._folder.name, "material.blend")
+        copy, name = target.copy(), target.name
+        try:
+            target.name, copy.name = f"{name} (kept)", name
+            assets.renew(copy, assets.remember(copy), picture)
+            bpy.data.libraries.write(str(source), {copy}, fake_user=True)
         finally:
-            if not was_asset:
-                target.asset_clear()        # the library has it; this file need not offer it a second time
+            bpy.data.materials.remove(copy)
+            target.name = name
+        return Command("save", source, path, *self.force_option())
+
+    def apply(self, context, result):
+        path = Path(result["path"])
+        self._folder.cleanup()
         _know(context, path.parent)
         self.report({"INFO"}, f"{path} written")
-        return {"FINISHED"}
+
+    def _path(self, context):
+        """The library's .blend for the active material, or None where no library is named."""
+        folder = self.directory or preferences.get(context).asset_library
+        name = assets.file_name(active_material(context).name)
+        return Path(bpy.path.abspath(folder)).resolve() / f"{name}.blend" if folder else None
 
 
 def _thumbnail(target):

@@ -8,9 +8,10 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
-from .. import material, questions, work
+from .. import background, compiler, material, questions, work
 from ..properties import CHOICES, PRESET_HELP, PRESET_ITEMS, fit_arguments, use_preset
 from ..sources import GLOB
+from ..transaction import by_session_uid
 from .in_background import InBackground
 
 METHODS = (("EXACT", "Exact", "What was measured, under every light; a little noisier and slower"),
@@ -24,13 +25,16 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
     bl_label = "Fit"
     bl_options = {"REGISTER", "UNDO"}
 
+    filepath: StringProperty(name="File", subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"},
+                             description="Where the measurements are now; empty for where they were")
+
     @classmethod
     def poll(cls, context):
         return is_editable(cls, context)
 
     def invoke(self, context, _event):
-        settings = active_material(context).measured_brdf
-        if not Path(bpy.path.abspath(settings.filepath)).is_file() and not bpy.app.background:
+        path = self.filepath or active_material(context).measured_brdf.filepath
+        if not Path(bpy.path.abspath(path)).is_file() and not bpy.app.background:
             bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT")
             return {"CANCELLED"}
         return self.start(context)
@@ -45,16 +49,22 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
         settings = target.measured_brdf
         self._choices = SimpleNamespace(**{name: getattr(settings, name) for name in CHOICES})
         self._choices.preset = self._choices.preset or "Paper"      # a damaged .blend may name one that does not exist
-        path, sample, arguments = bpy.path.abspath(settings.filepath), settings.sample, fit_arguments(settings)
-        return partial(work.outcome, path, sample, arguments, known=questions.known_fit(path, sample, arguments))
+        self._choices.filepath = self.filepath or settings.filepath
+        path, sample, arguments = bpy.path.abspath(self._choices.filepath), settings.sample, fit_arguments(settings)
+        return background.Calculation(
+            partial(work.outcome, path, sample, arguments, known=questions.known_fit(path, sample, arguments)))
 
-    def apply(self, context, outcome):
-        target = next((item for item in bpy.data.materials if item.session_uid == self._target), None)
-        if target is None:
-            raise ValueError("The material has been removed meanwhile")
+    def prepare(self, outcome):
         yield 0.95, "Compiling"
+        return outcome, compiler.compile_shader(outcome.source)
+
+    def apply(self, context, prepared):
+        outcome, shader = prepared
+        target = by_session_uid(bpy.data.materials, self._target)
+        if target is None or not target.is_editable:
+            raise ValueError("The material has been removed meanwhile")
         before = target.measured_brdf.digest
-        material.assign(target, outcome, self._choices, context)
+        material.assign(target, outcome, self._choices, context, shader)
         if before not in ("", outcome.digest):
             self.report({"INFO"}, f"{target.name}: these are not the measurements of the fit before")
 
@@ -71,9 +81,8 @@ class MEASUREDBRDF_OT_find_file(bpy.types.Operator, ImportHelper):
     def poll(cls, context):
         return is_editable(cls, context)
 
-    def execute(self, context):
-        active_material(context).measured_brdf.filepath = self.filepath
-        bpy.ops.measured_brdf.fit("INVOKE_DEFAULT")
+    def execute(self, _context):
+        bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath)
         return {"FINISHED"}
 
 

@@ -6,22 +6,24 @@ from pathlib import Path
 import bpy
 from bpy.props import StringProperty
 
-from .. import batch, preferences, work
-from ..properties import FitChoices, complete, fit_arguments
+from .. import background, preferences, work
+from ..blender_process import Command
+from ..properties import NO_SPECULAR_LEVEL, FitChoices, complete, fit_arguments
 from ..sources import GLOB, sources_in
-from .import_data import begin_with_preference, make_materials
+from .assets import ReplacesFile
+from .import_data import MakesMaterials, begin_with_preference
 from .in_background import InBackground
 
 
-class _FromFolder(FitChoices, InBackground):
-    """A mix-in for operators that ask for a folder."""
+class _FromFolder(FitChoices):
+    """A mix-in for operators that ask for a folder, before `InBackground` among the bases."""
 
     directory: StringProperty(name="Folder", subtype="DIR_PATH", options={"SKIP_SAVE"})
 
-    def invoke(self, context, _event):
+    def invoke(self, context, event):
         begin_with_preference(self, context)
         if self.directory:
-            return self.start(context)
+            return self.begin(context, event)
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
@@ -34,6 +36,10 @@ class _FromFolder(FitChoices, InBackground):
         complete(self)
         return self.run(context)
 
+    def begin(self, context, _event):
+        """Go on with the folder that was chosen."""
+        return self.start(context)
+
     def found(self):
         """The sources in the folder, and the files that cannot be read, as `sources_in` has them."""
         sources, failures = sources_in([bpy.path.abspath(self.directory)])
@@ -42,22 +48,23 @@ class _FromFolder(FitChoices, InBackground):
         return sources, failures
 
 
-class MEASUREDBRDF_OT_import_folder(_FromFolder, bpy.types.Operator):
+class MEASUREDBRDF_OT_import_folder(_FromFolder, MakesMaterials, bpy.types.Operator):
     """Make a material from every file of measured reflectance in a folder, and from every sample of a CURET file"""
 
     bl_idname = "measured_brdf.import_folder"
     bl_label = "Import Folder of Measured BRDFs"
     bl_options = {"REGISTER", "UNDO"}
 
-    def work(self, _context):
+    def work(self, context):
+        self.remember_target(context)
         sources, self._failures = self.found()
-        return partial(work.outcomes, sources, fit_arguments(self))
+        return background.Calculation(partial(work.outcomes, sources, fit_arguments(self)))
 
-    def apply(self, context, outcomes):
-        yield from make_materials(self, context, self._failures + outcomes)
+    def prepare(self, outcomes):
+        return super().prepare(self._failures + outcomes)
 
 
-class MEASUREDBRDF_OT_convert_folder(_FromFolder, bpy.types.Operator):
+class MEASUREDBRDF_OT_convert_folder(_FromFolder, ReplacesFile, InBackground, bpy.types.Operator):
     """Make an asset library from all measurements in a folder: a .blend of materials with thumbnails. \
 The open file stays as it is"""
 
@@ -69,19 +76,32 @@ The open file stays as it is"""
                             description="The .blend to write; empty for one with the folder's name, in the asset "
                                         "library of the preferences, or else in the folder")
 
-    def work(self, _context):
-        self._sources, self._failures = self.found()
-        return None                     # the batch has processes of its own
+    def begin(self, context, event):
+        return self.confirm(event, self._path(context)) or self.start(context)
 
-    def apply(self, context, _result):
+    def work(self, context):
+        self.found()                    # or it is an error
+        path = self._path(context)
+        self.refuse(path)
+        level = "none" if self.specular_level == NO_SPECULAR_LEVEL else self.specular_level
+        options = ["--preset", self.preset, "--diffuse-level", self.diffuse_level, "--specular-level", level,
+                   "--compression", round(self.compression, 4)]
+        if self.use_tolerance:
+            options += ["--tolerance", round(self.tolerance, 7)]
+        return Command("convert", bpy.path.abspath(self.directory), "-o", path, *options, *self.force_option())
+
+    def apply(self, _context, result):
+        rows, path = result["rows"], result["path"]
+        failed = [(name, status) for name, status, *_ in rows if status.startswith("failed")]
+        for name, status in failed:
+            self.report({"WARNING"}, f"{name} {status}")
+        self.report({"INFO"}, f"{path}: {len(rows) - len(failed)} materials; {len(failed)} files failed")
+
+    def _path(self, context):
+        """The library to write."""
         folder = Path(bpy.path.abspath(self.directory))
         home = Path(bpy.path.abspath(preferences.get(context).asset_library or str(folder)))
-        path = Path(bpy.path.abspath(self.library)) if self.library else home / f"{folder.name}.blend"
-        rows = yield from batch.convert(context, self._sources, self._failures, self, path)
-        failed = [row for row in rows if row.status.startswith("failed")]
-        for row in failed:
-            self.report({"WARNING"}, f"{row.name} {row.status}")
-        self.report({"INFO"}, f"{path}: {len(rows) - len(failed)} materials; {len(failed)} files failed")
+        return Path(bpy.path.abspath(self.library)) if self.library else home / f"{folder.name}.blend"
 
 
 classes = (MEASUREDBRDF_OT_import_folder, MEASUREDBRDF_OT_convert_folder)

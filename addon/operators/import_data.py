@@ -2,6 +2,7 @@
 
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 from bpy.props import CollectionProperty, StringProperty
@@ -9,15 +10,59 @@ from bpy_extras.io_utils import ImportHelper
 
 from ...fitter import DatasetError
 from ...fitter.datasets import list_samples
-from .. import material, preferences, work
+from .. import background, compiler, material, preferences, work
 from ..properties import CHOICES, LEVELS, FitChoices, complete, fit_arguments, use_preset
 from ..sources import EXTENSIONS, GLOB
+from ..transaction import by_session_uid
 from .in_background import InBackground
 
 _EDITORS = {"VIEW_3D", "PROPERTIES", "OUTLINER", "NODE_EDITOR", "FILE_BROWSER"}
 
 
-class MEASUREDBRDF_OT_import_data(FitChoices, InBackground, bpy.types.Operator):
+class MakesMaterials(InBackground):
+    """A mix-in for operators whose work has outcomes as `work.outcomes` returns them: each becomes a material.
+
+    The first goes to the object that was active when the work began. Files that failed are reported; only where all
+    have failed is that an error.
+    """
+
+    def remember_target(self, context):
+        """Remember the active object, by its session id: it may be gone when the work is done."""
+        self._target = context.object.session_uid if context.object is not None else None
+
+    def prepare(self, outcomes):
+        prepared = []
+        for number, (path, sample, outcome) in enumerate(outcomes):
+            if isinstance(outcome, Exception):
+                prepared.append((path, sample, outcome, None))
+            else:
+                yield number / len(outcomes), f"Compiling {outcome.samples.name}"
+                prepared.append((path, sample, outcome, compiler.compile_shader(outcome.source)))
+        return prepared
+
+    def apply(self, context, prepared):
+        made, failed = [], [outcome for _, _, outcome, _ in prepared if isinstance(outcome, Exception)]
+        if len(failed) == len(prepared):
+            raise failed[0]
+        choices = SimpleNamespace(**{name: getattr(self, name) for name in CHOICES})
+        for path, sample, outcome, shader in prepared:
+            if not isinstance(outcome, Exception):
+                choices.filepath, choices.sample = path, sample
+                made.append(material.create(outcome, choices, context, shader))
+        for item in made[1:]:
+            item.use_fake_user = True           # or it would not be saved
+        target = by_session_uid(bpy.data.objects, self._target)
+        if not assign_to(target, made[0]):
+            made[0].use_fake_user = True
+            self.report({"WARNING"}, f"{made[0].name} is not assigned: no active object can take a material")
+        for error in failed:
+            self.report({"WARNING"}, str(error))
+        first = made[0].measured_brdf
+        self.report({"INFO"}, f"{made[0].name}: {first.coefficients:,} coefficients, RMSE {first.rmse:.3g}"
+                    if len(made) == 1 else f"{len(made)} materials; {len(failed)} files failed")
+
+
+class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator):
     """Make materials from files of measured reflectance and assign the first to the active object"""
 
     bl_idname = "measured_brdf.import_data"
@@ -46,11 +91,10 @@ class MEASUREDBRDF_OT_import_data(FitChoices, InBackground, bpy.types.Operator):
         complete(self)
         return self.run(context)
 
-    def work(self, _context):
-        return partial(work.outcomes, [(path, self.sample) for path in self._paths()], fit_arguments(self))
-
-    def apply(self, context, outcomes):
-        yield from make_materials(self, context, outcomes)
+    def work(self, context):
+        self.remember_target(context)
+        return background.Calculation(
+            partial(work.outcomes, [(path, self.sample) for path in self._paths()], fit_arguments(self)))
 
     def _paths(self):
         return [str(Path(self.directory) / item.name) for item in self.files if item.name] or [
@@ -106,36 +150,6 @@ def begin_with_preference(operator, context):
     given = operator.properties.is_property_set
     if not any(given(name) for name in ("preset", "use_tolerance", *LEVELS)):
         use_preset(operator, preferences.get(context).preset)
-
-
-def make_materials(operator, context, outcomes):
-    """Make a material of each outcome: a generator of (fraction, doing), as `InBackground` takes it.
-
-    Files that failed are reported; only where all have failed is that an error.
-    """
-    made, failed = [], [error for *_, error in outcomes if isinstance(error, Exception)]
-    try:
-        for number, (path, sample, outcome) in enumerate(outcomes):
-            if isinstance(outcome, Exception):
-                continue
-            yield number / len(outcomes), f"Compiling {outcome.samples.name}"
-            operator.filepath, operator.sample = path, sample
-            made.append(material.create(outcome, operator, context))
-    except BaseException:
-        for item in made:
-            material.remove(item)
-        raise
-    if failed and not made:
-        raise failed[0]
-    for error in failed:
-        operator.report({"WARNING"}, str(error))
-    if not assign_to(context.object, made[0]):
-        operator.report({"WARNING"}, f"{made[0].name} is not assigned: no active object can take a material")
-    for item in made:
-        item.use_fake_user = item.users == 0            # or it would not be saved
-    first = made[0].measured_brdf
-    operator.report({"INFO"}, f"{made[0].name}: {first.coefficients:,} coefficients, RMSE {first.rmse:.3g}"
-                    if len(made) == 1 else f"{len(made)} materials; {len(failed)} files failed")
 
 
 def assign_to(target, item):

@@ -1,51 +1,59 @@
-"""Operators that work in another process while the window stays alive, with a progress bar, and Esc to cancel."""
+"""Operators that work in another process while the window stays alive, with a progress bar, and Esc to cancel.
 
-import time
+While they wait, users may undo, open a file, or delete anything. So nothing of `bpy` is held from one tick of the timer
+to the next: what an operator is about is remembered by its `session_uid`, looked up again in the one step in which the
+results are applied.
+"""
+
+import traceback
 
 import bpy
+from bpy.app.handlers import persistent
 
 from ...fitter import DatasetError
-from .. import background, node_group, osl_support
-from ..work import silent
+from .. import background, blender_process, compiler, osl_support, transaction
 
-EXPECTED = (DatasetError, node_group.CompileError, ValueError)
+EXPECTED = (DatasetError, compiler.CompileError, background.WorkerError, blender_process.CommandError, ValueError,
+            OSError)
 
 running = None              # what the panel shows progress of
 
 
 class InBackground:
-    """A mix-in for operators: the whole is one undo step, and cancelling it changes nothing.
+    """A mix-in for operators: the whole is one undo step; one that fails or is cancelled changes nothing.
 
-    An operator defines ``work(context)``, which returns what `background.Job` takes, or None where there is nothing
-    to be done in another process; and ``apply(context, result)``, a generator of (fraction, doing) that does the rest
-    here, piece by piece. Where it is closed early it takes back what it has done.
+    An operator defines
+
+    - ``work(context)``: what is to be done in another process, `background.Calculation` or `blender_process.Command`;
+    - ``prepare(result)``: optional, a generator of (fraction, doing) that goes on here, piece by piece, without data of
+      Blender's, and returns what `apply` takes;
+    - ``apply(context, prepared)``: does the rest, in one step.
     """
 
     def run(self, context):
         """All of it at once, for scripts: what `execute` returns."""
         try:
-            work = self._checked(context)
-            for _ in self.apply(context, work and work(silent)):
-                time.sleep(0.01)        # for processes that some of them wait for
-        except EXPECTED as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return {"FINISHED"}
+            steps = self.prepare(self._checked(context).run())
+            while True:
+                try:
+                    next(steps)
+                except StopIteration as end:
+                    self._apply(context, end.value)
+                    return {"FINISHED"}
+        except Exception as error:
+            return self._failed(error)
 
     def start(self, context):
         """Begin, and go on in `modal`: what `invoke` returns."""
-        global running
         if bpy.app.background:
             return self.execute(context)
         if running is not None:
             self.report({"ERROR"}, "Another fit is under way: wait for it, or cancel it with Esc")
             return {"CANCELLED"}
         try:
-            work = self._checked(context)
-        except EXPECTED as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self._begin(work)
+            self._begin(self._checked(context))
+        except Exception as error:
+            return self._failed(error)
         self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
@@ -59,10 +67,9 @@ class InBackground:
             return {"PASS_THROUGH"}
         try:
             done = self._step(context)
-        except EXPECTED as error:
+        except Exception as error:
             self._end(context)
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return self._failed(error)
         except BaseException:
             self._end(context)
             raise
@@ -78,16 +85,21 @@ class InBackground:
         """Blender ends the operator, as it does when another file is opened."""
         self._end(context)
 
+    def prepare(self, result):
+        """By default there is nothing to prepare."""
+        return result
+        yield
+
     def _checked(self, context):
         """The work, unless it would be for nothing."""
         if osl_support.missing():
-            raise node_group.CompileError(osl_support.missing())
+            raise compiler.CompileError(osl_support.missing())
         return self.work(context)
 
     def _begin(self, work):
         global running
-        self._applying = None
-        self._job = running = background.start(work) if work is not None else background.finished()
+        self._steps = None
+        self._job = running = work.start()
 
     def _step(self, context):
         """Whether all is done, after having done the next piece."""
@@ -95,19 +107,34 @@ class InBackground:
             return False
         if self._job.error is not None:
             raise self._job.error
-        if self._applying is None:
-            self._applying = self.apply(context, self._job.result)
-        step = next(self._applying, None)
-        if step is not None:
-            self._job.fraction, self._job.doing = step
-        return step is None
+        if self._steps is None:
+            self._steps = self.prepare(self._job.result)
+        try:
+            self._job.fraction, self._job.doing = next(self._steps)
+        except StopIteration as end:
+            self._apply(context, end.value)
+            return True
+        return False
+
+    def _apply(self, context, prepared):
+        with transaction.new_data_removed_on_error():
+            self.apply(context, prepared)
+
+    def _failed(self, error):
+        """Report an error: what `execute` or `modal` returns. What nobody expected is traced on the console too."""
+        if isinstance(error, EXPECTED):
+            self.report({"ERROR"}, str(error))
+        else:
+            traceback.print_exception(error)
+            self.report({"ERROR"}, f"{type(error).__name__}: {error}. Nothing has changed; the console has the details")
+        return {"CANCELLED"}
 
     def _end(self, context):
         global running
         running = None
         self._job.cancel()
-        if self._applying is not None:
-            self._applying.close()
+        if self._steps is not None:
+            self._steps.close()
         context.window_manager.event_timer_remove(self._timer)
         if context.workspace is not None:
             context.workspace.status_text_set(None)
@@ -121,9 +148,29 @@ class MEASUREDBRDF_OT_cancel(bpy.types.Operator):
     bl_label = "Cancel Fitting"
 
     def execute(self, _context):
-        global running
-        running = None                  # which the operator that runs takes notice of
+        stop()
         return {"FINISHED"}
 
 
+def stop():
+    """End what runs, as Esc does: its operator takes notice of that."""
+    global running
+    if running is not None:
+        running.cancel()
+    running = None
+
+
+@persistent
+def _on_load(_file):
+    stop()                          # the file for which it was meant is closed
+
+
 classes = (MEASUREDBRDF_OT_cancel,)
+
+
+def register():
+    bpy.app.handlers.load_pre.append(_on_load)
+
+
+def unregister():
+    bpy.app.handlers.load_pre.remove(_on_load)
