@@ -12,20 +12,23 @@ import bpy
 from ..fitter import PRESETS, cli
 from . import assets, batch, library, osl_support, studio, work
 from . import material as materials
-from .blender_process import Report
+from .blender_process import Command, CommandError, Report
 from .properties import CHOICES, LEVELS, NO_SPECULAR_LEVEL, fit_arguments, use_preset
 from .sources import sources_in
 
 _TOLERANCE = 0.05
-_DONE = ("fitted", "up to date", "rendered")
+_DONE = ("fitted", "up to date", "rendered", "saved")
 
 
 def main(arguments=None):
     """Run one command: the exit code is 0, or 1 where any file failed."""
     options = _parser().parse_args(arguments)
     try:
+        if options.run in _OPENS_FILES and bpy.data.filepath and options.report_to is None:
+            result = Command(*(sys.argv[1:] if arguments is None else arguments)).run()     # what is open stays open
+            return _summary([batch.Row(*row) for row in result["rows"]], result["path"])
         return options.run(options)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, CommandError) as error:
         message = f"{error.filename}: {error.strerror}" if getattr(error, "filename", None) else str(error)
         print(f"error: {message}", file=sys.stderr)
         if options.report_to is not None:
@@ -133,8 +136,12 @@ def _save(options):
     with _quiet():
         names = library.merge(options.source, Path(options.out).resolve(), options.force)
     if options.report_to:
-        Report(options.report_to).result({"path": str(options.out), "names": names})
+        rows = [batch.Row(name, "saved") for name in names]
+        Report(options.report_to).result({"path": str(options.out), "rows": rows})
     return 0
+
+
+_OPENS_FILES = (_convert, _save)
 
 
 def _render(options):

@@ -55,10 +55,10 @@ material = bpy.data.materials["paint 0"]
 cls = operators.import_data.MEASUREDBRDF_OT_import_data
 
 
-class Drop(operators.in_background.InBackground):
+class Drop(operators.import_data.MakesMaterials):
     """The operator, driven by events that are made here."""
 
-    work, apply, _paths = cls.work, cls.apply, cls._paths
+    work, _paths = cls.work, cls._paths
     preset, use_tolerance, filepath, sample, tolerance = "Paper", False, "", "", 1.0
     directory, files = str(folder), [SimpleNamespace(name="2.astm"), SimpleNamespace(name="3.astm")]
     diffuse_level, specular_level, compression, _timer = 2, 3, 80.0, None
@@ -80,7 +80,7 @@ assert attempt.modal(context, event("TIMER")) == {"PASS_THROUGH"}
 assert attempt.modal(context, event("ESC")) == {"CANCELLED"}
 assert counts() == before
 attempt._begin(attempt.work(context))
-while counts() == before:
+while attempt._steps is None:
     assert attempt.modal(context, event("TIMER")) == {"PASS_THROUGH"}
     time.sleep(0.02)
 assert attempt.modal(context, event("ESC")) == {"CANCELLED"}

@@ -143,6 +143,17 @@ def test_slow_questions_do_not_hold_up_others(background, long_work, file):
     assert slow.finished is None
 
 
+class Finished:
+    """Work that has been done already."""
+
+    def start(self):
+        from measured_brdf.addon import background
+
+        job = background.Job(None)
+        job.finished = time.monotonic()
+        return job
+
+
 @pytest.fixture
 def operator(extension):
     """An operator that makes things piece by piece, without Blender behind it."""
@@ -150,16 +161,19 @@ def operator(extension):
 
     class Operator(in_background.InBackground):
         def __init__(self):
-            self.made, self.reports, self._timer = [], [], None
+            self.made, self.closed, self.reports, self._timer = [], False, [], None
 
-        def apply(self, _context, _result):
+        def prepare(self, _result):
             try:
                 for number in range(3):
-                    self.made.append(number)
                     yield number / 3, "Making"
             except GeneratorExit:
-                self.made.clear()
+                self.closed = True
                 raise
+            return [0, 1, 2]
+
+        def apply(self, _context, prepared):
+            self.made += prepared
 
         def report(self, kind, text):
             self.reports.append((kind, text))
@@ -175,24 +189,26 @@ def event(kind):
     return SimpleNamespace(type=kind, value="PRESS")
 
 
-def test_a_modal_operator_goes_step_by_step_to_its_end(operator):
-    operator._begin(None)
-    results = [operator.modal(CONTEXT, event("TIMER")) for _ in range(4)]
-    assert results == [{"PASS_THROUGH"}] * 3 + [{"FINISHED"}]
+def test_a_modal_operator_goes_step_by_step_to_its_end_and_makes_all_in_the_last(operator):
+    operator._begin(Finished())
+    for _ in range(3):
+        assert operator.modal(CONTEXT, event("TIMER")) == {"PASS_THROUGH"}
+        assert operator.made == []
+    assert operator.modal(CONTEXT, event("TIMER")) == {"FINISHED"}
     assert operator.made == [0, 1, 2]
 
 
-def test_escape_takes_back_what_has_been_done(operator):
-    operator._begin(None)
+def test_escape_while_it_prepares_ends_it_and_nothing_is_made(operator):
+    operator._begin(Finished())
     operator.modal(CONTEXT, event("TIMER"))
     assert operator.modal(CONTEXT, event("MOUSEMOVE")) == {"PASS_THROUGH"}
-    assert operator.made == [0]
     assert operator.modal(CONTEXT, event("ESC")) == {"CANCELLED"}
+    assert operator.closed
     assert operator.made == []
 
 
 def test_escape_while_the_process_works_changes_nothing(background, operator, long_work):
-    operator._begin(long_work)
+    operator._begin(background.Calculation(long_work))
     process = operator._job.worker._process
     assert operator.modal(CONTEXT, event("TIMER")) == {"PASS_THROUGH"}
     assert operator.modal(CONTEXT, event("ESC")) == {"CANCELLED"}
@@ -200,10 +216,30 @@ def test_escape_while_the_process_works_changes_nothing(background, operator, lo
     assert process.poll() is not None
 
 
+def test_a_process_that_dies_under_an_operator_is_reported(background, operator, long_work):
+    operator._begin(background.Calculation(long_work))
+    operator._job.worker._process.kill()
+    operator._job.worker._process.wait()
+    assert operator.modal(CONTEXT, event("TIMER")) == {"CANCELLED"}
+    assert "ended early" in operator.reports[-1][1]
+    assert operator.made == []
+
+
+def test_a_process_that_died_before_it_got_work_is_reported(background, file):
+    from measured_brdf.addon import work
+
+    worker = background.Worker()
+    worker._process.kill()
+    worker._process.wait()
+    job = background.Job(partial(work.read, str(file), ""))
+    worker.begin(job)
+    assert "ended early" in str(wait(job).error)
+
+
 def test_the_cancel_button_does_what_escape_does(extension, operator):
     import bpy
 
-    operator._begin(None)
+    operator._begin(Finished())
     operator.modal(CONTEXT, event("TIMER"))
     assert bpy.ops.measured_brdf.cancel() == {"FINISHED"}
     assert operator.modal(CONTEXT, event("TIMER")) == {"CANCELLED"}

@@ -1,0 +1,53 @@
+"""Everything of the open file that a user could miss, as plain values: what must be the same where nothing changed."""
+
+import bpy
+
+CHOICES = ("filepath", "sample", "preset", "diffuse_level", "specular_level", "compression", "use_tolerance",
+           "tolerance")
+RESULTS = ("name_of_data", "digest", "asset_key", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels",
+           "changes", "version")
+KINDS = ("materials", "node_groups", "texts", "images", "objects", "meshes", "lights", "scenes", "worlds", "libraries")
+
+
+def state():
+    """Data-blocks by kind and name, with nodes, links, values, settings and users."""
+    found = {kind: {item.name: (item.users, item.use_fake_user) for item in getattr(bpy.data, kind)} for kind in KINDS}
+    found["nodes"] = {item.name: _tree(item.node_tree) for item in bpy.data.materials if item.node_tree is not None}
+    found["groups"] = {tree.name: _tree(tree) for tree in bpy.data.node_groups}
+    found["texts"] = {text.name: text.as_string() for text in bpy.data.texts}
+    found["looks"] = {item.name: (tuple(item.diffuse_color), item.roughness, item.metallic,
+                                  item.cycles.use_bump_map_correction) for item in bpy.data.materials}
+    found["settings"] = {item.name: {name: _plain(getattr(item.measured_brdf, name))
+                                     for name in (*CHOICES, *RESULTS)}
+                         for item in bpy.data.materials}
+    found["assets"] = {item.name: _asset(item) for item in bpy.data.materials}
+    found["slots"] = {item.name: [slot.material and slot.material.name for slot in item.material_slots]
+                      for item in bpy.data.objects}
+    return found
+
+
+def _tree(tree):
+    nodes = {node.name: (node.bl_idname, node.label, tuple(node.location), _name(getattr(node, "node_tree", None)),
+                         getattr(node, "target", None), getattr(node, "bytecode", None),
+                         _values(node.inputs), _values(node.outputs))
+             for node in tree.nodes}
+    links = sorted((link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier)
+                   for link in tree.links)
+    return nodes, links
+
+
+def _values(sockets):
+    return [(socket.identifier, _plain(getattr(socket, "default_value", None))) for socket in sockets]
+
+
+def _asset(item):
+    about = item.asset_data
+    return about and (about.description, about.catalog_id, about.author, sorted(tag.name for tag in about.tags))
+
+
+def _name(item):
+    return item and item.name
+
+
+def _plain(value):
+    return tuple(value) if hasattr(value, "__len__") and not isinstance(value, str) else value
