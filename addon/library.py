@@ -32,6 +32,8 @@ def refusal(path):
     path = Path(path)
     if not path.exists():
         return ""
+    if bpy.data.filepath and path.samefile(bpy.data.filepath):
+        return f"{path} is the file that is open"
     names = _names(path)
     if names is None:
         return f"{path} exists and is not a .blend file"

@@ -74,7 +74,7 @@ def run(operator, disturb, at):
     """Go on to the end, with something in between; the results of all ticks."""
     from measured_brdf.addon import background
 
-    job = background.Job(None)              # what its process would do is done here: quicker, and the same ticks each time
+    job = background.Job(None)          # what its process would do is done here: quicker, and the same ticks each time
     job.result, job.finished = operator.work(bpy.context).run(), time.monotonic()
     operator._begin(SimpleNamespace(start=lambda: job))
     results = []
