@@ -9,6 +9,8 @@ from typing import NamedTuple
 import bpy
 
 from ..fitter.bake import MAX_LAMPS
+from . import material as materials
+from . import versions
 
 
 class Finding(NamedTuple):
@@ -75,6 +77,13 @@ def _lamps(scene):
 
 
 def _materials():
+    outdated = [material.name for material in bpy.data.materials if material.measured_brdf.coefficients
+                and material.is_editable and versions.made_by(material) != versions.CURRENT
+                and materials.is_outdated(material)]
+    if outdated:
+        yield Finding("version", f"An older version made {len(outdated)} of the measured materials: they render as "
+                      "they did, without what has been improved since", "Update them; their fits stay as they are",
+                      lambda: bpy.ops.measured_brdf.update_materials())
     for material in bpy.data.materials:
         if material.measured_brdf.coefficients and material.cycles.use_bump_map_correction and material.is_editable:
             yield Finding(f"bump:{material.name}", f"{material.name} has Bump Map Correction on, which bends its "

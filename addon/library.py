@@ -47,7 +47,8 @@ def _names(path):
     """What a .blend holds: {kind: names}; None for any other file. Nothing is loaded."""
     try:
         with bpy.data.libraries.load(str(path), link=False) as (source, _):
-            return {kind: list(getattr(source, kind)) for kind in dir(source)}
+            found = {kind: getattr(source, kind) for kind in dir(source)}
+            return {kind: of_kind for kind, of_kind in found.items() if isinstance(of_kind, list)}
     except OSError:
         return None
 

@@ -54,12 +54,19 @@ def assign(material, outcome, choices, context, shader=None):
     lamps.update(context.evaluated_depsgraph_get())
 
 
-def replace_shader(material, shader):
-    """Give a measured material the shader of this version for the fit that it has; on an error it stays as it was."""
-    with new_data_removed_on_error(), restored_on_error(material, RESULTS):
-        _, before = _show(material, node_group.create(None, shader))
-        material.measured_brdf.version = versions.CURRENT
-    node_group.remove(before)
+def replace_shader(materials, shader, context):
+    """Give measured materials that share a shader that of this version, for the fit that they have.
+
+    On an error the one that it occurs in stays as it was.
+    """
+    with new_data_removed_on_error():
+        tree = node_group.create(None, shader)
+    for material in materials:
+        with restored_on_error(material, RESULTS):
+            _, before = _show(material, tree)
+            material.measured_brdf.version = versions.CURRENT
+        node_group.remove(before)
+    lamps.update(context.evaluated_depsgraph_get())
 
 
 def remove(material):

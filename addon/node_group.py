@@ -62,6 +62,12 @@ def script_node(tree):
     return node if node is not None and node.type == "SCRIPT" else None
 
 
+def source(tree):
+    """The OSL source in a group that `create` made; empty where its text is gone."""
+    text = script_node(tree).script
+    return "" if text is None else text.as_string()
+
+
 def version(tree):
     """The version of the shader in a group that `create` made, as `bake.SHADER_VERSION` counts them."""
     stored = tree.get(_VERSION)

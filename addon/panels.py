@@ -6,7 +6,7 @@ import textwrap
 import bpy
 
 from ..fitter import PRESETS
-from . import checks, manual, node_group, osl_support, questions
+from . import checks, manual, node_group, osl_support, questions, versions
 from . import material as materials
 from .operators import assets, fit, import_data, in_background, osl, samples
 from .properties import NO_SPECULAR_LEVEL, fit_arguments, is_preset
@@ -56,6 +56,7 @@ class MEASUREDBRDF_PT_material(_MaterialPanel, bpy.types.Panel):
             layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
             return
         data = questions.data(context.material)
+        _draw_version(layout, context.material)
         _draw_state(layout, settings, data, fitted)
         _draw_choices(layout, settings)
         _draw_cost(layout, settings, data.result)
@@ -190,6 +191,15 @@ def _draw_progress(layout, job):
     row.operator(in_background.MEASUREDBRDF_OT_cancel.bl_idname, text="", icon="X")
 
 
+def _draw_version(layout, material):
+    """Say where an older version made the material."""
+    if versions.made_by(material) != versions.CURRENT and materials.is_outdated(material):
+        column = layout.box().column()
+        _draw_wrapped(column, f"Made by version {versions.made_by(material)}; this is {versions.CURRENT}. It renders "
+                      "as it did; an update brings what has been improved, for all materials of this file", "INFO")
+        column.operator(fit.MEASUREDBRDF_OT_update_materials.bl_idname, icon="FILE_REFRESH")
+
+
 def _draw_state(layout, settings, data, fitted):
     """Say where the file is not read yet, missing, wrong, or not that of the fit."""
     if data.finished is None:
@@ -275,9 +285,9 @@ def _draw_warning(layout, text):
     _draw_wrapped(column, text)
 
 
-def _draw_wrapped(column, text):
+def _draw_wrapped(column, text, icon="ERROR"):
     for number, line in enumerate(textwrap.wrap(text, 52)):
-        column.label(text=line, icon="ERROR" if number == 0 else "BLANK1")
+        column.label(text=line, icon=icon if number == 0 else "BLANK1")
 
 
 classes = (MEASUREDBRDF_PT_material, MEASUREDBRDF_PT_pictures, MEASUREDBRDF_PT_compare, MEASUREDBRDF_PT_data,

@@ -138,12 +138,27 @@ def asset_key(key_of_fit):
     return hashlib.sha256(f"{key_of_fit}\n{SHADER_VERSION}".encode()).hexdigest()[:24]
 
 
-def rebaked(source, compression, report=silent):
-    """OSL source of this version for the fit that older OSL source evaluates. Raises ValueError."""
-    report(0.0, "Reading the shader")
-    made = unbake(source, compression=compression)
-    report(0.2, "Writing the shader")
-    return bake(made)
+def rebake(shaders, report=silent):
+    """Write the shaders of an older version anew.
+
+    Parameters
+    ----------
+    shaders : list of (source, compression, any)
+        OSL source, and the percentage that its sparse lattice was compressed by.
+
+    Returns
+    -------
+    list of (source or ValueError, any)
+        OSL source of this version for the same fits, or why there is none.
+    """
+    done = []
+    for number, (source, compression, passed_on) in enumerate(shaders):
+        report(number / len(shaders), f"Updating {number + 1} of {len(shaders)}")
+        try:
+            done.append((bake(unbake(source, compression=compression)), passed_on))
+        except ValueError as error:
+            done.append((error, passed_on))
+    return done
 
 
 def finish(samples, key, found, report=silent):

@@ -96,7 +96,7 @@ def _prior(constants, stored, columns):
 def _level(cells):
     level = int(cells).bit_length() - 1
     if not 0 <= level <= lattice.MAX_LEVEL or lattice.cells(level) != int(cells):
-        raise ValueError(f"a lattice of {cells} cells, expected a power of two")
+        raise ValueError(f"a lattice of {cells} cells in the shader, expected a power of two")
     return level
 
 

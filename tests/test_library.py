@@ -153,6 +153,7 @@ def test_materials_whose_measurements_are_gone_are_removed_and_it_says_so(blende
 
 HOLD = """
 import sys
+from fitter.files import locked
 with locked(sys.argv[1]):
     print("held", flush=True)
     sys.stdin.read()

@@ -8,7 +8,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
-from .. import background, compiler, material, questions, work
+from .. import background, compiler, material, node_group, questions, work
 from ..properties import CHOICES, PRESET_HELP, PRESET_ITEMS, fit_arguments, use_preset
 from ..sources import GLOB
 from ..transaction import by_session_uid
@@ -67,6 +67,54 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
         material.assign(target, outcome, self._choices, context, shader)
         if before not in ("", outcome.digest):
             self.report({"INFO"}, f"{target.name}: these are not the measurements of the fit before")
+
+
+class MEASUREDBRDF_OT_update_materials(InBackground, bpy.types.Operator):
+    """Give all measured materials of this file that an older version made the shader of this version. \
+Their fits stay as they are; the measurements are not needed"""
+
+    bl_idname = "measured_brdf.update_materials"
+    bl_label = "Update Measured Materials"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def invoke(self, context, _event):
+        return self.start(context)
+
+    def execute(self, context):
+        return self.run(context)
+
+    def work(self, _context):
+        outdated = [item for item in bpy.data.materials if item.is_editable and material.is_outdated(item)]
+        if not outdated:
+            raise ValueError("All measured materials of this file are those of this version")
+        shaders = {}
+        for item in outdated:           # copies of a material may share a shader
+            tree = material.group_node(item).node_tree
+            shaders.setdefault(tree.session_uid, (node_group.source(tree), item.measured_brdf.compression, []))
+            shaders[tree.session_uid][2].append(item.session_uid)
+        return background.Calculation(partial(work.rebake, list(shaders.values())))
+
+    def prepare(self, rebaked):
+        prepared = []
+        for number, (source, users) in enumerate(rebaked):
+            yield number / len(rebaked), "Compiling"
+            prepared.append((source if isinstance(source, Exception) else compiler.compile_shader(source), users))
+        return prepared
+
+    def apply(self, context, prepared):
+        updated, failed = 0, []
+        for shader, users in prepared:
+            found = [item for uid in users if (item := by_session_uid(bpy.data.materials, uid)) is not None]
+            if isinstance(shader, Exception):
+                failed += [f"{item.name}: {shader}. Refit it instead" for item in found]
+            elif found:
+                material.replace_shader(found, shader, context)
+                updated += len(found)
+        if failed and not updated:
+            raise ValueError("; ".join(failed))
+        for message in failed:
+            self.report({"WARNING"}, message)
+        self.report({"INFO"}, f"{updated} materials updated")
 
 
 class MEASUREDBRDF_OT_find_file(bpy.types.Operator, ImportHelper):
@@ -149,4 +197,5 @@ def is_editable(cls, context):
     return True
 
 
-classes = (MEASUREDBRDF_OT_fit, MEASUREDBRDF_OT_find_file, MEASUREDBRDF_OT_use_preset, MEASUREDBRDF_OT_use_method)
+classes = (MEASUREDBRDF_OT_fit, MEASUREDBRDF_OT_update_materials, MEASUREDBRDF_OT_find_file, MEASUREDBRDF_OT_use_preset,
+           MEASUREDBRDF_OT_use_method)
