@@ -111,7 +111,8 @@ def _prior(fit):
     lobes = " ".join(f"LOBE({value(ks)}, {alpha ** -2:.9g}, {gamma:.9g}, {f0:.9g}, {min(alpha, 1.0) ** 2:.9g})"
                      for ks, alpha, gamma, f0 in zip(lobe.ks, lobe.alpha, lobe.gamma, lobe.f0, strict=True))
     return {"PRIOR_LOBES": lobes, "PRIOR_KD": value(lobe.kd), "PRIOR_OFFSET": f"{fit.prior.offset:.9g}",
-            "PRIOR_CEILING": value(fit.prior.ceiling), "STEEPEST": STEEPEST, "DENSEST": microfacet.DENSEST}
+            "PRIOR_CEILING": value(fit.prior.ceiling), "SOFTENING_2": f"{fit.softening ** 2:.9g}",
+            "STEEPEST": STEEPEST, "DENSEST": microfacet.DENSEST}
 
 
 def _mixture(mixture):

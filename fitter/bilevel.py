@@ -37,6 +37,8 @@ class Fit:
         Which column of the arrays each channel reads: equal channels are stored once. By default each its own.
     prior : estimate.Prior, or None
         What makes a reflectance of the lattices' field, by method "kriging"; None by method "mba".
+    softening : float
+        The softening radius of `half_difference`, by method "kriging"; 0 in fits of versions that had none.
     changes : tuple of str
         What was changed to make the fit physically plausible, in words.
     name, source : str
@@ -50,6 +52,7 @@ class Fit:
     channels: tuple = ("grey",)
     columns: tuple | None = None
     prior: Prior | None = None
+    softening: float = 0.0
     changes: tuple = ()
     name: str = "untitled"
     source: str = ""
@@ -95,7 +98,7 @@ class Fit:
         directions = [angle.ravel() for angle in angles]
         if not all(np.isfinite(angle).all() for angle in directions):
             raise ValueError("directions that are not finite numbers")
-        x = (nusselt if self.prior is None else half_difference)(*directions)
+        x = nusselt(*directions) if self.prior is None else half_difference(*directions, self.softening)
         values = lattice.evaluate(self.diffuse, self.diffuse_level, x)
         if self.specular is not None:
             values += lattice.evaluate(self.specular.dense, self.specular.level, x)

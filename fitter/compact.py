@@ -11,7 +11,7 @@ import numpy as np
 
 from . import cross_validation, energy, kriging, lattice, refit
 from .estimate import estimate
-from .half_difference import directions, half_difference
+from .half_difference import SOFTENING, directions, half_difference
 
 _AZIMUTHS = 16
 _ROUNDS = 3
@@ -21,8 +21,9 @@ _MOST_SAMPLES = 20_000      # that the sparse lattice is fitted to: beyond, a ra
 class Estimate:
     """What `estimate` makes of samples, kept for fits of several levels: most of the work."""
 
-    def __init__(self, samples):
-        self.prior, self._field = estimate(samples)
+    def __init__(self, samples, softening=SOFTENING):
+        self.softening = softening
+        self.prior, self._field = estimate(samples, softening)
         self._at_nodes = {}
 
     def at_nodes(self, level):
@@ -51,7 +52,7 @@ def approximate(samples, estimated, diffuse_level, specular_level, kept, plausib
     plausible : bool
         Nowhere negative, and of directional albedo at most 1.
     assemble : callable
-        Makes a `Fit` of the keyword arguments `prior`, `diffuse` and `specular`.
+        Makes a `Fit` of the keyword arguments `prior`, `softening`, `diffuse` and `specular`.
 
     Returns
     -------
@@ -59,21 +60,26 @@ def approximate(samples, estimated, diffuse_level, specular_level, kept, plausib
     """
     prior = replace(estimated.prior, floor=0.0) if plausible else estimated.prior
     nodes, values = estimated.at_nodes(diffuse_level)
-    node_directions, z = directions(nodes), prior.field(samples.values, *samples.directions)
+    node_directions, z = directions(nodes, estimated.softening), prior.field(samples.values, *samples.directions)
 
     def approximation(taken):
         diffuse = lattice.interpolate(values - taken(node_directions[0]) - taken(node_directions[2]), diffuse_level)
         diffuse, specular = diffuse.astype(np.float32), None
         if specular_level is not None:
             target = z - taken(samples.theta_i) - taken(samples.theta_o)
-            specular = _specular(samples, prior, target, diffuse, diffuse_level, specular_level, kept)
-        return assemble(prior=prior, diffuse=diffuse, specular=specular)
+            x = half_difference(*samples.directions, estimated.softening)
+            specular = _specular(samples, x, prior, target, diffuse, diffuse_level, specular_level, kept)
+        return assemble(prior=prior, softening=estimated.softening, diffuse=diffuse, specular=specular)
 
     return energy.conserve(approximation, prior.offset, z.shape[1]) if plausible else approximation(lambda theta: 0.0)
 
 
 def _around(field, mu):
-    """The mean of the field over all azimuths of H, which means nothing where D = 0: (b, c, 3) to (b, c, channels)."""
+    """The mean of the field over all azimuths of H: (b, c, 3) to (b, c, channels).
+
+    For the nodes at d = 0, which no pair of directions reaches: what they hold decides between the samples around
+    retro-reflection only, and there an azimuth that nobody measured must not make the fit turn back and forth.
+    """
     radius, which = np.unique(np.round(np.hypot(mu[..., 1], mu[..., 2]), 9), return_inverse=True)
     angle = (np.arange(_AZIMUTHS) + 0.5) * (np.pi / 2 / _AZIMUTHS)      # the field is even in both: a quarter tells all
     ring = np.stack([np.zeros((len(radius), _AZIMUTHS)), np.outer(radius, np.cos(angle)),
@@ -82,10 +88,9 @@ def _around(field, mu):
     return mean[which.reshape(mu.shape[:-1])]
 
 
-def _specular(samples, prior, target, diffuse, diffuse_level, level, kept):
+def _specular(samples, x, prior, target, diffuse, diffuse_level, level, kept):
     used = kriging.choice(len(samples), _MOST_SAMPLES)
-    samples, target = cross_validation.subset(samples, used), target[used]
-    x = half_difference(*samples.directions)
+    samples, x, target = cross_validation.subset(samples, used), x[used], target[used]
     coarse = lattice.evaluate(diffuse, diffuse_level, x)
     residual = target - coarse
     bright = np.maximum(samples.values, 0)

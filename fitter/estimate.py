@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import cross_validation, half_difference, kriging, microfacet
+from . import cross_validation, kriging, microfacet
+from .half_difference import SOFTENING, half_difference
 
 CEILING = 4.0               # an estimate is at most this often the largest sample
 STEEPEST = 40.0            # of the field, so that its exponential stays a number in single precision
@@ -53,12 +54,14 @@ class Prior:
         return microfacet.compress(values, self.offset) - microfacet.compress(around, self.offset)
 
 
-def estimate(samples):
+def estimate(samples, softening=SOFTENING):
     """The prior, and the field by kernel regression.
 
     Parameters
     ----------
     samples : Samples
+    softening : float
+        The radius of `half_difference`.
 
     Returns
     -------
@@ -73,7 +76,7 @@ def estimate(samples):
         lobe = microfacet.fit(used, offset)
         noise[_dropouts(used, lobe)] = _DROPOUT_NOISE
     prior = Prior(lobe, offset, ceiling)
-    return prior, kriging.krige(_mu(used), prior.field(used.values, *used.directions), noise)
+    return prior, kriging.krige(_mu(used, softening), prior.field(used.values, *used.directions), noise)
 
 
 def _dropouts(samples, lobe):
@@ -89,5 +92,5 @@ def _offset(values):
     return float(max(np.median(np.abs(values)), 1e-6 * largest)) or 1.0
 
 
-def _mu(samples):
-    return 2 * half_difference.half_difference(*samples.directions) - 1
+def _mu(samples, softening):
+    return 2 * half_difference(*samples.directions, softening) - 1

@@ -16,7 +16,8 @@ from .estimate import Prior
 from .sparse_lattice import SparseLattice
 
 FORMAT = "measured-brdf-fit"
-VERSION = 2
+VERSION = 3                 # 2 had no softening: its fits are read, and are what they were
+_READ = (2, 3)
 _LOBE = ("kd", "ks", "alpha", "gamma", "f0")
 
 
@@ -34,6 +35,7 @@ def write(fit, path):
     if fit.prior is not None:
         lobe = fit.prior.lobe
         header |= {"offset": fit.prior.offset, "plausible": bool(fit.prior.floor == 0)}
+        header["softening"] = float(fit.softening)
         arrays |= {f"prior_{name}": getattr(lobe, name) for name in _LOBE}
         arrays["prior_ceiling"] = fit.prior.ceiling
     content = io.BytesIO()      # not straight to the file: on a full disk an unfinished ZipFile complains on its own
@@ -58,7 +60,7 @@ def read(path):
             raise ValueError("no header of a fit")
     except (ValueError, KeyError, RecursionError) as error:
         raise DatasetError("not a fit saved by Measured BRDF", path) from error
-    if header.get("version") != VERSION:
+    if header.get("version") not in _READ:
         raise DatasetError(f"a fit of version {header.get('version')!r}, expected {VERSION}; fit the data again", path)
     try:
         return _assemble(header, entries)
@@ -80,7 +82,7 @@ def _assemble(header, entries):
     diffuse = _array(entries, "diffuse", (*lattice.shape(level), stored), np.float32)
     parts |= {"diffuse_level": level, "diffuse": diffuse}
     if "prior_kd" in entries:
-        parts["prior"] = _prior(header, entries, stored)
+        parts |= {"prior": _prior(header, entries, stored), "softening": _softening(header)}
     if header["specular_level"] is None:
         return parts
 
@@ -116,6 +118,12 @@ def _prior(header, entries, stored):
     plausible = header["plausible"]
     _check(isinstance(plausible, bool), "it does not say whether it is plausible")
     return Prior(lobe, offset, ceiling, 0.0 if plausible else -np.inf)
+
+
+def _softening(header):
+    softening = 0.0 if header["version"] == 2 else header["softening"]
+    _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not one")
+    return softening
 
 
 def _level(level):

@@ -4,19 +4,28 @@ Each direction is projected to a point of the unit disk at the radius ``r(theta)
 as smooth at the normal as the Nusselt projection sin theta, but with room at grazing angles, where measured reflectance
 changes fastest. Of the two points q_i and q_o the half vector H = (q_i + q_o) / 2 and the difference
 D = (q_i - q_o) / 2 are taken, seen from the frame whose x axis is D (after S. Rusinkiewicz: A New Change of Variables
-for Efficient BRDF Representation, 1998, whose half angle and difference angle they stand for) ::
+for Efficient BRDF Representation, 1998, whose half angle and difference angle they stand for).
 
-    mu = (|D|, H_x, |H_y|)
+At exact retro-reflection D vanishes and has no azimuth. Lengths along D are therefore divided by a length d that stays
+above a softening radius delta ::
+
+    d^4 = delta^4 + (1 - delta^4) |D|^4,    mu = (d, x, y),    x = H.D / d,    y^2 = |H|^2 - x^2
+
+|D|^2, |H|^2 and H.D are smooth in both directions wherever these are, and d is never 0: so are d, x and y^2, and hence
+every function of them that is even in y. Where |D| is well above delta, mu tends to (|D|, H_x, |H_y|), which it is for
+delta = 0.
 
 A mirror lobe lies along the axis H = 0 whatever the angle of incidence, normal incidence is a point like any other, and
-exchanging the two directions only changes the sign of H_x. The image has the symmetries and the bounds of Nusselt
-coordinates, so that the same lattices serve both.
+exchanging the two directions only changes the sign of x. The image is within the bounds of Nusselt coordinates, so that
+the same lattices serve both.
 """
 
 import numpy as np
 
+SOFTENING = 0.01             # the radius delta of new fits
 
-def half_difference(theta_i, phi_i, theta_o, phi_o):
+
+def half_difference(theta_i, phi_i, theta_o, phi_o, softening):
     """Coordinates of direction pairs: angles broadcast to (...), radians, to (..., 3) in [0, 1].
 
     (mu + 1) / 2, as `nusselt.nusselt` scales its own: the first and the third are at least 1/2.
@@ -25,19 +34,31 @@ def half_difference(theta_i, phi_i, theta_o, phi_o):
                 for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
     half, difference = (q_i + q_o) / 2, (q_i - q_o) / 2
     length = np.abs(difference)
-    # where the directions coincide their difference has no azimuth: that of the half vector stands in
-    axis = np.where(length > 1e-7, difference, np.where(np.abs(half) > 1e-7, half, 1))
-    seen = half * np.conj(axis) / np.abs(axis)
-    return (np.stack([length, seen.real, np.abs(seen.imag)], axis=-1) + 1) / 2
+    d2 = np.hypot(softening ** 2, np.sqrt(1 - softening ** 4) * length ** 2)
+    d = np.sqrt(d2)
+    # without softening, D has no azimuth where the directions coincide: that of the half vector stands in
+    divides = d > 1e-7
+    axis = np.where(divides, difference, np.where(np.abs(half) > 1e-7, half, 1))
+    seen = half * np.conj(axis) / np.where(divides, d, np.abs(axis))
+    # y^2 = |H|^2 - x^2 as a sum of squares, which loses no digits
+    over = softening ** 2 * np.sqrt(np.maximum(1 - length ** 4, 0) / np.where(divides, d2 + length ** 2, 1))
+    rest = over * np.abs(half) / np.where(divides, d, 1)
+    return (np.stack([d, seen.real, np.hypot(seen.imag, rest)], axis=-1) + 1) / 2
 
 
-def directions(coordinates):
+def directions(coordinates, softening):
     """The inverse of `half_difference`, up to a turn about the normal: (..., 3) to four (...) arrays, radians.
 
-    Coordinates outside the image are taken for the nearest rim.
+    Coordinates outside the image are taken for a point of its rim: of the same |H|, and as far as may be of the same
+    |D| and H.D.
     """
-    length, x, y = np.moveaxis(2 * np.asarray(coordinates, dtype=float) - 1, -1, 0)
-    half = x + 1j * y
+    d, x, y = np.moveaxis(2 * np.asarray(coordinates, dtype=float) - 1, -1, 0)
+    length2 = np.sqrt(np.maximum(d ** 4 - softening ** 4, 0) / (1 - softening ** 4))
+    half2 = x * x + y * y
+    # of H and D: the inner product is x d, the outer one this
+    over2 = softening ** 4 * (1 - length2 ** 2) / np.maximum(d * d + length2, 1e-300)
+    outer = np.sqrt(np.maximum((y * d) ** 2 - half2 * over2, 0))
+    half, length = np.sqrt(half2) * np.exp(1j * np.arctan2(outer, x * d)), np.sqrt(length2)
     q_i, q_o = half + length, half - length
     return _theta(np.abs(q_i)), np.angle(q_i), _theta(np.abs(q_o)), np.angle(q_o)
 

@@ -15,7 +15,7 @@
 #endif
 
 #if PRIOR
-/* Half and difference coordinates (|D|, H_x, |H_y|) of two unit vectors in a frame whose z axis is the normal; see
+/* Half and difference coordinates (d, x, y) of two unit vectors in a frame whose z axis is the normal; see
  * fitter/half_difference.py. */
 vector coordinates(vector wi, vector wo)
 {
@@ -23,11 +23,15 @@ vector coordinates(vector wi, vector wo)
   vector q_o = vector(wo[0], wo[1], 0.0) / (1.0 + 2.0 * wo[2]);
   vector half = 0.5 * (q_i + q_o);
   vector difference = 0.5 * (q_i - q_o);
-  float d = length(difference);
+  float apart2 = dot(difference, difference);
+  float d2 = hypot(SOFTENING_2, sqrt(1.0 - SOFTENING_2 * SOFTENING_2) * apart2);
+  float d = sqrt(d2);
   if (d < 1e-7) {
     return vector(0.0, length(half), 0.0);
   }
-  return vector(d, dot(half, difference) / d, fabs(half[0] * difference[1] - half[1] * difference[0]) / d);
+  float outer = half[0] * difference[1] - half[1] * difference[0];
+  float rest = SOFTENING_2 * sqrt(max(1.0 - apart2 * apart2, 0.0) / (d2 + apart2)) * length(half);
+  return vector(d, dot(half, difference) / d, hypot(outer, rest) / d);
 }
 
 /* A Lambertian and lobes of microfacets; see fitter/microfacet.py. */

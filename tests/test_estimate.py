@@ -5,7 +5,7 @@ import pytest
 
 from fitter import Samples, kriging, microfacet
 from fitter.estimate import Prior, estimate
-from fitter.half_difference import half_difference
+from fitter.half_difference import SOFTENING, half_difference
 
 
 @pytest.fixture
@@ -81,7 +81,7 @@ def test_an_estimate_predicts_what_it_has_not_seen_and_is_nearly_reciprocal(dire
     prior, field = estimate(Samples(*directions, values, ("a", "b")))
 
     def at(*angles):
-        return prior.reflectance(field.at(2 * half_difference(*angles) - 1), *angles)
+        return prior.reflectance(field.at(2 * half_difference(*angles, SOFTENING) - 1), *angles)
 
     theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, 300)) * 0.9))
     phi = random.random(300) * 2 * np.pi
@@ -96,5 +96,5 @@ def test_a_reading_of_nothing_in_the_midst_of_a_lobe_is_not_believed(directions)
     blind = np.where(np.arange(800)[:, None] == peak, 0, values)
     prior, field = estimate(Samples(*directions, blind, ("a", "b")))
     angles = [angle[[peak]] for angle in directions]
-    seen = prior.reflectance(field.at(2 * half_difference(*angles) - 1), *angles)
+    seen = prior.reflectance(field.at(2 * half_difference(*angles, SOFTENING) - 1), *angles)
     np.testing.assert_allclose(seen, values[[peak]], rtol=0.4)

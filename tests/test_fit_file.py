@@ -1,11 +1,15 @@
 import json
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import fitter
 from fitter import fit_file
+
+VERSION_2 = Path(__file__).parent / "data" / "version_2.npz"      # written by that version
 
 
 @pytest.fixture(params=[{"specular_level": None, "diffuse_level": 3}, {"diffuse_level": 2, "specular_level": 4}])
@@ -148,6 +152,46 @@ def test_a_fit_of_another_version_says_which_and_what_to_do(glossy, tmp_path):
     tampered(fitter.fit(glossy, 2, 4), path, header={"version": fit_file.VERSION + 1})
     with pytest.raises(fitter.DatasetError, match=rf"version {fit_file.VERSION + 1}, expected .*fit the data again"):
         fitter.Fit.load(path)
+
+
+def test_a_fit_of_version_2_is_what_it_was(random):
+    """A file that version 2 wrote, against its own definition: |D| and the parts of H along and across D."""
+    from fitter import lattice
+    from fitter.bake import bake
+
+    fit = fitter.Fit.load(VERSION_2)
+    theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, 500))))
+    delta_phi = 2 * np.pi * random.random(500)
+    q_i = np.stack([np.sin(theta_i), 0 * theta_i]) / (1 + 2 * np.cos(theta_i))
+    q_o = np.stack([np.cos(delta_phi), np.sin(delta_phi)]) * np.sin(theta_o) / (1 + 2 * np.cos(theta_o))
+    half, difference = (q_i + q_o) / 2, (q_i - q_o) / 2
+    length = np.hypot(*difference)
+    along, across = (half * difference).sum(axis=0), half[0] * difference[1] - half[1] * difference[0]
+    x = (np.stack([length, along / length, np.abs(across) / length], axis=1) + 1) / 2
+    s = (lattice.evaluate(fit.diffuse, fit.diffuse_level, x)
+         + lattice.evaluate(fit.specular.dense, fit.specular_level, x))
+    expected = fit.prior.reflectance(s, theta_i, 0, theta_o, delta_phi)[:, fit.columns]
+    np.testing.assert_allclose(fit.evaluate(theta_i, 0, theta_o, delta_phi), expected, rtol=1e-9)
+    assert "#define SOFTENING_2 0\n" in bake(fit)
+
+
+def test_the_softening_of_a_fit_comes_back_and_is_baked(glossy, tmp_path):
+    from fitter import cross_validation
+    from fitter.bake import bake
+
+    fit = fitter.fit(cross_validation.subset(glossy, slice(100)), 1, 2, 90, "kriging")
+    assert fit.softening > 0
+    fit.save(tmp_path / "fit.npz")
+    assert fitter.Fit.load(tmp_path / "fit.npz").softening == fit.softening
+    assert float(re.search(r"#define SOFTENING_2 (\S+)", bake(fit))[1]) == pytest.approx(fit.softening ** 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("softening", [-0.1, 1.0, math.nan, math.inf, "0.1", None, True, [0.1], 10**400])
+def test_a_softening_radius_that_is_none_is_refused(tmp_path, softening):
+    with np.load(VERSION_2) as file:
+        tamper(tmp_path / "bad.npz", dict(file), header={"version": 3, "softening": softening})
+    with pytest.raises(fitter.DatasetError, match=r"bad\.npz"):
+        fitter.Fit.load(tmp_path / "bad.npz")
 
 
 HOSTILE = '"; */ } shader evil() { system("x"); } /* #include <x> \n#define SPARSE 1\n'

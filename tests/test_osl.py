@@ -1,6 +1,7 @@
 """The shader's parts, run inside Cycles, against their counterparts in NumPy."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,6 +32,9 @@ def direction_pairs(random):
     z[0, 1200:1500] = 1                                 # normal incidence, where wi has no azimuth
     phi[1, 1500:1600] = phi[0, 1500:1600]               # in the plane of incidence
     phi[1, 1600:1700] = phi[0, 1600:1700] + np.pi
+    z[1, 1700:2000], phi[1, 1700:2000] = z[0, 1700:2000], phi[0, 1700:2000]     # retro-reflection, and about it
+    z[1, 1800:2000] += np.repeat([1e-6, 1e-4, 1e-3, 1e-2], 50) * (0.5 - z[1, 1800:2000])
+    phi[1, 1800:2000] += np.repeat([1e-6, 1e-4, 1e-3, 1e-2], 50) * random.standard_normal(200)
     r = np.sqrt(1 - z**2)
     return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=-1).astype(np.float32)
 
@@ -90,6 +94,18 @@ def test_the_shader_evaluates_the_fit(probe, curet, cornell, random, name):
                  + lattice.evaluate(np.abs(fit.specular.dense), fit.specular_level, x))
         bound += 1e-6 * terms
     assert (np.abs(rendered - expected) / bound).max() <= 1
+
+
+def test_a_fit_of_version_2_is_rendered_as_it_was(probe, random):
+    """In coordinates without softening, but for exact retro-reflection, where these jump."""
+    fit = fitter.Fit.load(Path(__file__).parent / "data" / "version_2.npz")
+    vectors = direction_pairs(random)
+    rendered = probe(fit, f"if (pixel < {COUNT}) {{ {VECTORS} out = fitted_brdf(FIT, wi, wo); }}", COUNT,
+                     WI=vectors[0], WO=vectors[1])
+    expected = fit.evaluate(*angles(vectors))
+    apart = np.abs(vectors[0] - vectors[1]).max(axis=1) > 5e-3
+    assert (np.abs(rendered - expected) <= 1e-4 * (expected + fit.prior.offset))[apart].all()
+    assert np.count_nonzero(apart) > 0.97 * COUNT
 
 
 def test_values_below_zero_are_not_rendered(probe, glossy):
