@@ -60,7 +60,8 @@ def _fit(source, constants, name, compression):
     if int(constants["SPARSE"]):
         parts |= {"specular": _specular(source, constants, stored), "compression": float(compression)}
     if int(constants["PRIOR"]):
-        parts["prior"] = _prior(constants, stored, columns)
+        parts |= {"prior": _prior(constants, stored, columns),
+                  "softening": float(constants.get("SOFTENING_2", 0)) ** 0.5}       # 0.1.0 had none
     return Fit(level, diffuse, **parts)
 
 

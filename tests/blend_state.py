@@ -14,7 +14,7 @@ def state():
     found = {kind: {item.name: (item.users, item.use_fake_user) for item in getattr(bpy.data, kind)} for kind in KINDS}
     found["nodes"] = {item.name: _tree(item.node_tree) for item in bpy.data.materials if item.node_tree is not None}
     found["groups"] = {tree.name: _tree(tree) for tree in bpy.data.node_groups}
-    found["texts"] = {text.name: text.as_string() for text in bpy.data.texts}
+    found["texts"] = {text.name: hash(text.as_string()) for text in bpy.data.texts}
     found["looks"] = {item.name: (tuple(item.diffuse_color), item.roughness, item.metallic,
                                   item.cycles.use_bump_map_correction) for item in bpy.data.materials}
     found["settings"] = {item.name: {name: _plain(getattr(item.measured_brdf, name))
@@ -28,7 +28,7 @@ def state():
 
 def _tree(tree):
     nodes = {node.name: (node.bl_idname, node.label, tuple(node.location), _name(getattr(node, "node_tree", None)),
-                         getattr(node, "target", None), getattr(node, "bytecode", None),
+                         getattr(node, "target", None), hash(getattr(node, "bytecode", None)),
                          _values(node.inputs), _values(node.outputs))
              for node in tree.nodes}
     links = sorted((link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier)
