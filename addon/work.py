@@ -17,6 +17,7 @@ from ..fitter import appearance, bilevel, compact, cross_validation, datasets, d
 from ..fitter.bake import bake
 
 _LEVELS = range(8)          # of the plot of errors: level 8 takes longer than all others together
+_CHUNK = 1 << 16            # rows that are digested at a time
 _KEPT = 12                  # fits, a few MB each
 _fits = OrderedDict()
 _estimates = {}             # of the samples that were fitted last
@@ -227,8 +228,10 @@ def digest(samples):
     """
     content = hashlib.sha256("\n".join(samples.channels).encode())
     scale = np.abs(samples.values).max() or 1.0
-    for array in (*samples.directions, samples.values / scale):
-        content.update(np.round(1e7 * np.ascontiguousarray(array)).astype("<i8").tobytes())
+    for array, unit in (*((angle, 1.0) for angle in samples.directions), (samples.values, scale)):
+        for start in range(0, len(array), _CHUNK):
+            part = array[start:start + _CHUNK] / unit
+            content.update(np.round(1e7 * part).astype("<i8").tobytes())
     return content.hexdigest()[:32]
 
 

@@ -57,6 +57,7 @@ def approximate(samples, estimated, diffuse_level, specular_level, kept, plausib
     -------
     Fit
     """
+    samples = cross_validation.subset(samples, kriging.choice(len(samples), _MOST_SAMPLES))
     prior = replace(estimated.prior, floor=0.0) if plausible else estimated.prior
     nodes, values = estimated.at_nodes(diffuse_level)
     node_directions, z = directions(nodes), prior.field(samples.values, *samples.directions)
@@ -83,8 +84,6 @@ def _around(field, mu):
 
 
 def _specular(samples, prior, target, diffuse, diffuse_level, level, kept):
-    used = kriging.choice(len(samples), _MOST_SAMPLES)
-    samples, target = cross_validation.subset(samples, used), target[used]
     x = half_difference(*samples.directions)
     coarse = lattice.evaluate(diffuse, diffuse_level, x)
     residual = target - coarse
