@@ -39,6 +39,8 @@ def read(content):
     arrays, allowance = {}, LARGEST
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as file:
+            if sum(member.file_size for member in file.infolist()) > LARGEST:
+                raise ValueError(f"its arrays claim more than {LARGEST:,} bytes, more than a fit has")
             for member in file.infolist():
                 name = _name(member)
                 if name in arrays:
