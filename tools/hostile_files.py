@@ -3,7 +3,7 @@
 `python -m fitter info`, what the panel does with a chosen file, `python -m fitter fit --preset Draft`, and
 `python -m fitter bake` of the fit that comes of it; saved fits go through `info` and `bake`. Each in a process of its
 own, so that processor time and peak memory are the operating system's figures; those of the same path with a file of
-one row are subtracted.
+one row, or with a fit that is in order, are subtracted.
 """
 
 import os
@@ -85,6 +85,7 @@ def report(folder):
         path, stop = _special(name, folder)
         _print_row(name, path, _run(path, PATHS[:3], folder), base, "", 0)
         stop.set()
+    base = _run(_made(folder, hostile_fits.in_order()), ("info", "bake"), folder)
     print("\neach cell: s, MB of memory\n    MB" + "".join(f"  {name:>12}" for name in PATHS) + "  saved fit")
     for name, content in hostile_fits.CONTENTS.items():
         path = _made(folder, content())

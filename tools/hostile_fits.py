@@ -32,6 +32,11 @@ def _members():
             return {name: file.read(name) for name in file.namelist()}
 
 
+def in_order():
+    """The fit itself."""
+    return _zip()
+
+
 def _zip(changes=None, method=zipfile.ZIP_DEFLATED, comment=b"", extra=()):
     """The fit with some members changed, and others besides."""
     stream = io.BytesIO()
