@@ -18,7 +18,9 @@ from ..fitter.bake import SHADER_VERSION, bake
 from ..fitter.unbake import unbake
 
 _LEVELS = range(8)          # of the plot of errors: level 8 takes longer than all others together
+_CHUNK = 1 << 16            # rows that are digested at a time
 _KEPT = 12                  # fits, a few MB each
+_LARGEST = 2.0 ** 62        # of a digest's whole numbers: files may claim azimuths of 1e300
 _fits = OrderedDict()
 _estimates = {}             # of the samples that were fitted last
 
@@ -257,8 +259,10 @@ def digest(samples):
     """
     content = hashlib.sha256("\n".join(samples.channels).encode())
     scale = np.abs(samples.values).max() or 1.0
-    for array in (*samples.directions, samples.values / scale):
-        content.update(np.round(1e7 * np.ascontiguousarray(array)).astype("<i8").tobytes())
+    for array, unit in (*((angle, 1.0) for angle in samples.directions), (samples.values, scale)):
+        for start in range(0, len(array), _CHUNK):
+            part = array[start:start + _CHUNK] / unit
+            content.update(np.clip(np.round(1e7 * part), -_LARGEST, _LARGEST).astype("<i8").tobytes())
     return content.hexdigest()[:32]
 
 

@@ -1,19 +1,30 @@
 """Arrays from .npz files that may be damaged or hostile.
 
-`numpy.load` takes an array's word for its size and type. Here no array is read that claims to be of anything but plain
-numbers or text, and no more is inflated than `LARGEST`.
+`numpy.load` takes a file's word for its directory, and an array's for its header, size and type. Here nothing is read
+that is not as `numpy.savez` writes it for arrays of plain numbers or text, every size is held against `LARGEST` before
+memory is taken for it, and an array is inflated straight to where it stays.
 """
 
 import io
 import math
+import re
+import struct
 import zipfile
 import zlib
 
 import numpy as np
 
-LARGEST = 256 << 20         # bytes; a dense lattice of level 8 in three channels has 53 MB
-_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+LARGEST = 256 << 20         # bytes of all arrays; a dense lattice of level 8 in three channels has 53 MB
+_MOST_MEMBERS = 32
+_END = struct.Struct("<4s4H2LH")        # of the central directory, for a file without a comment
+_ENTRY = 46 + 64                        # bytes of the directory for one member, its name included
+_LOCATOR = 20                           # bytes before the end that, in zip64, say where another directory is
+_NAME = re.compile(r"([a-z][a-z0-9_]{0,31})\.npy")
+_MAGIC = b"\x93NUMPY\1\0"
+_LONGEST_HEADER = 512
 _PLAIN = "iufU"
+_LONGEST_TEXT = 1 << 20     # bytes, four for a character
+_PIECE = 1 << 18
 
 
 def read(content):
@@ -24,15 +35,18 @@ def read(content):
     ValueError
         If it is damaged, or anything else than an archive of plain arrays.
     """
+    _check_directory(content)
     arrays, allowance = {}, LARGEST
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as file:
+            if sum(member.file_size for member in file.infolist()) > LARGEST:
+                raise ValueError(f"its arrays claim more than {LARGEST:,} bytes, more than a fit has")
             for member in file.infolist():
-                name = member.filename.removesuffix(".npy")
+                name = _name(member)
                 if name in arrays:
                     raise ValueError(f"{name} is there twice")
                 with file.open(member) as stream:
-                    arrays[name] = _array(stream, name, allowance)
+                    arrays[name] = _array(stream, name, member.file_size, allowance)
                 allowance -= arrays[name].nbytes
     except (KeyError, TypeError, EOFError, RuntimeError, SyntaxError, OverflowError, zipfile.BadZipFile, zlib.error,
             OSError) as error:      # NotImplementedError and RecursionError are RuntimeErrors
@@ -40,14 +54,47 @@ def read(content):
     return arrays
 
 
-def _array(stream, name, allowance):
-    shape, is_fortran, dtype = _HEADERS[np.lib.format.read_magic(stream)](stream)
+def _check_directory(content):
+    """Complain about a directory that is not as `numpy.savez` writes it: `zipfile` would read whatever it says."""
+    start = len(content) - _END.size
+    if start < 0 or content[start:start + 4] != b"PK\5\6":
+        raise ValueError("no archive, or one that does not end with its directory")
+    _, *disks, here, members, size, offset, comment = _END.unpack(content[start:])
+    if any(disks) or comment or here != members or content.startswith(b"PK\6\7", max(start - _LOCATOR, 0)):
+        raise ValueError("an archive in parts, with a comment, or in zip64")
+    if members > _MOST_MEMBERS or size > members * _ENTRY or offset + size != start:
+        raise ValueError(f"a directory of {size:,} bytes for {members:,} members, more than a fit has")
+
+
+def _name(member):
+    name = _NAME.fullmatch(member.filename)
+    if name is None:
+        raise ValueError(f"a member {member.filename[:40]!r}, expected the name of an array")
+    if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise ValueError(f"{name[1]} is compressed by method {member.compress_type}, expected deflation")
+    return name[1]
+
+
+def _array(stream, name, stated, allowance):
+    """The array of a member that is `stated` to have so many bytes."""
+    start = stream.read(len(_MAGIC) + 2)
+    length = int.from_bytes(start[len(_MAGIC):], "little")
+    if not start.startswith(_MAGIC) or length > _LONGEST_HEADER:
+        raise ValueError(f"{name} begins with {start!r}, expected a short header of version 1.0")
+    header = io.BytesIO(start[len(_MAGIC):] + stream.read(length))
+    shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(header)
     if dtype.kind not in _PLAIN or min(shape, default=0) < 0:
         raise ValueError(f"{name} is of {dtype} {shape}, expected plain numbers")
     size = math.prod(shape) * dtype.itemsize
-    if size > allowance:
+    if size > (min(allowance, _LONGEST_TEXT) if dtype.kind == "U" else allowance):
         raise ValueError(f"{name} claims {size:,} bytes, more than a fit has")
-    data = stream.read(size)
-    if len(data) != size or stream.read(1):
+    if len(start) + length + size != stated:
         raise ValueError(f"{name} is shorter or longer than it says")
-    return np.frombuffer(data, dtype).reshape(shape, order="F" if is_fortran else "C")
+    data = bytearray(size)
+    view = memoryview(data)
+    found = sum(stream.readinto(view[place:place + _PIECE]) for place in range(0, size, _PIECE))
+    if found != size or stream.read(1):
+        raise ValueError(f"{name} is shorter or longer than it says")
+    array = np.frombuffer(data, dtype).reshape(shape, order="F" if is_fortran else "C")
+    array.flags.writeable = False
+    return array

@@ -41,13 +41,14 @@ def fit_within(samples, tolerance, held_out=False, plausible=True):
     parts = cross_validation.folds(len(samples)) if held_out else [None]
     if len(parts) == 1 and held_out:
         raise ValueError("one sample cannot be predicted from the others")
+    stored = len(bilevel.distinct(samples)[0].channels)         # equal channels are stored, and so counted, once
     views = [_View(samples, part) for part in parts]
     whole = views[0] if not held_out else _View(samples, None)
 
     kept = [count for count in KEPT if count <= 8 * len(samples)]
     found, best = None, (np.inf, None)
     for diffuse_level in DIFFUSE_LEVELS:
-        if found is not None and 4 * np.prod(lattice.shape(diffuse_level)) * len(samples.channels) >= found.nbytes:
+        if found is not None and 4 * np.prod(lattice.shape(diffuse_level)) * stored >= found.nbytes:
             break
         low, high = 0, len(kept)                        # kept[high] is known to suffice
         while low < high:

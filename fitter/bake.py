@@ -19,6 +19,8 @@ SHADER = "measured_brdf.osl"
 SHADER_VERSION = 2          # of what is baked: 1 was that of extension 0.1.0, whose source does not name it
 MAX_LAMPS = 32             # that a shader takes, as in osl/lamps.h
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
+_NUMBER = re.compile(r"inf|nan|\d+\.?\d*(?:e[-+]?\d+)?")
+_LARGEST = np.finfo(np.float32).max
 _SOURCES = Path(__file__).parents[1] / "osl"
 MAX_ARRAY = 1_500_000       # the OSL compiler gives up somewhere beyond 1,000,000 to 3,000,000 literals in one array
 
@@ -43,7 +45,8 @@ def bake(fit, template=None, mixture=None):
     Raises
     ------
     ValueError
-        If the fit has another number of channels, or is too large for the OSL compiler.
+        If the fit has another number of channels, is too large for the OSL compiler, or would write a number that is
+        not finite in single precision.
     """
     if len(fit.channels) not in (1, len(RGB)):
         raise ValueError(f"a fit of {len(fit.channels)} channels; a shader takes 1 or 3")
@@ -54,7 +57,7 @@ def bake(fit, template=None, mixture=None):
     tables |= mixture_tables
     generated = {
         "lamp_parameters.h": _lamp_parameters(),
-        "baked_constants.h": "".join(f"#define {name} {value}\n" for name, value in constants.items()),
+        "baked_constants.h": "".join(f"#define {name} {_constant(name, value)}\n" for name, value in constants.items()),
         "baked_tables.h": "".join(_array(name, table) for name, table in tables.items())}
 
     def include(match):
@@ -138,7 +141,18 @@ def _lamp_parameters():
     return "".join(lines)
 
 
+def _constant(name, value):
+    """The text of a constant, each number of which has to be one to the shader."""
+    text = str(value)
+    numbers = np.array(_NUMBER.findall(text), dtype=float)
+    if not (np.abs(numbers) <= _LARGEST).all():
+        raise ValueError(f"{name} is {text}, expected numbers that are finite in single precision")
+    return text
+
+
 def _array(name, table):
+    if not (table.min() >= -_LARGEST and table.max() <= _LARGEST):
+        raise ValueError(f"the table {name} holds numbers that are not finite in single precision")
     if table.size > MAX_ARRAY:
         raise ValueError(f"{table.size:,} numbers in one table, at most {MAX_ARRAY:,} can be compiled: choose a lower "
                          f"level, or a compression that drops more")

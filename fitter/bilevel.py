@@ -17,6 +17,7 @@ from .half_difference import half_difference
 from .nusselt import nusselt
 
 METHODS = ("mba", "kriging")
+_CHUNK = 1 << 16            # directions evaluated at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,13 +99,18 @@ class Fit:
         directions = [angle.ravel() for angle in angles]
         if not all(np.isfinite(angle).all() for angle in directions):
             raise ValueError("directions that are not finite numbers")
+        values = np.empty((angles[0].size, len(self.columns)))
+        for start in range(0, len(values), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            values[part] = self._stored_columns(*(angle[part] for angle in directions))[:, self.columns]
+        return values.reshape(*angles[0].shape, len(self.columns))
+
+    def _stored_columns(self, *directions):
         x = nusselt(*directions) if self.prior is None else half_difference(*directions, self.softening)
         values = lattice.evaluate(self.diffuse, self.diffuse_level, x)
         if self.specular is not None:
             values += lattice.evaluate(self.specular.dense, self.specular.level, x)
-        if self.prior is not None:
-            values = self.prior.reflectance(values, *directions)
-        return values[:, self.columns].reshape(*angles[0].shape, len(self.columns))
+        return values if self.prior is None else self.prior.reflectance(values, *directions)
 
     def save(self, path):
         """Write the fit to an .npz file; what was there is replaced only once the new file is whole."""

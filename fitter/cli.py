@@ -6,7 +6,7 @@ import sys
 import time
 from pathlib import Path
 
-from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load, report
+from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load
 from . import fit as fit_samples
 from .bake import bake
 from .bilevel import METHODS, notation
@@ -14,6 +14,8 @@ from .datasets import list_samples, overflowed
 from .describe import describe
 from .files import replacing
 
+NO_REPORT = "a development tool that is not included in the extension: run it in a checkout of the project"
+_REPORT = Path(__file__).parent / "report"
 _NOT_GIVEN = object()       # None stands for plain MBA
 
 
@@ -62,9 +64,10 @@ def _parser():
     bake_fit.add_argument("-o", "--out", required=True, help="where to write the shader (.osl)")
     bake_fit.set_defaults(run=_bake)
 
-    report_on = commands.add_parser("report", help="compare fits and baselines on measurements (needs SciPy)")
+    report_on = commands.add_parser("report", help="compare fits and baselines on measurements (needs SciPy)"
+                                    if _REPORT.is_dir() else NO_REPORT)
     report_on.add_argument("files", nargs="+", metavar="FILE", help="measurements; all samples of a CURET file")
-    report_on.add_argument("--levels", type=int, nargs="+", metavar="LEVEL", default=list(report.LEVELS),
+    report_on.add_argument("--levels", type=int, nargs="+", metavar="LEVEL",
                            help="levels of plain MBA, default: 0 to 7")
     report_on.add_argument("--out", default="report", help="folder to write, default: %(default)s")
     report_on.set_defaults(run=_report)
@@ -142,12 +145,18 @@ def _bake(options):
 
 
 def _report(options):
+    if not _REPORT.is_dir():
+        raise ImportError(f"report is {NO_REPORT}")
     write_report(options.files, options.out, options.levels)
 
 
-def write_report(files, out, levels=report.LEVELS, supplements=()):
+def write_report(files, out, levels=None, supplements=()):
     """Write a report with a progress bar, and print where the paper's claim holds; arguments as for `report.write`."""
-    results = report.write(files, out, levels, show_progress, supplements=supplements, jobs=os.cpu_count() or 1)
+    # with it come plots: neither is in the extension, nor are SciPy and matplotlib
+    from . import report
+
+    results = report.write(files, out, levels or report.LEVELS, show_progress, supplements=supplements,
+                           jobs=os.cpu_count() or 1)
     for claim in results["claims"]:
         print(f"{claim['material']:20} better baseline / level 6: {claim['level_6_factor']:7.2f}   "
               f"/ level 4: {claim['level_4_factor']:5.2f}")

@@ -58,6 +58,7 @@ def approximate(samples, estimated, diffuse_level, specular_level, kept, plausib
     -------
     Fit
     """
+    samples = cross_validation.subset(samples, kriging.choice(len(samples), _MOST_SAMPLES))
     prior = replace(estimated.prior, floor=0.0) if plausible else estimated.prior
     nodes, values = estimated.at_nodes(diffuse_level)
     node_directions, z = directions(nodes, estimated.softening), prior.field(samples.values, *samples.directions)
@@ -89,8 +90,6 @@ def _around(field, mu):
 
 
 def _specular(samples, x, prior, target, diffuse, diffuse_level, level, kept):
-    used = kriging.choice(len(samples), _MOST_SAMPLES)
-    samples, x, target = cross_validation.subset(samples, used), x[used], target[used]
     coarse = lattice.evaluate(diffuse, diffuse_level, x)
     residual = target - coarse
     bright = np.maximum(samples.values, 0)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-_PROBE_THETA = np.radians(np.arange(10, 81, 10))            # nearer to the horizon few instruments measure
-_PROBE_AZIMUTH = np.radians(np.arange(0, 181, 15))
+from .coverage import widest_hole
+
 WIDE_GAP = 25.0             # degrees: a fit across a wider gap is a guess
 
 
@@ -75,7 +75,7 @@ def describe(samples, overflowed=None):
     Description
     """
     values = samples.values
-    gap, at = _widest_gap(samples)
+    gap, at = widest_hole(samples)
     return Description(samples.name, samples.channels, len(samples), _range(samples.theta_i), _range(samples.theta_o),
                        gap, at, int(np.count_nonzero(values < 0)), _saturated(values, overflowed),
                        *(tuple(map(float, column)) for column in (values.min(0), values.mean(0), values.max(0))))
@@ -91,26 +91,3 @@ def _saturated(values, overflowed):
     if overflowed is not None:
         plateau |= np.asarray(overflowed)[:, None]
     return int(np.count_nonzero(plateau))
-
-
-def _widest_gap(samples):
-    """The probed pair of directions that is farthest from every sample: degrees, and its angles."""
-    theta_i, theta_o = (np.concatenate(pair) for pair in ((samples.theta_i, samples.theta_o),
-                                                          (samples.theta_o, samples.theta_i)))
-    azimuth = np.tile(samples.phi_o - samples.phi_i, 2)
-    outgoing = _vectors(theta_o, azimuth)
-    probe_o, probe_azimuth = (grid.ravel() for grid in np.meshgrid(_PROBE_THETA, _PROBE_AZIMUTH, indexing="ij"))
-    between_outgoing = np.arccos(np.clip(_vectors(probe_o, probe_azimuth) @ outgoing.T, -1, 1))
-    widest, at = -1.0, None
-    for probe_i in _PROBE_THETA:
-        distance = np.maximum(np.abs(theta_i - probe_i), between_outgoing).min(axis=1)
-        k = distance.argmax()
-        if distance[k] > widest:
-            widest, at = distance[k], (probe_i, probe_o[k], probe_azimuth[k])
-    return float(np.degrees(widest)), tuple(float(angle) for angle in np.degrees(at))
-
-
-def _vectors(theta, azimuth):
-    """Unit vectors in the frame of the incident direction, folded into its one half: (n,) and (n,) to (n, 3)."""
-    sin = np.sin(theta)
-    return np.stack([sin * np.cos(azimuth), sin * np.abs(np.sin(azimuth)), np.cos(theta)], axis=1)

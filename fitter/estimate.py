@@ -15,6 +15,7 @@ from .half_difference import SOFTENING, half_difference
 CEILING = 4.0               # an estimate is at most this often the largest sample
 STEEPEST = 40.0            # of the field, so that its exponential stays a number in single precision
 _DROPOUT_NOISE = 10.0       # relative to the field's variance: such a sample says next to nothing
+LEAST_OFFSET = 1e-30        # 1/sr: no reflectance is as dark, and in single precision it is a number yet
 _SHOWS_LOBES = 500          # samples that determine the lobes of a prior; fewer mislead more often than they help
 
 
@@ -89,7 +90,7 @@ def _dropouts(samples, lobe):
 def _offset(values):
     """Of the order of the darker half of the samples, and no less than a millionth of the largest."""
     largest = np.abs(values).max()
-    return float(max(np.median(np.abs(values)), 1e-6 * largest)) or 1.0
+    return float(max(np.median(np.abs(values)), 1e-6 * largest, LEAST_OFFSET)) if largest else 1.0
 
 
 def _mu(samples, softening):

@@ -12,12 +12,15 @@ import numpy as np
 
 from . import archive, files, lattice, microfacet, perfect_hash
 from .errors import DatasetError
-from .estimate import Prior
+from .estimate import LEAST_OFFSET, Prior
+from .samples import LARGEST_VALUE
 from .sparse_lattice import SparseLattice
 
 FORMAT = "measured-brdf-fit"
 VERSION = 3                 # 2 had no softening: its fits are read, and are what they were
 _READ = (2, 3)
+LARGEST = 100 * LARGEST_VALUE   # of any number: single precision has room for what the shader makes of it
+_LEAST_CEILING = float(np.finfo(np.float32).tiny)
 _LOBE = ("kd", "ks", "alpha", "gamma", "f0")
 
 
@@ -91,6 +94,7 @@ def _assemble(header, entries):
     _check(0 <= compression <= 100, "its compression is not a percentage")
     keys = entries["keys"]
     n = len(keys)
+    _check(n <= np.prod(lattice.shape(level)), "more keys than its lattice has control points")
     keys = _array(entries, "keys", (n,), np.uint32)
     displacement = entries["displacement"]
     _check(displacement.ndim == 1 and len(displacement) and displacement.dtype in (np.uint16, np.uint32),
@@ -111,13 +115,17 @@ def _prior(header, entries, stored):
     _check(lobes <= microfacet.MAX_LOBES, "its prior has too many lobes")
     shapes = {"kd": (stored,), "ks": (lobes, stored), "alpha": (lobes,), "gamma": (lobes,), "f0": (lobes,)}
     lobe = microfacet.Microfacet(**{name: _array(entries, f"prior_{name}", shapes[name], np.float64) for name in _LOBE})
+    for name, (low, high) in microfacet.RANGES.items():
+        _check_range(f"prior_{name}", getattr(lobe, name), low, high)
     ceiling = _array(entries, "prior_ceiling", (stored,), np.float64)
-    offset = float(header["offset"])
-    _check(0 < offset < np.inf and (ceiling > 0).all() and (lobe.alpha > 0).all() and (lobe.kd >= 0).all()
-           and (lobe.ks >= 0).all(), "its prior is not one of reflectance")
+    offset = header["offset"]
+    _check(type(offset) in (int, float), "its offset is not a number")
+    for name, numbers, low in (("kd", lobe.kd, 0), ("ks", lobe.ks, 0), ("ceiling", ceiling, _LEAST_CEILING),
+                               ("offset", np.array([offset], dtype=float), LEAST_OFFSET)):
+        _check_range(f"prior_{name}", numbers, low, LARGEST)
     plausible = header["plausible"]
     _check(isinstance(plausible, bool), "it does not say whether it is plausible")
-    return Prior(lobe, offset, ceiling, 0.0 if plausible else -np.inf)
+    return Prior(lobe, float(offset), ceiling, 0.0 if plausible else -np.inf)
 
 
 def _softening(header):
@@ -135,8 +143,14 @@ def _array(entries, name, shape, dtype):
     array = entries[name]
     _check(array.shape == shape and array.dtype == dtype,
            f"{name} is {array.dtype} {array.shape}, expected {np.dtype(dtype)} {shape}")
-    _check((np.abs(array) <= np.finfo(np.float32).max).all(), f"{name} holds numbers that single precision has not")
+    _check_range(name, array, -LARGEST, LARGEST)
     return array
+
+
+def _check_range(name, numbers, low, high):
+    """Neither NaN nor infinite, nor outside; without a copy of what may be a large array."""
+    _check(not numbers.size or (low <= numbers.min() and numbers.max() <= high),
+           f"{name} holds numbers that are not within {low:g} to {high:g}")
 
 
 def _check(condition, message):

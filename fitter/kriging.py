@@ -16,7 +16,7 @@ NOISE = 1e-4                # variance of the noise of a sample, relative to tha
 MOST_SAMPLES = 2000         # beyond these a random choice: the cost grows with their cube
 _LENGTHS = ((1 / 3, 0.3), (2 / 3, 1.0))     # share and correlation length of each part; coordinates run from -1 to 1
 _IMAGES = ([1, 1, 1], [1, 1, -1], [-1, -1, 1], [-1, -1, -1])
-_CHUNK = 2048               # rows of the kernel at a time
+_CHUNK = 256                # rows of the kernel at a time: more take more memory, and no less time
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,11 @@ def krige(mu, z, noise):
     Field
         It tends to 0 far from all samples.
     """
-    return Field(mu, np.linalg.solve(correlation(mu, mu) + np.diag(noise), z))
+    covariance = np.empty((len(mu), len(mu)))
+    for start in range(0, len(mu), _CHUNK):                  # `correlation` takes several times its result's memory
+        covariance[start:start + _CHUNK] = correlation(mu[start:start + _CHUNK], mu)
+    covariance[np.diag_indices(len(mu))] += noise
+    return Field(mu, np.linalg.solve(covariance, z))
 
 
 def correlation(mu, other):

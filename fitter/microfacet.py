@@ -17,7 +17,8 @@ MAX_LOBES = 2
 DENSEST = 1e-3             # keeps the visibility finite where both directions graze
 _START_WIDTHS = ((0.05,), (0.2,), (0.6,), (0.01, 0.3), (0.05, 0.2), (0.05, 0.6), (0.2, 0.6))
 _ITERATIONS = 60
-_STEEPEST_TAIL = 32.0      # of gamma, and of alpha: beyond, single precision shows
+_NARROWEST, _STEEPEST_TAIL = 1e-3, 32.0     # of alpha, and of gamma - 1: beyond, single precision shows
+RANGES = {"alpha": (_NARROWEST, _STEEPEST_TAIL), "gamma": (1 + _NARROWEST, 1 + _STEEPEST_TAIL), "f0": (0.0, 1.0)}
 _CLIP = 25.0                # bound of every parameter as searched: a logarithm, or the logit of F0
 
 
@@ -126,7 +127,7 @@ def _pack(model):
 def _unpack(p, channels):
     p = np.clip(p, -_CLIP, _CLIP)
     lobes = (len(p) - channels) // (3 + channels)
-    alpha, gamma = np.clip(np.exp(p[lobes:3 * lobes]), 1e-3, _STEEPEST_TAIL).reshape(2, lobes)
+    alpha, gamma = np.clip(np.exp(p[lobes:3 * lobes]), _NARROWEST, _STEEPEST_TAIL).reshape(2, lobes)
     strength = np.exp(p[3 * lobes:])
     return Microfacet(strength[:channels], strength[channels:].reshape(lobes, channels), alpha, 1 + gamma,
                       1 / (1 + np.exp(-p[:lobes])))

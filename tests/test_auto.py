@@ -36,3 +36,19 @@ def test_by_held_out_samples(curet):
 def test_what_cannot_be_reached_is_said(curet, tolerance):
     with pytest.raises(ValueError, match="expected"):
         fitter.fit_within(curet("felt"), tolerance)
+
+
+@pytest.mark.parametrize("tolerance", [0.03, 0.02, 0.002])
+def test_a_grey_set_gets_the_same_fit_as_one_channel_or_as_three(tolerance):
+    random = np.random.default_rng(1)
+    theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, 150)) * 0.98))
+    phi = random.random(150) * 2 * np.pi
+    mirror = np.cos(theta_i) * np.cos(theta_o) - np.sin(theta_i) * np.sin(theta_o) * np.cos(phi)
+    values = (0.05 / np.pi + 0.5 * np.maximum(mirror, 0) ** 20)[:, None]
+    grey = fitter.Samples(theta_i, 0 * theta_i, theta_o, phi, values)
+    three = fitter.Samples(theta_i, 0 * theta_i, theta_o, phi, np.repeat(values, 3, axis=1), ("R", "G", "B"))
+    of_one, of_three = fitter.fit_within(grey, tolerance), fitter.fit_within(three, tolerance)
+    for name in ("diffuse_level", "specular_level", "compression", "nbytes"):
+        assert getattr(of_one, name) == getattr(of_three, name), name
+    directions = np.random.default_rng(2).random((4, 500)) * [[1.5], [6], [1.5], [6]]
+    np.testing.assert_array_equal(np.repeat(of_one.evaluate(*directions), 3, axis=1), of_three.evaluate(*directions))

@@ -1,6 +1,7 @@
 """What is said and shown of measurements, against truths found in other ways."""
 
 import math
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -39,6 +40,66 @@ def test_the_widest_hole_is_where_brute_force_finds_it(random):
         for theta_o in range(10, 81, 35):
             for azimuth in range(0, 181, 60):
                 assert nearest(samples, *np.radians([theta_i, theta_o, azimuth])) <= found.gap + 1e-6
+
+
+def every_distance(samples):
+    """The widest hole of many samples, degrees, by spherical trigonometry: every probe against every sample."""
+    probe_i, probe_o, probe_azimuth = (grid.ravel()[:, None] for grid in np.radians(
+        np.meshgrid(range(10, 81, 10), range(10, 81, 10), range(0, 181, 15))))
+    theta = np.concatenate([[samples.theta_i, samples.theta_o], [samples.theta_o, samples.theta_i]], axis=1)
+    across = np.tile(samples.phi_o - samples.phi_i, 2)
+    apart = np.full(len(probe_i), np.inf)
+    for side in (1, -1):
+        cosine = (np.cos(probe_o) * np.cos(theta[1])
+                  + np.sin(probe_o) * np.sin(theta[1]) * np.cos(probe_azimuth - side * across))
+        distance = np.maximum(np.abs(probe_i - theta[0]), np.arccos(np.clip(cosine, -1, 1)))
+        apart = np.minimum(apart, distance.min(axis=1))
+    return np.degrees(apart.max())
+
+
+def crowds(random, kind, count):
+    """Samples by which shortcuts of a search are led astray."""
+    angles = random.random((4, count)) * [[1.57], [9], [1.57], [9]]
+    probes = np.radians([grid.ravel() for grid in np.meshgrid(range(10, 81, 10), 0, range(10, 81, 10),
+                                                             range(0, 181, 15))])
+    if kind == "all the same":
+        angles[:] = 0.7
+    elif kind == "one crowd":
+        angles = 1 + 0.3 * angles / 9
+    elif kind == "a crowd, and one sample at each probe but some":
+        angles = np.concatenate([1 + 0.2 * angles / 9, probes[:, 40:]], axis=1)
+    elif kind == "a crowd beside each probe":
+        angles = probes[:, random.integers(probes.shape[1], size=count)] + random.normal(0.03, 0.01, (4, count))
+    elif kind == "on the edges of a grid":
+        angles = np.radians(6) * np.floor(random.random((4, count)) * [[16], [60], [16], [60]])
+    angles[::2] = np.clip(angles[::2], 0, np.pi / 2)
+    return fitter.Samples(*angles, np.ones((angles.shape[1], 1)))
+
+
+@pytest.mark.parametrize("count", [1, 3, 500, 5000])
+@pytest.mark.parametrize("kind", ["anywhere", "all the same", "one crowd", "a crowd beside each probe",
+                                  "a crowd, and one sample at each probe but some", "on the edges of a grid"])
+def test_the_widest_hole_is_found_among_any_samples(random, kind, count):
+    samples = crowds(random, kind, count)
+    found = describe(samples)
+    assert found.gap == pytest.approx(every_distance(samples), abs=1e-5)
+    if len(samples) < 500:
+        assert nearest(samples, *np.radians(found.gap_at)) == pytest.approx(found.gap, abs=1e-5)
+
+
+def test_a_description_takes_a_few_times_the_memory_of_its_samples(random):
+    angles = random.random((4, 300_000)) * [[1.57], [6], [1.57], [6]]
+    samples = fitter.Samples(*angles, random.random((300_000, 3)), ("R", "G", "B"))
+    tracemalloc.start()
+    describe(samples)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 2 * (angles.nbytes + samples.values.nbytes)
+
+
+def test_azimuths_may_be_as_large_as_numbers_get():
+    samples = fitter.Samples([1.0], [-1.7e308], [1.0], [1.7e308], [[1.0]])
+    assert 0 <= describe(samples).gap <= 180
 
 
 def test_negative_and_saturated_values_are_counted(glossy):

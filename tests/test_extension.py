@@ -1,5 +1,6 @@
 """The zip, as a user gets it: built and checked by Blender's own tools, installed into a clean profile, and used."""
 
+import ast
 import os
 import subprocess
 import sys
@@ -11,6 +12,8 @@ import pytest
 from tools.checkout import ROOT
 
 TOOL = ROOT / "tools" / "blender_extension.py"
+
+_ONLY_FOR_REPORTS = ("fitter/koenderink", "fitter/lafortune", "fitter/ringing")
 
 USE_IT = """
 import math, sys
@@ -72,9 +75,60 @@ def test_the_package_holds_the_extension_and_nothing_else(package):
     assert {name.split("/")[0] for name in names} == {"__init__.py", "__main__.py", "LICENSE", "README.md",
                                                       "addon", "blender_manifest.toml", "docs", "fitter", "osl"}
     assert "docs/manual.md" in names
+    assert {"fitter/cli.py", "fitter/bake.py", "fitter/data/cie_1931_d65.csv"} <= set(names)
+    assert not [name for name in names if name.startswith(("fitter/report", *_ONLY_FOR_REPORTS))]
     assert not [name for name in names if name.endswith((".pyc", ".zip"))]
     manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text())
     assert (manifest["id"], manifest["license"]) == ("measured_brdf", ["SPDX:GPL-3.0-or-later"])
+
+
+def test_no_module_of_the_package_imports_what_was_left_out_of_it(package):
+    with zipfile.ZipFile(package) as file:
+        for name in file.namelist():
+            if name.endswith(".py"):
+                imported = _imported(file.read(name).decode())
+                assert not imported & {"report", "koenderink", "lafortune", "ringing"} or name == "fitter/cli.py", name
+
+
+def _imported(source):
+    """Every name and module that a source imports, but for the dots."""
+    found = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            names = {alias.name for alias in node.names} | {getattr(node, "module", None) or ""}
+            found |= {part for name in names for part in name.split(".")}
+    return found
+
+
+def test_the_command_line_works_without_the_report_and_says_that_it_lacks_it(package, glossy, write_astm, tmp_path):
+    with zipfile.ZipFile(package) as file:
+        file.extractall(tmp_path / "unpacked")
+    write_astm(tmp_path / "glossy.astm", glossy)
+
+    def run(*arguments):
+        return subprocess.run([sys.executable, "-m", "fitter", *arguments], cwd=tmp_path / "unpacked",
+                              capture_output=True, text=True, check=False, timeout=120)
+
+    assert "not included in the extension" in " ".join(run("--help").stdout.split())
+    assert "direction pairs" in run("info", tmp_path / "glossy.astm").stdout
+    fitted = run("fit", tmp_path / "glossy.astm", "--preset", "Draft", "-o", tmp_path / "fit.npz")
+    assert fitted.returncode == 0, fitted.stderr
+    assert run("bake", tmp_path / "fit.npz", "-o", tmp_path / "fit.osl").returncode == 0
+    assert "shader measured_brdf" in (tmp_path / "fit.osl").read_text()
+    reported = run("report", tmp_path / "glossy.astm")
+    assert reported.returncode == 1
+    assert "development tool that is not included in the extension" in reported.stderr
+    assert len(reported.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("module", ["fitter", "fitter.cli"])
+def test_the_command_line_imports_no_report_and_nothing_that_only_reports_need(module):
+    done = subprocess.run([sys.executable, "-c", f"import sys, {module}; print(*sys.modules)"], cwd=ROOT,
+                          capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split())
+    assert module in loaded
+    assert not [name for name in loaded if name.split(".")[0] in {"scipy", "matplotlib"}
+                or name.startswith(("fitter.report", "fitter.koenderink", "fitter.lafortune", "fitter.ringing"))]
 
 
 def test_inside_the_extension_only_what_blender_has_is_imported_and_only_relatively():

@@ -1,6 +1,7 @@
 """Operators that fail, wherever they fail, leave the .blend as it was."""
 
 import contextlib
+import functools
 import os
 import sys
 from pathlib import Path
@@ -12,7 +13,8 @@ from blend_state import state
 from demo_scenes.stage import black_scene
 
 ADDON = str(Path(__file__).parents[1] / "addon") + os.sep
-QUIET = ("lamps.py", "sky.py")          # what the scene's lamps are told is derived, and called hundreds of times
+# what the scene's lamps are told is derived, and called hundreds of times; the others touch nothing of Blender's
+QUIET = ("lamps.py", "sky.py", "work.py", "background.py", "properties.py", "compiler.py", "versions.py", "previews.py")
 OUTSIDE = ("poll", "execute", "run", "_failed", "description")      # of what an error can leave changed
 
 
@@ -59,6 +61,24 @@ def cube(blender, files):
     return bpy.context.object
 
 
+@pytest.fixture
+def quick(extension, monkeypatch):
+    """What is worked out apart from Blender's data is worked out once."""
+    from measured_brdf.addon import compiler, work
+    from measured_brdf.fitter import pictures
+
+    monkeypatch.setattr(compiler, "compile_shader", functools.cache(compiler.compile_shader))
+    monkeypatch.setattr(pictures, "lit_sphere", functools.cache(pictures.lit_sphere))
+    known = {}
+    for name in ("outcome", "rebake"):
+        def remembered(*arguments, function=getattr(work, name), **more):
+            key = repr(arguments)
+            if key not in known:
+                known[key] = function(*arguments, **more)
+            return known[key]
+        monkeypatch.setattr(work, name, remembered)
+
+
 OPERATIONS = {
     "import": lambda folder: bpy.ops.measured_brdf.import_data(filepath=str(folder / "b.astm"), diffuse_level=1,
                                                                specular_level=-1),
@@ -82,7 +102,7 @@ def changed(before, after):
 
 
 @pytest.mark.parametrize("name", OPERATIONS)
-def test_an_error_anywhere_in_an_operator_leaves_the_blend_as_it_was(cube, files, name, capfd):
+def test_an_error_anywhere_in_an_operator_leaves_the_blend_as_it_was(cube, files, quick, name, capfd):
     if name == "update":
         make_older()
     before, places = state(), []

@@ -1,6 +1,7 @@
 import json
 import math
 import re
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 import fitter
 from fitter import fit_file
+from tools import hostile_fits
 
 VERSION_2 = Path(__file__).parent / "data" / "version_2.npz"      # written by that version
 
@@ -120,10 +122,9 @@ def npy(dtype, shape, data=b""):
     (npy("<f4", (3,), bytes(40 << 20)), "shorter or longer"),
     (npy("|V1", (3,), b"abc"), "expected plain numbers"),
     (npy("<f4", (10**30,)), "claims"),
-    (b"\x93NUMPY\x03\x00" + bytes(99), "3, 0"),
+    (b"\x93NUMPY\x03\x00" + bytes(99), "expected a short header of version 1.0"),
     (b"\x93NUMPY\x01\x00\xff\xff{'descr': __import__('os').system('true')}", "")])
 def test_a_hostile_array_is_refused_before_it_is_read(glossy, tmp_path, member, expected):
-    import tracemalloc
     import zipfile
 
     path = tmp_path / "hostile.npz"
@@ -138,6 +139,71 @@ def test_a_hostile_array_is_refused_before_it_is_read(glossy, tmp_path, member, 
     tracemalloc.stop()
     assert expected in str(refused.value.__cause__)
     assert peak < 4 << 20
+
+
+@pytest.mark.parametrize("name", hostile_fits.CONTENTS)
+def test_a_hostile_fit_is_refused_before_it_takes_memory(tmp_path, name):
+    path = tmp_path / "hostile.npz"
+    path.write_bytes(hostile_fits.CONTENTS[name]())
+    tracemalloc.start()
+    with pytest.raises(fitter.DatasetError, match=r"hostile\.npz"):
+        fitter.Fit.load(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    inflated = 240_000_000 if name == "60,000,000 keys" else 0         # as many bytes as a fit of level 8 may have
+    assert peak < inflated + 2 * path.stat().st_size + (4 << 20)
+
+
+def test_the_fit_that_hostile_ones_are_made_from_is_read(tmp_path):
+    (tmp_path / "fit.npz").write_bytes(hostile_fits.in_order())
+    assert fitter.Fit.load(tmp_path / "fit.npz").channels == ("R", "G", "B")
+
+
+@pytest.fixture(scope="module")
+def with_lobes(glossy):
+    """A small fit with a prior of two lobes, and its mixture."""
+    from fitter import closure_mixture
+
+    fit = fitter.fit(glossy, 1, 2, 50, "kriging")
+    assert len(fit.prior.lobe.alpha)
+    return fit, closure_mixture.closure_mixture(fit)
+
+
+@pytest.mark.parametrize("number", [1e300, 3.5e38, np.inf, np.nan])
+@pytest.mark.parametrize(("field", "constant"), [
+    ("offset", "PRIOR_OFFSET"), ("ceiling", "PRIOR_CEILING"), ("kd", "PRIOR_KD"), ("ks", "PRIOR_LOBES"),
+    ("gamma", "PRIOR_LOBES"), ("f0", "PRIOR_LOBES"), ("diffuse", "DIFFUSE"), ("exponents", "EXPONENT_1"),
+    ("table", "MIXTURE")])
+def test_the_baker_writes_no_number_that_is_none_in_single_precision(with_lobes, field, constant, number):
+    from dataclasses import replace
+
+    from fitter.bake import bake
+
+    fit, mixture = with_lobes
+    if field == "diffuse":
+        fit = replace(fit, diffuse=np.full_like(fit.diffuse, number, dtype=float))
+    elif field == "exponents":
+        mixture = mixture._replace(exponents=(8.0, number))
+    elif field == "table":
+        mixture = mixture._replace(table=np.full_like(mixture.table, number))
+    elif field in ("offset", "ceiling"):
+        fit = replace(fit, prior=replace(fit.prior, **{field: np.full_like(getattr(fit.prior, field), number)[()]}))
+    else:
+        lobe = replace(fit.prior.lobe, **{field: np.full_like(getattr(fit.prior.lobe, field), number)})
+        fit = replace(fit, prior=replace(fit.prior, lobe=lobe))
+    with pytest.raises(ValueError, match=rf"\b{constant}\b.* finite in single precision"):
+        bake(fit, mixture=mixture)
+
+
+def test_a_lobe_so_narrow_that_its_slope_overflows_is_not_baked(with_lobes):
+    from dataclasses import replace
+
+    from fitter.bake import bake
+
+    fit, mixture = with_lobes
+    lobe = replace(fit.prior.lobe, alpha=np.full(len(fit.prior.lobe.alpha), 1e-20))
+    with pytest.raises(ValueError, match="PRIOR_LOBES"):
+        bake(replace(fit, prior=replace(fit.prior, lobe=lobe)), mixture=mixture)
 
 
 @pytest.mark.parametrize("depth", [10, 100_000])

@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 import tracemalloc
+import zlib
 from collections import Counter, defaultdict
 from pathlib import Path
 
@@ -23,17 +24,22 @@ from hypothesis import strategies as st
 
 import fitter
 from fitter import cli, spectra
+from fitter.bake import bake
+from fitter.bilevel import METHODS
 from fitter.datasets import curet, mat5
-from tools import checkout, hostile_files
+from tools import checkout, hostile_files, panel_work
 
 CASES = 20_000
 SECONDS = 5.0               # of processor time
 MEMORY = 10                 # times the file
 _OVERHEAD = 1 << 20         # bytes: tables of colour matching and geometry, pieces being parsed
+_OVERHEAD_DESCRIBING = 32 << 20     # and as many cosines as are worked out at a time
+_ONE_OF = 50                # of the fits is baked: that takes a second
 _ODD = (b"nan", b"-nan", b"inf", b"-inf", b"1e999", b"1e300", b"-1e31", b"1e-400", b"-0", b"1_0", b"0x10", b"1,5",
         b"--1", b"1e", b"1.5708", b"-0.1", b"9" * 500, b"0." + b"3" * 5000, b"R", b"", b"\xd9\xa3", b"\xc2\xa0", b"#",
         b"400nm", b"VARS", b"2147483648", b"1e5", b"\0", b"\x85", b"\x1c", b"\xef\xbb\xbf")
 _NUMBER = re.compile(rb"[-+.\w]+")
+_PANEL = panel_work.load()
 
 
 def seeds():
@@ -186,7 +192,8 @@ def cases(draw, files):
 
 
 def check(content, path):
-    """Read a case with `fitter.load` and by the command line, and raise AssertionError where it breaks a promise.
+    """Read a case with `fitter.load`, by the command line and as the panel does, fit it, bake some fits, and raise
+    AssertionError where it breaks a promise.
 
     Returns
     -------
@@ -197,32 +204,56 @@ def check(content, path):
         Times the file, beyond what any file takes.
     """
     path.write_bytes(content)
-    tracemalloc.start()
-    start = time.process_time()
-    try:
-        samples, message = fitter.load(path), str(path)
-    except fitter.DatasetError as error:
-        samples, message = None, str(error)
-    finally:
-        seconds = time.process_time() - start
-        peak = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
+    samples, message, seconds, memory = _measured(fitter.load, path, content, _OVERHEAD)
     assert str(path) in message, f"the message does not name the file: {message}"
     assert len(message) < 600, f"a message of {len(message)} characters"
-    assert seconds < SECONDS, f"{seconds:.1f} s"
-    memory = max(0, peak - _OVERHEAD) / max(len(content), 1)
-    assert memory < MEMORY, f"{memory:.1f} times the file"
+    shown, complaint, more, _ = _measured(lambda path: _PANEL.read(path, None), path, content, _OVERHEAD_DESCRIBING)
+    assert (samples is None) == (shown is None), complaint
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as complaint:
         code = cli.main(["info", str(path)])
     assert code == 0 or (samples is None and code == 1), complaint.getvalue()     # 0 for a list of CURET samples
+    seconds = max(seconds, more)
     if samples is None:
         return "refused", seconds, memory
     angles, values = naive(content)
     np.testing.assert_array_equal(np.minimum(angles, [np.pi / 2, np.inf] * 2), np.transpose(samples.directions))
     np.testing.assert_allclose(samples.values, values, rtol=1e-9, atol=1e-9 * np.abs(values).max())
-    fitted = fitter.fit(samples, 1, 2, 90).evaluate(*samples.directions)
-    assert np.isfinite(fitted).all()
+    assert shown.description.count == len(values)
+    assert 0 <= shown.description.gap <= 180
+    which, rest = divmod(zlib.crc32(content), _ONE_OF)
+    _fit_and_bake(samples, path, METHODS[which % len(METHODS)] if rest == 0 else None)
     return "read", seconds, memory
+
+
+def _measured(read, path, content, overhead):
+    """What `read` makes of a file, or None, and its message; the seconds, and the memory as a multiple of the file."""
+    tracemalloc.start()
+    start = time.process_time()
+    try:
+        found, message = read(path), str(path)
+    except (fitter.DatasetError, _PANEL.fitter.DatasetError) as error:
+        found, message = None, str(error)
+    finally:
+        seconds = time.process_time() - start
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    memory = max(0, peak - overhead) / max(len(content), 1)
+    assert seconds < SECONDS, f"{seconds:.1f} s"
+    assert memory < MEMORY, f"{memory:.1f} times the file"
+    return found, message, seconds, memory
+
+
+def _fit_and_bake(samples, path, baked):
+    """Fit by every method, and save, read and bake the fit by the method `baked`."""
+    for method in METHODS:
+        fit = fitter.fit(samples, 1, 2, 90, method)
+        fitted = fit.evaluate(*samples.directions)
+        assert np.isfinite(fitted).all()
+        if method == baked:
+            fit.save(path.with_suffix(".npz"))
+            again = fitter.Fit.load(path.with_suffix(".npz"))
+            np.testing.assert_array_equal(again.evaluate(*samples.directions), fitted)
+            bake(again)
 
 
 def naive(content):

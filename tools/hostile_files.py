@@ -1,7 +1,9 @@
-"""Files made to hang, to exhaust memory or to confuse: what `python -m fitter info` does with them.
+"""Files made to hang, to exhaust memory or to confuse, on every path that a user may send them.
 
-Each is read in a process of its own, so that processor time and peak memory are the operating system's figures; those
-of reading a file of three rows are subtracted.
+`python -m fitter info`, what the panel does with a chosen file, `python -m fitter fit --preset Draft`, and
+`python -m fitter bake` of the fit that comes of it; saved fits go through `info` and `bake`. Each in a process of its
+own, so that processor time and peak memory are the operating system's figures; those of the same path with a file of
+one row, or with a fit that is in order, are subtracted.
 """
 
 import os
@@ -12,6 +14,7 @@ import time
 import zlib
 from pathlib import Path
 
+from tools import hostile_fits
 from tools.checkout import ROOT
 
 MEGABYTE = 1 << 20
@@ -68,21 +71,48 @@ SPECIAL = ("a folder", "a pipe that nobody writes to", "a device without end", "
            "a file that grows while it is read", "a name of 5,000 letters")
 
 
+PATHS = ("info", "panel", "fit", "bake")
+
+
 def report(folder):
-    """Print a table: case, what came of it, processor time, memory."""
-    base_seconds, base_memory, _ = _info(_made(folder, b"3\n400 550 700 1 1 1 1 1 1 1"))
-    print(f"{'MB':>6}  {'s':>6}  {'memory':>6}  file")
+    """Print a table of measurements and one of saved fits: time, memory, and what came of each."""
+    base = _run(_made(folder, b"3\n400 550 700 1 1 1 1 1 1 1"), PATHS[:3], folder)
+    print("each cell: s, memory / file\n    MB" + "".join(f"  {name:>12}" for name in PATHS) + "  file")
     for name, content in CONTENTS.items():
         path = _made(folder, content())
-        size = path.stat().st_size
-        seconds, memory, said = _info(path)
-        times = max(0, memory - base_memory) / size
-        print(f"{size / 1e6:6.1f}  {seconds - base_seconds:6.2f}  {times:5.1f}x  {name}: {said}")
+        _print_row(name, path, _run(path, PATHS[:3], folder), base, "x", 1 / path.stat().st_size)
     for name in SPECIAL:
         path, stop = _special(name, folder)
-        seconds, memory, said = _info(path)
+        _print_row(name, path, _run(path, PATHS[:3], folder), base, "", 0)
         stop.set()
-        print(f"{'':6}  {seconds - base_seconds:6.2f}  {'':6}  {name}: {said}")
+    base = _run(_made(folder, hostile_fits.in_order()), ("info", "bake"), folder)
+    print("\neach cell: s, MB of memory\n    MB" + "".join(f"  {name:>12}" for name in PATHS) + "  saved fit")
+    for name, content in hostile_fits.CONTENTS.items():
+        path = _made(folder, content())
+        _print_row(name, path, _run(path, ("info", "bake"), folder), base, " MB", 1e-6)
+
+
+def _run(path, names, folder):
+    """Put a file through several paths, and through the baker the fit that comes of it: {path: (s, bytes, said)}."""
+    fit = folder / "fit.npz"
+    fit.unlink(missing_ok=True)
+    found = {name: _measured(name, path, folder) for name in names}
+    if fit.exists():
+        found["bake"] = _measured("bake", fit, folder)
+    return found
+
+
+def _print_row(name, path, found, base, unit, scale):
+    try:
+        size = path.stat().st_size / 1e6 if path.is_file() else 0
+    except OSError:
+        size = 0
+    cells = []
+    for entry in PATHS:
+        seconds, memory, _ = found.get(entry, (None, None, None))
+        cells.append("" if seconds is None else f"{max(seconds - base[entry][0], 0):.1f} "
+                     f"{max(memory - base[entry][1], 0) * scale:.1f}{unit}")
+    print(f"{size:6.1f}" + "".join(f"  {cell:>12}" for cell in cells) + f"  {name}: {found['info'][2]}", flush=True)
 
 
 def _made(folder, content):
@@ -118,21 +148,29 @@ def _grow(path, stop):
             time.sleep(1e-4)
 
 
-def _info(path):
-    """Processor seconds and peak bytes of ``python -m fitter info``, and the first line of what it said."""
-    done = subprocess.run([sys.executable, "-c", _MEASURED, str(path)], cwd=ROOT, capture_output=True, text=True,
-                          check=False, timeout=120)
+def _measured(name, path, folder):
+    """Processor seconds and peak bytes of one path, and the first line of what it said."""
+    done = subprocess.run([sys.executable, "-c", _MEASURED, name, path, folder / "fit.npz"], cwd=ROOT,
+                          capture_output=True, text=True, check=False, timeout=120)
+    assert "Traceback" not in done.stderr, done.stderr
     *said, seconds, memory, code = done.stdout.split("\n")[:-1]
     assert code in {"0", "1"}, done.stderr
-    assert "Traceback" not in done.stderr, done.stderr
-    text = done.stderr.removeprefix(f"error: {path}").lstrip(": ").rstrip() or said[0]
+    text = done.stderr.removeprefix(f"error: {path}").lstrip(": ").rstrip() or next(
+        (line.strip() for line in said if "direction pairs" in line), said[0] if said else "")
     return float(seconds), int(memory) * 1024, text.splitlines()[0][:100]
 
 
 _MEASURED = """
 import re, sys, time
-from fitter import cli
-code = cli.main(["info", sys.argv[1]])
+from pathlib import Path
+name, path, fit = sys.argv[1:]
+if name == "panel":
+    from tools import panel_work
+    code = panel_work.main(path)
+else:
+    from fitter import cli
+    code = cli.main({"info": ["info", path], "fit": ["fit", path, "--preset", "Draft", "-o", fit],
+                     "bake": ["bake", path, "-o", fit + ".osl"]}[name])
 status = open("/proc/self/status").read()       # the peak since exec: getrusage has that of the parent in it
 print(time.process_time(), re.search("VmHWM: *([0-9]+)", status.replace("\\t", " "))[1], code, sep="\\n")
 """
