@@ -2,6 +2,7 @@
 
 import re
 import uuid
+from contextlib import contextmanager
 from pathlib import Path
 
 from ..fitter import pictures
@@ -40,6 +41,19 @@ def describe(settings):
     return (f"{settings.name_of_data}: measured reflectance, fit {settings.fitted_levels}, "
             f"{settings.coefficients:,} coefficients, RMSE {settings.rmse:.3g} / sr. "
             f"Needs Cycles with OSL; EEVEE shows an approximation")
+
+
+@contextmanager
+def unmarked_on_error(material):
+    """Let a material be no asset again if the block raises and it was none before."""
+    was_asset, was_kept = material.asset_data is not None, material.use_fake_user
+    try:
+        yield
+    except BaseException:
+        if not was_asset:
+            material.asset_clear()
+            material.use_fake_user = was_kept
+        raise
 
 
 def remember(material):

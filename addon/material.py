@@ -1,5 +1,7 @@
 """From an outcome to a material: put the compiled shader where the material's surface is."""
 
+from contextlib import ExitStack
+
 import bpy
 
 from ..fitter.bake import SHADER_VERSION
@@ -49,24 +51,26 @@ def assign(material, outcome, choices, context, shader=None):
         material.cycles.use_bump_map_correction = False
         fallback.update(material, outcome)
         _store(material.measured_brdf, choices, outcome)
-    if before is not None:
-        node_group.remove(before)
-    lamps.update(context.evaluated_depsgraph_get())
+        lamps.update(context.evaluated_depsgraph_get())
+        unused = node_group.unused(before)
+    bpy.data.batch_remove(unused)
 
 
 def replace_shader(materials, shader, context):
     """Give measured materials that share a shader that of this version, for the fit that they have.
 
-    On an error the one that it occurs in stays as it was.
+    On an error all stay as they were.
     """
-    with new_data_removed_on_error():
-        tree = node_group.create(None, shader)
-    for material in materials:
-        with restored_on_error(material, RESULTS):
-            _, before = _show(material, tree)
+    with ExitStack() as restored:
+        restored.enter_context(new_data_removed_on_error())
+        tree, replaced = node_group.create(None, shader), []
+        for material in materials:
+            restored.enter_context(restored_on_error(material, RESULTS))
+            replaced.append(_show(material, tree)[1])
             material.measured_brdf.version = versions.CURRENT
-        node_group.remove(before)
-    lamps.update(context.evaluated_depsgraph_get())
+        lamps.update(context.evaluated_depsgraph_get())
+        unused = {item for before in replaced for item in node_group.unused(before)}
+    bpy.data.batch_remove(unused)
 
 
 def remove(material):
@@ -74,8 +78,7 @@ def remove(material):
     node = group_node(material)
     tree = None if node is None else node.node_tree
     bpy.data.materials.remove(material)
-    if tree is not None:
-        node_group.remove(tree)
+    bpy.data.batch_remove(node_group.unused(tree))
 
 
 def group_node(material):

@@ -45,15 +45,13 @@ def create(fit, shader=None):
     return tree
 
 
-def remove(tree):
-    """Remove a group that nothing uses any more, and its source."""
-    if tree.users:
-        return
+def unused(tree):
+    """What is left of a group that nothing uses any more: itself and its source; nothing of one in use, or of None."""
+    if tree is None or tree.users:
+        return []
     text = script_node(tree).script
-    bpy.data.node_groups.remove(tree)
     # a text counts one user for itself, so ask for those that refer to it
-    if text is not None and not bpy.data.user_map(subset=[text])[text]:
-        bpy.data.texts.remove(text)
+    return [tree] if text is None or bpy.data.user_map(subset=[text])[text] - {tree} else [tree, text]
 
 
 def script_node(tree):

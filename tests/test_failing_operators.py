@@ -13,9 +13,12 @@ from blend_state import state
 from demo_scenes.stage import black_scene
 
 ADDON = str(Path(__file__).parents[1] / "addon") + os.sep
-# what the scene's lamps are told is derived, and called hundreds of times; the others touch nothing of Blender's
-QUIET = ("lamps.py", "sky.py", "work.py", "background.py", "properties.py", "compiler.py", "versions.py", "previews.py")
-OUTSIDE = ("poll", "execute", "run", "_failed", "description")      # of what an error can leave changed
+# what the scene's lamps are told is derived, and called hundreds of times; transactions are what is tested; the others
+# touch nothing of Blender's
+QUIET = ("lamps.py", "sky.py", "transaction.py", "work.py", "background.py", "properties.py", "compiler.py",
+         "versions.py", "previews.py")
+# these change nothing, and are called before an operator begins
+OUTSIDE = ("poll", "is_editable", "is_measured", "active_material", "execute", "run", "_path", "_failed")
 
 
 class InjectedError(Exception):
@@ -70,13 +73,17 @@ def quick(extension, monkeypatch):
     monkeypatch.setattr(compiler, "compile_shader", functools.cache(compiler.compile_shader))
     monkeypatch.setattr(pictures, "lit_sphere", functools.cache(pictures.lit_sphere))
     known = {}
-    for name in ("outcome", "rebake"):
-        def remembered(*arguments, function=getattr(work, name), **more):
-            key = repr(arguments)
+
+    def remember(function):
+        def remembered(*arguments, **more):
+            key = repr((function.__name__, arguments))
             if key not in known:
                 known[key] = function(*arguments, **more)
             return known[key]
-        monkeypatch.setattr(work, name, remembered)
+        return remembered
+
+    for name in ("outcome", "rebake"):
+        monkeypatch.setattr(work, name, remember(getattr(work, name)))
 
 
 OPERATIONS = {

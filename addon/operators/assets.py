@@ -74,11 +74,13 @@ and write it into the asset library of the preferences, if there is one"""
             return self.run(context)
         target = active_material(context)
         try:
-            if bpy.data.filepath:
-                assets.write_catalogue(Path(bpy.data.filepath).parent)
-        except OSError as error:
+            picture = _thumbnail(target)
+            with assets.unmarked_on_error(target):
+                assets.renew(target, assets.remember(target), picture)
+                if bpy.data.filepath:
+                    assets.write_catalogue(Path(bpy.data.filepath).parent)
+        except Exception as error:
             return self._failed(error)
-        assets.renew(target, assets.remember(target), _thumbnail(target))
         self.report({"INFO"}, f"{target.name} is an asset of this file; the preferences may name a library")
         return {"FINISHED"}
 

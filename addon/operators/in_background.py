@@ -33,15 +33,13 @@ class InBackground:
     def run(self, context):
         """All of it at once, for scripts: what `execute` returns."""
         try:
-            steps = self.prepare(self._checked(context).run())
-            while True:
-                try:
-                    next(steps)
-                except StopIteration as end:
-                    self._apply(context, end.value)
-                    return {"FINISHED"}
+            self._steps = self.prepare(self._checked(context).run())
+            while self._go_on() is not None:
+                pass
+            self._apply(context)
         except Exception as error:
             return self._failed(error)
+        return {"FINISHED"}
 
     def start(self, context):
         """Begin, and go on in `modal`: what `invoke` returns."""
@@ -109,16 +107,24 @@ class InBackground:
             raise self._job.error
         if self._steps is None:
             self._steps = self.prepare(self._job.result)
-        try:
-            self._job.fraction, self._job.doing = next(self._steps)
-        except StopIteration as end:
-            self._apply(context, end.value)
+        progress = self._go_on()
+        if progress is None:
+            self._apply(context)
             return True
+        self._job.fraction, self._job.doing = progress
         return False
 
-    def _apply(self, context, prepared):
+    def _go_on(self):
+        """Prepare the next piece: (fraction, doing), or None once all is prepared."""
+        try:
+            return next(self._steps)
+        except StopIteration as end:
+            self._prepared = end.value
+            return None
+
+    def _apply(self, context):
         with transaction.new_data_removed_on_error():
-            self.apply(context, prepared)
+            self.apply(context, self._prepared)
 
     def _failed(self, error):
         """Report an error: what `execute` or `modal` returns. What nobody expected is traced on the console too."""
