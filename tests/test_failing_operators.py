@@ -16,7 +16,7 @@ ADDON = str(Path(__file__).parents[1] / "addon") + os.sep
 # what the scene's lamps are told is derived, and called hundreds of times; transactions are what is tested; the others
 # touch nothing of Blender's
 QUIET = ("lamps.py", "sky.py", "transaction.py", "work.py", "background.py", "properties.py", "compiler.py",
-         "versions.py", "previews.py")
+         "versions.py", "previews.py", "preferences.py")
 # these change nothing, and are called before an operator begins
 OUTSIDE = ("poll", "is_editable", "is_measured", "active_material", "execute", "run", "_path", "_failed")
 
