@@ -26,7 +26,7 @@ __all__ = ["NAME", "in_scene", "light_is_even", "node_tree", "sky_moves", "store
 
 _AGAIN = 0.5                # seconds until a job that holds an update up is asked for again
 _order = {}                 # by group: the names of the objects its lamps are, None for others
-_behind = threading.Event()         # an update was held up
+_behind = threading.Event()         # an update was held up, or the data are others than they were
 
 
 def in_scene(depsgraph):
@@ -94,21 +94,28 @@ def _lamps(depsgraph, changed):
 
 def _write(tree, found, is_even, depsgraph):
     """Write lamps into a group, with drivers for those that want them."""
-    sources = [drivers.wanted(item.original, depsgraph) if item is not None else {} for _, item in found]
-    if any(sources):
-        # a lamp that becomes brighter than another is no reason to exchange their drivers
-        places = {name: place for place, name in enumerate(_order.get(tree.session_uid, ())) if name is not None}
-        if len(found) == len(_order.get(tree.session_uid, ())) and {
-                item.name for _, item in found if item is not None} == places.keys():
-            free = iter(sorted(set(range(len(found))) - set(places.values())))
-            at = [places[item.name] if item is not None else next(free) for _, item in found]
-            found, sources = (list(next(zip(*sorted(zip(things, at), key=lambda pair: pair[1]), strict=True)))
-                              for things in (found, sources))
-    _order[tree.session_uid] = [item.name if item is not None else None for _, item in found]
-    wiring = {(number, index): (told, item) for number, ((_, item), wants) in enumerate(zip(found, sources), 1)
-              for index, told in wants.items()}
-    left = drivers.wire(tree, wiring)
-    group.store(tree, [known for known, _ in found], is_even, left)
+    wants = {item.name: drivers.wanted(item.original, depsgraph) for _, item in found if item is not None}
+    if any(wants.values()):
+        found = _in_place(found, _order.get(tree.session_uid, []))
+    _order[tree.session_uid] = [_name(item) for _, item in found]
+    sources = {(number, index): (told, item) for number, (_, item) in enumerate(found, 1) if item is not None
+               for index, told in wants[item.name].items()}
+    had = drivers.wire(tree, sources)
+    group.store(tree, [known for known, _ in found], is_even, had)
+
+
+def _in_place(found, before):
+    """The same lamps in the order that they had: one that becomes brighter than another is no reason to exchange their
+    drivers, after which Blender works out anew what depends on what."""
+    if sorted(map(str, before)) != sorted(str(_name(item)) for _, item in found):
+        return found
+    others = iter([pair for pair in found if pair[1] is None])
+    named = {_name(pair[1]): pair for pair in found}
+    return [next(others) if name is None else named[name] for name in before]
+
+
+def _name(item):
+    return None if item is None else item.name
 
 
 def _forget():
@@ -129,7 +136,7 @@ def _on_evaluation(scene, depsgraph):
     if not _may_write(scene):
         _hold_up()
         return
-    changed = changes.changes(depsgraph)
+    changed = changes.changes(depsgraph, exact=instances.are_looked_for() or light_objects.is_layer_known())
     if _behind.is_set():
         _behind.clear()
         _forget()
@@ -159,6 +166,7 @@ def _on_other_data(*_):
     """After undo, redo and loading nothing that was known of Blender's data holds."""
     _forget()
     _order.clear()
+    _behind.set()
 
 
 _HANDLERS = {"depsgraph_update_post": _on_evaluation, "frame_change_post": _on_evaluation,

@@ -31,10 +31,21 @@ class Changed(NamedTuple):
 EVERYTHING = Changed(True, True, True)
 
 
-def changes(depsgraph):
-    """Read them off a dependency graph in one of its handlers."""
+def changes(depsgraph, exact):
+    """Read them off a dependency graph in one of its handlers.
+
+    Parameters
+    ----------
+    depsgraph : bpy.types.Depsgraph
+    exact : bool
+        Whether it is worth a list to know that nothing but nodes was edited: with them Blender marks all types of data
+        that may have nodes, and a scene is one.
+    """
     updated = depsgraph.id_type_updated
-    return Changed(updated("SCENE") or updated("COLLECTION"), updated("MATERIAL"), any(map(updated, _OF_INTEREST)))
+    structure = updated("SCENE")
+    if structure and exact and updated("NODETREE"):
+        structure = any(update.id.id_type == "SCENE" for update in depsgraph.updates)
+    return Changed(structure, updated("MATERIAL"), any(map(updated, _OF_INTEREST)))
 
 
 def changed_objects(depsgraph):

@@ -1,7 +1,7 @@
 """Drivers of a lamp group's sockets, by which lamps that can move or change by themselves are followed at every frame.
 
-Blender evaluates drivers with the rest of a scene, for every dependency graph apart: in the viewport, in the thread of a
-render and on a farm without this extension. Their expressions are simple ones, which need no Python and are not held
+Blender evaluates drivers with the rest of a scene, for every dependency graph apart: in the viewport, in the thread of
+a render and on a farm without this extension. Their expressions are simple ones, which need no Python and are not held
 back with scripts. A driver that names an object by its pointer would take the user's lamps along wherever a material is
 appended; these look for a name in the view layer that is being evaluated (`ACTIVE_VIEW_LAYER`; the active scene's
 objects would be the original ones, a frame late). Where nothing has that name, the value last known stays.

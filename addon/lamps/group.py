@@ -33,8 +33,8 @@ def capacity(tree):
     if LAMPS not in tree.nodes or EVEN not in tree.nodes:
         return 0
     numbers = {"Lamp": set(), "Extent": set()}
-    for name in tree.nodes.keys():
-        if found := _NUMBERED.fullmatch(name):
+    for node in tree.nodes:
+        if found := _NUMBERED.fullmatch(node.name):
             numbers[found[1]].add(int(found[2]))
     count = len(numbers["Lamp"])
     return count if numbers["Lamp"] == numbers["Extent"] == set(range(1, count + 1)) else 0

@@ -1,7 +1,7 @@
 """Lamps that are instanced: by collection instances, geometry nodes, particles, or children of vertices and faces.
 
-Only a look at all instances of a scene finds them, so it is taken only where something instances a light, and again only
-when something that can do so has changed. What is asked here may be answered yes in error, which costs that time.
+Only a look at all instances of a scene finds them, so it is taken only where something instances a light, and again
+only when something that can do so has changed. What is asked here may be answered yes in error, which costs that time.
 """
 
 from collections import Counter
@@ -63,6 +63,11 @@ def look(depsgraph, shining):
         parent = instance.parent.original if instance.is_instance else item.original
         parents[parent.session_uid] = parents.get(parent.session_uid) or drivers.can_move(parent)
     _found["lamps"], _found["parents"] = lights, parents
+
+
+def are_looked_for():
+    """Whether something may instance a light, by the last answer."""
+    return _found.get("may", False)
 
 
 def move():

@@ -20,7 +20,7 @@ _TOWARD = tuple(f"{axis} / max(sqrt(m02 * m02 + m12 * m12 + m22 * m22), 1e-30)" 
 _SCALE = " + ".join(f"(m{row}0 + m{row}1 + m{row}2) * (m{row}0 + m{row}1 + m{row}2)" for row in range(3))
 _BALL = f"radius * sqrt(({_SCALE}) / 3)"
 _WIDE, _HIGH = (" + ".join(f"m{row}{column} * m{row}{column}" for row in range(3)) for column in range(2))
-_DIAGONAL = "sqrt({0} * {0} * (%s) + {1} * {1} * (%s)) / 2" % (_WIDE, _HIGH)
+_DIAGONAL = f"sqrt({{0}} * {{0}} * ({_WIDE}) + {{1}} * {{1}} * ({_HIGH})) / 2"
 _LONGER = f"max({{0}} * sqrt({_WIDE}), {{1}} * sqrt({_HIGH})) / 2"
 _AREA = {"SQUARE": _DIAGONAL.format("width", "width"), "RECTANGLE": _DIAGONAL.format("width", "height"),
          "DISK": _LONGER.format("width", "width"), "ELLIPSE": _LONGER.format("width", "height")}

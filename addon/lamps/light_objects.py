@@ -21,6 +21,11 @@ def forget_layers():
     _rendered.clear()
 
 
+def is_layer_known():
+    """Whether collections have been looked through for lights that are rendered and not visible."""
+    return len(_rendered) > 0
+
+
 def light_objects():
     """All objects of the file that are lights."""
     signature = tuple((light.session_uid, light.users) for light in bpy.data.lights)
