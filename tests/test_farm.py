@@ -15,7 +15,7 @@ RENDER = """
 import json, sys
 import bpy
 from demo_scenes.stage import render
-bpy.ops.wm.open_mainfile(filepath=sys.argv[1])
+bpy.ops.wm.open_mainfile(filepath=sys.argv[1], use_scripts=False)
 assert not hasattr(bpy.types.Material, "measured_brdf")
 if len(sys.argv) > 2:
     bpy.context.scene.frame_set(int(sys.argv[2]))

@@ -1,5 +1,6 @@
 """Which lamps the shaders know, when, and what is looked at to find out."""
 
+import functools
 import math
 import threading
 
@@ -38,7 +39,10 @@ def linear(item, prop, *keys):
     for frame, value in keys:
         setattr(item, prop, value)
         item.keyframe_insert(prop, frame=frame)
-    action = item.animation_data.action
+    straighten(item.animation_data.action)
+
+
+def straighten(action):
     curves = action.fcurves if hasattr(action, "fcurves") else action.layers[0].strips[0].channelbags[0].fcurves
     for curve in curves:
         for point in curve.keyframe_points:
@@ -193,6 +197,31 @@ def test_linked_groups_follow_the_lamps_of_the_file_that_links_them(blender, lam
         np.testing.assert_allclose(in_order(known(tree)), in_order(at(frame)), atol=2e-4)
 
 
+def test_each_view_layer_is_rendered_with_its_own_lamps(blender, lamps, scene):
+    tree = lamps.node_tree()
+    use(blender, tree)
+    layers = [scene.view_layers[0], scene.view_layers.new("Second")]
+    for number in range(2):
+        collection = blender.data.collections.new(f"Of layer {number}")
+        scene.collection.children.link(collection)
+        lamp = add_lamp("POINT", 10, (number + 1, 0, 0), shadow_soft_size=0)
+        collection.objects.link(lamp)
+        scene.collection.objects.unlink(lamp)
+        layers[1 - number].layer_collection.children[collection.name].exclude = True
+    seen = {}
+
+    def look(_, depsgraph):
+        if depsgraph.mode == "RENDER":
+            seen[depsgraph.view_layer.name] = known(tree)[:, 0].tolist()
+
+    blender.app.handlers.frame_change_post.append(look)
+    try:
+        render(scene)
+    finally:
+        blender.app.handlers.frame_change_post.remove(look)
+    assert seen == {layers[0].name: [1], "Second": [2]}
+
+
 def test_a_renamed_lamp_is_followed_on(blender, lamps, scene):
     tree = lamps.node_tree()
     use(blender, tree)
@@ -218,12 +247,56 @@ def test_drivers_stay_where_lamps_change_in_brightness_only(blender, lamps, scen
     assert sorted(known(tree)[:, 4]) == pytest.approx([0, 10 / (4 * math.pi)])
 
 
+def animated_sky(scene):
+    nodes = scene.world.node_tree.nodes
+    sky = nodes.new("ShaderNodeTexSky")
+    scene.world.node_tree.links.new(sky.outputs[0], nodes["Background"].inputs["Color"])
+    background(scene, 1)
+    sky.sun_elevation = 0
+    for frame, angle in ((1, 0), (11, math.pi)):
+        sky.sun_rotation = angle
+        sky.keyframe_insert("sun_rotation", frame=frame)
+    straighten(scene.world.node_tree.animation_data.action)
+
+
+def test_instanced_lamps_and_the_sky_are_followed_in_a_background_animation(blender, extension, lamps, scene, tmp_path):
+    tree = lamps.node_tree()
+    use(blender, tree)
+    collection = blender.data.collections.new("Lit")
+    lamp = add_lamp("POINT", 10, (0, 0, 2), shadow_soft_size=0)
+    collection.objects.link(lamp)
+    scene.collection.objects.unlink(lamp)
+    empty = blender.data.objects.new("Instancer", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", collection
+    scene.collection.objects.link(empty)
+    linear(empty, "location", (1, (0, 0, 0)), (11, (10, 0, 0)))
+    animated_sky(scene)
+    assert "lock_interface" in [finding.key for finding in extension.addon.checks.check(scene)]
+    seen = {}
+
+    def look(scene, depsgraph):
+        if depsgraph.mode == "RENDER":
+            seen[scene.frame_current] = known(tree)
+
+    blender.app.handlers.frame_change_post.append(look)
+    scene.frame_start, scene.frame_end, scene.frame_step = 1, 11, 5
+    scene.render.filepath = str(tmp_path / "frame")
+    try:
+        blender.ops.render.render(animation=True)
+    finally:
+        blender.app.handlers.frame_change_post.remove(look)
+    assert sorted(seen) == [1, 6, 11]
+    for frame, (instanced, sun) in seen.items():
+        t = (frame - 1) / 10
+        assert instanced[:3] == pytest.approx((10 * t, 0, 2), abs=1e-5)
+        assert sun[:3] == pytest.approx((math.sin(math.pi * t), math.cos(math.pi * t), 0), abs=1e-5)
+
+
 # --- threads
 
 
-def called_from_a_thread(function, *arguments):
-    failed = []
-
+def called_from_a_thread(function, failed, *arguments):
+    """Call a function as a render job calls handlers; what it raises is listed, since Blender only prints it."""
     def run():
         try:
             function(*arguments)
@@ -233,7 +306,6 @@ def called_from_a_thread(function, *arguments):
     thread = threading.Thread(target=run)
     thread.start()
     thread.join()
-    assert not failed
 
 
 @pytest.mark.parametrize(("locked", "written"), [(False, False), (True, True)])
@@ -246,7 +318,8 @@ def test_a_render_thread_writes_and_evaluates_nothing_unless_the_interface_is_lo
     scene.render.use_lock_interface = locked
     if not locked:
         forbid(monkeypatch, lamps)
-    handler, wrapped = lamps._on_evaluation, lambda *arguments: called_from_a_thread(lamps._on_evaluation, *arguments)
+    handler, failed = lamps._on_evaluation, []
+    wrapped = functools.partial(called_from_a_thread, handler, failed)
     for name in ("depsgraph_update_post", "frame_change_post"):
         getattr(blender.app.handlers, name).remove(handler)
     blender.app.handlers.frame_change_post.append(wrapped)
@@ -257,6 +330,7 @@ def test_a_render_thread_writes_and_evaluates_nothing_unless_the_interface_is_lo
         for name in ("depsgraph_update_post", "frame_change_post"):
             getattr(blender.app.handlers, name).append(handler)
         monkeypatch.undo()
+    assert failed == []
     assert (len(known(tree)) == 1) is written
     assert not written or known(tree)[0, :3] == pytest.approx(tuple(lamp.location))
 
@@ -292,6 +366,7 @@ def test_what_a_render_job_holds_up_is_done_after_it(blender, lamps, scene, monk
     assert len(known(tree)) == 0
     assert blender.app.timers.is_registered(lamps._catch_up)
     assert lamps._catch_up() > 0
+    lamps.update(blender.context.view_layer.depsgraph)
     assert len(known(tree)) == 0
     app.running = False
     assert lamps._catch_up() is None

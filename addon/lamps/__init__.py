@@ -53,7 +53,12 @@ def store(tree, lamps, is_even=False):
 
 
 def update(depsgraph):
-    """Hand the lamps of an evaluated scene to the measured materials, where there are any."""
+    """Hand the lamps of an evaluated scene to the measured materials, where there are any; after the render job, where
+    one runs."""
+    if not _may_write(depsgraph.scene):
+        _hold_up()
+        return
+    _behind.clear()
     _forget()
     _hand_over(depsgraph, changes.EVERYTHING)
 
@@ -76,7 +81,7 @@ def _hand_over(depsgraph, changed):
     is_even = even.light_is_even(depsgraph.scene_eval.world)
     found = sorted(_lamps(depsgraph, changed), key=lambda pair: pair[0].rank)
     for tree in trees:
-        _write(tree, found[:group.capacity(tree)], is_even, depsgraph)
+        _write(tree, found[:group.capacity(tree)], is_even, depsgraph.view_layer)
 
 
 def _lamps(depsgraph, changed):
@@ -92,9 +97,9 @@ def _lamps(depsgraph, changed):
     return found
 
 
-def _write(tree, found, is_even, depsgraph):
+def _write(tree, found, is_even, layer):
     """Write lamps into a group, with drivers for those that want them."""
-    wants = {item.name: drivers.wanted(item.original, depsgraph) for _, item in found if item is not None}
+    wants = {item.name: drivers.wanted(item.original, layer) for _, item in found if item is not None}
     if any(wants.values()):
         found = _in_place(found, _order.get(tree.session_uid, []))
     _order[tree.session_uid] = [_name(item) for _, item in found]
@@ -136,12 +141,11 @@ def _on_evaluation(scene, depsgraph):
     if not _may_write(scene):
         _hold_up()
         return
-    changed = changes.changes(depsgraph, exact=instances.are_looked_for() or light_objects.is_layer_known())
     if _behind.is_set():
-        _behind.clear()
-        _forget()
-        changed = changes.EVERYTHING
-    _hand_over(depsgraph, changed)
+        update(depsgraph)
+    else:
+        exact = instances.are_looked_for() or light_objects.is_layer_known()
+        _hand_over(depsgraph, changes.changes(depsgraph, exact))
 
 
 def _hold_up():
@@ -156,7 +160,6 @@ def _catch_up():
     if not _may_write(scene):
         return _AGAIN
     if _behind.is_set():
-        _behind.clear()
         update(bpy.context.evaluated_depsgraph_get())
     return None
 

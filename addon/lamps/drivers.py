@@ -17,17 +17,17 @@ _WORDS = re.compile(r"[a-z_]\w*")
 _POSITION, _SIZE, _STRENGTH = range(3), 3, 4
 
 
-def wanted(item, depsgraph):
+def wanted(item, layer):
     """Which of a lamp's sockets want drivers: {index: expression}; those that can change without being edited.
 
     Parameters
     ----------
     item : bpy.types.Object
-        A light of the view layer.
-    depsgraph : bpy.types.Depsgraph
+        A light of the view layer, not evaluated.
+    layer : bpy.types.ViewLayer
     """
-    # an object that is hidden in the viewport is where nobody looks, until it is rendered
-    moves = can_move(item) or not item.evaluated_get(depsgraph).is_evaluated
+    # where an object is that is hidden in the viewport is not known there
+    moves = can_move(item) or not item.visible_get(view_layer=layer)
     changes = is_animated(item.data)
     told = lamp.expressions(item.data)
     indices = [*(_POSITION if moves else ()), *([_STRENGTH] if changes else ())]
