@@ -234,6 +234,27 @@ def test_a_renamed_lamp_is_followed_on(blender, lamps, scene):
     assert known(tree)[0, 0] == pytest.approx(5)
 
 
+def test_a_linked_and_a_local_lamp_of_one_name_are_told_apart(blender, lamps, scene, tmp_path):
+    lamp = add_lamp("POINT", 10)
+    linear(lamp, "location", (1, (0, 1, 0)), (11, (10, 1, 0)))
+    lamp.name = "Same"
+    path = str(tmp_path / "library.blend")
+    blender.data.libraries.write(path, {lamp})
+    lamp.name = "Other"
+    with blender.data.libraries.load(path, link=True) as (_, target):
+        target.objects = ["Same"]
+    scene.collection.objects.link(target.objects[0])
+    lamp.name = "Same"
+    linear(lamp, "location", (1, (0, 2, 0)), (11, (20, 2, 0)))
+    assert lamp.name == target.objects[0].name
+    tree = lamps.node_tree()
+    use(blender, tree)
+    blender.context.view_layer.update()
+    for frame in (6, 11):
+        scene.frame_set(frame)
+        assert sorted(known(tree)[:, 0]) == pytest.approx([frame - 1, 2 * (frame - 1)])
+
+
 def test_drivers_stay_where_lamps_change_in_brightness_only(blender, lamps, scene):
     """An exchange would make Blender work out anew what depends on what, in every frame."""
     tree = lamps.node_tree()

@@ -14,6 +14,7 @@ what holds where.
 """
 
 import threading
+from collections import Counter
 
 import bpy
 from bpy.app.handlers import persistent
@@ -25,7 +26,7 @@ from .group import NAME, node_tree
 __all__ = ["NAME", "in_scene", "light_is_even", "node_tree", "sky_moves", "store", "update"]
 
 _AGAIN = 0.5                # seconds until a job that holds an update up is asked for again
-_order = {}                 # by group: the names of the objects its lamps are, None for others
+_order = {}                 # by group: the session_uid of the objects its lamps are, None for others
 _behind = threading.Event()         # an update was held up, or the data are others than they were
 
 
@@ -99,12 +100,15 @@ def _lamps(depsgraph, changed):
 
 def _write(tree, found, is_even, layer):
     """Write lamps into a group, with drivers for those that want them."""
-    wants = {item.name: drivers.wanted(item.original, layer) for _, item in found if item is not None}
+    names = Counter(item.name for _, item in found if item is not None)
+    # a local and a linked object of one name cannot be told apart by drivers
+    wants = {_identity(item): drivers.wanted(item.original, layer) for _, item in found
+             if item is not None and names[item.name] == 1}
     if any(wants.values()):
         found = _in_place(found, _order.get(tree.session_uid, []))
-    _order[tree.session_uid] = [_name(item) for _, item in found]
-    sources = {(number, index): (told, item) for number, (_, item) in enumerate(found, 1) if item is not None
-               for index, told in wants[item.name].items()}
+    _order[tree.session_uid] = [_identity(item) for _, item in found]
+    sources = {(number, index): (told, item) for number, (_, item) in enumerate(found, 1)
+               for index, told in wants.get(_identity(item), {}).items()}
     had = drivers.wire(tree, sources)
     group.store(tree, [known for known, _ in found], is_even, had)
 
@@ -112,15 +116,15 @@ def _write(tree, found, is_even, layer):
 def _in_place(found, before):
     """The same lamps in the order that they had: one that becomes brighter than another is no reason to exchange their
     drivers, after which Blender works out anew what depends on what."""
-    if sorted(map(str, before)) != sorted(str(_name(item)) for _, item in found):
+    if Counter(before) != Counter(_identity(item) for _, item in found):
         return found
     others = iter([pair for pair in found if pair[1] is None])
-    named = {_name(pair[1]): pair for pair in found}
-    return [next(others) if name is None else named[name] for name in before]
+    objects = {_identity(pair[1]): pair for pair in found}
+    return [next(others) if identity is None else objects[identity] for identity in before]
 
 
-def _name(item):
-    return None if item is None else item.name
+def _identity(item):
+    return None if item is None else item.original.session_uid
 
 
 def _forget():
