@@ -563,6 +563,90 @@ def test_after_any_edits_the_lamps_are_those_that_a_look_at_everything_finds(ble
             np.testing.assert_allclose(got, expected, atol=2e-3, err_msg=str(done))
 
 
+def instance_by_collection(bpy, scene, lamp):
+    collection = bpy.data.collections.new("Lit")
+    collection.objects.link(lamp)
+    return instancer(bpy, scene.collection, collection)
+
+
+def instance_by_nested_collections(bpy, scene, lamp):
+    outer = bpy.data.collections.new("Outer")
+    instance_by_collection(bpy, scene, lamp).users_collection[0].objects.unlink(bpy.data.objects["Instancer"])
+    outer.objects.link(bpy.data.objects["Instancer"])
+    return instancer(bpy, scene.collection, outer)
+
+
+def instancer(bpy, where, collection):
+    empty = bpy.data.objects.new("Instancer", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", collection
+    where.objects.link(empty)
+    return empty
+
+
+def instance_by_vertices(bpy, scene, lamp):
+    item = add(points(bpy))
+    scene.collection.objects.link(lamp)
+    lamp.parent, item.instance_type = item, "VERTS"
+    return item
+
+
+def instance_by_particles(bpy, scene, lamp):
+    item = add(points(bpy))
+    item.modifiers.new("Particles", "PARTICLE_SYSTEM")
+    settings = item.particle_systems[0].settings
+    settings.count, settings.emit_from, settings.use_emit_random = 2, "VERT", False
+    settings.frame_start, settings.frame_end, settings.physics_type = 1, 1, "NO"
+    settings.render_type, settings.instance_object = "OBJECT", lamp
+    return item
+
+
+def instance_by_nodes(bpy, scene, lamp):
+    tree = bpy.data.node_groups.new("Scatter", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    start, put, what, end = (tree.nodes.new(kind) for kind in (
+        "NodeGroupInput", "GeometryNodeInstanceOnPoints", "GeometryNodeObjectInfo", "NodeGroupOutput"))
+    what.inputs["Object"].default_value = lamp
+    what.inputs["As Instance"].default_value = True
+    tree.links.new(start.outputs[0], put.inputs["Points"])
+    tree.links.new(what.outputs["Geometry"], put.inputs["Instance"])
+    tree.links.new(put.outputs["Instances"], end.inputs[0])
+    item = add(points(bpy))
+    item.modifiers.new("Scatter", "NODES").node_group = tree
+    return item
+
+
+def points(bpy):
+    mesh = bpy.data.meshes.new("Points")
+    mesh.from_pydata([(0, 0, 0), (3, 0, 0)], [], [])
+    return mesh
+
+
+@pytest.mark.parametrize("instanced", [instance_by_collection, instance_by_nested_collections, instance_by_vertices,
+                                       instance_by_particles, instance_by_nodes])
+def test_lamps_that_are_instanced_are_found_and_followed(blender, lamps, scene, instanced):
+    tree = lamps.node_tree()
+    use(blender, tree)
+    lamp = add_lamp("POINT", 10, (0, 0, 1), shadow_soft_size=0.1)
+    scene.collection.objects.unlink(lamp)
+    layer = blender.context.view_layer
+    layer.update()
+    assert len(known(tree)) == 0
+    item = instanced(blender, scene, lamp)
+    for x in (2, 5):
+        item.location.x = x
+        layer.update()
+        expected = by_brute_force(scene, layer, layer.depsgraph)
+        assert len(expected) > 0
+        assert expected[0, 0] >= x
+        np.testing.assert_allclose(in_order(known(tree)), expected, atol=1e-4)
+    if item.data is not None:
+        item.data.vertices[1].co.x = 7
+        item.data.update()
+        layer.update()
+        np.testing.assert_allclose(in_order(known(tree)), by_brute_force(scene, layer, layer.depsgraph), atol=1e-4)
+
+
 def test_edits_that_concern_no_instanced_lamp_look_at_no_instance(blender, lamps, scene, monkeypatch):
     use(blender, lamps.node_tree())
     lit, dark = (blender.data.collections.new(name) for name in ("Lit", "Dark"))
