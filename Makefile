@@ -37,6 +37,7 @@ bench: $(ENV)/ready
 
 bench-scale: $(ENV)/ready
 	$(RUN) -m benchmarks.scale
+	$(RUN) -m benchmarks.lamp_updates
 
 report: $(ENV)/ready
 	@test -n "$(MEASUREMENTS)" || { echo "no measurements in $(DATA); set MEASURED_BRDF_DATA"; exit 1; }

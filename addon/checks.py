@@ -11,6 +11,7 @@ import bpy
 from ..fitter.bake import MAX_LAMPS
 from . import material as materials
 from . import versions
+from .lamps import instances, light_objects, sky_moves
 
 
 class Finding(NamedTuple):
@@ -58,8 +59,9 @@ def _light_paths(scene):
 
 
 def _lamps(scene):
-    lamps = [item for item in scene.objects if item.type == "LIGHT" and not item.hide_render and item.data.energy > 0]
-    for item in lamps:
+    shining = {item.session_uid: item for layer in scene.view_layers for item in light_objects.shining(layer)}
+    lamps = [item for item in shining.values() if not item.hide_render and item.data.energy > 0]
+    for item in sorted(lamps, key=lambda item: item.name):
         if not item.visible_glossy:
             yield Finding(f"glossy:{item.name}", f"{item.name} is hidden from glossy rays: most of its light is "
                           "missing", "Make it visible to glossy rays; mirrors will show it",
@@ -74,6 +76,10 @@ def _lamps(scene):
     if pointlike > MAX_LAMPS:
         yield Finding("pointlike", f"{pointlike} lamps have no size, more than the {MAX_LAMPS} that can be known: the "
                       "others are seen only as Fast shows them. Give them a size")
+    if not scene.render.use_lock_interface and (sky_moves(scene.world) or instances.move()):
+        yield Finding("lock_interface", "Instanced lamps or bright places of the sky move: in an animation that is "
+                      "rendered from the window they are followed only with Lock Interface", "Turn Lock Interface on",
+                      lambda: setattr(scene.render, "use_lock_interface", True))
 
 
 def _materials():

@@ -34,7 +34,7 @@ def bright_spots(world):
             spots.append((_turned(node, _sun(node)), max(node.sun_size / 2, 1e-4), math.pi * strength))
         elif node.type == "TEX_ENVIRONMENT" and node.projection == "EQUIRECTANGULAR" and node.image is not None:
             spots += [(_turned(node, direction), radius, light * strength)
-                      for direction, radius, light in _in_image(node.image)]
+                      for direction, radius, light in _in_image(node.image.original)]
     return spots
 
 

@@ -69,3 +69,27 @@ def test_the_method_is_chosen_in_the_node(blender, scene, glossy, write_astm, tm
     assert not node.inputs["Exact"].default_value
     assert blender.ops.measured_brdf.use_method(method="EXACT") == {"FINISHED"}
     assert node.inputs["Exact"].default_value
+
+
+def test_the_panel_is_drawn_again_without_a_look_at_the_objects(blender, extension, scene, monkeypatch):
+    lights = extension.addon.lamps.light_objects
+    lamp, other = add_lamp("POINT", 10), add_lamp("POINT", 10)
+    lamp.visible_glossy = other.visible_glossy = False
+    other.hide_viewport = True
+    other.name = "Unseen"
+    blender.context.view_layer.update()
+    before = keys(scene)
+    assert before == ["glossy:Point", "glossy:Unseen"]
+
+    def looked(*_):
+        raise AssertionError("looked again")
+
+    monkeypatch.setattr(lights, "forget", looked)
+    monkeypatch.setattr(lights, "_in_render", looked)
+    assert keys(scene) == before
+    lamp.visible_glossy = True
+    assert keys(scene) == ["glossy:Unseen"]
+    monkeypatch.undo()
+    blender.data.objects.remove(other)
+    blender.context.view_layer.update()
+    assert keys(scene) == []
