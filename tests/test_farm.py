@@ -56,9 +56,9 @@ def measurements(tmp_path):
 
 
 def convert(folder, library, *more):
-    return subprocess.run([sys.executable, ROOT, "convert", folder, "-o", library, "--preset", "Paper", "--diffuse-level",
-                           "2", "--specular-level", "none", *more], capture_output=True, text=True, check=False,
-                          timeout=300)
+    return subprocess.run([sys.executable, ROOT, "convert", folder, "-o", library, "--preset", "Paper",
+                           "--diffuse-level", "2", "--specular-level", "none", *more], capture_output=True, text=True,
+                          check=False, timeout=300)
 
 
 def convert_shards(folder, library):
@@ -86,7 +86,7 @@ def test_what_was_made_of_a_file_of_many_samples_stays_when_the_file_is_damaged(
     assert codes == [1] * SHARDS                    # each may hold what was made of it, and says that it is damaged
     with blender.data.libraries.load(str(library)) as (source, _):
         assert len(source.materials) == 7
-        assert set(source.materials) == set(sum(before, [])) == set(sum(after, []))
+        assert set(source.materials) == set().union(*before) == set().union(*after)
 
 
 def test_a_damaged_file_moves_no_other_to_another_shard(blender, measurements, tmp_path):

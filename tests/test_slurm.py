@@ -1,5 +1,6 @@
 """The array job of docs/farm.md on a Slurm of its own: `make test-slurm`, not part of `make test`."""
 
+import itertools
 import os
 import re
 import signal
@@ -121,7 +122,7 @@ def test_an_array_job_with_a_task_killed_and_requeued_makes_what_one_process_mak
     whole = materials_in(blender, farm.folder / "whole.blend")
     shards = [materials_in(blender, farm.folder / f"library-{task}of{TASKS}.blend") for task in range(1, TASKS + 1)]
     assert [len(shard) for shard in shards] == [COUNT // TASKS] * TASKS
-    assert sorted(sum(shards, [])) == whole
+    assert sorted(itertools.chain(*shards)) == whole
     assert len({digest for _, _, digest, *_ in whole}) == COUNT
     left = {path.name for path in farm.folder.iterdir() if path.suffix not in (".out", ".blend", ".fits")}
     assert left == {"measurements", "job.sh", "blender_assets.cats.txt"}
