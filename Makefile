@@ -1,4 +1,4 @@
-# make demo | test | test-matrix | fuzz | stability | lint | bench | bench-scale | report | results | zip
+# make demo | test | test-matrix | test-slurm | fuzz | stability | lint | bench | bench-scale | report | results | zip
 # PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))
@@ -12,7 +12,7 @@ DATA := $(or $(MEASURED_BRDF_DATA),../shared/data)
 MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
-.PHONY: demo test test-matrix fuzz stability lint bench bench-scale report results zip clean
+.PHONY: demo test test-matrix test-slurm fuzz stability lint bench bench-scale report results zip clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
@@ -22,6 +22,10 @@ test: $(ENV)/ready
 
 test-matrix: $(ENV)/ready
 	$(RUN) -m tools.test_matrix
+
+# as root, on Debian: installs Slurm and runs it for as long as the test takes
+test-slurm: $(ENV)/ready
+	$(RUN) -m pytest tests/test_slurm.py
 
 fuzz: $(ENV)/ready
 	$(RUN) -m tools.fuzz

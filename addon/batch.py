@@ -100,7 +100,8 @@ def convert(context, sources, failures, choices, path, processes=PROCESSES, forc
         unread = {(Path(name).name, sample) for name, sample, _ in failures}
         removed = defaultdict(list)
         for entry in stale:
-            if not entry.is_used and (Path(entry.filepath).name, entry.sample) not in unread:
+            file = Path(entry.filepath).name
+            if not entry.is_used and not unread & {(file, entry.sample), (file, "")}:       # "": all of its samples
                 removed[entry.part].append(entry.name)
                 rows.append(Row(entry.name, "removed: its measurements are not among the files given"))
         yield from _write_parts(context, path, tasks, removed, entries, choices, processes, rows)

@@ -110,8 +110,9 @@ def _convert(options):
     sources, failures = sources_in(options.paths)
     part, parts = options.shard
     out = Path(options.out).resolve()
-    if parts > 1:
-        sources, failures = sources[part - 1::parts], failures[part - 1::parts]
+    may_be_empty = parts > 1 and len(sources) > 0
+    if parts > 1:       # each is told of all failures: it may hold what was made of those files before
+        sources = _share(sources, failures, part, parts)
         out = out.with_name(f"{out.stem}-{part}of{parts}.blend")
     total, report = len(sources), options.report_to and Report(options.report_to)
     with _quiet():
@@ -129,7 +130,13 @@ def _convert(options):
             time.sleep(0.02)
     if report:
         report.result({"rows": rows, "path": str(out)})
-    return _summary(rows, out)
+    return _summary(rows, out, may_be_empty)
+
+
+def _share(sources, failures, part, parts):
+    """The sources of one shard. A file that cannot be read keeps its place, so that others stay in their shards."""
+    places = sorted([*sources, *failures], key=lambda place: place[0])[part - 1::parts]
+    return [place for place in places if place not in failures]
 
 
 def _save(options):
@@ -175,15 +182,15 @@ def _info(options):
     return int(bool(failures))
 
 
-def _summary(rows, out):
-    """Print what became of each material: the exit code."""
+def _summary(rows, out, may_be_empty=False):
+    """Print what became of each material: the exit code, 1 where one failed or there was none."""
     failed = sum(row.status.startswith("failed") for row in rows)
     for row in sorted(rows):
         numbers = f"{row.coefficients:10,} {row.nbytes / 1000:8,.0f} KB  RMSE {row.rmse:<9.3g}"
         print(f"{row.name:28.28} {numbers if row.coefficients else '':42} {row.status}")
     done = sum(row.status in _DONE for row in rows)
     print(f"{out}: {done} done, {failed} failed")
-    return int(failed > 0 or not rows)
+    return int(failed > 0 or not (rows or may_be_empty))
 
 
 def _require_osl():

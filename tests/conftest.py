@@ -12,6 +12,13 @@ MEASUREMENTS = ("curet/abrdf.dat", "curet/table.txt", "cornell/cayman.astm", "co
                 "cornell/krylon_blue_RGB.astm")
 
 
+def pytest_ignore_collect(collection_path, config):
+    """Leave out what installs and starts a Slurm, unless it is named, as `make test-slurm` does."""
+    if collection_path.name == "test_slurm.py" and not any("test_slurm" in argument for argument in config.args):
+        return True
+    return None
+
+
 @pytest.fixture(scope="session")
 def data():
     """The folder of real measurements."""
