@@ -49,7 +49,7 @@ def _parser():
     convert.add_argument("--shard", type=_shard, default=(1, 1), metavar="I/N",
                          help="make only the I-th of N parts, into a .blend of its own")
     convert.add_argument("--force", action="store_true",
-                         help="where another .blend or file has that name, put it aside (NAME.blend1) and go on")
+                         help="where another .blend or file has that name, put it aside (NAME.blend.kept1) and go on")
     convert.set_defaults(run=_convert)
 
     render = commands.add_parser("render", help="render a sphere of each material with Cycles")

@@ -89,7 +89,7 @@ def writing(path, force):
     ----------
     path : path-like
     force : bool
-        Put a file that is not a library aside, as ``X.blend1``, instead of refusing to replace it.
+        Put a file that is not a library aside (`kept_name`), instead of refusing to replace it.
 
     Raises
     ------
@@ -101,10 +101,18 @@ def writing(path, force):
         for part in list(parts(path)):
             reason = refusal(part)
             if reason and not force:
-                raise LibraryError(f"{reason}. Choose another name, or --force to put it aside as {part.name}1")
+                raise LibraryError(f"{reason}. Choose another name, or --force to put it aside as {kept_name(part)}")
             if reason:
-                os.replace(part, part.with_name(f"{part.name}1"))
+                part.rename(part.with_name(kept_name(part)))
         yield
+
+
+def kept_name(path):
+    """The name under which a file is put aside: none that is taken, and not X.blend1, which Blender writes over."""
+    path, number = Path(path), 1
+    while path.with_name(f"{path.name}.kept{number}").exists():
+        number += 1
+    return f"{path.name}.kept{number}"
 
 
 def open_part(path):

@@ -135,8 +135,15 @@ if os.name == "nt":
 else:
     import fcntl
 
+    # some network file systems have none: there, writers must be kept apart in another way
+    _NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
+
     def _lock(stream, wait):
-        fcntl.flock(stream, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        except OSError as error:
+            if error.errno not in _NO_LOCKS:
+                raise
 
 
 def _umask():

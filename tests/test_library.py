@@ -88,7 +88,11 @@ def test_what_is_not_a_library_of_ours_is_refused_and_with_force_put_aside(blend
     done = convert(folder, library, "--force")
     assert done.returncode == 0, done.stderr
     assert names(library) == ["a", "b"]
-    assert library.with_name("library.blend1").read_bytes() == before["library.blend"]
+    assert library.with_name("library.blend.kept1").read_bytes() == before["library.blend"]
+    make_nonsense(library)
+    assert convert(folder, library, "--force").returncode == 0
+    assert library.with_name("library.blend.kept1").read_bytes() == before["library.blend"]
+    assert library.with_name("library.blend.kept2").read_bytes() == b"not a .blend at all"
 
 
 def test_what_users_add_to_a_library_survives_a_rerun(blender, folder, library, glossy, write_astm):
@@ -235,7 +239,7 @@ def test_saving_an_asset_replaces_no_unrelated_file_unless_told_to(material, tmp
     assert bpy.ops.measured_brdf.save_asset(directory=str(path.parent), force=True) == {"FINISHED"}
     assert state() == before
     assert names(path) == ["a"]
-    assert path.with_name("a.blend1").read_bytes() == b"something else"
+    assert path.with_name("a.blend.kept1").read_bytes() == b"something else"
 
 
 def test_saved_again_an_asset_keeps_what_users_said_of_it_and_another_material_joins_it(material, tmp_path, folder):

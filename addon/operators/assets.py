@@ -20,7 +20,7 @@ class ReplacesFile:
 
     force: BoolProperty(name="Replace", options={"SKIP_SAVE"},
                         description="Where a file of this name is there that is not a library of Measured BRDF, put it "
-                                    "aside (NAME.blend1) and go on")
+                                    "aside (NAME.blend.kept1) and go on")
 
     def confirm(self, event, path):
         """Ask the user where a file would be replaced: what `invoke` returns then, else None."""
@@ -29,7 +29,7 @@ class ReplacesFile:
             return None
         self.force = True               # with which `execute` is called once the user has agreed
         return bpy.context.window_manager.invoke_confirm(
-            self, event, title="Replace this file?", message=f"{reason}. It will be kept as {Path(path).name}1",
+            self, event, title="Replace this file?", message=f"{reason}. It will be kept as {library.kept_name(path)}",
             confirm_text="Replace", icon="WARNING")
 
     def refuse(self, path):
