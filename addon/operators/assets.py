@@ -51,6 +51,7 @@ and write it into the asset library of the preferences, if there is one"""
     bl_label = "Save to Asset Library"
     bl_options = {"REGISTER", "UNDO"}
 
+    needs_osl = False
     directory: StringProperty(name="Library", subtype="DIR_PATH", options={"SKIP_SAVE"},
                               description="Folder of the asset library; empty for that of the preferences, or for the "
                                           "open file where there is none")
@@ -70,6 +71,10 @@ and write it into the asset library of the preferences, if there is one"""
         return self.confirm(event, path) or self.start(context)
 
     def execute(self, context):
+        if self.force and self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
+            # the user has agreed to replace a file; the window must not freeze
+            bpy.ops.measured_brdf.save_asset("INVOKE_DEFAULT", directory=self.directory, force=True)
+            return {"CANCELLED"}
         if self._path(context) is not None:
             return self.run(context)
         target = active_material(context)

@@ -30,6 +30,8 @@ class InBackground:
     - ``apply(context, prepared)``: does the rest, in one step.
     """
 
+    needs_osl = True                # False for what compiles nothing
+
     def run(self, context):
         """All of it at once, for scripts: what `execute` returns."""
         try:
@@ -90,7 +92,7 @@ class InBackground:
 
     def _checked(self, context):
         """The work, unless it would be for nothing."""
-        if osl_support.missing():
+        if self.needs_osl and osl_support.missing():
             raise compiler.CompileError(osl_support.missing())
         return self.work(context)
 
