@@ -47,11 +47,14 @@ def create(fit, shader=None):
 
 def unused(tree):
     """What is left of a group that nothing uses any more: itself and its source; nothing of one in use, or of None."""
-    if tree is None or tree.users:
+    if tree is None:
         return []
     text = script_node(tree).script
-    # a text counts one user for itself, so ask for those that refer to it
-    return [tree] if text is None or bpy.data.user_map(subset=[text])[text] - {tree} else [tree, text]
+    # what refers to them: a text counts itself as a user, and Blender 4.2 counts groups of copied materials twice
+    users = bpy.data.user_map(subset=[tree] if text is None else [tree, text])
+    if users[tree] or tree.use_fake_user:
+        return []
+    return [tree] if text is None or users[text] - {tree} else [tree, text]
 
 
 def script_node(tree):
