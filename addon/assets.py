@@ -99,10 +99,12 @@ def write_catalogue(folder):
     """Add the catalogue to those of a folder, which are kept."""
     path = Path(folder) / _CATALOGUES
     with locked(path, wait=True):
-        text = path.read_text("utf-8") if path.is_file() else _HEADER
-        if str(catalogue_id()) not in text:
-            with replacing(path, "w") as stream:
-                stream.write(f"{text.rstrip()}\n\n{catalogue_id()}:{CATALOGUE}:{CATALOGUE.replace('/', '-')}\n")
+        text = path.read_bytes() if path.is_file() else b""        # as it is, in whatever encoding
+        line = f"{catalogue_id()}:{CATALOGUE}:{CATALOGUE.replace('/', '-')}\n".encode()
+        if str(catalogue_id()).encode() not in text:
+            header = b"" if b"VERSION" in text else _HEADER.encode()
+            with replacing(path) as stream:
+                stream.write(header + text.rstrip() + b"\n\n" + line)
 
 
 def catalogue_id():

@@ -19,6 +19,7 @@ from . import assets, background, library, work
 from . import material as materials
 from .properties import fit_arguments
 
+DONE = ("fitted", "up to date", "rendered", "saved")       # what a row's status says where all is well
 PROCESSES = max(os.cpu_count() - 1, 1)
 
 
@@ -58,10 +59,12 @@ class _Entry(NamedTuple):
     filepath: str
     sample: str
     is_used: bool
+    is_asset: bool
+    is_named_after_data: bool
     row: Row
 
 
-def convert(context, sources, failures, choices, path, processes=PROCESSES, force=False):
+def convert(context, sources, failures, choices, path, processes=PROCESSES, force=False, prune=False):
     """Write an asset library: a generator of Progress which returns rows; it does not wait, so whoever runs it should.
 
     Parameters
@@ -73,13 +76,15 @@ def convert(context, sources, failures, choices, path, processes=PROCESSES, forc
     choices : properties.FitChoices
         `filepath` and `sample` are set to those of each material.
     path : path-like
-        The .blend to write, the first part of the library. Materials that are up to date are kept; those of an earlier
-        run whose measurements are not among the sources any more are removed, unless something in the file uses them.
-        All else that the file holds stays. Fits are kept in a folder beside it, so that an interrupted run goes on
-        where it was.
+        The .blend to write, the first part of the library. What is in it stays: materials that are out of date are
+        fitted again in place, new ones are added. Fits are kept in a folder beside it, so that an interrupted run goes
+        on where it was.
     processes : int
     force : bool
         Put a file that is not a library aside instead of refusing to replace it.
+    prune : bool
+        Remove materials of an earlier run whose measurements are not among the sources or failures, unless something
+        in the file uses them.
 
     Returns
     -------
@@ -97,25 +102,29 @@ def convert(context, sources, failures, choices, path, processes=PROCESSES, forc
         failures, rows = list(failures), []
         tasks, stale = _plan(sources, fit_arguments(choices), entries, failures, rows)
         rows += [Row(_name(name, sample), f"failed: {error}") for name, sample, error in failures]
-        unread = {(Path(name).name, sample) for name, sample, _ in failures}
+        given = {(Path(name).name, sample) for name, sample, *_ in [*sources, *failures]}
         removed = defaultdict(list)
         for entry in stale:
             file = Path(entry.filepath).name
-            if not entry.is_used and not unread & {(file, entry.sample), (file, "")}:       # "": all of its samples
+            if given & {(file, entry.sample), (file, "")}:      # unread, "" for all of its samples, or a user's copy
+                continue
+            if prune and not entry.is_used:
                 removed[entry.part].append(entry.name)
-                rows.append(Row(entry.name, "removed: its measurements are not among the files given"))
+            rows.append(Row(entry.name, f"{'removed' if prune and not entry.is_used else 'kept'}: its measurements are "
+                                        "not among the files given"))
         yield from _write_parts(context, path, tasks, removed, entries, choices, processes, rows)
     return rows
 
 
 def _survey(part):
     """The measured materials of a part that `convert` made: a list of _Entry."""
-    if not part.exists():
-        return []
     library.open_part(part)
-    return [_Entry(part, item.name, item.measured_brdf.asset_key, item.measured_brdf.filepath,
-                   item.measured_brdf.sample, item.users > item.use_fake_user, row(item, "up to date"))
-            for item in library.measured() if item.measured_brdf.asset_key]
+    found = [_Entry(part, item.name, item.measured_brdf.asset_key, item.measured_brdf.filepath,
+                    item.measured_brdf.sample, item.users > item.use_fake_user, item.asset_data is not None,
+                    _is_named_after_data(item), row(item, "up to date"))
+             for item in library.measured() if item.measured_brdf.asset_key]
+    library.close()
+    return found
 
 
 def _plan(sources, arguments, entries, failures, rows):
@@ -133,21 +142,27 @@ def _plan(sources, arguments, entries, failures, rows):
             continue
         fit_key = work.fit_key(samples.name, work.digest(samples), arguments)
         todo.append(_Task(path, sample, work.asset_key(fit_key), fit_key))
+    wanted = list(todo)
+    current = {entry.key: entry for entry in reversed(entries)}
     for task in todo[:]:
-        found = next((entry for entry in left if entry.key == task.key), None)
-        if found is not None:
-            left.remove(found)
+        if task.key in current:
             todo.remove(task)
-            rows.append(found.row)
+            rows.append(current[task.key].row)
+    left = [entry for entry in left if entry.key not in {row_of.key for row_of in wanted}]
     for same in (_is_same_file, _has_same_name):
         for task in todo[:]:
-            found = next((entry for entry in left if same(task, entry)), None)
+            # of several, copies that users made among them, the one that has not been renamed, and is an asset
+            found = max((entry for entry in left if same(task, entry)), key=_is_original, default=None)
             if found is not None:
                 left.remove(found)
                 todo.remove(task)
                 tasks[found.part].append(task._replace(replaced=found.name))
     tasks[None] = todo
     return tasks, left
+
+
+def _is_original(entry):
+    return entry.is_asset, entry.is_named_after_data
 
 
 def _is_same_file(task, entry):
@@ -163,17 +178,15 @@ def _write_parts(context, path, tasks, removed, entries, choices, processes, row
     total = sum(map(len, tasks.values()))
     done, waiting = 0, tasks[None]
     folder = path.with_suffix(".fits")
-    existing = list(library.parts(path)) if path.exists() else []
-    number = 0
-    while number < len(existing) or waiting:
-        part = existing[number] if number < len(existing) else library.next_part(path, number)
+    existing, is_written = library.parts(path), False
+    while existing or waiting:
+        part = existing.pop(0) if existing else library.next_part(path)
         held = sum(entry.part == part for entry in entries) - len(removed[part])
         room = max(library.MATERIALS_PER_FILE - held, 0)
         todo, waiting = [*tasks[part], *waiting[:room]], waiting[room:]
-        number += 1
         if not todo and not removed[part]:
             continue
-        library.open_part(part)
+        opened = library.open_part(part)
         for name in removed[part]:
             materials.remove(bpy.data.materials[name])
         made = []
@@ -183,7 +196,10 @@ def _write_parts(context, path, tasks, removed, entries, choices, processes, row
         done += len(todo)
         if made or removed[part]:
             yield Progress(done / max(total, 1), f"Writing {part.name}")
-            library.save_part(part)
+            library.save_part(part, opened)
+            is_written = True
+    if is_written:
+        assets.write_catalogue(path.parent)
 
 
 def _in_parallel(todo, arguments, folder, processes, function):
@@ -218,7 +234,8 @@ def _make(context, choices, made, rows, task, job):
                 item = bpy.data.materials[task.replaced]
                 remembered, is_named = assets.remember(item), _is_named_after_data(item)
                 materials.assign(item, outcome, choices, context)
-                assets.renew(item, remembered, picture)
+                if remembered is not None:      # else a user has taken the mark away
+                    assets.renew(item, remembered, picture)
                 if is_named:
                     item.name = outcome.samples.name
             else:

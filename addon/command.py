@@ -17,7 +17,6 @@ from .properties import CHOICES, LEVELS, NO_SPECULAR_LEVEL, fit_arguments, use_p
 from .sources import sources_in
 
 _TOLERANCE = 0.05
-_DONE = ("fitted", "up to date", "rendered", "saved")
 
 
 def main(arguments=None):
@@ -45,7 +44,9 @@ def _parser():
     _add_inputs(convert)
     convert.add_argument("-o", "--out", required=True, help="the .blend to write; fits are kept beside it, and what is "
                                                             "up to date is not made again")
-    convert.add_argument("--processes", type=int, default=batch.PROCESSES, metavar="N", help="default: %(default)s")
+    convert.add_argument("--prune", action="store_true",
+                         help="remove materials of an earlier run whose measurements are not among PATH any more")
+    convert.add_argument("--processes", type=_count, default=batch.PROCESSES, metavar="N", help="default: %(default)s")
     convert.add_argument("--shard", type=_shard, default=(1, 1), metavar="I/N",
                          help="make only the I-th of N parts, into a .blend of its own")
     convert.add_argument("--force", action="store_true",
@@ -86,6 +87,12 @@ def _level_or_none(text):
     return NO_SPECULAR_LEVEL if text.lower() == "none" else int(text)
 
 
+def _count(text):
+    if int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text}: expected at least 1")
+    return int(text)
+
+
 def _shard(text):
     part, parts = map(int, text.split("/"))
     if not 1 <= part <= parts:
@@ -116,7 +123,8 @@ def _convert(options):
         out = out.with_name(f"{out.stem}-{part}of{parts}.blend")
     total, report = len(sources), options.report_to and Report(options.report_to)
     with _quiet():
-        steps = batch.convert(bpy.context, sources, failures, _choices(options), out, options.processes, options.force)
+        steps = batch.convert(bpy.context, sources, failures, _choices(options), out, options.processes, options.force,
+                              options.prune)
         while True:
             try:
                 progress = next(steps)
@@ -188,7 +196,7 @@ def _summary(rows, out, may_be_empty=False):
     for row in sorted(rows):
         numbers = f"{row.coefficients:10,} {row.nbytes / 1000:8,.0f} KB  RMSE {row.rmse:<9.3g}"
         print(f"{row.name:28.28} {numbers if row.coefficients else '':42} {row.status}")
-    done = sum(row.status in _DONE for row in rows)
+    done = sum(row.status in batch.DONE for row in rows)
     print(f"{out}: {done} done, {failed} failed")
     return int(failed > 0 or not (rows or may_be_empty))
 

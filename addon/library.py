@@ -4,9 +4,13 @@ Libraries are changed in place by a Blender that has no other file open (`blende
 materials are replaced or joined by others, and it is saved beside itself and renamed. What users put into it stays.
 """
 
+import errno
+import glob
 import json
 import os
 import re
+import shutil
+import stat
 from collections import Counter
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -32,11 +36,14 @@ def refusal(path):
     path = Path(path)
     if not path.exists():
         return ""
-    if bpy.data.filepath and path.samefile(bpy.data.filepath):
-        return f"{path} is the file that is open"
+    if not path.is_file():
+        return f"{path} is not a file"
+    with suppress(OSError):                 # the open file may have been deleted
+        if bpy.data.filepath and path.samefile(bpy.data.filepath):
+            return f"{path} is the file that is open"
     names = _names(path)
     if names is None:
-        return f"{path} exists and is not a .blend file"
+        return f"{path} exists and is not a .blend file that Blender {bpy.app.version_string} can read"
     if _MARKER in names.get("texts", ()) or _is_of_first_version(names):
         return ""
     held = ", ".join(f"{len(of_kind)} {kind.replace('_', ' ')}" for kind, of_kind in sorted(names.items()) if of_kind)
@@ -66,19 +73,20 @@ def _is_of_first_version(names):
 
 
 def parts(path):
-    """The files of a library, the first at `path`, numbered ones beside it, as far as they follow on each other."""
+    """The files of a library that are there: `path`, and numbered ones beside it that belong to it."""
     path = Path(path)
-    yield path
-    number = 2
-    while (part := path.with_name(f"{path.stem}-{number:03d}{path.suffix}")).exists():
-        yield part
+    numbered = sorted(part for part in path.parent.glob(f"{glob.escape(path.stem)}-[0-9][0-9][0-9]{path.suffix}"))
+    return [part for part in (path, *numbered) if part.exists() and not refusal(part)]
+
+
+def next_part(path):
+    """The first path of a library's parts that no file has."""
+    path, number = Path(path), 2
+    part = path
+    while part.exists() and (part != path or not refusal(part)):
+        part = path.with_name(f"{path.stem}-{number:03d}{path.suffix}")
         number += 1
-
-
-def next_part(path, used):
-    """The path of the part that follows on `used` parts."""
-    path = Path(path)
-    return path if used == 0 else path.with_name(f"{path.stem}-{used + 1:03d}{path.suffix}")
+    return part
 
 
 @contextmanager
@@ -89,21 +97,23 @@ def writing(path, force):
     ----------
     path : path-like
     force : bool
-        Put a file that is not a library aside (`kept_name`), instead of refusing to replace it.
+        Put a file that is not a library aside (`kept_name`) when a library is written, instead of refusing to.
 
     Raises
     ------
     LibraryError, OSError
     """
     path = Path(path)
+    if path.suffix != ".blend":
+        raise LibraryError(f"{path}: expected a name that ends in .blend")
     path.parent.mkdir(parents=True, exist_ok=True)
     with locked(path):
-        for part in list(parts(path)):
-            reason = refusal(part)
-            if reason and not force:
-                raise LibraryError(f"{reason}. Choose another name, or --force to put it aside as {kept_name(part)}")
-            if reason:
-                part.rename(part.with_name(kept_name(part)))
+        reason = refusal(path)
+        if reason and (not force or not path.is_file()):
+            raise LibraryError(f"{reason}. Choose another name" + (
+                f", or --force to put it aside as {kept_name(path)}" if path.is_file() else ""))
+        for left in path.parent.glob(f".{glob.escape(path.stem)}*.part.blend*"):      # by a process that was killed
+            left.unlink()
         yield
 
 
@@ -116,15 +126,38 @@ def kept_name(path):
 
 
 def open_part(path):
-    """Open a part of a library in this Blender, or begin an empty one."""
-    if Path(path).exists():
-        bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False, use_scripts=False)
-    else:
-        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True, load_ui=False)
+    """Open a part of a library in this Blender, or begin an empty one: what `save_part` takes."""
+    path = Path(path)
+    close()                                 # the open file cannot be looked into
+    if not path.exists() or refusal(path):
+        return None
+    before = _version_on_disk(path)
+    bpy.ops.wm.open_mainfile(filepath=str(path), use_scripts=False)
+    if bpy.data.version[:2] > bpy.app.version[:2]:
+        raise LibraryError(f"{path} was saved by Blender {'.'.join(map(str, bpy.data.version))}; this is "
+                           f"{bpy.app.version_string}, which would lose what it does not know")
+    return before
 
 
-def save_part(path):
-    """Save what is open as a part of a library: it is replaced once the new file is whole."""
+def close():
+    """Have no file open in this Blender."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True, load_ui=False)
+
+
+def save_part(path, opened):
+    """Save what is open as a part of a library, and close it: the file is replaced once the new one is whole.
+
+    Parameters
+    ----------
+    path : path-like
+    opened
+        What `open_part` returned.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written, is write-protected, or was saved by somebody else meanwhile.
+    """
     path = Path(path)
     marker = bpy.data.texts.get(_MARKER) or bpy.data.texts.new(_MARKER)
     marker.from_string(json.dumps({"format": _FORMAT, "version": versions.CURRENT}))
@@ -134,13 +167,28 @@ def save_part(path):
         bpy.ops.wm.save_as_mainfile(filepath=str(beside), copy=True, compress=True, check_existing=False)
         with open(beside, "rb+") as stream:
             os.fsync(stream.fileno())
+        if opened is not None and _version_on_disk(path) != opened:
+            raise OSError(errno.EBUSY, "it was saved by somebody else meanwhile; nothing was written, run this again",
+                          str(path))
+        if opened is not None:
+            if not path.stat().st_mode & stat.S_IWUSR:
+                raise OSError(errno.EACCES, "write-protected", str(path))
+            shutil.copymode(path, beside)
+        elif path.exists():
+            path.rename(path.with_name(kept_name(path)))
         os.replace(beside, path)
     except RuntimeError as error:           # what an operator reports
-        raise OSError(0, str(error).strip().removeprefix("Error: "), str(path)) from error
+        raise OSError(errno.EIO, str(error).strip().removeprefix("Error: "), str(path)) from error
     finally:
         with suppress(OSError):
             beside.unlink()
-    assets.write_catalogue(path.parent)
+        close()
+
+
+def _version_on_disk(path):
+    """Changes whenever somebody saves a file."""
+    found = path.stat()
+    return found.st_mtime_ns, found.st_size, found.st_ino
 
 
 def merge(source, path, force):
@@ -149,13 +197,17 @@ def merge(source, path, force):
     One that the library has already, of the same measurements, is replaced; what users did to it as an asset stays.
     """
     with writing(path, force):
-        open_part(path)
-        before = measured()
+        opened, before = open_part(path), measured()
         with bpy.data.libraries.load(str(source), link=False) as (names, target):
-            target.materials = names.materials
+            wanted = list(names.materials)
+            target.materials = wanted
+        names_before = dict(zip(target.materials, wanted, strict=True))         # appending may have numbered them
         lamps.update(bpy.context.evaluated_depsgraph_get())
         for item in target.materials:
-            old = next((other for other in before if identity(other) == identity(item)), None)
+            same = [other for other in before if identity(other) == identity(item)]
+            # of several, copies that users made among them, the one of that name
+            old = same[0] if len(same) == 1 else next(
+                (other for other in same if other.name == names_before[item]), None)
             if old is not None:
                 before.remove(old)
                 assets.inherit(item, old)
@@ -163,8 +215,10 @@ def merge(source, path, force):
                 name = old.name
                 materials.remove(old)
                 item.name = name
-        save_part(path)
-        return [item.name for item in target.materials]
+        names = [item.name for item in target.materials]
+        save_part(path, opened)
+        assets.write_catalogue(Path(path).parent)
+        return names
 
 
 def measured():

@@ -146,13 +146,102 @@ def test_a_file_that_cannot_be_read_this_time_keeps_its_material(blender, folder
     assert convert(folder, library).stdout.count("up to date") == 2
 
 
-def test_materials_whose_measurements_are_gone_are_removed_and_it_says_so(blender, folder, library):
+def test_materials_whose_measurements_are_not_given_are_kept_unless_they_are_to_be_removed(blender, folder, library):
     assert convert(folder, library).returncode == 0
     (folder / "a.astm").unlink()
     done = convert(folder, library)
     assert done.returncode == 0
+    assert "kept: its measurements are not among the files given" in done.stdout
+    assert names(library) == ["a", "b"]
+    done = convert(folder, library, "--prune")
+    assert done.returncode == 0
     assert "removed: its measurements are not among the files given" in done.stdout
     assert names(library) == ["b"]
+
+
+@pytest.mark.parametrize("given", ["nowhere", "empty"])
+def test_a_wrong_or_empty_folder_takes_nothing_out_of_a_library(folder, library, tmp_path, given):
+    (tmp_path / "empty").mkdir()
+    assert convert(folder, library).returncode == 0
+    before = library.read_bytes()
+    convert(tmp_path / given, library)
+    assert library.read_bytes() == before
+
+
+def test_a_users_copy_of_a_material_of_a_library_stays_what_it_is(blender, folder, library):
+    assert convert(folder, library).returncode == 0
+    for name in ("A copy", "z copy"):           # before and behind the original in the order of names
+        bpy.ops.wm.open_mainfile(filepath=str(library))
+        copy = bpy.data.materials["a"].copy()
+        copy.name, copy.use_fake_user = name, True
+        copy.node_tree.nodes.new("ShaderNodeBump")
+        bpy.ops.wm.save_as_mainfile(filepath=str(library))
+    assert convert(folder, library).stdout.count("up to date") == 2
+    done = convert(folder, library, "--prune", "--diffuse-level", "2")
+    assert done.returncode == 0, done.stderr
+    bpy.ops.wm.open_mainfile(filepath=str(library))
+    assert sorted(item.name for item in bpy.data.materials) == ["A copy", "a", "b", "z copy"]
+    level = {item.name: item.measured_brdf.diffuse_level for item in bpy.data.materials}
+    assert level == {"A copy": 1, "a": 2, "b": 2, "z copy": 1}
+    assert "Bump" in bpy.data.materials["A copy"].node_tree.nodes
+
+
+def test_what_is_saved_into_a_library_meanwhile_is_not_lost(blender, folder, library):
+    from measured_brdf.addon import library as libraries
+
+    assert convert(folder, library).returncode == 0
+    opened = libraries.open_part(library)
+    other = library.read_bytes() + b" "         # as another Blender saves it
+    library.write_bytes(other)
+    with pytest.raises(OSError, match="saved by somebody else meanwhile"):
+        libraries.save_part(library, opened)
+    assert library.read_bytes() == other
+    assert not list(library.parent.glob(".*"))
+
+
+def test_a_file_of_a_newer_blender_is_not_rewritten(blender, folder, library, monkeypatch):
+    from measured_brdf.addon import library as libraries
+
+    assert convert(folder, library).returncode == 0
+
+    class Older:
+        version, version_string = (4, 1, 0), "4.1.0"
+
+    monkeypatch.setattr(libraries, "bpy", type("Bpy", (), {"app": Older, "data": bpy.data, "ops": bpy.ops}))
+    with pytest.raises(libraries.LibraryError, match=r"was saved by Blender .*4\.1\.0"):
+        libraries.open_part(library)
+
+
+def test_a_write_protected_library_is_an_error_and_modes_are_kept(blender, folder, library, glossy, write_astm):
+    assert convert(folder, library).returncode == 0
+    library.chmod(0o640)
+    write_astm(folder / "c.astm", glossy, "c")
+    assert convert(folder, library).returncode == 0
+    assert library.stat().st_mode & 0o777 == 0o640
+    library.chmod(0o444)
+    write_astm(folder / "d.astm", glossy, "d")
+    done = convert(folder, library)
+    assert done.returncode == 1
+    assert f"{library}: write-protected" in done.stderr
+    assert names(library) == ["a", "b", "c"]
+
+
+@pytest.mark.parametrize(("out", "message"), [("library", "expected a name that ends in .blend"),
+                                              ("folder.blend", "is not a file")])
+def test_other_names_are_refused(folder, tmp_path, out, message):
+    (tmp_path / "folder.blend").mkdir()
+    done = convert(folder, tmp_path / out, "--force")
+    assert done.returncode == 1
+    assert message in done.stderr
+    assert (tmp_path / "folder.blend").is_dir()
+
+
+def test_with_force_nothing_is_put_aside_where_nothing_is_written(library, tmp_path):
+    make_scene(library)
+    before = library.read_bytes()
+    (tmp_path / "empty").mkdir()
+    assert convert(tmp_path / "empty", library, "--force").returncode == 1
+    assert library.read_bytes() == before
 
 
 HOLD = """
@@ -212,11 +301,18 @@ def test_a_large_library_is_several_files_of_which_each_is_whole(blender, folder
     (folder / f"{gone}.astm").unlink()
     for name in "fg":
         write_astm(folder / f"{name}.astm", glossy, name)
+    foreign = library.with_name("library-004.blend")
+    foreign.write_bytes(b"a user's")
+    arguments.append("--prune")
     done = run()
     assert done.returncode == 0, done.stderr
     assert [len(names(part)) for part in parts] == [2, 2, 2]
     assert parts[0].stat().st_mtime_ns == written[0]
     assert sorted(itertools.chain(*map(names, parts))) == sorted(set("abcdefg") - {gone})
+    write_astm(folder / "h.astm", glossy, "h")
+    assert run().returncode == 0
+    assert foreign.read_bytes() == b"a user's"
+    assert names(library.with_name("library-005.blend")) == ["h"]
 
 
 @pytest.fixture

@@ -304,7 +304,7 @@ def test_of_ten_files_one_broken_the_command_does_the_others(blender, ten, tmp_p
 
     write_astm(ten / "4.astm", glossy, "other")
     (ten / "7.astm").unlink()
-    assert convert(ten, out).stdout.count("up to date") == 7
+    assert convert(ten, out, "--prune").stdout.count("up to date") == 7
     blender.ops.wm.open_mainfile(filepath=str(out))
     assert sorted(item.name for item in blender.data.materials) == [
         "other", *(f"paint {number}" for number in (0, 1, 2, 3, 5, 6, 8))]

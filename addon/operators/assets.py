@@ -59,7 +59,8 @@ and write it into the asset library of the preferences, if there is one"""
     @classmethod
     def poll(cls, context):
         target = active_material(context)
-        if target is None or not target.is_editable or not materials.is_measured(target):
+        if (target is None or not target.is_editable or target.override_library is not None
+                or not materials.is_measured(target)):
             cls.poll_message_set("Fit a material of this file first")
             return False
         return True

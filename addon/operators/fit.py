@@ -144,6 +144,10 @@ class MEASUREDBRDF_OT_use_preset(bpy.types.Operator):
     preset: EnumProperty(items=PRESET_ITEMS)
 
     @classmethod
+    def poll(cls, context):
+        return is_editable(cls, context)
+
+    @classmethod
     def description(cls, _context, properties):
         return PRESET_HELP[properties.preset]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 from bpy.props import StringProperty
 
-from .. import background, preferences, work
+from .. import background, batch, preferences, work
 from ..blender_process import Command
 from ..properties import NO_SPECULAR_LEVEL, FitChoices, complete, fit_arguments
 from ..sources import GLOB, sources_in
@@ -42,7 +42,10 @@ class _FromFolder(FitChoices):
 
     def found(self):
         """The sources in the folder, and the files that cannot be read, as `sources_in` has them."""
-        sources, failures = sources_in([bpy.path.abspath(self.directory)])
+        folder = bpy.path.abspath(self.directory)
+        if not Path(folder).is_dir():
+            raise ValueError(f"{folder}: not a folder")
+        sources, failures = sources_in([folder])
         if not sources and not failures:
             raise ValueError(f"{self.directory}: no files of measurements ({GLOB}); choose a folder that has some")
         return sources, failures
@@ -95,7 +98,8 @@ The open file stays as it is"""
         failed = [(name, status) for name, status, *_ in rows if status.startswith("failed")]
         for name, status in failed:
             self.report({"WARNING"}, f"{name} {status}")
-        self.report({"INFO"}, f"{path}: {len(rows) - len(failed)} materials; {len(failed)} files failed")
+        self.report({"INFO"}, f"{path}: {sum(status in batch.DONE for _, status, *_ in rows)} materials; {len(failed)} "
+                    "files failed")
 
     def _path(self, context):
         """The library to write."""
