@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix, Vector
-from test_rendering import normals, picture_mean, reflected, set_input
+from test_rendering import normals, reflected, set_input
 
 import fitter
 from demo_scenes.osl_probe import probe_osl
@@ -167,20 +167,21 @@ def test_a_lamp_with_a_lobe_is_not_drawn_at_as_well(blender, foil):
 
 
 def test_fast_is_the_mixture_and_nothing_drawn(blender, foil):
-    mixture = closure_mixture.closure_mixture(foil)
-    to = directions.grid()
-    theta_o = directions.views()
-    albedo = [(closure_mixture.evaluate(mixture, view, angle, to.unit) * to.solid_angle[:, None]).sum(axis=0)
-              for view, angle in enumerate(theta_o)]
-    n = normals(400)
-    expected = picture_mean(np.stack([np.interp(np.arccos(n[:, 2]), theta_o, column) for column in np.array(albedo).T],
-                                     axis=1), 400)
-    scene = black_scene(48, 48, 64, span=2)
-    scene.cycles.max_bounces = 0
-    add_sphere().data.materials.append(material_for(foil))
-    set_input(bpy.context.object.data.materials[0], "Exact", False)
-    background(scene, 1)
-    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.002)
+    """Under a lamp that is too large for a lobe, where the mixture differs from the fit."""
+    view, cone = 20, 0.7
+    theta_o, to = directions.views()[view], directions.grid()
+    toward = math.degrees(theta_o) - 45                     # 45 degrees from the normal, on the viewer's side
+    lit = np.where(to.unit @ leaning(45, 0) > math.cos(cone), to.solid_angle, 0)
+    mixture = closure_mixture.evaluate(closure_mixture.closure_mixture(foil), view, theta_o, to.unit)[:, 0] @ lit
+    fitted = (foil.evaluate(to.theta, to.phi, theta_o, 0)[:, 0] * np.cos(to.theta)) @ lit
+    assert mixture < 0.95 * fitted
+    means = []
+    for exact in (False, True):
+        scene = plane(foil, 256, leaning(math.degrees(theta_o), 0), size=16)
+        set_input(bpy.context.object.data.materials[0], "Exact", exact)
+        add_sun(leaning(toward, 0), angle=2 * cone)
+        means.append(colours(scene).mean())
+    assert means[0] / means[1] == pytest.approx(mixture / fitted, rel=0.015)
 
 
 def test_every_direction_has_a_cell(blender, foil):
