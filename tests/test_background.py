@@ -301,3 +301,26 @@ def test_work_that_cannot_begin_is_reported(operator, window):
     assert operator.start(window) == {"CANCELLED"}
     assert "disk full" in operator.reports[-1][1]
     assert window.timers == []
+
+
+def test_between_two_ticks_of_the_timer_nothing_is_done(operator, window):
+    operator.work = lambda context: Finished()
+    operator.start(window)
+    for _ in range(10):
+        assert operator.modal(window, event("MOUSEMOVE")) == {"PASS_THROUGH"}
+    assert operator.made == []
+    assert operator._steps is None
+
+
+def test_without_a_window_all_is_done_at_once(operator):
+    operator.execute = lambda context: {"FINISHED"}
+    assert operator.start(CONTEXT) == {"FINISHED"}
+
+
+def test_in_scripts_an_error_is_reported_in_one_line(operator, window):
+    def fails(_context):
+        raise OSError("disk full")
+
+    operator.work = fails
+    assert operator.run(window) == {"CANCELLED"}
+    assert operator.reports == [({"ERROR"}, "disk full")]

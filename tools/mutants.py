@@ -40,7 +40,7 @@ TESTS = {
     "addon/transaction.py": (_FAILING, "-k", "refit or update or dies"),
     "addon/material.py": ("tests/test_addon.py", _FAILING, "-k", "refit or update or import or fitting"),
     "addon/operators/in_background.py": ("tests/test_background.py", "tests/test_addon.py", _FAILING, "-k",
-                                         "(operator or escape or begin or without_osl or dies) and not anywhere or folder"),
+                                         "(operator or escape or begin or without_osl) and not anywhere or folder"),
     "addon/operators/import_data.py": ("tests/test_addon.py", "tests/test_reuse.py", _FAILING, "-k",
                                        "import and not folder or linked or dropped or samples_of"),
     "addon/library.py": ("tests/test_library.py", "-k", "ours or open_file or second_writer or sav or version"),
