@@ -1,5 +1,6 @@
 """Work in another process: what it returns, what it says meanwhile, how it ends."""
 
+import contextlib
 import time
 from functools import partial
 from types import SimpleNamespace
@@ -244,3 +245,82 @@ def test_the_cancel_button_does_what_escape_does(extension, operator):
     assert bpy.ops.measured_brdf.cancel() == {"FINISHED"}
     assert operator.modal(CONTEXT, event("TIMER")) == {"CANCELLED"}
     assert operator.made == []
+
+
+@pytest.fixture
+def window(monkeypatch):
+    """As if there were a window: its timers that are not removed yet, and a context to start operators in."""
+    from measured_brdf.addon.operators import in_background
+
+    timers = []
+    manager = SimpleNamespace(event_timer_add=lambda interval, window: timers.append(interval) or interval,
+                              event_timer_remove=timers.remove, modal_handler_add=lambda operator: None)
+    monkeypatch.setattr(in_background, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
+    monkeypatch.setattr(in_background.osl_support, "missing", lambda: "")
+    return SimpleNamespace(workspace=None, window=None, window_manager=manager, timers=timers)
+
+
+def test_an_operator_that_is_started_while_another_works_is_refused_and_the_other_goes_on(operator, window):
+    operator.work = lambda context: Finished()
+    second = type(operator)()
+    second.work = operator.work
+    assert operator.start(window) == {"RUNNING_MODAL"}
+    assert second.start(window) == {"CANCELLED"}
+    assert "under way" in second.reports[-1][1]
+    while operator.modal(window, event("TIMER")) == {"PASS_THROUGH"}:
+        pass
+    assert operator.made == [0, 1, 2]
+    assert second.made == window.timers == []
+
+
+@pytest.mark.parametrize("error", [ValueError("no good"), ZeroDivisionError("by nobody expected"), KeyboardInterrupt()])
+def test_an_operator_that_raises_ends_its_work_and_its_timer_and_the_next_can_start(operator, window, error, capfd):
+    from measured_brdf.addon.operators import in_background
+
+    def fails(_context, _prepared):
+        raise error
+
+    operator.work = lambda context: Finished()
+    operator.start(window)
+    operator.apply = fails
+    with contextlib.suppress(KeyboardInterrupt):
+        while (result := operator.modal(window, event("TIMER"))) == {"PASS_THROUGH"}:
+            pass
+        assert result == {"CANCELLED"}
+        assert str(error) in operator.reports[-1][1]
+    assert in_background.running is None
+    assert window.timers == []
+    assert ("Traceback" in capfd.readouterr().err) == isinstance(error, ZeroDivisionError)
+
+
+def test_work_that_cannot_begin_is_reported(operator, window):
+    def fails(_context):
+        raise OSError("disk full")
+
+    operator.work = fails
+    assert operator.start(window) == {"CANCELLED"}
+    assert "disk full" in operator.reports[-1][1]
+    assert window.timers == []
+
+
+def test_between_two_ticks_of_the_timer_nothing_is_done(operator, window):
+    operator.work = lambda context: Finished()
+    operator.start(window)
+    for _ in range(10):
+        assert operator.modal(window, event("MOUSEMOVE")) == {"PASS_THROUGH"}
+    assert operator.made == []
+    assert operator._steps is None
+
+
+def test_without_a_window_all_is_done_at_once(operator):
+    operator.execute = lambda context: {"FINISHED"}
+    assert operator.start(CONTEXT) == {"FINISHED"}
+
+
+def test_in_scripts_an_error_is_reported_in_one_line(operator, window):
+    def fails(_context):
+        raise OSError("disk full")
+
+    operator.work = fails
+    assert operator.run(window) == {"CANCELLED"}
+    assert operator.reports == [({"ERROR"}, "disk full")]
