@@ -107,12 +107,26 @@ def test_a_lamp_that_stands_half_below_the_horizon_gives_what_is_above_it(blende
 
 
 def test_a_lamp_on_the_normal_is_reflected_from_all_of_its_disk(blender, foil):
-    normal = leaning(30, 0)
-    scene = plane(foil, 64, normal)
-    add_sun(normal, angle=0.11)
+    scene = plane(foil, 64)
+    viewer = leaning(30, 0)
+    scene.camera.location, scene.camera.rotation_euler = 10 * viewer, (0, math.radians(30), 0)
+    add_sun(UP, angle=0.11)
+    normal = leaning(30)                # as seen from above, for `reflected`
     expected = over_disk(foil, normal, normal, 0.055)
     assert abs(expected / reflected(foil, normal[None], normal[None])[0] - 1).max() > 0.1, "its middle would do"
     assert colours(scene).mean(axis=0) == pytest.approx(np.broadcast_to(expected, 3), rel=0.01)
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.2])
+def test_two_lamps_in_one_place_give_twice_the_light_where_the_mixture_is_not_the_fit(blender, foil, apart):
+    """The lobe of the second carries only what that of the first leaves."""
+    normal = leaning(70, 0)
+    scene = plane(foil, 64, normal)
+    lamps = [leaning(10 + apart * side, 0) for side in (-1, 1)]
+    for toward in lamps:
+        add_sun(toward)
+    expected = sum(reflected(foil, normal[None], toward[None])[0] for toward in lamps)
+    assert colours(scene).mean(axis=0) == pytest.approx(np.broadcast_to(expected, 3), rel=0.02)
 
 
 def test_lamps_are_known_as_long_as_a_part_of_them_is_above_the_horizon(blender, foil):
