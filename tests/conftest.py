@@ -96,3 +96,25 @@ def blender(extension):
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     return bpy
+
+
+_known = {}
+
+
+@pytest.fixture
+def quick(extension, monkeypatch):
+    """Work that touches nothing of Blender's, fitting, baking and compiling, is done once for all tests that ask."""
+    from measured_brdf.addon import compiler, work
+    from measured_brdf.fitter import pictures
+
+    def remember(function):
+        def remembered(*arguments, **more):
+            key = repr((function.__module__, function.__name__, arguments))
+            if key not in _known:
+                _known[key] = function(*arguments, **more)
+            return _known[key]
+        return remembered
+
+    for module, names in ((compiler, ["compile_shader"]), (work, ["outcome", "rebake"]), (pictures, ["lit_sphere"])):
+        for name in names:
+            monkeypatch.setattr(module, name, remember(getattr(module, name)))

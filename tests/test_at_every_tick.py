@@ -15,7 +15,7 @@ TICKS = 4                   # as many as the longest of these operators takes, o
 
 
 @pytest.fixture(autouse=True)
-def no_process_left(extension):
+def no_process_left(quick):
     yield
     from measured_brdf.addon import background
     from measured_brdf.addon.operators import in_background
@@ -24,11 +24,12 @@ def no_process_left(extension):
     in_background.running = None
 
 
-@pytest.fixture
-def folder(tmp_path, glossy, write_astm):
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, glossy, write_astm):
+    path = tmp_path_factory.mktemp("measurements")
     for name in ("a", "b", "c"):
-        write_astm(tmp_path / f"{name}.astm", glossy, name)
-    return tmp_path
+        write_astm(path / f"{name}.astm", glossy, name)
+    return path
 
 
 def driven(cls, base, **attributes):

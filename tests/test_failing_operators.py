@@ -1,7 +1,6 @@
 """Operators that fail, wherever they fail, leave the .blend as it was."""
 
 import contextlib
-import functools
 import os
 import sys
 from pathlib import Path
@@ -51,42 +50,21 @@ class _Injection:
             raise InjectedError(self.where)
 
 
-@pytest.fixture
-def files(tmp_path, glossy, write_astm):
+@pytest.fixture(scope="module")
+def files(tmp_path_factory, glossy, write_astm):
+    path = tmp_path_factory.mktemp("measurements")
     for name in ("a", "b"):
-        write_astm(tmp_path / f"{name}.astm", glossy, name)
-    return tmp_path
+        write_astm(path / f"{name}.astm", glossy, name)
+    return path
 
 
 @pytest.fixture
-def cube(blender, files):
+def cube(blender, quick, files):
     black_scene(8, 8, samples=1, span=1)
     bpy.ops.mesh.primitive_cube_add()
     assert bpy.ops.measured_brdf.import_data(filepath=str(files / "a.astm"), diffuse_level=1,
                                              specular_level=-1) == {"FINISHED"}
     return bpy.context.object
-
-
-@pytest.fixture
-def quick(extension, monkeypatch):
-    """What is worked out apart from Blender's data is worked out once."""
-    from measured_brdf.addon import compiler, work
-    from measured_brdf.fitter import pictures
-
-    monkeypatch.setattr(compiler, "compile_shader", functools.cache(compiler.compile_shader))
-    monkeypatch.setattr(pictures, "lit_sphere", functools.cache(pictures.lit_sphere))
-    known = {}
-
-    def remember(function):
-        def remembered(*arguments, **more):
-            key = repr((function.__name__, arguments))
-            if key not in known:
-                known[key] = function(*arguments, **more)
-            return known[key]
-        return remembered
-
-    for name in ("outcome", "rebake"):
-        monkeypatch.setattr(work, name, remember(getattr(work, name)))
 
 
 OPERATIONS = {
@@ -112,7 +90,7 @@ def changed(before, after):
 
 
 @pytest.mark.parametrize("name", OPERATIONS)
-def test_an_error_anywhere_in_an_operator_leaves_the_blend_as_it_was(cube, files, quick, name, capfd):
+def test_an_error_anywhere_in_an_operator_leaves_the_blend_as_it_was(cube, files, name, capfd):
     if name == "update":
         make_older()
     before, places = state(), []

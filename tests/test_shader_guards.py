@@ -24,6 +24,14 @@ def foil(curet):
     return fitter.fit(curet("aluminum foil"))
 
 
+@pytest.fixture
+def probe(blender):
+    from measured_brdf.addon import osl_support
+
+    assert not osl_support.missing()
+    return probe_osl
+
+
 def leaning(degrees, azimuth=180.0):
     """A unit vector so far from the z axis."""
     theta, phi = math.radians(degrees), math.radians(azimuth)
@@ -107,15 +115,29 @@ def test_a_lamp_that_stands_half_below_the_horizon_gives_what_is_above_it(blende
 
 
 def test_a_lamp_on_the_normal_is_reflected_from_all_of_its_disk(blender, foil):
-    normal = leaning(30, 0)
-    scene = plane(foil, 64, normal)
-    add_sun(normal, angle=0.11)
+    scene = plane(foil, 64)
+    viewer = leaning(30, 0)
+    scene.camera.location, scene.camera.rotation_euler = 10 * viewer, (0, math.radians(30), 0)
+    add_sun(UP, angle=0.11)
+    normal = leaning(30)                # as seen from above, for `reflected`
     expected = over_disk(foil, normal, normal, 0.055)
     assert abs(expected / reflected(foil, normal[None], normal[None])[0] - 1).max() > 0.1, "its middle would do"
     assert colours(scene).mean(axis=0) == pytest.approx(np.broadcast_to(expected, 3), rel=0.01)
 
 
-def test_lamps_are_known_as_long_as_a_part_of_them_is_above_the_horizon(blender, foil):
+@pytest.mark.parametrize("apart", [0.0, 0.2])
+def test_two_lamps_in_one_place_give_twice_the_light_where_the_mixture_is_not_the_fit(blender, foil, apart):
+    """The lobe of the second carries only what that of the first leaves."""
+    normal = leaning(70, 0)
+    scene = plane(foil, 64, normal)
+    lamps = [leaning(10 + apart * side, 0) for side in (-1, 1)]
+    for toward in lamps:
+        add_sun(toward)
+    expected = sum(reflected(foil, normal[None], toward[None])[0] for toward in lamps)
+    assert colours(scene).mean(axis=0) == pytest.approx(np.broadcast_to(expected, 3), rel=0.02)
+
+
+def test_lamps_are_known_as_long_as_a_part_of_them_is_above_the_horizon(probe, foil):
     """Suns and balls at elevations about their radius; a point inside a ball sees it everywhere."""
     radius = np.tile([0.0, 0.05, 0.3], 7)
     elevation = np.repeat([-0.4, -0.2, -0.03, 0.02, 0.06, 0.5, 1.5], 3)
@@ -128,7 +150,7 @@ def test_lamps_are_known_as_long_as_a_part_of_them_is_above_the_horizon(blender,
         note_lamp(point(1.0) + 10.0 * w, vector(10.0 * sin(s), 2.0, 0.0), point(1.0), x, y, z, wo, toward, radius,
                   light, balls);
         out = color(suns, balls, balls * light[0]); }"""
-    suns, balls, light = probe_osl(foil, code, 21, ELEVATION=elevation, RADIUS=radius).T
+    suns, balls, light = probe(foil, code, 21, ELEVATION=elevation, RADIUS=radius).T
     above = elevation > -radius
     assert 5 < above.sum() < 20
     np.testing.assert_array_equal(suns, above)
@@ -139,7 +161,7 @@ def test_lamps_are_known_as_long_as_a_part_of_them_is_above_the_horizon(blender,
                   vector(0.0, 1.0, 0.0), vector(0.0, 0.0, 1.0), normalize(vector(0.6, 0.3, 0.8)), toward, radius, light,
                   count);
         out = color(count, radius[0], 0.0);"""
-    np.testing.assert_allclose(probe_osl(foil, inside, 1)[0, :2], [1, np.pi / 2], rtol=1e-6)
+    np.testing.assert_allclose(probe(foil, inside, 1)[0, :2], [1, np.pi / 2], rtol=1e-6)
 
 
 def test_a_lamp_without_a_size_adds_no_noise(blender, foil):
@@ -184,14 +206,14 @@ def test_fast_is_the_mixture_and_nothing_drawn(blender, foil):
     assert means[0] / means[1] == pytest.approx(mixture / fitted, rel=0.015)
 
 
-def test_every_direction_has_a_cell(blender, foil):
+def test_every_direction_has_a_cell(probe, foil):
     """Those on the edges of the table too: on the normal, on the horizon, and in the plane of incidence."""
     theta = np.radians([0, 20, 45, 70, 90])[:, None]
     phi = np.radians([0, 30, 90, 150, 180, -180, -150, -90])
     w = np.stack(np.broadcast_arrays(np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)),
                  axis=-1).reshape(-1, 3).astype(np.float32)
     w[w[:, 2] < 1e-6, 2] = 0
-    found = probe_osl(foil, """if (pixel < 40) {
+    found = probe(foil, """if (pixel < 40) {
         vector w = vector(W[3 * pixel], W[3 * pixel + 1], W[3 * pixel + 2]);
         out = color(cell_of(w), DRAW_SECTORS, DRAW_RINGS); }""", len(w), W=w)
     cell, sectors, rings = found[:, 0], found[0, 1], found[0, 2]

@@ -143,7 +143,8 @@ def shader_mutants(path, text):
             if text.count(guard.text) != 1:
                 raise ValueError(f"{path}: {text.count(guard.text)} times, expected once: {guard.text!r}")
             line = text[:text.index(guard.text)].count("\n") + 1
-            made.append(Mutant(path, line, f"{guard.text} -> {guard.replacement} ({guard.why})",
+            change = " ".join(f"{guard.text} -> {guard.replacement} ({guard.why})".split())
+            made.append(Mutant(path, line, change,
                                text.replace(guard.text, guard.replacement), guard.tests))
     return made
 
