@@ -12,7 +12,7 @@ KINDS = ("materials", "node_groups", "texts", "images", "objects", "meshes", "li
 def state():
     """Data-blocks by kind and name, with nodes, links, values, settings and users."""
     users = bpy.data.user_map()             # Blender 4.2 counts some twice
-    found = {kind: {item.name: (sorted(user.name for user in users[item]), item.use_fake_user)
+    found = {kind: {item.name: (sorted(user.name for user in users[item] if user != item), item.use_fake_user)
                     for item in getattr(bpy.data, kind)} for kind in KINDS}
     found["nodes"] = {item.name: _tree(item.node_tree) for item in bpy.data.materials if item.node_tree is not None}
     found["groups"] = {tree.name: _tree(tree) for tree in bpy.data.node_groups}
