@@ -143,7 +143,7 @@ def test_an_import_of_several_files_survives(blender, folder, disturb, at):
         assert sorted(item.name[0] for item in made) == ["a", "b", "c"]
 
 
-@pytest.mark.parametrize("at", range(TICKS))
+@pytest.mark.parametrize("at", range(2))         # it has one piece less than files that are imported
 @pytest.mark.parametrize("disturb", DISTURBANCES)
 def test_a_fit_survives(blender, folder, disturb, at):
     scene(folder)
