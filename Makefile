@@ -1,8 +1,5 @@
-<<<<<<< HEAD
-# make demo | test | test-matrix | test-slurm | fuzz | stability | lint | bench | bench-scale | report | results | zip
-=======
-# make demo | test | test-matrix | fuzz | stability | mutants | lint | bench | bench-scale | report | results | zip
->>>>>>> wt-e
+# make demo | test | test-matrix | test-slurm | fuzz | stability | mutants | lint | bench | bench-scale | report | results
+# | zip
 # PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))
@@ -16,11 +13,7 @@ DATA := $(or $(MEASURED_BRDF_DATA),../shared/data)
 MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
-<<<<<<< HEAD
-.PHONY: demo test test-matrix test-slurm fuzz stability lint bench bench-scale report results zip clean
-=======
-.PHONY: demo test test-matrix fuzz stability mutants lint bench bench-scale report results zip clean
->>>>>>> wt-e
+.PHONY: demo test test-matrix test-slurm fuzz stability mutants lint bench bench-scale report results zip clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
