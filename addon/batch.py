@@ -46,7 +46,6 @@ class _Task(NamedTuple):
     path: str
     sample: str
     key: str
-    fit_key: str
     replaced: str = ""
 
 
@@ -98,7 +97,8 @@ def convert(context, sources, failures, choices, path, processes=PROCESSES, forc
     """
     path = Path(path)
     with library.writing(path, force):
-        entries = [entry for part in library.parts(path) for entry in _survey(part)]
+        parts = library.parts(path)
+        entries = [entry for part in parts for entry in _survey(part)]
         failures, rows = list(failures), []
         tasks, stale = _plan(sources, fit_arguments(choices), entries, failures, rows)
         rows += [Row(_name(name, sample), f"failed: {error}") for name, sample, error in failures]
@@ -112,7 +112,7 @@ def convert(context, sources, failures, choices, path, processes=PROCESSES, forc
                 removed[entry.part].append(entry.name)
             rows.append(Row(entry.name, f"{'removed' if prune and not entry.is_used else 'kept'}: its measurements are "
                                         "not among the files given"))
-        yield from _write_parts(context, path, tasks, removed, entries, choices, processes, rows)
+        yield from _write_parts(context, path, parts, tasks, removed, entries, choices, processes, rows)
     return rows
 
 
@@ -132,23 +132,21 @@ def _plan(sources, arguments, entries, failures, rows):
 
     Rows of what is up to date, and failures of what cannot be read, are appended to the lists given.
     """
-    tasks = defaultdict(list)
-    left, todo = list(entries), []
+    tasks, todo, wanted = defaultdict(list), [], set()
+    current = {entry.key: entry for entry in reversed(entries)}
     for path, sample in sources:
         try:
             samples = fitter.load(path, sample or None)
         except ValueError as error:
             failures.append((path, sample, error))
             continue
-        fit_key = work.fit_key(samples.name, work.digest(samples), arguments)
-        todo.append(_Task(path, sample, work.asset_key(fit_key), fit_key))
-    wanted = list(todo)
-    current = {entry.key: entry for entry in reversed(entries)}
-    for task in todo[:]:
-        if task.key in current:
-            todo.remove(task)
-            rows.append(current[task.key].row)
-    left = [entry for entry in left if entry.key not in {row_of.key for row_of in wanted}]
+        key = work.asset_key(work.fit_key(samples.name, work.digest(samples), arguments))
+        wanted.add(key)
+        if key in current:
+            rows.append(current[key].row)
+        else:
+            todo.append(_Task(path, sample, key))
+    left = [entry for entry in entries if entry.key not in wanted]
     for same in (_is_same_file, _has_same_name):
         for task in todo[:]:
             # of several, copies that users made among them, the one that has not been renamed, and is an asset
@@ -173,20 +171,23 @@ def _has_same_name(task, entry):
     return (Path(task.path).name, task.sample) == (Path(entry.filepath).name, entry.sample)
 
 
-def _write_parts(context, path, tasks, removed, entries, choices, processes, rows):
+def _write_parts(context, path, parts, tasks, removed, entries, choices, processes, rows):
     """Change and write one part after the other: a generator of Progress."""
     total = sum(map(len, tasks.values()))
     done, waiting = 0, tasks[None]
     folder = path.with_suffix(".fits")
-    existing, is_written = library.parts(path), False
-    while existing or waiting:
-        part = existing.pop(0) if existing else library.next_part(path)
+    existing, is_written = iter(parts), False
+    while (part := next(existing, None)) or waiting:
+        is_new = part is None
+        part = part or library.next_part(path)
         held = sum(entry.part == part for entry in entries) - len(removed[part])
         room = max(library.MATERIALS_PER_FILE - held, 0)
         todo, waiting = [*tasks[part], *waiting[:room]], waiting[room:]
         if not todo and not removed[part]:
             continue
-        opened = library.open_part(part)
+        if is_new:
+            library.close()
+        opened = None if is_new else library.open_part(part)
         for name in removed[part]:
             materials.remove(bpy.data.materials[name])
         made = []
@@ -198,6 +199,8 @@ def _write_parts(context, path, tasks, removed, entries, choices, processes, row
             yield Progress(done / max(total, 1), f"Writing {part.name}")
             library.save_part(part, opened)
             is_written = True
+        else:
+            library.close()
     if is_written:
         assets.write_catalogue(path.parent)
 

@@ -68,15 +68,23 @@ def _is_of_first_version(names):
     groups = Counter(_NUMBERED.fullmatch(name)[1] for name in names["node_groups"])
     texts = Counter(_NUMBERED.fullmatch(name)[1] for name in names["texts"])
     count = len(names["materials"])
-    return count > 0 and groups.keys() <= {node_group.NAME, "Measured BRDF Lamps"} and (
+    return count > 0 and groups.keys() <= {node_group.NAME, lamps.NAME} and (
         groups[node_group.NAME] == count and texts == {f"{node_group.NAME}.osl": count})
 
 
 def parts(path):
     """The files of a library that are there: `path`, and numbered ones beside it that belong to it."""
     path = Path(path)
-    numbered = sorted(part for part in path.parent.glob(f"{glob.escape(path.stem)}-[0-9][0-9][0-9]{path.suffix}"))
-    return [part for part in (path, *numbered) if part.exists() and not refusal(part)]
+    return [part for part in (path, *_numbered(path)) if part.exists() and not refusal(part)]
+
+
+def _numbered(path):
+    return sorted(path.parent.glob(f"{glob.escape(path.stem)}-[0-9][0-9][0-9]{path.suffix}"))
+
+
+def _beside(part):
+    """The file in which a part is written before it is renamed."""
+    return part.with_name(f".{part.stem}.part.blend")
 
 
 def next_part(path):
@@ -112,8 +120,9 @@ def writing(path, force):
         if reason and (not force or not path.is_file()):
             raise LibraryError(f"{reason}. Choose another name" + (
                 f", or --force to put it aside as {kept_name(path)}" if path.is_file() else ""))
-        for left in path.parent.glob(f".{glob.escape(path.stem)}*.part.blend*"):      # by a process that was killed
-            left.unlink()
+        for part in (path, *_numbered(path)):
+            for left in (_beside(part), _beside(part).with_suffix(".blend@")):      # by a process that was killed
+                left.unlink(missing_ok=True)
         yield
 
 
@@ -126,11 +135,7 @@ def kept_name(path):
 
 
 def open_part(path):
-    """Open a part of a library in this Blender, or begin an empty one: what `save_part` takes."""
-    path = Path(path)
-    close()                                 # the open file cannot be looked into
-    if not path.exists() or refusal(path):
-        return None
+    """Open a part of a library that is there in this Blender: what `save_part` takes of it."""
     before = _version_on_disk(path)
     bpy.ops.wm.open_mainfile(filepath=str(path), use_scripts=False)
     if bpy.data.version[:2] > bpy.app.version[:2]:
@@ -140,7 +145,7 @@ def open_part(path):
 
 
 def close():
-    """Have no file open in this Blender."""
+    """Have no file open in this Blender; or begin one that is empty."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True, load_ui=False)
 
 
@@ -151,7 +156,7 @@ def save_part(path, opened):
     ----------
     path : path-like
     opened
-        What `open_part` returned.
+        What `open_part` returned; None for a part that was begun (`close`).
 
     Raises
     ------
@@ -162,7 +167,7 @@ def save_part(path, opened):
     marker = bpy.data.texts.get(_MARKER) or bpy.data.texts.new(_MARKER)
     marker.from_string(json.dumps({"format": _FORMAT, "version": versions.CURRENT}))
     marker.use_fake_user = True
-    beside = path.with_name(f".{path.stem}.part.blend")
+    beside = _beside(path)
     try:
         bpy.ops.wm.save_as_mainfile(filepath=str(beside), copy=True, compress=True, check_existing=False)
         with open(beside, "rb+") as stream:
@@ -196,8 +201,11 @@ def merge(source, path, force):
 
     One that the library has already, of the same measurements, is replaced; what users did to it as an asset stays.
     """
+    path = Path(path)
     with writing(path, force):
-        opened, before = open_part(path), measured()
+        close()
+        opened = open_part(path) if path.exists() and not refusal(path) else None
+        before = measured()
         with bpy.data.libraries.load(str(source), link=False) as (names, target):
             wanted = list(names.materials)
             target.materials = wanted
@@ -217,7 +225,7 @@ def merge(source, path, force):
                 item.name = name
         names = [item.name for item in target.materials]
         save_part(path, opened)
-        assets.write_catalogue(Path(path).parent)
+        assets.write_catalogue(path.parent)
         return names
 
 

@@ -9,6 +9,15 @@ EXTENSIONS = (".dat", ".astm", ".brdf", ".mat")
 GLOB = ";".join(f"*{extension}" for extension in EXTENSIONS)
 
 
+def files_in(paths):
+    """The files given, and those in folders given that may hold measurements, by their names."""
+    files = []
+    for path in map(Path, paths):
+        files += sorted(item for item in path.iterdir()
+                        if item.suffix.lower() in EXTENSIONS) if path.is_dir() else [path]
+    return files
+
+
 def sources_in(paths):
     """The measurements in files and folders.
 
@@ -19,10 +28,7 @@ def sources_in(paths):
     failures : list of (path, sample, DatasetError)
         Files that cannot be read.
     """
-    files = []
-    for path in map(Path, paths):
-        files += sorted(item for item in path.iterdir()
-                        if item.suffix.lower() in EXTENSIONS) if path.is_dir() else [path]
+    files = files_in(paths)
     sources, failures = [], []
     for file in files:
         if file.name.lower() in {"gbrdf.dat", "bbrdf.dat"} and any(

@@ -4,6 +4,7 @@ import itertools
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import bpy
 import pytest
@@ -113,8 +114,6 @@ def test_what_users_add_to_a_library_survives_a_rerun(blender, folder, library, 
     catalogues = library.parent / "blender_assets.cats.txt"
     catalogues.write_text(catalogues.read_text() + "11111111-2222-3333-4444-555555555555:Kitchen:Kitchen\n")
 
-    from dataclasses import replace
-
     write_astm(folder / "a.astm", replace(glossy, values=glossy.values * 1.1), "a")     # measured anew
     (folder / "b.astm").unlink()
     write_astm(folder / "c.astm", glossy, "c")
@@ -199,6 +198,17 @@ def test_what_is_saved_into_a_library_meanwhile_is_not_lost(blender, folder, lib
     assert not list(library.parent.glob(".*"))
 
 
+def test_what_a_killed_writer_left_is_removed_and_what_another_library_is_writing_is_not(folder, library):
+    library.parent.mkdir()
+    left = [library.parent / name for name in (".library.part.blend", ".library.part.blend@")]
+    others = [library.parent / name for name in (".library2.part.blend", ".library-1of4.part.blend@")]
+    for path in (*left, *others):
+        path.write_bytes(b"half")
+    assert convert(folder, library).returncode == 0
+    assert not any(path.exists() for path in left)
+    assert all(path.exists() for path in others)
+
+
 def test_a_file_of_a_newer_blender_is_not_rewritten(blender, folder, library, monkeypatch):
     from measured_brdf.addon import library as libraries
 
@@ -275,14 +285,41 @@ def test_a_second_writer_is_told_who_is_first(folder, library, held):
     assert not library.with_name("library.blend.lock").exists()
 
 
+def convert_to_small_files(size, arguments):
+    """Convert with as few as `size` materials a file."""
+    script = (f"import sys; sys.path.insert(0, {str(ROOT)!r}); sys.argv[1:] = {arguments!r}\n"
+              "from tools import checkout; package = checkout.extension(); package.register()\n"
+              f"package.addon.command.library.MATERIALS_PER_FILE = {size}\n"
+              "code = package.addon.command.main(); package.unregister(); sys.exit(code)")
+    return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=300)
+
+
+def test_a_full_file_whose_material_cannot_be_fitted_again_stays_as_it_is(blender, folder, library, glossy, write_astm):
+    from measured_brdf.addon import work
+    from measured_brdf.fitter import load
+
+    (folder / "b.astm").rename(folder.parent / "b.astm")
+    arguments = ["convert", str(folder), "-o", str(library), *CHEAP]
+    assert convert_to_small_files(1, arguments).returncode == 0
+    before = library.read_bytes()
+    write_astm(folder / "a.astm", replace(glossy, values=glossy.values * 1.1), "a")
+    (folder.parent / "b.astm").rename(folder / "b.astm")
+    changed = load(folder / "a.astm")
+    choices = {"diffuse_level": 1, "specular_level": None, "compression": 95.0, "method": "mba"}
+    fit = library.with_suffix(".fits") / f"{work.fit_key(changed.name, work.digest(changed), choices)}.npz"
+    fit.write_bytes(b"damaged")
+    done = convert_to_small_files(1, arguments)
+    assert "not a fit saved by Measured BRDF" in done.stdout
+    assert "1 done, 1 failed" in done.stdout, done.stdout
+    assert library.read_bytes() == before
+    assert names(library.with_name("library-002.blend")) == ["b"]
+    assert not list(library.parent.glob("*.kept*"))
+
+
 def test_a_large_library_is_several_files_of_which_each_is_whole(blender, folder, library, glossy, write_astm):
     """With as few as two materials a file; a material stays in its file."""
     def run():
-        script = (f"import sys; sys.path.insert(0, {str(ROOT)!r}); sys.argv[1:] = {arguments!r}\n"
-                  "from tools import checkout; package = checkout.extension(); package.register()\n"
-                  "package.addon.command.library.MATERIALS_PER_FILE = 2\n"
-                  "code = package.addon.command.main(); package.unregister(); sys.exit(code)")
-        return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=300)
+        return convert_to_small_files(2, arguments)
 
     arguments = ["convert", str(folder), "-o", str(library), *CHEAP]
     for name in "cde":

@@ -9,7 +9,7 @@ from bpy.props import StringProperty
 from .. import background, batch, preferences, work
 from ..blender_process import Command
 from ..properties import NO_SPECULAR_LEVEL, FitChoices, complete, fit_arguments
-from ..sources import GLOB, sources_in
+from ..sources import GLOB, files_in, sources_in
 from .assets import ReplacesFile
 from .import_data import MakesMaterials, begin_with_preference
 from .in_background import InBackground
@@ -40,15 +40,14 @@ class _FromFolder(FitChoices):
         """Go on with the folder that was chosen."""
         return self.start(context)
 
-    def found(self):
-        """The sources in the folder, and the files that cannot be read, as `sources_in` has them."""
+    def checked_folder(self):
+        """The path of the folder, which has files that may hold measurements."""
         folder = bpy.path.abspath(self.directory)
         if not Path(folder).is_dir():
             raise ValueError(f"{folder}: not a folder")
-        sources, failures = sources_in([folder])
-        if not sources and not failures:
+        if not files_in([folder]):
             raise ValueError(f"{self.directory}: no files of measurements ({GLOB}); choose a folder that has some")
-        return sources, failures
+        return folder
 
 
 class MEASUREDBRDF_OT_import_folder(_FromFolder, MakesMaterials, bpy.types.Operator):
@@ -60,7 +59,7 @@ class MEASUREDBRDF_OT_import_folder(_FromFolder, MakesMaterials, bpy.types.Opera
 
     def work(self, context):
         self.remember_target(context)
-        sources, self._failures = self.found()
+        sources, self._failures = sources_in([self.checked_folder()])
         return background.Calculation(partial(work.outcomes, sources, fit_arguments(self)))
 
     def prepare(self, outcomes):
@@ -83,15 +82,14 @@ The open file stays as it is"""
         return self.confirm(event, self._path(context)) or self.start(context)
 
     def work(self, context):
-        self.found()                    # or it is an error
-        path = self._path(context)
+        folder, path = self.checked_folder(), self._path(context)
         self.refuse(path)
         level = "none" if self.specular_level == NO_SPECULAR_LEVEL else self.specular_level
         options = ["--preset", self.preset, "--diffuse-level", self.diffuse_level, "--specular-level", level,
                    "--compression", round(self.compression, 4)]
         if self.use_tolerance:
             options += ["--tolerance", round(self.tolerance, 7)]
-        return Command("convert", bpy.path.abspath(self.directory), "-o", path, *options, *self.force_option())
+        return Command("convert", folder, "-o", path, *options, *self.force_option())
 
     def apply(self, _context, result):
         rows, path = result["rows"], result["path"]
