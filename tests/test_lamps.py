@@ -96,6 +96,25 @@ def moving_lamps(scene):
     return at
 
 
+def seen_in_frames(bpy, scene, folder, look):
+    """Render frames 1, 6 and 11: what `look(depsgraph)` returns at each, {frame: ...}."""
+    seen = {}
+
+    def note(scene, depsgraph):
+        if depsgraph.mode == "RENDER":
+            seen[scene.frame_current] = look(depsgraph)
+
+    bpy.app.handlers.frame_change_post.append(note)
+    scene.frame_start, scene.frame_end, scene.frame_step = 1, 11, 5
+    scene.render.filepath = str(folder / "frame")
+    try:
+        bpy.ops.render.render(animation=True)
+    finally:
+        bpy.app.handlers.frame_change_post.remove(note)
+    assert sorted(seen) == [1, 6, 11]
+    return seen
+
+
 @pytest.mark.parametrize("handled", [True, False])
 def test_moving_lamps_are_followed_in_every_frame_that_is_rendered(blender, lamps, scene, handled, tmp_path):
     """Without handlers as on a farm that lacks the extension: what the render's own dependency graph evaluates."""
@@ -103,24 +122,13 @@ def test_moving_lamps_are_followed_in_every_frame_that_is_rendered(blender, lamp
     use(blender, tree)
     at = moving_lamps(scene)
     blender.context.view_layer.update()
-    seen = {}
-
-    def look(scene, depsgraph):
-        if depsgraph.mode == "RENDER":
-            seen[scene.frame_current] = known(tree.evaluated_get(depsgraph))
-
     if not handled:
         lamps.unregister()
-    blender.app.handlers.frame_change_post.append(look)
-    scene.frame_start, scene.frame_end, scene.frame_step = 1, 11, 5
-    scene.render.filepath = str(tmp_path / "frame")
     try:
-        blender.ops.render.render(animation=True)
+        seen = seen_in_frames(blender, scene, tmp_path, lambda depsgraph: known(tree.evaluated_get(depsgraph)))
     finally:
-        blender.app.handlers.frame_change_post.remove(look)
         if not handled:
             lamps.register()
-    assert sorted(seen) == [1, 6, 11]
     for frame, values in seen.items():
         np.testing.assert_allclose(in_order(values), in_order(at(frame)), atol=2e-4, err_msg=str(frame))
     assert all(curve.driver.is_simple_expression and curve.driver.is_valid for curve in tree.animation_data.drivers)
@@ -293,20 +301,7 @@ def test_instanced_lamps_and_the_sky_are_followed_in_a_background_animation(blen
     linear(empty, "location", (1, (0, 0, 0)), (11, (10, 0, 0)))
     animated_sky(scene)
     assert "lock_interface" in [finding.key for finding in extension.addon.checks.check(scene)]
-    seen = {}
-
-    def look(scene, depsgraph):
-        if depsgraph.mode == "RENDER":
-            seen[scene.frame_current] = known(tree)
-
-    blender.app.handlers.frame_change_post.append(look)
-    scene.frame_start, scene.frame_end, scene.frame_step = 1, 11, 5
-    scene.render.filepath = str(tmp_path / "frame")
-    try:
-        blender.ops.render.render(animation=True)
-    finally:
-        blender.app.handlers.frame_change_post.remove(look)
-    assert sorted(seen) == [1, 6, 11]
+    seen = seen_in_frames(blender, scene, tmp_path, lambda depsgraph: known(tree))
     for frame, (instanced, sun) in seen.items():
         t = (frame - 1) / 10
         assert instanced[:3] == pytest.approx((10 * t, 0, 2), abs=1e-5)
