@@ -26,7 +26,7 @@ test-matrix: $(ENV)/ready
 
 # as root, on Debian: installs Slurm and runs it for as long as the test takes
 test-slurm: $(ENV)/ready
-	$(RUN) -m pytest tests/test_slurm.py
+	$(RUN) -m pytest tests/project/test_slurm.py
 
 fuzz: $(ENV)/ready
 	$(RUN) -m tools.fuzz

@@ -1,19 +1,12 @@
 """The Blender side: everything that imports bpy. Domain code is in `fitter`, which never does."""
 
-from . import (
-    background,
-    checks,
-    command,
-    lamps,
-    manual,
-    operators,
-    panels,
-    preferences,
-    previews,
-    properties,
-)
+from . import command, manual, operators, preferences
+from .jobs import icons, queue
+from .materials import checks, properties
+from .scene import lamps
+from .ui import panels
 
-_MODULES = (properties, preferences, previews, operators, panels, checks, lamps, manual, command)
+_MODULES = (properties, preferences, icons, operators, panels, checks, lamps, manual, command)
 
 
 def register():
@@ -22,6 +15,6 @@ def register():
 
 
 def unregister():
-    background.unregister()
+    queue.unregister()
     for module in reversed(_MODULES):
         module.unregister()

@@ -10,11 +10,13 @@ from types import SimpleNamespace
 import bpy
 
 from ..fitter import PRESETS, cli
-from . import assets, batch, library, osl_support, studio, work
-from . import material as materials
-from .blender_process import Command, CommandError, Report
-from .properties import CHOICES, LEVELS, NO_SPECULAR_LEVEL, fit_arguments, use_preset
-from .sources import sources_in
+from .jobs import tasks
+from .jobs.blender_process import Command, CommandError, Report
+from .library import assets, batch, library_file, studio
+from .library.discovery import sources_in
+from .materials import material as materials
+from .materials import osl_support
+from .materials.properties import CHOICES, LEVELS, NO_SPECULAR_LEVEL, fit_arguments, use_preset
 
 _TOLERANCE = 0.05
 
@@ -149,7 +151,7 @@ def _share(sources, failures, part, parts):
 
 def _save(options):
     with _quiet():
-        names = library.merge(options.source, Path(options.out).resolve(), options.force)
+        names = library_file.merge(options.source, Path(options.out).resolve(), options.force)
     if options.report_to:
         rows = [batch.Row(name, "saved") for name in names]
         Report(options.report_to).result({"path": str(options.out), "rows": rows})
@@ -170,7 +172,7 @@ def _render(options):
         choices.filepath, choices.sample = path, sample
         try:
             with _quiet():
-                item = materials.create(work.outcome(path, sample, fit_arguments(choices)), choices, bpy.context)
+                item = materials.create(tasks.outcome(path, sample, fit_arguments(choices)), choices, bpy.context)
                 studio.render(item, out.resolve() / f"{assets.file_name(item.name)}.png", options.size, options.samples)
         except (ValueError, RuntimeError) as error:
             rows.append(batch.Row(f"{Path(path).name} {sample}".strip(), f"failed: {error}"))

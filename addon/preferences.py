@@ -6,9 +6,9 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from . import manual
-from .properties import PRESET_ITEMS
+from .materials.properties import PRESET_ITEMS
 
-_PACKAGE = __package__.rpartition(".")[0]
+_PACKAGE = __package__.rpartition(".addon")[0]
 _DEFAULTS = SimpleNamespace(preset="Standard", data_folder="", asset_library="")
 
 

@@ -18,8 +18,8 @@ if hasattr(os, "sched_setaffinity"):         # Linux; before NumPy starts its th
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
 
 import fitter
-from demo_scenes import synthetic
-from fitter.bake import bake
+from fitter.cycles.bake import bake
+from support import synthetic
 
 
 def seconds(work, runs):
@@ -48,7 +48,7 @@ def fitting():
 
     data = synthetic.measurements_or_synthetic()[0]
     path = data / "curet" / "abrdf.dat"
-    numbers = [number for number, _ in fitter.datasets.list_samples(path)]
+    numbers = [number for number, _ in fitter.formats.list_samples(path)]
     curet = [fitter.load(path, number) for number in numbers]
     krylon = fitter.load(data / "cornell" / "krylon_blue.astm")
     standard = fitter.PRESETS["Standard"]

@@ -2,7 +2,7 @@
 
 from math import factorial
 
-from fitter.koenderink import modes
+from fitter.report.baselines.koenderink import modes
 
 
 def koenderink(model):

@@ -4,10 +4,10 @@ import bpy
 import numpy as np
 
 import fitter
-from demo_scenes import sheet
 from demo_scenes.__main__ import lit_sphere, suzanne
-from demo_scenes.stage import material_for, render
-from fitter.bilevel import notation
+from fitter.methods.bilevel import notation
+from support import sheet
+from support.stage import material_for, render
 
 ANGLES = (0, 30, 60, 90)
 SPHERE = 140                # pixels

@@ -8,7 +8,7 @@ import statistics
 import sys
 import time
 
-from tools import checkout
+from support import checkout
 
 EDITS = 5
 MILLISECONDS = 1e3
@@ -59,7 +59,7 @@ def triangle(bpy):
 
 def measure(extension, bpy, count, populate):
     """Print the times of some edits in one scene."""
-    from demo_scenes.stage import add, add_lamp, black_scene
+    from support.stage import add, add_lamp, black_scene
 
     scene = black_scene(8, 8, 1, 1)
     lamps = extension.addon.lamps
@@ -121,7 +121,7 @@ def seconds_of_handlers(lamps, layer):
 
 def panel(extension, bpy, count):
     """Print what the panel's look at a scene's settings takes, with so many objects."""
-    from demo_scenes.stage import add_lamp, black_scene
+    from support.stage import add_lamp, black_scene
 
     scene = black_scene(8, 8, 1, 1)
     mesh_objects(bpy, scene, count)

@@ -7,11 +7,11 @@ many, and that of the directions themselves from both. Times are the processor's
 from dataclasses import replace
 
 import fitter
-from demo_scenes.osl_probe import probe_scene
-from demo_scenes.stage import render
-from fitter import koenderink, lafortune
+from fitter.report.baselines import koenderink, lafortune
 from fitter.report.methods import BASELINES
 from fitter.report.times import METHODS_TIMED, interleaved
+from support.osl_probe import probe_scene
+from support.stage import render
 
 from . import baselines_osl
 

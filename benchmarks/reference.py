@@ -9,8 +9,8 @@ import math
 
 import bpy
 
-from demo_scenes import stage
-from fitter.bake import bake
+from fitter.cycles.bake import bake
+from support import stage
 
 DIRECTIONS = 24             # for a shading point
 

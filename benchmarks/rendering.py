@@ -18,9 +18,8 @@ import bpy
 import numpy as np
 
 import fitter
-from demo_scenes import stage, synthetic
-from fitter.closure_mixture import closure_mixture
-from tools import checkout
+from fitter.cycles.closure_mixture import closure_mixture
+from support import checkout, stage, synthetic
 
 from . import reference
 

@@ -13,7 +13,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"    # before NumPy starts them: a proces
 
 from fitter import cli
 from fitter.report import Supplement, findings, markdown, plots
-from tools.checkout import extension
+from support.checkout import extension
 
 
 def times_in_cycles(shown, out):
@@ -78,7 +78,7 @@ def _quiet():
 
 def main():
     """Write the report."""
-    from measured_brdf.addon import osl_support
+    from measured_brdf.addon.materials import osl_support
 
     parser = argparse.ArgumentParser(prog="python -m benchmarks.report", description=__doc__.splitlines()[0])
     parser.add_argument("files", nargs="+", metavar="FILE", help="measurements; all samples of a CURET file")

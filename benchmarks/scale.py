@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 
 import fitter
-from fitter.datasets import curet
-from tools import checkout
-from tools.checkout import ROOT
-from tools.hard_cases import gloss
+from fitter.formats import curet
+from support import checkout
+from support.checkout import ROOT
+from support.hard_cases import gloss
 
 MEGABYTE = 1 << 20
 PROCESSES = 2
@@ -103,7 +103,7 @@ def scene(folder, count, preset):
     extension.register()
     import bpy
 
-    from demo_scenes.stage import add_lamp, black_scene, render
+    from support.stage import add_lamp, black_scene, render
 
     stage = black_scene(100, 100, samples=1, span=10)
     add_lamp("SUN", 3.0)

@@ -6,11 +6,11 @@ import time
 
 import bpy
 
-from fitter.bilevel import notation
-from tools.checkout import ROOT, extension
+from fitter.methods.bilevel import notation
+from support.checkout import ROOT, extension
 
-from . import sheet, synthetic
-from .stage import add_lamp, add_sphere, background, black_scene, render
+from ..support import sheet, synthetic
+from ..support.stage import add_lamp, add_sphere, background, black_scene, render
 
 OUT = ROOT / "build" / "demo"
 PAPER = {"preset": "Paper"}

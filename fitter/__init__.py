@@ -5,12 +5,12 @@
 >>> leather.evaluate(theta_i=0.5, phi_i=0, theta_o=0.5, phi_o=3.14159)   # doctest: +SKIP
 """
 
-from .auto import fit_within
-from .bilevel import Fit, fit
-from .datasets import load
 from .errors import DatasetError
-from .metrics import ErrorMetrics, channel_metrics, error_metrics
+from .formats import load
+from .methods.bilevel import Fit, fit
+from .methods.tolerance import fit_within
 from .presets import PRESETS
+from .quality.metrics import ErrorMetrics, channel_metrics, error_metrics
 from .samples import Samples
 
 __all__ = ["PRESETS", "DatasetError", "ErrorMetrics", "Fit", "Samples", "channel_metrics", "error_metrics", "fit",

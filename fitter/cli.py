@@ -8,11 +8,11 @@ from pathlib import Path
 
 from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load
 from . import fit as fit_samples
-from .bake import bake
-from .bilevel import METHODS, notation
-from .datasets import list_samples, overflowed
-from .describe import describe
+from .cycles.bake import bake
 from .files import replacing
+from .formats import list_samples, overflowed
+from .methods.bilevel import METHODS, notation
+from .quality.describe import describe
 
 NO_REPORT = "a development tool that is not included in the extension: run it in a checkout of the project"
 _REPORT = Path(__file__).parent / "report"

@@ -1,4 +1,4 @@
-/* Drawing an incident direction for a given view, from the table of fitter/draw_table.py.
+/* Drawing an incident direction for a given view, from the table of fitter/cycles/sampling_table.py.
  *
  * For each view the table holds the cumulated probabilities of DRAW_RINGS x DRAW_SECTORS cells of half the hemisphere,
  * evenly spaced in s = sqrt(1 - cos theta_i) and in t = (1 - azimuth / pi)^(2/3); within a cell directions are even in

@@ -1,6 +1,6 @@
 /* The bi-level B-spline fit: coordinates, the dense and the sparse control lattice, and the prior.
  *
- * Kameya and Lewis 2002, equations 5 to 7. The lattices are the boxes that fitter/lattice.py describes; constants
+ * Kameya and Lewis 2002, equations 5 to 7. The lattices are the boxes that fitter/lattice/dense.py describes; constants
  * in capitals come from the baker. A lattice of M cells an axis has half = M / 2 (whole number) and odd = 0.5 for M = 1,
  * else 0: coordinates are counted from the middle of the cube, where single precision is finest. */
 
@@ -16,7 +16,7 @@
 
 #if PRIOR
 /* Half and difference coordinates (d, x, y) of two unit vectors in a frame whose z axis is the normal; see
- * fitter/half_difference.py. */
+ * fitter/coordinates/half_difference.py. */
 vector coordinates(vector wi, vector wo)
 {
   vector q_i = vector(wi[0], wi[1], 0.0) / (1.0 + 2.0 * wi[2]);
@@ -34,7 +34,7 @@ vector coordinates(vector wi, vector wo)
   return vector(d, dot(half, difference) / d, hypot(outer, rest) / d);
 }
 
-/* A Lambertian and lobes of microfacets; see fitter/microfacet.py. */
+/* A Lambertian and lobes of microfacets; see fitter/model/microfacet.py. */
 VALUE prior(vector wi, vector wo)
 {
   vector h = wi + wo;

@@ -1,4 +1,4 @@
-/* The closure mixture of fitter/closure_mixture.py: what Cycles will make of the closures, for any direction.
+/* The closure mixture of fitter/cycles/closure_mixture.py: what Cycles will make of the closures, for any direction.
  *
  * Constants in capitals come from the baker. A row of the table, one a view, holds RAMPS x 8 knots, divided by their
  * ramp's weight, then the weights of the ramps and of the microfacet lobe, their sum, and how often to draw. */

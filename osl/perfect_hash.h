@@ -1,5 +1,5 @@
 #if SPARSE
-/* The slot of a key in a minimal perfect hash, or -1 if it is not stored; see fitter/perfect_hash.py, whose
+/* The slot of a key in a minimal perfect hash, or -1 if it is not stored; see fitter/lattice/perfect_hash.py, whose
  * PerfectHash.slots must give the same. No intermediate value reaches 2^31. */
 int find_slot(int keys[], int displacement[], int key)
 {

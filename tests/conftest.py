@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tools import checkout
+from support import checkout
 
-collect_ignore = ["habits.py"]           # a script of its own; doctests would import it
+collect_ignore = ["project/habits.py"]           # a script of its own; doctests would import it
 
 MEASUREMENTS = ("curet/abrdf.dat", "curet/table.txt", "cornell/cayman.astm", "cornell/garnet_red.astm",
                 "cornell/garnet_red.brdf", "cornell/garnet_red_RGB.astm", "cornell/krylon_blue.astm",
@@ -104,7 +104,8 @@ _known = {}
 @pytest.fixture
 def quick(extension, monkeypatch):
     """Work that touches nothing of Blender's, fitting, baking and compiling, is done once for all tests that ask."""
-    from measured_brdf.addon import compiler, work
+    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.materials import compiler
     from measured_brdf.fitter import pictures
 
     def remember(function):
@@ -115,6 +116,6 @@ def quick(extension, monkeypatch):
             return _known[key]
         return remembered
 
-    for module, names in ((compiler, ["compile_shader"]), (work, ["outcome", "rebake"]), (pictures, ["lit_sphere"])):
+    for module, names in ((compiler, ["compile_shader"]), (tasks, ["outcome", "rebake"]), (pictures, ["lit_sphere"])):
         for name in names:
             monkeypatch.setattr(module, name, remember(getattr(module, name)))

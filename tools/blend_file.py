@@ -7,8 +7,9 @@ import json
 import sys
 from pathlib import Path
 
-from demo_scenes.stage import add_lamp, add_sphere, black_scene, render
-from tools import checkout, fuzz
+from support import checkout
+from support.stage import add_lamp, add_sphere, black_scene, render
+from tools import fuzz
 
 CHOICES = ("sample", "diffuse_level", "specular_level", "compression")
 

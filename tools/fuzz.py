@@ -23,11 +23,11 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 import fitter
-from fitter import cli, spectra
-from fitter.bake import bake
-from fitter.bilevel import METHODS
-from fitter.datasets import curet, mat5
-from tools import checkout, hostile_files, panel_work
+from fitter import cli
+from fitter.cycles.bake import bake
+from fitter.formats import curet, mat5, spectra
+from fitter.methods.bilevel import METHODS
+from support import checkout, hostile_files, panel_work
 
 CASES = 20_000
 SECONDS = 5.0               # of processor time

@@ -6,7 +6,7 @@ that cover its file run until one fails, and a line says which, or that the muta
 without a test, or one that protects nothing: docs/robustness.md lists them.
 
     python -m tools.mutants                                 # all of them: about an hour
-    python -m tools.mutants addon/batch.py osl/draw.h       # those of two files
+    python -m tools.mutants addon/library/batch.py osl/draw.h       # those of two files
     python -m tools.mutants --every 10                      # every tenth
     python -m tools.mutants --list                          # list, run nothing
 """
@@ -22,7 +22,7 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from tools.checkout import ROOT, measurements
+from support.checkout import ROOT, measurements
 from tools.shader_guards import SHADER_GUARDS
 
 # what undoes, bounds or forgives; without it, the block runs by itself
@@ -32,33 +32,33 @@ _NOTHING = '__import__("contextlib").nullcontext()'
 _LIMIT = 600                # s, for the tests of one mutant
 _USAGE = 4, 5                # how pytest ends where there are no such tests
 
-_FAILING = "tests/test_failing_operators.py"
-_LAMPS = ("tests/test_lamps.py", "-k",
+_FAILING = "tests/addon/operators/test_failing_operators.py"
+_LAMPS = ("tests/addon/scene/test_lamps.py", "-k",
           "any_edits or instanced or hidden or group_has or even_light or named or gone or still or bright or layer")
 # the tests of each file, those that are likeliest to notice first
 TESTS = {
     "addon/transaction.py": (_FAILING, "-k", "refit or update or dies"),
-    "addon/material.py": ("tests/test_addon.py", _FAILING, "-k", "refit or update or import or fitting"),
-    "addon/operators/in_background.py": ("tests/test_background.py", "tests/test_addon.py", _FAILING, "-k",
+    "addon/materials/material.py": ("tests/addon/operators/test_import.py", _FAILING, "-k", "refit or update or import or fitting"),
+    "addon/jobs/modal.py": ("tests/addon/jobs/test_jobs.py", "tests/addon/operators/test_import.py", _FAILING, "-k",
                                          "(operator or escape or begin or without_osl) and not anywhere or folder"),
-    "addon/operators/import_data.py": ("tests/test_addon.py", "tests/test_reuse.py", _FAILING, "-k",
+    "addon/operators/import_data.py": ("tests/addon/operators/test_import.py", "tests/addon/library/test_reuse.py", _FAILING, "-k",
                                        "import and not folder or linked or dropped or samples_of"),
-    "addon/library.py": ("tests/test_library.py", "-k", "ours or open_file or second_writer or sav or version"),
-    "addon/operators/assets.py": ("tests/test_library.py", "tests/test_reuse.py", _FAILING, "-k",
+    "addon/library/library_file.py": ("tests/addon/library/test_library.py", "-k", "ours or open_file or second_writer or sav or version"),
+    "addon/operators/assets.py": ("tests/addon/library/test_library.py", "tests/addon/library/test_reuse.py", _FAILING, "-k",
                                   "saving or saved_again or becomes_an_asset or library_it_is or asset"),
-    "addon/batch.py": ("tests/test_library.py", "tests/test_reuse.py", "-k",
+    "addon/library/batch.py": ("tests/addon/library/test_library.py", "tests/addon/library/test_reuse.py", "-k",
                        "cannot_be_read or gone or large or second or ten_files or killed"),
-    "addon/background.py": ("tests/test_background.py",),
-    "addon/blender_process.py": ("tests/test_background.py", "tests/test_library.py"),
-    "addon/checks.py": ("tests/test_checks.py",),
-    "addon/lamps/__init__.py": _LAMPS,
-    "addon/lamps/changes.py": _LAMPS,
-    "addon/lamps/drivers.py": _LAMPS,
-    "addon/lamps/even.py": _LAMPS,
-    "addon/lamps/group.py": _LAMPS,
-    "addon/lamps/instances.py": _LAMPS,
-    "addon/lamps/lamp.py": _LAMPS,
-    "addon/lamps/light_objects.py": _LAMPS,
+    "addon/jobs/queue.py": ("tests/addon/jobs/test_jobs.py",),
+    "addon/jobs/blender_process.py": ("tests/addon/jobs/test_jobs.py", "tests/addon/library/test_library.py"),
+    "addon/materials/checks.py": ("tests/addon/materials/test_checks.py",),
+    "addon/scene/lamps/__init__.py": _LAMPS,
+    "addon/scene/lamps/changes.py": _LAMPS,
+    "addon/scene/lamps/drivers.py": _LAMPS,
+    "addon/scene/lamps/even.py": _LAMPS,
+    "addon/scene/lamps/group.py": _LAMPS,
+    "addon/scene/lamps/instances.py": _LAMPS,
+    "addon/scene/lamps/lamp.py": _LAMPS,
+    "addon/scene/lamps/light_objects.py": _LAMPS,
 }
 
 

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-_OSL, _GUARDS, _RENDERING = "tests/test_osl.py", "tests/test_shader_guards.py", "tests/test_rendering.py"
+_OSL, _GUARDS, _RENDERING = "tests/osl/test_shader.py", "tests/osl/test_shader_guards.py", "tests/osl/test_rendering.py"
 _FIT = (_OSL, "-k", "evaluates_the_fit and leather or version_2 or below_zero or slot")
 _DRAW = (_OSL, _GUARDS, "-k", "drawn or cell")
 _MIXTURE = (_OSL, _GUARDS, "-k", "mixture")

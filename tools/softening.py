@@ -10,8 +10,9 @@ import sys
 import numpy as np
 
 import fitter
-from fitter import bilevel, compact, cross_validation
-from tools import checkout
+from fitter.methods import bilevel, regression_kriging
+from fitter.quality import cross_validation
+from support import checkout
 
 RADII = {"odd": (0.01, 0.02), "even": (0.01,)}
 ANGLES = np.radians([10, 30, 50, 70, 85])
@@ -20,7 +21,7 @@ _STEP = 1e-6                # radians
 
 def fit(samples, softening):
     """Standard's fit with a radius."""
-    estimated = compact.Estimate(bilevel.distinct(samples)[0], softening)
+    estimated = regression_kriging.Estimate(bilevel.distinct(samples)[0], softening)
     return fitter.fit(samples, **fitter.PRESETS["Standard"], estimated=estimated)
 
 
@@ -54,7 +55,7 @@ def main():
     print("\n| Jump at retro-reflection | without | with |\n|---|---:|---:|")
     for samples in (fitter.load(curet, "leather"), fitter.load(folder / "cornell" / "garnet_red.astm"),
                     fitter.load(folder / "cornell" / "krylon_blue.astm")):
-        print(f"| {samples.name} | {jump(fit(samples, 0.0)):.2g} | {jump(fit(samples, compact.SOFTENING)):.2g} |",
+        print(f"| {samples.name} | {jump(fit(samples, 0.0)):.2g} | {jump(fit(samples, regression_kriging.SOFTENING)):.2g} |",
               flush=True)
 
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 import fitter
-from fitter import lattice
-from fitter.nusselt import nusselt
-from tools.hard_cases import BOUND, ERROR, hard_cases, many, probe
+from fitter.coordinates.nusselt import nusselt
+from fitter.lattice import dense
+from support.hard_cases import BOUND, ERROR, hard_cases, many, probe
 
 CONSTANT = "all values equal"
 
@@ -48,13 +48,13 @@ def single_precision(fit, directions):
 
 def _lattice_in_single(points, level, x):
     """Equation 7 in float32, coordinates counted from the middle of the cube as the shader counts them."""
-    m, one = lattice.cells(level), np.float32(1)
+    m, one = dense.cells(level), np.float32(1)
     u = (2 * x - one) * np.float32(m / 2) + np.float32(m / 2 - m // 2)
     cell = np.clip(np.floor(u), -(m // 2), m - 1 - m // 2)
     s = u - cell
     t = one - s
     w = np.stack([t ** 3 / 6, (4 - 3 * s * s * (2 - s)) / 6, (4 - 3 * t * t * (2 - t)) / 6, s ** 3 / 6])
-    first = cell.astype(int) + m // 2 - 1 - np.array(lattice.origin(level))
+    first = cell.astype(int) + m // 2 - 1 - np.array(dense.origin(level))
     total = np.zeros((len(x), points.shape[-1]), np.float32)
     for tap in np.ndindex(4, 4, 4):
         weight = w[tap[0], :, 0] * w[tap[1], :, 1] * w[tap[2], :, 2]

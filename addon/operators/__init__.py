@@ -2,10 +2,11 @@
 
 import bpy
 
-from . import assets, fit, folders, import_data, in_background, osl, samples
+from ..jobs import modal
+from . import assets, fit, folders, import_data, osl, samples
 
-_MODULES = (in_background, import_data, folders, fit, samples, assets, osl)
-_REGISTERED = (in_background, import_data, folders)        # beside their classes
+_MODULES = (modal, import_data, folders, fit, samples, assets, osl)
+_REGISTERED = (modal, import_data, folders)        # beside their classes
 
 
 def register():

@@ -7,12 +7,14 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from ...fitter import DatasetError
-from .. import assets, library, preferences, work
-from .. import material as materials
-from ..blender_process import Command
-from ..properties import fit_arguments
+from .. import preferences
+from ..jobs import tasks
+from ..jobs.blender_process import Command
+from ..jobs.modal import InBackground
+from ..library import assets, library_file
+from ..materials import material as materials
+from ..materials.properties import fit_arguments
 from .fit import active_material
-from .in_background import InBackground
 
 
 class ReplacesFile:
@@ -24,7 +26,7 @@ class ReplacesFile:
 
     def confirm(self, event, path):
         """Ask the user where a file would be replaced: what `invoke` returns then, else None."""
-        reason = library.refusal(path)
+        reason = library_file.refusal(path)
         if not reason or self.force or bpy.app.background:
             return None
         self.force = True               # with which `execute` is called once the user has agreed
@@ -34,9 +36,9 @@ class ReplacesFile:
 
     def refuse(self, path):
         """Raise the reason why a file may not be replaced, if there is one."""
-        reason = library.refusal(path)
+        reason = library_file.refusal(path)
         if reason and not self.force:
-            raise library.LibraryError(f"{reason}. Choose another name")
+            raise library_file.LibraryError(f"{reason}. Choose another name")
 
     def force_option(self):
         """For the command line."""
@@ -90,7 +92,7 @@ and write it into the asset library of the preferences, if there is one"""
         self.report({"INFO"}, f"{target.name} is an asset of this file; the preferences may name a library")
         return {"FINISHED"}
 
-    def work(self, context):
+    def tasks(self, context):
         """Write a copy into a folder for temporary files, from which another Blender takes it into the library."""
         path, target = self._path(context), active_material(context)
         self.refuse(path)
@@ -123,16 +125,16 @@ def _thumbnail(target):
     """The lit sphere where the measurements are at hand, else None: Blender renders one."""
     settings = target.measured_brdf
     try:
-        data = work.read(bpy.path.abspath(settings.filepath), settings.sample)
+        data = tasks.read(bpy.path.abspath(settings.filepath), settings.sample)
     except DatasetError:
         return None
-    return assets.thumbnail(work.fitted(data.samples, data.digest, fit_arguments(settings)).fit)
+    return assets.thumbnail(tasks.fitted(data.samples, data.digest, fit_arguments(settings)).fit)
 
 
 def _know(context, folder):
     """Let Blender's asset browser list the folder."""
     libraries = context.preferences.filepaths.asset_libraries
-    if not any(Path(bpy.path.abspath(library.path)).resolve() == folder.resolve() for library in libraries):
+    if not any(Path(bpy.path.abspath(library_file.path)).resolve() == folder.resolve() for library_file in libraries):
         libraries.new(name="Measured BRDF", directory=str(folder))
 
 

@@ -8,11 +8,12 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
-from .. import background, compiler, material, node_group, questions, work
-from ..properties import CHOICES, PRESET_HELP, PRESET_ITEMS, fit_arguments, use_preset
-from ..sources import GLOB
+from ..jobs import queries, queue, tasks
+from ..jobs.modal import InBackground
+from ..library.discovery import GLOB
+from ..materials import compiler, material, node_group
+from ..materials.properties import CHOICES, PRESET_HELP, PRESET_ITEMS, fit_arguments, use_preset
 from ..transaction import by_session_uid
-from .in_background import InBackground
 
 METHODS = (("EXACT", "Exact", "What was measured, under every light; a little noisier and slower"),
            ("FAST", "Fast", "The nearest that Cycles samples by itself: as measured at lamps and in sum"))
@@ -42,7 +43,7 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
     def execute(self, context):
         return self.run(context)
 
-    def work(self, context):
+    def tasks(self, context):
         target = active_material(context)
         # by then the user may have renamed the material, removed it, or changed its settings
         self._target = target.session_uid
@@ -51,8 +52,8 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
         self._choices.preset = self._choices.preset or "Paper"      # a damaged .blend may name one that does not exist
         self._choices.filepath = self.filepath or settings.filepath
         path, sample, arguments = bpy.path.abspath(self._choices.filepath), settings.sample, fit_arguments(settings)
-        return background.Calculation(
-            partial(work.outcome, path, sample, arguments, known=questions.known_fit(path, sample, arguments)))
+        return queue.Calculation(
+            partial(tasks.outcome, path, sample, arguments, known=queries.known_fit(path, sample, arguments)))
 
     def prepare(self, outcome):
         yield 0.95, "Compiling"
@@ -83,7 +84,7 @@ Their fits stay as they are; the measurements are not needed"""
     def execute(self, context):
         return self.run(context)
 
-    def work(self, _context):
+    def tasks(self, _context):
         outdated = [item for item in bpy.data.materials if item.is_editable and material.is_outdated(item)]
         if not outdated:
             raise ValueError("All measured materials of this file are those of this version")
@@ -92,7 +93,7 @@ Their fits stay as they are; the measurements are not needed"""
             tree = material.group_node(item).node_tree
             shaders.setdefault(tree.session_uid, (node_group.source(tree), item.measured_brdf.compression, []))
             shaders[tree.session_uid][2].append(item.session_uid)
-        return background.Calculation(partial(work.rebake, list(shaders.values())))
+        return queue.Calculation(partial(tasks.rebake, list(shaders.values())))
 
     def prepare(self, rebaked):
         prepared = []

@@ -6,13 +6,15 @@ from pathlib import Path
 import bpy
 from bpy.props import StringProperty
 
-from .. import background, batch, preferences, work
-from ..blender_process import Command
-from ..properties import NO_SPECULAR_LEVEL, FitChoices, complete, fit_arguments
-from ..sources import GLOB, files_in, sources_in
+from .. import preferences
+from ..jobs import queue, tasks
+from ..jobs.blender_process import Command
+from ..jobs.modal import InBackground
+from ..library import batch
+from ..library.discovery import GLOB, files_in, sources_in
+from ..materials.properties import NO_SPECULAR_LEVEL, FitChoices, complete, fit_arguments
 from .assets import ReplacesFile
 from .import_data import MakesMaterials, begin_with_preference
-from .in_background import InBackground
 
 
 class _FromFolder(FitChoices):
@@ -57,10 +59,10 @@ class MEASUREDBRDF_OT_import_folder(_FromFolder, MakesMaterials, bpy.types.Opera
     bl_label = "Import Folder of Measured BRDFs"
     bl_options = {"REGISTER", "UNDO"}
 
-    def work(self, context):
+    def tasks(self, context):
         self.remember_target(context)
         sources, self._failures = sources_in([self.checked_folder()])
-        return background.Calculation(partial(work.outcomes, sources, fit_arguments(self)))
+        return queue.Calculation(partial(tasks.outcomes, sources, fit_arguments(self)))
 
     def prepare(self, outcomes):
         return super().prepare(self._failures + outcomes)
@@ -81,7 +83,7 @@ The open file stays as it is"""
     def begin(self, context, event):
         return self.confirm(event, self._path(context)) or self.start(context)
 
-    def work(self, context):
+    def tasks(self, context):
         folder, path = self.checked_folder(), self._path(context)
         self.refuse(path)
         level = "none" if self.specular_level == NO_SPECULAR_LEVEL else self.specular_level

@@ -9,18 +9,20 @@ from bpy.props import CollectionProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
 from ...fitter import DatasetError
-from ...fitter.datasets import list_samples
-from .. import background, compiler, material, preferences, work
-from ..properties import CHOICES, LEVELS, FitChoices, complete, fit_arguments, use_preset
-from ..sources import EXTENSIONS, GLOB
+from ...fitter.formats import list_samples
+from .. import preferences
+from ..jobs import queue, tasks
+from ..jobs.modal import InBackground
+from ..library.discovery import EXTENSIONS, GLOB
+from ..materials import compiler, material
+from ..materials.properties import CHOICES, LEVELS, FitChoices, complete, fit_arguments, use_preset
 from ..transaction import by_session_uid
-from .in_background import InBackground
 
 _EDITORS = {"VIEW_3D", "PROPERTIES", "OUTLINER", "NODE_EDITOR", "FILE_BROWSER"}
 
 
 class MakesMaterials(InBackground):
-    """A mix-in for operators whose work has outcomes as `work.outcomes` returns them: each becomes a material.
+    """A mix-in for operators whose work has outcomes as `tasks.outcomes` returns them: each becomes a material.
 
     The first goes to the object that was active when the work began. Files that failed are reported; only where all
     have failed is that an error.
@@ -91,10 +93,10 @@ class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator
         complete(self)
         return self.run(context)
 
-    def work(self, context):
+    def tasks(self, context):
         self.remember_target(context)
-        return background.Calculation(
-            partial(work.outcomes, [(path, self.sample) for path in self._paths()], fit_arguments(self)))
+        return queue.Calculation(
+            partial(tasks.outcomes, [(path, self.sample) for path in self._paths()], fit_arguments(self)))
 
     def _paths(self):
         return [str(Path(self.directory) / item.name) for item in self.files if item.name] or [

@@ -2,7 +2,7 @@
 
 import bpy
 
-from .. import osl_support
+from ..materials import osl_support
 
 
 class MEASUREDBRDF_OT_enable_osl(bpy.types.Operator):

@@ -4,8 +4,8 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty
 
 from ...fitter import DatasetError
-from ...fitter.datasets import list_samples
-from ..properties import CHOICES, FitChoices
+from ...fitter.formats import list_samples
+from ..materials.properties import CHOICES, FitChoices
 from .fit import active_material
 from .import_data import begin_with_preference
 

@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..datasets import list_samples, load
 from ..files import replacing
+from ..formats import list_samples, load
 from . import comparison, markdown, pareto, plots, slices, tables, times
 
 LEVELS = range(8)

@@ -4,8 +4,9 @@ import time
 
 import numpy as np
 
-from .. import cross_validation, physics, ringing
-from ..metrics import error_metrics
+from ..quality import cross_validation, physics
+from ..quality.metrics import error_metrics
+from . import ringing
 from .methods import METHODS
 from .times import interleaved
 

@@ -1,7 +1,8 @@
 """What the report compares: ways to make a model of samples, by name."""
 
-from .. import fit, koenderink, lafortune
+from .. import fit
 from ..presets import PRESETS
+from .baselines import koenderink, lafortune
 
 BASELINES = ("Koenderink 8", "Lafortune 3")
 

@@ -2,7 +2,7 @@
 
 import itertools
 
-from ..bilevel import notation
+from ..methods.bilevel import notation
 from .comparison import compare
 from .methods import levels
 

@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from .. import fit, lattice, ringing
-from ..bilevel import notation
-from ..metrics import error_metrics
-from ..nusselt import nusselt
+from .. import fit
+from ..coordinates.nusselt import nusselt
+from ..lattice import dense
+from ..methods.bilevel import notation
+from ..quality.metrics import error_metrics
+from . import ringing
 from .methods import BASELINES, METHODS, levels
 
 # Kameya and Lewis 2002, Table 1: control points and bytes of a compressed fit of one channel
@@ -54,7 +56,7 @@ def where(samples, level=6):
     """
     from scipy.spatial import cKDTree
 
-    x = nusselt(*samples.directions) * lattice.cells(level)
+    x = nusselt(*samples.directions) * dense.cells(level)
     nearest, _ = cKDTree(x).query(x, k=2, p=math.inf)
     near = nearest[:, 1] < 1
     height = samples.values.max(axis=1)

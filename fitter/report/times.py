@@ -4,10 +4,10 @@ import time
 
 import numpy as np
 
-from .. import lattice
-from ..bilevel import notation
-from ..nusselt import nusselt
-from ..physics import direction_pairs
+from ..coordinates.nusselt import nusselt
+from ..lattice import dense
+from ..methods.bilevel import notation
+from ..quality.physics import direction_pairs
 from .methods import BASELINES, METHODS, levels
 
 CALLS = 100_000
@@ -24,10 +24,10 @@ class NdBSpline:
     def __init__(self, fit):
         from scipy.interpolate import NdBSpline
 
-        first, counts = lattice.origin(fit.diffuse_level), lattice.shape(fit.diffuse_level)
+        first, counts = dense.origin(fit.diffuse_level), dense.shape(fit.diffuse_level)
         # control point j is the B-spline over the knots j - 2 to j + 2, counted in cells
         knots = tuple(start - 2.0 + np.arange(count + 4) for start, count in zip(first, counts, strict=True))
-        self.cells = lattice.cells(fit.diffuse_level)
+        self.cells = dense.cells(fit.diffuse_level)
         self.spline = NdBSpline(knots, fit.diffuse[..., list(fit.columns)].astype(float), 3)
 
     def evaluate(self, theta_i, phi_i, theta_o, phi_o):

@@ -1,0 +1,112 @@
+"""The fit that a baked shader evaluates, read back from its OSL source.
+
+A .blend keeps the source of each shader, so a measured material can be given the shader of a newer version without its
+measurements. Tables are baked with nine digits, which single precision needs and has: they come back as they were.
+"""
+
+import re
+
+import numpy as np
+
+from ..formats.spectra import RGB
+from ..lattice import dense, perfect_hash
+from ..lattice.sparse import SparseLattice
+from ..methods.bilevel import Fit
+from ..methods.prior import Prior
+from ..model import microfacet
+
+_CONSTANT = re.compile(r"^#define (\w+) (.*)$", re.MULTILINE)
+_TABLE = r"^  (?:int|float) {}\[(\d+)\] = \{{\n([^}}]*)\}};$"
+_NUMBER = r"[-+.\deE]+"
+
+
+def unbake(source, name="untitled", compression=0.0):
+    """Read a fit from the OSL source that `bake.bake` made of it, by any version since 0.1.0.
+
+    Parameters
+    ----------
+    source : str
+    name : str
+        Of the fit: sources do not hold it.
+    compression : float
+        Likewise, in percent.
+
+    Returns
+    -------
+    Fit
+        Its evaluation agrees with that of the fit that was baked to nine digits.
+
+    Raises
+    ------
+    ValueError
+        If the source is not a baked shader, or its tables contradict each other.
+    """
+    constants = dict(_CONSTANT.findall(source))
+    try:
+        return _fit(source, constants, name, compression)
+    except (KeyError, IndexError, ZeroDivisionError, OverflowError) as error:
+        raise ValueError(f"not a shader of Measured BRDF: {error} is missing or wrong") from error
+
+
+def _fit(source, constants, name, compression):
+    stored = int(constants["STORED"])
+    columns = tuple(int(constants[f"CHANNEL_{i}"]) for i in range(3))
+    channels = RGB if int(constants["CHANNELS"]) == len(RGB) else ("grey",)
+    columns = columns[:len(channels)]
+    if stored < 1 or set(columns) != set(range(stored)):
+        raise ValueError("the channels of the shader read columns that are not there")
+    level = _level(constants["DIFFUSE_CELLS"])
+    diffuse = _table(source, "DIFFUSE", np.float32, (*dense.shape(level), stored))
+    parts = {"channels": channels, "columns": columns, "name": name, "source": "a baked shader"}
+    if int(constants["SPARSE"]):
+        parts |= {"specular": _specular(source, constants, stored), "compression": float(compression)}
+    if int(constants["PRIOR"]):
+        parts |= {"prior": _prior(constants, stored, columns),
+                  "softening": float(constants.get("SOFTENING_2", 0)) ** 0.5}       # 0.1.0 had none
+    return Fit(level, diffuse, **parts)
+
+
+def _specular(source, constants, stored):
+    level, count = _level(constants["SPECULAR_CELLS"]), int(constants["KEY_COUNT"])
+    keys = _table(source, "KEYS", np.uint32, (count,))
+    displacement = _table(source, "DISPLACEMENT", np.uint32, (int(constants["BUCKET_COUNT"]),))
+    if displacement.max(initial=0) < 1 << 16:
+        displacement = displacement.astype(np.uint16)
+    index = perfect_hash.PerfectHash(keys, displacement, int(constants["MULTIPLIER"]))
+    if keys.max(initial=0) >= np.prod(dense.shape(level)) or not (index.slots(keys) == np.arange(count)).all():
+        raise ValueError("the hash table of the shader does not find its keys")
+    return SparseLattice(level, index, _table(source, "SPECULAR", np.float32, (count, stored)))
+
+
+def _prior(constants, stored, columns):
+    def values(text):
+        numbers = [float(number) for number in re.findall(_NUMBER, text.replace("color", ""))]
+        if len(numbers) not in (1, len(columns)):
+            raise ValueError(f"{text} does not have a number for each channel")
+        numbers = numbers * len(columns) if len(numbers) == 1 else numbers
+        return np.array([numbers[columns.index(column)] for column in range(stored)])
+
+    lobes = re.findall(rf"LOBE\(((?:color)?\([^)]*\)), ({_NUMBER}), ({_NUMBER}), ({_NUMBER}), {_NUMBER}\)",
+                       constants["PRIOR_LOBES"])
+    inverse, gamma, f0 = (np.array([float(lobe[i]) for lobe in lobes]) for i in (1, 2, 3))
+    ks = np.array([values(lobe[0]) for lobe in lobes]).reshape(len(lobes), stored)
+    lobe = microfacet.Microfacet(kd=values(constants["PRIOR_KD"]), ks=ks, alpha=inverse ** -0.5, gamma=gamma, f0=f0)
+    # the shader cuts at 0 whatever the fit does
+    return Prior(lobe, float(constants["PRIOR_OFFSET"]), values(constants["PRIOR_CEILING"]), 0.0)
+
+
+def _level(cells):
+    level = int(cells).bit_length() - 1
+    if not 0 <= level <= dense.MAX_LEVEL or dense.cells(level) != int(cells):
+        raise ValueError(f"a lattice of {cells} cells in the shader, expected a power of two")
+    return level
+
+
+def _table(source, name, dtype, shape):
+    found = re.search(_TABLE.format(name), source, re.MULTILINE)
+    if found is None:
+        raise ValueError(f"the shader has no table {name}")
+    values = np.array(found[2].split(","), dtype=np.float64) if found[2].strip() else np.empty(0)
+    if len(values) != int(found[1]) or values.size != np.prod(shape) or not np.isfinite(values).all():
+        raise ValueError(f"the table {name} of the shader has {len(values)} numbers, expected {np.prod(shape)}")
+    return values.astype(dtype).reshape(shape)

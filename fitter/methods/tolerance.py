@@ -1,0 +1,101 @@
+"""The smallest fit that is true enough."""
+
+import numpy as np
+
+from ..lattice import dense
+from ..quality import cross_validation
+from ..quality.metrics import error_metrics
+from . import bilevel, regression_kriging
+
+SPECULAR_LEVEL = 6
+DIFFUSE_LEVELS = (1, 2, 3, 4, 5)
+KEPT = (0, 47, 94, 188, 376, 752, 1504, 3008, 6016)     # control points of the specular lattice
+
+
+def fit_within(samples, tolerance, held_out=False, plausible=True):
+    """Find the fit of fewest bytes whose error is within a tolerance.
+
+    Of the fits by "kriging" with a specular lattice of level 6; for each diffuse level the compression is found by
+    bisection.
+
+    Parameters
+    ----------
+    samples : Samples
+    tolerance : float
+        Root mean square error over all samples and channels, 1/sr.
+    held_out : bool
+        Judge by samples that a fit has not seen, in five folds (`cross_validation.held_out`), instead of by those that
+        it was fitted to.
+    plausible : bool
+        As for `fit`.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    ValueError
+        If the tolerance is not positive, or no such fit reaches it; the message says what the best one does.
+    """
+    if not tolerance > 0:
+        raise ValueError(f"tolerance is {tolerance!r}, expected a positive number of 1/sr")
+    parts = cross_validation.folds(len(samples)) if held_out else [None]
+    if len(parts) == 1 and held_out:
+        raise ValueError("one sample cannot be predicted from the others")
+    stored = len(bilevel.distinct(samples)[0].channels)         # equal channels are stored, and so counted, once
+    views = [_View(samples, part) for part in parts]
+    whole = views[0] if not held_out else _View(samples, None)
+
+    kept = [count for count in KEPT if count <= 8 * len(samples)]
+    found, best = None, (np.inf, None)
+    for diffuse_level in DIFFUSE_LEVELS:
+        if found is not None and 4 * np.prod(dense.shape(diffuse_level)) * stored >= found.nbytes:
+            break
+        low, high = 0, len(kept)                        # kept[high] is known to suffice
+        while low < high:
+            middle = (low + high) // 2
+            compression = _compression(kept[middle])
+            error = _rmse(samples, [view.predicted(diffuse_level, compression, plausible) for view in views], parts)
+            best = min(best, (error, bilevel.notation(diffuse_level, SPECULAR_LEVEL, compression)))
+            if error <= tolerance:
+                high = middle
+            else:
+                low = middle + 1
+        if high < len(kept):
+            fitted = whole.fit(diffuse_level, _compression(kept[high]), plausible)
+            found = min(found or fitted, fitted, key=lambda fit: fit.nbytes)
+    if found is None:
+        raise ValueError(f"no fit is within {tolerance:g} 1/sr: the best, {best[1]}, has an error of {best[0]:.3g}; "
+                         f"expected a larger tolerance")
+    return found
+
+
+class _View:
+    """The samples that a fold leaves to be seen, and what is estimated of them once for all fits."""
+
+    def __init__(self, samples, held):
+        self._held = samples if held is None else cross_validation.subset(samples, held)
+        self._seen = samples if held is None else cross_validation.subset(
+            samples, np.setdiff1d(np.arange(len(samples)), held))
+        self._estimated = regression_kriging.Estimate(bilevel.distinct(self._seen)[0])
+
+    def fit(self, diffuse_level, compression, plausible):
+        return bilevel.fit(self._seen, diffuse_level, SPECULAR_LEVEL, compression, "kriging", plausible,
+                           estimated=self._estimated)
+
+    def predicted(self, diffuse_level, compression, plausible):
+        return self.fit(diffuse_level, compression, plausible).evaluate(*self._held.directions)
+
+
+def _compression(kept):
+    return 100 * (1 - kept / dense.full_size(SPECULAR_LEVEL))
+
+
+def _rmse(samples, predictions, parts):
+    if parts == [None]:
+        return error_metrics(samples.values, predictions[0]).rmse
+    values = np.empty(samples.values.shape)
+    for part, predicted in zip(parts, predictions, strict=True):
+        values[part] = predicted
+    return cross_validation.errors(samples, values).rmse

@@ -1,0 +1,145 @@
+"""Lafortune's representation: a Lambertian and generalised cosine lobes.
+
+E. P. F. Lafortune, S. C. Foo, K. E. Torrance, D. P. Greenberg: Non-Linear Approximation of Reflectance Functions,
+SIGGRAPH 1997. For an isotropic reflectance, with unit vectors i and o whose z is the normal, ::
+
+    f = rho / pi + sum_k max(Cxy_k (i_x o_x + i_y o_y) + Cz_k i_z o_z, 0) ^ n_k
+
+The paper's second baseline, with three lobes, fitted channel by channel with Levenberg-Marquardt from several starts.
+Fitting needs SciPy, an optional extra; evaluating does not.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...samples import LARGEST_VALUE
+
+LOBES = 3
+# (Cxy, Cz) of mirror-like, retro-reflective and off-specular lobes at grazing angles, where a search may start
+_SHAPES = {"mirror": (-1.0, 1.0), "retro": (0.8, 0.8), "grazing": (-1.05, 0.6), "broad": (-0.5, 0.5)}
+_STARTS = (
+    (("mirror", 10), ("grazing", 40), ("retro", 5)),
+    (("mirror", 30), ("grazing", 100), ("broad", 2)),
+    (("mirror", 100), ("mirror", 20), ("grazing", 60)),
+    (("mirror", 300), ("mirror", 60), ("mirror", 10)),
+    (("grazing", 20), ("retro", 10), ("broad", 1)),
+    (("mirror", 1000), ("grazing", 300), ("mirror", 50)),
+)
+
+
+@dataclass(frozen=True)
+class Lafortune:
+    """A fitted reflectance.
+
+    Attributes
+    ----------
+    rho : (channels,) float64
+        Diffuse albedo.
+    lobes : (lobes, 3, channels) float64
+        Cxy, Cz and n of each lobe.
+    """
+
+    rho: np.ndarray
+    lobes: np.ndarray
+
+    @property
+    def coefficient_count(self):
+        """Parameters a channel."""
+        return 1 + 3 * len(self.lobes)
+
+    @property
+    def nbytes(self):
+        """Bytes of the parameters of all channels in single precision."""
+        return 4 * self.coefficient_count * len(self.rho)
+
+    def evaluate(self, theta_i, phi_i, theta_o, phi_o):
+        """The fitted BRDF, 1/sr, as far as single precision holds it: angles (n,) in radians to (n, channels)."""
+        xy, z = (product[..., None] for product in _products(theta_i, phi_i, theta_o, phi_o))
+        with np.errstate(over="ignore"):        # far from the samples a lobe may exceed any number
+            lobes = sum(np.maximum(c_xy * xy + c_z * z, 0) ** n for c_xy, c_z, n in self.lobes)
+        return self.rho / np.pi + np.minimum(lobes, LARGEST_VALUE)
+
+
+def fit(samples, lobes=LOBES):
+    """Fit a measured reflectance, each channel by itself, by Levenberg-Marquardt from several starts.
+
+    Parameters
+    ----------
+    samples : Samples
+    lobes : int, 1 to 3
+
+    Returns
+    -------
+    Lafortune
+        The best fit found, by RMSE at the samples.
+
+    Raises
+    ------
+    ImportError
+        Where SciPy is not installed.
+    """
+    xy, z = _products(*samples.directions)
+    best = np.stack([_fit_channel(xy, z, values, lobes) for values in samples.values.T], axis=-1)
+    return Lafortune(best[0] * np.pi, _unpack(best[1:]))
+
+
+def _products(theta_i, phi_i, theta_o, phi_o):
+    """i_x o_x + i_y o_y, and i_z o_z."""
+    theta_i, theta_o = np.asarray(theta_i, dtype=float), np.asarray(theta_o, dtype=float)
+    in_plane = np.sin(theta_i) * np.sin(theta_o) * np.cos(np.asarray(phi_o, dtype=float) - phi_i)
+    return np.broadcast_arrays(in_plane, np.cos(theta_i) * np.cos(theta_o))
+
+
+def _unpack(parameters):
+    """(3 lobes, ...) as searched, with the logarithm of n, to (lobes, 3, ...) with n."""
+    lobes = parameters.reshape(-1, 3, *parameters.shape[1:]).copy()
+    lobes[:, 2] = np.exp(lobes[:, 2])
+    return lobes
+
+
+def _fit_channel(xy, z, values, lobes):
+    """The best parameters over all starts: rho / pi, then Cxy, Cz, log n of each lobe."""
+    try:
+        from scipy.optimize import least_squares
+    except ImportError as error:
+        raise ImportError("fitting Lafortune's model needs SciPy, an optional extra: pip install scipy") from error
+
+    def residuals(parameters):
+        value = parameters[0] + sum(_lobe(xy, z, *lobe)[0] for lobe in parameters[1:].reshape(-1, 3))
+        return value - values
+
+    def jacobian(parameters):
+        columns = [np.ones_like(values)]
+        for lobe in parameters[1:].reshape(-1, 3):
+            value, base, n = _lobe(xy, z, *lobe)
+            slope = np.divide(n * value, base, out=np.zeros_like(base), where=base > 0)
+            columns += [slope * xy, slope * z, value * n * np.log(np.maximum(base, 1e-300))]
+        return np.stack(columns, axis=1)
+
+    found = [least_squares(residuals, _start(start[:lobes], xy, z, values), jacobian, method="lm", max_nfev=400)
+             for start in _STARTS]
+    return min(found, key=lambda result: result.cost).x
+
+
+def _lobe(xy, z, c_xy, c_z, log_n):
+    """Values of one lobe, its base and its exponent; far-off trials are kept finite."""
+    base = np.maximum(c_xy * xy + c_z * z, 0)
+    n = np.exp(np.clip(log_n, -5, 12))
+    with np.errstate(divide="ignore", over="ignore"):
+        value = np.exp(np.clip(n * np.log(base), None, 100))
+    return value, base, n
+
+
+def _start(start, xy, z, values):
+    """Parameters to start from: each lobe as high, at its own peak, as the data are there."""
+    floor = np.quantile(values, 0.3)
+    parameters = [floor]
+    for shape, n in start:
+        c_xy, c_z = _SHAPES[shape]
+        base = np.maximum(c_xy * xy + c_z * z, 1e-6)
+        near = np.argsort(base)[-5:]
+        height = max(float(np.mean(values[near] - floor)), 1e-3 * float(np.ptp(values)) + 1e-9)
+        scale = (height / len(start)) ** (1 / n) / base[near].mean()
+        parameters += [c_xy * scale, c_z * scale, np.log(n)]
+    return np.array(parameters)

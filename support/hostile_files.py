@@ -1,0 +1,176 @@
+"""Files made to hang, to exhaust memory or to confuse, on every path that a user may send them.
+
+`python -m fitter info`, what the panel does with a chosen file, `python -m fitter fit --preset Draft`, and
+`python -m fitter bake` of the fit that comes of it; saved fits go through `info` and `bake`. Each in a process of its
+own, so that processor time and peak memory are the operating system's figures; those of the same path with a file of
+one row, or with a fit that is in order, are subtracted.
+"""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+import zlib
+from pathlib import Path
+
+from support import hostile_fits
+from support.checkout import ROOT
+
+MEGABYTE = 1 << 20
+LARGE = 16 * MEGABYTE       # as much as is read
+_VARS = b"VARS theta_i,phi_i,theta_s,phi_s,R,G,B\n"
+_ROW = b"1,1,1,1,1,1,1\n"
+
+
+def _filled(pattern, head=b"", tail=b"", size=LARGE):
+    """Bytes of a given size made of one pattern."""
+    return head + pattern * ((size - len(head) - len(tail)) // len(pattern)) + tail
+
+
+def _pbrt(pattern, tail=b""):
+    """A .brdf file of whole rows of 7 numbers, each number one pattern."""
+    head = b"3\n400 550 700\n"
+    return _filled(pattern * 7, head, tail)
+
+
+def _inflating_mat():
+    """A MATLAB file whose 4 MB inflate to 4 GB."""
+    deflater = zlib.compressobj(9)
+    zeros = bytes(16 * MEGABYTE)
+    packed = b"".join(deflater.compress(zeros) for _ in range(256)) + deflater.flush()
+    return b"MATLAB 5.0 MAT-file".ljust(124) + b"\0\1IM" + (15).to_bytes(4, "little") + len(packed).to_bytes(
+        4, "little") + packed
+
+
+CONTENTS = {
+    "200 MB of digits": lambda: _filled(b"1", size=200 * MEGABYTE),
+    "digits, as large as is read": lambda: _filled(b"1"),
+    "digits on lines": lambda: _filled(b"1\n"),
+    "CURET: one endless line": lambda: _filled(b"12 ", b"1 "),
+    "CURET: sample 1 again and again": lambda: _filled(b"1 " * 206 + b"\n"),
+    "ASTM: rows of single digits": lambda: _filled(_ROW, _VARS),
+    "ASTM: the last angle too large": lambda: _filled(_ROW, _VARS, b"9,1,1,1,1,1,1"),
+    "ASTM: the last number not one": lambda: _filled(_ROW, _VARS, b"1,1,1,1,1,1,x"),
+    "ASTM: a row without end": lambda: _filled(b"11,", _VARS),
+    "ASTM: millions of variables": lambda: _filled(b",R1", _VARS.strip()),
+    "ASTM: millions of keywords": lambda: _filled(b"NUM_POINTS 1\nA\n", b"", _VARS + _ROW),
+    "ASTM: nothing but line ends": lambda: _filled(b"\r\n\r", _VARS),
+    "ASTM: blanks": lambda: _filled(b" ", _VARS),
+    "pbrt: single digits": lambda: _pbrt(b"1 "),
+    "pbrt: two digits a line": lambda: _pbrt(b"1\n"),
+    "pbrt: a comment after each": lambda: _pbrt(b"1#\n"),
+    "pbrt: one comment, the last angle too large": lambda: _pbrt(b"1 ", b"# \n9 1 1 1 1 1 1"),
+    "pbrt: a comment after each, the last not a number": lambda: _pbrt(b"1#\n", b"1 1 1 1 1 1 x"),
+    "pbrt: nothing but comments": lambda: _filled(b"#\n", b"", b"3\n"),
+    "MATLAB: 4 MB that inflate to 4 GB": _inflating_mat,
+    "UTF-16": lambda: _filled(_ROW, _VARS, size=MEGABYTE).decode().encode("utf-16"),
+    "noise": lambda: os.urandom(LARGE),
+}
+SPECIAL = ("a folder", "a pipe that nobody writes to", "a device without end", "a link to itself",
+           "a file that grows while it is read", "a name of 5,000 letters")
+
+
+PATHS = ("info", "panel", "fit", "bake")
+
+
+def report(folder):
+    """Print a table of measurements and one of saved fits: time, memory, and what came of each."""
+    base = _run(_made(folder, b"3\n400 550 700 1 1 1 1 1 1 1"), PATHS[:3], folder)
+    print("each cell: s, memory / file\n    MB" + "".join(f"  {name:>12}" for name in PATHS) + "  file")
+    for name, content in CONTENTS.items():
+        path = _made(folder, content())
+        _print_row(name, path, _run(path, PATHS[:3], folder), base, "x", 1 / path.stat().st_size)
+    for name in SPECIAL:
+        path, stop = _special(name, folder)
+        _print_row(name, path, _run(path, PATHS[:3], folder), base, "", 0)
+        stop.set()
+    base = _run(_made(folder, hostile_fits.in_order()), ("info", "bake"), folder)
+    print("\neach cell: s, MB of memory\n    MB" + "".join(f"  {name:>12}" for name in PATHS) + "  saved fit")
+    for name, content in hostile_fits.CONTENTS.items():
+        path = _made(folder, content())
+        _print_row(name, path, _run(path, ("info", "bake"), folder), base, " MB", 1e-6)
+
+
+def _run(path, names, folder):
+    """Put a file through several paths, and through the baker the fit that comes of it: {path: (s, bytes, said)}."""
+    fit = folder / "fit.npz"
+    fit.unlink(missing_ok=True)
+    found = {name: _measured(name, path, folder) for name in names}
+    if fit.exists():
+        found["bake"] = _measured("bake", fit, folder)
+    return found
+
+
+def _print_row(name, path, found, base, unit, scale):
+    try:
+        size = path.stat().st_size / 1e6 if path.is_file() else 0
+    except OSError:
+        size = 0
+    cells = []
+    for entry in PATHS:
+        seconds, memory, _ = found.get(entry, (None, None, None))
+        cells.append("" if seconds is None else f"{max(seconds - base[entry][0], 0):.1f} "
+                     f"{max(memory - base[entry][1], 0) * scale:.1f}{unit}")
+    print(f"{size:6.1f}" + "".join(f"  {cell:>12}" for cell in cells) + f"  {name}: {found['info'][2]}", flush=True)
+
+
+def _made(folder, content):
+    path = folder / "hostile.dat"
+    path.write_bytes(content)
+    return path
+
+
+def _special(name, folder):
+    """Make one of SPECIAL: its path, and an event that ends what is going on with it."""
+    stop = threading.Event()
+    path = folder / name.replace(" ", "-")
+    if name == "a folder":
+        path.mkdir()
+    elif name.startswith("a pipe"):
+        os.mkfifo(path)
+    elif name.startswith("a device"):
+        path = Path("/dev/zero")
+    elif name.startswith("a link"):
+        path.symlink_to(path)
+    elif name.startswith("a file that grows"):
+        path.write_bytes(_filled(_ROW, _VARS, size=8 * MEGABYTE))
+        threading.Thread(target=_grow, args=(path, stop)).start()
+    else:
+        path = folder / ("x" * 5000)
+    return path, stop
+
+
+def _grow(path, stop):
+    with open(path, "ab", buffering=0) as stream:
+        while not stop.is_set():
+            stream.write(_ROW)
+            time.sleep(1e-4)
+
+
+def _measured(name, path, folder):
+    """Processor seconds and peak bytes of one path, and the first line of what it said."""
+    done = subprocess.run([sys.executable, "-c", _MEASURED, name, path, folder / "fit.npz"], cwd=ROOT,
+                          capture_output=True, text=True, check=False, timeout=120)
+    assert "Traceback" not in done.stderr, done.stderr
+    *said, seconds, memory, code = done.stdout.split("\n")[:-1]
+    assert code in {"0", "1"}, done.stderr
+    text = done.stderr.removeprefix(f"error: {path}").lstrip(": ").rstrip() or next(
+        (line.strip() for line in said if "direction pairs" in line), said[0] if said else "")
+    return float(seconds), int(memory) * 1024, text.splitlines()[0][:100]
+
+
+_MEASURED = """
+import re, sys, time
+from pathlib import Path
+name, path, fit = sys.argv[1:]
+if name == "panel":
+    from tools import panel_work
+    code = panel_work.main(path)
+else:
+    from fitter import cli
+    code = cli.main({"info": ["info", path], "fit": ["fit", path, "--preset", "Draft", "-o", fit],
+                     "bake": ["bake", path, "-o", fit + ".osl"]}[name])
+status = open("/proc/self/status").read()       # the peak since exec: getrusage has that of the parent in it
+print(time.process_time(), re.search("VmHWM: *([0-9]+)", status.replace("\\t", " "))[1], code, sep="\\n")
+"""

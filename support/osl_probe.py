@@ -1,0 +1,75 @@
+"""A number for each pixel from OSL code, run inside Cycles."""
+
+import math
+
+import bpy
+
+from fitter.cycles.bake import _array, bake
+
+from .stage import black_scene, blank_material, render
+
+PROBE = """
+#include "baked_constants.h"
+#include "perfect_hash.h"
+#include "lattice.h"
+#include "mixture.h"
+#include "draw.h"
+#include "lamps.h"
+%s
+shader probe(output closure color Result = 0)
+{
+#include "baked_tables.h"
+%s
+  int pixel = (int)floor(P[1]) * %d + (int)floor(P[0]);
+  color out = 0.0;
+  %s
+  Result = out * emission();
+}
+"""
+
+
+def probe_osl(fit, code, count, functions="", **tables):
+    """Run OSL code inside Cycles, once a pixel; parameters are those of `probe_scene`.
+
+    Returns
+    -------
+    (count, 3) float32
+    """
+    scene = probe_scene(fit, code, count, functions, **tables)
+    return render(scene)[::-1, :, :3].reshape(-1, 3)[:count]
+
+
+def probe_scene(fit, code, count, functions="", **tables):
+    """A scene whose picture runs OSL code once a pixel. Replaces whatever file is open.
+
+    Parameters
+    ----------
+    fit
+        Its tables are at the code's disposal, and the project's OSL headers.
+    code : str
+        Reads `pixel`, writes `out`, which must not be negative.
+    count : int
+        How many pixels are asked for.
+    functions : str
+        OSL functions that the code calls.
+    tables : name to array
+        More arrays for the code to read.
+
+    Returns
+    -------
+    bpy.types.Scene
+    """
+    width = math.ceil(math.sqrt(count))
+    source = bake(fit, PROBE % (functions, "".join(_array(name, table) for name, table in tables.items()), width, code))
+    scene = black_scene(width, width, samples=1, span=width)
+    scene.camera.location = (width / 2, width / 2, 10)
+    scene.cycles.pixel_filter_type = "BOX"
+    bpy.ops.mesh.primitive_plane_add(size=2 * width, location=(width / 2, width / 2, 0))
+    text = bpy.data.texts.new("probe.osl")
+    text.from_string(source)
+    material, script, surface = blank_material("probe", "ShaderNodeScript")
+    script.mode, script.script = "INTERNAL", text
+    assert "Result" in script.outputs, "the probe does not compile"
+    material.node_tree.links.new(script.outputs["Result"], surface)
+    bpy.context.object.data.materials.append(material)
+    return scene

@@ -1,0 +1,20 @@
+"""Spheres by numerical integration of `Fit.evaluate`: what renders are compared with."""
+
+import numpy as np
+
+
+def normals(resolution):
+    """Normals of the unit sphere at the pixels of a picture of it, those that miss left out: (n, 3)."""
+    x = (np.arange(resolution) + 0.5) / resolution * 2 - 1
+    x, y = np.meshgrid(x, x)
+    on_it = x**2 + y**2 < 1
+    return np.stack([x[on_it], y[on_it], np.sqrt(1 - x[on_it]**2 - y[on_it]**2)], axis=1)
+
+
+def reflected(fit, n, toward):
+    """f(toward, viewer) cos theta_i at points with normals n (m, 3), seen from +z: (m, channels)."""
+    cos_i, cos_o = (n * toward).sum(axis=1), n[:, 2]
+    toward_t, viewer_t = toward - cos_i[:, None] * n, [0, 0, 1] - cos_o[:, None] * n
+    delta_phi = np.arctan2((np.cross(toward_t, viewer_t) * n).sum(axis=1), (toward_t * viewer_t).sum(axis=1))
+    value = fit.evaluate(np.arccos(cos_i.clip(0, 1)), 0, np.arccos(cos_o.clip(0, 1)), delta_phi)
+    return np.maximum(value, 0) * cos_i.clip(0)[:, None]

@@ -1,0 +1,104 @@
+"""An empty black stage in Cycles, lamps for it, and its picture as an array."""
+
+import tempfile
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+
+def black_scene(width, height, samples, span):
+    """A scene without light, seen from above: orthographic, `span` units wide, the background transparent.
+
+    Replaces whatever file is open. Settings that would bias the picture (Filter Glossy, clamping) are off.
+    """
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    cycles = scene.cycles
+    cycles.shading_system = True
+    cycles.samples = samples
+    cycles.use_adaptive_sampling = cycles.use_denoising = False
+    cycles.blur_glossy = cycles.sample_clamp_indirect = cycles.sample_clamp_direct = 0
+    scene.render.film_transparent = True
+    scene.render.resolution_x, scene.render.resolution_y = width, height
+    data = bpy.data.cameras.new("Camera")
+    data.type, data.ortho_scale = "ORTHO", span
+    scene.camera = add(data, location=(0, 0, 10))
+    scene.world = bpy.data.worlds.new("World")
+    if not scene.world.node_tree:
+        scene.world.use_nodes = True        # deprecated in 5.0, where every world has nodes
+    background(scene, 0)
+    return scene
+
+
+def background(scene, strength, color=(1, 1, 1)):
+    """An even world."""
+    inputs = scene.world.node_tree.nodes["Background"].inputs
+    inputs["Strength"].default_value = strength
+    inputs["Color"].default_value = (*color, 1)
+
+
+def add(data, location=(0, 0, 0), rotation=(0, 0, 0)):
+    """An object in the scene."""
+    item = bpy.data.objects.new(data.name, data)
+    item.location, item.rotation_euler = location, rotation
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
+def add_lamp(kind, energy, location=(0, 0, 0), rotation=(0, 0, 0), **settings):
+    """A lamp in the scene."""
+    data = bpy.data.lights.new(kind.title(), kind)
+    data.energy = energy
+    for name, value in settings.items():
+        setattr(data, name, value)
+    return add(data, location, rotation)
+
+
+def add_sphere():
+    """A unit sphere, round to a thousandth, as the active object."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=256, ring_count=128, radius=1)
+    bpy.ops.object.shade_smooth()
+    return bpy.context.object
+
+
+def blank_material(name, shader):
+    """A material with one node of the type `shader`, unconnected: (material, that node, the surface to connect)."""
+    material = bpy.data.materials.new(name)
+    if not material.node_tree:
+        material.use_nodes = True           # as for the world
+    tree = material.node_tree
+    tree.nodes.clear()
+    return material, tree.nodes.new(shader), tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"]
+
+
+def material_for(fit):
+    """A material that holds a fit in the extension's node group; the extension must be registered."""
+    from measured_brdf.addon.materials import node_group
+
+    material, group, surface = blank_material("Measured", "ShaderNodeGroup")
+    group.node_tree = node_group.create(fit)
+    material.node_tree.links.new(group.outputs["BSDF"], surface)
+    material.cycles.use_bump_map_correction = False
+    return material
+
+
+def set_input(material, name, value):
+    next(n for n in material.node_tree.nodes if n.type == "GROUP").inputs[name].default_value = value
+
+
+def render(scene):
+    """Render the scene: (height, width, 4) float32, scene-linear, the top row first."""
+    with tempfile.TemporaryDirectory() as folder:
+        scene.render.image_settings.file_format = "OPEN_EXR"
+        scene.render.image_settings.color_depth = "32"
+        scene.render.image_settings.color_mode = "RGBA"
+        scene.render.filepath = str(Path(folder) / "picture.exr")
+        bpy.ops.render.render(write_still=True)
+        image = bpy.data.images.load(scene.render.filepath)
+        pixels = np.empty(len(image.pixels), dtype=np.float32)
+        image.pixels.foreach_get(pixels)
+        picture = pixels.reshape(image.size[1], image.size[0], 4)[::-1]
+        bpy.data.images.remove(image)
+    return picture

@@ -1,0 +1,326 @@
+"""Work in another process: what it returns, what it says meanwhile, how it ends."""
+
+import contextlib
+import time
+from functools import partial
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import fitter
+
+
+@pytest.fixture
+def file(tmp_path, glossy, write_astm):
+    return write_astm(tmp_path / "glossy.astm", glossy)
+
+
+@pytest.fixture
+def long_work(extension, file):
+    """Work that takes minutes."""
+    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.fitter import load
+
+    return partial(tasks.held_out, load(file), {"diffuse_level": 7, "specular_level": 8})
+
+
+@pytest.fixture
+def queue(extension):
+    from measured_brdf.addon.jobs import queue
+
+    yield queue
+    queue.unregister()
+
+
+def wait(job, seconds=60):
+    end = time.monotonic() + seconds
+    while not job.poll():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    return job
+
+
+def test_an_outcome_is_the_same_as_without_the_process(queue, file):
+    from measured_brdf.addon.jobs import tasks
+
+    job = wait(queue.start(partial(tasks.outcome, str(file), "", fitter.PRESETS["Paper"])))
+    expected = tasks.outcome(str(file), "", fitter.PRESETS["Paper"])
+    assert job.error is None
+    assert isinstance(job.result, tasks.Outcome)
+    assert job.result.digest == expected.digest
+    for line, expected_line in zip(job.result.source.splitlines(), expected.source.splitlines(), strict=True):
+        if line != expected_line:           # numbers that BLAS sums in another order, on another number of threads
+            there, here = (np.fromstring(each.strip("{ };"), sep=",") for each in (line, expected_line))
+            assert len(here) > 0
+            np.testing.assert_allclose(there, here, rtol=1e-4, atol=1e-5)
+    there, here = (each.fitted.fit.evaluate(*expected.samples.directions) for each in (job.result, expected))
+    np.testing.assert_allclose(there, here, rtol=1e-6)
+    assert job.doing != "Starting"
+
+
+def test_errors_come_back_as_they_were_raised(queue, tmp_path):
+    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.fitter import DatasetError
+
+    job = wait(queue.start(partial(tasks.outcome, str(tmp_path / "gone.astm"), "", {})))
+    assert isinstance(job.error, DatasetError)
+    assert "gone.astm: cannot be read: No such file" in str(job.error)
+
+
+def test_cancelled_work_ends_at_once_and_the_next_is_done(queue, long_work, file):
+    from measured_brdf.addon.jobs import tasks
+
+    slow = queue.start(long_work)
+    while slow.doing == "Starting":
+        assert not slow.poll()
+        time.sleep(0.02)
+    process = slow.worker._process
+    assert process.poll() is None
+    slow.cancel()
+    assert process.poll() is not None
+    assert wait(queue.start(partial(tasks.read, str(file), ""))).result.description.count == 1500
+
+
+def test_a_process_that_dies_is_an_error_not_a_wait_without_end(queue, long_work):
+    job = queue.start(long_work)
+    job.worker._process.kill()
+    assert "ended early" in str(wait(job).error)
+
+
+def test_held_out_errors_are_those_of_cross_validation(extension, glossy):
+    from measured_brdf.addon.jobs import tasks
+
+    from fitter.quality import cross_validation
+
+    arguments = fitter.PRESETS["Paper"]
+    expected = cross_validation.held_out(glossy, lambda part: fitter.fit(part, **arguments)).rmse
+    assert tasks.held_out(glossy, arguments) == pytest.approx(expected)
+
+
+def test_answers_are_kept_and_stale_ones_asked_for_again(queue):
+    asked = []
+
+    def function(report):
+        asked.append(report)
+        return len(asked)
+
+    queue.ask("question", function)
+    queue.answer_all()
+    assert queue.ask("question", function).result == 1
+    queue.answer_all()
+    assert queue.ask("question", function, max_age=0).result == 1      # until the new one is there
+    queue.answer_all()
+    assert queue.ask("question", function).result == 2
+
+
+def test_questions_that_no_panel_asks_again_are_dropped(queue):
+    for number in range(3):
+        queue.ask(number, lambda report, number=number: number)
+    kept = queue.ask(1, None)
+    lane = queue._lanes["fit"]
+    lane.drop_unwanted(kept.asked + queue._UNWANTED / 2)
+    assert [key for key, *_ in lane.queue] == [0, 1, 2]
+    lane.queue[0][1].asked -= 10
+    lane.queue[2][1].asked -= 10
+    lane.drop_unwanted(kept.asked)
+    assert [key for key, *_ in lane.queue] == [1]
+    queue.answer_all()
+    assert queue.known(1) == 1
+    assert queue.known(0) is None
+
+
+def test_slow_questions_do_not_hold_up_others(queue, long_work, file):
+    from measured_brdf.addon.jobs import tasks
+
+    slow = queue.ask("slow", long_work, "slow")
+    quick = queue.ask("quick", partial(tasks.read, str(file), ""))
+    end = time.monotonic() + 60
+    while quick.finished is None and time.monotonic() < end:
+        queue._tend()
+        slow.asked = time.monotonic()
+        time.sleep(0.02)
+    assert quick.result.description.count == 1500
+    assert slow.finished is None
+
+
+class Finished:
+    """Work that has been done already."""
+
+    def start(self):
+        from measured_brdf.addon.jobs import queue
+
+        job = queue.Job(None)
+        job.finished = time.monotonic()
+        return job
+
+
+@pytest.fixture
+def operator(extension):
+    """An operator that makes things piece by piece, without Blender behind it."""
+    from measured_brdf.addon.jobs import modal
+
+    class Operator(modal.InBackground):
+        def __init__(self):
+            self.made, self.closed, self.reports, self._timer = [], False, [], None
+
+        def prepare(self, _result):
+            try:
+                for number in range(3):
+                    yield number / 3, "Making"
+            except GeneratorExit:
+                self.closed = True
+                raise
+            return [0, 1, 2]
+
+        def apply(self, _context, prepared):
+            self.made += prepared
+
+        def report(self, kind, text):
+            self.reports.append((kind, text))
+
+    yield Operator()
+    modal.running = None
+
+
+CONTEXT = SimpleNamespace(workspace=None, window_manager=SimpleNamespace(event_timer_remove=lambda timer: None))
+
+
+def event(kind):
+    return SimpleNamespace(type=kind, value="PRESS")
+
+
+def test_a_modal_operator_goes_step_by_step_to_its_end_and_makes_all_in_the_last(operator):
+    operator._begin(Finished())
+    for _ in range(3):
+        assert operator.modal(CONTEXT, event("TIMER")) == {"PASS_THROUGH"}
+        assert operator.made == []
+    assert operator.modal(CONTEXT, event("TIMER")) == {"FINISHED"}
+    assert operator.made == [0, 1, 2]
+
+
+def test_escape_while_it_prepares_ends_it_and_nothing_is_made(operator):
+    operator._begin(Finished())
+    operator.modal(CONTEXT, event("TIMER"))
+    assert operator.modal(CONTEXT, event("MOUSEMOVE")) == {"PASS_THROUGH"}
+    assert operator.modal(CONTEXT, event("ESC")) == {"CANCELLED"}
+    assert operator.closed
+    assert operator.made == []
+
+
+def test_escape_while_the_process_works_changes_nothing(queue, operator, long_work):
+    operator._begin(queue.Calculation(long_work))
+    process = operator._job.worker._process
+    assert operator.modal(CONTEXT, event("TIMER")) == {"PASS_THROUGH"}
+    assert operator.modal(CONTEXT, event("ESC")) == {"CANCELLED"}
+    assert operator.made == []
+    assert process.poll() is not None
+
+
+def test_a_process_that_dies_under_an_operator_is_reported(queue, operator, long_work):
+    operator._begin(queue.Calculation(long_work))
+    operator._job.worker._process.kill()
+    operator._job.worker._process.wait()
+    assert operator.modal(CONTEXT, event("TIMER")) == {"CANCELLED"}
+    assert "ended early" in operator.reports[-1][1]
+    assert operator.made == []
+
+
+def test_a_process_that_died_before_it_got_work_is_reported(queue, file):
+    from measured_brdf.addon.jobs import tasks
+
+    worker = queue.Worker()
+    worker._process.kill()
+    worker._process.wait()
+    job = queue.Job(partial(tasks.read, str(file), ""))
+    worker.begin(job)
+    assert "ended early" in str(wait(job).error)
+
+
+def test_the_cancel_button_does_what_escape_does(extension, operator):
+    import bpy
+
+    operator._begin(Finished())
+    operator.modal(CONTEXT, event("TIMER"))
+    assert bpy.ops.measured_brdf.cancel() == {"FINISHED"}
+    assert operator.modal(CONTEXT, event("TIMER")) == {"CANCELLED"}
+    assert operator.made == []
+
+
+@pytest.fixture
+def window(monkeypatch):
+    """As if there were a window: its timers that are not removed yet, and a context to start operators in."""
+    from measured_brdf.addon.jobs import modal
+
+    timers = []
+    manager = SimpleNamespace(event_timer_add=lambda interval, window: timers.append(interval) or interval,
+                              event_timer_remove=timers.remove, modal_handler_add=lambda operator: None)
+    monkeypatch.setattr(modal, "bpy", SimpleNamespace(app=SimpleNamespace(queue=False)))
+    monkeypatch.setattr(modal.osl_support, "missing", lambda: "")
+    return SimpleNamespace(workspace=None, window=None, window_manager=manager, timers=timers)
+
+
+def test_an_operator_that_is_started_while_another_works_is_refused_and_the_other_goes_on(operator, window):
+    operator.work = lambda context: Finished()
+    second = type(operator)()
+    second.work = operator.work
+    assert operator.start(window) == {"RUNNING_MODAL"}
+    assert second.start(window) == {"CANCELLED"}
+    assert "under way" in second.reports[-1][1]
+    while operator.modal(window, event("TIMER")) == {"PASS_THROUGH"}:
+        pass
+    assert operator.made == [0, 1, 2]
+    assert second.made == window.timers == []
+
+
+@pytest.mark.parametrize("error", [ValueError("no good"), ZeroDivisionError("by nobody expected"), KeyboardInterrupt()])
+def test_an_operator_that_raises_ends_its_work_and_its_timer_and_the_next_can_start(operator, window, error, capfd):
+    from measured_brdf.addon.jobs import modal
+
+    def fails(_context, _prepared):
+        raise error
+
+    operator.work = lambda context: Finished()
+    operator.start(window)
+    operator.apply = fails
+    with contextlib.suppress(KeyboardInterrupt):
+        while (result := operator.modal(window, event("TIMER"))) == {"PASS_THROUGH"}:
+            pass
+        assert result == {"CANCELLED"}
+        assert str(error) in operator.reports[-1][1]
+    assert modal.running is None
+    assert window.timers == []
+    assert ("Traceback" in capfd.readouterr().err) == isinstance(error, ZeroDivisionError)
+
+
+def test_work_that_cannot_begin_is_reported(operator, window):
+    def fails(_context):
+        raise OSError("disk full")
+
+    operator.work = fails
+    assert operator.start(window) == {"CANCELLED"}
+    assert "disk full" in operator.reports[-1][1]
+    assert window.timers == []
+
+
+def test_between_two_ticks_of_the_timer_nothing_is_done(operator, window):
+    operator.work = lambda context: Finished()
+    operator.start(window)
+    for _ in range(10):
+        assert operator.modal(window, event("MOUSEMOVE")) == {"PASS_THROUGH"}
+    assert operator.made == []
+    assert operator._steps is None
+
+
+def test_without_a_window_all_is_done_at_once(operator):
+    operator.execute = lambda context: {"FINISHED"}
+    assert operator.start(CONTEXT) == {"FINISHED"}
+
+
+def test_in_scripts_an_error_is_reported_in_one_line(operator, window):
+    def fails(_context):
+        raise OSError("disk full")
+
+    operator.work = fails
+    assert operator.run(window) == {"CANCELLED"}
+    assert operator.reports == [({"ERROR"}, "disk full")]

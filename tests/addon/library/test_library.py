@@ -1,0 +1,439 @@
+"""Libraries on disk: what may be replaced, what users put into them, who may write."""
+
+import itertools
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import bpy
+import pytest
+
+from support.blend_state import state
+from support.checkout import ROOT
+from support.stage import black_scene
+
+CHEAP = ["--preset", "Paper", "--diffuse-level", "1", "--specular-level", "none"]
+SETTINGS = {"preset": "Paper", "diffuse_level": 1, "specular_level": -1}
+
+
+@pytest.fixture
+def folder(tmp_path, glossy, write_astm):
+    path = tmp_path / "measurements"
+    path.mkdir()
+    for name in ("a", "b"):
+        write_astm(path / f"{name}.astm", glossy, name)
+    return path
+
+
+@pytest.fixture
+def library(tmp_path):
+    return tmp_path / "out" / "library.blend"
+
+
+def convert(folder, out, *more):
+    return subprocess.run([sys.executable, ROOT, "convert", folder, "-o", out, *CHEAP, *more], capture_output=True,
+                          text=True, check=False, timeout=300)
+
+
+def names(path, kind="materials"):
+    bpy.ops.wm.read_factory_settings(use_empty=True)        # the open file cannot be looked into
+    with bpy.data.libraries.load(str(path)) as (source, _):
+        return sorted(getattr(source, kind))
+
+
+def make_scene(path):
+    """A scene of a user's."""
+    black_scene(8, 8, samples=1, span=1)
+    bpy.ops.mesh.primitive_monkey_add()
+    path.parent.mkdir(exist_ok=True)
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+
+
+def make_assets(path):
+    """An asset library of somebody else's: materials, no scene, written as libraries are."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    item = bpy.data.materials.new("Mine")
+    item.asset_mark()
+    path.parent.mkdir(exist_ok=True)
+    bpy.data.libraries.write(str(path), {item}, fake_user=True)
+
+
+def make_nonsense(path):
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(b"not a .blend at all")
+
+
+def make_scene_with_library_material(path, folder):
+    """A scene into which a user appended a material that `convert` had made."""
+    assert convert(folder, path.with_name("other.blend")).returncode == 0
+    black_scene(8, 8, samples=1, span=1)
+    bpy.ops.mesh.primitive_monkey_add()
+    with bpy.data.libraries.load(str(path.with_name("other.blend"))) as (_, target):
+        target.materials = ["a"]
+    bpy.context.object.data.materials.append(target.materials[0])
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+
+
+@pytest.mark.parametrize("make", [make_scene, make_assets, make_nonsense, make_scene_with_library_material])
+def test_what_is_not_a_library_of_ours_is_refused_and_with_force_put_aside(blender, folder, library, make):
+    make(library, folder) if make is make_scene_with_library_material else make(library)
+    before = {path.name: path.read_bytes() for path in library.parent.iterdir() if path.is_file()}
+    done = convert(folder, library)
+    assert done.returncode == 1
+    assert f"error: {library} exists and is not a" in done.stderr
+    assert "--force" in done.stderr
+    assert {path.name: path.read_bytes() for path in library.parent.iterdir() if path.is_file()} == before
+    assert not library.with_suffix(".fits").exists()
+
+    done = convert(folder, library, "--force")
+    assert done.returncode == 0, done.stderr
+    assert names(library) == ["a", "b"]
+    assert library.with_name("library.blend.kept1").read_bytes() == before["library.blend"]
+    make_nonsense(library)
+    assert convert(folder, library, "--force").returncode == 0
+    assert library.with_name("library.blend.kept1").read_bytes() == before["library.blend"]
+    assert library.with_name("library.blend.kept2").read_bytes() == b"not a .blend at all"
+
+
+def test_what_users_add_to_a_library_survives_a_rerun(blender, folder, library, glossy, write_astm):
+    assert convert(folder, library).returncode == 0
+    bpy.ops.wm.open_mainfile(filepath=str(library))
+    mine = bpy.data.materials.new("Mine")
+    mine.use_fake_user = True
+    bpy.ops.mesh.primitive_monkey_add()
+    bpy.context.object.data.materials.append(bpy.data.materials["b"])
+    measured = bpy.data.materials["a"]
+    measured.asset_data.tags.new("kitchen")
+    measured.asset_data.author = "A. User"
+    measured.asset_data.catalog_id = "11111111-2222-3333-4444-555555555555"
+    measured.name = "Worktop"
+    group = next(node for node in measured.node_tree.nodes if node.type == "GROUP")
+    group.inputs["Strength"].default_value = 0.5
+    bpy.ops.wm.save_as_mainfile(filepath=str(library))
+    catalogues = library.parent / "blender_assets.cats.txt"
+    catalogues.write_text(catalogues.read_text() + "11111111-2222-3333-4444-555555555555:Kitchen:Kitchen\n")
+
+    write_astm(folder / "a.astm", replace(glossy, values=glossy.values * 1.1), "a")     # measured anew
+    (folder / "b.astm").unlink()
+    write_astm(folder / "c.astm", glossy, "c")
+    done = convert(folder, library)
+    assert done.returncode == 0, done.stderr
+
+    bpy.ops.wm.open_mainfile(filepath=str(library))
+    assert sorted(item.name for item in bpy.data.materials) == ["Mine", "Worktop", "b", "c"]     # b is in use there
+    item = bpy.data.materials["Worktop"]
+    assert {"kitchen", "measured", "a"} <= {tag.name for tag in item.asset_data.tags}
+    assert (item.asset_data.author, item.asset_data.catalog_id) == ("A. User", "11111111-2222-3333-4444-555555555555")
+    node = next(node for node in item.node_tree.nodes if node.type == "GROUP")
+    assert node.inputs["Strength"].default_value == 0.5
+    assert node.node_tree.nodes["Measured BRDF Shader"].bytecode
+    assert bpy.data.objects["Suzanne"].active_material.name == "b"
+    assert "Kitchen" in catalogues.read_text()
+    assert catalogues.read_text().count("Measured BRDF:") == 1
+    assert convert(folder, library).stdout.count("up to date") == 2
+
+
+def test_a_file_that_cannot_be_read_this_time_keeps_its_material(blender, folder, library):
+    assert convert(folder, library).returncode == 0
+    whole = (folder / "a.astm").read_bytes()
+    (folder / "a.astm").write_text("half a fil")
+    done = convert(folder, library)
+    assert done.returncode == 1
+    assert names(library) == ["a", "b"]
+    (folder / "a.astm").write_bytes(whole)
+    assert convert(folder, library).stdout.count("up to date") == 2
+
+
+def test_materials_whose_measurements_are_not_given_are_kept_unless_they_are_to_be_removed(blender, folder, library):
+    assert convert(folder, library).returncode == 0
+    (folder / "a.astm").unlink()
+    done = convert(folder, library)
+    assert done.returncode == 0
+    assert "kept: its measurements are not among the files given" in done.stdout
+    assert names(library) == ["a", "b"]
+    done = convert(folder, library, "--prune")
+    assert done.returncode == 0
+    assert "removed: its measurements are not among the files given" in done.stdout
+    assert names(library) == ["b"]
+
+
+@pytest.mark.parametrize("given", ["nowhere", "empty"])
+def test_a_wrong_or_empty_folder_takes_nothing_out_of_a_library(folder, library, tmp_path, given):
+    (tmp_path / "empty").mkdir()
+    assert convert(folder, library).returncode == 0
+    before = library.read_bytes()
+    convert(tmp_path / given, library)
+    assert library.read_bytes() == before
+
+
+def test_a_users_copy_of_a_material_of_a_library_stays_what_it_is(blender, folder, library):
+    assert convert(folder, library).returncode == 0
+    for name in ("A copy", "z copy"):           # before and behind the original in the order of names
+        bpy.ops.wm.open_mainfile(filepath=str(library))
+        copy = bpy.data.materials["a"].copy()
+        copy.name, copy.use_fake_user = name, True
+        copy.node_tree.nodes.new("ShaderNodeBump")
+        bpy.ops.wm.save_as_mainfile(filepath=str(library))
+    assert convert(folder, library).stdout.count("up to date") == 2
+    done = convert(folder, library, "--prune", "--diffuse-level", "2")
+    assert done.returncode == 0, done.stderr
+    bpy.ops.wm.open_mainfile(filepath=str(library))
+    assert sorted(item.name for item in bpy.data.materials) == ["A copy", "a", "b", "z copy"]
+    level = {item.name: item.measured_brdf.diffuse_level for item in bpy.data.materials}
+    assert level == {"A copy": 1, "a": 2, "b": 2, "z copy": 1}
+    assert "Bump" in bpy.data.materials["A copy"].node_tree.nodes
+
+
+def test_what_is_saved_into_a_library_meanwhile_is_not_lost(blender, folder, library):
+    from measured_brdf.addon.library import library_file as libraries
+
+    assert convert(folder, library).returncode == 0
+    opened = libraries.open_part(library)
+    other = library.read_bytes() + b" "         # as another Blender saves it
+    library.write_bytes(other)
+    with pytest.raises(OSError, match="saved by somebody else meanwhile"):
+        libraries.save_part(library, opened)
+    assert library.read_bytes() == other
+    assert not list(library.parent.glob(".*"))
+
+
+def test_what_a_killed_writer_left_is_removed_and_what_another_library_is_writing_is_not(folder, library):
+    library.parent.mkdir()
+    left = [library.parent / name for name in (".library.part.blend", ".library.part.blend@")]
+    others = [library.parent / name for name in (".library2.part.blend", ".library-1of4.part.blend@")]
+    for path in (*left, *others):
+        path.write_bytes(b"half")
+    assert convert(folder, library).returncode == 0
+    assert not any(path.exists() for path in left)
+    assert all(path.exists() for path in others)
+
+
+def test_a_file_of_a_newer_blender_is_not_rewritten(blender, folder, library, monkeypatch):
+    from measured_brdf.addon.library import library_file as libraries
+
+    assert convert(folder, library).returncode == 0
+
+    class Older:
+        version, version_string = (4, 1, 0), "4.1.0"
+
+    monkeypatch.setattr(libraries, "bpy", type("Bpy", (), {"app": Older, "data": bpy.data, "ops": bpy.ops}))
+    with pytest.raises(libraries.LibraryError, match=r"was saved by Blender .*4\.1\.0"):
+        libraries.open_part(library)
+
+
+def test_a_write_protected_library_is_an_error_and_modes_are_kept(blender, folder, library, glossy, write_astm):
+    assert convert(folder, library).returncode == 0
+    library.chmod(0o640)
+    write_astm(folder / "c.astm", glossy, "c")
+    assert convert(folder, library).returncode == 0
+    assert library.stat().st_mode & 0o777 == 0o640
+    library.chmod(0o444)
+    write_astm(folder / "d.astm", glossy, "d")
+    done = convert(folder, library)
+    assert done.returncode == 1
+    assert f"{library}: write-protected" in done.stderr
+    assert names(library) == ["a", "b", "c"]
+
+
+@pytest.mark.parametrize(("out", "message"), [("library", "expected a name that ends in .blend"),
+                                              ("folder.blend", "is not a file")])
+def test_other_names_are_refused(folder, tmp_path, out, message):
+    (tmp_path / "folder.blend").mkdir()
+    done = convert(folder, tmp_path / out, "--force")
+    assert done.returncode == 1
+    assert message in done.stderr
+    assert (tmp_path / "folder.blend").is_dir()
+
+
+def test_with_force_nothing_is_put_aside_where_nothing_is_written(library, tmp_path):
+    make_scene(library)
+    before = library.read_bytes()
+    (tmp_path / "empty").mkdir()
+    assert convert(tmp_path / "empty", library, "--force").returncode == 1
+    assert library.read_bytes() == before
+
+
+HOLD = """
+import sys
+from fitter.files import locked
+with locked(sys.argv[1]):
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def held(library):
+    """The library, while another process writes it."""
+    library.parent.mkdir(exist_ok=True)
+    process = subprocess.Popen([sys.executable, "-c", HOLD, library], cwd=ROOT, stdin=subprocess.PIPE,
+                               stdout=subprocess.PIPE)
+    assert process.stdout.readline() == b"held\n"
+    yield process
+    process.communicate()
+
+
+def test_a_second_writer_is_told_who_is_first(folder, library, held):
+    done = convert(folder, library)
+    assert done.returncode == 1
+    assert f"another process is writing it (process {held.pid} on " in done.stderr
+    assert not library.exists()
+    held.kill()                             # however it ends, its lock ends with it
+    held.wait()
+    assert convert(folder, library).returncode == 0
+    assert not library.with_name("library.blend.lock").exists()
+
+
+def convert_to_small_files(size, arguments):
+    """Convert with as few as `size` materials a file."""
+    script = (f"import sys; sys.path.insert(0, {str(ROOT)!r}); sys.argv[1:] = {arguments!r}\n"
+              "from tools import checkout; package = checkout.extension(); package.register()\n"
+              f"package.addon.command.library.MATERIALS_PER_FILE = {size}\n"
+              "code = package.addon.command.main(); package.unregister(); sys.exit(code)")
+    return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=300)
+
+
+def test_a_full_file_whose_material_cannot_be_fitted_again_stays_as_it_is(blender, folder, library, glossy, write_astm):
+    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.fitter import load
+
+    (folder / "b.astm").rename(folder.parent / "b.astm")
+    arguments = ["convert", str(folder), "-o", str(library), *CHEAP]
+    assert convert_to_small_files(1, arguments).returncode == 0
+    before = library.read_bytes()
+    write_astm(folder / "a.astm", replace(glossy, values=glossy.values * 1.1), "a")
+    (folder.parent / "b.astm").rename(folder / "b.astm")
+    changed = load(folder / "a.astm")
+    choices = {"diffuse_level": 1, "specular_level": None, "compression": 95.0, "method": "mba"}
+    fit = library.with_suffix(".fits") / f"{tasks.fit_key(changed.name, tasks.digest(changed), choices)}.npz"
+    fit.write_bytes(b"damaged")
+    done = convert_to_small_files(1, arguments)
+    assert "not a fit saved by Measured BRDF" in done.stdout
+    assert "1 done, 1 failed" in done.stdout, done.stdout
+    assert library.read_bytes() == before
+    assert names(library.with_name("library-002.blend")) == ["b"]
+    assert not list(library.parent.glob("*.kept*"))
+
+
+def test_a_large_library_is_several_files_of_which_each_is_whole(blender, folder, library, glossy, write_astm):
+    """With as few as two materials a file; a material stays in its file."""
+    def run():
+        return convert_to_small_files(2, arguments)
+
+    arguments = ["convert", str(folder), "-o", str(library), *CHEAP]
+    for name in "cde":
+        write_astm(folder / f"{name}.astm", glossy, name)
+    done = run()
+    assert done.returncode == 0, done.stderr
+    parts = [library, library.with_name("library-002.blend"), library.with_name("library-003.blend")]
+    first = [names(part) for part in parts]
+    assert [len(part) for part in first] == [2, 2, 1]
+    assert sorted(itertools.chain(*first)) == list("abcde")
+    written = [part.stat().st_mtime_ns for part in parts]
+    assert run().stdout.count("up to date") == 5
+    assert [part.stat().st_mtime_ns for part in parts] == written
+
+    gone = first[1][0]
+    (folder / f"{gone}.astm").unlink()
+    for name in "fg":
+        write_astm(folder / f"{name}.astm", glossy, name)
+    foreign = library.with_name("library-004.blend")
+    foreign.write_bytes(b"a user's")
+    arguments.append("--prune")
+    done = run()
+    assert done.returncode == 0, done.stderr
+    assert [len(names(part)) for part in parts] == [2, 2, 2]
+    assert parts[0].stat().st_mtime_ns == written[0]
+    assert sorted(itertools.chain(*map(names, parts))) == sorted(set("abcdefg") - {gone})
+    write_astm(folder / "h.astm", glossy, "h")
+    assert run().returncode == 0
+    assert foreign.read_bytes() == b"a user's"
+    assert names(library.with_name("library-005.blend")) == ["h"]
+
+
+@pytest.fixture
+def material(blender, folder):
+    black_scene(8, 8, samples=1, span=1)
+    bpy.ops.mesh.primitive_cube_add()
+    assert bpy.ops.measured_brdf.import_data(filepath=str(folder / "a.astm"), **SETTINGS) == {"FINISHED"}
+    return bpy.context.object.active_material
+
+
+def test_saving_an_asset_replaces_no_unrelated_file_unless_told_to(material, tmp_path):
+    path = tmp_path / "assets" / "a.blend"
+    path.parent.mkdir()
+    path.write_bytes(b"something else")
+    before = state()
+    with pytest.raises(RuntimeError, match=r"a\.blend exists and is not a \.blend file"):
+        bpy.ops.measured_brdf.save_asset(directory=str(path.parent))
+    assert path.read_bytes() == b"something else"
+    assert state() == before
+    assert bpy.ops.measured_brdf.save_asset(directory=str(path.parent), force=True) == {"FINISHED"}
+    assert state() == before
+    assert names(path) == ["a"]
+    assert path.with_name("a.blend.kept1").read_bytes() == b"something else"
+
+
+def test_saved_again_an_asset_keeps_what_users_said_of_it_and_another_material_joins_it(material, tmp_path, folder):
+    library = tmp_path / "assets"
+    assert bpy.ops.measured_brdf.save_asset(directory=str(library)) == {"FINISHED"}
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(library / "a.blend"))
+    saved = bpy.data.materials["a"]
+    saved.asset_data.tags.new("kitchen")
+    saved.asset_data.description = "The worktop"
+    bpy.data.materials.new("Mine").use_fake_user = True
+    bpy.ops.wm.save_as_mainfile(filepath=str(library / "a.blend"))
+
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
+    material = bpy.context.object.active_material
+    material.measured_brdf.diffuse_level = 2
+    assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
+    coefficients = material.measured_brdf.coefficients
+    assert bpy.ops.measured_brdf.save_asset(directory=str(library)) == {"FINISHED"}
+    assert bpy.ops.measured_brdf.import_data(filepath=str(folder / "b.astm"), **SETTINGS) == {"FINISHED"}
+    bpy.context.object.active_material.name = "a"
+    bpy.data.materials["a"].name = "first"
+    bpy.context.object.active_material.name = "a"
+    assert bpy.ops.measured_brdf.save_asset(directory=str(library)) == {"FINISHED"}
+
+    bpy.ops.wm.open_mainfile(filepath=str(library / "a.blend"))
+    held = {item.name: item for item in bpy.data.materials}
+    assert sorted(held) == ["Mine", "a", "a.001"]
+    assert held["a"].measured_brdf.coefficients == coefficients
+    assert held["a"].asset_data.description == "The worktop"
+    assert "kitchen" in held["a"].asset_data.tags
+    assert held["a.001"].measured_brdf.name_of_data == "b"
+
+
+def test_a_conversion_in_the_window_leaves_nothing_in_the_open_file(material, folder, library):
+    before = state()
+    assert bpy.ops.measured_brdf.convert_folder(directory=str(folder), library=str(library), **SETTINGS) == {"FINISHED"}
+    assert state() == before
+    make_scene(library.with_name("scene.blend"))
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    before = state()
+    with pytest.raises(RuntimeError, match=r"is not a library that Measured BRDF wrote: it holds .*1 meshes"):
+        bpy.ops.measured_brdf.convert_folder(directory=str(folder), library=str(library.with_name("scene.blend")))
+    assert state() == before
+
+
+def test_the_open_file_is_not_replaced(material, folder, library):
+    library.parent.mkdir()
+    bpy.ops.wm.save_as_mainfile(filepath=str(library))
+    before = library.read_bytes()
+    with pytest.raises(RuntimeError, match="is the file that is open"):
+        bpy.ops.measured_brdf.convert_folder(directory=str(folder), library=str(library))
+    assert library.read_bytes() == before
+
+
+def test_a_library_says_which_version_wrote_it(blender, folder, library):
+    import tomllib
+
+    assert convert(folder, library).returncode == 0
+    bpy.ops.wm.open_mainfile(filepath=str(library))
+    marker = json.loads(bpy.data.texts["Measured BRDF Library"].as_string())
+    version = tomllib.loads((ROOT / "blender_manifest.toml").read_text())["version"]
+    assert marker == {"format": "measured-brdf-library", "version": version}
+    assert {item.measured_brdf.version for item in bpy.data.materials} == {version}

@@ -1,0 +1,372 @@
+"""Measured materials kept, copied, taken to other files, fitted again; folders made into asset libraries."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import uuid
+
+import numpy as np
+import pytest
+
+from support.checkout import ROOT
+from support.stage import black_scene
+
+CHEAP = {"preset": "Paper", "diffuse_level": 2, "specular_level": 3, "compression": 80.0}
+
+
+@pytest.fixture
+def file(tmp_path, glossy, write_astm):
+    return write_astm(tmp_path / "glossy.astm", glossy)
+
+
+@pytest.fixture
+def material(blender, file):
+    black_scene(16, 16, samples=1, span=1)
+    blender.ops.mesh.primitive_cube_add()
+    assert blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP) == {"FINISHED"}
+    return blender.context.object.active_material
+
+
+def settings_of(material):
+    settings = material.measured_brdf
+    return {name: getattr(settings, name) for name in (
+        "filepath", "sample", "preset", "diffuse_level", "specular_level", "compression", "use_tolerance", "digest",
+        "coefficients", "bytes", "rmse", "fitted_levels", "name_of_data")}
+
+
+def renders(material):
+    script = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree.nodes[
+        "Measured BRDF Shader"]
+    return bool(script.bytecode)
+
+
+def test_several_files_dropped_become_materials_and_the_first_is_assigned(blender, glossy, write_astm, tmp_path):
+    black_scene(16, 16, samples=1, span=1)
+    blender.ops.mesh.primitive_cube_add()
+    names = ["a", "b", "c"]
+    for name in names:
+        write_astm(tmp_path / f"{name}.astm", glossy, name)
+    (tmp_path / "broken.astm").write_text("nonsense")
+    handler = blender.types.FileHandler.bl_rna_get_subclass_py("MEASUREDBRDF_FH_measurements")
+    assert set(handler.bl_file_extensions.split(";")) == {".dat", ".astm", ".brdf", ".mat"}
+    assert handler.bl_import_operator == "measured_brdf.import_data"
+    # as Blender calls it for files that are dropped
+    blender.ops.measured_brdf.import_data("INVOKE_DEFAULT", directory=str(tmp_path), **CHEAP, files=[
+        {"name": f"{name}.astm"} for name in ["a", "broken", "b", "c"]])
+    assert sorted(item.name for item in blender.data.materials) == names
+    assert blender.context.object.active_material.name == "a"
+    assert [item.use_fake_user for item in map(blender.data.materials.get, names)] == [False, True, True]
+    assert {item.measured_brdf.filepath for item in blender.data.materials} == {
+        str(tmp_path / f"{name}.astm") for name in names}
+
+
+def test_a_folder_becomes_materials_and_a_curet_file_one_a_sample(blender, data, glossy, write_astm, tmp_path):
+    black_scene(16, 16, samples=1, span=1)
+    rows = (data / "curet" / "abrdf.dat").read_text().splitlines()[:2]
+    (tmp_path / "abrdf.dat").write_text("\n".join(rows))
+    write_astm(tmp_path / "glossy.astm", glossy)
+    assert blender.ops.measured_brdf.import_folder(directory=str(tmp_path), **CHEAP) == {"FINISHED"}
+    assert sorted(item.name for item in blender.data.materials) == ["felt", "glossy", "polyester"]
+    assert blender.data.materials["polyester"].measured_brdf.sample == "polyester"
+
+
+def test_a_folder_without_measurements_is_an_error_that_says_what_to_do(blender, tmp_path):
+    with pytest.raises(RuntimeError, match=r"no files of measurements .*choose a folder"):
+        blender.ops.measured_brdf.import_folder(directory=str(tmp_path))
+
+
+def test_the_samples_of_a_file_can_be_chosen_by_name(blender, material, data):
+    from measured_brdf.addon.operators import samples
+    from measured_brdf.fitter.formats import list_samples
+
+    samples._items[:] = [(name, name, "") for _, name in list_samples(data / "curet" / "abrdf.dat")]
+    assert blender.ops.measured_brdf.choose_sample(item="aluminum foil", for_material=True) == {"FINISHED"}
+    assert material.measured_brdf.sample == "aluminum foil"
+    assert blender.ops.measured_brdf.choose_sample(
+        item="leather", filepath=str(data / "curet" / "abrdf.dat")) == {"FINISHED"}
+    assert blender.context.object.active_material.name == "leather"
+
+
+def test_saved_and_loaded_the_settings_are_the_same(blender, material, tmp_path):
+    before, name = settings_of(material), material.name
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
+    assert settings_of(blender.data.materials[name]) == before
+
+
+@pytest.mark.parametrize("how", ["append", "link", "override"])
+def test_in_another_file_the_settings_are_the_same(blender, material, tmp_path, how):
+    before, name = settings_of(material), material.name
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
+    black_scene(16, 16, samples=1, span=1)
+    with blender.data.libraries.load(str(tmp_path / "library.blend"), link=how != "append") as (_, target):
+        target.materials = [name]
+    taken = target.materials[0]
+    if how == "override":
+        taken = taken.override_create()
+    assert settings_of(taken) == before
+    assert renders(taken)
+    blender.ops.mesh.primitive_cube_add()
+    blender.context.object.data.materials.append(taken)
+    assert blender.ops.measured_brdf.fit.poll() == (how == "append")
+
+
+def test_a_copy_is_fitted_by_itself(blender, material):
+    copy = material.copy()
+    before = settings_of(copy)
+    assert settings_of(material) == before
+    material.measured_brdf.diffuse_level = 3
+    assert blender.ops.measured_brdf.fit() == {"FINISHED"}
+    assert settings_of(copy) == before
+    assert material.measured_brdf.coefficients > before["coefficients"]
+    assert renders(copy)
+    assert renders(material)
+    assert len(blender.data.texts) == 2
+
+
+def test_a_file_that_has_moved_is_found_again(blender, material, file, tmp_path):
+    before = settings_of(material)
+    moved = tmp_path / "elsewhere" / "glossy.astm"
+    moved.parent.mkdir()
+    file.rename(moved)
+    with pytest.raises(RuntimeError, match="No such file"):
+        blender.ops.measured_brdf.fit()
+    assert settings_of(material) == before
+    assert blender.ops.measured_brdf.find_file(filepath=str(moved)) == {"FINISHED"}
+    assert settings_of(material) == before | {"filepath": str(moved)}
+
+
+def test_a_file_that_has_changed_is_recognised(blender, material, file, glossy, write_astm, capfd):
+    from dataclasses import replace
+
+    before = material.measured_brdf.digest
+    assert blender.ops.measured_brdf.fit() == {"FINISHED"}
+    assert material.measured_brdf.digest == before
+    assert "not the measurements" not in capfd.readouterr().out
+    write_astm(file, replace(glossy, values=glossy.values * 1.1))
+    assert blender.ops.measured_brdf.fit() == {"FINISHED"}
+    assert material.measured_brdf.digest != before
+    assert "these are not the measurements of the fit before" in capfd.readouterr().out
+
+
+def test_a_preset_sets_its_levels_and_nothing_else(blender, material):
+    from measured_brdf.fitter import PRESETS
+
+    fitted = settings_of(material)["coefficients"]
+    assert blender.ops.measured_brdf.use_preset(preset="Reference") == {"FINISHED"}
+    settings = material.measured_brdf
+    assert settings.preset == "Reference"
+    assert settings.diffuse_level == PRESETS["Reference"]["diffuse_level"]
+    assert settings.coefficients == fitted
+
+
+def test_imported_with_a_preset_alone_its_levels_are_those_of_the_preset(blender, glossy, write_astm, tmp_path):
+    from measured_brdf.fitter import PRESETS
+    from measured_brdf.fitter.quality.cross_validation import subset
+
+    black_scene(16, 16, samples=1, span=1)
+    few = write_astm(tmp_path / "few.astm", subset(glossy, slice(60)))
+    assert blender.ops.measured_brdf.import_data(filepath=str(few), preset="Standard") == {"FINISHED"}
+    settings = blender.data.materials["glossy"].measured_brdf
+    assert {name: getattr(settings, name) for name in ("diffuse_level", "specular_level")} == {
+        name: PRESETS["Standard"][name] for name in ("diffuse_level", "specular_level")}
+    assert settings.compression == pytest.approx(PRESETS["Standard"]["compression"])
+
+
+def test_auto_finds_a_fit_within_the_tolerance(blender, glossy, write_astm, tmp_path):
+    from measured_brdf.fitter.quality.cross_validation import subset
+
+    black_scene(16, 16, samples=1, span=1)
+    few = write_astm(tmp_path / "few.astm", subset(glossy, slice(40)))
+    assert blender.ops.measured_brdf.import_data(filepath=str(few), use_tolerance=True, tolerance=0.05) == {"FINISHED"}
+    settings = blender.data.materials["glossy"].measured_brdf
+    assert settings.rmse <= 0.05
+    assert settings.use_tolerance
+
+
+def test_f1_opens_the_manual_which_has_all_its_pictures(blender):
+    import re
+    from pathlib import Path
+    from urllib.parse import unquote, urlparse
+
+    find = blender.types.WM_OT_doc_view_manual._lookup_rna_url
+    for name in ("bpy.ops.measured_brdf.fit", "bpy.types.MeasuredMaterial.diffuse_level"):
+        manual = Path(unquote(urlparse(find(name, verbose=False)).path))
+        assert manual == ROOT / "docs" / "manual.md"
+    for picture in re.findall(r"!\[.*\]\((.*)\)", manual.read_text()):
+        assert (manual.parent / picture).stat().st_size < 200_000
+
+
+def test_eevee_and_the_viewport_show_what_is_near(blender, material, glossy):
+    tree = material.node_tree
+    fallback = tree.get_output_node("EEVEE").inputs["Surface"].links[0].from_node
+    assert fallback.bl_idname == "ShaderNodeBsdfPrincipled"
+    assert tree.get_output_node("CYCLES").inputs["Surface"].links[0].from_node.type == "GROUP"
+    color = np.array(fallback.inputs["Base Color"].default_value[:3])
+    np.testing.assert_allclose(color, [0.05, 0.08, 0.2], atol=0.05)
+    assert material.diffuse_color[2] > material.diffuse_color[0]
+    fallback.inputs["Roughness"].default_value = 0
+    assert blender.ops.measured_brdf.fit() == {"FINISHED"}
+    assert fallback.inputs["Roughness"].default_value > 0.1
+    assert sum(node.type == "OUTPUT_MATERIAL" for node in tree.nodes) == 2
+
+
+def test_an_output_for_eevee_of_ones_own_is_left_alone(blender, file):
+    black_scene(16, 16, samples=1, span=1)
+    blender.ops.mesh.primitive_cube_add()
+    mine = blender.data.materials.new("Mine")
+    if not mine.node_tree:
+        mine.use_nodes = True
+    blender.context.object.data.materials.append(mine)
+    emission = mine.node_tree.nodes.new("ShaderNodeEmission")
+    output = mine.node_tree.nodes.new("ShaderNodeOutputMaterial")
+    output.target = "EEVEE"
+    mine.node_tree.links.new(emission.outputs[0], output.inputs["Surface"])
+    mine.measured_brdf.filepath = str(file)
+    assert blender.ops.measured_brdf.fit() == {"FINISHED"}
+    assert mine.node_tree.get_output_node("EEVEE").inputs["Surface"].links[0].from_node == emission
+
+
+def assert_is_asset(item, tag):
+    about = item.asset_data
+    assert "measured reflectance" in about.description
+    assert {"measured", "BRDF", tag} <= {each.name for each in about.tags}
+    assert tuple(item.preview.image_size) == (256, 256)
+    pixels = np.array(item.preview.image_pixels_float[:]).reshape(256, 256, 4)
+    assert pixels[0, 0, 3] == 0
+    assert pixels[128, 128, 3] == 1
+    return uuid.UUID(about.catalog_id)
+
+
+def test_saved_to_an_asset_library_it_is_found_there(blender, material, tmp_path):
+    library = tmp_path / "assets"
+    assert blender.ops.measured_brdf.save_asset(directory=str(library)) == {"FINISHED"}
+    assert material.asset_data is None
+    blender.ops.wm.open_mainfile(filepath=str(library / "glossy.blend"))
+    catalogue = assert_is_asset(blender.data.materials["glossy"], "glossy")
+    assert f"{catalogue}:Measured BRDF:" in (library / "blender_assets.cats.txt").read_text()
+    assert renders(blender.data.materials["glossy"])
+
+
+def test_without_a_library_it_becomes_an_asset_of_the_file(blender, material):
+    assert blender.ops.measured_brdf.save_asset() == {"FINISHED"}
+    assert_is_asset(material, "glossy")
+
+
+@pytest.fixture
+def ten(tmp_path, glossy, write_astm):
+    """Nine files of measurements and a broken one."""
+    folder = tmp_path / "ten"
+    folder.mkdir()
+    for number in range(9):
+        write_astm(folder / f"{number}.astm", glossy, f"paint {number}")
+    (folder / "9.astm").write_text("nonsense")
+    return folder
+
+
+@pytest.fixture
+def three(ten):
+    """Two files of measurements and a broken one."""
+    for number in range(2, 9):
+        (ten / f"{number}.astm").unlink()
+    return ten
+
+
+def command(folder, out):
+    return [sys.executable, ROOT, "convert", folder, "-o", out, "--preset", "Paper", "--diffuse-level", "2",
+            "--specular-level", "none"]
+
+
+def convert(folder, out, *more):
+    return subprocess.run([*command(folder, out), *more], capture_output=True, text=True, check=False, timeout=300)
+
+
+def test_of_ten_files_one_broken_the_command_does_the_others(blender, ten, tmp_path, glossy, write_astm):
+    out = tmp_path / "out" / "library.blend"
+    done = convert(ten, out)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "9 done, 1 failed" in done.stdout
+    assert "9.astm: in no known format" in done.stdout
+    blender.ops.wm.open_mainfile(filepath=str(out))
+    assert sorted(item.name for item in blender.data.materials) == [f"paint {number}" for number in range(9)]
+    for number, item in enumerate(sorted(blender.data.materials, key=lambda item: item.name)):
+        assert_is_asset(item, str(number))
+        assert renders(item)
+
+    written = out.stat().st_mtime_ns
+    (ten / "9.astm").unlink()
+    again = convert(ten, out)
+    assert again.returncode == 0, again.stdout + again.stderr
+    assert again.stdout.count("up to date") == 9
+    assert out.stat().st_mtime_ns == written
+
+    write_astm(ten / "4.astm", glossy, "other")
+    (ten / "7.astm").unlink()
+    assert convert(ten, out, "--prune").stdout.count("up to date") == 7
+    blender.ops.wm.open_mainfile(filepath=str(out))
+    assert sorted(item.name for item in blender.data.materials) == [
+        "other", *(f"paint {number}" for number in (0, 1, 2, 3, 5, 6, 8))]
+
+
+def test_shards_share_the_work(three, tmp_path):
+    (three / "9.astm").unlink()
+    for part in (1, 2):
+        done = convert(three, tmp_path / "library.blend", "--shard", f"{part}/2", "--processes", "1")
+        assert done.returncode == 0, done.stderr
+        assert "1 done, 0 failed" in done.stdout
+        assert f"paint {part - 1}" in done.stdout
+    assert {path.name for path in tmp_path.glob("*.blend")} == {"library-1of2.blend", "library-2of2.blend"}
+
+
+def test_a_conversion_that_is_killed_leaves_the_old_library_and_a_rerun_goes_on_where_it_was(blender, ten, tmp_path):
+    folder, out = tmp_path / "old", tmp_path / "library.blend"
+    folder.mkdir()
+    (ten / "0.astm").rename(folder / "0.astm")
+    assert convert(folder, out).returncode == 0
+    old, fits = out.read_bytes(), out.with_suffix(".fits")
+    process = subprocess.Popen([*command(ten, out), "--processes", "1"], stdout=subprocess.DEVNULL,
+                               stderr=subprocess.DEVNULL, start_new_session=True)
+    while len(list(fits.glob("*.npz"))) < 4:
+        assert process.poll() is None
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    assert out.read_bytes() == old
+    done = {path: path.stat().st_mtime_ns for path in fits.glob("*.npz")}
+    assert len(done) < 9
+    (folder / "0.astm").rename(ten / "0.astm")
+    again = convert(ten, out)
+    assert "9 done, 1 failed" in again.stdout
+    assert again.stdout.count("up to date") == 1
+    assert {path: path.stat().st_mtime_ns for path in done} == done
+    with blender.data.libraries.load(str(out)) as (source, _):
+        assert len(source.materials) == 9
+
+
+def test_the_batch_operator_leaves_the_open_file_as_it_is(blender, material, three, tmp_path):
+    before = {name: len(getattr(blender.data, name)) for name in ("materials", "texts", "node_groups", "objects")}
+    out = tmp_path / "library.blend"
+    assert blender.ops.measured_brdf.convert_folder(directory=str(three), library=str(out), **CHEAP) == {"FINISHED"}
+    assert {name: len(getattr(blender.data, name)) for name in before} == before
+    with blender.data.libraries.load(str(out)) as (source, _):
+        assert len(source.materials) == 2
+
+
+def test_the_command_describes_and_renders(three, tmp_path):
+    done = subprocess.run([sys.executable, ROOT, "info", three], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stdout.count("1,500 direction pairs") == 2
+    assert "9.astm: in no known format" in done.stderr
+    done = subprocess.run([sys.executable, ROOT, "render", three / "1.astm", "-o", tmp_path / "png", "--size", "32",
+                           "--samples", "4", "--preset", "Paper"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "png" / "paint_1.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_errors_of_the_command_are_one_line(tmp_path):
+    done = subprocess.run([sys.executable, ROOT, "convert", tmp_path / "none", "-o", tmp_path / "a.blend"],
+                          capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "cannot be read: No such file" in done.stdout

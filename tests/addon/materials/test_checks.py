@@ -1,0 +1,95 @@
+import pytest
+
+from support.stage import add_lamp, black_scene
+
+
+@pytest.fixture
+def scene(blender):
+    return black_scene(8, 8, 1, 1)
+
+
+def keys(scene):
+    from measured_brdf.addon.materials import checks
+
+    return [finding.key for finding in checks.check(scene)]
+
+
+def test_a_neutral_scene_has_nothing_to_fix(blender, scene):
+    add_lamp("POINT", 10)
+    assert keys(scene) == []
+    assert blender.ops.measured_brdf.fix_setting() == {"CANCELLED"}
+
+
+def test_each_setting_is_found_and_fixed_by_itself(blender, scene):
+    lamp = add_lamp("AREA", 10)
+    cycles = scene.cycles
+    cycles.caustics_reflective = False
+    cycles.sample_clamp_indirect, cycles.sample_clamp_direct, cycles.blur_glossy = 10, 5, 1
+    lamp.visible_glossy = False
+    lamp.data.cycles.use_multiple_importance_sampling = False
+    found = ["caustics", "clamp_indirect", "clamp_direct", "filter_glossy", "glossy:Area", "importance:Area"]
+    assert keys(scene) == found
+    for key in found:
+        assert blender.ops.measured_brdf.fix_setting(key=key) == {"FINISHED"}
+        assert key not in keys(scene)
+    assert cycles.caustics_reflective
+    assert cycles.sample_clamp_indirect == cycles.sample_clamp_direct == cycles.blur_glossy == 0
+    assert lamp.visible_glossy
+    assert lamp.data.cycles.use_multiple_importance_sampling
+
+
+def test_all_are_fixed_at_once(blender, scene):
+    scene.cycles.caustics_reflective, scene.cycles.blur_glossy = False, 1
+    assert blender.ops.measured_brdf.fix_setting() == {"FINISHED"}
+    assert keys(scene) == []
+
+
+def test_more_lamps_without_a_size_than_can_be_known_are_reported(blender, scene):
+    for _ in range(33):
+        add_lamp("POINT", 1, shadow_soft_size=0)
+    assert keys(scene) == ["pointlike"]
+
+
+def test_the_command_reports_what_it_finds(blender, scene, capfd):
+    scene.cycles.sample_clamp_indirect = 10
+    assert blender.ops.measured_brdf.check_scene() == {"FINISHED"}
+    assert "Clamp Indirect is 10" in capfd.readouterr().out
+
+
+def test_the_method_is_chosen_in_the_node(blender, scene, glossy, write_astm, tmp_path):
+    from measured_brdf.addon.materials.material import group_node
+
+    blender.ops.mesh.primitive_plane_add()
+    assert not blender.ops.measured_brdf.use_method.poll()
+    path = write_astm(tmp_path / "glossy.astm", glossy)
+    blender.ops.measured_brdf.import_data(filepath=str(path), preset="Paper", diffuse_level=1, specular_level=-1)
+    node = group_node(blender.context.object.active_material)
+    assert node.inputs["Exact"].default_value
+    assert blender.ops.measured_brdf.use_method(method="FAST") == {"FINISHED"}
+    assert not node.inputs["Exact"].default_value
+    assert blender.ops.measured_brdf.use_method(method="EXACT") == {"FINISHED"}
+    assert node.inputs["Exact"].default_value
+
+
+def test_the_panel_is_drawn_again_without_a_look_at_the_objects(blender, extension, scene, monkeypatch):
+    lights = extension.addon.lamps.light_objects
+    lamp, other = add_lamp("POINT", 10), add_lamp("POINT", 10)
+    lamp.visible_glossy = other.visible_glossy = False
+    other.hide_viewport = True
+    other.name = "Unseen"
+    blender.context.view_layer.update()
+    before = keys(scene)
+    assert before == ["glossy:Point", "glossy:Unseen"]
+
+    def looked(*_):
+        raise AssertionError("looked again")
+
+    monkeypatch.setattr(lights, "forget", looked)
+    monkeypatch.setattr(lights, "_in_render", looked)
+    assert keys(scene) == before
+    lamp.visible_glossy = True
+    assert keys(scene) == ["glossy:Unseen"]
+    monkeypatch.undo()
+    blender.data.objects.remove(other)
+    blender.context.view_layer.update()
+    assert keys(scene) == []

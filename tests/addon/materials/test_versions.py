@@ -1,0 +1,164 @@
+"""Files that earlier versions saved: they open, render as they did, are told apart, and can be brought up to date.
+
+`tests/data` holds what version 0.1.0 wrote with Blender 4.2.23: a scene (the `glossy` measurement of conftest.py by the
+preset Draft on a sphere, under a point lamp and a sun; its own picture in a property of the scene) and a library (the
+same by the paper's method at level 1).
+"""
+
+import shutil
+import subprocess
+import sys
+
+import bpy
+import numpy as np
+import pytest
+
+import fitter
+from fitter.cycles.bake import SHADER_VERSION, bake, shader_version
+from fitter.cycles.unbake import unbake
+from support.blend_state import state
+from support.checkout import ROOT
+from support.stage import render
+
+DATA = ROOT / "tests" / "data"
+
+
+@pytest.fixture
+def old_scene(blender, tmp_path):
+    """The scene of 0.1.0, opened; what its pictures show in 8 x 8 blocks: (8, 8, 3)."""
+    shutil.copy(DATA / "scene-0.1.0.blend", tmp_path)
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene-0.1.0.blend"))
+    return np.array(bpy.context.scene["picture"]).reshape(8, 8, 3)
+
+
+def blocks():
+    return render(bpy.context.scene)[..., :3].reshape(8, 4, 8, 4, 3).mean(axis=(1, 3))
+
+
+def assert_same(picture, expected):
+    """The same but for noise: 256 samples a pixel, 16 pixels a block."""
+    assert picture.mean() == pytest.approx(expected.mean(), rel=0.005)
+    np.testing.assert_allclose(picture, expected, atol=0.02 * expected.max())
+
+
+def glossy_material():
+    return bpy.data.materials["glossy"]
+
+
+def test_a_scene_of_the_first_version_renders_as_it_did_and_is_told_apart(old_scene):
+    from measured_brdf.addon import versions
+    from measured_brdf.addon.materials import checks, material
+
+    assert_same(blocks(), old_scene)
+    assert versions.made_by(glossy_material()) == "0.1.0"
+    assert material.is_outdated(glossy_material())
+    assert "version" in {finding.key for finding in checks.check(bpy.context.scene)}
+
+
+def test_one_button_brings_it_up_to_date_without_the_measurements(old_scene):
+    from measured_brdf.addon import versions
+    from measured_brdf.addon.materials import checks, material, node_group
+
+    before = unbake(node_group.source(material.group_node(glossy_material()).node_tree))
+    settings = {name: getattr(glossy_material().measured_brdf, name) for name in ("digest", "rmse", "coefficients")}
+    material.group_node(glossy_material()).inputs["Strength"].default_value = 0.5
+    assert bpy.ops.measured_brdf.update_materials() == {"FINISHED"}
+    assert not material.is_outdated(glossy_material())
+    assert versions.made_by(glossy_material()) == versions.CURRENT
+    assert "version" not in {finding.key for finding in checks.check(bpy.context.scene)}
+    source = node_group.source(material.group_node(glossy_material()).node_tree)
+    assert shader_version(source) == SHADER_VERSION
+    after = unbake(source)
+    np.testing.assert_array_equal(after.diffuse, before.diffuse)
+    np.testing.assert_array_equal(after.specular.coefficients, before.specular.coefficients)
+    assert {name: getattr(glossy_material().measured_brdf, name) for name in settings} == settings
+    assert len(bpy.data.texts) == 1
+    assert_same(blocks(), 0.5 * old_scene)
+    with pytest.raises(RuntimeError, match="are those of this version"):
+        bpy.ops.measured_brdf.update_materials()
+
+
+def test_copies_that_share_a_shader_go_on_sharing_it(old_scene):
+    from measured_brdf.addon.materials import material
+
+    copy = glossy_material().copy()
+    assert bpy.ops.measured_brdf.update_materials() == {"FINISHED"}
+    assert material.group_node(copy).node_tree == material.group_node(glossy_material()).node_tree
+    assert not material.is_outdated(copy)
+    assert len(bpy.data.texts) == 1
+
+
+def test_a_shader_that_was_edited_by_hand_is_left_alone(old_scene):
+    bpy.data.texts[0].from_string("shader mine() {}")
+    before = state()
+    with pytest.raises(RuntimeError, match=r"glossy: not a shader of Measured BRDF.*Refit"):
+        bpy.ops.measured_brdf.update_materials()
+    assert state() == before
+
+
+@pytest.fixture
+def old_library(tmp_path, glossy, write_astm):
+    """The library of 0.1.0 and the folder that it was made of, as far as the seventh digit."""
+    shutil.copy(DATA / "library-0.1.0.blend", tmp_path / "library.blend")
+    (tmp_path / "glossy").mkdir()
+    write_astm(tmp_path / "glossy" / "glossy.astm", glossy, "glossy")
+    return tmp_path / "library.blend"
+
+
+def convert(library):
+    return subprocess.run([sys.executable, ROOT, "convert", "glossy", "-o", library, "--preset", "Paper",
+                           "--diffuse-level", "1", "--specular-level", "none"], cwd=library.parent, capture_output=True,
+                          text=True, check=False, timeout=300)
+
+
+def test_converting_again_brings_a_library_of_the_first_version_up_to_date(blender, old_library):
+    from measured_brdf.addon import versions
+    from measured_brdf.addon.materials import material
+
+    done = convert(old_library)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("up to date") == 0
+    assert "1 done, 0 failed" in done.stdout
+    assert convert(old_library).stdout.count("up to date") == 1
+    bpy.ops.wm.open_mainfile(filepath=str(old_library))
+    assert [item.name for item in bpy.data.materials] == ["glossy"]
+    assert versions.made_by(glossy_material()) == versions.CURRENT
+    assert not material.is_outdated(glossy_material())
+    assert glossy_material().asset_data.catalog_id != "00000000-0000-0000-0000-000000000000"
+    assert bpy.data.texts["Measured BRDF Library"]
+
+
+@pytest.mark.parametrize(("preset", "channels"), [("Paper", 3), ("Draft", 3), ("Standard", 1), ("Standard", 3)])
+def test_a_fit_comes_back_from_its_shader(glossy, preset, channels, random):
+    from dataclasses import replace
+
+    samples = replace(glossy, values=glossy.values[:, :channels], channels=("R", "G", "B")[:channels])
+    fit = fitter.fit(samples, **fitter.PRESETS[preset])
+    back = unbake(bake(fit), "glossy", fit.compression)
+    assert (back.coefficient_count, back.nbytes) == (fit.coefficient_count, fit.nbytes)
+    angles = random.random((4, 2000)) * [[1.57], [6.3], [1.57], [6.3]]
+    np.testing.assert_allclose(back.evaluate(*angles), np.maximum(fit.evaluate(*angles), 0 if fit.prior else -np.inf),
+                               rtol=1e-6, atol=1e-7)
+    if fit.prior is None:                   # the prior's widths come back by way of their squares
+        assert bake(back) == bake(fit)
+
+
+def test_equal_channels_come_back_as_one_column(glossy):
+    from dataclasses import replace
+
+    samples = replace(glossy, values=glossy.values[:, [0, 1, 0]])
+    fit = fitter.fit(samples, 2, 3, 90)
+    back = unbake(bake(fit))
+    assert back.columns == fit.columns == (0, 1, 0)
+    np.testing.assert_array_equal(back.diffuse, fit.diffuse)
+
+
+@pytest.mark.parametrize("damage", [("DIFFUSE[", "DIFFUSION["), ("#define STORED 3", "#define STORED 2"),
+                                    ("#define DIFFUSE_CELLS 8", "#define DIFFUSE_CELLS 9"), ("#define PRIOR 1", ""),
+                                    ("KEYS[", "KEYS[1"), ("shader", "x")])
+def test_damaged_sources_are_refused(glossy, damage):
+    source = bake(fitter.fit(glossy, **fitter.PRESETS["Draft"]))
+    assert damage[0] in source
+    damaged = source.replace(*damage) if damage[0] != "shader" else source[:source.index("DIFFUSE[") + 200]
+    with pytest.raises(ValueError, match="shader"):
+        unbake(damaged)

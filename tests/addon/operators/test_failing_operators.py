@@ -1,0 +1,133 @@
+"""Operators that fail, wherever they fail, leave the .blend as it was."""
+
+import contextlib
+import os
+import sys
+from pathlib import Path
+
+import bpy
+import pytest
+
+from support.blend_state import state
+from support.checkout import ROOT
+from support.stage import black_scene
+
+ADDON = str(ROOT / "addon") + os.sep
+# what the scene's lamps are told is derived, and called hundreds of times; transactions are what is tested; the others
+# touch nothing of Blender's
+QUIET = ("sky.py", "transaction.py", "work.py", "background.py", "properties.py", "compiler.py",
+         "versions.py", "previews.py", "preferences.py")
+# these change nothing, and Blender calls them before an operator begins and after it has ended
+OUTSIDE = ("poll", "is_editable", "is_measured", "group_node", "script_node", "active_material", "execute", "run",
+           "_path", "_failed")
+
+
+class InjectedError(Exception):
+    """Raised in the middle of the add-on."""
+
+
+class _Injection:
+    """Raise at the n-th call of a function of the add-on, while it is active."""
+
+    def __init__(self, at):
+        self.at, self.calls, self.where = at, 0, None
+
+    def __enter__(self):
+        sys.settrace(self._trace)
+        return self
+
+    def __exit__(self, *_):
+        sys.settrace(None)
+
+    def _trace(self, frame, event, _argument):
+        path, name = frame.f_code.co_filename, frame.f_code.co_name
+        if event != "call" or not path.startswith(ADDON) or path.startswith(f"{ADDON}lamps"):
+            return
+        if path.endswith(QUIET) or name in OUTSIDE or name[0] == "<":
+            return
+        self.calls += self.where is None
+        if self.where is None and self.calls == self.at:
+            self.where = f"{Path(path).name}: {name}"
+            raise InjectedError(self.where)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory, glossy, write_astm):
+    path = tmp_path_factory.mktemp("measurements")
+    for name in ("a", "b"):
+        write_astm(path / f"{name}.astm", glossy, name)
+    return path
+
+
+@pytest.fixture
+def cube(blender, quick, files):
+    black_scene(8, 8, samples=1, span=1)
+    bpy.ops.mesh.primitive_cube_add()
+    assert bpy.ops.measured_brdf.import_data(filepath=str(files / "a.astm"), diffuse_level=1,
+                                             specular_level=-1) == {"FINISHED"}
+    return bpy.context.object
+
+
+OPERATIONS = {
+    "import": lambda folder: bpy.ops.measured_brdf.import_data(filepath=str(folder / "b.astm"), diffuse_level=1,
+                                                               specular_level=-1),
+    "import folder": lambda folder: bpy.ops.measured_brdf.import_folder(directory=str(folder), preset="Paper",
+                                                                        diffuse_level=1, specular_level=-1),
+    "refit": lambda folder: bpy.ops.measured_brdf.fit(),
+    "find file": lambda folder: bpy.ops.measured_brdf.find_file(filepath=str(folder / "b.astm")),
+    "save asset": lambda folder: bpy.ops.measured_brdf.save_asset(),
+    "update": lambda folder: bpy.ops.measured_brdf.update_materials(),
+}
+
+
+def make_older():
+    """Have the file's shaders look as those of version 0.1.0 do."""
+    for tree in bpy.data.node_groups:
+        tree.pop("shader_version", None)
+
+
+def changed(before, after):
+    return [kind for kind in before if before[kind] != after[kind]]
+
+
+@pytest.mark.parametrize("name", OPERATIONS)
+def test_an_error_anywhere_in_an_operator_leaves_the_blend_as_it_was(cube, files, name, capfd):
+    if name == "update":
+        make_older()
+    before, places = state(), []
+    for at in range(1, 400):
+        injection, result = _Injection(at), None
+        with contextlib.suppress(RuntimeError), injection:
+            result = OPERATIONS[name](files)
+        if injection.where is None:
+            break
+        places.append(injection.where)
+        assert changed(before, state()) == [], injection.where
+    assert result == {"FINISHED"}
+    assert changed(before, state()) != [], "the operator does something when nothing fails"
+    assert len(places) > 5
+    capfd.readouterr()
+
+
+def test_a_refit_of_a_material_whose_output_was_deleted_gives_it_one(cube):
+    material = cube.active_material
+    for node in [node for node in material.node_tree.nodes if node.type == "OUTPUT_MATERIAL"]:
+        material.node_tree.nodes.remove(node)
+    material.measured_brdf.diffuse_level = 2
+    assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
+    surface = material.node_tree.get_output_node("CYCLES").inputs["Surface"]
+    assert surface.links[0].from_node.type == "GROUP"
+    assert material.measured_brdf.coefficients == 5 * 7 * 5         # level 2
+
+
+def test_a_process_that_dies_is_told_and_nothing_changes(cube, files, monkeypatch):
+    from measured_brdf.addon.jobs import queue, tasks
+
+    def dies(*_arguments, **_more):
+        raise queue.WorkerError(queue._ENDED_EARLY)
+
+    monkeypatch.setattr(tasks, "outcomes", dies)
+    before = state()
+    with pytest.raises(RuntimeError, match="ended early"):
+        OPERATIONS["import"](files)
+    assert state() == before

@@ -1,0 +1,337 @@
+"""The add-on as a script drives it, in background."""
+
+import math
+
+import numpy as np
+import pytest
+
+import fitter
+from support.stage import add_lamp, black_scene, render
+
+
+@pytest.fixture
+def file(tmp_path):
+    """An ASTM file of a Lambertian of albedo (0.25, 0.5, 0.75), with an awkward name."""
+    path = tmp_path / 'a "b" } #include.astm'
+    angles = np.random.default_rng(0).random((400, 3)) * [1.55, 1.55, math.pi]
+    value = np.array([0.25, 0.5, 0.75]) / math.pi
+    rows = [f"{i:.6f},0,{o:.6f},{phi:.6f},{value[0]:.6f},{value[1]:.6f},{value[2]:.6f}" for i, o, phi in angles]
+    header = ['SAMPLE_NAME "; */ } shader evil() { system("x"); }', "VARS theta_i,phi_i,theta_s,phi_s,R,G,B"]
+    path.write_text("\n".join([*header, *rows]))
+    return path
+
+
+@pytest.fixture
+def cube(blender):
+    black_scene(16, 16, samples=8, span=1)
+    blender.ops.mesh.primitive_cube_add()
+    return blender.context.object
+
+
+def counts(bpy):
+    return {name: len(getattr(bpy.data, name)) for name in ("materials", "texts", "node_groups", "images", "objects")}
+
+
+def import_file(bpy, path, **choices):
+    return bpy.ops.measured_brdf.import_data(filepath=str(path), **choices)
+
+
+def test_import_makes_a_material_and_assigns_it_to_the_active_object(blender, cube, file):
+    assert import_file(blender, file, diffuse_level=3, specular_level=5, compression=90.0) == {"FINISHED"}
+    material = cube.active_material
+    settings = material.measured_brdf
+    samples = fitter.load(file)
+    fit = fitter.fit(samples, 3, 5, 90)
+    errors = fitter.error_metrics(samples.values, fit.evaluate(*samples.directions))
+    assert (settings.coefficients, settings.bytes) == (fit.coefficient_count, fit.nbytes)
+    assert (settings.rmse, settings.mre) == pytest.approx((errors.rmse, errors.mre), rel=1e-4)
+    assert settings.seconds > 0
+    assert (settings.diffuse_level, settings.specular_level, settings.compression) == (3, 5, 90)
+    node = next(n for n in material.node_tree.nodes if n.type == "GROUP")
+    assert node.node_tree.name == "Measured BRDF"
+    assert {"Normal", "Tint"} <= set(node.inputs.keys())
+    script = node.node_tree.nodes["Measured BRDF Shader"]
+    assert (script.mode, bool(script.bytecode)) == ("INTERNAL", True)
+
+
+def test_nothing_from_the_file_gets_into_the_source(blender, cube, file):
+    import_file(blender, file, specular_level=-1, diffuse_level=2)
+    source = blender.data.texts[0].as_string()
+    assert "evil" not in source
+    assert file.name not in source
+
+
+def test_import_without_an_active_object_only_makes_the_material(blender, file):
+    black_scene(8, 8, samples=1, span=1)
+    blender.context.view_layer.objects.active = None
+    assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
+    assert len(blender.data.materials) == 1
+
+
+def test_import_with_something_active_that_has_no_surface_only_makes_the_material(blender, cube, file):
+    blender.context.view_layer.objects.active = add_lamp("POINT", 1)
+    assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
+    assert cube.active_material is None
+
+
+def test_linked_objects_and_materials_are_left_alone(blender, cube, file, tmp_path):
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
+    black_scene(16, 16, samples=8, span=1)
+    with blender.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (source, target):
+        target.objects = [name for name in source.objects if name.startswith("Cube")]
+    linked = target.objects[0]
+    blender.context.scene.collection.objects.link(linked)
+    blender.context.view_layer.objects.active = linked
+    before = linked.active_material
+    assert not blender.ops.measured_brdf.fit.poll()
+    assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
+    assert linked.active_material == before
+
+
+def test_an_imported_lambertian_renders_as_one(blender, file):
+    scene = black_scene(8, 8, samples=64, span=1)
+    blender.ops.mesh.primitive_plane_add(size=4)
+    import_file(blender, file, diffuse_level=4, specular_level=6)
+    add_lamp("SUN", math.pi, angle=0)
+    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx([0.25, 0.5, 0.75], rel=0.01)
+
+
+@pytest.mark.parametrize("content", ["nonsense", "VARS theta_i,phi_i,theta_s,phi_s,R,G,B\n1,0,0.5,0,1,2"])
+def test_a_failed_import_leaves_the_blend_as_it_was(blender, cube, tmp_path, content):
+    path = tmp_path / "bad.astm"
+    path.write_text(content)
+    before = counts(blender)
+    with pytest.raises(RuntimeError, match=r"bad\.astm"):
+        import_file(blender, path)
+    assert counts(blender) == before
+    assert cube.active_material is None
+
+
+def test_an_import_that_does_not_compile_leaves_the_blend_as_it_was(blender, cube, file, monkeypatch):
+    from measured_brdf.addon.jobs import tasks
+
+    monkeypatch.setattr(tasks, "bake", lambda fit: "shader broken( {")
+    before = counts(blender)
+    with pytest.raises(RuntimeError, match="compile"):
+        import_file(blender, file)
+    assert counts(blender) == before
+
+
+def test_without_osl_the_import_says_so(blender, cube, file, monkeypatch):
+    from measured_brdf.addon.materials import osl_support
+
+    monkeypatch.setattr(osl_support, "missing", lambda: osl_support.NO_OSL)
+    before = counts(blender)
+    with pytest.raises(RuntimeError, match="without OSL"):
+        import_file(blender, file)
+    assert counts(blender) == before
+
+
+def test_fitting_again_replaces_the_shader_and_leaves_no_rest(blender, cube, file):
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    before = counts(blender)
+    material = cube.active_material
+    coarse = material.measured_brdf.coefficients
+    material.measured_brdf.diffuse_level = 4
+    assert blender.ops.measured_brdf.fit() == {"FINISHED"}
+    assert material.measured_brdf.coefficients > coarse
+    assert counts(blender) == before
+
+
+def test_a_failing_fit_keeps_the_material(blender, cube, file):
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    before = counts(blender)
+    material = cube.active_material
+    result = {name: getattr(material.measured_brdf, name) for name in ("coefficients", "rmse", "name_of_data")}
+    material.measured_brdf.filepath = str(file.with_name("moved.astm"))
+    with pytest.raises(RuntimeError, match="No such file"):
+        blender.ops.measured_brdf.fit()
+    assert counts(blender) == before
+    assert all(getattr(material.measured_brdf, name) == value for name, value in result.items())
+
+
+def test_fitting_a_material_of_ones_own_keeps_its_nodes(blender, cube, file):
+    material = blender.data.materials.new("Mine")
+    if not material.node_tree:
+        material.use_nodes = True
+    before = {node.name for node in material.node_tree.nodes}
+    cube.data.materials.append(material)
+    material.measured_brdf.filepath = str(file)
+    material.measured_brdf.diffuse_level, material.measured_brdf.specular_level = 2, -1
+    assert blender.ops.measured_brdf.fit() == {"FINISHED"}
+    nodes = material.node_tree.nodes
+    assert before < {node.name for node in nodes}
+    surface = next(node for node in nodes if node.type == "OUTPUT_MATERIAL").inputs["Surface"]
+    assert surface.links[0].from_node.node_tree.name.startswith("Measured BRDF")
+
+
+def test_a_lamp_group_taken_apart_by_a_user_raises_no_error(blender, cube, file):
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    tree = blender.data.node_groups["Measured BRDF Lamps"]
+    tree.nodes.remove(tree.nodes["Lamp3"])
+    add_lamp("POINT", 10)
+    blender.context.view_layer.update()
+    assert tree.nodes["Lamps"].outputs[0].default_value == 0
+    assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
+    assert len(known_lamps(blender)) == 1
+
+
+def test_the_blend_needs_no_other_file(blender, file, tmp_path):
+    scene = black_scene(16, 16, samples=16, span=1)
+    blender.ops.mesh.primitive_uv_sphere_add()
+    import_file(blender, file, diffuse_level=3, specular_level=5)
+    add_lamp("POINT", 100, (2, 1, 4), shadow_soft_size=0)
+    before = render(scene)
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    file.unlink()
+    blender.ops.wm.read_factory_settings(use_empty=True)
+    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
+    np.testing.assert_allclose(render(blender.context.scene), before, atol=1e-6)
+    assert before.max() > 0.1
+
+
+def test_undo_takes_the_import_back_and_redo_brings_it_again(blender, cube, file):
+    blender.ops.ed.undo_push(message="before")
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    blender.ops.ed.undo_push(message="import")
+    blender.ops.ed.undo()
+    assert len(blender.data.materials) == 0
+    blender.ops.ed.redo()
+    assert len(blender.data.materials) == 1
+    assert "UNDO" in blender.ops.measured_brdf.import_data.bl_options
+
+
+def test_enabling_osl(blender):
+    scene = blender.context.scene
+    scene.render.engine = "BLENDER_WORKBENCH"
+    assert blender.ops.measured_brdf.enable_osl() == {"FINISHED"}
+    assert scene.render.engine == "CYCLES"
+    assert scene.cycles.shading_system
+
+
+def known_lamps(bpy):
+    tree = next(tree for tree in bpy.data.node_groups if "Lamp3" in tree.nodes)
+    count = round(tree.nodes["Lamps"].outputs[0].default_value)
+    return [(tuple(round(socket.default_value, 6) for socket in tree.nodes[f"Lamp{n}"].inputs),
+             round(tree.nodes[f"Extent{n}"].inputs[0].default_value, 6)) for n in range(1, count + 1)]
+
+
+def test_lamps_are_followed_when_they_move_appear_and_vanish(blender, cube, file):
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    assert known_lamps(blender) == []
+    lamp = add_lamp("POINT", 10, (1, 2, 3), shadow_soft_size=0.25)
+    blender.context.view_layer.update()
+    assert known_lamps(blender) == [((1, 2, 3), 0.25)]
+    lamp.location.x = -4
+    blender.context.view_layer.update()
+    assert known_lamps(blender) == [((-4, 2, 3), 0.25)]
+    add_lamp("SUN", 1, rotation=(0, math.pi / 2, 0), angle=0.2)
+    add_lamp("AREA", 1, shape="RECTANGLE", size=6, size_y=8)
+    blender.context.view_layer.update()
+    (direction, size), second, third = known_lamps(blender)
+    assert direction == pytest.approx((1, 0, 0), abs=1e-6)
+    assert size == pytest.approx(-0.1)
+    assert second == ((-4, 2, 3), 0.25)
+    assert third == ((0, 0, 0), 5)
+    blender.data.objects.remove(lamp)
+    blender.context.view_layer.update()
+    assert len(known_lamps(blender)) == 2
+
+
+def test_lamps_are_followed_through_an_animation(blender, cube, file):
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    lamp = add_lamp("POINT", 10)
+    for frame, x in ((1, 0), (11, 10)):
+        lamp.location.x = x
+        lamp.keyframe_insert("location", frame=frame)
+    for frame in (1, 4, 11):
+        blender.context.scene.frame_set(frame)
+        assert known_lamps(blender)[0][0] == pytest.approx(tuple(lamp.matrix_world.translation), abs=1e-6)
+    assert known_lamps(blender)[0][0][0] == pytest.approx(10)
+
+
+def test_instances_of_lamps_are_lamps(blender, cube, file):
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    scene = blender.context.scene
+    group = blender.data.collections.new("Lamps")
+    lamp = add_lamp("POINT", 10, (1, 0, 0), shadow_soft_size=0)
+    group.objects.link(lamp)
+    scene.collection.objects.unlink(lamp)
+    for x in (5, 7):
+        empty = blender.data.objects.new("Instance", None)
+        empty.instance_type, empty.instance_collection, empty.location.x = "COLLECTION", group, x
+        scene.collection.objects.link(empty)
+    blender.context.view_layer.update()
+    assert sorted(position for position, _ in known_lamps(blender)) == [(6, 0, 0), (8, 0, 0)]
+
+
+def test_appended_and_linked_materials_know_the_lamps_too(blender, cube, file, tmp_path):
+    """Each brings a lamp group of its own along; without it a lamp that has no size would leave them black."""
+    import_file(blender, file, diffuse_level=4, specular_level=-1)
+    cube.active_material.name = "From the library"
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
+    for link in (False, True):
+        scene = black_scene(8, 8, samples=16, span=1)
+        blender.ops.mesh.primitive_plane_add(size=4)
+        plane = blender.context.object
+        if not link:
+            import_file(blender, file, diffuse_level=2, specular_level=-1)
+        with blender.data.libraries.load(str(tmp_path / "library.blend"), link=link) as (_, target):
+            target.materials = ["From the library"]
+        plane.active_material = target.materials[0]
+        add_lamp("SUN", math.pi, angle=0)
+        assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx([0.25, 0.5, 0.75], rel=0.01), link
+        import_file(blender, file, diffuse_level=4, specular_level=-1)
+        assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx([0.25, 0.5, 0.75], rel=0.01), link
+
+
+def test_a_lamp_group_may_be_renamed_and_its_name_taken(blender, cube, file):
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    tree = blender.data.node_groups["Measured BRDF Lamps"]
+    tree.name = "Mine"
+    blender.data.node_groups.new("Measured BRDF Lamps", "GeometryNodeTree")
+    add_lamp("POINT", 10)
+    blender.context.view_layer.update()
+    assert tree.nodes["Lamps"].outputs[0].default_value == 1
+    assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
+
+
+def test_of_many_lamps_those_without_a_size_then_suns_then_the_strongest_are_kept(blender, cube, file):
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    for power in range(36):
+        add_lamp("POINT", power, (power, 0, 0), shadow_soft_size=0.1)
+    add_lamp("SUN", 0.1, angle=0.01)
+    add_lamp("SPOT", 0.01, (40, 0, 0), shadow_soft_size=0)
+    blender.context.view_layer.update()
+    lamps = known_lamps(blender)
+    assert len(lamps) == 32
+    assert lamps[0] == ((40, 0, 0), 0)
+    assert lamps[1][1] < 0
+    assert sorted(position[0] for position, _ in lamps[2:]) == list(range(6, 36))
+
+
+def test_a_still_scene_is_left_alone(blender, cube, file):
+    """No assignment where nothing has changed: each makes Cycles take up the shader anew."""
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    add_lamp("POINT", 10, (0.1, 0.2, 0.3), shadow_soft_size=0.1)
+    blender.context.view_layer.update()
+    updated = []
+    blender.app.handlers.depsgraph_update_post.append(
+        lambda scene, depsgraph: updated.extend(update.id.name for update in depsgraph.updates))
+    cube.location.x = 2
+    blender.context.view_layer.update()
+    blender.app.handlers.depsgraph_update_post.pop()
+    assert "Measured BRDF Lamps" not in updated
+
+
+def test_disabling_leaves_nothing_behind(blender, extension):
+    bpy = blender
+    extension.unregister()
+    try:
+        assert not hasattr(bpy.types.Material, "measured_brdf")
+        assert "import_data" not in dir(bpy.ops.measured_brdf)
+        for name in ("depsgraph_update_post", "frame_change_post", "render_pre"):
+            assert not [h for h in getattr(bpy.app.handlers, name) if "measured_brdf" in h.__module__]
+    finally:
+        extension.register()

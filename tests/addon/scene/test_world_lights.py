@@ -1,0 +1,129 @@
+"""Bright places of the world, against images that were made with them and against panoramas that Cycles renders."""
+
+import math
+
+import numpy as np
+import pytest
+
+DISK = math.radians(1.5)
+
+
+def panorama(places, radius=DISK, rows=256, around=0.2, light=500.0):
+    """An equirectangular image, lowest row first, with disks in it."""
+    latitude, longitude = np.meshgrid((np.arange(rows) + 0.5) * np.pi / rows - np.pi / 2,
+                                      np.pi - (np.arange(2 * rows) + 0.5) * np.pi / rows, indexing="ij")
+    unit = np.stack([np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)], -1)
+    radiance = np.full(latitude.shape, around)
+    for place in places:
+        radiance[unit @ (np.array(place) / np.linalg.norm(place)) > math.cos(radius)] = light
+    return radiance
+
+
+def apart(one, other):
+    """The angle between two directions."""
+    one, other = np.array(one), np.array(other)
+    return math.acos(min(one @ other / np.linalg.norm(one) / np.linalg.norm(other), 1))
+
+
+@pytest.mark.parametrize("place", [(1, 0.3, 0.5), (-1, 0, 0), (-0.5, -1, -0.2), (0.1, 0, 1)])
+def test_a_disk_in_an_image_is_found_with_its_size_and_light(extension, place):
+    (direction, radius, light), = extension.addon.sky.spots(panorama([place]))
+    assert apart(direction, place) < math.radians(0.4)
+    assert radius == pytest.approx(DISK, abs=math.radians(0.8))
+    assert light == pytest.approx(500 * 2 * math.pi * (1 - math.cos(DISK)), rel=0.2)
+
+
+def test_several_disks_are_found_and_even_skies_have_none(extension):
+    places = (1, 0, 0.5), (0, 1, 0.2), (-1, -1, 1)
+    found = [direction for direction, *_ in extension.addon.sky.spots(panorama(places))]
+    assert len(found) == 3
+    assert all(min(apart(place, direction) for direction in found) < math.radians(0.4) for place in places)
+    spots = extension.addon.sky.spots
+    assert spots(np.full((128, 256), 0.7)) == []
+    assert spots(np.zeros((64, 128))) == []
+    assert spots(np.linspace(0, 1, 128)[:, None] * np.ones(256)) == []          # brighter toward the zenith
+    assert spots(np.ones((1, 1))) == spots(np.full((64, 128), np.nan)) == []
+
+
+def rendered(scene):
+    """Where a panorama of the world is brightest."""
+    from support import stage
+
+    scene.render.film_transparent = False
+    camera = scene.camera
+    camera.data.type = "PANO"
+    settings = camera.data if hasattr(camera.data, "panorama_type") else camera.data.cycles
+    settings.panorama_type = "EQUIRECTANGULAR"
+    camera.location, camera.rotation_euler = (0, 0, 0), (math.pi / 2, 0, -math.pi / 2)      # its middle looks along x
+    picture = stage.render(scene)[::-1, :, :3].mean(axis=2)
+    row, column = np.unravel_index(picture.argmax(), picture.shape)
+    latitude = (row + 0.5) / len(picture) * math.pi - math.pi / 2
+    longitude = math.pi - (column + 0.5) / picture.shape[1] * 2 * math.pi
+    return (math.cos(latitude) * math.cos(longitude), math.cos(latitude) * math.sin(longitude), math.sin(latitude))
+
+
+@pytest.mark.parametrize(("rotation", "elevation"), [(0.0, 0.3), (1.0, 0.5), (4.0, 0.9)])
+def test_the_sun_of_a_sky_texture_stands_where_cycles_shows_it(blender, extension, rotation, elevation):
+    from support import stage
+
+    scene = stage.black_scene(256, 128, 16, 2)
+    tree = scene.world.node_tree
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.sun_disc, sky.sun_size, sky.sun_rotation, sky.sun_elevation = True, math.radians(2), rotation, elevation
+    assert extension.addon.sky.bright_spots(scene.world) == []            # it lights nothing yet
+    tree.links.new(sky.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+    tree.nodes["Background"].inputs["Strength"].default_value = 1
+    (direction, radius, _), = extension.addon.sky.bright_spots(scene.world)
+    assert apart(direction, rendered(scene)) < math.radians(2)
+    assert radius == pytest.approx(math.radians(1))
+
+
+@pytest.mark.parametrize("kind", ["POINT", "TEXTURE", None])
+def test_a_turned_environment_has_its_spot_where_cycles_shows_it(blender, extension, kind):
+    from support import stage
+
+    scene = stage.black_scene(256, 128, 16, 2)
+    tree = scene.world.node_tree
+    image = blender.data.images.new("Sky", 512, 256, float_buffer=True, is_data=True)
+    image.pixels.foreach_set(np.repeat(panorama([(0.5, 1, 0.4)]), 4).astype(np.float32))
+    image.pack()
+    texture = tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.image = image
+    tree.links.new(texture.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+    tree.nodes["Background"].inputs["Strength"].default_value = 1
+    if kind is not None:
+        mapping, coordinate = tree.nodes.new("ShaderNodeMapping"), tree.nodes.new("ShaderNodeTexCoord")
+        mapping.vector_type = kind
+        mapping.inputs["Rotation"].default_value = (0.3, -0.5, 1.1)
+        tree.links.new(coordinate.outputs["Generated"], mapping.inputs["Vector"])
+        tree.links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
+    scene.update_tag()
+    blender.context.view_layer.update()
+    depsgraph = blender.context.evaluated_depsgraph_get()
+    (position, size, _), = extension.addon.lamps.in_scene(depsgraph)
+    assert apart(position, rendered(scene)) < math.radians(2)
+    assert -size == pytest.approx(DISK, abs=math.radians(0.8))
+    assert not extension.addon.lamps.light_is_even(depsgraph)
+
+
+@pytest.mark.parametrize(("strength", "color", "even"), [(1, (1, 1, 1), True), (0, (1, 1, 1), False),
+                                                         (1, (0, 0, 0), False), (0.5, (0, 0, 1), True)])
+def test_a_world_of_one_colour_is_even_where_it_gives_light(blender, extension, strength, color, even):
+    from support import stage
+
+    scene = stage.black_scene(8, 8, 1, 2)
+    stage.background(scene, strength, color)
+    assert extension.addon.lamps.light_is_even(blender.context.evaluated_depsgraph_get()) is even
+    scene.world = None
+    assert not extension.addon.lamps.light_is_even(blender.context.evaluated_depsgraph_get())
+
+
+def test_images_are_looked_at_once_however_many_a_world_has(blender, extension, monkeypatch):
+    sky, looked = extension.addon.sky, []
+    spots = sky.spots
+    monkeypatch.setattr(sky, "spots", lambda radiance: looked.append(1) or spots(radiance))
+    images = [blender.data.images.new("Sky", 64, 32, float_buffer=True) for _ in range(2)]
+    for _ in range(3):
+        for image in images:
+            sky._in_image(image)
+    assert len(looked) == 2

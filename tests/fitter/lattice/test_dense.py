@@ -1,0 +1,73 @@
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline, NdBSpline
+
+from fitter.coordinates.nusselt import nusselt
+from fitter.lattice import dense
+
+
+def random_points(random, count):
+    theta_i, theta_o, delta_phi = random.random((3, count)) * np.array([[np.pi / 2], [np.pi / 2], [np.pi]])
+    return nusselt(theta_i, 0, theta_o, delta_phi)
+
+
+def random_lattice(random, level, channels=2):
+    return random.standard_normal((*dense.shape(level), channels))
+
+
+def test_the_basis_is_the_uniform_cubic_b_spline():
+    s = np.linspace(0, 1, 11)
+    expected = np.nan_to_num(np.stack([BSpline.basis_element(np.arange(k - 3.0, k + 2))(s) for k in range(4)], axis=1))
+    np.testing.assert_allclose(dense.weights(s), expected, atol=1e-15)
+
+
+@pytest.mark.parametrize("level", range(6))
+def test_evaluate_is_the_tensor_product_spline_of_scipy(random, level):
+    points = random_lattice(random, level)
+    x = random_points(random, 300)
+    m = dense.cells(level)
+    knots = tuple((first - 2 + np.arange(count + 4)) / m
+                  for first, count in zip(dense.origin(level), dense.shape(level), strict=True))
+    spline = NdBSpline(knots, points, k=3)
+    np.testing.assert_allclose(dense.evaluate(points, level, x), spline(x), atol=1e-12)
+
+
+@pytest.mark.parametrize("level", range(8))
+def test_refinement_changes_nothing_but_the_lattice(random, level):
+    points = random_lattice(random, level, 1)
+    x = random_points(random, 200)
+    fine = dense.refine(points, level)
+    assert fine.shape[:3] == dense.shape(level + 1)
+    np.testing.assert_allclose(dense.evaluate(fine, level + 1, x), dense.evaluate(points, level, x), atol=1e-13)
+
+
+@pytest.mark.parametrize("level", [0, 3, 6])
+def test_constant_and_linear_functions_are_reproduced_from_their_coefficients(random, level):
+    m = dense.cells(level)
+    greville = [(first + np.arange(count)) / m
+                for first, count in zip(dense.origin(level), dense.shape(level), strict=True)]
+    grid = np.meshgrid(*greville, indexing="ij")
+    points = np.stack([np.full_like(grid[0], 3.0), 2 * grid[0] - grid[1] + 5 * grid[2]], axis=-1)
+    x = random_points(random, 100)
+    expected = np.stack([np.full(len(x), 3.0), x @ [2, -1, 5]], axis=1)
+    np.testing.assert_allclose(dense.evaluate(points, level, x), expected, atol=1e-13)
+
+
+@pytest.mark.parametrize("level", range(7))
+def test_reachable_holds_every_control_point_that_is_read_and_few_others(random, level):
+    x = random_points(random, 200_000)
+    x[:3] = [[0.5, 0.5, 0.5], [1, 0, 0.5], [1, 0.5, 1]]
+    first, _ = dense.locate(x, level)
+    assert first.min() >= 0
+    read = np.zeros(dense.shape(level), dtype=bool)
+    for offset in np.ndindex(4, 4, 4):
+        read[tuple((first + offset).T)] = True
+    reachable = dense.reachable(level)
+    assert not (read & ~reachable).any()
+    if level <= 4:                      # enough points to touch every cell
+        assert reachable.sum() <= 1.02 * read.sum()
+
+
+def test_the_box_is_about_a_quarter_of_the_full_lattice():
+    assert np.prod(dense.shape(6)) < 0.28 * dense.full_size(6)
+    assert [dense.full_size(h) for h in (0, 3, 4, 6)] == [64, 1331, 6859, 300763]

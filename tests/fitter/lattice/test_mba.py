@@ -1,0 +1,142 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.coordinates.nusselt import nusselt
+from fitter.lattice import dense, mba
+
+
+def brute_force_ba(x, z, level):
+    """The basis approximation as Lee, Wolberg and Shin write it, one sample and one control point at a time, on the
+    full lattice, of the samples and their mirror images."""
+    m = dense.cells(level)
+    images = np.concatenate([x, x * [1, 1, -1] + [0, 0, 1], x * [-1, -1, 1] + [1, 1, 0], 1 - x])
+    delta, omega = np.zeros((2, m + 3, m + 3, m + 3))
+    for point, value in zip(images, np.tile(z, 4), strict=True):
+        cell = [min(max(int(np.floor(c * m)), 0), m - 1) for c in point]
+        basis = []
+        for c, i in zip(point, cell, strict=True):
+            s = c * m - i
+            basis.append([(1 - s) ** 3 / 6, (3 * s**3 - 6 * s**2 + 4) / 6, (-3 * s**3 + 3 * s**2 + 3 * s + 1) / 6,
+                          s**3 / 6])
+        w = np.einsum("a,b,c->abc", *basis)
+        for k in np.ndindex(4, 4, 4):
+            at = tuple(i + j for i, j in zip(cell, k, strict=True))
+            delta[at] += w[k] ** 2 * (w[k] * value / (w**2).sum())
+            omega[at] += w[k] ** 2
+    full = np.divide(delta, omega, out=np.zeros_like(delta), where=omega > 0)
+    return full[tuple(slice(first + 1, None) for first in dense.origin(level))], full
+
+
+@pytest.fixture
+def scattered(random):
+    theta_i, theta_o, delta_phi = random.random((3, 60)) * np.array([[1.5], [1.5], [3.1]])
+    return nusselt(theta_i, 0, theta_o, delta_phi), random.standard_normal(60)
+
+
+@pytest.mark.parametrize("level", [0, 1, 2, 3])
+def test_basis_approximation_agrees_with_the_loop_over_samples(scattered, level):
+    x, z = scattered
+    expected, full = brute_force_ba(x, z, level)
+    np.testing.assert_allclose(mba.basis_approximation(x, z[:, None], level)[..., 0], expected, atol=1e-12)
+    # and the full lattice has the symmetries that let a quarter stand for it
+    np.testing.assert_allclose(full, full[:, :, ::-1], atol=1e-12)
+    np.testing.assert_allclose(full, full[::-1, ::-1, :], atol=1e-12)
+
+
+def test_channels_are_fitted_independently(scattered):
+    x, z = scattered
+    together, _ = mba.approximate(x, np.stack([z, -3 * z, z**2], axis=1), 4)
+    for channel, values in enumerate((z, -3 * z, z**2)):
+        alone, _ = mba.approximate(x, values[:, None], 4)
+        np.testing.assert_allclose(together[..., channel], alone[..., 0], atol=1e-12)
+
+
+@pytest.mark.parametrize("level", [0, 2, 5])
+def test_the_refined_hierarchy_and_the_residual_add_up_to_the_data(scattered, level):
+    x, z = scattered
+    points, residual = mba.approximate(x, z[:, None], level)
+    np.testing.assert_allclose(dense.evaluate(points, level, x) + residual, z[:, None], atol=1e-13)
+
+
+def test_the_fit_does_not_crease_in_the_plane_of_incidence(scattered):
+    x, z = scattered
+    points, _ = mba.approximate(x, z[:, None], 4)
+    theta = np.linspace(0.1, 1.4, 40)
+    h = 1e-5
+    rise = [dense.evaluate(points, 4, nusselt(theta, 0, 1.5 - theta, np.pi) + [0, 0, k * h])[:, 0] for k in (0, 1, 2)]
+    first = (rise[1] - rise[0]) / h
+    second = (rise[2] - 2 * rise[1] + rise[0]) / h**2
+    assert np.abs(first).max() < 2 * h * np.abs(second).max()       # an even function: f'(0) = 0, f' ~ h f''
+    assert np.abs(second).max() > 1                                 # and not because it is flat
+
+
+def test_a_direction_may_pass_through_the_normal_without_a_crease(scattered):
+    x, z = scattered
+    points, _ = mba.approximate(x, z[:, None], 4)
+    h = 1e-4
+    outgoing = np.array([[0.5, 0.2, 0.7], [0.5, 0.4, 0.6]])
+    # an incident direction beyond the normal is one before it, with everything turned by half a turn
+    turned = outgoing * [1, -1, 1] + [0, 1, 0]
+    before = dense.evaluate(points, 4, outgoing + [h, 0, 0]) - dense.evaluate(points, 4, outgoing)
+    after = dense.evaluate(points, 4, outgoing) - dense.evaluate(points, 4, turned + [h, 0, 0])
+    np.testing.assert_allclose(dense.evaluate(points, 4, outgoing), dense.evaluate(points, 4, turned), atol=1e-12)
+    np.testing.assert_allclose(before, after, atol=20 * h * h * np.abs(points).max() * 16**2)
+    assert np.abs(before).max() > 100 * np.abs(before - after).max() / 3
+
+
+def rmse(samples, level, channel=0):
+    _, residual = mba.approximate(nusselt(*samples.directions), samples.values[:, [channel]], level)
+    return float(np.sqrt(np.mean(residual**2)))
+
+
+# design.md, section 5: an independent implementation on the whole domain, without folding
+@pytest.mark.parametrize(("sample", "level_4", "level_6"), [(1, 0.0189, 0.00059), (5, 0.0410, 0.00084),
+                                                            (15, 0.0253, 0.00123)])
+def test_errors_on_curet_are_those_of_the_reference(curet, sample, level_4, level_6):
+    assert rmse(curet(sample), 4) == pytest.approx(level_4, rel=0.2)
+    assert rmse(curet(sample), 6) == pytest.approx(level_6, rel=0.2)
+
+
+@pytest.mark.parametrize(("stem", "channel", "level_4", "level_6"),
+                         [("krylon_blue_RGB", 2, 0.468, 0.0740), ("garnet_red_RGB", 0, 0.202, 0.0275)])
+def test_errors_on_cornell_are_those_of_the_reference(cornell, stem, channel, level_4, level_6):
+    assert rmse(cornell(stem), 4, channel) == pytest.approx(level_4, rel=0.2)
+    assert rmse(cornell(stem), 6, channel) == pytest.approx(level_6, rel=0.2)
+
+
+def test_error_on_the_mean_of_caymans_bands_is_that_of_the_reference(data, cornell):
+    from fitter.formats import astm
+    from fitter.formats.text import read_bytes
+
+    path = data / "cornell" / "cayman.astm"
+    wavelengths, bands = astm.read_spectrum(path, read_bytes(path))
+    assert len(wavelengths) == bands.shape[1] == 31
+    x = nusselt(*cornell("cayman").directions)
+    for level, expected in ((4, 13.0), (6, 2.14)):
+        _, residual = mba.approximate(x, bands.mean(axis=1, keepdims=True), level)
+        assert np.sqrt(np.mean(residual**2)) == pytest.approx(expected, rel=0.2)
+
+
+def levels_of(samples):
+    """RMSE at levels 0 to 7, all channels."""
+    x = nusselt(*samples.directions)
+    residual, errors = samples.values, []
+    for level in range(8):
+        residual = residual - dense.evaluate(mba.basis_approximation(x, residual, level), level, x)
+        errors.append(float(np.sqrt(np.mean(residual**2))))
+    return errors
+
+
+def test_error_falls_with_every_level_on_all_curet_samples(curet):
+    for number in range(1, 62):
+        errors = levels_of(curet(number))
+        assert all(fine < coarse for coarse, fine in pairwise(errors)), (number, errors)
+
+
+def test_error_falls_with_every_level_on_all_cornell_files(data):
+    for path in sorted((data / "cornell").iterdir()):
+        errors = levels_of(fitter.load(path))
+        assert all(fine < coarse for coarse, fine in pairwise(errors)), (path.name, errors)

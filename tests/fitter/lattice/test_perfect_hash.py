@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fitter.lattice import dense, perfect_hash
+
+
+def check(keys):
+    """The hash is minimal and perfect, and finds no key that it does not hold: over every key there can be."""
+    index = perfect_hash.build(keys)
+    expected = sorted(set(np.asarray(keys).tolist()))
+    everything = np.arange(max([*expected, 0]) + 5000)
+    slots = index.slots(everything)
+    assert np.flatnonzero(slots >= 0).tolist() == expected
+    assert np.sort(slots[slots >= 0]).tolist() == list(range(len(expected)))
+    return index
+
+
+@given(st.sets(st.integers(0, 90_000), max_size=400))
+@settings(max_examples=60, deadline=None)
+def test_any_set_of_keys_gets_a_minimal_perfect_hash(keys):
+    check(np.array(sorted(keys), dtype=int))
+
+
+@pytest.mark.parametrize("keys", [
+    np.arange(20_000), np.arange(0, 300_000, 7), np.array([0]), np.array([perfect_hash.MAX_KEY]), np.array([], int),
+    (np.arange(300)[:, None] * 1024 + np.arange(4)).ravel(), np.arange(12) * 4096])
+def test_regular_sets_of_keys(keys):
+    check(keys)
+
+
+def test_the_largest_keys_do_not_overflow_signed_32_bits():
+    key = perfect_hash.MAX_KEY
+    assert (key & 4095) * perfect_hash.MULTIPLIERS + (key >> 12) * 40503 < 2**31
+    assert np.prod(dense.shape(dense.MAX_LEVEL)) - 1 <= perfect_hash.MAX_KEY
+
+
+def test_a_lattice_of_level_6_at_95_percent_takes_about_6_bits_a_key_beside_the_keys(random):
+    keys = random.choice(np.prod(dense.shape(6)), 15_038, replace=False)
+    index = check(keys)
+    assert index.displacement.dtype == np.uint16
+    assert index.displacement.nbytes * 8 / len(keys) < 7
+
+
+@pytest.mark.parametrize("keys", [np.arange(2345) * 2345, np.arange(2048) * 4096, np.arange(2345) + 2345 * 7 * (
+    np.arange(2345) % 30)])
+def test_regular_spacing_does_not_swell_the_table(keys):
+    index = check(np.unique(keys))
+    assert index.displacement.nbytes * 8 / len(index) < 12
+
+
+@pytest.mark.parametrize("keys", [[-1, 3], [0, perfect_hash.MAX_KEY + 1]])
+def test_keys_out_of_range_are_refused(keys):
+    with pytest.raises(ValueError, match="expected 0 to"):
+        perfect_hash.build(keys)

@@ -1,0 +1,215 @@
+"""Hard cases, each with what is expected of it; docs/stability.md has the measured figures."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.lattice import dense, perfect_hash
+from support.hard_cases import BOUND, RIGHT, gloss, hard_cases, many, probe
+from support.osl_probe import probe_osl
+from tools import stability
+
+CASES = hard_cases()
+SMOOTH = "values in single precision"
+KRIGED = [name for name, options in fitter.PRESETS.items() if options.get("method") == "kriging"]
+OTHERS = [name for name in fitter.PRESETS if name not in KRIGED]
+QUICK = [name for name in fitter.PRESETS if name != "Reference"]
+every_case = pytest.mark.parametrize("name", CASES)
+every_preset = pytest.mark.parametrize("preset", QUICK)    # Reference takes seconds a fit: `make stability` has it all
+
+
+@cache
+def fitted(name, preset):
+    return CASES[name].fit(preset)
+
+
+def scale(name):
+    return np.abs(CASES[name].samples.values).max() or 1.0
+
+
+@every_preset
+@every_case
+def test_a_fit_is_finite_and_bounded_everywhere_and_near_its_samples(name, preset):
+    finite, largest, error = stability.measure(CASES[name].samples, fitted(name, preset))
+    assert finite
+    assert largest <= BOUND[preset]
+    assert error <= CASES[name].bound(preset)
+
+
+@pytest.mark.parametrize("preset", KRIGED)
+def test_kriging_reproduces_a_constant_everywhere(preset):
+    value = CASES[stability.CONSTANT].samples.values[0, 0]
+    np.testing.assert_allclose(fitted(stability.CONSTANT, preset).evaluate(*probe()), value, rtol=1e-6)
+
+
+def test_the_papers_method_misses_a_constant_by_a_few_percent_between_the_samples():
+    value = CASES[stability.CONSTANT].samples.values[0, 0]
+    missed = np.abs(fitted(stability.CONSTANT, "Paper").evaluate(*probe()) / value - 1).max()
+    assert 0.001 < missed < 0.03
+
+
+@every_case
+def test_the_error_of_mba_never_grows_with_the_level(name):
+    errors = np.array(stability.errors_by_level(CASES[name].samples, range(7)))
+    assert (np.diff(errors) <= 1e-6).all()      # coefficients are stored in single precision
+
+
+@pytest.mark.parametrize("levels", [(0, None, 0), (8, None, 0), (0, 0, 0), (0, 8, 99.9), (4, 6, 0), (4, 6, 99.9),
+                                    (8, 0, 99.9)])
+@pytest.mark.parametrize("name", [SMOOTH, "one value 10,000 times the others"])
+def test_the_ends_of_levels_and_compression_are_finite_and_bounded(name, levels):
+    finite, largest, error = stability.measure(CASES[name].samples, fitter.fit(CASES[name].samples, *levels))
+    assert finite
+    assert largest <= BOUND["Paper"]
+    assert error < 1
+
+
+@every_preset
+def test_two_values_in_one_direction_give_what_lies_between_them(preset):
+    between = fitted("two values in one direction", preset).evaluate(0.5, 0, 0.7, 2.0)[0]
+    assert 0.2 < between < 0.6
+    if preset in OTHERS:
+        assert between == pytest.approx(0.4, rel=1e-4)
+
+
+@every_preset
+def test_zeros_stay_zeros(preset):
+    assert np.abs(fitted("nothing but zeros", preset).evaluate(*probe())).max() < 1e-5
+
+
+@every_preset
+def test_values_may_be_given_in_single_or_double_precision(preset):
+    samples = CASES[SMOOTH].samples
+    double = replace(samples, values=gloss(samples.theta_i, samples.theta_o, samples.phi_o)[:, None])
+    assert (double.values != samples.values).any()
+    change = fitter.fit(double, **fitter.PRESETS[preset]).evaluate(*probe()) - fitted(SMOOTH, preset).evaluate(*probe())
+    assert np.abs(change).max() < 1e-3
+
+
+@every_preset
+@pytest.mark.parametrize("exponent", [-29, -3, 3, 29])
+def test_a_fit_scales_with_its_values(preset, exponent):
+    """Reflectance has no natural unit, as long as single precision holds it and nobody asks for what is plausible."""
+    samples = CASES[SMOOTH].samples
+    plain, scaled = (fitter.fit(replace(samples, values=samples.values * factor), **fitter.PRESETS[preset],
+                                plausible=False).evaluate(*probe()) / factor for factor in (1, 10.0 ** exponent))
+    np.testing.assert_allclose(scaled, plain, rtol=1e-4, atol=1e-6)
+
+
+def albedo(fit, cells=128):
+    """Directional albedo seen from 0, 30 and 60 degrees, by the midpoint rule over the projected hemisphere."""
+    middle = (np.arange(cells) + 0.5) / cells
+    theta_i = np.arcsin(np.sqrt(middle))[:, None]
+    return [np.pi * fit.evaluate(theta_i, np.pi * middle, np.radians(view), 0).mean() for view in (0, 30, 60)]
+
+
+@pytest.mark.parametrize("factor", [2, 10])
+@pytest.mark.parametrize("preset", KRIGED[:2])
+def test_more_light_than_there_is_becomes_nearly_all_of_it(preset, factor):
+    samples = CASES[SMOOTH].samples
+    fit = fitter.fit(replace(samples, values=samples.values * factor), **fitter.PRESETS[preset])
+    assert 0.5 < max(albedo(fit)) < 1.02
+
+
+def test_many_samples():
+    samples = many(5_000)
+    finite, largest, error = stability.measure(samples, fitter.fit(samples))
+    assert finite
+    assert largest < 1.2
+    assert error < 0.02
+
+
+@pytest.mark.parametrize("preset", OTHERS)
+@every_case
+def test_single_precision_in_numpy_agrees_with_double(name, preset):
+    fit, directions = fitted(name, preset), probe()
+    error = np.abs(stability.single_precision(fit, directions) - fit.evaluate(*directions)).max()
+    assert error <= 2e-6 * scale(name)
+
+
+@pytest.mark.parametrize("preset", ["Paper", "Standard"])
+@pytest.mark.parametrize("name", [SMOOTH, "one sample", stability.CONSTANT, "half of them at normal incidence",
+                                  "half of them at grazing angles", "values over 10 orders of magnitude",
+                                  "one value 10,000 times the others"])
+def test_single_precision_in_osl_agrees_with_double(blender, name, preset):
+    from measured_brdf.addon.materials import osl_support
+
+    fit = fitted(name, preset)
+    theta_i, _, theta_o, phi = (angle[::3] for angle in probe())
+    phi = np.where(theta_i < 1e-6, 0, phi)          # where incidence is normal, the shader takes it for that of wo
+    wi, wo = (np.stack([np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)], axis=1)
+              for theta, azimuth in ((theta_i, 0 * phi), (theta_o, phi)))
+    assert not osl_support.missing()
+    code = (f"if (pixel < {len(phi)}) {{ int i = 3 * pixel; out = fitted_brdf(FIT, vector(WI[i], WI[i + 1], WI[i + 2]),"
+            f" vector(WO[i], WO[i + 1], WO[i + 2])); }}")
+    rendered = probe_osl(fit, code, len(phi), WI=wi.astype(np.float32), WO=wo.astype(np.float32))[:, :1]
+    expected = np.maximum(fit.evaluate(theta_i, 0, theta_o, phi), 0)
+    assert (np.abs(rendered - expected) <= 2e-5 * (expected + scale(name))).all()
+
+
+@pytest.mark.parametrize("preset", OTHERS)
+@every_case
+def test_coefficients_in_half_precision_change_a_fit_by_their_rounding_and_no_more(name, preset):
+    """B-spline weights sum to 1: no value changes by more than half a unit in the last place of the largest."""
+    fit, directions = fitted(name, preset), probe()
+    change = np.abs(stability.halved(fit).evaluate(*directions) - fit.evaluate(*directions)).max()
+    assert change <= 2.0 ** -11 * (np.abs(fit.diffuse).max() + np.abs(fit.specular.coefficients).max(initial=0)) * 1.01
+
+
+@pytest.mark.parametrize("level", [2, 4, 6])
+def test_evaluation_is_twice_continuously_differentiable(random, level):
+    """Second differences from both sides of a knot meet as their step goes to 0, as the third differences need not."""
+    points = random.standard_normal((*dense.shape(level), 1))
+    m = dense.cells(level)
+    knots = np.stack([random.integers(low, m, 50) for low in (m // 2 + 1, 1, m // 2 + 1)], axis=1) / m
+    for axis in np.eye(3):
+        second, third = (_jump(points, level, knots, axis * step / m) for step in (1e-1, 1e-2))
+        assert np.abs(second).max() > 1e-3
+        np.testing.assert_allclose(third, second / 10, atol=1e-2 * np.abs(second).max())
+
+
+def _jump(points, level, x, step):
+    """The jump of the second difference at x, in units of the step: (n, channels)."""
+    value = [dense.evaluate(points, level, x + k * step) for k in range(-2, 3)]
+    right, left = value[4] - 2 * value[3] + value[2], value[2] - 2 * value[1] + value[0]
+    return (right - left) / np.abs(step).max() ** 2
+
+
+@every_preset
+def test_a_fit_is_twice_differentiable_through_the_plane_and_through_the_normal(preset):
+    fit = fitted(SMOOTH, preset)
+
+    def through_the_plane(t):
+        return fit.evaluate(0.7, 0, 0.9, t)
+
+    def through_the_normal(t):
+        return fit.evaluate(np.abs(t), np.where(t < 0, np.pi, 0), 0.9, 1.3)
+
+    for along in (through_the_plane, through_the_normal):
+        jumps = []
+        for step in (4e-3, 1e-3):
+            value = along(np.arange(-2, 3) * step)[:, 0]
+            jumps.append(abs(value[4] - 2 * value[3] + 2 * value[1] - value[0]) / step ** 2)
+        assert jumps[1] < 0.3 * jumps[0] + 1e-3
+
+
+@pytest.mark.parametrize("level", range(7))
+@pytest.mark.parametrize("share", [0.001, 0.1, 1.0])
+def test_the_hash_finds_every_key_and_no_other_over_the_whole_lattice(random, level, share):
+    count = int(np.prod(dense.shape(level)))
+    keys = random.choice(count, max(1, int(share * count)), replace=False)
+    slots = perfect_hash.build(keys).slots(np.arange(count))
+    assert np.flatnonzero(slots >= 0).tolist() == sorted(keys.tolist())
+    assert np.sort(slots[slots >= 0]).tolist() == list(range(len(keys)))
+
+
+def test_directions_at_the_horizon_and_the_normal_are_where_they_say(random):
+    """Exactly grazing and exactly normal samples are fitted as any others."""
+    azimuth = random.random(200) * 2 * np.pi
+    theta = np.where(np.arange(200) % 2, RIGHT, 0.0)
+    samples = fitter.Samples(theta, 0 * azimuth, theta[::-1], azimuth, np.cos(theta)[:, None] + 1)
+    fit = fitter.fit(samples)
+    np.testing.assert_allclose(fit.evaluate([0.0, RIGHT], 0, [RIGHT, 0.0], [1.0, 2.0])[:, 0], [2, 1], atol=0.05)

@@ -1,0 +1,322 @@
+import json
+import math
+import re
+import tracemalloc
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.model import fit_file
+from support import hostile_fits
+from support.checkout import ROOT
+
+VERSION_2 = ROOT / "tests" / "data" / "version_2.npz"      # written by that version
+
+
+@pytest.fixture(params=[{"specular_level": None, "diffuse_level": 3}, {"diffuse_level": 2, "specular_level": 4}])
+def fit(request, glossy):
+    return fitter.fit(glossy, **request.param)
+
+
+def test_a_saved_fit_comes_back_whole(fit, tmp_path):
+    fit.save(tmp_path / "glossy.npz")
+    back = fitter.Fit.load(tmp_path / "glossy.npz")
+    directions = np.meshgrid(np.linspace(0, 1.5, 8), [0.3], np.linspace(0, 1.5, 8), np.linspace(0, 6, 9))
+    assert (back.evaluate(*directions) == fit.evaluate(*directions)).all()
+    for name in ("name", "source", "channels", "compression", "coefficient_count", "nbytes", "specular_level"):
+        assert getattr(back, name) == getattr(fit, name), name
+    assert [path.name for path in tmp_path.iterdir()] == ["glossy.npz"]
+
+
+def tampered(fit, path, header=None, **arrays):
+    fit.save(path)
+    with np.load(path) as file:
+        tamper(path, dict(file), header, **arrays)
+
+
+def tamper(path, entries, header=None, **arrays):
+    """Write the entries of a saved fit, but for some."""
+    if header:
+        entries = entries | {"header": np.array(json.dumps(json.loads(str(entries["header"])) | header))}
+    np.savez(path, **(entries | arrays))
+
+
+@pytest.mark.parametrize("change", [
+    {"header": {"version": 99}}, {"header": {"diffuse_level": 4}}, {"header": {"diffuse_level": "4"}},
+    {"header": {"channels": []}}, {"header": {"specular_level": 3}}, {"header": {"multiplier": 3}},
+    {"header": {"compression": float("nan")}}, {"header": {"format": "something else"}},
+    {"diffuse": np.zeros(3, np.float32)}, {"keys": np.zeros(5, np.uint32)}, {"displacement": np.zeros(0, np.uint16)},
+    {"displacement": np.full(40, 60_000, np.uint16)},
+    {"coefficients": np.full((5, 3), np.nan, np.float32)}, {"diffuse": np.array([object()])},
+    {"header": {"specular_level": True}}])
+def test_a_file_whose_parts_contradict_each_other_is_refused(glossy, tmp_path, change):
+    path = tmp_path / "bad.npz"
+    tampered(fitter.fit(glossy, 2, 4), path, **change)
+    with pytest.raises(fitter.DatasetError, match=r"bad\.npz"):
+        fitter.Fit.load(path)
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 no zip", b"\x93NUMPY", b"1 2 3"])
+def test_any_other_file_is_refused(tmp_path, content):
+    (tmp_path / "x.npz").write_bytes(content)
+    with pytest.raises(fitter.DatasetError, match=r"x\.npz"):
+        fitter.Fit.load(tmp_path / "x.npz")
+
+
+def test_damage_anywhere_in_the_file_is_refused_or_harmless(glossy, tmp_path, random):
+    path = tmp_path / "fit.npz"
+    fit = fitter.fit(glossy, 1, 2)
+    fit.save(path)
+    whole = path.read_bytes()
+    refused = 0
+    for place in random.integers(0, len(whole), 400):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << int(random.integers(8))
+        path.write_bytes(damaged)
+        try:
+            back = fitter.Fit.load(path)
+            np.testing.assert_array_equal(back.evaluate(0.5, 0, 1, 2), fit.evaluate(0.5, 0, 1, 2))
+        except fitter.DatasetError:
+            refused += 1
+    assert refused > 300
+
+
+def test_a_single_array_is_not_a_fit(tmp_path):
+    np.save(tmp_path / "x.npy", np.zeros(3))
+    with pytest.raises(fitter.DatasetError, match="not a fit"):
+        fitter.Fit.load(tmp_path / "x.npy")
+
+
+def test_a_missing_file_is_said_to_be_missing(tmp_path):
+    with pytest.raises(fitter.DatasetError, match="No such file"):
+        fitter.Fit.load(tmp_path / "none.npz")
+
+
+def test_a_failing_save_leaves_the_old_file(glossy, tmp_path, monkeypatch):
+    path = tmp_path / "fit.npz"
+    fit = fitter.fit(glossy, 2, None)
+    fit.save(path)
+    before = path.read_bytes()
+
+    def fail(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez_compressed", fail)
+    with pytest.raises(OSError, match="No space"):
+        fit.save(path)
+    assert path.read_bytes() == before
+    assert [entry.name for entry in tmp_path.iterdir()] == ["fit.npz"]
+
+
+def npy(dtype, shape, data=b""):
+    """An array file whose header claims what it likes."""
+    header = repr({"descr": dtype, "fortran_order": False, "shape": shape}).encode().ljust(117) + b"\n"
+    return b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + data
+
+
+@pytest.mark.parametrize(("member", "expected"), [
+    (npy("<f4", (1 << 40,)), "claims 4,398,046,511,104 bytes"),
+    (npy("<f4", (0, -1)), "expected plain numbers"),
+    (npy("|O", (1,), b"cos\nsystem\n(S'true'\ntR."), "expected plain numbers"),
+    (npy("<f4", (3,), bytes(40 << 20)), "shorter or longer"),
+    (npy("|V1", (3,), b"abc"), "expected plain numbers"),
+    (npy("<f4", (10**30,)), "claims"),
+    (b"\x93NUMPY\x03\x00" + bytes(99), "expected a short header of version 1.0"),
+    (b"\x93NUMPY\x01\x00\xff\xff{'descr': __import__('os').system('true')}", "")])
+def test_a_hostile_array_is_refused_before_it_is_read(glossy, tmp_path, member, expected):
+    import zipfile
+
+    path = tmp_path / "hostile.npz"
+    fitter.fit(glossy, 1, None).save(path)
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("keys.npy", member)
+    del member
+    tracemalloc.start()
+    with pytest.raises(fitter.DatasetError, match=r"hostile\.npz: not a fit") as refused:
+        fitter.Fit.load(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert expected in str(refused.value.__cause__)
+    assert peak < 4 << 20
+
+
+@pytest.mark.parametrize("name", hostile_fits.CONTENTS)
+def test_a_hostile_fit_is_refused_before_it_takes_memory(tmp_path, name):
+    path = tmp_path / "hostile.npz"
+    path.write_bytes(hostile_fits.CONTENTS[name]())
+    tracemalloc.start()
+    with pytest.raises(fitter.DatasetError, match=r"hostile\.npz"):
+        fitter.Fit.load(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    inflated = 240_000_000 if name == "60,000,000 keys" else 0         # as many bytes as a fit of level 8 may have
+    assert peak < inflated + 2 * path.stat().st_size + (4 << 20)
+
+
+def test_the_fit_that_hostile_ones_are_made_from_is_read(tmp_path):
+    (tmp_path / "fit.npz").write_bytes(hostile_fits.in_order())
+    assert fitter.Fit.load(tmp_path / "fit.npz").channels == ("R", "G", "B")
+
+
+@pytest.fixture(scope="module")
+def with_lobes(glossy):
+    """A small fit with a prior of two lobes, and its mixture."""
+    from fitter.cycles import closure_mixture
+
+    fit = fitter.fit(glossy, 1, 2, 50, "kriging")
+    assert len(fit.prior.lobe.alpha)
+    return fit, closure_mixture.closure_mixture(fit)
+
+
+@pytest.mark.parametrize("number", [1e300, 3.5e38, np.inf, np.nan])
+@pytest.mark.parametrize(("field", "constant"), [
+    ("offset", "PRIOR_OFFSET"), ("ceiling", "PRIOR_CEILING"), ("kd", "PRIOR_KD"), ("ks", "PRIOR_LOBES"),
+    ("gamma", "PRIOR_LOBES"), ("f0", "PRIOR_LOBES"), ("diffuse", "DIFFUSE"), ("exponents", "EXPONENT_1"),
+    ("table", "MIXTURE")])
+def test_the_baker_writes_no_number_that_is_none_in_single_precision(with_lobes, field, constant, number):
+    from dataclasses import replace
+
+    from fitter.cycles.bake import bake
+
+    fit, mixture = with_lobes
+    if field == "diffuse":
+        fit = replace(fit, diffuse=np.full_like(fit.diffuse, number, dtype=float))
+    elif field == "exponents":
+        mixture = mixture._replace(exponents=(8.0, number))
+    elif field == "table":
+        mixture = mixture._replace(table=np.full_like(mixture.table, number))
+    elif field in ("offset", "ceiling"):
+        fit = replace(fit, prior=replace(fit.prior, **{field: np.full_like(getattr(fit.prior, field), number)[()]}))
+    else:
+        lobe = replace(fit.prior.lobe, **{field: np.full_like(getattr(fit.prior.lobe, field), number)})
+        fit = replace(fit, prior=replace(fit.prior, lobe=lobe))
+    with pytest.raises(ValueError, match=rf"\b{constant}\b.* finite in single precision"):
+        bake(fit, mixture=mixture)
+
+
+def test_a_lobe_so_narrow_that_its_slope_overflows_is_not_baked(with_lobes):
+    from dataclasses import replace
+
+    from fitter.cycles.bake import bake
+
+    fit, mixture = with_lobes
+    lobe = replace(fit.prior.lobe, alpha=np.full(len(fit.prior.lobe.alpha), 1e-20))
+    with pytest.raises(ValueError, match="PRIOR_LOBES"):
+        bake(replace(fit, prior=replace(fit.prior, lobe=lobe)), mixture=mixture)
+
+
+@pytest.mark.parametrize("depth", [10, 100_000])
+def test_a_header_of_nothing_but_brackets_is_refused(tmp_path, depth):
+    np.savez(tmp_path / "deep.npz", header=np.array("[" * depth + "]" * depth))
+    with pytest.raises(fitter.DatasetError, match="not a fit"):
+        fitter.Fit.load(tmp_path / "deep.npz")
+
+
+def test_a_fit_of_another_version_says_which_and_what_to_do(glossy, tmp_path):
+    path = tmp_path / "later.npz"
+    tampered(fitter.fit(glossy, 2, 4), path, header={"version": fit_file.VERSION + 1})
+    with pytest.raises(fitter.DatasetError, match=rf"version {fit_file.VERSION + 1}, expected .*fit the data again"):
+        fitter.Fit.load(path)
+
+
+def test_a_fit_of_version_2_is_what_it_was(random):
+    """A file that version 2 wrote, against its own definition: |D| and the parts of H along and across D."""
+    from fitter.cycles.bake import bake
+    from fitter.lattice import dense
+
+    fit = fitter.Fit.load(VERSION_2)
+    theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, 500))))
+    delta_phi = 2 * np.pi * random.random(500)
+    q_i = np.stack([np.sin(theta_i), 0 * theta_i]) / (1 + 2 * np.cos(theta_i))
+    q_o = np.stack([np.cos(delta_phi), np.sin(delta_phi)]) * np.sin(theta_o) / (1 + 2 * np.cos(theta_o))
+    half, difference = (q_i + q_o) / 2, (q_i - q_o) / 2
+    length = np.hypot(*difference)
+    along, across = (half * difference).sum(axis=0), half[0] * difference[1] - half[1] * difference[0]
+    x = (np.stack([length, along / length, np.abs(across) / length], axis=1) + 1) / 2
+    s = (dense.evaluate(fit.diffuse, fit.diffuse_level, x)
+         + dense.evaluate(fit.specular.dense, fit.specular_level, x))
+    expected = fit.prior.reflectance(s, theta_i, 0, theta_o, delta_phi)[:, fit.columns]
+    np.testing.assert_allclose(fit.evaluate(theta_i, 0, theta_o, delta_phi), expected, rtol=1e-9)
+    assert "#define SOFTENING_2 0\n" in bake(fit)
+
+
+def test_the_softening_of_a_fit_comes_back_and_is_baked(glossy, tmp_path):
+    from fitter.cycles.bake import bake
+    from fitter.quality import cross_validation
+
+    fit = fitter.fit(cross_validation.subset(glossy, slice(100)), 1, 2, 90, "kriging")
+    assert fit.softening > 0
+    fit.save(tmp_path / "fit.npz")
+    assert fitter.Fit.load(tmp_path / "fit.npz").softening == fit.softening
+    assert float(re.search(r"#define SOFTENING_2 (\S+)", bake(fit))[1]) == pytest.approx(fit.softening ** 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("softening", [-0.1, 1.0, math.nan, math.inf, "0.1", None, True, [0.1], 10**400])
+def test_a_softening_radius_that_is_none_is_refused(tmp_path, softening):
+    with np.load(VERSION_2) as file:
+        tamper(tmp_path / "bad.npz", dict(file), header={"version": 3, "softening": softening})
+    with pytest.raises(fitter.DatasetError, match=r"bad\.npz"):
+        fitter.Fit.load(tmp_path / "bad.npz")
+
+
+HOSTILE = '"; */ } shader evil() { system("x"); } /* #include <x> \n#define SPARSE 1\n'
+
+
+def test_no_name_path_or_text_of_a_fit_becomes_code(glossy, tmp_path):
+    """The baked source is the same to the letter, whatever the strings of the fit say."""
+    from dataclasses import replace
+
+    from fitter.cycles.bake import bake
+
+    fit = fitter.fit(replace(glossy, name=HOSTILE, source=HOSTILE, channels=(HOSTILE, "#", "*/")), 1, 2)
+    fit.save(tmp_path / "hostile.npz")
+    loaded = fitter.Fit.load(tmp_path / "hostile.npz")
+    assert loaded.name == HOSTILE
+    assert bake(loaded) == bake(fitter.fit(glossy, 1, 2))
+
+
+@pytest.mark.parametrize("number", [2**31, "1;", [1], 1.5, True, None, -1, 10**400])
+@pytest.mark.parametrize("entry", ["diffuse_level", "specular_level", "multiplier"])
+def test_a_number_of_the_header_that_is_none_is_refused(glossy, tmp_path, entry, number):
+    path = tmp_path / "bad.npz"
+    tampered(fitter.fit(glossy, 1, 2), path, header={entry: number})
+    if entry == "specular_level" and number is None:
+        assert fitter.Fit.load(path).specular is None       # plain MBA; the other arrays are not looked at
+        return
+    with pytest.raises(fitter.DatasetError, match=r"bad\.npz"):
+        fitter.Fit.load(path)
+
+
+@pytest.mark.parametrize("preset", ["Paper", "Standard"])
+def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy, tmp_path, monkeypatch, preset):
+    """Every entry of a saved fit in turn is text that would be code, a number that is none, or of another type."""
+    from fitter.cycles import closure_mixture, sampling_table
+    from fitter.cycles.bake import bake
+    from fitter.quality import cross_validation
+
+    monkeypatch.setattr(sampling_table, "draw_table", lambda *_: np.zeros(3, np.float32))      # takes most of a second
+    path = tmp_path / "fit.npz"
+    few = cross_validation.subset(glossy, slice(200))
+    fit = fitter.fit(few, **fitter.PRESETS[preset] | {"diffuse_level": 1, "specular_level": 3})
+    fit.save(path)
+    with np.load(path) as file:
+        entries = dict(file)
+    header = json.loads(str(entries["header"]))
+    mixture = closure_mixture.closure_mixture(fit)
+    expected = bake(fit, mixture=mixture)
+    odd = HOSTILE, [HOSTILE] * 3, {"x": HOSTILE}, math.inf, 10**400, [0, 1, 10**12], [-1, 0, 1]
+    changes = [{"header": {key: value}} for key in header for value in odd]
+    for name, array in entries.items():
+        if name != "header":
+            changes += [{name: np.full(array.shape, value).astype(kind)} for kind, values in (
+                ("f4", (np.nan, np.inf, -np.inf)), ("f8", (1e300,)), ("U9", ("1;};evil",)), ("i8", (-1, 2**62)))
+                for value in values]
+    for change in changes:
+        tamper(path, entries, **change)
+        try:
+            loaded = fitter.Fit.load(path)
+        except fitter.DatasetError:
+            continue
+        assert change.get("header", {}).keys() <= {"name", "source", "channels", "compression", "changes"}, change
+        assert bake(loaded, mixture=mixture) == expected

@@ -1,0 +1,215 @@
+"""What is said and shown of measurements, against truths found in other ways."""
+
+import math
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter import pictures
+from fitter.cycles import stand_in
+from fitter.quality.describe import describe
+
+
+def vector(theta, phi):
+    return np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
+
+
+def angle(u, v):
+    return math.degrees(math.acos(np.clip(u @ v, -1, 1)))
+
+
+def nearest(samples, theta_i, theta_o, azimuth):
+    """How far the nearest sample, mirrored and turned round too, is from a pair of directions: degrees."""
+    wi, wo = vector(theta_i, 0), vector(theta_o, azimuth)
+    found = []
+    for ti, pi, to, po in zip(*samples.directions, strict=True):
+        for a, b in ((ti, to), (to, ti)):
+            for side in (1, -1):
+                found.append(max(angle(vector(a, 0), wi), angle(vector(b, side * (po - pi)), wo)))
+    return min(found)
+
+
+def test_the_widest_hole_is_where_brute_force_finds_it(random):
+    angles = random.random((4, 40)) * [[1.4], [6], [1.4], [6]]
+    samples = fitter.Samples(*angles, np.ones((40, 1)))
+    found = describe(samples)
+    assert nearest(samples, *np.radians(found.gap_at)) == pytest.approx(found.gap, abs=1e-6)
+    for theta_i in range(10, 81, 10):
+        for theta_o in range(10, 81, 35):
+            for azimuth in range(0, 181, 60):
+                assert nearest(samples, *np.radians([theta_i, theta_o, azimuth])) <= found.gap + 1e-6
+
+
+def every_distance(samples):
+    """The widest hole of many samples, degrees, by spherical trigonometry: every probe against every sample."""
+    probe_i, probe_o, probe_azimuth = (grid.ravel()[:, None] for grid in np.radians(
+        np.meshgrid(range(10, 81, 10), range(10, 81, 10), range(0, 181, 15))))
+    theta = np.concatenate([[samples.theta_i, samples.theta_o], [samples.theta_o, samples.theta_i]], axis=1)
+    across = np.tile(samples.phi_o - samples.phi_i, 2)
+    apart = np.full(len(probe_i), np.inf)
+    for side in (1, -1):
+        cosine = (np.cos(probe_o) * np.cos(theta[1])
+                  + np.sin(probe_o) * np.sin(theta[1]) * np.cos(probe_azimuth - side * across))
+        distance = np.maximum(np.abs(probe_i - theta[0]), np.arccos(np.clip(cosine, -1, 1)))
+        apart = np.minimum(apart, distance.min(axis=1))
+    return np.degrees(apart.max())
+
+
+def crowds(random, kind, count):
+    """Samples by which shortcuts of a search are led astray."""
+    angles = random.random((4, count)) * [[1.57], [9], [1.57], [9]]
+    probes = np.radians([grid.ravel() for grid in np.meshgrid(range(10, 81, 10), 0, range(10, 81, 10),
+                                                             range(0, 181, 15))])
+    if kind == "all the same":
+        angles[:] = 0.7
+    elif kind == "one crowd":
+        angles = 1 + 0.3 * angles / 9
+    elif kind == "a crowd, and one sample at each probe but some":
+        angles = np.concatenate([1 + 0.2 * angles / 9, probes[:, 40:]], axis=1)
+    elif kind == "a crowd beside each probe":
+        angles = probes[:, random.integers(probes.shape[1], size=count)] + random.normal(0.03, 0.01, (4, count))
+    elif kind == "on the edges of a grid":
+        angles = np.radians(6) * np.floor(random.random((4, count)) * [[16], [60], [16], [60]])
+    angles[::2] = np.clip(angles[::2], 0, np.pi / 2)
+    return fitter.Samples(*angles, np.ones((angles.shape[1], 1)))
+
+
+@pytest.mark.parametrize("count", [1, 3, 500, 5000])
+@pytest.mark.parametrize("kind", ["anywhere", "all the same", "one crowd", "a crowd beside each probe",
+                                  "a crowd, and one sample at each probe but some", "on the edges of a grid"])
+def test_the_widest_hole_is_found_among_any_samples(random, kind, count):
+    samples = crowds(random, kind, count)
+    found = describe(samples)
+    assert found.gap == pytest.approx(every_distance(samples), abs=1e-5)
+    if len(samples) < 500:
+        assert nearest(samples, *np.radians(found.gap_at)) == pytest.approx(found.gap, abs=1e-5)
+
+
+def test_a_description_takes_a_few_times_the_memory_of_its_samples(random):
+    angles = random.random((4, 300_000)) * [[1.57], [6], [1.57], [6]]
+    samples = fitter.Samples(*angles, random.random((300_000, 3)), ("R", "G", "B"))
+    tracemalloc.start()
+    describe(samples)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 2 * (angles.nbytes + samples.values.nbytes)
+
+
+def test_azimuths_may_be_as_large_as_numbers_get():
+    samples = fitter.Samples([1.0], [-1.7e308], [1.0], [1.7e308], [[1.0]])
+    assert 0 <= describe(samples).gap <= 180
+
+
+def test_negative_and_saturated_values_are_counted(glossy):
+    values = glossy.values.copy()
+    values[:7, 0] = -0.01
+    values[:3, 1] = values.max() + 1
+    found = describe(replace(glossy, values=values))
+    assert (found.negative, found.saturated) == (7, 3)
+    assert describe(glossy).saturated == 0
+    assert describe(glossy, np.arange(len(glossy)) < 5).saturated == 15
+    assert found.count == len(glossy)
+    assert found.highest[1] == pytest.approx(values.max())
+    worrying = {label for label, _, worry in found.rows() if worry}
+    assert worrying == {"Negative", "Saturated"}
+
+
+def test_overflowed_pixels_are_known_from_the_files_beside(data, tmp_path):
+    from fitter.formats import overflowed
+
+    row = (data / "curet" / "abrdf.dat").read_text().splitlines()[0]
+    (tmp_path / "abrdf.dat").write_text(row)
+    assert overflowed(tmp_path / "abrdf.dat") is None
+    shares = np.zeros(205)
+    shares[[3, 77]] = 0.2
+    (tmp_path / "gover.dat").write_text("1 " + " ".join(map(str, shares)))
+    assert np.flatnonzero(overflowed(tmp_path / "abrdf.dat")).tolist() == [3, 77]
+
+
+class Glossy:
+    """A reflectance in closed form, with the `evaluate` of a fit."""
+
+    def evaluate(self, theta_i, phi_i, theta_o, phi_o):
+        cosine = np.cos(theta_i) * np.cos(theta_o) - np.sin(theta_i) * np.sin(theta_o) * np.cos(phi_o - phi_i)
+        return (0.1 + np.maximum(cosine, 0) ** 6)[..., None] * np.array([1.0, 0.5, 0.25]) / np.pi
+
+
+def test_albedo_is_the_integral_over_both_hemispheres(random):
+    n = 400_000
+    theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, n))))        # cosine-weighted
+    brute = np.pi * Glossy().evaluate(theta_i, np.zeros(n), theta_o, random.random(n) * 2 * np.pi).mean(axis=0)
+    np.testing.assert_allclose(stand_in.albedo(Glossy()), brute, rtol=0.01)
+
+
+def trowbridge_reitz(theta_i, theta_o, azimuth, color, f0, roughness):
+    """Lambertian and microfacets by vectors, one pair of directions at a time."""
+    alpha, values = roughness ** 2, []
+    for ti, to, phi in zip(theta_i, theta_o, azimuth, strict=True):
+        wi, wo = vector(ti, 0), vector(to, phi)
+        h = (wi + wo) / np.linalg.norm(wi + wo)
+        tan2 = (1 - h[2] ** 2) / h[2] ** 2
+        d = math.exp(-math.log(math.pi * alpha ** 2 * h[2] ** 4 * (1 + tan2 / alpha ** 2) ** 2))
+        hidden = [(math.sqrt(1 + alpha ** 2 * (1 - w[2] ** 2) / w[2] ** 2) - 1) / 2 for w in (wi, wo)]
+        fresnel = f0 + (1 - f0) * (1 - wi @ h) ** 5
+        values.append(np.array(color) / math.pi + d * fresnel / (1 + sum(hidden)) / (4 * wi[2] * wo[2]))
+    return np.array(values)
+
+
+@pytest.mark.parametrize(("color", "f0", "roughness"), [((0.4, 0.2, 0.1), 0.04, 0.4), ((0.05, 0.1, 0.5), 0.06, 0.7)])
+def test_the_principled_fallback_of_a_dielectric_is_that_dielectric(random, color, f0, roughness):
+    theta_i, theta_o, azimuth = random.random((3, 800)) * [[1.3], [1.3], [math.pi]]
+    values = trowbridge_reitz(theta_i, theta_o, azimuth, color, f0, roughness)
+    close = stand_in.principled(fitter.Samples(theta_i, 0 * theta_i, theta_o, azimuth, values, ("R", "G", "B")))
+    np.testing.assert_allclose(close.base_color, color, atol=0.01)
+    assert close.roughness == pytest.approx(roughness, abs=0.026)
+    assert close.metallic == 0
+    assert close.specular_level == pytest.approx(f0 / 0.08, abs=0.1)
+
+
+def test_a_metal_is_metallic(random):
+    theta_i, theta_o, azimuth = random.random((3, 800)) * [[1.3], [1.3], [math.pi]]
+    values = trowbridge_reitz(theta_i, theta_o, azimuth, (0, 0, 0), 0.8, 0.5)
+    close = stand_in.principled(fitter.Samples(theta_i, 0 * theta_i, theta_o, azimuth, values, ("R", "G", "B")))
+    assert close.metallic > 0.95
+    np.testing.assert_allclose(close.base_color, 0.8, atol=0.1)
+
+
+class Lambertian:
+    def evaluate(self, theta_i, phi_i, theta_o, phi_o):
+        shape = np.broadcast_shapes(*(np.shape(angle) for angle in (theta_i, phi_i, theta_o, phi_o)))
+        return np.full((*shape, 1), 0.5 / np.pi)
+
+
+def test_the_lit_sphere_of_a_lambertian_follows_the_cosine():
+    picture = pictures.lit_sphere(Lambertian(), 101)
+    assert picture[0, 0, 3] == 0                                        # around the sphere
+    assert picture[50, 50, 3] == 1
+    expected = sum(strength * toward[2] / np.linalg.norm(toward) for toward, strength in pictures._LIGHTS) / 2
+    assert picture[50, 50, 0] == pytest.approx(pictures.srgb(np.array(expected)), abs=0.01)
+    assert picture[70, 30, 0] > picture[30, 30, 0]                      # the key light is at the upper left
+
+
+def test_the_polar_plot_of_a_lambertian_is_a_half_circle_with_the_samples_on_it():
+    theta = np.radians([10, 40, 70])
+    samples = fitter.Samples(np.full(3, 0.7), np.zeros(3), theta, np.full(3, np.pi), np.full((3, 1), 0.5 / np.pi))
+    picture, shown = pictures.polar_plot(Lambertian(), samples, 0.6, 200)
+    assert shown == pytest.approx(0.7)
+    origin, radius = np.array([100, 54]), 92
+    for angle_from_normal in np.radians([-80, -45, 0, 45, 80]):
+        x, y = (origin + radius * np.array([math.sin(angle_from_normal), math.cos(angle_from_normal)])).astype(int)
+        assert picture[y - 1:y + 2, x - 1:x + 2, 0].max() > 0.7
+    assert np.all(picture[..., 3] == 1)
+
+
+def test_without_samples_near_the_plane_the_plot_shows_none():
+    samples = fitter.Samples([0.7], [0.0], [0.7], [np.pi / 2], [[1.0]])
+    assert math.isnan(pictures.polar_plot(Lambertian(), samples, 0.6, 64)[1])
+
+
+def test_the_plot_of_errors_marks_the_choice_at_its_place():
+    picture = pictures.error_plot([0, 1, 2], [1.0, 0.1, 0.01], (1, 0.1), 200)
+    marked = np.argwhere((picture[..., 0] > 0.95) & (picture[..., 2] < 0.3))
+    assert marked.mean(axis=0) == pytest.approx([0.53 * 200, 0.57 * 200], abs=1.5)

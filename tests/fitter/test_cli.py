@@ -1,0 +1,70 @@
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import fitter
+from support.checkout import ROOT
+
+
+def run(*arguments, **options):
+    return subprocess.run([sys.executable, "-m", "fitter", *map(str, arguments)], cwd=ROOT, capture_output=True,
+                          text=True, check=False, timeout=120, **options)
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    """An ASTM file of a Lambertian."""
+    path = tmp_path_factory.mktemp("cli") / "white.astm"
+    angles = np.random.default_rng(0).random((300, 3)) * [1.5, 1.5, 3.1]
+    rows = [f"{i:.6f},0,{o:.6f},{phi:.6f},0.25,0.5,0.75" for i, o, phi in angles]
+    path.write_text("\n".join(["SAMPLE_NAME White", "VARS theta_i,phi_i,theta_s,phi_s,R,G,B", *rows]))
+    return path
+
+
+def test_fit_then_info_then_bake(file, tmp_path):
+    fit, shader = tmp_path / "fit.npz", tmp_path / "fit.osl"
+    done = run("fit", file, "--preset", "Paper", "--diffuse-level", 2, "--specular-level", "none", "-o", fit)
+    assert done.returncode == 0, done.stderr
+    assert "White: level 2 by mba, channels R G B, 175 coefficients, 2,100 bytes" in done.stdout
+    np.testing.assert_allclose(fitter.Fit.load(fit).evaluate(0.4, 0, 0.6, 2), [0.25, 0.5, 0.75], atol=0.05)
+    assert "White" in run("info", file).stdout
+    assert run("info", fit).stdout.splitlines()[0] in done.stdout
+    assert run("bake", fit, "-o", shader).returncode == 0
+    assert "shader measured_brdf" in shader.read_text()
+
+
+def test_info_lists_curet_samples_and_describes_one(data):
+    listing = run("info", data / "curet" / "abrdf.dat").stdout
+    assert len(listing.splitlines()) == 62
+    assert "  15  aluminum foil" in listing
+    assert "205 direction pairs" in run("info", data / "curet" / "abrdf.dat", "--sample", "aluminum foil").stdout
+
+
+def test_a_fit_is_recognised_whatever_its_name(file, tmp_path):
+    assert run("fit", file, "--preset", "Draft", "-o", tmp_path / "fit.out").returncode == 0
+    assert run("info", tmp_path / "fit.out").stdout.startswith("White: (3,5,99) by kriging")
+
+
+def test_a_link_is_written_through(file, tmp_path):
+    (tmp_path / "link.npz").symlink_to(tmp_path / "target.npz")
+    assert run("fit", file, "-o", tmp_path / "link.npz").returncode == 0
+    assert (tmp_path / "link.npz").is_symlink()
+    assert (tmp_path / "target.npz").is_file()
+
+
+@pytest.mark.parametrize(("arguments", "expected"), [
+    (["fit", "FILE", "-o", "/dev/null"], "/dev/null: not a file"),
+    (["fit", "FILE", "-o", "."], "not a file"),
+    (["info", "none.dat"], "none.dat: cannot be read: No such file"),
+    (["fit", "FILE", "--diffuse-level", "9", "-o", "OUT"], "diffuse_level is 9"),
+    (["fit", "FILE", "-o", "/nowhere/fit.npz"], "/nowhere/fit.npz: No such file"),
+    (["bake", "FILE", "-o", "OUT"], "not a fit")])
+def test_errors_are_one_line_and_exit_code_1(file, tmp_path, arguments, expected):
+    places = {"FILE": str(file), "OUT": str(tmp_path / "out.npz")}
+    done = run(*(places.get(argument, argument) for argument in arguments))
+    assert done.returncode == 1
+    assert expected in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,271 @@
+"""Whole pictures of spheres, through the add-on, against numerical integration of `Fit.evaluate`."""
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+
+import fitter
+from support.spheres import normals, reflected
+from support.stage import add_lamp, add_sphere, background, black_scene, material_for, render, set_input
+
+SIZE = 96
+FROM_THE_LEFT = math.radians(60)
+LAMP = np.array([-3.0, 0.0, 2.0])
+POWER = 100.0
+AREA_SIDE = 2.0
+
+
+def sphere_scene(blender, fit, samples):
+    scene = black_scene(SIZE, SIZE, samples, span=2)
+    scene.cycles.max_bounces = 0
+    add_sphere().data.materials.append(material_for(fit))
+    return scene
+
+
+def picture_mean(values, resolution):
+    return np.broadcast_to(values.sum(axis=0) / resolution**2, 3)
+
+
+def mean_under_sun(fit, angle=FROM_THE_LEFT):
+    n = normals(400)
+    toward = np.array([-math.sin(angle), 0, math.cos(angle)])
+    return picture_mean(reflected(fit, n, np.broadcast_to(toward, n.shape)), 400)
+
+
+def mean_under_point(fit, resolution=400, at=LAMP):
+    n = normals(resolution)
+    away = at - n
+    distance = np.linalg.norm(away, axis=1, keepdims=True)
+    return picture_mean(reflected(fit, n, away / distance) * POWER / (4 * math.pi * distance**2), resolution)
+
+
+def mean_under_area(fit):
+    facing = -LAMP / np.linalg.norm(LAMP)
+    across = np.array([0.0, 1, 0])
+    up = np.cross(facing, across)
+    n = normals(100)
+    steps = ((np.arange(12) + 0.5) / 12 - 0.5) * AREA_SIDE
+    total = 0
+    for s in steps:
+        for t in steps:
+            away = LAMP + s * across + t * up - n
+            distance = np.linalg.norm(away, axis=1, keepdims=True)
+            toward = away / distance
+            form = (-toward @ facing)[:, None].clip(0) / distance**2
+            total = total + reflected(fit, n, toward) * form / len(steps) ** 2
+    return picture_mean(total * POWER / math.pi, 100)
+
+
+def mean_under_world(fit):
+    theta_o = np.linspace(0, math.pi / 2, 91)[:, None, None]
+    r = np.sqrt((np.arange(100) + 0.5) / 100)[:, None]
+    phi = (np.arange(100) + 0.5) / 100 * math.pi
+    albedo = math.pi * np.maximum(fit.evaluate(np.arcsin(r), 0, theta_o, phi), 0).mean(axis=(1, 2))
+    at = np.arccos(normals(400)[:, 2])
+    return picture_mean(np.stack([np.interp(at, theta_o.ravel(), column) for column in albedo.T], axis=1), 400)
+
+
+def sun(**settings):
+    add_lamp("SUN", 1, rotation=(0, -FROM_THE_LEFT, 0), **settings)
+
+
+def point(radius):
+    add_lamp("POINT", POWER, LAMP, shadow_soft_size=radius)
+
+
+def area():
+    add_lamp("AREA", POWER, LAMP, (0, -math.atan2(3, 2), 0), shape="SQUARE", size=AREA_SIDE)
+
+
+LIGHTS = {
+    "world": (lambda: background(bpy.context.scene, 1), mean_under_world, 48, 0.01),
+    "sun": (lambda: sun(angle=math.radians(0.526)), mean_under_sun, 16, 0.01),
+    "sun without a size": (lambda: sun(angle=0), mean_under_sun, 16, 0.01),
+    "point lamp": (lambda: point(0.1), mean_under_point, 16, 0.01),
+    "point lamp without a size": (lambda: point(0), mean_under_point, 16, 0.01),
+    "area lamp": (area, mean_under_area, 192, 0.012),
+}
+
+
+@pytest.fixture(scope="module")
+def fits(curet, cornell):
+    return {"foil": fitter.fit(curet("aluminum foil")), "krylon": fitter.fit(cornell("krylon_blue_RGB"))}
+
+
+@pytest.mark.parametrize("material", ["foil", "krylon"])
+@pytest.mark.parametrize("light", LIGHTS)
+def test_the_mean_of_a_sphere_is_that_of_numerical_integration(blender, fits, material, light):
+    set_up, integrate, samples, tolerance = LIGHTS[light]
+    fit = fits[material]
+    scene = sphere_scene(blender, fit, samples)
+    set_up()
+    picture = render(scene)[..., :3]
+    ratio = picture.mean(axis=(0, 1)) / integrate(fit)
+    print(f"{material}, {light}: rendered / integrated = {ratio}")
+    assert ratio == pytest.approx([1, 1, 1], abs=tolerance)
+
+
+def test_a_sphere_under_the_sun_is_right_pixel_by_pixel(blender, fits):
+    fit = fits["krylon"]
+    scene = sphere_scene(blender, fit, 16)
+    sun(angle=0)
+    picture = render(scene)[..., :3]
+    x = (np.arange(SIZE) + 0.5) / SIZE * 2 - 1
+    x, y = np.meshgrid(x, -x)
+    inside = x**2 + y**2 < 0.9
+    n = np.stack([x, y, np.sqrt(np.maximum(1 - x**2 - y**2, 0))], axis=-1)[inside]
+    toward = np.array([-math.sin(FROM_THE_LEFT), 0, math.cos(FROM_THE_LEFT)])
+    expected = reflected(fit, n, np.broadcast_to(toward, n.shape))
+    lit = (n @ toward) > 0.1
+    error = np.abs(picture[inside] - expected)[lit] / (expected[lit] + 0.02 * expected.max())
+    assert np.median(error) < 0.01
+    assert np.quantile(error, 0.99) < 0.1
+
+
+STALE = [((-0.5, 0.3, 0.8), -0.05, 1), ((1.0, 2.0, 3.0), 0.2, 5), ((2.0, 2.0, 1.0), 1.0, 5)]
+
+
+def test_a_stale_lamp_costs_noise_and_not_correctness(blender, extension, fits):
+    """Lobes that stand where no lamp is any more: the drawn directions make up for them."""
+    lamps = extension.addon.lamps
+    means = []
+    for known in ([], STALE):
+        scene = sphere_scene(blender, fits["krylon"], 96)
+        background(scene, 1)
+        tree = lamps.node_tree()
+        lamps.unregister()
+        try:
+            lamps.store(tree, known)
+            means.append(render(scene)[..., :3].mean(axis=(0, 1)))
+        finally:
+            lamps.register()
+        assert tree.animation_data is None
+        assert stored(tree) == known, "not the stale lamps were rendered"
+    np.testing.assert_allclose(means[1], means[0], rtol=0.005)
+
+
+def stored(tree):
+    """The lamps that a group holds, as `lamps.store` takes them."""
+    value = {node.name: [socket.default_value for socket in node.inputs] for node in tree.nodes
+             if node.type == "COMBXYZ"}
+    count = round(tree.nodes["Lamps"].outputs[0].default_value)
+    return [(tuple(round(x, 6) for x in value[f"Lamp{number}"]),
+             *(round(x, 6) for x in value[f"Extent{number}"][:2])) for number in range(1, count + 1)]
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.005, 0.03])
+def test_lamps_close_together_are_not_counted_twice(blender, fits, apart):
+    fit = fits["foil"]
+    scene = sphere_scene(blender, fit, 16)
+    for side in (-1, 1):
+        add_lamp("SUN", 0.5, rotation=(0, -FROM_THE_LEFT + side * apart / 2, 0), angle=0)
+    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(mean_under_sun(fit), rel=0.01)
+
+
+def test_tint_multiplies_what_is_rendered(blender, fits):
+    pictures = []
+    for tint in ((1, 1, 1, 1), (0.5, 0.25, 1, 1)):
+        scene = sphere_scene(blender, fits["foil"], 16)
+        sun(angle=0)
+        material = blender.context.object.data.materials[0]
+        next(n for n in material.node_tree.nodes if n.type == "GROUP").inputs["Tint"].default_value = tint
+        pictures.append(render(scene)[..., :3].mean(axis=(0, 1)))
+    np.testing.assert_allclose(pictures[1] / pictures[0], [0.5, 0.25, 1], rtol=2e-3)
+
+
+def test_the_normal_input_turns_the_surface(blender, fits):
+    """A plane whose shading normal leans toward the lamp is lit as a plane that leans."""
+    fit = fits["krylon"]
+    lean = math.radians(30)
+    normal = np.array([-math.sin(lean), 0, math.cos(lean)])
+    scene = black_scene(8, 8, samples=64, span=1)
+    sun(angle=0)
+    blender.ops.mesh.primitive_plane_add(size=4)
+    material = material_for(fit)
+    blender.context.object.data.materials.append(material)
+    nodes = material.node_tree.nodes
+    vector = nodes.new("ShaderNodeCombineXYZ")
+    for socket, value in zip(vector.inputs, normal, strict=True):
+        socket.default_value = value
+    group = next(n for n in nodes if n.type == "GROUP")
+    material.node_tree.links.new(vector.outputs[0], group.inputs["Normal"])
+    toward = np.array([[-math.sin(FROM_THE_LEFT), 0, math.cos(FROM_THE_LEFT)]])
+    expected = reflected(fit, normal[None], toward)[0]
+    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_a_white_surface_neither_loses_nor_gains_light(blender, exact):
+    """All that a fit of albedo 1, to a percent or so, reflects of a white world comes back."""
+    theta = np.linspace(0, 1.5, 12)
+    theta_i, theta_o, phi_o = (grid.ravel() for grid in np.meshgrid(theta, theta, np.linspace(0, math.pi, 12)))
+    values = np.full((len(theta_i), 1), 1 / math.pi)
+    white = fitter.Samples(theta_i, np.zeros_like(theta_i), theta_o, phi_o, values, ("grey",), "white", "synthetic")
+    fit = fitter.fit(white, 3, None)
+    scene = sphere_scene(blender, fit, 64)
+    set_input(blender.context.object.data.materials[0], "Exact", exact)
+    background(scene, 1)
+    expected = mean_under_world(fit).mean()
+    assert expected == pytest.approx(math.pi / 4, rel=0.02)
+    assert render(scene)[..., :3].mean() == pytest.approx(expected, rel=0.005)
+
+
+def test_more_lamps_without_a_size_than_lobes_still_give_all_their_light(blender, fits):
+    """Lamps are then taken at random, the sum of which is right in the mean."""
+    fit = fits["foil"]
+    angles = np.radians(np.linspace(-50, 60, 12))
+    scene = sphere_scene(blender, fit, 128)
+    for number, angle in enumerate(angles):
+        add_lamp("SUN", 1 + number % 3, rotation=(0, -angle, 0), angle=0)
+    expected = sum((1 + number % 3) * mean_under_sun(fit, angle) for number, angle in enumerate(angles))
+    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.005)
+
+
+def test_fast_is_as_close_as_it_says_and_right_at_small_lamps(blender, fits):
+    from measured_brdf.addon.materials import node_group
+
+    fit = fits["foil"]
+    scene = sphere_scene(blender, fit, 64)
+    material = blender.context.object.data.materials[0]
+    set_input(material, "Exact", False)
+    background(scene, 1)
+    group = next(n for n in material.node_tree.nodes if n.type == "GROUP").node_tree
+    told = group[node_group.FAST_ERROR]
+    assert render(scene)[..., :3].mean() == pytest.approx(mean_under_world(fit).mean(), rel=told)
+    assert 0 < told < 0.1
+    background(scene, 0)
+    sun(angle=0)
+    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(mean_under_sun(fit), rel=0.005)
+
+
+def test_strength_multiplies_what_is_rendered(blender, fits):
+    scene = sphere_scene(blender, fits["foil"], 16)
+    sun(angle=0)
+    before = render(scene)[..., :3].mean()
+    set_input(blender.context.object.data.materials[0], "Strength", 0.5)
+    assert render(scene)[..., :3].mean() == pytest.approx(0.5 * before, rel=2e-3)
+
+
+def test_back_faces_and_uneven_scales_are_lit_as_the_surface_they_show(blender, fits):
+    means = []
+    for turn, scale in ((0, (1, 1, 1)), (math.pi, (1, 1, 1)), (0, (3, 0.5, 2))):
+        scene = black_scene(8, 8, samples=64, span=0.5)
+        sun(angle=0)
+        blender.ops.mesh.primitive_plane_add(size=4, rotation=(turn, 0, 0))
+        blender.context.object.scale = scale
+        blender.context.object.data.materials.append(material_for(fits["krylon"]))
+        means.append(render(scene)[..., :3].mean())
+    assert means[1] == pytest.approx(means[0], rel=2e-3)
+    assert means[2] == pytest.approx(means[0], rel=2e-3)
+
+
+def test_light_from_below_the_horizon_does_not_leak(blender, fits):
+    """Lobes lean over the horizon; what stands there must not shine through a plane."""
+    scene = black_scene(8, 8, samples=64, span=0.5)
+    scene.camera.rotation_euler, scene.camera.location = (1.3, 0, 0), (0, -9, 2.5)
+    blender.ops.mesh.primitive_plane_add(size=4)
+    blender.context.object.data.materials.append(material_for(fits["foil"]))
+    add_lamp("SUN", 1, rotation=(-math.radians(95), 0, 0), angle=0.1)
+    assert render(scene)[..., :3].mean() < 1e-3

@@ -1,0 +1,225 @@
+"""Where the shader could go wrong: directions on an axis, on the horizon and below it, and noise without a cause.
+
+Planes and parts of the shader, against integrals of `Fit.evaluate` and geometry in NumPy.
+"""
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Matrix, Vector
+
+import fitter
+from fitter.cycles import closure_mixture, direction_grid
+from support.osl_probe import probe_osl
+from support.spheres import normals, reflected
+from support.stage import add_lamp, add_sphere, background, black_scene, material_for, render, set_input
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+@pytest.fixture(scope="module")
+def foil(curet):
+    return fitter.fit(curet("aluminum foil"))
+
+
+@pytest.fixture
+def probe(blender):
+    from measured_brdf.addon.materials import osl_support
+
+    assert not osl_support.missing()
+    return probe_osl
+
+
+def leaning(degrees, azimuth=180.0):
+    """A unit vector so far from the z axis."""
+    theta, phi = math.radians(degrees), math.radians(azimuth)
+    return np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
+
+
+def add_sun(toward, strength=1.0, angle=0.0):
+    add_lamp("SUN", strength, rotation=Vector(toward).to_track_quat("Z", "Y").to_euler(), angle=angle)
+
+
+def plane(fit, samples, normal=None, size=8):
+    """A plane that fills the picture, its normal toward the viewer; its shading normal may be given."""
+    scene = black_scene(size, size, samples, span=0.5)
+    scene.cycles.max_bounces = 0
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    material = material_for(fit)
+    bpy.context.object.data.materials.append(material)
+    if normal is not None:
+        vector = material.node_tree.nodes.new("ShaderNodeCombineXYZ")
+        for socket, value in zip(vector.inputs, normal, strict=True):
+            socket.default_value = value
+        group = next(node for node in material.node_tree.nodes if node.type == "GROUP")
+        material.node_tree.links.new(vector.outputs[0], group.inputs["Normal"])
+    return scene
+
+
+def colours(scene):
+    """(pixels, 3)"""
+    return render(scene)[..., :3].reshape(-1, 3).astype(float)
+
+
+def over_disk(fit, normal, toward, radius):
+    """Mean of what is reflected over a sun's disk, of which what is below the horizon gives nothing: (channels,)."""
+    across = np.cross(toward, leaning(37, 20))
+    across /= np.linalg.norm(across)
+    r = radius * np.sqrt((np.arange(60) + 0.5) / 60)[:, None]
+    turn = 2 * np.pi * (np.arange(90) + 0.5) / 90
+    w = toward + (np.tan(r) * np.cos(turn))[..., None] * across + (np.tan(r) * np.sin(turn))[..., None] * np.cross(
+        toward, across)
+    w = (w / np.linalg.norm(w, axis=-1, keepdims=True)).reshape(-1, 3)
+    return reflected(fit, np.broadcast_to(normal, w.shape), w).mean(axis=0)
+
+
+@pytest.mark.parametrize("turned", [Matrix(), Matrix(((0, 0, 1, 0), (0, 1, 0, 0), (-1, 0, 0, 0), (0, 0, 0, 1)))])
+def test_a_viewer_on_the_normal_sees_what_was_measured(blender, foil, turned):
+    """Where the direction to the viewer has no azimuth, with the normal along z and along x."""
+    scene = plane(foil, 4)
+    toward = leaning(40, 130)
+    add_sun(toward)
+    for item in scene.objects:
+        if item.type == "MESH":
+            item.data.transform(turned)     # exactly: rotations of objects are rounded
+        else:
+            item.matrix_world = turned @ item.matrix_basis
+    expected = reflected(foil, UP[None], toward[None])
+    assert colours(scene) == pytest.approx(np.broadcast_to(expected, (64, 3)), rel=2e-4)
+
+
+def test_a_normal_that_is_turned_away_is_seen_at_grazing_incidence(blender, foil):
+    scene = plane(foil, 4, leaning(100))
+    toward = leaning(60)
+    add_sun(toward)
+    expected = reflected(foil, leaning(89.94)[None], toward[None])
+    assert colours(scene) == pytest.approx(np.broadcast_to(expected, (64, 3)), rel=0.02)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.02])
+def test_a_lamp_below_the_horizon_of_the_shading_normal_gives_nothing(blender, foil, angle):
+    scene = plane(foil, 64, leaning(40, 0))
+    add_sun(leaning(54), angle=angle)
+    assert np.abs(colours(scene)).max() < 1e-6
+
+
+@pytest.mark.parametrize("below", [-1.0, 1.0])
+def test_a_lamp_that_stands_half_below_the_horizon_gives_what_is_above_it(blender, foil, below):
+    normal, toward = leaning(40, 0), leaning(50 + below)
+    scene = plane(foil, 256, normal, size=16)
+    add_sun(toward, angle=0.1)
+    expected = over_disk(foil, normal, toward, 0.05)
+    assert colours(scene).mean(axis=0) == pytest.approx(np.broadcast_to(expected, 3), rel=0.05)
+
+
+def test_a_lamp_on_the_normal_is_reflected_from_all_of_its_disk(blender, foil):
+    scene = plane(foil, 64)
+    viewer = leaning(30, 0)
+    scene.camera.location, scene.camera.rotation_euler = 10 * viewer, (0, math.radians(30), 0)
+    add_sun(UP, angle=0.11)
+    normal = leaning(30)                # as seen from above, for `reflected`
+    expected = over_disk(foil, normal, normal, 0.055)
+    assert abs(expected / reflected(foil, normal[None], normal[None])[0] - 1).max() > 0.1, "its middle would do"
+    assert colours(scene).mean(axis=0) == pytest.approx(np.broadcast_to(expected, 3), rel=0.01)
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.2])
+def test_two_lamps_in_one_place_give_twice_the_light_where_the_mixture_is_not_the_fit(blender, foil, apart):
+    """The lobe of the second carries only what that of the first leaves."""
+    normal = leaning(70, 0)
+    scene = plane(foil, 64, normal)
+    lamps = [leaning(10 + apart * side, 0) for side in (-1, 1)]
+    for toward in lamps:
+        add_sun(toward)
+    expected = sum(reflected(foil, normal[None], toward[None])[0] for toward in lamps)
+    assert colours(scene).mean(axis=0) == pytest.approx(np.broadcast_to(expected, 3), rel=0.02)
+
+
+def test_lamps_are_known_as_long_as_a_part_of_them_is_above_the_horizon(probe, foil):
+    """Suns and balls at elevations about their radius; a point inside a ball sees it everywhere."""
+    radius = np.tile([0.0, 0.05, 0.3], 7)
+    elevation = np.repeat([-0.4, -0.2, -0.03, 0.02, 0.06, 0.5, 1.5], 3)
+    code = """if (pixel < 21) {
+        float e = ELEVATION[pixel], s = max(RADIUS[pixel], 1e-6);
+        vector toward[MAX_LAMPS]; float radius[MAX_LAMPS]; float light[MAX_LAMPS]; int suns = 0, balls = 0;
+        vector x = vector(1.0, 0.0, 0.0), y = vector(0.0, 1.0, 0.0), z = vector(0.0, 0.0, 1.0);
+        vector wo = normalize(vector(0.6, 0.3, 0.8)), w = vector(cos(e), 0.0, sin(e));
+        note_lamp(w, vector(-s, 2.0, 0.0), point(1.0), x, y, z, wo, toward, radius, light, suns);
+        note_lamp(point(1.0) + 10.0 * w, vector(10.0 * sin(s), 2.0, 0.0), point(1.0), x, y, z, wo, toward, radius,
+                  light, balls);
+        out = color(suns, balls, balls * light[0]); }"""
+    suns, balls, light = probe(foil, code, 21, ELEVATION=elevation, RADIUS=radius).T
+    above = elevation > -radius
+    assert 5 < above.sum() < 20
+    np.testing.assert_array_equal(suns, above)
+    np.testing.assert_array_equal(balls, above)
+    assert (light[above] > 0).all(), "lamps are taken by their light"
+    inside = """vector toward[MAX_LAMPS]; float radius[MAX_LAMPS]; float light[MAX_LAMPS]; int count = 0;
+        note_lamp(point(1.3, 1.0, 0.5), vector(1.0, 2.0, 0.0), point(1.0), vector(1.0, 0.0, 0.0),
+                  vector(0.0, 1.0, 0.0), vector(0.0, 0.0, 1.0), normalize(vector(0.6, 0.3, 0.8)), toward, radius, light,
+                  count);
+        out = color(count, radius[0], 0.0);"""
+    np.testing.assert_allclose(probe(foil, inside, 1)[0, :2], [1, np.pi / 2], rtol=1e-6)
+
+
+def test_a_lamp_without_a_size_adds_no_noise(blender, foil):
+    """Its lobe is exact, and is not followed in the place of what finds the light around."""
+    noise = []
+    for strength in (0, 5):
+        scene = plane(foil, 16, size=32)
+        background(scene, 1)
+        add_sun(leaning(50, 200), strength)
+        noise.append(colours(scene).std())
+    assert noise[1] < 1.2 * noise[0]
+
+
+def test_a_lamp_with_a_lobe_is_not_drawn_at_as_well(blender, foil):
+    """The drawn direction is 0 there: what it would carry is nothing in the mean, and fireflies in a picture."""
+    scene = black_scene(96, 96, 64, span=2)
+    scene.cycles.max_bounces = 0
+    add_sphere().data.materials.append(material_for(foil))
+    toward = leaning(60)
+    add_sun(toward, angle=0.02)
+    picture = render(scene)[..., 0]
+    n = normals(96)
+    brightest = reflected(foil, n, np.broadcast_to(toward, n.shape)).max()
+    assert picture.max() < 1.2 * brightest
+
+
+def test_fast_is_the_mixture_and_nothing_drawn(blender, foil):
+    """Under a lamp that is too large for a lobe, where the mixture differs from the fit."""
+    view, cone = 20, 0.7
+    theta_o, to = direction_grid.views()[view], direction_grid.grid()
+    toward = math.degrees(theta_o) - 45                     # 45 degrees from the normal, on the viewer's side
+    lit = np.where(to.unit @ leaning(45, 0) > math.cos(cone), to.solid_angle, 0)
+    mixture = closure_mixture.evaluate(closure_mixture.closure_mixture(foil), view, theta_o, to.unit)[:, 0] @ lit
+    fitted = (foil.evaluate(to.theta, to.phi, theta_o, 0)[:, 0] * np.cos(to.theta)) @ lit
+    assert mixture < 0.95 * fitted
+    means = []
+    for exact in (False, True):
+        scene = plane(foil, 256, leaning(math.degrees(theta_o), 0), size=16)
+        set_input(bpy.context.object.data.materials[0], "Exact", exact)
+        add_sun(leaning(toward, 0), angle=2 * cone)
+        means.append(colours(scene).mean())
+    assert means[0] / means[1] == pytest.approx(mixture / fitted, rel=0.015)
+
+
+def test_every_direction_has_a_cell(probe, foil):
+    """Those on the edges of the table too: on the normal, on the horizon, and in the plane of incidence."""
+    theta = np.radians([0, 20, 45, 70, 90])[:, None]
+    phi = np.radians([0, 30, 90, 150, 180, -180, -150, -90])
+    w = np.stack(np.broadcast_arrays(np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)),
+                 axis=-1).reshape(-1, 3).astype(np.float32)
+    w[w[:, 2] < 1e-6, 2] = 0
+    found = probe(foil, """if (pixel < 40) {
+        vector w = vector(W[3 * pixel], W[3 * pixel + 1], W[3 * pixel + 2]);
+        out = color(cell_of(w), DRAW_SECTORS, DRAW_RINGS); }""", len(w), W=w)
+    cell, sectors, rings = found[:, 0], found[0, 1], found[0, 2]
+    ring = np.clip(np.sqrt(1 - w[:, 2]) * rings, 0, rings - 1e-3)
+    sector = np.clip((np.abs(np.arctan2(w[:, 1], -w[:, 0])) / np.pi) ** (2 / 3) * sectors, 0, sectors - 1e-3)
+    assert (np.abs(ring - (cell // sectors + 0.5)) < 0.5 + 2e-3).all()
+    tilted = w[:, 2] < 1                # on the normal any sector will do
+    assert (np.abs(sector - (cell % sectors + 0.5)) < 0.5 + 2e-3)[tilted].all()
+    assert (cell < sectors * rings).all()

@@ -1,0 +1,171 @@
+"""The zip, as a user gets it: built and checked by Blender's own tools, installed into a clean profile, and used."""
+
+import ast
+import os
+import subprocess
+import sys
+import tomllib
+import zipfile
+
+import pytest
+
+from support.checkout import ROOT
+
+TOOL = ROOT / "tools" / "blender_extension.py"
+
+
+USE_IT = """
+import math, sys
+import bpy
+
+package, measurements, picture = sys.argv[1:]
+bpy.ops.wm.read_factory_settings(use_empty=True)
+assert bpy.ops.extensions.package_install_files(
+    filepath=package, repo="user_default", enable_on_install=True) == {"FINISHED"}
+assert "bl_ext.user_default.measured_brdf" in bpy.context.preferences.addons
+scene = bpy.context.scene
+bpy.ops.measured_brdf.enable_osl()
+bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32)
+assert bpy.ops.measured_brdf.import_data(filepath=measurements, diffuse_level=3, specular_level=5) == {"FINISHED"}
+material = bpy.context.object.active_material
+print("COEFFICIENTS", material.measured_brdf.coefficients)
+light = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+light.data.energy = 3
+camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+camera.data.type, camera.data.ortho_scale, camera.location = "ORTHO", 2, (0, 0, 5)
+scene.collection.objects.link(light), scene.collection.objects.link(camera)
+scene.camera = camera
+scene.cycles.samples = 8
+scene.cycles.use_denoising = False          # it guesses, in a picture this small
+scene.render.resolution_x = scene.render.resolution_y = 16
+scene.render.film_transparent = True
+scene.render.image_settings.file_format = "OPEN_EXR"
+scene.render.filepath = picture
+bpy.ops.render.render(write_still=True)
+image = bpy.data.images.load(picture)
+middle = 4 * (8 * 16 + 8)
+print("MIDDLE", image.pixels[middle], image.pixels[middle + 3])
+bpy.ops.preferences.addon_disable(module="bl_ext.user_default.measured_brdf")
+assert not hasattr(bpy.types.Material, "measured_brdf")
+bpy.ops.preferences.addon_enable(module="bl_ext.user_default.measured_brdf")
+assert hasattr(bpy.types.Material, "measured_brdf")
+assert bpy.ops.extensions.package_uninstall(repo_index=next(
+    i for i, repo in enumerate(bpy.context.preferences.extensions.repos) if repo.module == "user_default"),
+    pkg_id="measured_brdf") == {"FINISHED"}
+assert not hasattr(bpy.types.Material, "measured_brdf")
+print("UNINSTALLED")
+"""
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    path = tmp_path_factory.mktemp("zip") / "measured_brdf.zip"
+    subprocess.run([sys.executable, TOOL, "build", "--source-dir", ROOT, "--output-filepath", path], check=True)
+    return path
+
+
+def test_blender_finds_the_package_valid(package):
+    done = subprocess.run([sys.executable, TOOL, "validate", package], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_package_holds_the_extension_and_nothing_else(package):
+    names = zipfile.ZipFile(package).namelist()
+    assert {name.split("/")[0] for name in names} == {"__init__.py", "__main__.py", "LICENSE", "README.md",
+                                                      "addon", "blender_manifest.toml", "docs", "fitter", "osl"}
+    assert "docs/manual.md" in names
+    assert {"fitter/cli.py", "fitter/cycles/bake.py", "fitter/formats/data/cie_1931_d65.csv"} <= set(names)
+    assert not [name for name in names if name.startswith("fitter/report")]
+    assert not [name for name in names if name.endswith((".pyc", ".zip"))]
+    manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text())
+    assert (manifest["id"], manifest["license"]) == ("measured_brdf", ["SPDX:GPL-3.0-or-later"])
+
+
+def test_no_module_of_the_package_imports_what_was_left_out_of_it(package):
+    with zipfile.ZipFile(package) as file:
+        for name in file.namelist():
+            if name.endswith(".py"):
+                imported = _imported(file.read(name).decode())
+                assert not imported & {"report", "koenderink", "lafortune", "ringing"} or name == "fitter/cli.py", name
+
+
+def _imported(source):
+    """Every name and module that a source imports, but for the dots."""
+    found = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            names = {alias.name for alias in node.names} | {getattr(node, "module", None) or ""}
+            found |= {part for name in names for part in name.split(".")}
+    return found
+
+
+def test_the_command_line_works_without_the_report_and_says_that_it_lacks_it(package, glossy, write_astm, tmp_path):
+    with zipfile.ZipFile(package) as file:
+        file.extractall(tmp_path / "unpacked")
+    write_astm(tmp_path / "glossy.astm", glossy)
+
+    def run(*arguments):
+        return subprocess.run([sys.executable, "-m", "fitter", *arguments], cwd=tmp_path / "unpacked",
+                              capture_output=True, text=True, check=False, timeout=120)
+
+    assert "not included in the extension" in " ".join(run("--help").stdout.split())
+    assert "direction pairs" in run("info", tmp_path / "glossy.astm").stdout
+    fitted = run("fit", tmp_path / "glossy.astm", "--preset", "Draft", "-o", tmp_path / "fit.npz")
+    assert fitted.returncode == 0, fitted.stderr
+    assert run("bake", tmp_path / "fit.npz", "-o", tmp_path / "fit.osl").returncode == 0
+    assert "shader measured_brdf" in (tmp_path / "fit.osl").read_text()
+    reported = run("report", tmp_path / "glossy.astm")
+    assert reported.returncode == 1
+    assert "development tool that is not included in the extension" in reported.stderr
+    assert len(reported.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("module", ["fitter", "fitter.cli"])
+def test_the_command_line_imports_no_report_and_nothing_that_only_reports_need(module):
+    done = subprocess.run([sys.executable, "-c", f"import sys, {module}; print(*sys.modules)"], cwd=ROOT,
+                          capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split())
+    assert module in loaded
+    assert not [name for name in loaded if name.split(".")[0] in {"scipy", "matplotlib"}
+                or name.startswith(("fitter.report", "fitter.koenderink", "fitter.lafortune", "fitter.ringing"))]
+
+
+def test_inside_the_extension_only_what_blender_has_is_imported_and_only_relatively():
+    allowed = {"bmesh", "bpy", "bpy_extras", "mathutils", "numpy", "cycles", "_cycles", *sys.stdlib_module_names}
+    for path in [*ROOT.glob("addon/**/*.py"), *ROOT.glob("fitter/**/*.py")]:
+        for line in path.read_text().splitlines():
+            words = line.split()
+            if words[:1] in (["import"], ["from"]) and not words[1].startswith(".") and len(words) > 1:
+                module = words[1].split(".")[0].rstrip(",")
+                lazy = module in {"scipy", "matplotlib"} and line.startswith(" ")
+                assert module in allowed or lazy, f"{path.name}: {line}"
+                assert "addon" in path.parts or module != "bpy", f"{path.name}: {line}"
+
+
+def test_installed_from_the_zip_into_a_clean_profile_it_works_and_goes_again(package, tmp_path):
+    measurements = tmp_path / "white.astm"
+    rows = [f"{i / 10},0,{o / 10},{p / 3},0.25,0.25,0.25" for i in range(1, 15) for o in range(15) for p in range(10)]
+    measurements.write_text("\n".join(["VARS theta_i,phi_i,theta_s,phi_s,R,G,B", *rows]))
+    environment = {**os.environ, "BLENDER_USER_RESOURCES": str(tmp_path / "profile")}
+    done = subprocess.run([sys.executable, "-c", USE_IT, package, measurements, tmp_path / "picture.exr"],
+                          env=environment, capture_output=True, text=True, check=False, timeout=300, cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "UNINSTALLED" in done.stdout
+    radiance, alpha = map(float, done.stdout.split("MIDDLE ")[1].split()[:2])
+    assert alpha == pytest.approx(1)
+    assert radiance == pytest.approx(3 * 0.25, rel=0.02)
+    assert not (ROOT / "profile").exists()
+
+
+def test_a_day_with_the_installed_extension(package, glossy, write_astm, tmp_path):
+    """Drop, cancel, undo, redo, copy, refit, save, reload, append, link, and a batch with one broken file of ten."""
+    folder = tmp_path / "data"
+    folder.mkdir()
+    for number in range(9):
+        write_astm(folder / f"{number}.astm", glossy, f"paint {number}")
+    (folder / "9.astm").write_text("nonsense")
+    environment = {**os.environ, "BLENDER_USER_RESOURCES": str(tmp_path / "profile")}
+    done = subprocess.run([sys.executable, ROOT / "tests" / "project" / "habits.py", package, folder], env=environment,
+                          capture_output=True, text=True, check=False, timeout=300, cwd=tmp_path)
+    assert "DONE" in done.stdout, done.stdout + done.stderr
+    assert done.returncode == 0, done.stdout + done.stderr
