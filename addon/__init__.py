@@ -1,12 +1,12 @@
 """The Blender side: everything that imports bpy. Domain code is in `fitter`, which never does."""
 
 from . import command, manual, operators, preferences
-from .jobs import icons, queue
-from .materials import checks, properties
+from .jobs import icons, process, queue
+from .materials import properties
 from .scene import lamps
 from .ui import panels
 
-_MODULES = (properties, preferences, icons, operators, panels, checks, lamps, manual, command)
+_MODULES = (properties, preferences, icons, operators, panels, lamps, manual, command)
 
 
 def register():
@@ -16,5 +16,6 @@ def register():
 
 def unregister():
     queue.unregister()
+    process.unregister()
     for module in reversed(_MODULES):
         module.unregister()

@@ -5,7 +5,7 @@ import numpy as np
 
 import fitter
 from demo_scenes.__main__ import lit_sphere, suzanne
-from fitter.methods.bilevel import notation
+from fitter.model.fit import notation
 from support import sheet
 from support.stage import material_for, render
 

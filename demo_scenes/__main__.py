@@ -6,11 +6,10 @@ import time
 
 import bpy
 
-from fitter.methods.bilevel import notation
+from fitter.model.fit import notation
+from support import sheet, synthetic
 from support.checkout import ROOT, extension
-
-from ..support import sheet, synthetic
-from ..support.stage import add_lamp, add_sphere, background, black_scene, render
+from support.stage import add_lamp, add_sphere, background, black_scene, render
 
 OUT = ROOT / "build" / "demo"
 PAPER = {"preset": "Paper"}

@@ -7,8 +7,9 @@
 
 from .errors import DatasetError
 from .formats import load
-from .methods.bilevel import Fit, fit
+from .methods import fit
 from .methods.tolerance import fit_within
+from .model.fit import Fit
 from .presets import PRESETS
 from .quality.metrics import ErrorMetrics, channel_metrics, error_metrics
 from .samples import Samples

@@ -11,7 +11,7 @@ from . import fit as fit_samples
 from .cycles.bake import bake
 from .files import replacing
 from .formats import list_samples, overflowed
-from .methods.bilevel import METHODS, notation
+from .methods import METHODS
 from .quality.describe import describe
 
 NO_REPORT = "a development tool that is not included in the extension: run it in a checkout of the project"
@@ -107,8 +107,8 @@ def _describe_samples(path, sample):
 
 
 def _describe_fit(fit):
-    levels = notation(fit.diffuse_level, fit.specular_level, fit.compression)
-    print(f"{fit.name}: {levels} by {fit.method}, channels {' '.join(fit.channels)}, "
+    form = f"{fit.transform.name} in {fit.coordinates.name} coordinates".replace("_", "-")
+    print(f"{fit.name}: {fit.notation}, {form}, channels {' '.join(fit.channels)}, "
           f"{fit.coefficient_count:,} coefficients, {fit.nbytes:,} bytes")
 
 

@@ -26,7 +26,7 @@ import fitter
 from fitter import cli
 from fitter.cycles.bake import bake
 from fitter.formats import curet, mat5, spectra
-from fitter.methods.bilevel import METHODS
+from fitter.methods import METHODS
 from support import checkout, hostile_files, panel_work
 
 CASES = 20_000

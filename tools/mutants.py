@@ -33,23 +33,28 @@ _LIMIT = 600                # s, for the tests of one mutant
 _USAGE = 4, 5                # how pytest ends where there are no such tests
 
 _FAILING = "tests/addon/operators/test_failing_operators.py"
+_IMPORT = "tests/addon/operators/test_import.py"
+_JOBS = "tests/addon/jobs/test_jobs.py"
+_LIBRARY = "tests/addon/library/test_library.py"
+_REUSE = "tests/addon/library/test_reuse.py"
 _LAMPS = ("tests/addon/scene/test_lamps.py", "-k",
           "any_edits or instanced or hidden or group_has or even_light or named or gone or still or bright or layer")
 # the tests of each file, those that are likeliest to notice first
 TESTS = {
     "addon/transaction.py": (_FAILING, "-k", "refit or update or dies"),
-    "addon/materials/material.py": ("tests/addon/operators/test_import.py", _FAILING, "-k", "refit or update or import or fitting"),
-    "addon/jobs/modal.py": ("tests/addon/jobs/test_jobs.py", "tests/addon/operators/test_import.py", _FAILING, "-k",
-                                         "(operator or escape or begin or without_osl) and not anywhere or folder"),
-    "addon/operators/import_data.py": ("tests/addon/operators/test_import.py", "tests/addon/library/test_reuse.py", _FAILING, "-k",
+    "addon/materials/material.py": (_IMPORT, _FAILING, "-k", "refit or update or import or fitting"),
+    "addon/jobs/modal.py": (_JOBS, _IMPORT, _FAILING, "-k",
+                            "(operator or escape or begin or without_osl) and not anywhere or folder"),
+    "addon/operators/import_data.py": (_IMPORT, _REUSE, _FAILING, "-k",
                                        "import and not folder or linked or dropped or samples_of"),
-    "addon/library/library_file.py": ("tests/addon/library/test_library.py", "-k", "ours or open_file or second_writer or sav or version"),
-    "addon/operators/assets.py": ("tests/addon/library/test_library.py", "tests/addon/library/test_reuse.py", _FAILING, "-k",
+    "addon/library/library_file.py": (_LIBRARY, "-k", "ours or open_file or second_writer or sav or version"),
+    "addon/operators/assets.py": (_LIBRARY, _REUSE, _FAILING, "-k",
                                   "saving or saved_again or becomes_an_asset or library_it_is or asset"),
-    "addon/library/batch.py": ("tests/addon/library/test_library.py", "tests/addon/library/test_reuse.py", "-k",
-                       "cannot_be_read or gone or large or second or ten_files or killed"),
-    "addon/jobs/queue.py": ("tests/addon/jobs/test_jobs.py",),
-    "addon/jobs/blender_process.py": ("tests/addon/jobs/test_jobs.py", "tests/addon/library/test_library.py"),
+    "addon/library/batch.py": (_LIBRARY, _REUSE, "-k",
+                               "cannot_be_read or gone or large or second or ten_files or killed"),
+    "addon/jobs/process.py": (_JOBS,),
+    "addon/jobs/queue.py": (_JOBS,),
+    "addon/jobs/blender_process.py": (_JOBS, _LIBRARY),
     "addon/materials/checks.py": ("tests/addon/materials/test_checks.py",),
     "addon/scene/lamps/__init__.py": _LAMPS,
     "addon/scene/lamps/changes.py": _LAMPS,

@@ -10,8 +10,9 @@ import sys
 import numpy as np
 
 import fitter
-from fitter.methods import bilevel, regression_kriging
+from fitter.methods import regression_kriging
 from fitter.quality import cross_validation
+from fitter.samples import distinct_channels
 from support import checkout
 
 RADII = {"odd": (0.01, 0.02), "even": (0.01,)}
@@ -21,7 +22,7 @@ _STEP = 1e-6                # radians
 
 def fit(samples, softening):
     """Standard's fit with a radius."""
-    estimated = regression_kriging.Estimate(bilevel.distinct(samples)[0], softening)
+    estimated = regression_kriging.Estimate(distinct_channels(samples)[0], softening)
     return fitter.fit(samples, **fitter.PRESETS["Standard"], estimated=estimated)
 
 
@@ -55,8 +56,8 @@ def main():
     print("\n| Jump at retro-reflection | without | with |\n|---|---:|---:|")
     for samples in (fitter.load(curet, "leather"), fitter.load(folder / "cornell" / "garnet_red.astm"),
                     fitter.load(folder / "cornell" / "krylon_blue.astm")):
-        print(f"| {samples.name} | {jump(fit(samples, 0.0)):.2g} | {jump(fit(samples, regression_kriging.SOFTENING)):.2g} |",
-              flush=True)
+        softened = jump(fit(samples, regression_kriging.SOFTENING))
+        print(f"| {samples.name} | {jump(fit(samples, 0.0)):.2g} | {softened:.2g} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """``make test-matrix``: all tests on every Blender that is supported, and files of the oldest opened in the newest.
 
 The two Blenders that pyproject.toml pins have their environments already; those of the others are made beside them,
-`build/env-bpy-VERSION`, with the same tools. `python -m tools.test_matrix tests/addon/operators/test_import.py` runs some of the tests.
+`build/env-bpy-VERSION`, with the same tools. `python -m tools.test_matrix tests/addon/scene` runs some of the tests.
 """
 
 import json

@@ -14,7 +14,7 @@ from pathlib import Path
 import bpy
 
 from ...fitter.files import replacing
-from .queue import Job, WorkerError, read_progress
+from .process import Job, WorkerError, read_progress
 
 _ROOT = Path(__file__).parents[2]
 _LAST_LINES = 5             # of what a Blender said that failed without a report

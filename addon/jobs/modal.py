@@ -13,9 +13,9 @@ from bpy.app.handlers import persistent
 from ...fitter import DatasetError
 from .. import transaction
 from ..materials import compiler, osl_support
-from . import blender_process, queue
+from . import blender_process, process, queue
 
-EXPECTED = (DatasetError, compiler.CompileError, queue.WorkerError, blender_process.CommandError, ValueError,
+EXPECTED = (DatasetError, compiler.CompileError, process.WorkerError, blender_process.CommandError, ValueError,
             OSError)
 
 running = None              # what the panel shows progress of
@@ -26,7 +26,7 @@ class InBackground:
 
     An operator defines
 
-    - ``work(context)``: what is to be done in another process, `queue.Calculation` or `blender_process.Command`;
+    - ``work(context)``: what is to be done in another process, `process.Calculation` or `blender_process.Command`;
     - ``prepare(result)``: optional, a generator of (fraction, doing) that goes on here, piece by piece, without data of
       Blender's, and returns what `apply` takes;
     - ``apply(context, prepared)``: does the rest, in one step.

@@ -17,9 +17,10 @@ from ...fitter import formats, pictures
 from ...fitter.cycles import stand_in
 from ...fitter.cycles.bake import SHADER_VERSION, bake
 from ...fitter.cycles.unbake import unbake
-from ...fitter.methods import bilevel, regression_kriging
+from ...fitter.methods import regression_kriging, tolerance
 from ...fitter.model import fit_file
 from ...fitter.quality import cross_validation, describe
+from ...fitter.samples import distinct_channels
 
 _LEVELS = range(8)          # of the plot of errors: level 8 takes longer than all others together
 _CHUNK = 1 << 16            # rows that are digested at a time
@@ -194,7 +195,7 @@ def _estimate(samples, key):
     """What fits by "kriging" begin with, kept for other fits of the same samples: most of the work."""
     if key not in _estimates:
         _estimates.clear()
-        _estimates[key] = regression_kriging.Estimate(bilevel.distinct(samples)[0])
+        _estimates[key] = regression_kriging.Estimate(distinct_channels(samples)[0])
     return _estimates[key]
 
 
@@ -202,7 +203,8 @@ def fit(samples, arguments, estimated=None):
     """A fit by keyword arguments of `fitter.fit`, or by a tolerance."""
     if "tolerance" in arguments:
         return fitter.fit_within(samples, arguments["tolerance"])
-    return fitter.fit(samples, **arguments, estimated=estimated)
+    options = {} if estimated is None else {"estimated": estimated}
+    return fitter.fit(samples, **arguments, **options)
 
 
 def assess(samples, made, seconds):
@@ -215,7 +217,7 @@ def held_out(samples, arguments, report=silent):
     done = 0
     if "tolerance" in arguments:
         report(0.0, "Fitting")
-        arguments = _levels(fit(samples, arguments))
+        arguments = tolerance.arguments_of(fit(samples, arguments))
 
     def watched(part):
         nonlocal done
@@ -231,7 +233,7 @@ def errors_by_level(data, arguments, report=silent):
     current = fitted(data.samples, data.digest, arguments)
     plain = current.fit.specular_level is None
     if "tolerance" in arguments:
-        arguments = _levels(current.fit)
+        arguments = tolerance.arguments_of(current.fit)
     errors = []
     for level in _LEVELS:
         report(level / len(_LEVELS), "Fitting every level")
@@ -239,11 +241,6 @@ def errors_by_level(data, arguments, report=silent):
         errors.append(fitted(data.samples, data.digest, changed).errors.rmse)
     level = current.fit.diffuse_level if plain else current.fit.specular_level
     return pictures.error_plot(list(_LEVELS), errors, (level, current.errors.rmse))
-
-
-def _levels(made):
-    """The keyword arguments of `fitter.fit` that make a fit like this one."""
-    return {name: getattr(made, name) for name in ("diffuse_level", "specular_level", "compression", "method")}
 
 
 def lit_sphere(data, arguments, _report=silent):

@@ -1,8 +1,8 @@
 """Folders of measurements into an asset library, on several processes; what has been done before is not done again.
 
-This runs in a Blender that has no other file open (`blender_process`, or the command line): it opens the parts of the
-library one after the other, each of at most `library_file.MATERIALS_PER_FILE` materials, and writes each as soon as it is
-complete. So memory does not grow with the number of measurements.
+This runs in a Blender that has no other file open (`blender_process`, or the command line). It opens the parts of the
+library one after the other, each of at most `library_file.MATERIALS_PER_FILE` materials, and writes each as soon as it
+is complete. So memory does not grow with the number of measurements.
 """
 
 import os
@@ -15,7 +15,7 @@ from typing import NamedTuple
 import bpy
 
 from ... import fitter
-from ..jobs import queue, tasks
+from ..jobs import process, tasks
 from ..materials import material as materials
 from ..materials.properties import fit_arguments
 from . import assets, library_file
@@ -218,8 +218,8 @@ def _in_parallel(todo, arguments, folder, processes, function):
                     function(task, job)
             while waiting and len(running) < processes:
                 task = waiting.pop()
-                job = queue.Job(partial(tasks.asset, task.path, task.sample, arguments, str(folder)))
-                worker = workers.pop() if workers and workers[-1].is_alive() else queue.Worker()
+                job = process.Job(partial(tasks.asset, task.path, task.sample, arguments, str(folder)))
+                worker = workers.pop() if workers and workers[-1].is_alive() else process.Worker()
                 worker.begin(job)
                 running.append((job, task))
             yield len(todo) - len(waiting) - len(running)

@@ -3,9 +3,8 @@
 from pathlib import Path
 
 from ...fitter import DatasetError
-from ...fitter.formats import list_samples
+from ...fitter.formats import EXTENSIONS, is_read_with_another, list_samples
 
-EXTENSIONS = (".dat", ".astm", ".brdf", ".mat")
 GLOB = ";".join(f"*{extension}" for extension in EXTENSIONS)
 
 
@@ -31,8 +30,7 @@ def sources_in(paths):
     files = files_in(paths)
     sources, failures = [], []
     for file in files:
-        if file.name.lower() in {"gbrdf.dat", "bbrdf.dat"} and any(
-                file.with_name(red + file.name[1:]) in files for red in "rR"):
+        if is_read_with_another(file, files):
             continue
         try:
             samples = list_samples(file)

@@ -5,7 +5,6 @@ from contextlib import ExitStack
 import bpy
 
 from ...fitter.cycles.bake import SHADER_VERSION
-from ...fitter.methods.bilevel import notation
 from .. import versions
 from ..scene import lamps
 from ..transaction import new_data_removed_on_error, restored_on_error
@@ -141,6 +140,6 @@ def _store(settings, choices, outcome):
     results = {"name_of_data": outcome.samples.name, "digest": outcome.digest,
                "coefficients": fit.coefficient_count, "bytes": fit.nbytes, "rmse": errors.rmse, "mre": errors.mre,
                "seconds": seconds, "changes": "; ".join(fit.changes), "version": versions.CURRENT,
-               "fitted_levels": notation(fit.diffuse_level, fit.specular_level, fit.compression)}
+               "fitted_levels": fit.notation}
     for name in RESULTS:
         setattr(settings, name, results[name])

@@ -6,6 +6,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ...fitter import PRESETS
+from ...fitter.formats import KNOWN_FILES
 from ...fitter.lattice.dense import MAX_LEVEL
 
 NO_SPECULAR_LEVEL = -1
@@ -32,7 +33,7 @@ class FitChoices:
 
     filepath: StringProperty(
         name="File", subtype="FILE_PATH",
-        description="Measured reflectance: CURET abrdf.dat, Cornell .astm, pbrt-v2 .brdf or Cornell paint.reformat.mat")
+        description=f"Measured reflectance: {KNOWN_FILES}")
     sample: StringProperty(
         name="Sample",
         description="Which of the samples in a CURET file: its number or its name. Empty for the first, and for files "

@@ -3,9 +3,9 @@
 import bpy
 
 from ..jobs import modal
-from . import assets, fit, folders, import_data, osl, samples
+from . import assets, checks, fit, folders, import_data, osl, samples
 
-_MODULES = (modal, import_data, folders, fit, samples, assets, osl)
+_MODULES = (modal, import_data, folders, fit, samples, assets, osl, checks)
 _REGISTERED = (modal, import_data, folders)        # beside their classes
 
 

@@ -8,7 +8,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
-from ..jobs import queries, queue, tasks
+from ..jobs import process, queries, tasks
 from ..jobs.modal import InBackground
 from ..library.discovery import GLOB
 from ..materials import compiler, material, node_group
@@ -52,7 +52,7 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
         self._choices.preset = self._choices.preset or "Paper"      # a damaged .blend may name one that does not exist
         self._choices.filepath = self.filepath or settings.filepath
         path, sample, arguments = bpy.path.abspath(self._choices.filepath), settings.sample, fit_arguments(settings)
-        return queue.Calculation(
+        return process.Calculation(
             partial(tasks.outcome, path, sample, arguments, known=queries.known_fit(path, sample, arguments)))
 
     def prepare(self, outcome):
@@ -93,7 +93,7 @@ Their fits stay as they are; the measurements are not needed"""
             tree = material.group_node(item).node_tree
             shaders.setdefault(tree.session_uid, (node_group.source(tree), item.measured_brdf.compression, []))
             shaders[tree.session_uid][2].append(item.session_uid)
-        return queue.Calculation(partial(tasks.rebake, list(shaders.values())))
+        return process.Calculation(partial(tasks.rebake, list(shaders.values())))
 
     def prepare(self, rebaked):
         prepared = []

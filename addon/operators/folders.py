@@ -7,7 +7,7 @@ import bpy
 from bpy.props import StringProperty
 
 from .. import preferences
-from ..jobs import queue, tasks
+from ..jobs import process, tasks
 from ..jobs.blender_process import Command
 from ..jobs.modal import InBackground
 from ..library import batch
@@ -62,7 +62,7 @@ class MEASUREDBRDF_OT_import_folder(_FromFolder, MakesMaterials, bpy.types.Opera
     def tasks(self, context):
         self.remember_target(context)
         sources, self._failures = sources_in([self.checked_folder()])
-        return queue.Calculation(partial(tasks.outcomes, sources, fit_arguments(self)))
+        return process.Calculation(partial(tasks.outcomes, sources, fit_arguments(self)))
 
     def prepare(self, outcomes):
         return super().prepare(self._failures + outcomes)

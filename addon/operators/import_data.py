@@ -9,11 +9,11 @@ from bpy.props import CollectionProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
 from ...fitter import DatasetError
-from ...fitter.formats import list_samples
+from ...fitter.formats import EXTENSIONS, list_samples
 from .. import preferences
-from ..jobs import queue, tasks
+from ..jobs import process, tasks
 from ..jobs.modal import InBackground
-from ..library.discovery import EXTENSIONS, GLOB
+from ..library.discovery import GLOB
 from ..materials import compiler, material
 from ..materials.properties import CHOICES, LEVELS, FitChoices, complete, fit_arguments, use_preset
 from ..transaction import by_session_uid
@@ -95,7 +95,7 @@ class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator
 
     def tasks(self, context):
         self.remember_target(context)
-        return queue.Calculation(
+        return process.Calculation(
             partial(tasks.outcomes, [(path, self.sample) for path in self._paths()], fit_arguments(self)))
 
     def _paths(self):

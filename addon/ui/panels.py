@@ -12,6 +12,7 @@ from ..materials import checks, node_group, osl_support
 from ..materials import material as materials
 from ..materials.properties import NO_SPECULAR_LEVEL, fit_arguments, is_preset
 from ..operators import assets, fit, import_data, osl, samples
+from ..operators import checks as fix_settings
 
 
 class _MaterialPanel:
@@ -163,7 +164,8 @@ class MEASUREDBRDF_PT_rendering(_MaterialPanel, bpy.types.Panel):
             column = layout.box().column(align=True)
             _draw_wrapped(column, finding.message)
             if finding.fix is not None:
-                column.operator(checks.MEASUREDBRDF_OT_fix_setting.bl_idname, text=finding.change).key = finding.key
+                fix = fix_settings.MEASUREDBRDF_OT_fix_setting.bl_idname
+                column.operator(fix, text=finding.change).key = finding.key
 
 
 def _numbers(found, held):

@@ -20,12 +20,41 @@ exchanging the two directions only changes the sign of x. The image is within th
 the same lattices serve both.
 """
 
+from dataclasses import dataclass
+from typing import ClassVar
+
 import numpy as np
 
-SOFTENING = 0.01             # the radius delta of new fits
+from ..arrays import ArrayLike, Directions, FloatArray
+
+SOFTENING = 0.01             # the softening radius delta of new fits
 
 
-def half_difference(theta_i, phi_i, theta_o, phi_o, softening):
+@dataclass(frozen=True)
+class HalfDifference:
+    """Half and difference coordinates as a `coordinates.Coordinates`.
+
+    Attributes
+    ----------
+    softening : float
+        The softening radius delta; 0 in fits by versions that had none.
+    """
+
+    softening: float = SOFTENING
+    name: ClassVar[str] = "half_difference"
+    axes: ClassVar[tuple[str, ...]] = ("d", "x", "y")
+
+    def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
+        """As `half_difference`."""
+        return half_difference(theta_i, phi_i, theta_o, phi_o, self.softening)
+
+    def decode(self, x: ArrayLike) -> Directions:
+        """As `directions`."""
+        return directions(x, self.softening)
+
+
+def half_difference(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike,
+                    softening: float) -> FloatArray:
     """Coordinates of direction pairs: angles broadcast to (...), radians, to (..., 3) in [0, 1].
 
     (mu + 1) / 2, as `nusselt.nusselt` scales its own: the first and the third are at least 1/2.
@@ -46,7 +75,7 @@ def half_difference(theta_i, phi_i, theta_o, phi_o, softening):
     return (np.stack([d, seen.real, np.hypot(seen.imag, rest)], axis=-1) + 1) / 2
 
 
-def directions(coordinates, softening):
+def directions(coordinates: ArrayLike, softening: float) -> Directions:
     """The inverse of `half_difference`, up to a turn about the normal: (..., 3) to four (...) arrays, radians.
 
     Coordinates outside the image are taken for a point of its rim: of the same |H|, and as far as may be of the same
@@ -63,13 +92,13 @@ def directions(coordinates, softening):
     return _theta(np.abs(q_i)), np.angle(q_i), _theta(np.abs(q_o)), np.angle(q_o)
 
 
-def project(theta):
+def project(theta: ArrayLike) -> FloatArray:
     """Radius of a direction's projection, r(theta): radians to [0, 1]."""
     theta = np.asarray(theta, dtype=float)
     return np.sin(theta) / (1 + 2 * np.cos(theta))
 
 
-def _theta(radius):
+def _theta(radius: FloatArray) -> FloatArray:
     """The angle whose radius this is: with t = tan(theta / 2), r = 2 t / (3 - t^2)."""
     radius = np.minimum(radius, 1)
     return 2 * np.arctan(3 * radius / (1 + np.sqrt(1 + 3 * radius * radius)))

@@ -6,10 +6,31 @@ material needs three of the four coordinates, once the incident direction has be
 bilaterally symmetric one only ``lambda_o >= 1/2``.
 """
 
+from dataclasses import dataclass
+from typing import ClassVar
+
 import numpy as np
 
+from ..arrays import ArrayLike, Directions, FloatArray
 
-def nusselt(theta_i, phi_i, theta_o, phi_o):
+
+@dataclass(frozen=True)
+class Nusselt:
+    """Nusselt coordinates as a `coordinates.Coordinates`."""
+
+    name: ClassVar[str] = "nusselt"
+    axes: ClassVar[tuple[str, ...]] = ("kappa_i", "kappa_o", "lambda_o")
+
+    def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
+        """As `nusselt`."""
+        return nusselt(theta_i, phi_i, theta_o, phi_o)
+
+    def decode(self, x: ArrayLike) -> Directions:
+        """As `directions`."""
+        return directions(x)
+
+
+def nusselt(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
     """Nusselt coordinates of direction pairs (Kameya and Lewis 2002, equations 5 and 6).
 
     Parameters
@@ -34,7 +55,7 @@ def nusselt(theta_i, phi_i, theta_o, phi_o):
     return (np.stack(mu, axis=-1) + 1) / 2
 
 
-def directions(coordinates):
+def directions(coordinates: ArrayLike) -> Directions:
     """The inverse of `nusselt`: directions whose incident azimuth is 0 and outgoing azimuth is in [0, pi].
 
     Parameters

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..formats.spectra import RGB
 from ..lattice import dense
-from ..methods.prior import STEEPEST
 from ..model import microfacet
+from ..model.transform import STEEPEST, LogRelative
+from ..samples import RGB
 from . import closure_mixture as closures
 from . import direction_grid, sampling_table
 from .closure_mixture import closure_mixture
@@ -88,10 +88,10 @@ def interface(source):
 
 def _fit(fit):
     """What `osl/lattice.h` reads: (constants, tables)."""
-    stored = fit.diffuse.shape[-1]
+    stored = fit.diffuse.control_points.shape[-1]
     constants = {"STORED": stored, "DIFFUSE_CELLS": dense.cells(fit.diffuse_level)}
     constants |= {f"CHANNEL_{i}": fit.columns[i % len(fit.columns)] for i in range(3)}
-    tables = {"DIFFUSE": fit.diffuse}
+    tables = {"DIFFUSE": fit.diffuse.control_points}
     sparse = fit.specular is not None and len(fit.specular) > 0
     constants["SPARSE"] = int(sparse)
     if sparse:
@@ -99,14 +99,14 @@ def _fit(fit):
         constants |= {"SPECULAR_CELLS": dense.cells(fit.specular_level), "KEY_COUNT": len(index),
                       "BUCKET_COUNT": len(index.displacement), "MULTIPLIER": index.multiplier}
         tables |= {"SPECULAR": fit.specular.coefficients, "KEYS": index.keys, "DISPLACEMENT": index.displacement}
-    constants["PRIOR"] = int(fit.prior is not None)
-    if fit.prior is not None:
+    constants["PRIOR"] = int(isinstance(fit.transform, LogRelative))
+    if isinstance(fit.transform, LogRelative):
         constants |= _prior(fit)
     return constants, tables
 
 
 def _prior(fit):
-    lobe = fit.prior.lobe
+    lobe = fit.transform.prior
 
     def value(columns):
         numbers = columns[list(fit.columns)] if len(columns) > 1 else columns
@@ -115,8 +115,8 @@ def _prior(fit):
 
     lobes = " ".join(f"LOBE({value(ks)}, {alpha ** -2:.9g}, {gamma:.9g}, {f0:.9g}, {min(alpha, 1.0) ** 2:.9g})"
                      for ks, alpha, gamma, f0 in zip(lobe.ks, lobe.alpha, lobe.gamma, lobe.f0, strict=True))
-    return {"PRIOR_LOBES": lobes, "PRIOR_KD": value(lobe.kd), "PRIOR_OFFSET": f"{fit.prior.offset:.9g}",
-            "PRIOR_CEILING": value(fit.prior.ceiling), "SOFTENING_2": f"{fit.softening ** 2:.9g}",
+    return {"PRIOR_LOBES": lobes, "PRIOR_KD": value(lobe.kd), "PRIOR_OFFSET": f"{fit.transform.offset:.9g}",
+            "PRIOR_CEILING": value(fit.transform.ceiling), "SOFTENING_2": f"{fit.coordinates.softening ** 2:.9g}",
             "STEEPEST": STEEPEST, "DENSEST": microfacet.DENSEST}
 
 

@@ -8,12 +8,14 @@ import re
 
 import numpy as np
 
-from ..formats.spectra import RGB
+from ..coordinates.half_difference import HalfDifference
+from ..coordinates.nusselt import Nusselt
 from ..lattice import dense, perfect_hash
 from ..lattice.sparse import SparseLattice
-from ..methods.bilevel import Fit
-from ..methods.prior import Prior
 from ..model import microfacet
+from ..model.fit import Fit
+from ..model.transform import IDENTITY, LogRelative
+from ..samples import RGB
 
 _CONSTANT = re.compile(r"^#define (\w+) (.*)$", re.MULTILINE)
 _TABLE = r"^  (?:int|float) {}\[(\d+)\] = \{{\n([^}}]*)\}};$"
@@ -56,14 +58,14 @@ def _fit(source, constants, name, compression):
     if stored < 1 or set(columns) != set(range(stored)):
         raise ValueError("the channels of the shader read columns that are not there")
     level = _level(constants["DIFFUSE_CELLS"])
-    diffuse = _table(source, "DIFFUSE", np.float32, (*dense.shape(level), stored))
+    diffuse = dense.DenseLattice(level, _table(source, "DIFFUSE", np.float32, (*dense.shape(level), stored)))
     parts = {"channels": channels, "columns": columns, "name": name, "source": "a baked shader"}
     if int(constants["SPARSE"]):
         parts |= {"specular": _specular(source, constants, stored), "compression": float(compression)}
-    if int(constants["PRIOR"]):
-        parts |= {"prior": _prior(constants, stored, columns),
-                  "softening": float(constants.get("SOFTENING_2", 0)) ** 0.5}       # 0.1.0 had none
-    return Fit(level, diffuse, **parts)
+    if not int(constants["PRIOR"]):
+        return Fit(Nusselt(), diffuse, transform=IDENTITY, **parts)
+    coordinates = HalfDifference(float(constants.get("SOFTENING_2", 0)) ** 0.5)     # 0.1.0 had no softening
+    return Fit(coordinates, diffuse, transform=_log_relative(constants, stored, columns), **parts)
 
 
 def _specular(source, constants, stored):
@@ -78,7 +80,7 @@ def _specular(source, constants, stored):
     return SparseLattice(level, index, _table(source, "SPECULAR", np.float32, (count, stored)))
 
 
-def _prior(constants, stored, columns):
+def _log_relative(constants, stored, columns):
     def values(text):
         numbers = [float(number) for number in re.findall(_NUMBER, text.replace("color", ""))]
         if len(numbers) not in (1, len(columns)):
@@ -90,9 +92,9 @@ def _prior(constants, stored, columns):
                        constants["PRIOR_LOBES"])
     inverse, gamma, f0 = (np.array([float(lobe[i]) for lobe in lobes]) for i in (1, 2, 3))
     ks = np.array([values(lobe[0]) for lobe in lobes]).reshape(len(lobes), stored)
-    lobe = microfacet.Microfacet(kd=values(constants["PRIOR_KD"]), ks=ks, alpha=inverse ** -0.5, gamma=gamma, f0=f0)
+    prior = microfacet.Microfacet(kd=values(constants["PRIOR_KD"]), ks=ks, alpha=inverse ** -0.5, gamma=gamma, f0=f0)
     # the shader cuts at 0 whatever the fit does
-    return Prior(lobe, float(constants["PRIOR_OFFSET"]), values(constants["PRIOR_CEILING"]), 0.0)
+    return LogRelative(prior, float(constants["PRIOR_OFFSET"]), values(constants["PRIOR_CEILING"]), 0.0)
 
 
 def _level(cells):

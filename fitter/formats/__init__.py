@@ -1,22 +1,33 @@
-"""Files of measured reflectance. The format is recognised from the content, never from the file's name."""
+"""Files of measured reflectance. The content says which format a file is in, never its name.
 
+To add a format, write a module that ends with its `Format`, and enter it in `FORMATS`; CONTRIBUTING.md shows how.
+"""
+
+from collections.abc import Collection
+from pathlib import Path
+
+from ..arrays import BoolArray
 from ..errors import DatasetError
+from ..samples import Samples
 from . import astm, cornell_mat, curet, pbrt_brdf
+from .format import Format
 from .text import plain_text, read_bytes
 
-FORMATS = "CURET abrdf.dat, Cornell ASTM (.astm), pbrt-v2 .brdf, Cornell paint.reformat.mat"
+# asked in this order; one that looks at the first line only comes after those that look for marks of their own
+FORMATS: tuple[Format, ...] = (cornell_mat.FORMAT, astm.FORMAT, pbrt_brdf.FORMAT, curet.FORMAT)
+EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
+KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
 
 
-def load(path, sample=None):
+def load(path: str | Path, sample: str | int | None = None) -> Samples:
     """Read a measured BRDF.
 
     Parameters
     ----------
     path : path-like
-        CURET `abrdf.dat` (or `rbrdf.dat`, `gbrdf.dat`, `bbrdf.dat`), a Cornell ASTM file, a pbrt-v2 `.brdf`, or
-        Cornell's `paint.reformat.mat`. Spectra become linear sRGB under D65.
+        A file in one of `FORMATS`. Spectra become linear sRGB under D65.
     sample : int or str, optional
-        Which sample of a CURET file: its number, or its name. The first one where it is not given.
+        Which sample of a file that holds several (CURET): its number, or its name. The first one where it is not given.
 
     Returns
     -------
@@ -27,33 +38,40 @@ def load(path, sample=None):
     DatasetError
         If the file is not there, is in no known format, or is malformed: with file, line and what was expected.
     """
-    dataset, content = _recognise(path)
-    if dataset is curet:
-        return curet.read(path, content, sample)
+    known, content = _recognised(path)
+    if known.list_samples is not None:
+        return known.read(path, content, sample)
     if sample not in (None, ""):
         raise DatasetError(f"holds a single sample, so there is no sample {sample!r} to choose", path)
-    return dataset.read(path, content)
+    return known.read(path, content)
 
 
-def list_samples(path):
-    """The samples that a CURET file holds: a list of (number, name); empty for a file with just one."""
-    dataset, content = _recognise(path)
-    return curet.list_samples(path, content) if dataset is curet else []
+def list_samples(path: str | Path) -> list[tuple[int, str]]:
+    """The samples that a file holds: a list of (number, name); empty for a file with just one."""
+    known, content = _recognised(path)
+    return [] if known.list_samples is None else known.list_samples(path, content)
 
 
-def overflowed(path, sample=None):
-    """Which measurements of a CURET sample overflowed the camera: (205,) bool, or None where no file tells."""
-    dataset, content = _recognise(path)
-    return curet.overflowed(path, content, sample) if dataset is curet else None
+def overflowed(path: str | Path, sample: str | int | None = None) -> BoolArray | None:
+    """Which measurements overflowed the camera: (n,) bool, or None where no file tells."""
+    known, content = _recognised(path)
+    return None if known.overflowed is None else known.overflowed(path, content, sample)
 
 
-def _recognise(path):
-    """The module that reads this file, and the file's content as that module takes it."""
-    content = read_bytes(path)
-    if cornell_mat.recognises(content):
-        return cornell_mat, content
-    content = plain_text(content, path)
-    for dataset in (astm, pbrt_brdf, curet):
-        if dataset.recognises(content):
-            return dataset, content
-    raise DatasetError(f"in no known format; expected one of: {FORMATS}", path)
+def is_read_with_another(path: Path, files: Collection[Path]) -> bool:
+    """Whether reading another of these files reads this one as well."""
+    return any(known.read_with is not None and known.read_with(path) in files for known in FORMATS)
+
+
+def _recognised(path: str | Path) -> tuple[Format, bytes]:
+    """The format of a file, and the file's content as that format takes it."""
+    content = read_bytes(path, max(known.largest for known in FORMATS))
+    known = next((known for known in FORMATS if not known.is_text and known.recognises(content)), None)
+    if known is None:
+        content = plain_text(content, path)
+        known = next((known for known in FORMATS if known.is_text and known.recognises(content)), None)
+    if known is None:
+        raise DatasetError(f"in no known format; expected one of: {KNOWN_FILES}", path)
+    if len(content) > known.largest:
+        raise DatasetError(f"{len(content):,} bytes, expected at most {known.largest:,}", path)
+    return known, content

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import DatasetError
-from ..samples import Samples
-from .spectra import RGB, to_linear_srgb
+from ..samples import RGB, Samples
+from .format import Format
+from .spectra import to_linear_srgb
 from .text import check_thetas, decode, line_number, nth_line, parse_number, parse_rows
 
 ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
@@ -83,3 +84,6 @@ def _reflectance(names, values, path, line):
 def _wavelengths(names):
     matches = [_BAND.fullmatch(name) for name in names]
     return np.array([float(match[1]) for match in matches]) if all(matches) else None
+
+
+FORMAT = Format("Cornell", "Cornell ASTM (.astm)", (".astm",), recognises, read)

@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import DatasetError
-from ..samples import Samples
+from ..samples import RGB, Samples
 from . import mat5
-from .spectra import RGB, to_linear_srgb
+from .format import Format
+from .spectra import to_linear_srgb
 from .text import check_thetas
 
 _ARRAYS = ("dir_in", "dir_out", "fr", "wavelength")
@@ -58,3 +59,6 @@ def _angles(vectors, count, name, path):
         raise DatasetError(f"{name} holds a vector that is not a direction", path)
     x, y, z = (vectors / length[:, None]).T
     return np.arccos(np.clip(z, -1, 1)), np.arctan2(y, x)
+
+
+FORMAT = Format("Cornell", "Cornell paint.reformat.mat", (".mat",), recognises, read, is_text=False)

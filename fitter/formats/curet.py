@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import DatasetError
-from ..samples import Samples
-from .spectra import RGB
+from ..samples import RGB, Samples
+from .format import Format
 from .text import line_number, lines, parse_number, parse_row, plain_text, read_bytes
 
 GEOMETRIES = 205
@@ -91,6 +91,14 @@ def overflowed(path, content, sample=None):
     return found
 
 
+def read_with(path):
+    """The file of red values where `path` is that of green or blue beside it: they are read as one."""
+    if path.name.lower() not in {"gbrdf.dat", "bbrdf.dat"}:
+        return None
+    names = (red + path.name[1:] for red in "rR")
+    return next((path.with_name(name) for name in names if path.with_name(name).is_file()), None)
+
+
 @cache
 def geometry():
     """The directions of the measurements: (205, 4), theta_v, phi_v, theta_i, phi_i in radians."""
@@ -141,3 +149,7 @@ def _trio(path):
     upper = path.name[0].isupper()
     trio = [path.with_name((letter if upper else letter.lower()) + path.name[1:]) for letter in RGB]
     return trio if all(member.is_file() for member in trio) else None
+
+
+FORMAT = Format("CURET", "CURET abrdf.dat", (".dat",), recognises, read, list_samples=list_samples,
+                overflowed=overflowed, read_with=read_with)

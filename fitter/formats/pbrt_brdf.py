@@ -4,8 +4,9 @@ import re
 from pathlib import Path
 
 from ..errors import DatasetError
-from ..samples import Samples
-from .spectra import RGB, to_linear_srgb
+from ..samples import RGB, Samples
+from .format import Format
+from .spectra import to_linear_srgb
 from .text import check_thetas, parse_numbers
 
 _FEW, _MANY = 3, 1000       # plausible numbers of wavelengths
@@ -40,3 +41,6 @@ def read(path, content):
     angles = table[:, :4].T.copy()
     del values, table           # of a long file they take more memory than it does
     return Samples(*angles, reflectance, RGB, Path(path).stem, str(path))
+
+
+FORMAT = Format("pbrt-v2", "pbrt-v2 .brdf", (".brdf",), recognises, read)

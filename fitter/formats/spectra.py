@@ -10,7 +10,6 @@ import numpy as np
 
 from ..errors import DatasetError
 
-RGB = ("R", "G", "B")
 XYZ_TO_SRGB = np.array([[3.2404542, -1.5371385, -0.4985314],
                         [-0.9692660, 1.8760108, 0.0415560],
                         [0.0556434, -0.2040259, 1.0572252]])

@@ -6,17 +6,19 @@ time nor memory can be driven far beyond those of an honest file of the same siz
 
 import math
 import re
+import sys
 from array import array
 from bisect import bisect_right
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
 
 from .. import files
 from ..errors import DatasetError
 from ..samples import HORIZON
+from .format import LARGEST_TEXT
 
-LARGEST_FILE = 16 << 20     # bytes; the largest published file in these formats has half a million
 _PIECE = rb"(?s:.{0,65535})"
 _LINE = re.compile(rb"\S[^\r\n]*")
 _LINES = re.compile(rb"\S%b[^\r\n]*" % _PIECE)
@@ -25,9 +27,9 @@ _COMMENT = re.compile(rb"#[^\r\n]*")
 _COMMENT_OR_TOKEN = re.compile(rb"#[^\r\n]*|[^\s#]+")
 
 
-def read_bytes(path):
-    """The content of a file of measurements."""
-    content = files.read_bytes(path, LARGEST_FILE)
+def read_bytes(path: str | Path, largest: int = LARGEST_TEXT) -> bytes:
+    """The content of a file of measurements, which has at most `largest` bytes and is not blank."""
+    content = files.read_bytes(path, largest)
     if not content.strip():
         raise DatasetError("empty, expected measurements", path)
     return content
@@ -123,7 +125,7 @@ def parse_numbers(content, path):
     return np.frombuffer(values), line
 
 
-def _tokens(content, start, end=LARGEST_FILE):
+def _tokens(content, start, end=sys.maxsize):
     return (found for found in _COMMENT_OR_TOKEN.finditer(content, start, end) if not found[0].startswith(b"#"))
 
 

@@ -11,37 +11,68 @@ quarter reads are stored, M/2 - 1 to M + 1 along those two axes: a box of (M/2 +
 reads the same box; the baker hands it `shape` and `origin`.
 """
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-AXES = ("kappa_i", "kappa_o", "lambda_o")
+from ..arrays import BoolArray, FloatArray, IntArray, SingleArray
+
 MAX_LEVEL = 8
 _CHUNK = 8192               # points evaluated at a time, to stay within the cache
 
 
-def cells(level):
+@dataclass(frozen=True, eq=False)
+class DenseLattice:
+    """A lattice all of whose control points are stored.
+
+    Attributes
+    ----------
+    level : int
+    control_points : shape(level) + (channels,) float32
+    """
+
+    level: int
+    control_points: SingleArray
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the control points."""
+        return self.control_points.nbytes
+
+    @property
+    def count(self) -> int:
+        """Control points stored, counted once whatever the number of channels."""
+        return self.control_points[..., 0].size
+
+    def evaluate(self, x: FloatArray) -> FloatArray:
+        """The spline at coordinates (n, 3): (n, channels)."""
+        return evaluate(self.control_points, self.level, x)
+
+
+def cells(level: int) -> int:
     """Number of cells along an axis, M = 2^h."""
     return 1 << level
 
 
-def origin(level):
+def origin(level: int) -> tuple[int, int, int]:
     """Lattice index of the first stored control point along each axis."""
     half = cells(level) // 2 - 1
     return half, -1, half
 
 
-def shape(level):
+def shape(level: int) -> tuple[int, int, int]:
     """Number of stored control points along each axis."""
-    return tuple(cells(level) + 2 - first for first in origin(level))
+    a, b, c = (cells(level) + 2 - first for first in origin(level))
+    return a, b, c
 
 
-def full_size(level):
+def full_size(level: int) -> int:
     """Number of control points of the full lattice, (2^h + 3)^3: what the paper counts."""
     return (cells(level) + 3) ** 3
 
 
-def weights(s):
+def weights(s: FloatArray) -> FloatArray:
     """Uniform cubic B-spline basis at s in [0, 1], (n,) to (n, 4) (Lee, Wolberg and Shin 1997, section 3.1)."""
     s = s[:, None]
     powers = np.concatenate([np.ones_like(s), s, s * s, s * s * s], axis=1)
@@ -51,7 +82,7 @@ def weights(s):
 _BASIS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
 
 
-def locate(x, level):
+def locate(x: FloatArray, level: int) -> tuple[IntArray, list[FloatArray]]:
     """Cell and position within it, clamped so that 1 falls in the last cell.
 
     Parameters
@@ -72,7 +103,7 @@ def locate(x, level):
     return cell.astype(np.intp) - 1 - np.array(origin(level)), w
 
 
-def evaluate(control_points, level, x):
+def evaluate(control_points: FloatArray | SingleArray, level: int, x: FloatArray) -> FloatArray:
     """The spline at points of the stored quarter, equation 7.
 
     Parameters
@@ -94,7 +125,7 @@ def evaluate(control_points, level, x):
     return result
 
 
-def _evaluate_chunk(flat, level, x):
+def _evaluate_chunk(flat: FloatArray, level: int, x: FloatArray) -> FloatArray:
     _, rows, columns = shape(level)
     first, (wa, wb, wc) = locate(x, level)
     base = (first[:, 0] * rows + first[:, 1]) * columns + first[:, 2]
@@ -107,7 +138,7 @@ def _evaluate_chunk(flat, level, x):
     return total
 
 
-def refine(control_points, level):
+def refine(control_points: FloatArray, level: int) -> FloatArray:
     """The same spline on the next finer lattice, exact to rounding (Lee, Wolberg and Shin 1997, section 4.2).
 
     Parameters
@@ -130,14 +161,14 @@ def refine(control_points, level):
     return np.ascontiguousarray(control_points)
 
 
-def nodes(level):
+def nodes(level: int) -> FloatArray:
     """Corners of the cells in the stored quarter of the cube: (a, b, c, 3) float64 in [0, 1]."""
     m = cells(level)
     outer, whole = np.arange((m + 1) // 2, m + 1) / m, np.arange(m + 1) / m
     return np.stack(np.meshgrid(outer, whole, outer, indexing="ij"), axis=-1)
 
 
-def interpolate(values, level):
+def interpolate(values: FloatArray, level: int) -> FloatArray:
     """The natural cubic spline that takes given values at the nodes.
 
     Parameters
@@ -164,7 +195,7 @@ def interpolate(values, level):
 
 
 @lru_cache(maxsize=2)
-def representative(level):
+def representative(level: int) -> IntArray:
     """Which stored control point stands for each: itself, or the first of its mirror images: shape(level) int."""
     box, start = np.array(shape(level)), np.array(origin(level))
     point = np.stack(np.indices(box), axis=-1) + start
@@ -178,7 +209,7 @@ def representative(level):
     return first
 
 
-def reachable(level):
+def reachable(level: int) -> BoolArray:
     """Which stored control points any pair of directions reads: shape(level) bool.
 
     ``(kappa_o, lambda_o)`` stays within a disk, so the corners of the box are never read.

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..arrays import FloatArray, SingleArray
 from . import dense, perfect_hash
 
 
@@ -23,18 +24,27 @@ class SparseLattice:
 
     level: int
     index: perfect_hash.PerfectHash
-    coefficients: np.ndarray
+    coefficients: SingleArray
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.coefficients)
 
     @property
-    def nbytes(self):
+    def nbytes(self) -> int:
         """Bytes of coefficients, keys and hash table."""
         return self.coefficients.nbytes + self.index.nbytes
 
+    @property
+    def count(self) -> int:
+        """Control points stored, counted once whatever the number of channels."""
+        return len(self)
+
+    def evaluate(self, x: FloatArray) -> FloatArray:
+        """The spline at coordinates (n, 3): (n, channels)."""
+        return dense.evaluate(self.dense, self.level, x)
+
     @cached_property
-    def dense(self):
+    def dense(self) -> SingleArray:
         """The same lattice with its zeros: lattice.shape(level) + (channels,) float32."""
         box = dense.shape(self.level)
         full = np.zeros((np.prod(box), self.coefficients.shape[1]), dtype=np.float32)
@@ -42,7 +52,7 @@ class SparseLattice:
         return full.reshape(*box, -1)
 
 
-def keep_largest(control_points, level, count):
+def keep_largest(control_points: FloatArray, level: int, count: int) -> SparseLattice:
     """The `count` reachable control points of largest magnitude over all channels.
 
     Parameters

@@ -1,67 +1,76 @@
-"""Fits that reflect no more than they receive."""
+"""Conservation of energy: lowering a log-relative field where its fit reflects more light than it receives."""
 
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..arrays import ArrayLike, FloatArray
+from ..model.fit import Fit
+from ..model.transform import LogRelative
 from ..quality.physics import directional_albedo
 
-_VIEWS = np.radians(np.append(np.arange(0, 80, 10), np.arange(80, 91, 2.0)))
-_CELLS = 56
-_ROUNDS = 8
-_TOLERANCE = 2e-3
+VIEWS = np.radians(np.append(np.arange(0, 80, 10), np.arange(80, 91, 2.0)))     # polar angles that are checked
+ROUNDS = 8                  # of lowering; then a ceiling is found by as many bisections
+TOLERANCE = 2e-3            # an albedo may exceed 1 by so much
+_CELLS = 56                 # of the integral, along each axis
 
 
-def conserve(approximation, offset, channels):
-    """Lower a field where its fit reflects more than it receives, equally for incident and outgoing directions.
+@dataclass(frozen=True)
+class Reduction:
+    """How much a field is lowered, as a function of the polar angle of each of the two directions.
 
-    Parameters
+    Attributes
     ----------
-    approximation : callable
-        Makes a `Fit` of what to take from the field: a function of polar angles, (n,) radians to (n, channels), whose
-        values at both directions are to be taken.
-    offset : float
-        1/sr: a field is a logarithm of f + offset.
-    channels : int
-
-    Returns
-    -------
-    Fit
-        Its `changes` say what was lowered.
+    table : (len(VIEWS), channels) float64
+        At `VIEWS`; linear between them.
     """
-    lower = np.zeros((len(_VIEWS), channels))
-    first = None
-    for _ in range(_ROUNDS):
-        fit = approximation(partial(_at, lower))
-        albedo = directional_albedo(fit, _VIEWS, _CELLS)
-        first = albedo if first is None else first
-        if albedo.max() <= 1 + _TOLERANCE:
-            break
-        # half of it, since both directions give: exact for a constant, whose albedo is pi f
+
+    table: FloatArray
+
+    @staticmethod
+    def none(channels: int) -> "Reduction":
+        """The reduction that changes nothing."""
+        return Reduction(np.zeros((len(VIEWS), channels)))
+
+    def applied(self, field: FloatArray, theta_i: ArrayLike, theta_o: ArrayLike) -> FloatArray:
+        """A field (..., channels) at directions of these polar angles (...), radians, lowered for both of them."""
+        return field - self._at(theta_i) - self._at(theta_o)
+
+    def increased(self, albedo: FloatArray, offset: float) -> "Reduction":
+        """The reduction that, to first order, brings directional albedos (len(VIEWS), channels) down to 1.
+
+        Each direction is to give half: exact for a constant reflectance, whose albedo is pi f.
+        """
         excess = np.maximum(albedo - 1, 0)
-        lower = lower - 0.5 * np.log1p(-excess / (albedo + np.pi * offset))
-    if first.max() <= 1 + _TOLERANCE:
-        return fit
-    if albedo.max() > 1 + _TOLERANCE:
-        fit, albedo = _flattened(fit)
-    worst = np.degrees(_VIEWS[first.max(axis=1).argmax()])
-    return replace(fit, changes=(
-        f"directional albedo of {first.max():.3g} at {worst:.0f} degrees lowered to {albedo.max():.3g}",))
+        return Reduction(self.table - 0.5 * np.log1p(-excess / (albedo + np.pi * offset)))
+
+    def _at(self, theta: ArrayLike) -> FloatArray:
+        return np.stack([np.interp(theta, VIEWS, column) for column in self.table.T], axis=-1)
 
 
-def _flattened(fit):
-    """The fit under the highest ceiling that makes its albedo 1, where nothing gentler did; and its albedo."""
-    high = fit.prior.ceiling
-    low = np.minimum(high, 1 / np.pi)                   # of this ceiling no albedo is above 1
-    for _ in range(_ROUNDS):
+def albedo(fit: Fit) -> FloatArray:
+    """The directional albedo of a fit at `VIEWS`: (len(VIEWS), channels)."""
+    return directional_albedo(fit, VIEWS, _CELLS)
+
+
+def conserves(found: FloatArray) -> bool:
+    """Whether no directional albedo exceeds 1."""
+    return bool(found.max() <= 1 + TOLERANCE)
+
+
+def with_ceiling(fit: Fit, transform: LogRelative) -> Fit:
+    """The fit under the highest ceiling that makes its albedo 1: for where lowering the field was not enough."""
+    high = transform.ceiling
+    low = np.minimum(high, 1 / np.pi)                   # under this ceiling no albedo exceeds 1
+    for _ in range(ROUNDS):
         ceiling = np.sqrt(low * high)
-        albedo = directional_albedo(replace(fit, prior=replace(fit.prior, ceiling=ceiling)), _VIEWS, _CELLS)
-        within = albedo.max(axis=0) <= 1
+        found = albedo(replace(fit, transform=replace(transform, ceiling=ceiling)))
+        within = found.max(axis=0) <= 1
         low, high = np.where(within, ceiling, low), np.where(within, high, ceiling)
-    fit = replace(fit, prior=replace(fit.prior, ceiling=low))
-    return fit, directional_albedo(fit, _VIEWS, _CELLS)
+    return replace(fit, transform=replace(transform, ceiling=low))
 
 
-def _at(lower, theta):
-    return np.stack([np.interp(theta, _VIEWS, column) for column in lower.T], axis=-1)
+def description(before: FloatArray, after: FloatArray) -> str:
+    """What was changed, in words, given the albedo at `VIEWS` before and after."""
+    worst = np.degrees(VIEWS[before.max(axis=1).argmax()])
+    return f"directional albedo of {before.max():.3g} at {worst:.0f} degrees lowered to {after.max():.3g}"

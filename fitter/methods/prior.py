@@ -1,99 +1,101 @@
-"""What a reflectance is between its samples: a prior, and a smooth field of how far the samples depart from it.
+"""Fitting a microfacet model to samples: the prior of `regression_kriging`.
 
-The field is s = log((f + offset) / (b + offset)), with b the prior of `microfacet`: logarithms make a peak no more
-than a hill, keep the reflectance positive, and ask for relative rather than absolute accuracy. The prior has lobes
-where the samples are many enough to determine them, and is a Lambertian otherwise.
+The model knows what a table of samples does not: how high a peak is that no sample hit, by its neighbours at other
+angles, and how a lobe grows toward grazing incidence.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
-from ..coordinates.half_difference import SOFTENING, half_difference
-from ..model import microfacet
-from ..quality import cross_validation
-from . import gaussian_process
+from ..arrays import FloatArray
+from ..model.microfacet import NARROWEST, STEEPEST_TAIL, Microfacet, geometry
+from ..model.transform import bounded_log
+from ..samples import Samples
 
-CEILING = 4.0               # an estimate is at most this often the largest sample
-STEEPEST = 40.0            # of the field, so that its exponential stays a number in single precision
-_DROPOUT_NOISE = 10.0       # relative to the field's variance: such a sample says next to nothing
-LEAST_OFFSET = 1e-30        # 1/sr: no reflectance is as dark, and in single precision it is a number yet
-_SHOWS_LOBES = 500          # samples that determine the lobes of a prior; fewer mislead more often than they help
+_START_WIDTHS = ((0.05,), (0.2,), (0.6,), (0.01, 0.3), (0.05, 0.2), (0.05, 0.6), (0.2, 0.6))
+_ITERATIONS = 60
+_CLIP = 25.0                # bound of every parameter as searched: a logarithm, or the logit of F0
 
 
-@dataclass(frozen=True)
-class Prior:
-    """What turns the field s into a reflectance.
-
-    Attributes
-    ----------
-    lobe : microfacet.Microfacet
-    offset : float
-        1/sr: reflectance well below it counts as dark.
-    ceiling : (channels,) float64
-        1/sr: no value is above it.
-    floor : float
-        1/sr: no value is below it; 0, or less where noise around 0 shall stay what it is.
-    """
-
-    lobe: microfacet.Microfacet
-    offset: float
-    ceiling: np.ndarray
-    floor: float = -np.inf
-
-    @property
-    def nbytes(self):
-        """Bytes of the parameters in single precision."""
-        return self.lobe.nbytes + 8 + 4 * len(self.ceiling)
-
-    def reflectance(self, s, theta_i, phi_i, theta_o, phi_o):
-        """Reflectance of a field: (n, channels) to (n, channels), 1/sr."""
-        around = self.lobe.evaluate(theta_i, phi_i, theta_o, phi_o) + self.offset
-        return np.clip(around * np.exp(np.minimum(s, STEEPEST)) - self.offset, self.floor, self.ceiling)
-
-    def field(self, values, theta_i, phi_i, theta_o, phi_o):
-        """The field that gives reflectances: (n, channels) 1/sr to (n, channels)."""
-        around = self.lobe.evaluate(theta_i, phi_i, theta_o, phi_o)
-        return microfacet.compress(values, self.offset) - microfacet.compress(around, self.offset)
+def lambertian(values: FloatArray) -> Microfacet:
+    """The model without lobes: the median of each channel of (n, channels), 1/sr."""
+    kd = np.maximum(np.median(values, axis=0), 0)
+    return Microfacet(kd, np.zeros((0, len(kd))), np.zeros(0), np.zeros(0), np.zeros(0))
 
 
-def estimate(samples, softening=SOFTENING):
-    """The prior, and the field by kernel regression.
+def fit(samples: Samples, offset: float) -> Microfacet:
+    """Fit by least squares of log(f + offset), so that dark directions count as much as the peak.
+
+    Levenberg-Marquardt from several widths of lobe.
 
     Parameters
     ----------
     samples : Samples
-    softening : float
-        The radius of `half_difference`.
+    offset : float
+        1/sr.
 
     Returns
     -------
-    prior : Prior
-    field : kriging.Field
+    Microfacet
     """
-    used = cross_validation.subset(samples, gaussian_process.choice(len(samples)))
-    offset = _offset(used.values)
-    ceiling = CEILING * np.maximum(samples.values.max(axis=0), 1e-6 * offset)
-    lobe, noise = microfacet.lambertian(used.values), np.full(len(used), gaussian_process.NOISE)
-    if len(used) >= _SHOWS_LOBES and np.ptp(used.values):
-        lobe = microfacet.fit(used, offset)
-        noise[_dropouts(used, lobe)] = _DROPOUT_NOISE
-    prior = Prior(lobe, offset, ceiling)
-    return prior, gaussian_process.krige(_mu(used, softening), prior.field(used.values, *used.directions), noise)
+    at = geometry(*samples.directions)
+    values = samples.values / offset
+    target = bounded_log(values, 1.0)
+    channels = values.shape[1]
+    kd = np.maximum(np.quantile(values, 0.3, axis=0), 1e-4)
+    starts = [_pack(Microfacet(kd, np.stack([2 * kd, 0.3 * kd])[:len(widths)], np.array(widths),
+                               np.full(len(widths), 2.0), np.full(len(widths), 0.076))) for widths in _START_WIDTHS]
+
+    def residuals(p: FloatArray) -> FloatArray:
+        return (bounded_log(_unpack(p, channels).at(at), 1.0) - target).ravel()
+
+    best = min((_levenberg_marquardt(residuals, p) for p in starts), key=lambda found: found[1])[0]
+    model = _unpack(best, channels)
+    return replace(model, kd=model.kd * offset, ks=model.ks * offset)
 
 
-def _dropouts(samples, lobe):
-    """Where an instrument read next to nothing in the midst of a lobe: (n,) bool."""
-    median = np.median(np.abs(samples.values))
-    dark = np.abs(samples.values).max(axis=1) < 0.1 * median
-    return dark & (lobe.evaluate(*samples.directions).max(axis=1) > 3 * median)
+def _pack(model: Microfacet) -> FloatArray:
+    """The parameters as searched: logits of F0, and logarithms."""
+    f0 = np.clip(model.f0, 1e-9, 1 - 1e-9)
+    positive = np.concatenate([model.alpha, model.gamma - 1, model.kd, model.ks.ravel()])
+    return np.concatenate([np.log(f0 / (1 - f0)), np.log(np.maximum(positive, 1e-9))])
 
 
-def _offset(values):
-    """Of the order of the darker half of the samples, and no less than a millionth of the largest."""
-    largest = np.abs(values).max()
-    return float(max(np.median(np.abs(values)), 1e-6 * largest, LEAST_OFFSET)) if largest else 1.0
+def _unpack(p: FloatArray, channels: int) -> Microfacet:
+    """The model of parameters as searched."""
+    p = np.clip(p, -_CLIP, _CLIP)
+    lobes = (len(p) - channels) // (3 + channels)
+    alpha, gamma = np.clip(np.exp(p[lobes:3 * lobes]), NARROWEST, STEEPEST_TAIL).reshape(2, lobes)
+    strength = np.exp(p[3 * lobes:])
+    return Microfacet(strength[:channels], strength[channels:].reshape(lobes, channels), alpha, 1 + gamma,
+                      1 / (1 + np.exp(-p[:lobes])))
 
 
-def _mu(samples, softening):
-    return 2 * half_difference(*samples.directions, softening) - 1
+def _levenberg_marquardt(residuals: Callable[[FloatArray], FloatArray], p: FloatArray) -> tuple[FloatArray, float]:
+    """The nearest minimum, and the sum of squares there; derivatives by differences."""
+    # a weak pull to the start keeps parameters that the data say nothing of where they are
+    start = p
+
+    def all_residuals(p: FloatArray) -> FloatArray:
+        return np.concatenate([residuals(p), 1e-2 * (p - start)])
+
+    r = all_residuals(p)
+    cost, damping = r @ r, 1e-2
+    for _ in range(_ITERATIONS):
+        jacobian = np.stack([(all_residuals(p + step) - r) / 1e-5 for step in 1e-5 * np.eye(len(p))], axis=1)
+        normal, slope = jacobian.T @ jacobian, jacobian.T @ r
+        for _ in range(8):
+            trial = p - np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9), slope)
+            r_trial = all_residuals(trial)
+            if r_trial @ r_trial < cost:
+                break
+            damping *= 4
+        else:
+            break
+        gain = cost - r_trial @ r_trial
+        p, r, cost, damping = trial, r_trial, cost - gain, damping / 4
+        if gain < 1e-6 * cost:
+            break
+    return p, cost

@@ -1,18 +1,24 @@
-"""The smallest fit that is true enough."""
+"""The smallest fit whose error is within a tolerance."""
+
+from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..lattice import dense
+from ..model.fit import Fit, notation
 from ..quality import cross_validation
 from ..quality.metrics import error_metrics
-from . import bilevel, regression_kriging
+from ..samples import Samples, distinct_channels, subset
+from . import fit, regression_kriging
 
+METHOD = "kriging"
 SPECULAR_LEVEL = 6
 DIFFUSE_LEVELS = (1, 2, 3, 4, 5)
 KEPT = (0, 47, 94, 188, 376, 752, 1504, 3008, 6016)     # control points of the specular lattice
 
 
-def fit_within(samples, tolerance, held_out=False, plausible=True):
+def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plausible: bool = True) -> Fit:
     """Find the fit of fewest bytes whose error is within a tolerance.
 
     Of the fits by "kriging" with a specular lattice of level 6; for each diffuse level the compression is found by
@@ -40,15 +46,16 @@ def fit_within(samples, tolerance, held_out=False, plausible=True):
     """
     if not tolerance > 0:
         raise ValueError(f"tolerance is {tolerance!r}, expected a positive number of 1/sr")
-    parts = cross_validation.folds(len(samples)) if held_out else [None]
+    parts: list[IntArray | None] = [*cross_validation.folds(len(samples))] if held_out else [None]
     if len(parts) == 1 and held_out:
         raise ValueError("one sample cannot be predicted from the others")
-    stored = len(bilevel.distinct(samples)[0].channels)         # equal channels are stored, and so counted, once
+    stored = len(distinct_channels(samples)[0].channels)         # equal channels are stored, and so counted, once
     views = [_View(samples, part) for part in parts]
     whole = views[0] if not held_out else _View(samples, None)
 
     kept = [count for count in KEPT if count <= 8 * len(samples)]
-    found, best = None, (np.inf, None)
+    found: Fit | None = None
+    best = np.inf, ""
     for diffuse_level in DIFFUSE_LEVELS:
         if found is not None and 4 * np.prod(dense.shape(diffuse_level)) * stored >= found.nbytes:
             break
@@ -57,7 +64,7 @@ def fit_within(samples, tolerance, held_out=False, plausible=True):
             middle = (low + high) // 2
             compression = _compression(kept[middle])
             error = _rmse(samples, [view.predicted(diffuse_level, compression, plausible) for view in views], parts)
-            best = min(best, (error, bilevel.notation(diffuse_level, SPECULAR_LEVEL, compression)))
+            best = min(best, (error, notation(diffuse_level, SPECULAR_LEVEL, compression)))
             if error <= tolerance:
                 high = middle
             else:
@@ -71,29 +78,34 @@ def fit_within(samples, tolerance, held_out=False, plausible=True):
     return found
 
 
+def arguments_of(found: Fit) -> dict[str, Any]:
+    """The keyword arguments of `fit` that make a fit like one that `fit_within` found."""
+    return {"diffuse_level": found.diffuse_level, "specular_level": found.specular_level,
+            "compression": found.compression, "method": METHOD}
+
+
 class _View:
     """The samples that a fold leaves to be seen, and what is estimated of them once for all fits."""
 
-    def __init__(self, samples, held):
-        self._held = samples if held is None else cross_validation.subset(samples, held)
-        self._seen = samples if held is None else cross_validation.subset(
-            samples, np.setdiff1d(np.arange(len(samples)), held))
-        self._estimated = regression_kriging.Estimate(bilevel.distinct(self._seen)[0])
+    def __init__(self, samples: Samples, held: IntArray | None) -> None:
+        self._held = samples if held is None else subset(samples, held)
+        self._seen = samples if held is None else subset(samples, np.setdiff1d(np.arange(len(samples)), held))
+        self._estimated = regression_kriging.Estimate(distinct_channels(self._seen)[0])
 
-    def fit(self, diffuse_level, compression, plausible):
-        return bilevel.fit(self._seen, diffuse_level, SPECULAR_LEVEL, compression, "kriging", plausible,
-                           estimated=self._estimated)
+    def fit(self, diffuse_level: int, compression: float, plausible: bool) -> Fit:
+        return fit(self._seen, diffuse_level, SPECULAR_LEVEL, compression, METHOD, plausible,
+                   estimated=self._estimated)
 
-    def predicted(self, diffuse_level, compression, plausible):
+    def predicted(self, diffuse_level: int, compression: float, plausible: bool) -> FloatArray:
         return self.fit(diffuse_level, compression, plausible).evaluate(*self._held.directions)
 
 
-def _compression(kept):
+def _compression(kept: int) -> float:
     return 100 * (1 - kept / dense.full_size(SPECULAR_LEVEL))
 
 
-def _rmse(samples, predictions, parts):
-    if parts == [None]:
+def _rmse(samples: Samples, predictions: list[FloatArray], parts: list[IntArray | None]) -> float:
+    if parts[0] is None:
         return error_metrics(samples.values, predictions[0]).rmse
     values = np.empty(samples.values.shape)
     for part, predicted in zip(parts, predictions, strict=True):

@@ -1,8 +1,8 @@
 """Fits as files: NumPy .npz, versioned, without pickled objects, and checked on reading.
 
-Entries: `header` (JSON text: format, version, levels, compression, channels, columns, changes, name, source),
-`diffuse`, for a bi-level fit `coefficients`, `keys`, `displacement`, and for a fit with a prior `prior_kd`, `prior_ks`,
-`prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling`.
+Entries: `header` (JSON text: format, version, coordinates, transform, levels, compression, channels, columns, changes,
+name, source), `diffuse`, for a bi-level fit `coefficients`, `keys`, `displacement`, and for a log-relative one
+`prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling`.
 """
 
 import io
@@ -11,38 +11,42 @@ import json
 import numpy as np
 
 from .. import files
+from ..coordinates.half_difference import HalfDifference
+from ..coordinates.nusselt import Nusselt
 from ..errors import DatasetError
 from ..lattice import dense, perfect_hash
 from ..lattice.sparse import SparseLattice
-from ..methods.prior import LEAST_OFFSET, Prior
 from ..samples import LARGEST_VALUE
 from . import microfacet, npz
+from .transform import IDENTITY, LEAST_OFFSET, LogRelative
 
 FORMAT = "measured-brdf-fit"
-VERSION = 3                 # 2 had no softening: its fits are read, and are what they were
-_READ = (2, 3)
+VERSION = 4
+_READ = (2, 3, 4)           # 2 had no softening; 2 and 3 did not name coordinates and transform
 LARGEST = 100 * LARGEST_VALUE   # of any number: single precision has room for what the shader makes of it
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
-_LOBE = ("kd", "ks", "alpha", "gamma", "f0")
+_PRIOR = ("kd", "ks", "alpha", "gamma", "f0")
 
 
 def write(fit, path):
     """Write a `Fit` to `path`."""
-    header = {"format": FORMAT, "version": VERSION, "diffuse_level": int(fit.diffuse_level),
+    coordinates, transform = fit.coordinates, fit.transform
+    header = {"format": FORMAT, "version": VERSION, "coordinates": coordinates.name, "transform": transform.name,
+              "diffuse_level": int(fit.diffuse_level),
               "specular_level": fit.specular_level, "compression": fit.compression,
               "channels": list(fit.channels), "columns": list(fit.columns), "changes": list(fit.changes),
               "name": str(fit.name), "source": str(fit.source)}
-    arrays = {"diffuse": fit.diffuse}
+    arrays = {"diffuse": fit.diffuse.control_points}
     if fit.specular is not None:
         index = fit.specular.index
         header["multiplier"] = index.multiplier
         arrays |= {"coefficients": fit.specular.coefficients, "keys": index.keys, "displacement": index.displacement}
-    if fit.prior is not None:
-        lobe = fit.prior.lobe
-        header |= {"offset": fit.prior.offset, "plausible": bool(fit.prior.floor == 0)}
-        header["softening"] = float(fit.softening)
-        arrays |= {f"prior_{name}": getattr(lobe, name) for name in _LOBE}
-        arrays["prior_ceiling"] = fit.prior.ceiling
+    if isinstance(coordinates, HalfDifference):
+        header["softening"] = float(coordinates.softening)
+    if isinstance(transform, LogRelative):
+        header |= {"offset": transform.offset, "plausible": bool(transform.floor == 0)}
+        arrays |= {f"prior_{name}": getattr(transform.prior, name) for name in _PRIOR}
+        arrays["prior_ceiling"] = transform.ceiling
     content = io.BytesIO()      # not straight to the file: on a full disk an unfinished ZipFile complains on its own
     np.savez_compressed(content, header=np.array(json.dumps(header)), **arrays)
     with files.replacing(path) as stream:
@@ -85,9 +89,8 @@ def _assemble(header, entries):
     stored = max(columns) + 1
     level = _level(header["diffuse_level"])
     diffuse = _array(entries, "diffuse", (*dense.shape(level), stored), np.float32)
-    parts |= {"diffuse_level": level, "diffuse": diffuse}
-    if "prior_kd" in entries:
-        parts |= {"prior": _prior(header, entries, stored), "softening": _softening(header)}
+    parts |= {"diffuse": dense.DenseLattice(level, diffuse), "coordinates": _coordinates(header, entries),
+              "transform": _transform(header, entries, stored)}
     if header["specular_level"] is None:
         return parts
 
@@ -111,29 +114,46 @@ def _assemble(header, entries):
     return parts | {"specular": SparseLattice(level, index, coefficients), "compression": compression}
 
 
-def _prior(header, entries, stored):
+def _coordinates(header, entries):
+    name = _named(header, "coordinates", Nusselt.name, HalfDifference.name, entries)
+    if name == Nusselt.name:
+        return Nusselt()
+    softening = 0.0 if header["version"] == 2 else header["softening"]
+    _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not one")
+    return HalfDifference(softening)
+
+
+def _transform(header, entries, stored):
+    name = _named(header, "transform", IDENTITY.name, LogRelative.name, entries)
+    return IDENTITY if name == IDENTITY.name else _log_relative(header, entries, stored)
+
+
+def _named(header, part, plain, other, entries):
+    """Which of two a part is; before version 4, that of fits with or without a prior."""
+    if header["version"] < 4:
+        return other if "prior_kd" in entries else plain
+    _check(header[part] in (plain, other), f"its {part} are unknown")
+    return header[part]
+
+
+def _log_relative(header, entries, stored):
     ks = entries["prior_ks"]
     lobes = len(ks) if ks.ndim else 0
     _check(lobes <= microfacet.MAX_LOBES, "its prior has too many lobes")
     shapes = {"kd": (stored,), "ks": (lobes, stored), "alpha": (lobes,), "gamma": (lobes,), "f0": (lobes,)}
-    lobe = microfacet.Microfacet(**{name: _array(entries, f"prior_{name}", shapes[name], np.float64) for name in _LOBE})
+    prior = microfacet.Microfacet(**{name: _array(entries, f"prior_{name}", shapes[name], np.float64)
+                                     for name in _PRIOR})
     for name, (low, high) in microfacet.RANGES.items():
-        _check_range(f"prior_{name}", getattr(lobe, name), low, high)
+        _check_range(f"prior_{name}", getattr(prior, name), low, high)
     ceiling = _array(entries, "prior_ceiling", (stored,), np.float64)
     offset = header["offset"]
     _check(type(offset) in (int, float), "its offset is not a number")
-    for name, numbers, low in (("kd", lobe.kd, 0), ("ks", lobe.ks, 0), ("ceiling", ceiling, _LEAST_CEILING),
+    for name, numbers, low in (("kd", prior.kd, 0), ("ks", prior.ks, 0), ("ceiling", ceiling, _LEAST_CEILING),
                                ("offset", np.array([offset], dtype=float), LEAST_OFFSET)):
         _check_range(f"prior_{name}", numbers, low, LARGEST)
     plausible = header["plausible"]
     _check(isinstance(plausible, bool), "it does not say whether it is plausible")
-    return Prior(lobe, float(offset), ceiling, 0.0 if plausible else -np.inf)
-
-
-def _softening(header):
-    softening = 0.0 if header["version"] == 2 else header["softening"]
-    _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not one")
-    return softening
+    return LogRelative(prior, float(offset), ceiling, 0.0 if plausible else -np.inf)
 
 
 def _level(level):

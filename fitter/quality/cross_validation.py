@@ -1,9 +1,10 @@
 """How true a fit is between the samples: its error at samples that it has not seen."""
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+
+from ..samples import subset
 
 FOLDS = 5
 SEED = 2002
@@ -66,9 +67,3 @@ def errors(samples, predicted):
     error = predicted - samples.values
     cubes = cube_root(samples.theta_o, predicted) - cube_root(samples.theta_o, samples.values)
     return HeldOutErrors(float(np.sqrt(np.mean(error ** 2))), float(np.sqrt(np.mean(cubes ** 2))))
-
-
-def subset(samples, which):
-    """The samples at an index or mask."""
-    arrays = {name: getattr(samples, name)[which] for name in ("theta_i", "phi_i", "theta_o", "phi_o", "values")}
-    return replace(samples, **arrays)

@@ -2,7 +2,7 @@
 
 import itertools
 
-from ..methods.bilevel import notation
+from ..model.fit import notation
 from .comparison import compare
 from .methods import levels
 

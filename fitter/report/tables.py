@@ -8,7 +8,7 @@ import numpy as np
 from .. import fit
 from ..coordinates.nusselt import nusselt
 from ..lattice import dense
-from ..methods.bilevel import notation
+from ..model.fit import notation
 from ..quality.metrics import error_metrics
 from . import ringing
 from .methods import BASELINES, METHODS, levels

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..coordinates.nusselt import nusselt
 from ..lattice import dense
-from ..methods.bilevel import notation
+from ..model.fit import notation
 from ..quality.physics import direction_pairs
 from .methods import BASELINES, METHODS, levels
 
@@ -28,7 +28,7 @@ class NdBSpline:
         # control point j is the B-spline over the knots j - 2 to j + 2, counted in cells
         knots = tuple(start - 2.0 + np.arange(count + 4) for start, count in zip(first, counts, strict=True))
         self.cells = dense.cells(fit.diffuse_level)
-        self.spline = NdBSpline(knots, fit.diffuse[..., list(fit.columns)].astype(float), 3)
+        self.spline = NdBSpline(knots, fit.diffuse.control_points[..., list(fit.columns)].astype(float), 3)
 
     def evaluate(self, theta_i, phi_i, theta_o, phi_o):
         """The BRDF, 1/sr: angles (n,) in radians to (n, channels) float64."""

@@ -129,7 +129,7 @@ STALE = [((-0.5, 0.3, 0.8), -0.05, 1), ((1.0, 2.0, 3.0), 0.2, 5), ((2.0, 2.0, 1.
 
 def test_a_stale_lamp_costs_noise_and_not_correctness(blender, extension, fits):
     """Lobes that stand where no lamp is any more: the drawn directions make up for them."""
-    lamps = extension.addon.lamps
+    lamps = extension.addon.scene.lamps
     means = []
     for known in ([], STALE):
         scene = sphere_scene(blender, fits["krylon"], 96)

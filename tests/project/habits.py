@@ -15,7 +15,7 @@ bpy.ops.wm.read_factory_settings(use_empty=True)
 assert bpy.ops.extensions.package_install_files(
     filepath=package, repo="user_default", enable_on_install=True) == {"FINISHED"}
 addon = sys.modules["bl_ext.user_default.measured_brdf.addon"]
-operators, background = addon.operators, addon.background
+operators = addon.operators
 CHEAP = {"diffuse_level": 2, "specular_level": 3, "compression": 80.0}
 
 

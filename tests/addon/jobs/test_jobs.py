@@ -33,6 +33,14 @@ def queue(extension):
     queue.unregister()
 
 
+@pytest.fixture
+def process(extension):
+    from measured_brdf.addon.jobs import process
+
+    yield process
+    process.unregister()
+
+
 def wait(job, seconds=60):
     end = time.monotonic() + seconds
     while not job.poll():
@@ -41,10 +49,10 @@ def wait(job, seconds=60):
     return job
 
 
-def test_an_outcome_is_the_same_as_without_the_process(queue, file):
+def test_an_outcome_is_the_same_as_without_the_process(process, file):
     from measured_brdf.addon.jobs import tasks
 
-    job = wait(queue.start(partial(tasks.outcome, str(file), "", fitter.PRESETS["Paper"])))
+    job = wait(process.start(partial(tasks.outcome, str(file), "", fitter.PRESETS["Paper"])))
     expected = tasks.outcome(str(file), "", fitter.PRESETS["Paper"])
     assert job.error is None
     assert isinstance(job.result, tasks.Outcome)
@@ -59,31 +67,31 @@ def test_an_outcome_is_the_same_as_without_the_process(queue, file):
     assert job.doing != "Starting"
 
 
-def test_errors_come_back_as_they_were_raised(queue, tmp_path):
+def test_errors_come_back_as_they_were_raised(process, tmp_path):
     from measured_brdf.addon.jobs import tasks
     from measured_brdf.fitter import DatasetError
 
-    job = wait(queue.start(partial(tasks.outcome, str(tmp_path / "gone.astm"), "", {})))
+    job = wait(process.start(partial(tasks.outcome, str(tmp_path / "gone.astm"), "", {})))
     assert isinstance(job.error, DatasetError)
     assert "gone.astm: cannot be read: No such file" in str(job.error)
 
 
-def test_cancelled_work_ends_at_once_and_the_next_is_done(queue, long_work, file):
+def test_cancelled_work_ends_at_once_and_the_next_is_done(process, long_work, file):
     from measured_brdf.addon.jobs import tasks
 
-    slow = queue.start(long_work)
+    slow = process.start(long_work)
     while slow.doing == "Starting":
         assert not slow.poll()
         time.sleep(0.02)
-    process = slow.worker._process
-    assert process.poll() is None
+    child = slow.worker._process
+    assert child.poll() is None
     slow.cancel()
-    assert process.poll() is not None
-    assert wait(queue.start(partial(tasks.read, str(file), ""))).result.description.count == 1500
+    assert child.poll() is not None
+    assert wait(process.start(partial(tasks.read, str(file), ""))).result.description.count == 1500
 
 
-def test_a_process_that_dies_is_an_error_not_a_wait_without_end(queue, long_work):
-    job = queue.start(long_work)
+def test_a_process_that_dies_is_an_error_not_a_wait_without_end(process, long_work):
+    job = process.start(long_work)
     job.worker._process.kill()
     assert "ended early" in str(wait(job).error)
 
@@ -148,9 +156,9 @@ class Finished:
     """Work that has been done already."""
 
     def start(self):
-        from measured_brdf.addon.jobs import queue
+        from measured_brdf.addon.jobs import process
 
-        job = queue.Job(None)
+        job = process.Job(None)
         job.finished = time.monotonic()
         return job
 
@@ -208,17 +216,17 @@ def test_escape_while_it_prepares_ends_it_and_nothing_is_made(operator):
     assert operator.made == []
 
 
-def test_escape_while_the_process_works_changes_nothing(queue, operator, long_work):
-    operator._begin(queue.Calculation(long_work))
-    process = operator._job.worker._process
+def test_escape_while_the_process_works_changes_nothing(process, operator, long_work):
+    operator._begin(process.Calculation(long_work))
+    child = operator._job.worker._process
     assert operator.modal(CONTEXT, event("TIMER")) == {"PASS_THROUGH"}
     assert operator.modal(CONTEXT, event("ESC")) == {"CANCELLED"}
     assert operator.made == []
-    assert process.poll() is not None
+    assert child.poll() is not None
 
 
-def test_a_process_that_dies_under_an_operator_is_reported(queue, operator, long_work):
-    operator._begin(queue.Calculation(long_work))
+def test_a_process_that_dies_under_an_operator_is_reported(process, operator, long_work):
+    operator._begin(process.Calculation(long_work))
     operator._job.worker._process.kill()
     operator._job.worker._process.wait()
     assert operator.modal(CONTEXT, event("TIMER")) == {"CANCELLED"}
@@ -226,13 +234,13 @@ def test_a_process_that_dies_under_an_operator_is_reported(queue, operator, long
     assert operator.made == []
 
 
-def test_a_process_that_died_before_it_got_work_is_reported(queue, file):
+def test_a_process_that_died_before_it_got_work_is_reported(process, file):
     from measured_brdf.addon.jobs import tasks
 
-    worker = queue.Worker()
+    worker = process.Worker()
     worker._process.kill()
     worker._process.wait()
-    job = queue.Job(partial(tasks.read, str(file), ""))
+    job = process.Job(partial(tasks.read, str(file), ""))
     worker.begin(job)
     assert "ended early" in str(wait(job).error)
 
@@ -255,7 +263,7 @@ def window(monkeypatch):
     timers = []
     manager = SimpleNamespace(event_timer_add=lambda interval, window: timers.append(interval) or interval,
                               event_timer_remove=timers.remove, modal_handler_add=lambda operator: None)
-    monkeypatch.setattr(modal, "bpy", SimpleNamespace(app=SimpleNamespace(queue=False)))
+    monkeypatch.setattr(modal, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
     monkeypatch.setattr(modal.osl_support, "missing", lambda: "")
     return SimpleNamespace(workspace=None, window=None, window_manager=manager, timers=timers)
 

@@ -164,7 +164,7 @@ def test_a_preset_sets_its_levels_and_nothing_else(blender, material):
 
 def test_imported_with_a_preset_alone_its_levels_are_those_of_the_preset(blender, glossy, write_astm, tmp_path):
     from measured_brdf.fitter import PRESETS
-    from measured_brdf.fitter.quality.cross_validation import subset
+    from measured_brdf.fitter.samples import subset
 
     black_scene(16, 16, samples=1, span=1)
     few = write_astm(tmp_path / "few.astm", subset(glossy, slice(60)))
@@ -176,7 +176,7 @@ def test_imported_with_a_preset_alone_its_levels_are_those_of_the_preset(blender
 
 
 def test_auto_finds_a_fit_within_the_tolerance(blender, glossy, write_astm, tmp_path):
-    from measured_brdf.fitter.quality.cross_validation import subset
+    from measured_brdf.fitter.samples import subset
 
     black_scene(16, 16, samples=1, span=1)
     few = write_astm(tmp_path / "few.astm", subset(glossy, slice(40)))

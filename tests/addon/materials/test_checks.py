@@ -72,7 +72,7 @@ def test_the_method_is_chosen_in_the_node(blender, scene, glossy, write_astm, tm
 
 
 def test_the_panel_is_drawn_again_without_a_look_at_the_objects(blender, extension, scene, monkeypatch):
-    lights = extension.addon.lamps.light_objects
+    lights = extension.addon.scene.lamps.light_objects
     lamp, other = add_lamp("POINT", 10), add_lamp("POINT", 10)
     lamp.visible_glossy = other.visible_glossy = False
     other.hide_viewport = True

@@ -17,9 +17,10 @@ TICKS = 4                   # as many as the longest of these operators takes, o
 @pytest.fixture(autouse=True)
 def no_process_left(quick):
     yield
-    from measured_brdf.addon.jobs import modal, queue
+    from measured_brdf.addon.jobs import modal, process, queue
 
     queue.unregister()
+    process.unregister()
     modal.running = None
 
 
@@ -72,9 +73,9 @@ DISTURBANCES = (undo, undo_and_redo, delete, open_another)
 
 def run(operator, disturb, at):
     """Go on to the end, with something in between; the results of all ticks."""
-    from measured_brdf.addon.jobs import queue
+    from measured_brdf.addon.jobs import process
 
-    job = queue.Job(None)          # what its process would do is done here: quicker, and the same ticks each time
+    job = process.Job(None)          # what its process would do is done here: quicker, and the same ticks each time
     job.result, job.finished = operator.work(bpy.context).run(), time.monotonic()
     operator._begin(SimpleNamespace(start=lambda: job))
     results = []

@@ -121,10 +121,10 @@ def test_a_refit_of_a_material_whose_output_was_deleted_gives_it_one(cube):
 
 
 def test_a_process_that_dies_is_told_and_nothing_changes(cube, files, monkeypatch):
-    from measured_brdf.addon.jobs import queue, tasks
+    from measured_brdf.addon.jobs import process, tasks
 
     def dies(*_arguments, **_more):
-        raise queue.WorkerError(queue._ENDED_EARLY)
+        raise process.WorkerError(process.ENDED_EARLY)
 
     monkeypatch.setattr(tasks, "outcomes", dies)
     before = state()

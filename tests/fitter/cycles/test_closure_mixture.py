@@ -89,7 +89,8 @@ def test_the_draw_table_follows_what_is_left(random):
     table = sampling_table.draw_table(rest, to.solid_angle, 0.1)
     share = np.diff(table, axis=1, prepend=0)
     np.testing.assert_allclose(table[:, -1], 1)
-    cell = np.zeros((direction_grid.RINGS, direction_grid.SUBSAMPLES, direction_grid.SECTORS, direction_grid.SUBSAMPLES), dtype=bool)
+    points = direction_grid.SUBSAMPLES
+    cell = np.zeros((direction_grid.RINGS, points, direction_grid.SECTORS, points), dtype=bool)
     cell[20, :, 5, :] = True
     part = [(values * to.solid_angle)[cell.ravel()].sum() / (values * to.solid_angle).sum()
             for values in (rest[0], np.ones_like(rest[0]))]

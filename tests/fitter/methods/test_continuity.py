@@ -14,8 +14,8 @@ import pytest
 
 import fitter
 from fitter import Samples
-from fitter.methods.prior import STEEPEST
-from fitter.quality import cross_validation
+from fitter.model.transform import IDENTITY, STEEPEST
+from fitter.samples import subset
 from support import checkout
 
 STEPS = 1e-3, 1e-4          # radians
@@ -86,17 +86,19 @@ def values(fit, pairs):
 def clipped(fit, pairs):
     """Where the floor, the ceiling or the steepest field holds: (..., channels) bool."""
     f, columns = values(fit, pairs), list(fit.columns)
-    if fit.prior is None:
+    if fit.transform is IDENTITY:
         return np.zeros(f.shape, dtype=bool)
     theta, phi = (angle.reshape(-1, 2) for angle in angles(pairs))
-    prior = fit.prior.lobe.evaluate(theta[:, 0], phi[:, 0], theta[:, 1], phi[:, 1])[:, columns].reshape(f.shape)
-    steepest = f + fit.prior.offset >= 0.9 * np.exp(STEEPEST) * (prior + fit.prior.offset)
-    return (f <= fit.prior.floor) | (f >= fit.prior.ceiling[columns]) | steepest
+    transform = fit.transform
+    prior = transform.prior.evaluate(theta[:, 0], phi[:, 0], theta[:, 1], phi[:, 1])[:, columns].reshape(f.shape)
+    steepest = f + transform.offset >= 0.9 * np.exp(STEEPEST) * (prior + transform.offset)
+    return (f <= transform.floor) | (f >= transform.ceiling[columns]) | steepest
 
 
 def remainders(fit, pairs):
     """What Taylor's polynomial of second order leaves at each step length, over the values' size: (2, n, channels)."""
-    size = np.abs(values(fit, pairs)) + (fit.prior.offset if fit.prior else np.abs(fit.diffuse).max())
+    scale = np.abs(fit.diffuse.control_points).max() if fit.transform is IDENTITY else fit.transform.offset
+    size = np.abs(values(fit, pairs)) + scale
     rows, columns = np.triu_indices(4)
     left = []
     for length in STEPS:
@@ -168,10 +170,10 @@ def test_without_softening_the_check_finds_retro_reflection_and_no_other_seam():
 
 @pytest.mark.parametrize("seam", [name for name in SEAMS if name not in NOT_THE_PAPERS])
 def test_the_papers_fit_is_smooth_but_at_normal_incidence(glossy, seam):
-    fit = fitter.fit(cross_validation.subset(glossy, slice(400)), **fitter.PRESETS["Paper"])
+    fit = fitter.fit(subset(glossy, slice(400)), **fitter.PRESETS["Paper"])
     assert smooth(fit, seam).all()
 
 
 def test_at_normal_incidence_the_papers_fit_depends_on_an_azimuth_that_is_not_there(glossy):
-    fit = fitter.fit(cross_validation.subset(glossy, slice(400)), **fitter.PRESETS["Paper"])
+    fit = fitter.fit(subset(glossy, slice(400)), **fitter.PRESETS["Paper"])
     assert not smooth(fit, "normal incidence").all()

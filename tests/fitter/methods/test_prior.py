@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from fitter import Samples
-from fitter.coordinates.half_difference import SOFTENING, half_difference
-from fitter.methods import gaussian_process
-from fitter.methods.prior import Prior, estimate
-from fitter.model import microfacet
+from fitter.methods import gaussian_process, prior
+from fitter.methods.regression_kriging import Estimate
+from fitter.model.microfacet import Microfacet
+from fitter.model.transform import LogRelative
 
 
 @pytest.fixture
@@ -16,8 +16,8 @@ def directions(random):
     return theta_i, np.zeros(800), theta_o, random.random(800) * 2 * np.pi
 
 
-LOBES = microfacet.Microfacet(np.array([0.02, 0.05]), np.array([[2.0, 1.5], [0.3, 0.4]]), np.array([0.1, 0.5]),
-                              np.array([2.0, 3.0]), np.array([0.05, 0.4]))
+LOBES = Microfacet(np.array([0.02, 0.05]), np.array([[2.0, 1.5], [0.3, 0.4]]), np.array([0.1, 0.5]),
+                   np.array([2.0, 3.0]), np.array([0.05, 0.4]))
 
 
 def test_the_prior_is_burleys_distribution_schlicks_fresnel_and_heitzs_visibility():
@@ -36,13 +36,13 @@ def test_the_prior_is_burleys_distribution_schlicks_fresnel_and_heitzs_visibilit
 
 def test_the_prior_finds_the_lobes_that_made_its_samples(directions):
     values = LOBES.evaluate(*directions)
-    found = microfacet.fit(Samples(*directions, values, ("a", "b")), float(np.median(values)))
+    found = prior.fit(Samples(*directions, values, ("a", "b")), float(np.median(values)))
     np.testing.assert_allclose(found.evaluate(*directions), values, rtol=0.02, atol=0.002)
 
 
 def test_the_prior_scales_with_its_samples(directions):
     values = LOBES.evaluate(*directions)
-    small, large = (microfacet.fit(Samples(*directions, values * scale, ("a", "b")), scale * float(np.median(values)))
+    small, large = (prior.fit(Samples(*directions, values * scale, ("a", "b")), scale * float(np.median(values)))
                     for scale in (1e-12, 1e12))
     np.testing.assert_allclose(small.evaluate(*directions) * 1e24, large.evaluate(*directions), rtol=1e-6)
 
@@ -73,17 +73,22 @@ def test_kriging_is_the_textbooks_formula(random):
 
 def test_field_and_reflectance_are_inverse(directions):
     values = LOBES.evaluate(*directions)
-    prior = Prior(microfacet.lambertian(values), 0.05, np.array([np.inf, np.inf]))
-    back = prior.reflectance(prior.field(values, *directions), *directions)
+    transform = LogRelative(prior.lambertian(values), 0.05, np.array([np.inf, np.inf]))
+    back = transform.reflectance(transform.field(values, *directions), *directions)
     np.testing.assert_allclose(back, values, rtol=1e-9)
+
+
+def estimated(estimate, *angles):
+    """The reflectance that an estimate predicts."""
+    return estimate.transform.reflectance(estimate.field.at(2 * estimate.coordinates.encode(*angles) - 1), *angles)
 
 
 def test_an_estimate_predicts_what_it_has_not_seen_and_is_nearly_reciprocal(directions, random):
     values = LOBES.evaluate(*directions)
-    prior, field = estimate(Samples(*directions, values, ("a", "b")))
+    estimate = Estimate(Samples(*directions, values, ("a", "b")))
 
     def at(*angles):
-        return prior.reflectance(field.at(2 * half_difference(*angles, SOFTENING) - 1), *angles)
+        return estimated(estimate, *angles)
 
     theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, 300)) * 0.9))
     phi = random.random(300) * 2 * np.pi
@@ -96,7 +101,6 @@ def test_a_reading_of_nothing_in_the_midst_of_a_lobe_is_not_believed(directions)
     values = LOBES.evaluate(*directions)
     peak = np.argmax(values.sum(axis=1))
     blind = np.where(np.arange(800)[:, None] == peak, 0, values)
-    prior, field = estimate(Samples(*directions, blind, ("a", "b")))
-    angles = [angle[[peak]] for angle in directions]
-    seen = prior.reflectance(field.at(2 * half_difference(*angles, SOFTENING) - 1), *angles)
+    estimate = Estimate(Samples(*directions, blind, ("a", "b")))
+    seen = estimated(estimate, *(angle[[peak]] for angle in directions))
     np.testing.assert_allclose(seen, values[[peak]], rtol=0.4)

@@ -10,6 +10,7 @@ from fitter.lattice import dense, least_squares
 from fitter.model import microfacet
 from fitter.quality import cross_validation
 from fitter.report import ringing
+from fitter.samples import subset
 
 STANDARD = fitter.PRESETS["Standard"]
 
@@ -83,11 +84,11 @@ def test_refitting_is_least_squares_over_the_kept_control_points(random, samples
 
 
 def test_equal_channels_are_stored_once(glossy):
-    some = cross_validation.subset(glossy, np.arange(300))
+    some = subset(glossy, np.arange(300))
     samples = Samples(*some.directions, some.values[:, [0, 1, 1]], ("R", "G", "B"))
     fit = fitter.fit(samples, **STANDARD)
     assert fit.columns == (0, 1, 1)
-    assert fit.diffuse.shape[-1] == fit.specular.coefficients.shape[-1] == 2
+    assert fit.diffuse.control_points.shape[-1] == fit.specular.coefficients.shape[-1] == 2
     two = fitter.fit(Samples(*some.directions, some.values[:, :2], ("R", "G")), **STANDARD)
     np.testing.assert_array_equal(fit.evaluate(*some.directions), two.evaluate(*some.directions)[:, [0, 1, 1]])
     assert fit.nbytes == two.nbytes

@@ -8,6 +8,7 @@ import pytest
 
 import fitter
 from fitter.model import fit_file
+from fitter.samples import subset
 from support import hostile_fits
 from support.checkout import ROOT
 
@@ -165,7 +166,7 @@ def with_lobes(glossy):
     from fitter.cycles import closure_mixture
 
     fit = fitter.fit(glossy, 1, 2, 50, "kriging")
-    assert len(fit.prior.lobe.alpha)
+    assert len(fit.transform.prior.alpha)
     return fit, closure_mixture.closure_mixture(fit)
 
 
@@ -181,16 +182,18 @@ def test_the_baker_writes_no_number_that_is_none_in_single_precision(with_lobes,
 
     fit, mixture = with_lobes
     if field == "diffuse":
-        fit = replace(fit, diffuse=np.full_like(fit.diffuse, number, dtype=float))
+        points = np.full_like(fit.diffuse.control_points, number, dtype=float)
+        fit = replace(fit, diffuse=replace(fit.diffuse, control_points=points))
     elif field == "exponents":
         mixture = mixture._replace(exponents=(8.0, number))
     elif field == "table":
         mixture = mixture._replace(table=np.full_like(mixture.table, number))
     elif field in ("offset", "ceiling"):
-        fit = replace(fit, prior=replace(fit.prior, **{field: np.full_like(getattr(fit.prior, field), number)[()]}))
+        numbers = np.full_like(getattr(fit.transform, field), number)[()]
+        fit = replace(fit, transform=replace(fit.transform, **{field: numbers}))
     else:
-        lobe = replace(fit.prior.lobe, **{field: np.full_like(getattr(fit.prior.lobe, field), number)})
-        fit = replace(fit, prior=replace(fit.prior, lobe=lobe))
+        prior = replace(fit.transform.prior, **{field: np.full_like(getattr(fit.transform.prior, field), number)})
+        fit = replace(fit, transform=replace(fit.transform, prior=prior))
     with pytest.raises(ValueError, match=rf"\b{constant}\b.* finite in single precision"):
         bake(fit, mixture=mixture)
 
@@ -201,9 +204,9 @@ def test_a_lobe_so_narrow_that_its_slope_overflows_is_not_baked(with_lobes):
     from fitter.cycles.bake import bake
 
     fit, mixture = with_lobes
-    lobe = replace(fit.prior.lobe, alpha=np.full(len(fit.prior.lobe.alpha), 1e-20))
+    prior = replace(fit.transform.prior, alpha=np.full(len(fit.transform.prior.alpha), 1e-20))
     with pytest.raises(ValueError, match="PRIOR_LOBES"):
-        bake(replace(fit, prior=replace(fit.prior, lobe=lobe)), mixture=mixture)
+        bake(replace(fit, transform=replace(fit.transform, prior=prior)), mixture=mixture)
 
 
 @pytest.mark.parametrize("depth", [10, 100_000])
@@ -234,22 +237,22 @@ def test_a_fit_of_version_2_is_what_it_was(random):
     length = np.hypot(*difference)
     along, across = (half * difference).sum(axis=0), half[0] * difference[1] - half[1] * difference[0]
     x = (np.stack([length, along / length, np.abs(across) / length], axis=1) + 1) / 2
-    s = (dense.evaluate(fit.diffuse, fit.diffuse_level, x)
+    s = (dense.evaluate(fit.diffuse.control_points, fit.diffuse_level, x)
          + dense.evaluate(fit.specular.dense, fit.specular_level, x))
-    expected = fit.prior.reflectance(s, theta_i, 0, theta_o, delta_phi)[:, fit.columns]
+    expected = fit.transform.reflectance(s, theta_i, 0, theta_o, delta_phi)[:, fit.columns]
     np.testing.assert_allclose(fit.evaluate(theta_i, 0, theta_o, delta_phi), expected, rtol=1e-9)
     assert "#define SOFTENING_2 0\n" in bake(fit)
 
 
 def test_the_softening_of_a_fit_comes_back_and_is_baked(glossy, tmp_path):
     from fitter.cycles.bake import bake
-    from fitter.quality import cross_validation
 
-    fit = fitter.fit(cross_validation.subset(glossy, slice(100)), 1, 2, 90, "kriging")
-    assert fit.softening > 0
+    fit = fitter.fit(subset(glossy, slice(100)), 1, 2, 90, "kriging")
+    assert fit.coordinates.softening > 0
     fit.save(tmp_path / "fit.npz")
-    assert fitter.Fit.load(tmp_path / "fit.npz").softening == fit.softening
-    assert float(re.search(r"#define SOFTENING_2 (\S+)", bake(fit))[1]) == pytest.approx(fit.softening ** 2, rel=1e-6)
+    assert fitter.Fit.load(tmp_path / "fit.npz").coordinates == fit.coordinates
+    baked = float(re.search(r"#define SOFTENING_2 (\S+)", bake(fit))[1])
+    assert baked == pytest.approx(fit.coordinates.softening ** 2, rel=1e-6)
 
 
 @pytest.mark.parametrize("softening", [-0.1, 1.0, math.nan, math.inf, "0.1", None, True, [0.1], 10**400])
@@ -293,11 +296,10 @@ def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy
     """Every entry of a saved fit in turn is text that would be code, a number that is none, or of another type."""
     from fitter.cycles import closure_mixture, sampling_table
     from fitter.cycles.bake import bake
-    from fitter.quality import cross_validation
 
     monkeypatch.setattr(sampling_table, "draw_table", lambda *_: np.zeros(3, np.float32))      # takes most of a second
     path = tmp_path / "fit.npz"
-    few = cross_validation.subset(glossy, slice(200))
+    few = subset(glossy, slice(200))
     fit = fitter.fit(few, **fitter.PRESETS[preset] | {"diffuse_level": 1, "specular_level": 3})
     fit.save(path)
     with np.load(path) as file:

@@ -1,0 +1,13 @@
+"""Names for the types of arrays."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["ArrayLike", "BoolArray", "Directions", "FloatArray", "IntArray", "SingleArray"]
+
+FloatArray = NDArray[np.float64]
+SingleArray = NDArray[np.float32]
+IntArray = NDArray[np.integer]
+BoolArray = NDArray[np.bool_]
+Directions = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+"""theta_i, phi_i, theta_o, phi_o, radians."""

@@ -1,0 +1,39 @@
+"""The paper's method: the reflectance itself on two lattices over Nusselt coordinates, by multilevel B-splines.
+
+Kameya and Lewis 2002, sections 3 and 4: f_d is fitted to the samples by MBA, f_s to what f_d leaves, and of the control
+points of f_s the largest are kept.
+"""
+
+import numpy as np
+
+from ..coordinates.nusselt import Nusselt
+from ..lattice import mba, sparse
+from ..lattice.dense import DenseLattice
+from ..model.fit import Fit
+from ..samples import Samples
+from .levels import Levels
+
+
+def fit(samples: Samples, levels: Levels, plausible: bool = True) -> Fit:
+    """Fit samples.
+
+    Parameters
+    ----------
+    samples : Samples
+    levels : Levels
+    plausible : bool
+        Without effect: the paper's method has no means to it.
+
+    Returns
+    -------
+    Fit
+    """
+    coordinates = Nusselt()
+    x = coordinates.encode(*samples.directions)
+    control_points, residual = mba.approximate(x, samples.values, levels.diffuse)
+    diffuse, specular = DenseLattice(levels.diffuse, control_points.astype(np.float32)), None
+    if levels.specular is not None:
+        control_points, _ = mba.approximate(x, residual, levels.specular)
+        specular = sparse.keep_largest(control_points, levels.specular, levels.kept)
+    return Fit(coordinates, diffuse, specular, compression=levels.dropped, channels=samples.channels,
+               name=samples.name, source=samples.source)

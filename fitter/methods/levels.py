@@ -1,0 +1,55 @@
+"""What a fit may cost: the levels of its lattices, and how much of the sparse one is kept."""
+
+from dataclasses import dataclass
+from numbers import Real
+
+import numpy as np
+
+from ..lattice import dense
+
+
+@dataclass(frozen=True)
+class Levels:
+    """The levels of a bi-level fit (Kameya and Lewis 2002, section 4).
+
+    Attributes
+    ----------
+    diffuse : int
+        D, the level of the dense lattice.
+    specular : int, or None
+        S, the level of the sparse lattice; None for the dense lattice alone.
+    compression : float
+        C, the percentage of the (2^S + 3)^3 specular control points to drop.
+
+    Raises
+    ------
+    ValueError
+        If one is out of range.
+    """
+
+    diffuse: int
+    specular: int | None
+    compression: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "diffuse", _checked("diffuse_level", self.diffuse))
+        if self.specular is not None:
+            object.__setattr__(self, "specular", _checked("specular_level", self.specular))
+            if not isinstance(self.compression, Real) or not 0 <= self.compression <= 100:
+                raise ValueError(f"compression is {self.compression!r}, expected a percentage from 0 to 100")
+
+    @property
+    def kept(self) -> int:
+        """How many control points of the sparse lattice are kept."""
+        return 0 if self.specular is None else round((1 - self.compression / 100) * dense.full_size(self.specular))
+
+    @property
+    def dropped(self) -> float:
+        """The compression as a fit states it: 0 without a sparse lattice."""
+        return 0.0 if self.specular is None else float(self.compression)
+
+
+def _checked(name: str, level: int) -> int:
+    if isinstance(level, bool) or not isinstance(level, int | np.integer) or not 0 <= level <= dense.MAX_LEVEL:
+        raise ValueError(f"{name} is {level!r}, expected a whole number from 0 to {dense.MAX_LEVEL}")
+    return int(level)
