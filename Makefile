@@ -39,6 +39,8 @@ mutants: $(ENV)/ready
 
 lint: $(ENV)/ready
 	$(RUN) -m ruff check .
+	mkdir -p build/typing && ln -sfn ../.. build/typing/measured_brdf
+	$(RUN) -m mypy
 
 bench: $(ENV)/ready
 	$(RUN) -m benchmarks

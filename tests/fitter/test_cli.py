@@ -27,7 +27,7 @@ def test_fit_then_info_then_bake(file, tmp_path):
     fit, shader = tmp_path / "fit.npz", tmp_path / "fit.osl"
     done = run("fit", file, "--preset", "Paper", "--diffuse-level", 2, "--specular-level", "none", "-o", fit)
     assert done.returncode == 0, done.stderr
-    assert "White: level 2 by mba, channels R G B, 175 coefficients, 2,100 bytes" in done.stdout
+    assert "White: level 2, identity in nusselt coordinates, channels R G B, 175 coefficients, 2,100 bytes" in done.stdout
     np.testing.assert_allclose(fitter.Fit.load(fit).evaluate(0.4, 0, 0.6, 2), [0.25, 0.5, 0.75], atol=0.05)
     assert "White" in run("info", file).stdout
     assert run("info", fit).stdout.splitlines()[0] in done.stdout
@@ -44,7 +44,7 @@ def test_info_lists_curet_samples_and_describes_one(data):
 
 def test_a_fit_is_recognised_whatever_its_name(file, tmp_path):
     assert run("fit", file, "--preset", "Draft", "-o", tmp_path / "fit.out").returncode == 0
-    assert run("info", tmp_path / "fit.out").stdout.startswith("White: (3,5,99) by kriging")
+    assert run("info", tmp_path / "fit.out").stdout.startswith("White: (3,5,99), log-relative in half-difference")
 
 
 def test_a_link_is_written_through(file, tmp_path):

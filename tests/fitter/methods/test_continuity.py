@@ -14,6 +14,7 @@ import pytest
 
 import fitter
 from fitter import Samples
+from fitter.coordinates.half_difference import HalfDifference
 from fitter.model.transform import IDENTITY, STEEPEST
 from fitter.samples import subset
 from support import checkout
@@ -163,7 +164,7 @@ def test_fits_of_real_data_are_smooth_across_the_seams(name, preset, seam):
 
 
 def test_without_softening_the_check_finds_retro_reflection_and_no_other_seam():
-    fit = replace(synthetic("Standard"), softening=0.0)
+    fit = replace(synthetic("Standard"), coordinates=HalfDifference(0.0))
     rough = {seam for seam in SEAMS if not smooth(fit, seam).all()}
     assert rough == {"retro-reflection", "both graze"}          # the one is a case of the other
 
