@@ -8,6 +8,7 @@ PYTHON ?= $(shell for p in python3.11 python3.13 python3; do \
 VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null)
 ENV := build/env-$(VERSION)
 RUN := $(ENV)/bin/python
+LINT := build/env-lint-$(VERSION)
 EXTENSION := build/measured_brdf-$(shell sed -n 's/^version = "\(.*\)"/\1/p' blender_manifest.toml).zip
 DATA := $(or $(MEASURED_BRDF_DATA),../shared/data)
 MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
@@ -37,10 +38,10 @@ stability: $(ENV)/ready
 mutants: $(ENV)/ready
 	$(RUN) -m tools.mutants
 
-lint: $(ENV)/ready
-	$(RUN) -m ruff check .
+lint: $(LINT)/ready
+	$(LINT)/bin/python -m ruff check .
 	mkdir -p build/typing && ln -sfn ../.. build/typing/measured_brdf
-	$(RUN) -m mypy
+	$(LINT)/bin/python -m mypy
 
 bench: $(ENV)/ready
 	$(RUN) -m benchmarks
@@ -70,6 +71,13 @@ $(ENV)/ready: pyproject.toml
 	$(RUN) -m pip install --quiet pip==26.3
 	$(RUN) -m pip install --quiet --group test
 	@$(RUN) -c 'import bpy' || { echo "bpy does not start. On Debian it needs: apt-get install $(DEBIAN)"; exit 1; }
+	touch $@
+
+$(LINT)/ready: pyproject.toml
+	@test -n "$(VERSION)" || { echo "Python 3.11 or 3.13 is needed; name it with PYTHON=..."; exit 1; }
+	$(PYTHON) -m venv --clear $(LINT)
+	$(LINT)/bin/python -m pip install --quiet pip==26.3
+	$(LINT)/bin/python -m pip install --quiet --group lint
 	touch $@
 
 clean:

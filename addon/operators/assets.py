@@ -31,7 +31,7 @@ class ReplacesFile:
             return None
         self.force = True               # with which `execute` is called once the user has agreed
         return bpy.context.window_manager.invoke_confirm(
-            self, event, title="Replace this file?", message=f"{reason}. It will be kept as {library.kept_name(path)}",
+            self, event, title="Replace this file?", message=f"{reason}. It will be kept as {library_file.kept_name(path)}",
             confirm_text="Replace", icon="WARNING")
 
     def refuse(self, path):

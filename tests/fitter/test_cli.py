@@ -27,7 +27,8 @@ def test_fit_then_info_then_bake(file, tmp_path):
     fit, shader = tmp_path / "fit.npz", tmp_path / "fit.osl"
     done = run("fit", file, "--preset", "Paper", "--diffuse-level", 2, "--specular-level", "none", "-o", fit)
     assert done.returncode == 0, done.stderr
-    assert "White: level 2, identity in nusselt coordinates, channels R G B, 175 coefficients, 2,100 bytes" in done.stdout
+    assert ("White: level 2, identity in nusselt coordinates, channels R G B, 175 coefficients, 2,100 bytes"
+            in done.stdout)
     np.testing.assert_allclose(fitter.Fit.load(fit).evaluate(0.4, 0, 0.6, 2), [0.25, 0.5, 0.75], atol=0.05)
     assert "White" in run("info", file).stdout
     assert run("info", fit).stdout.splitlines()[0] in done.stdout
