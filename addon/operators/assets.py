@@ -30,9 +30,9 @@ class ReplacesFile:
         if not reason or self.force or bpy.app.background:
             return None
         self.force = True               # with which `execute` is called once the user has agreed
-        return bpy.context.window_manager.invoke_confirm(
-            self, event, title="Replace this file?", message=f"{reason}. It will be kept as {library_file.kept_name(path)}",
-            confirm_text="Replace", icon="WARNING")
+        message = f"{reason}. It will be kept as {library_file.kept_name(path)}"
+        return bpy.context.window_manager.invoke_confirm(self, event, title="Replace this file?", message=message,
+                                                         confirm_text="Replace", icon="WARNING")
 
     def refuse(self, path):
         """Raise the reason why a file may not be replaced, if there is one."""
