@@ -18,26 +18,12 @@ from pathlib import Path
 import numpy as np
 
 import fitter
-from fitter.formats import curet
 from support import checkout
 from support.checkout import ROOT
-from support.hard_cases import gloss
+from support.synthetic import make_files
 
 MEGABYTE = 1 << 20
 PROCESSES = 2
-
-
-def make_files(folder, count):
-    """As many CURET files of one sample each, all different: a list of paths."""
-    theta_v, phi_v, theta_i, phi_i = curet.geometry().T
-    smooth = gloss(theta_i, theta_v, phi_v - phi_i)
-    paths = []
-    for number in range(count):
-        noise = np.random.default_rng(number).normal(1, 0.05, len(smooth))
-        row = " ".join([str(number % 61 + 1), *(f"{value:.3f}" for value in smooth * noise * (1 + number / count))])
-        paths.append(folder / f"material{number:04d}.dat")
-        paths[-1].write_text(row)
-    return paths
 
 
 def batch(folder, count, preset):

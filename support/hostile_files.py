@@ -165,7 +165,7 @@ import re, sys, time
 from pathlib import Path
 name, path, fit = sys.argv[1:]
 if name == "panel":
-    from tools import panel_work
+    from support import panel_work
     code = panel_work.main(path)
 else:
     from fitter import cli

@@ -9,7 +9,9 @@ import numpy as np
 
 from fitter.formats.curet import geometry
 from fitter.report.baselines.lafortune import Lafortune
-from support.checkout import ROOT, has_measurements, measurements
+
+from .checkout import ROOT, has_measurements, measurements
+from .hard_cases import gloss
 
 BLUE_HOUSE_PAINT = Lafortune(
     np.array([0.3094, 0.39667, 0.70837]),
@@ -55,3 +57,16 @@ def _cornell():
              "SAMPLE_NAME synthetic blue paint", f"NUM_POINTS {len(rows)}", "VARS theta_i,phi_i,theta_s,phi_s,R,G,B"]
     return "\n".join(lines + [",".join(f"{number:.6f}" for number in row)
                               for row in np.concatenate([directions, values], axis=1)]) + "\n"
+
+
+def make_files(folder, count):
+    """As many CURET files of one sample each, all different: a list of paths."""
+    theta_v, phi_v, theta_i, phi_i = geometry().T
+    smooth = gloss(theta_i, theta_v, phi_v - phi_i)
+    paths = []
+    for number in range(count):
+        noise = np.random.default_rng(number).normal(1, 0.05, len(smooth))
+        row = " ".join([str(number % 61 + 1), *(f"{value:.3f}" for value in smooth * noise * (1 + number / count))])
+        paths.append(folder / f"material{number:04d}.dat")
+        paths[-1].write_text(row)
+    return paths

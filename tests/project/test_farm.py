@@ -14,7 +14,7 @@ from tools import fuzz
 RENDER = """
 import json, sys
 import bpy
-from demo_scenes.stage import render
+from support.stage import render
 bpy.ops.wm.open_mainfile(filepath=sys.argv[1], use_scripts=False)
 assert not hasattr(bpy.types.Material, "measured_brdf")
 if len(sys.argv) > 2:

@@ -26,7 +26,7 @@ while True:
 
 IMPORT = """
 import resource, sys
-from tools import checkout
+from support import checkout
 extension = checkout.extension()
 extension.register()
 import bpy

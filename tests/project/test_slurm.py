@@ -11,8 +11,8 @@ from contextlib import ExitStack
 
 import pytest
 
-from benchmarks.scale import make_files
 from support.checkout import ROOT
+from support.synthetic import make_files
 from tools import slurm
 
 COUNT, TASKS = 12, 4

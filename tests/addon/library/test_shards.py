@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from benchmarks.scale import make_files
 from support.checkout import ROOT
+from support.synthetic import make_files
 
 SHARDS = 2
 

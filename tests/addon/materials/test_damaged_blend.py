@@ -140,7 +140,7 @@ def test_a_damaged_file_makes_a_whole_material_or_none(blender, tmp_path, case):
 
 CYCLE = """
 import bpy
-from tools import checkout
+from support import checkout
 
 def found():
     handlers = {name: [h for h in getattr(bpy.app.handlers, name)] for name in dir(bpy.app.handlers)
