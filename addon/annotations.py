@@ -4,11 +4,14 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 if TYPE_CHECKING:
-    from bpy.stub_internal.rna_enums import OperatorReturnItems     # only Blender's type stubs have it
+    import bpy
+    from bpy.stub_internal.rna_enums import OperatorReturnItems  # only Blender's type stubs have it
 
     OperatorResult = set[OperatorReturnItems]
+    OperatorMixIn = bpy.types.Operator      # lets a mix-in use what its operator has
 else:
     OperatorResult = set
+    OperatorMixIn = object
 
 Report = Callable[[float, str], None]
 """Receives the progress of some work: the fraction done, and what is being done."""

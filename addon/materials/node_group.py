@@ -41,7 +41,7 @@ def create(shader: Shader) -> bpy.types.NodeTree:
     return tree
 
 
-def create_for(fit: Fit) -> bpy.types.NodeTree:
+def of(fit: Fit) -> bpy.types.NodeTree:
     """Make a node group that renders a fit. Raises as `create` does."""
     return create(compile_shader(bake(fit)))
 
@@ -86,8 +86,8 @@ def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> Non
     strength.description = "Multiplies the measured reflectance"
     exact = tree.interface.new_socket("Exact", in_out="INPUT", socket_type="NodeSocketBool")
     exact.default_value = True
-    exact.description = "On: the measured reflectance in every direction, with slightly more noise. Off: an approximation by "\
-        "Cycles' own closures, with less noise"
+    exact.description = ("On: the measured reflectance in every direction, with slightly more noise. Off: an "
+                         "approximation by Cycles' own closures, with less noise")
     normal = tree.interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
     normal.hide_value = True
     normal.description = "Shading normal from a Bump or Normal Map node; by default, that of the surface"

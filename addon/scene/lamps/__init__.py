@@ -28,7 +28,7 @@ from .group import NAME, node_tree
 from .lamp import Lamp
 from .light_objects import light_of
 
-__all__ = ["NAME", "in_scene", "light_is_even", "node_tree", "sky_moves", "store", "update"]
+__all__ = ["NAME", "in_scene", "light_is_even", "node_tree", "register", "sky_moves", "store", "unregister", "update"]
 
 _Found = list[tuple[Lamp, bpy.types.Object | None]]
 """Lamps, each with its evaluated object; None for instances and bright spots."""

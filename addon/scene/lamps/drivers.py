@@ -1,10 +1,11 @@
 """Drivers of a lamp group's sockets: lamps that move or change by themselves are followed at every frame.
 
 Blender evaluates drivers for every dependency graph: in the viewport, in the thread of a render, and on a farm without
-this extension. Their expressions are simple ones, which need no Python and run where scripts are disabled. A driver that
-refers to an object by pointer would append the user's lamps along with a material. So these drivers look up an object's
-name in the view layer that is being evaluated (`ACTIVE_VIEW_LAYER`; the active scene would give the original objects, a
-frame late). If no object has that name, the socket keeps the last known value.
+this extension. Their expressions are simple ones, which need no Python and run where scripts are disabled.
+
+A driver that refers to an object by pointer would append the user's lamps along with a material. So these drivers look
+up an object's name in the view layer that is being evaluated (`ACTIVE_VIEW_LAYER`; the active scene would give the
+original objects, a frame late). If no object has that name, the socket keeps the last known value.
 """
 
 import re

@@ -1,7 +1,7 @@
 """Lamps that are instanced: by collection instances, geometry nodes, particles, or children of vertices and faces.
 
-Only a search through all instances of a scene finds them. So the search runs only if something may instance a light, and
-again only after a change of something that can. These tests may say yes wrongly, which only costs the time of a search.
+Only a search through all instances of a scene finds them. So the search runs only if something may instance a light,
+and again only after a change of something that can. A wrong yes only costs the time of a search.
 """
 
 from collections import Counter

@@ -51,7 +51,7 @@ class Lamp(NamedTuple):
 
     @property
     def rank(self) -> tuple[bool, bool, float, "Lamp"]:
-        """Sort key: lamps without a size first, because no drawn direction can hit them, then suns, then by strength."""
+        """Sort key: lamps without a size, which no sampled direction can hit, then suns, then the strongest."""
         return self.size not in (0, -POINTLIKE), self.size >= 0, -self.strength, self
 
 

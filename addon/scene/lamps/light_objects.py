@@ -1,7 +1,7 @@
 """The light objects of the file and of a view layer, found without looking at other objects.
 
-The list of lights is rebuilt when lights or their users change. For a light that is not hidden, Blender says in constant
-time whether it is visible. So an edit costs time in proportion to the lights, in a scene of any size.
+The list of lights is rebuilt when lights or their users change. For a light that is not hidden, Blender says in
+constant time whether it is visible. So an edit costs time in proportion to the lights, in a scene of any size.
 """
 
 from collections.abc import Iterable, Iterator
