@@ -92,7 +92,7 @@ and write it into the asset library of the preferences, if there is one"""
         self.report({"INFO"}, f"{target.name} is an asset of this file; the preferences may name a library")
         return {"FINISHED"}
 
-    def tasks(self, context):
+    def work(self, context):
         """Write a copy into a folder for temporary files, from which another Blender takes it into the library."""
         path, target = self._path(context), active_material(context)
         self.refuse(path)

@@ -43,7 +43,7 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
     def execute(self, context):
         return self.run(context)
 
-    def tasks(self, context):
+    def work(self, context):
         target = active_material(context)
         # by then the user may have renamed the material, removed it, or changed its settings
         self._target = target.session_uid
@@ -84,7 +84,7 @@ Their fits stay as they are; the measurements are not needed"""
     def execute(self, context):
         return self.run(context)
 
-    def tasks(self, _context):
+    def work(self, _context):
         outdated = [item for item in bpy.data.materials if item.is_editable and material.is_outdated(item)]
         if not outdated:
             raise ValueError("All measured materials of this file are those of this version")

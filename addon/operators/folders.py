@@ -59,7 +59,7 @@ class MEASUREDBRDF_OT_import_folder(_FromFolder, MakesMaterials, bpy.types.Opera
     bl_label = "Import Folder of Measured BRDFs"
     bl_options = {"REGISTER", "UNDO"}
 
-    def tasks(self, context):
+    def work(self, context):
         self.remember_target(context)
         sources, self._failures = sources_in([self.checked_folder()])
         return process.Calculation(partial(tasks.outcomes, sources, fit_arguments(self)))
@@ -83,7 +83,7 @@ The open file stays as it is"""
     def begin(self, context, event):
         return self.confirm(event, self._path(context)) or self.start(context)
 
-    def tasks(self, context):
+    def work(self, context):
         folder, path = self.checked_folder(), self._path(context)
         self.refuse(path)
         level = "none" if self.specular_level == NO_SPECULAR_LEVEL else self.specular_level
