@@ -11,9 +11,9 @@ import numpy as np
 
 from . import cross_validation, kriging, microfacet
 from .half_difference import SOFTENING, half_difference
+from .shader_constants import STEEPEST
 
 CEILING = 4.0               # an estimate is at most this often the largest sample
-STEEPEST = 40.0            # of the field, so that its exponential stays a number in single precision
 _DROPOUT_NOISE = 10.0       # relative to the field's variance: such a sample says next to nothing
 LEAST_OFFSET = 1e-30        # 1/sr: no reflectance is as dark, and in single precision it is a number yet
 _SHOWS_LOBES = 500          # samples that determine the lobes of a prior; fewer mislead more often than they help

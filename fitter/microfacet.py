@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .shader_constants import DENSEST, LEAST_HEIGHT_2
+
 MAX_LOBES = 2
-DENSEST = 1e-3             # keeps the visibility finite where both directions graze
 _START_WIDTHS = ((0.05,), (0.2,), (0.6,), (0.01, 0.3), (0.05, 0.2), (0.05, 0.6), (0.2, 0.6))
 _ITERATIONS = 60
 _NARROWEST, _STEEPEST_TAIL = 1e-3, 32.0     # of alpha, and of gamma - 1: beyond, single precision shows
@@ -113,7 +114,7 @@ def _geometry(theta_i, phi_i, theta_o, phi_o):
     sin_i, sin_o = np.sin(theta_i), np.sin(theta_o)
     across2 = np.maximum(
         sin_i ** 2 + sin_o ** 2 + 2 * sin_i * sin_o * np.cos(np.asarray(phi_o, dtype=float) - phi_i), 0)
-    up2 = np.maximum((cos_i + cos_o) ** 2, 1e-12)
+    up2 = np.maximum((cos_i + cos_o) ** 2, LEAST_HEIGHT_2)
     return cos_i, cos_o, across2 / up2, np.minimum(np.sqrt(across2 + up2) / 2, 1)
 
 

@@ -1,74 +1,60 @@
-/* Drawing an incident direction for a given view, from the table of fitter/draw_table.py.
+/* Sampling incident directions for a tabulated view, from a table that fitter/draw_table.py makes.
  *
- * For each view the table holds the cumulated probabilities of DRAW_RINGS x DRAW_SECTORS cells of half the hemisphere,
- * evenly spaced in s = sqrt(1 - cos theta_i) and in t = (1 - azimuth / pi)^(2/3); within a cell directions are even in
- * solid angle. */
+ * For each view the table holds the cumulative probabilities of RINGS x SECTORS cells of half the hemisphere, evenly
+ * spaced in s = sqrt(1 - cos theta_i) and in t = (1 - azimuth / pi)^(2/3). Within a cell, directions are uniform in solid
+ * angle. */
 
-/* The k-th random number of a shading point, in [0, 1): P is jittered by the pixel filter. */
-float random(point seed, float k)
-{
-  float u = (float)hashnoise(seed, k);
-  return u;
-}
+#define CELLS (RINGS * SECTORS)
 
-/* Where sectors begin, as a share of pi away from the mirror direction. */
+/* The edge at which a sector begins, as a share of pi, counted from the mirror direction. */
 float sector_edge(float sector)
 {
-  float t = sector / DRAW_SECTORS;
+  float t = sector / SECTORS;
   return t * sqrt(t);
 }
 
-/* The density per solid angle with which `draw_direction` draws from a cell. */
-float cell_density(float table[], int view, int cell)
+/* The cell of a direction. */
+int table_cell(vector w)
 {
-  int i = view * DRAW_CELLS + cell;
-  float probability = cell == 0 ? table[i] : table[i] - table[i - 1];
-  int ring = cell / DRAW_SECTORS;
-  int sector = cell % DRAW_SECTORS;
-  float wide = sector_edge(sector + 1.0) - sector_edge(sector);
-  return probability * (DRAW_RINGS * DRAW_RINGS / M_2PI) / ((2 * ring + 1) * wide);
-}
-
-/* The cell that a direction lies in. */
-int cell_of(vector w)
-{
-  int ring = min((int)(sqrt(max(0.0, 1.0 - w[2])) * DRAW_RINGS), DRAW_RINGS - 1);
+  int ring = min((int)(sqrt(max(0.0, 1.0 - w[2])) * RINGS), RINGS - 1);
   float away = fabs(atan2(w[1], -w[0])) / M_PI;
-  int sector = min((int)(pow(away, 2.0 / 3.0) * DRAW_SECTORS), DRAW_SECTORS - 1);
-  return ring * DRAW_SECTORS + sector;
+  int sector = min((int)(pow(away, 2.0 / 3.0) * SECTORS), SECTORS - 1);
+  return ring * SECTORS + sector;
 }
 
-/* A unit vector in the frame where wo has azimuth 0. */
-vector draw_direction(float table[], int view, point seed)
+/* The density, per solid angle, with which `sample_table` returns a direction. */
+float pdf_table(float table[], int view, vector w)
 {
-  float u = random(seed, 2.0);
+  int cell = table_cell(w);
+  int i = view * CELLS + cell;
+  float probability = cell == 0 ? table[i] : table[i] - table[i - 1];
+  int ring = cell / SECTORS;
+  int sector = cell % SECTORS;
+  float width = sector_edge(sector + 1.0) - sector_edge(sector);
+  return probability * (RINGS * RINGS / M_2PI) / ((2 * ring + 1) * width);
+}
+
+/* A unit vector in the shading frame. */
+vector sample_table(float table[], int view, point seed)
+{
+  float u = random(seed, RANDOM_CELL);
   int low = 0;
-  int high = DRAW_CELLS - 1;
+  int high = CELLS - 1;
   while (low < high) {
     int middle = (low + high) / 2;
-    if (u < table[view * DRAW_CELLS + middle]) {
+    if (u < table[view * CELLS + middle]) {
       high = middle;
     }
     else {
       low = middle + 1;
     }
   }
-  int ring = low / DRAW_SECTORS;
-  float s_squared = (ring * ring + (2 * ring + 1) * random(seed, 3.0)) / (DRAW_RINGS * DRAW_RINGS);
-  int sector = low % DRAW_SECTORS;
-  float away = M_PI * mix(sector_edge(sector), sector_edge(sector + 1.0), random(seed, 4.0));
-  float side = random(seed, 5.0) < 0.5 ? -1.0 : 1.0;
+  int ring = low / SECTORS;
+  float s_squared = (ring * ring + (2 * ring + 1) * random(seed, RANDOM_RING)) / (RINGS * RINGS);
+  int sector = low % SECTORS;
+  float away = M_PI * mix(sector_edge(sector), sector_edge(sector + 1.0), random(seed, RANDOM_SECTOR));
+  float side = random(seed, RANDOM_SIDE) < 0.5 ? -1.0 : 1.0;
   float z = 1.0 - s_squared;
   float r = sqrt(max(0.0, 1.0 - z * z));
   return vector(-r * cos(away), side * r * sin(away), z);
-}
-
-/* A direction toward a cone's disk, even in solid angle. */
-vector draw_in_cone(vector axis, float radius, point seed)
-{
-  float z = 1.0 - random(seed, 8.0) * (1.0 - cos(radius));
-  float r = sqrt(max(0.0, 1.0 - z * z));
-  float azimuth = M_2PI * random(seed, 9.0);
-  vector u = normalize(cross(axis, fabs(axis[2]) < 0.9 ? vector(0.0, 0.0, 1.0) : vector(1.0, 0.0, 0.0)));
-  return z * axis + r * (cos(azimuth) * u + sin(azimuth) * cross(axis, u));
 }

@@ -294,7 +294,7 @@ def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy
     from fitter import closure_mixture, cross_validation, draw_table
     from fitter.bake import bake
 
-    monkeypatch.setattr(draw_table, "draw_table", lambda *_: np.zeros(3, np.float32))      # takes most of a second
+    monkeypatch.setattr(draw_table, "sampling_table", lambda *_: np.zeros(3, np.float32))      # takes most of a second
     path = tmp_path / "fit.npz"
     few = cross_validation.subset(glossy, slice(200))
     fit = fitter.fit(few, **fitter.PRESETS[preset] | {"diffuse_level": 1, "specular_level": 3})
