@@ -27,6 +27,7 @@ from .shader_constants import (
     REMAINDER_SHARE,
     REPLACING_PROBABILITY,
     ROW,
+    STEEPEST_AXIS,
     TOTAL_WEIGHT,
     WEIGHTS,
 )
@@ -145,8 +146,8 @@ def _peaks(target: NDArray[np.float64], to: directions.Directions) -> NDArray[np
     total = target.sum(axis=2).reshape(len(target), -1, sectors)[:, :, :6].mean(axis=2)
     ring = total.argmax(axis=1)
     peak = to.theta.reshape(-1, sectors)[ring, 0]
-    smooth = np.convolve(np.pad(peak, 2, mode="edge"), np.ones(5) / 5, mode="valid")     # argmax jumps from ring to ring
-    return np.minimum(smooth, np.radians(86))
+    smooth = np.convolve(np.pad(peak, 2, mode="edge"), np.ones(5) / 5, mode="valid")     # peak jumps from ring to ring
+    return np.minimum(smooth, STEEPEST_AXIS)
 
 
 def _choose(target: NDArray[np.float64], theta_o: NDArray[np.float64], offset: NDArray[np.float64],
@@ -193,7 +194,7 @@ def _densities(theta_o: float, offset: float, exponents: tuple[float, float], ro
 def _frame(theta_o: float, offset: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """The outgoing direction, the axis of the phong_ramps, and their half vector: (3,) each."""
     wo = _in_plane(theta_o)
-    axis = _in_plane(-min(theta_o + offset, np.radians(86)))
+    axis = _in_plane(-min(theta_o + offset, STEEPEST_AXIS))
     return wo, axis, (wo + axis) / np.linalg.norm(wo + axis)
 
 
@@ -269,8 +270,8 @@ def _row(lobes: list[NDArray[np.float64]], density: NDArray[np.float64], coeffic
     shares = _shares(mixture, density, solid_angle)
     albedo = solid_angle @ target
     microfacet = parts[RAMPS][0]
-    # The coefficient of the microfacet lobe is its weight. The other weights follow from the best shares, as long as the
-    # sum stays close to the albedo: Cycles takes the sum for the albedo in the passes that guide its denoiser.
+    # The coefficient of the microfacet lobe is its weight. The other weights follow from the best shares, as long as
+    # their sum stays close to the albedo, for which Cycles takes it in the passes that guide its denoiser.
     total = albedo.mean()
     if microfacet.mean() > _LEAST_WEIGHT * total:
         total = np.clip(microfacet.mean() / shares[RAMPS], 0.6 * total, 1.6 * total)

@@ -1,4 +1,4 @@
-"""Tabulated viewing directions, and a grid of incident directions: shared by the closure mixture and the sampling tables.
+"""Tabulated viewing directions and a grid of incident ones, for the closure mixture and the sampling tables.
 
 The mixture is tabulated for `VIEWS` outgoing angles. A fit is symmetric about the plane of incidence, so that half of
 the hemisphere is enough. It is divided into `RINGS` x `SECTORS` cells, evenly spaced in s = sqrt(1 - cos theta_i),

@@ -3,8 +3,8 @@
 Each is written here and nowhere else: Python imports it, and `bake` writes all of them into a shader's
 `baked_constants.h` as `#define NAME value`. What depends on a fit is not here; see `bake`.
 
-Angles are radians; a cosine, weight, share or probability has no unit. A threshold is *numerical* where any small number
-would do; it only keeps single precision away from a division by nothing.
+Angles are in radians; a cosine, weight, share or probability has no unit. A threshold is *numerical* where any small
+number would do: it only keeps single precision away from a division by nothing.
 """
 
 from math import radians
@@ -32,7 +32,7 @@ VIEWS = 32
 GRAZING = radians(88)
 # The largest angle between the normal and the axis of the phong_ramps: nearer to the horizon, too much of a lobe would
 # lie below it.
-STEEPEST_AXIS = 1.501
+STEEPEST_AXIS = radians(86)
 # Index of refraction of the microfacet closure; Cycles takes no notice of it for reflection without a Fresnel factor.
 MICROFACET_IOR = 1.5
 # Cycles evaluates a phong_ramp to 0 where its value, 1/sr, is below this; so does the shader.
