@@ -28,7 +28,7 @@ float pdf_remainder(SAMPLING_PARAMETERS, int view, RemainderPlan plan, Cone larg
   float in_cone = 0.0;
   if (large.radius > 0.0) {
     table_share = 1.0 - LARGE_LAMP_SHARE;
-    in_cone = dot(wi, large.axis) >= cos(large.radius) ? LARGE_LAMP_SHARE / (M_2PI * (1.0 - cos(large.radius))) : 0.0;
+    in_cone = LARGE_LAMP_SHARE * pdf_cone(large, wi);
   }
   float in_table = plan.replaces ? pdf_table(SAMPLING_REFLECTED, view, wi) : pdf_table(SAMPLING_REMAINDER, view, wi);
   return table_share * in_table + in_cone;

@@ -35,7 +35,7 @@ ShadingFrame shading_frame(normal shading_normal, normal surface_normal, vector 
   }
   vector tangent = to_viewer - dot(to_viewer, frame.z) * frame.z;
   if (length(tangent) < LEAST_TANGENT) {
-    tangent = cross(frame.z, fabs(frame.z[0]) < 0.5 ? vector(1.0, 0.0, 0.0) : vector(0.0, 1.0, 0.0));
+    tangent = perpendicular(frame.z);
   }
   frame.x = normalize(tangent);
   frame.y = cross(frame.z, frame.x);
