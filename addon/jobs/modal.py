@@ -7,6 +7,7 @@ result.
 
 import traceback
 from collections.abc import Generator
+from contextlib import closing
 from typing import Any
 
 import bpy
@@ -52,9 +53,9 @@ class InBackground(OperatorMixIn):
     def run(self, context: bpy.types.Context) -> OperatorResult:
         """Do everything at once, for scripts: what `execute` returns."""
         try:
-            self._steps: Steps | None = self.prepare(self._checked_work(context).run())
-            while self._prepare_next(self._steps) is not None:
-                pass
+            with closing(self.prepare(self._checked_work(context).run())) as steps:
+                while self._prepare_next(steps) is not None:
+                    pass
             self._apply(context)
         except Exception as error:
             return self._failed(error)
@@ -110,7 +111,7 @@ class InBackground(OperatorMixIn):
 
     def _begin(self, work: Work) -> None:
         global running
-        self._steps = None
+        self._steps: Steps | None = None
         self._job = running = work.start()
 
     def _step(self, context: bpy.types.Context) -> bool:
