@@ -15,7 +15,8 @@ from typing import Any
 import bpy
 
 from ...fitter.files import replacing
-from .process import Job, WorkerError, read_progress
+from .job import Job, read_progress
+from .process import WorkerError
 
 _ROOT = Path(__file__).parents[2]
 _LAST_LINES = 5             # of the log, for the error message where a Blender ended without a result

@@ -8,7 +8,7 @@ import bpy.utils.previews
 from ...fitter.arrays import SingleArray
 from ..annotations import Report
 from . import queue
-from .process import Job
+from .job import Job
 
 Key = tuple[Any, ...]
 _Picture = SingleArray | tuple[SingleArray, Any]

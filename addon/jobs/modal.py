@@ -18,7 +18,7 @@ from .. import transaction
 from ..annotations import OperatorMixIn, OperatorResult
 from ..materials import compiler, osl_support
 from . import blender_process, process, queue
-from .process import Job, Work
+from .job import Job, Work
 
 Steps = Generator[tuple[float, str], None, Any]
 """Work in pieces: yields (fraction, doing) after each, and returns its result."""

@@ -1,6 +1,6 @@
-"""Jobs, and the worker processes that do them, so that Blender's window stays responsive.
+"""Worker processes, so that Blender's window stays responsive.
 
-A worker is a process that does one job at a time. Each has a name; `start` gives a job to the operators' worker.
+A worker is a process that does one `Job` at a time. Each has a name; `start` gives a job to the operators' worker.
 """
 
 import contextlib
@@ -12,11 +12,12 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import IO, Any, Generic, Protocol, TypeVar, cast
+from typing import IO, Any, TypeVar, cast
 
 import bpy
 
 from ..annotations import Report
+from .job import Job, read_progress
 from .tasks import silent
 
 _Result = TypeVar("_Result")
@@ -27,76 +28,6 @@ _PACKAGE = __package__.rpartition(".addon")[0]
 
 class WorkerError(RuntimeError):
     """The worker process ended early: it was killed, or memory ran out."""
-
-
-class AnyWorker(Protocol):
-    """Where a job runs: a `Worker`, or a `blender_process.BlenderProcess`."""
-
-    def poll(self, job: "Job[Any]") -> None:
-        """Update the job's progress, and its result once it has one."""
-
-    def kill(self) -> None:
-        """End the process."""
-
-
-class Job(Generic[_Result]):
-    """A piece of work, its progress and its result.
-
-    Attributes
-    ----------
-    function : callable, or None
-        Takes `report(fraction, doing)`. The function and its result can be pickled. None for a Blender process.
-    worker : AnyWorker, or None
-        None until the job begins.
-    number : int
-        Of the job, for its `Worker`.
-    fraction, doing : float, str
-        The progress.
-    result, error
-        What the function returned, or the exception that it raised.
-    finished : float, or None
-        When, by `time.monotonic`.
-    asked : float
-        When a panel last asked for the result.
-    """
-
-    def __init__(self, function: Callable[[Report], _Result] | None) -> None:
-        self.function = function
-        self.worker: AnyWorker | None = None
-        self.number = 0
-        self.fraction, self.doing = 0.0, "Starting"
-        self.result: _Result | None = None
-        self.error: Exception | None = None
-        self.finished: float | None = None
-        self.asked = 0.0
-
-    def poll(self) -> bool:
-        """Update progress and result: whether the job is finished."""
-        if self.worker is not None and self.finished is None:
-            self.worker.poll(self)
-        return self.finished is not None
-
-    def cancel(self) -> None:
-        """End the work, and its process."""
-        if self.worker is not None and self.finished is None:
-            self.worker.kill()
-
-
-class Work(Protocol):
-    """What an operator does in another process: a `Calculation`, or a `blender_process.Command`."""
-
-    def start(self) -> Job[Any]:
-        """Begin in another process."""
-
-    def run(self) -> Any:
-        """Wait for the result, or raise the error."""
-
-
-def read_progress(path: Path, job: Job[Any]) -> None:
-    """Update a job with the progress that its process wrote."""
-    with contextlib.suppress(OSError, ValueError):      # not there yet, or half written
-        fraction, job.doing = path.read_text("utf-8").split(" ", 1)
-        job.fraction = float(fraction)
 
 
 class Worker:
@@ -159,17 +90,17 @@ def start(function: Callable[[Report], _Result]) -> Job[_Result]:
     return job
 
 
-class Calculation(Generic[_Result]):
+class Calculation:
     """A function as the work of an operator; the function and its result can be pickled."""
 
-    def __init__(self, function: Callable[[Report], _Result]) -> None:
+    def __init__(self, function: Callable[[Report], Any]) -> None:
         self._function = function
 
-    def start(self) -> Job[_Result]:
+    def start(self) -> Job[Any]:
         """Begin in the operators' worker."""
         return start(self._function)
 
-    def run(self) -> _Result:
+    def run(self) -> Any:
         """Call the function here and now."""
         return self._function(silent)
 

@@ -7,7 +7,7 @@ import bpy
 
 from ..annotations import Arguments
 from . import icons, queue, tasks
-from .process import Job
+from .job import Job
 
 _RECHECK = 5.0              # seconds after which the file of a shown material is read again
 

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple, TypeVar
 import bpy
 
 from ..annotations import Report
-from .process import Job, worker
+from .job import Job
+from .process import worker
 from .tasks import silent
 
 _Answer = TypeVar("_Answer")

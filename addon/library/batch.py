@@ -19,6 +19,7 @@ from ... import fitter
 from ...fitter.arrays import SingleArray
 from ..annotations import Arguments, present
 from ..jobs import process, tasks
+from ..jobs.job import Job
 from ..materials import material as materials
 from ..materials.properties import Choices, fit_arguments
 from . import assets, library_file
@@ -68,7 +69,7 @@ class _Entry(NamedTuple):
     row: Row
 
 
-_Job = process.Job[tuple[tasks.Outcome, SingleArray]]
+_Job = Job[tuple[tasks.Outcome, SingleArray]]
 _Planned = Mapping[Path | None, Sequence[_Task]]
 """Tasks by part; None for those that go into any part with room."""
 
@@ -239,7 +240,7 @@ def _in_parallel(todo: Sequence[_Task], arguments: Arguments, folder: Path, proc
                     function(task, job)
             while waiting and len(running) < processes:
                 task = waiting.pop()
-                job = process.Job(partial(tasks.asset, task.path, task.sample, arguments, str(folder)))
+                job = Job(partial(tasks.asset, task.path, task.sample, arguments, str(folder)))
                 worker = idle.pop() if idle and idle[-1].is_alive() else process.Worker()
                 worker.begin(job)
                 running.append((job, task, worker))

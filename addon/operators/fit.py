@@ -42,7 +42,7 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         return self.run(context)
 
-    def work(self, context: bpy.types.Context) -> process.Calculation[tasks.Outcome]:
+    def work(self, context: bpy.types.Context) -> process.Calculation:
         target = present(active_material(context))
         # meanwhile, the user may rename or remove the material, or change its settings
         self._target = target.session_uid

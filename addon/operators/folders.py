@@ -61,7 +61,7 @@ class MEASUREDBRDF_OT_import_folder(_FromFolder, MakesMaterials, bpy.types.Opera
     bl_label = "Import Folder of Measured BRDFs"
     bl_options = {"REGISTER", "UNDO"}
 
-    def work(self, context: bpy.types.Context) -> process.Calculation[Outcomes]:
+    def work(self, context: bpy.types.Context) -> process.Calculation:
         self.remember_target(context)
         sources, self._failures = sources_in([self.checked_folder()])
         return process.Calculation(partial(tasks.outcomes, sources, fit_arguments(self)))

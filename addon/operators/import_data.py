@@ -101,7 +101,7 @@ class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator
         complete(self)
         return self.run(context)
 
-    def work(self, context: bpy.types.Context) -> process.Calculation[Outcomes]:
+    def work(self, context: bpy.types.Context) -> process.Calculation:
         self.remember_target(context)
         return process.Calculation(
             partial(tasks.outcomes, [(path, self.sample) for path in self._paths()], fit_arguments(self)))

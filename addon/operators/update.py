@@ -28,7 +28,7 @@ The fits do not change, and the measurements are not needed"""
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         return self.run(context)
 
-    def work(self, _context: bpy.types.Context) -> process.Calculation[list[tuple[str | ValueError, _Users]]]:
+    def work(self, _context: bpy.types.Context) -> process.Calculation:
         outdated = [item for item in bpy.data.materials if item.is_editable and material.is_outdated(item)]
         if not outdated:
             raise ValueError("All measured materials of this file are up to date")

@@ -7,7 +7,7 @@ import bpy
 from ...fitter import PRESETS
 from ..annotations import Arguments, present
 from ..jobs import queries, tasks
-from ..jobs.process import Job
+from ..jobs.job import Job
 from ..materials.properties import fit_arguments
 from .layout import MaterialPanel, draw_row, draw_warning
 

@@ -10,7 +10,7 @@ from ...fitter import PRESETS
 from .. import manual, versions
 from ..annotations import present
 from ..jobs import modal, queries, tasks
-from ..jobs.process import Job
+from ..jobs.job import Job
 from ..materials import material as materials
 from ..materials import osl_support
 from ..materials.properties import NO_SPECULAR_LEVEL, is_preset

@@ -7,7 +7,7 @@ import bpy
 
 from ..annotations import present
 from ..jobs import queries
-from ..jobs.process import Job
+from ..jobs.job import Job
 from ..materials.properties import fit_arguments
 from .layout import MaterialPanel
 

@@ -75,6 +75,12 @@ def test_a_format_knows_samples_and_no_fit(path):
     assert imported <= known
 
 
+@pytest.mark.parametrize("name", ["job", "tasks", "worker"])
+def test_what_worker_processes_import_does_not_need_blender(name):
+    path = f"addon/jobs/{name}.py"
+    assert not {module[0] for module in imports(path, (ROOT / path).read_text("utf-8"))} & FORBIDDEN["fitter"] - {"addon"}
+
+
 @pytest.mark.parametrize(("path", "source", "wrong"), [
     ("fitter/lattice/dense.py", "from ..methods import fit", ["fitter.methods.fit"]),
     ("fitter/lattice/dense.py", "def f():\n    from .. import methods", ["fitter.methods"]),
