@@ -75,7 +75,7 @@ def test_one_button_brings_it_up_to_date_without_the_measurements(old_scene):
     assert {name: getattr(glossy_material().measured_brdf, name) for name in settings} == settings
     assert len(bpy.data.texts) == 1
     assert_same(blocks(), 0.5 * old_scene)
-    with pytest.raises(RuntimeError, match="are those of this version"):
+    with pytest.raises(RuntimeError, match="are up to date"):
         bpy.ops.measured_brdf.update_materials()
 
 
