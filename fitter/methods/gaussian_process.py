@@ -2,9 +2,9 @@
 
 C. E. Rasmussen, C. K. I. Williams: Gaussian Processes for Machine Learning, 2006: the regression is equation 2.25, the
 Matern kernel of smoothness 5/2 is equation 4.17. The kernel is the sum of two Matern kernels, of a short and a long
-range, over half and difference coordinates. It is averaged over the mirror images of a sample, so that the field has the
-symmetries of the lattice; and over the sample's reciprocal, with a slightly smaller weight, so that the field is nearly
-reciprocal, but can follow samples that are not.
+range, over half and difference coordinates. It is averaged over the mirror images of a sample, so that the field has
+the symmetries of the lattice; and over the sample's reciprocal, with a slightly smaller weight, so that the field is
+nearly reciprocal, but can follow samples that are not.
 """
 
 from dataclasses import dataclass
@@ -71,7 +71,7 @@ def krige(mu: FloatArray, z: FloatArray, noise: FloatArray) -> Field:
     for start in range(0, len(mu), _CHUNK):                  # `correlation` needs several times its result's memory
         covariance[start:start + _CHUNK] = correlation(mu[start:start + _CHUNK], mu)
     covariance[np.diag_indices(len(mu))] += noise
-    return Field(mu, np.linalg.solve(covariance, z))
+    return Field(mu, np.asarray(np.linalg.solve(covariance, z), dtype=float))
 
 
 def correlation(mu: FloatArray, other: FloatArray) -> FloatArray:
