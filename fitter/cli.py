@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"error: {error}", file=sys.stderr)
         return 1
     except BrokenPipeError:     # the reader has closed the pipe: write no more
-        sys.stdout = None       # type: ignore[assignment]      # as pythonw does; print then does nothing
+        sys.stdout = None       # print then does nothing
     except OSError as error:
         print(f"error: {error.filename}: {error.strerror or error}", file=sys.stderr)
         return 1

@@ -148,8 +148,8 @@ def srgb(linear: ArrayLike) -> FloatArray:
     >>> srgb([-1, 0, 0.214041, 1, 5]).round(6).tolist()
     [0.0, 0.0, 0.5, 1.0, 1.0]
     """
-    linear = np.clip(np.asarray(linear, dtype=float), 0, 1)
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    clipped = np.clip(np.asarray(linear, dtype=float), 0, 1)
+    return np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * clipped ** (1 / 2.4) - 0.055)
 
 
 def _near_plane(samples: Samples, theta_i: float) -> tuple[FloatArray, FloatArray, float]:

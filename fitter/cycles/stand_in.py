@@ -115,7 +115,7 @@ def _two_terms(lobe: FloatArray, grazing: FloatArray, values: FloatArray,
     for k in (0, 1):
         column = columns[:, k]
         alone = np.zeros(2)
-        alone[k] = max(column @ target / max(column @ column, 1e-30), 0)
+        alone[k] = max(float(column @ target) / max(float(column @ column), 1e-30), 0)
         candidates.append(alone)
     upper = np.array([1 / np.pi, 1.0])
     candidates = [np.minimum(pair, upper) for pair in candidates if (pair >= 0).all()]
