@@ -172,7 +172,8 @@ def _report(options: argparse.Namespace) -> None:
 def write_report(files: Sequence[str | Path], out: str | Path, levels: Sequence[int] | None = None,
                  supplements: Sequence["MakeSupplement"] = ()) -> None:
     """Write a report with a progress bar, and print how the paper's claim holds; arguments as for `report.write`."""
-    from . import report        # here, as it needs SciPy and is not in the extension
+    from . import report  # it needs SciPy, and is not in the extension
+
 
     results = report.write(files, out, levels or report.LEVELS, show_progress, supplements=supplements,
                            jobs=os.cpu_count() or 1)

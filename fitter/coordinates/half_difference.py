@@ -13,8 +13,8 @@ in the place of |D|, which is at least a softening radius delta ::
 
     d^4 = delta^4 + (1 - delta^4) |D|^4,    mu = (d, x, y),    x = H.D / d,    y^2 = |H|^2 - x^2
 
-|D|^2, |H|^2 and H.D are smooth functions of both directions, and d is never 0. Hence d, x and y^2 are smooth too, and so
-is every smooth function of them that is even in y. Where |D| is much larger than delta, mu is close to
+|D|^2, |H|^2 and H.D are smooth functions of both directions, and d is never 0. Hence d, x and y^2 are smooth too, and
+so is every smooth function of them that is even in y. Where |D| is much larger than delta, mu is close to
 (|D|, H_x, |H_y|), which is mu for delta = 0.
 
 A mirror lobe lies along the axis H = 0 at every angle of incidence, normal incidence is no special case, and exchanging

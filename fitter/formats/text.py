@@ -1,7 +1,7 @@
 """Parsing numbers in text files, with errors that name the line.
 
-The content stays bytes, is parsed in pieces of about 64 kB, and the numbers go into one array of doubles. A hostile file
-therefore takes hardly more time and memory than a valid one of the same size.
+The content stays bytes, is parsed in pieces of about 64 kB, and the numbers go into one array of doubles. A hostile
+file therefore takes hardly more time and memory than a valid one of the same size.
 """
 
 import math

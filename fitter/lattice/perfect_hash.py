@@ -1,8 +1,8 @@
 """Minimal perfect hashing: n keys in n slots, found with one displacement and one comparison.
 
 The method is hash and displace (D. Belazzougui, F. C. Botelho, M. Dietzfelbinger: Hash, Displace, and Compress, ESA
-2009). Each key has a bucket, and all keys of a bucket are displaced by the same number, chosen so that they land in free
-slots ::
+2009). Each key has a bucket, and all keys of a bucket are displaced by the same number, chosen so that they land in
+free slots ::
 
     mixed  = (key & 4095) * multiplier + (key >> 12) * 40503,  mixed ^= mixed >> 13
     home   = (key + (mixed >> 4)) % n

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import ArrayLike, FloatArray
+from ..arrays import FloatArray
 from ..model.fit import Fit
 from ..model.transform import LogRelative
 from ..quality.physics import directional_albedo

@@ -30,7 +30,8 @@ class Description:
     negative : int
         Values below 0, over all channels.
     saturated : int
-        Values that share their channel's maximum, as a saturated detector makes them, or that were marked as overflowed.
+        Values that share their channel's maximum, as a saturated detector makes them, or that were marked as
+        overflowed.
     lowest, mean, highest : (channels,) tuple of float
         1/sr.
     """

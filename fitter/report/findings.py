@@ -180,7 +180,7 @@ def _where(results: Results, claimed: list[Row]) -> str:
 
 
 def _against_baselines(results: Results) -> str:
-    """For how many materials each of our methods has smaller errors than both baselines, at all and held-out samples."""
+    """For how many materials each of our methods has smaller errors than both baselines."""
     rows: dict[str, list[Row]] = {}
     for row in results["comparison"]:
         rows.setdefault(row["method"], []).append(row)
