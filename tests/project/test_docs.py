@@ -16,7 +16,7 @@ GENERATED = {"baked_constants.h", "baked_tables.h", "lamp_parameters.h", "tables
 NOT_OURS = re.compile(r"(build|shared|\.\.|/tmp)/|(curet|cornell)/|.*[*{<]|(.*/)?(test_)?NAME(\W|$)|.*LIBRARY")
 EXTENSIONS = r"(?:py|md|h|osl|toml|csv)"
 PATH = re.compile(rf"[\w./-]+\.{EXTENSIONS}|[\w.-]+(?:/[\w.-]+)*/")
-DOTTED = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+")
+DOTTED = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+(?<!\.blend)(?<!\.npz)(?<!\.dat)(?<!\.astm)(?<!\.png)")
 
 
 def backticked(text):
