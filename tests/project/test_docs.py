@@ -2,7 +2,7 @@
 
 import ast
 import re
-from functools import lru_cache
+from functools import cache
 
 import pytest
 
@@ -40,7 +40,7 @@ def files(name):
     return [path for path in tree() if path.endswith("/" + name.rstrip("/"))]
 
 
-@lru_cache
+@cache
 def tree():
     """All files and folders below those of the root, as paths with slashes."""
     return [path.as_posix() for top in sorted(TOP) for path in (ROOT / top).rglob("*")]
@@ -52,7 +52,7 @@ def missing_paths(text):
     return sorted(name for name in names - GENERATED if not files(name))
 
 
-@lru_cache
+@cache
 def definitions(path):
     """The names that a Python file defines or imports, and those of each class."""
     found, classes = set(), {}
@@ -76,13 +76,13 @@ def _names(node):
     return {part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)}
 
 
-@lru_cache
+@cache
 def python_files():
     """The Python files that pages name."""
     return [path for top in sorted(TOP - {"tests", "docs", "osl"}) for path in (ROOT / top).rglob("*.py")]
 
 
-@lru_cache
+@cache
 def dotted():
     """The Python files by their modules' names."""
     return {path.relative_to(ROOT).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__"): path
