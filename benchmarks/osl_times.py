@@ -47,7 +47,7 @@ def table(samples, repeats=REPEATS):
     """
     grey = replace(samples, values=samples.values[:, :1], channels=("grey",))
     fits = {name: make(grey) for name, make in METHODS_TIMED.items() if name not in BASELINES}
-    evaluate = "color f = fitted_brdf(FIT, wi, wo); total += f[0];"
+    evaluate = "color f = eval_fit(FIT, wi, wo); total += f[0];"
     small = fitter.fit(grey, 0, None)               # a probe must bake something
     probes = {name: (fit, "", evaluate) for name, fit in fits.items()} | {
         "Koenderink 8": (small, baselines_osl.koenderink(koenderink.fit(grey)), "total += koenderink(wi, wo);"),

@@ -16,9 +16,9 @@ DIRECTIONS = 24             # for a shading point
 
 _HEAD = """
 #include "baked_constants.h"
-#include "perfect_hash.h"
-#include "lattice.h"
-#include "draw.h"
+#include "random.h"
+#include "fit.h"
+#include "sampling_table.h"
 
 shader reference(output closure color Result = 0)
 {
@@ -44,7 +44,7 @@ _INTEGRATE = _HEAD + """
     LIGHT
     vector wi = vector(dot(w, x), dot(w, y), dot(w, z));
     if (wi[2] > 0.0 && dot(w, Ng) > 0.0 && !trace(P, w)) {
-      sum += fitted_brdf(FIT, wi, wo) * (wi[2] * light / COUNT);
+      sum += eval_fit(FIT, wi, wo) * (wi[2] * light / COUNT);
     }
   }
   Result = sum * emission();
@@ -52,10 +52,10 @@ _INTEGRATE = _HEAD + """
 """
 
 _DRAW = _HEAD + """
-  vector wi = draw_direction(DRAW_ALL, view, P);
+  vector wi = sample_table(SAMPLING_REFLECTED, view, P);
   vector w = wi[0] * x + wi[1] * y + wi[2] * z;
   if (wi[2] > 0.0 && dot(w, Ng) > 0.0) {
-    color weight = fitted_brdf(FIT, wi, wo) * (wi[2] / cell_density(DRAW_ALL, view, cell_of(wi)));
+    color weight = eval_fit(FIT, wi, wo) * (wi[2] / pdf_table(SAMPLING_REFLECTED, view, wi));
     Result = weight * reflection(normalize(I + w));
   }
 }
@@ -78,9 +78,9 @@ def _cone(axis, cosine):
 def world(strength=1.0):
     """An even world: drawn from the table, since highlights are narrow."""
     return f"""
-    vector even = draw_direction(DRAW_ALL, view, P + 17.3 * k);
+    vector even = sample_table(SAMPLING_REFLECTED, view, P + 17.3 * k);
     w = even[0] * x + even[1] * y + even[2] * z;
-    light = {strength} / cell_density(DRAW_ALL, view, cell_of(even));"""
+    light = {strength} / pdf_table(SAMPLING_REFLECTED, view, even);"""
 
 
 def bright_spot(axis, half_angle, strength, around):

@@ -1,16 +1,14 @@
-/* Lobes at lamps: where a lamp stands, and a phong_ramp that is flat over it. */
+/* The lamps that a shading point sees: where they are, how large, and how bright. */
 
-#define MAX_LAMPS 32
-#define MAX_LOBES 4               /* of more lamps than these, every sample takes two at random */
-#define SAMPLED_LOBES 2
-#define SMALL_LAMP_RADIUS 0.005   /* radians, as the sun: the fit is taken for constant over a smaller lamp */
-#define MAX_HIDDEN_RADIUS 0.06    /* 3.4 degrees: its lobe is all that is seen of a smaller lamp */
-#define MAX_LOBE_RADIUS 0.6       /* a larger lamp has no lobe: the mixture is right in the mean over it */
-#define MIN_LOBE_RADIUS 0.0122    /* 0.7 degrees, so that a lamp without a size has a lobe that floats can resolve */
-#define LOBE_FLAT (1.0 / 7.0)     /* a lobe is flat where it has not fallen further than this */
+struct LampList {
+  vector direction[MAX_LAMPS];      /* in the shading frame */
+  float radius[MAX_LAMPS];          /* angular, of the lamp's disk */
+  float light[MAX_LAMPS];           /* about what it adds to the irradiance of the point; only ratios matter */
+  int count;
+};
 
-/* The direction toward a lamp, the angular radius of its disk, and how bright it makes the point, facing it. A sun has
- * a direction for a position and minus its angular radius for a size; extent is (size, strength, unused). */
+/* A lamp's direction from a point, the angular radius of its disk, and its irradiance at normal incidence. For a sun,
+ * `lamp` is a direction and its size minus its angular radius; `extent` is (size, strength, unused). */
 vector lamp_direction(vector lamp, vector extent, point at, output float radius, output float light)
 {
   if (extent[0] < 0.0) {
@@ -19,67 +17,62 @@ vector lamp_direction(vector lamp, vector extent, point at, output float radius,
     return normalize(lamp);
   }
   vector toward = lamp - at;
-  float distance = max(length(toward), 1e-6);
+  float distance = max(length(toward), LEAST_DISTANCE);
   radius = distance > extent[0] ? asin(extent[0] / distance) : M_PI_2;
   light = extent[1] / (distance * distance);
   return toward / distance;
 }
 
-/* Append a lamp to the lists, in the frame of the surface, if any of it stands above the horizon. */
-void note_lamp(vector lamp, vector extent, point at, vector x, vector y, vector z, vector wo, output vector toward[],
-               output float radius[], output float light[], output int count)
+/* Append a lamp to the list if any part of it is above the horizon. */
+void add_lamp(vector lamp, vector extent, point at, ShadingFrame frame, output LampList lamps)
 {
-  float r, e;
-  vector w = lamp_direction(lamp, extent, at, r, e);
-  vector l = vector(dot(w, x), dot(w, y), dot(w, z));
-  if (l[2] > -sin(r) && length(wo + l) > 1e-3) {
-    toward[count] = l;
-    radius[count] = r;
-    light[count] = e * max(l[2], 0.1);
-    count++;
+  float radius, light;
+  vector w = to_local(frame, lamp_direction(lamp, extent, at, radius, light));
+  if (w[2] > -sin(radius) && length(frame.wo + w) > LEAST_HALF_VECTOR) {
+    lamps.direction[lamps.count] = w;
+    lamps.radius[lamps.count] = radius;
+    lamps.light[lamps.count] = light * max(w[2], LEAST_LAMP_COSINE);
+    lamps.count++;
   }
 }
 
-/* cos(angle from the axis) ^ exponent falls to 3/7 at the lamp's edge. */
-float lobe_exponent(float radius)
-{
-  return log(3.0 / 7.0) / log(cos(max(radius, MIN_LOBE_RADIUS)));
-}
+/* A cone of directions; its radius is an angle, and 0 stands for no cone. */
+struct Cone {
+  vector axis;
+  float radius;
+};
 
-/* The ramp over c = cos ^ exponent that makes c ramp(c) flat from c = 1 down to 1/7: piecewise linear with knots at
- * j / 7, its mean between two knots, in proportion to solid angle, is 1 (from the axis outward,
- * knot[j] = 14 ln((j + 1) / j) - knot[j + 1]). */
-void ramp_knots(output float knot[8])
+/* One of the large lamps, with a probability in proportion to its light. */
+Cone sample_large_lamp(LampList lamps, point seed)
 {
-  knot[7] = 1.0;
-  for (int j = 6; j > 0; j--) {
-    knot[j] = 14.0 * log((j + 1.0) / j) - knot[j + 1];
+  Cone chosen;
+  chosen.axis = 0.0;
+  chosen.radius = 0.0;
+  float light = 0.0;
+  for (int i = 0; i < lamps.count; i++) {
+    if (lamps.radius[i] >= MAX_HIDDEN_RADIUS) {
+      light += lamps.light[i];
+      if (random(seed, RANDOM_LARGE_LAMP + i) * light <= lamps.light[i]) {
+        chosen.axis = lamps.direction[i];
+        chosen.radius = min(lamps.radius[i], M_PI_2);
+      }
+    }
   }
-  knot[0] = 0.0;
+  return chosen;
 }
 
-void flat_ramp(color top, output color ramp[8])
+/* A direction within a cone, uniform in solid angle. */
+vector sample_cone(Cone cone, point seed)
 {
-  float knot[8];
-  ramp_knots(knot);
-  for (int j = 0; j < 8; j++) {
-    ramp[j] = knot[j] * top;
-  }
+  float z = 1.0 - random(seed, RANDOM_CONE_HEIGHT) * (1.0 - cos(cone.radius));
+  float r = sqrt(max(0.0, 1.0 - z * z));
+  float azimuth = M_2PI * random(seed, RANDOM_CONE_AZIMUTH);
+  vector u = perpendicular(cone.axis);
+  return z * cone.axis + r * (cos(azimuth) * u + sin(azimuth) * cross(cone.axis, u));
 }
 
-/* cos ^ exponent in direction w. */
-float lobe_fall(vector axis, float exponent, vector w)
+/* The density, per solid angle, with which `sample_cone` returns a direction. */
+float pdf_cone(Cone cone, vector w)
 {
-  float cosine = dot(axis, w);
-  return cosine <= 0.0 ? 0.0 : min(pow(cosine, exponent), 1.0);
-}
-
-/* What Cycles makes of the lobe where it has fallen to c, in direction w, relative to its value on the axis. */
-float lobe_shape(vector axis, vector wo, vector w, float c)
-{
-  float knot[8];
-  ramp_knots(knot);
-  int j = min((int)(7.0 * c), 6);
-  vector h = wo + axis;
-  return c * mix(knot[j], knot[j + 1], 7.0 * c - j) * dot(h, w) / dot(h, axis);
+  return dot(w, cone.axis) >= cos(cone.radius) ? 1.0 / (M_2PI * (1.0 - cos(cone.radius))) : 0.0;
 }

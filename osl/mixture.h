@@ -1,7 +1,7 @@
-/* The closure mixture of fitter/cycles/closure_mixture.py: what Cycles will make of the closures, for any direction.
+/* The closure mixture: a sum of closures that is close to the fit, and its value in any direction.
  *
- * Constants in capitals come from the baker. A row of the table, one a view, holds RAMPS x 8 knots, divided by their
- * ramp's weight, then the weights of the ramps and of the microfacet lobe, their sum, and how often to draw. */
+ * fitter/cycles/closure_mixture.py fits it, and fitter/shader_constants.py describes a row of its table. The knots of a
+ * row are divided by the weight of their ramp. */
 
 #if CHANNELS == 3
 #  define MIXTURE_VALUE color
@@ -10,17 +10,19 @@
 #  define MIXTURE_VALUE float
 #  define MIXTURE_READ(i) MIXTURE[i]
 #endif
+#define MIXTURE_NUMBER(i) MIXTURE[CHANNELS * (i)]      /* of an entry that is equal in all channels */
 
-#define STEEPEST_AXIS 1.501      /* for an axis: 86 degrees */
+/* The mixture for one viewing direction. */
+struct MixtureView {
+  int view;         /* the tabulated viewing angle */
+  int row;          /* where its row begins */
+  vector wo;        /* the viewing direction */
+  vector axis;      /* of the phong_ramps */
+  vector half;      /* the half vector of wo and axis: the normal that gives a phong_ramp this axis */
+};
 
-/* A direction in the plane of incidence, theta from the normal, on the mirror side. */
-vector mirror_side(float theta)
-{
-  return vector(-sin(theta), 0.0, cos(theta));
-}
-
-/* One of the two tabulated views on either side of theta_o, by a random number. */
-int view_beside(float theta_o, float u)
+/* One of the two tabulated views next to theta_o, by a random number. */
+int nearby_view(float theta_o, float u)
 {
   float t = max(0.0, 1.0 - theta_o / GRAZING);
   int below = min((int)((VIEWS - 1) * (1.0 - pow(t, 2.0 / 3.0))), VIEWS - 2);
@@ -31,26 +33,50 @@ int view_beside(float theta_o, float u)
   return u * (low - high) < low - t ? below + 1 : below;
 }
 
-/* A ramp at c in [0, 1], from knot `first` of the table on. */
-MIXTURE_VALUE ramp_at(float MIXTURE[], int first, float c)
+/* The direction at an angle theta from the normal, in the plane of incidence, opposite to the viewer. */
+vector mirror_side(float theta)
 {
-  int j = min((int)(7.0 * c), 6);
-  float t = 7.0 * c - j;
+  return vector(-sin(theta), 0.0, cos(theta));
+}
+
+/* The mixture of a tabulated view, seen from wo. `OFFSET` is how far the axes lean from the mirror direction. */
+MixtureView mixture_view(float OFFSET[], int view, float theta_o, vector wo)
+{
+  MixtureView found;
+  found.view = view;
+  found.row = view * ROW;
+  found.wo = wo;
+  found.axis = mirror_side(min(theta_o + OFFSET[view], STEEPEST_AXIS));
+  found.half = normalize(wo + found.axis);
+  return found;
+}
+
+MixtureView sample_view(float OFFSET[], vector wo, point seed)
+{
+  float theta_o = acos(clamp(wo[2], 0.0, 1.0));
+  return mixture_view(OFFSET, nearby_view(theta_o, random(seed, RANDOM_VIEW)), theta_o, wo);
+}
+
+/* A ramp at c in [0, 1]; `first` is the entry of its first knot. */
+MIXTURE_VALUE eval_ramp(float MIXTURE[], int first, float c)
+{
+  int j = min((int)((KNOTS - 1.0) * c), KNOTS - 2);
+  float t = (KNOTS - 1.0) * c - j;
   return (1.0 - t) * MIXTURE_READ(first + j) + t * MIXTURE_READ(first + j + 1);
 }
 
-MIXTURE_VALUE phong_value(float MIXTURE[], int row, int ramp, vector axis, vector h, float exponent, vector wi)
+MIXTURE_VALUE eval_phong_ramp(float MIXTURE[], MixtureView view, int ramp, float exponent, vector wi)
 {
-  float fall = pow(clamp(dot(axis, wi), 0.0, 1.0), exponent);
-  float height = max(dot(h, wi), 0.0) * (exponent + 2.0) / M_2PI * fall;
-  if (height < 1e-7) {
+  float falloff = pow(clamp(dot(view.axis, wi), 0.0, 1.0), exponent);
+  float height = max(dot(view.half, wi), 0.0) * (exponent + 2.0) / M_2PI * falloff;
+  if (height < LEAST_PHONG) {
     return 0.0;
   }
-  return height * MIXTURE_READ(row + WEIGHTS + ramp) * ramp_at(MIXTURE, row + 8 * ramp, fall);
+  return height * MIXTURE_READ(view.row + WEIGHTS + ramp) * eval_ramp(MIXTURE, view.row + KNOTS * ramp, falloff);
 }
 
 /* GGX reflection without a Fresnel factor, times cos theta_i. */
-float microfacet_value(float alpha, vector wo, vector wi)
+float eval_ggx(float alpha, vector wo, vector wi)
 {
   vector h = normalize(wo + wi);
   float a2 = alpha * alpha;
@@ -60,19 +86,36 @@ float microfacet_value(float alpha, vector wo, vector wi)
   return a2 / (2.0 * M_PI * bottom * bottom * wo[2] * (masking_o + masking_i));
 }
 
-/* The mixture in direction wi above the horizon, cosine included. `axis` and `h` are those of the Phong lobes. */
-color mixture_value(float MIXTURE[], int row, vector axis, vector h, vector wo, vector wi)
+/* The mixture in a direction wi above the horizon, times cos theta_i: what Cycles makes of `mixture_closures`. */
+color eval_mixture(float MIXTURE[], MixtureView view, vector wi)
 {
-  MIXTURE_VALUE sum = MIXTURE_READ(row + WEIGHTS) * ramp_at(MIXTURE, row, wi[2]) * (1.0 / M_PI) +
-                      phong_value(MIXTURE, row, 1, axis, h, EXPONENT_0, wi) +
-                      phong_value(MIXTURE, row, 2, axis, h, EXPONENT_1, wi) +
-                      MIXTURE_READ(row + MICROFACET) * microfacet_value(ROUGHNESS, wo, wi);
+  MIXTURE_VALUE sum = MIXTURE_READ(view.row + WEIGHTS) * eval_ramp(MIXTURE, view.row, wi[2]) * (1.0 / M_PI) +
+                      eval_phong_ramp(MIXTURE, view, 1, EXPONENT_0, wi) +
+                      eval_phong_ramp(MIXTURE, view, 2, EXPONENT_1, wi) +
+                      MIXTURE_READ(view.row + MICROFACET) * eval_ggx(ROUGHNESS, view.wo, wi);
   return color(sum);
 }
 
-void read_ramp(float MIXTURE[], int first, color tint, output color ramp[8])
+/* The colours of a ramp closure; `first` is the entry of its first knot. */
+void ramp_colors(float MIXTURE[], int first, color tint, output color ramp[KNOTS])
 {
-  for (int j = 0; j < 8; j++) {
+  for (int j = 0; j < KNOTS; j++) {
     ramp[j] = tint * MIXTURE_READ(first + j);
   }
+}
+
+/* The mixture, for Cycles to evaluate and to sample. */
+closure color mixture_closures(float MIXTURE[], MixtureView view, ShadingFrame frame, color tint)
+{
+  vector half = view.half[0] * frame.x + view.half[2] * frame.z;
+  color ramp[KNOTS];
+  ramp_colors(MIXTURE, view.row, tint, ramp);
+  closure color sum = color(MIXTURE_READ(view.row + WEIGHTS)) * diffuse_ramp(frame.z, ramp);
+  ramp_colors(MIXTURE, view.row + KNOTS, tint, ramp);
+  sum += color(MIXTURE_READ(view.row + WEIGHTS + 1)) * phong_ramp(half, EXPONENT_0, ramp);
+  ramp_colors(MIXTURE, view.row + 2 * KNOTS, tint, ramp);
+  sum += color(MIXTURE_READ(view.row + WEIGHTS + 2)) * phong_ramp(half, EXPONENT_1, ramp);
+  sum += tint * color(MIXTURE_READ(view.row + MICROFACET)) *
+         microfacet("ggx", frame.z, vector(0.0), ROUGHNESS, ROUGHNESS, MICROFACET_IOR, 0);
+  return sum;
 }

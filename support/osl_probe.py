@@ -10,11 +10,15 @@ from .stage import black_scene, blank_material, render
 
 PROBE = """
 #include "baked_constants.h"
-#include "perfect_hash.h"
-#include "lattice.h"
+#include "random.h"
+#include "shading_frame.h"
+#include "fit.h"
 #include "mixture.h"
-#include "draw.h"
 #include "lamps.h"
+#include "remainder_plan.h"
+#include "lamp_lobes.h"
+#include "sampling_table.h"
+#include "remainder.h"
 %s
 shader probe(output closure color Result = 0)
 {

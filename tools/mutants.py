@@ -6,7 +6,7 @@ that cover its file run until one fails, and a line says which, or that the muta
 without a test, or one that protects nothing: docs/robustness.md lists them.
 
     python -m tools.mutants                                 # all of them: about an hour
-    python -m tools.mutants addon/library/batch.py osl/draw.h       # those of two files
+    python -m tools.mutants addon/library/batch.py osl/lamps.h      # those of two files
     python -m tools.mutants --every 10                      # every tenth
     python -m tools.mutants --list                          # list, run nothing
 """

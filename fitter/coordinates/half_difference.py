@@ -26,6 +26,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..arrays import ArrayLike, Directions, FloatArray
+from ..shader_constants import LEAST_LENGTH
 
 SOFTENING = 0.01             # the softening radius delta of new fits
 
@@ -66,8 +67,8 @@ def half_difference(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, ph
     d2 = np.hypot(softening ** 2, np.sqrt(1 - softening ** 4) * length ** 2)
     d = np.sqrt(d2)
     # without softening, D has no azimuth where the directions coincide: that of the half vector stands in
-    divides = d > 1e-7
-    axis = np.where(divides, difference, np.where(np.abs(half) > 1e-7, half, 1))
+    divides = d > LEAST_LENGTH
+    axis = np.where(divides, difference, np.where(np.abs(half) > LEAST_LENGTH, half, 1))
     seen = half * np.conj(axis) / np.where(divides, d, np.abs(axis))
     # y^2 = |H|^2 - x^2 as a sum of squares, which loses no digits
     over = softening ** 2 * np.sqrt(np.maximum(1 - length ** 4, 0) / np.where(divides, d2 + length ** 2, 1))

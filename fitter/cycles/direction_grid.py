@@ -1,44 +1,52 @@
-"""A grid over the incident hemisphere, shared by the closure mixture and the table from which directions are drawn.
+"""Tabulated viewing directions and a grid of incident ones, for the closure mixture and the sampling tables.
 
-The mixture is tabulated for `VIEWS` outgoing angles. Half of the hemisphere above a point (a fit is symmetric about
-the plane of incidence) is divided into `RINGS` x `SECTORS` cells, evenly spaced in s = sqrt(1 - cos theta_i), which is
-nearly the angle, and in t = (1 - phi / pi)^(2/3), which is finest about the mirror direction, phi the azimuth from that
-of the outgoing direction; each cell is sampled at 2 x 2 points.
+The mixture is tabulated for `VIEWS` outgoing angles. A fit is symmetric about the plane of incidence, so that half of
+the hemisphere is enough. It is divided into `RINGS` x `SECTORS` cells, evenly spaced in s = sqrt(1 - cos theta_i),
+which is nearly proportional to the angle, and in t = (1 - phi / pi)^(2/3), which is finest near the mirror direction;
+phi is the azimuth from that of the outgoing direction. Each cell is evaluated at 2 x 2 points.
 """
 
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-VIEWS = 32
-RINGS = 32
-SECTORS = 24
-SUBSAMPLES = 2
-GRAZING = np.radians(88)            # the last view: beyond it there is nothing to see
+from ..shader_constants import GRAZING, RINGS, SECTORS, VIEWS
+
+SUBSAMPLES = 2              # points of a cell along each of its two sides
 
 
 class Directions(NamedTuple):
-    """Points of the grid, rings first: angles (n,), unit vectors (n, 3), and the solid angle of each (n,), both sides
-    of the plane of incidence counted."""
+    """Points of the grid, rings first.
 
-    theta: np.ndarray
-    phi: np.ndarray
-    unit: np.ndarray
-    solid_angle: np.ndarray
+    Attributes
+    ----------
+    theta, phi : (n,)
+        Radians.
+    unit : (n, 3)
+        The same as unit vectors.
+    solid_angle : (n,)
+        Of each point, on both sides of the plane of incidence together.
+    """
+
+    theta: NDArray[np.float64]
+    phi: NDArray[np.float64]
+    unit: NDArray[np.float64]
+    solid_angle: NDArray[np.float64]
 
 
-def views():
-    """The tabulated outgoing angles, radians, finer toward the horizon: (VIEWS,)."""
+def views() -> NDArray[np.float64]:
+    """The tabulated outgoing angles, radians, more closely spaced toward the horizon: (VIEWS,)."""
     return GRAZING * (1 - np.linspace(1, 0, VIEWS) ** 1.5)
 
 
-def grid():
-    """The directions at which a fit is sampled."""
+def grid() -> Directions:
+    """The incident directions at which a fit is evaluated."""
     rings, sectors = RINGS * SUBSAMPLES, SECTORS * SUBSAMPLES
     cosine, phi = np.meshgrid(1 - ((np.arange(rings) + 0.5) / rings) ** 2,
                               np.pi * (1 - ((np.arange(sectors) + 0.5) / sectors) ** 1.5), indexing="ij")
     sine = np.sqrt(1 - cosine**2)
-    high, wide = (2 * np.arange(rings) + 1) / rings**2, np.diff((np.arange(sectors + 1) / sectors) ** 1.5)
-    solid_angle = 2 * np.pi * high[:, None] * wide
+    height, width = (2 * np.arange(rings) + 1) / rings**2, np.diff((np.arange(sectors + 1) / sectors) ** 1.5)
+    solid_angle = 2 * np.pi * height[:, None] * width
     unit = np.stack([sine * np.cos(phi), sine * np.sin(phi), cosine], axis=-1)
     return Directions(np.arccos(cosine).ravel(), phi.ravel(), unit.reshape(-1, 3), solid_angle.ravel())

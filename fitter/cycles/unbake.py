@@ -1,12 +1,13 @@
-"""The fit that a baked shader evaluates, read back from its OSL source.
+"""Reading the fit of a baked shader back from its OSL source.
 
-A .blend keeps the source of each shader, so a measured material can be given the shader of a newer version without its
-measurements. Tables are baked with nine digits, which single precision needs and has: they come back as they were.
+A .blend keeps the source of each shader, so that a measured material can get the shader of a newer version without its
+measurements. `bake` writes nine digits of every number, enough to give each back in single precision.
 """
 
 import re
 
 import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
@@ -22,21 +23,21 @@ _TABLE = r"^  (?:int|float) {}\[(\d+)\] = \{{\n([^}}]*)\}};$"
 _NUMBER = r"[-+.\deE]+"
 
 
-def unbake(source, name="untitled", compression=0.0):
+def unbake(source: str, name: str = "untitled", compression: float = 0.0) -> Fit:
     """Read a fit from the OSL source that `bake.bake` made of it, by any version since 0.1.0.
 
     Parameters
     ----------
     source : str
     name : str
-        Of the fit: sources do not hold it.
+        The fit's name, which the source does not hold.
     compression : float
-        Likewise, in percent.
+        Percent of the sparse lattice that the fit dropped, which the source does not hold either.
 
     Returns
     -------
     Fit
-        Its evaluation agrees with that of the fit that was baked to nine digits.
+        It evaluates to what the baked fit does, to nine digits.
 
     Raises
     ------
@@ -50,7 +51,7 @@ def unbake(source, name="untitled", compression=0.0):
         raise ValueError(f"not a shader of Measured BRDF: {error} is missing or wrong") from error
 
 
-def _fit(source, constants, name, compression):
+def _fit(source: str, constants: dict[str, str], name: str, compression: float) -> Fit:
     stored = int(constants["STORED"])
     columns = tuple(int(constants[f"CHANNEL_{i}"]) for i in range(3))
     channels = RGB if int(constants["CHANNELS"]) == len(RGB) else ("grey",)
@@ -62,13 +63,15 @@ def _fit(source, constants, name, compression):
     parts = {"channels": channels, "columns": columns, "name": name, "source": "a baked shader"}
     if int(constants["SPARSE"]):
         parts |= {"specular": _specular(source, constants, stored), "compression": float(compression)}
-    if not int(constants["PRIOR"]):
-        return Fit(Nusselt(), diffuse, transform=IDENTITY, **parts)
-    coordinates = HalfDifference(float(constants.get("SOFTENING_2", 0)) ** 0.5)     # 0.1.0 had no softening
-    return Fit(coordinates, diffuse, transform=_log_relative(constants, stored, columns), **parts)
+    # before 0.2.0 one constant said both; 0.1.0 did not soften
+    in_half_difference, is_log_relative = (int(constants[name] if name in constants else constants["PRIOR"])
+                                           for name in ("HALF_DIFFERENCE", "LOG_RELATIVE"))
+    coordinates = HalfDifference(float(constants.get("SOFTENING_2", 0)) ** 0.5) if in_half_difference else Nusselt()
+    transform = _log_relative(constants, stored, columns) if is_log_relative else IDENTITY
+    return Fit(coordinates, diffuse, transform=transform, **parts)
 
 
-def _specular(source, constants, stored):
+def _specular(source: str, constants: dict[str, str], stored: int) -> SparseLattice:
     level, count = _level(constants["SPECULAR_CELLS"]), int(constants["KEY_COUNT"])
     keys = _table(source, "KEYS", np.uint32, (count,))
     displacement = _table(source, "DISPLACEMENT", np.uint32, (int(constants["BUCKET_COUNT"]),))
@@ -80,8 +83,8 @@ def _specular(source, constants, stored):
     return SparseLattice(level, index, _table(source, "SPECULAR", np.float32, (count, stored)))
 
 
-def _log_relative(constants, stored, columns):
-    def values(text):
+def _log_relative(constants: dict[str, str], stored: int, columns: tuple[int, ...]) -> LogRelative:
+    def values(text: str) -> NDArray[np.float64]:
         numbers = [float(number) for number in re.findall(_NUMBER, text.replace("color", ""))]
         if len(numbers) not in (1, len(columns)):
             raise ValueError(f"{text} does not have a number for each channel")
@@ -93,18 +96,18 @@ def _log_relative(constants, stored, columns):
     inverse, gamma, f0 = (np.array([float(lobe[i]) for lobe in lobes]) for i in (1, 2, 3))
     ks = np.array([values(lobe[0]) for lobe in lobes]).reshape(len(lobes), stored)
     prior = microfacet.Microfacet(kd=values(constants["PRIOR_KD"]), ks=ks, alpha=inverse ** -0.5, gamma=gamma, f0=f0)
-    # the shader cuts at 0 whatever the fit does
+    # the shader clips at 0, whether or not the fit does
     return LogRelative(prior, float(constants["PRIOR_OFFSET"]), values(constants["PRIOR_CEILING"]), 0.0)
 
 
-def _level(cells):
+def _level(cells: str) -> int:
     level = int(cells).bit_length() - 1
     if not 0 <= level <= dense.MAX_LEVEL or dense.cells(level) != int(cells):
         raise ValueError(f"a lattice of {cells} cells in the shader, expected a power of two")
     return level
 
 
-def _table(source, name, dtype, shape):
+def _table(source: str, name: str, dtype: DTypeLike, shape: tuple[int, ...]) -> NDArray:
     found = re.search(_TABLE.format(name), source, re.MULTILINE)
     if found is None:
         raise ValueError(f"the shader has no table {name}")

@@ -3,9 +3,11 @@
 Hash and displace: a key falls into a bucket, and all keys of a bucket are displaced by the same number so that they
 land in free slots. ::
 
-    mixed  = (key & 4095) * multiplier + (key >> 12) * 40503,  mixed ^= mixed >> 13
-    home   = (key + (mixed >> 4)) % n
+    mixed  = low * multiplier + high * HASH_HIGH_MULTIPLIER,  mixed ^= mixed >> HASH_FOLD
+    home   = (key + (mixed >> HASH_SKIP)) % n
     slot   = (home + displacement[mixed % buckets]) % n
+
+with the key split into its HASH_LOW_BITS low bits and the high ones.
 
 The slot of a key that was never stored is some slot too, so the key that owns the slot is kept beside it and compared:
 there is no false hit. All intermediate values stay below 2^31, so that `osl/perfect_hash.h` finds the same slots in
@@ -18,7 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-MAX_KEY = (1 << 23) - 1     # (key & 4095) * multiplier + (key >> 12) * 40503 < 2^31
+from ..shader_constants import HASH_FOLD, HASH_HIGH_MULTIPLIER, HASH_LOW_BITS, HASH_SKIP
+
+MAX_KEY = (1 << 23) - 1     # low * multiplier + high * HASH_HIGH_MULTIPLIER < 2^31
 MULTIPLIERS = 1 << 18
 _KEYS_PER_BUCKET = 3.0
 _TRIALS_AT_ONCE = 1 << 19   # bounds the memory of one round
@@ -100,9 +104,10 @@ def build(keys):
 
 def _hash(keys, multiplier, buckets, n):
     """Bucket and undisplaced slot of each key."""
-    mixed = (keys & 4095) * multiplier + (keys >> 12) * 40503
-    mixed ^= mixed >> 13
-    return mixed % buckets, (keys + (mixed >> 4)) % n
+    low, high = keys & ((1 << HASH_LOW_BITS) - 1), keys >> HASH_LOW_BITS
+    mixed = low * multiplier + high * HASH_HIGH_MULTIPLIER
+    mixed ^= mixed >> HASH_FOLD
+    return mixed % buckets, (keys + (mixed >> HASH_SKIP)) % n
 
 
 def _place(bucket, home, buckets, random):

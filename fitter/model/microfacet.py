@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
+from ..shader_constants import DENSEST, LEAST_HEIGHT_2
 
 MAX_LOBES = 2
-DENSEST = 1e-3              # keeps the visibility finite where both directions graze
 NARROWEST, STEEPEST_TAIL = 1e-3, 32.0       # bounds of alpha, and of gamma - 1: beyond, single precision shows
 RANGES = {"alpha": (NARROWEST, STEEPEST_TAIL), "gamma": (1 + NARROWEST, 1 + STEEPEST_TAIL), "f0": (0.0, 1.0)}
 
@@ -82,5 +82,5 @@ def geometry(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: Ar
     sin_i, sin_o = np.sin(theta_i), np.sin(theta_o)
     across2 = np.maximum(
         sin_i ** 2 + sin_o ** 2 + 2 * sin_i * sin_o * np.cos(np.asarray(phi_o, dtype=float) - phi_i), 0)
-    up2 = np.maximum((cos_i + cos_o) ** 2, 1e-12)
+    up2 = np.maximum((cos_i + cos_o) ** 2, LEAST_HEIGHT_2)
     return Geometry(cos_i, cos_o, across2 / up2, np.minimum(np.sqrt(across2 + up2) / 2, 1))

@@ -6,9 +6,9 @@ from typing import ClassVar, Protocol
 import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
+from ..shader_constants import STEEPEST
 from .microfacet import Microfacet
 
-STEEPEST = 40.0             # largest logarithm of a ratio, so that its exponential stays finite in single precision
 LEAST_OFFSET = 1e-30        # 1/sr: darker than any reflectance, and still a number in single precision
 
 

@@ -78,7 +78,7 @@ VECTORS = """
 def test_the_shader_evaluates_the_fit(probe, curet, cornell, random, name):
     fit = FITS[name](curet, cornell)
     vectors = direction_pairs(random)
-    code = f"if (pixel < {COUNT}) {{ {VECTORS} out = fitted_brdf(FIT, wi, wo); }}"
+    code = f"if (pixel < {COUNT}) {{ {VECTORS} out = eval_fit(FIT, wi, wo); }}"
     rendered = probe(fit, code, COUNT, WI=vectors[0], WO=vectors[1])
     directions = angles(vectors)
     expected = np.maximum(fit.evaluate(*directions), 0)
@@ -102,7 +102,7 @@ def test_a_fit_of_version_2_is_rendered_as_it_was(probe, random):
     """In coordinates without softening, except at exact retro-reflection, where these jump."""
     fit = fitter.Fit.load(ROOT / "tests" / "data" / "version_2.npz")
     vectors = direction_pairs(random)
-    rendered = probe(fit, f"if (pixel < {COUNT}) {{ {VECTORS} out = fitted_brdf(FIT, wi, wo); }}", COUNT,
+    rendered = probe(fit, f"if (pixel < {COUNT}) {{ {VECTORS} out = eval_fit(FIT, wi, wo); }}", COUNT,
                      WI=vectors[0], WO=vectors[1])
     expected = fit.evaluate(*angles(vectors))
     apart = np.abs(vectors[0] - vectors[1]).max(axis=1) > 5e-3
@@ -112,7 +112,7 @@ def test_a_fit_of_version_2_is_rendered_as_it_was(probe, random):
 
 def test_values_below_zero_are_not_rendered(probe, glossy):
     fit = fitter.fit(replace(glossy, values=glossy.values - 0.2), 4, None)
-    rendered = probe(fit, "out = fitted_brdf(FIT, vector(0.6, 0.0, 0.8), vector(0.0, 0.6, 0.8));", 4)
+    rendered = probe(fit, "out = eval_fit(FIT, vector(0.6, 0.0, 0.8), vector(0.0, 0.6, 0.8));", 4)
     assert (fit.evaluate(np.arcsin(0.6), 0, np.arcsin(0.6), np.pi / 2) < -0.05).any()
     np.testing.assert_array_equal(rendered, 0)
 
@@ -131,10 +131,10 @@ def test_every_lattice_index_has_the_same_slot_in_osl_as_in_numpy(probe, curet, 
 def test_drawn_directions_follow_the_density_that_is_reported(probe, curet, view):
     """Monte Carlo integrals over the hemisphere, against known ones."""
     fit = fitter.fit(curet("leather"), 4, None)
-    draw = f"vector wi = draw_direction(DRAW_REST, {view}, point(pixel, 0.5, 0.25));"
+    draw = f"vector wi = sample_table(SAMPLING_REMAINDER, {view}, point(pixel, 0.5, 0.25));"
     count = 90_000
     drawn = probe(fit, draw + "out = color(wi[0] + 1.0, wi[1] + 1.0, wi[2]);", count) - [1, 1, 0]
-    density = probe(fit, draw + f"out = cell_density(DRAW_REST, {view}, cell_of(wi));", count)[:, 0]
+    density = probe(fit, draw + f"out = pdf_table(SAMPLING_REMAINDER, {view}, wi);", count)[:, 0]
     np.testing.assert_allclose(np.linalg.norm(drawn, axis=1), 1, atol=1e-5)
     integrands = {"1": (lambda x, y, z: np.ones_like(x), 2 * np.pi), "x^2": (lambda x, y, z: x**2, 2 * np.pi / 3),
                   "y": (lambda x, y, z: y, 0), "z": (lambda x, y, z: z, np.pi), "x > 0": (lambda x, y, z: x > 0, np.pi)}
@@ -145,8 +145,8 @@ def test_drawn_directions_follow_the_density_that_is_reported(probe, curet, view
 
 def test_directions_are_drawn_in_a_lamps_cone(probe, curet):
     fit = fitter.fit(curet("felt"), 2, None)
-    code = """vector axis = normalize(vector(0.4, -0.3, 0.6));
-              out = draw_in_cone(axis, 0.4, point(pixel, 0.5, 0.25)) + 1.0;"""
+    code = """Cone cone; cone.axis = normalize(vector(0.4, -0.3, 0.6)); cone.radius = 0.4;
+              out = sample_cone(cone, point(pixel, 0.5, 0.25)) + 1.0;"""
     drawn = probe(fit, code, 10_000) - 1
     axis = np.array([0.4, -0.3, 0.6]) / np.linalg.norm([0.4, -0.3, 0.6])
     np.testing.assert_allclose(np.linalg.norm(drawn, axis=1), 1, atol=1e-5)
@@ -168,8 +168,7 @@ def test_the_mixture_is_the_same_in_osl(probe, curet, cornell, random, sample, v
     code = f"""
       vector wi = vector(WI[3 * pixel], WI[3 * pixel + 1], WI[3 * pixel + 2]);
       vector wo = vector(sin({theta_o}), 0.0, cos({theta_o}));
-      vector axis = mirror_side(min({theta_o} + OFFSET[{view}], STEEPEST_AXIS));
-      out = mixture_value(MIXTURE, {view} * ROW, axis, normalize(wo + axis), wo, wi) + 10.0;"""
+      out = eval_mixture(MIXTURE, mixture_view(OFFSET, {view}, {theta_o}, wo), wi) + 10.0;"""
     found = probe(fit, code, len(wi), WI=wi) - 10
     np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=2e-3, atol=1e-4 * expected.max())
 
@@ -184,9 +183,9 @@ def test_a_lobe_is_flat_over_its_lamp_in_the_mean(probe, curet, radius):
       vector across = normalize(cross(axis, vector(0.0, 0.0, 1.0))), up = cross(axis, across);
       float angle = {edge} * sqrt((pixel % 200 + 0.5) / 200.0), turn = (pixel / 200 + 0.5) * (M_2PI / 200.0);
       vector w = normalize(axis + tan(angle) * (cos(turn) * across + sin(turn) * up));
-      float c = lobe_fall(axis, lobe_exponent({radius}), w);
-      out = color(lobe_shape(axis, wo, w, c), c, 0.0);"""
-    shape, fall = probe(fit, code, count)[:, :2].T
-    assert shape.mean() == pytest.approx(1, abs=1e-3)
-    assert np.abs(shape - 1).max() < 0.1
-    assert fall.min() == pytest.approx(3 / 7, abs=2e-3)
+      float c = lobe_falloff(axis, lobe_exponent({radius}), w);
+      out = color(eval_lobe(axis, wo, w, c), c, 0.0);"""
+    value, falloff = probe(fit, code, count)[:, :2].T
+    assert value.mean() == pytest.approx(1, abs=1e-3)
+    assert np.abs(value - 1).max() < 0.1
+    assert falloff.min() == pytest.approx(3 / 7, abs=2e-3)

@@ -141,27 +141,28 @@ def test_lamps_are_known_as_long_as_a_part_of_them_is_above_the_horizon(probe, f
     """Suns and balls at elevations about their radius; a point inside a ball sees it everywhere."""
     radius = np.tile([0.0, 0.05, 0.3], 7)
     elevation = np.repeat([-0.4, -0.2, -0.03, 0.02, 0.06, 0.5, 1.5], 3)
+    upright = """ShadingFrame frame;
+        frame.x = vector(1.0, 0.0, 0.0); frame.y = vector(0.0, 1.0, 0.0); frame.z = vector(0.0, 0.0, 1.0);
+        frame.wo = normalize(vector(0.6, 0.3, 0.8));"""
     code = """if (pixel < 21) {
         float e = ELEVATION[pixel], s = max(RADIUS[pixel], 1e-6);
-        vector toward[MAX_LAMPS]; float radius[MAX_LAMPS]; float light[MAX_LAMPS]; int suns = 0, balls = 0;
-        vector x = vector(1.0, 0.0, 0.0), y = vector(0.0, 1.0, 0.0), z = vector(0.0, 0.0, 1.0);
-        vector wo = normalize(vector(0.6, 0.3, 0.8)), w = vector(cos(e), 0.0, sin(e));
-        note_lamp(w, vector(-s, 2.0, 0.0), point(1.0), x, y, z, wo, toward, radius, light, suns);
-        note_lamp(point(1.0) + 10.0 * w, vector(10.0 * sin(s), 2.0, 0.0), point(1.0), x, y, z, wo, toward, radius,
-                  light, balls);
-        out = color(suns, balls, balls * light[0]); }"""
-    suns, balls, light = probe(foil, code, 21, ELEVATION=elevation, RADIUS=radius).T
+        LampList suns, balls;
+        suns.count = balls.count = 0;
+        vector w = vector(cos(e), 0.0, sin(e));
+        add_lamp(w, vector(-s, 2.0, 0.0), point(1.0), frame, suns);
+        add_lamp(point(1.0) + 10.0 * w, vector(10.0 * sin(s), 2.0, 0.0), point(1.0), frame, balls);
+        out = color(suns.count, balls.count, balls.count * balls.light[0]); }"""
+    suns, balls, light = probe(foil, upright + code, 21, ELEVATION=elevation, RADIUS=radius).T
     above = elevation > -radius
     assert 5 < above.sum() < 20
     np.testing.assert_array_equal(suns, above)
     np.testing.assert_array_equal(balls, above)
     assert (light[above] > 0).all(), "lamps are taken by their light"
-    inside = """vector toward[MAX_LAMPS]; float radius[MAX_LAMPS]; float light[MAX_LAMPS]; int count = 0;
-        note_lamp(point(1.3, 1.0, 0.5), vector(1.0, 2.0, 0.0), point(1.0), vector(1.0, 0.0, 0.0),
-                  vector(0.0, 1.0, 0.0), vector(0.0, 0.0, 1.0), normalize(vector(0.6, 0.3, 0.8)), toward, radius, light,
-                  count);
-        out = color(count, radius[0], 0.0);"""
-    np.testing.assert_allclose(probe(foil, inside, 1)[0, :2], [1, np.pi / 2], rtol=1e-6)
+    inside = """LampList lamps;
+        lamps.count = 0;
+        add_lamp(point(1.3, 1.0, 0.5), vector(1.0, 2.0, 0.0), point(1.0), frame, lamps);
+        out = color(lamps.count, lamps.radius[0], 0.0);"""
+    np.testing.assert_allclose(probe(foil, upright + inside, 1)[0, :2], [1, np.pi / 2], rtol=1e-6)
 
 
 def test_a_lamp_without_a_size_adds_no_noise(blender, foil):
@@ -215,7 +216,7 @@ def test_every_direction_has_a_cell(probe, foil):
     w[w[:, 2] < 1e-6, 2] = 0
     found = probe(foil, """if (pixel < 40) {
         vector w = vector(W[3 * pixel], W[3 * pixel + 1], W[3 * pixel + 2]);
-        out = color(cell_of(w), DRAW_SECTORS, DRAW_RINGS); }""", len(w), W=w)
+        out = color(table_cell(w), SECTORS, RINGS); }""", len(w), W=w)
     cell, sectors, rings = found[:, 0], found[0, 1], found[0, 2]
     ring = np.clip(np.sqrt(1 - w[:, 2]) * rings, 0, rings - 1e-3)
     sector = np.clip((np.abs(np.arctan2(w[:, 1], -w[:, 0])) / np.pi) ** (2 / 3) * sectors, 0, sectors - 1e-3)

@@ -27,7 +27,7 @@ def test_the_grid_covers_the_hemisphere():
 def test_a_diffuse_surface_is_all_mixture():
     mixture = closures.closure_mixture(Analytic(lambda theta_i, phi, theta_o: np.full(theta_i.shape, 0.5 / np.pi)))
     assert mixture.error < 1e-3
-    weights = mixture.table[:, closures.WEIGHTS:closures.DRAWN, 0]
+    weights = mixture.table[:, closures.WEIGHTS:closures.TOTAL_WEIGHT, 0]
     np.testing.assert_allclose(weights.sum(axis=1), 0.5, rtol=0.02)
     assert (weights >= 0).all()
 
@@ -51,9 +51,9 @@ def test_weights_add_to_about_the_albedo(glossy):
     for view in (0, 15, 25):
         value = np.maximum(fit.evaluate(to.theta, to.phi, direction_grid.views()[view], 0), 0)
         albedo = (to.solid_angle * np.cos(to.theta)) @ value
-        weights = mixture.table[view, closures.WEIGHTS:closures.DRAWN].sum(axis=0)
+        weights = mixture.table[view, closures.WEIGHTS:closures.TOTAL_WEIGHT].sum(axis=0)
         assert 0.55 < weights.mean() / albedo.mean() < 1.65
-        assert mixture.table[view, closures.DRAWN] == pytest.approx(weights.mean())
+        assert mixture.table[view, closures.TOTAL_WEIGHT] == pytest.approx(weights.mean())
 
 
 def test_densities_are_those_of_the_directions_that_are_sampled():
@@ -82,11 +82,11 @@ def test_shares_make_sampling_quieter_than_equal_ones(glossy):
     assert second_moment(shares) < 0.6 * second_moment(np.full(4, 0.25))
 
 
-def test_the_draw_table_follows_what_is_left(random):
+def test_the_sampling_table_follows_what_is_to_be_carried(random):
     to = direction_grid.grid()
     rest = random.random((3, len(to.theta)))
     rest[1] = 0
-    table = sampling_table.draw_table(rest, to.solid_angle, 0.1)
+    table = sampling_table.sampling_table(rest, to.solid_angle, 0.1)
     share = np.diff(table, axis=1, prepend=0)
     np.testing.assert_allclose(table[:, -1], 1)
     points = direction_grid.SUBSAMPLES

@@ -294,10 +294,11 @@ def test_a_number_of_the_header_that_is_none_is_refused(glossy, tmp_path, entry,
 @pytest.mark.parametrize("preset", ["Paper", "Standard"])
 def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy, tmp_path, monkeypatch, preset):
     """Each entry of a saved fit in turn holds text that would be code, a NaN, or another type."""
-    from fitter.cycles import closure_mixture, sampling_table
+    from fitter.cycles import bake as baker
+    from fitter.cycles import closure_mixture
     from fitter.cycles.bake import bake
 
-    monkeypatch.setattr(sampling_table, "draw_table", lambda *_: np.zeros(3, np.float32))      # takes most of a second
+    monkeypatch.setattr(baker, "sampling_table", lambda *_: np.zeros(3, np.float32))      # takes most of a second
     path = tmp_path / "fit.npz"
     few = subset(glossy, slice(200))
     fit = fitter.fit(few, **fitter.PRESETS[preset] | {"diffuse_level": 1, "specular_level": 3})

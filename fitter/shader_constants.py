@@ -1,0 +1,167 @@
+"""The numbers that the shader and Python share, and those that tune the shader.
+
+Each is written here and nowhere else: Python imports it, and `cycles.bake` writes all of them into a shader's
+`baked_constants.h` as `#define NAME value`. What depends on a fit is not here; see `cycles.bake`.
+
+Angles are in radians; a cosine, weight, share or probability has no unit. A threshold is *numerical* where any small
+number would do: it only keeps single precision away from a division by nothing.
+"""
+
+from math import radians
+
+# The table of the closure mixture (cycles/closure_mixture.py, osl/mixture.h).
+
+# Values of a colour ramp; Cycles fixes it for diffuse_ramp and phong_ramp.
+KNOTS = 8
+# Ramp closures of the mixture: a diffuse_ramp and two phong_ramps.
+RAMPS = 3
+# A row of the table holds, for one view, the knots of all ramps; then the weights of the ramps...
+WEIGHTS = RAMPS * KNOTS
+# ... the weight of the microfacet closure...
+MICROFACET = WEIGHTS + RAMPS
+# ... the sum of these weights, which scales the weight of the closure for the remainder...
+TOTAL_WEIGHT = MICROFACET + 1
+# ... and the share of the reflected light that the mixture has in the wrong place, from which the shader decides how
+# often to sample the remainder.
+REMAINDER_SHARE = TOTAL_WEIGHT + 1
+# Entries of a row.
+ROW = REMAINDER_SHARE + 1
+# Tabulated viewing angles: with one of the two nearest taken at random, more make no visible difference.
+VIEWS = 32
+# The last tabulated viewing angle: beyond 88 degrees a surface fills next to nothing of a picture.
+GRAZING = radians(88)
+# The largest angle between the normal and the axis of the phong_ramps: nearer to the horizon, too much of a lobe would
+# lie below it.
+STEEPEST_AXIS = radians(86)
+# Index of refraction of the microfacet closure; Cycles takes no notice of it for reflection without a Fresnel factor.
+MICROFACET_IOR = 1.5
+# Cycles evaluates a phong_ramp to 0 where its value, 1/sr, is below this; so does the shader.
+LEAST_PHONG = 1e-7
+
+# The sampling tables (cycles/sampling_table.py, osl/sampling_table.h).
+
+# Cells of the half hemisphere from the normal to the horizon, and from the mirror direction to the viewer's: cells of
+# about 3 by 6 degrees, narrower than the lobes that the mixture leaves over.
+RINGS = 32
+SECTORS = 24
+
+# The field of a fit (model/transform.py, model/microfacet.py, coordinates/half_difference.py; osl/fit.h, osl/prior.h,
+# osl/coordinates.h).
+
+# The largest value of the field: exp(40), the factor on the prior, is still a number in single precision.
+STEEPEST = 40.0
+# Added to the denominator of the microfacet visibility, so that it stays finite where both directions graze.
+DENSEST = 1e-3
+# Shorter projected vectors have no azimuth (numerical).
+LEAST_LENGTH = 1e-7
+# The least squared height of the sum of both directions, where both graze (numerical).
+LEAST_HEIGHT_2 = 1e-12
+
+# The perfect hash of the sparse lattice (lattice/perfect_hash.py, osl/perfect_hash.h). All intermediate values of a key
+# of 23 bits stay below 2^31.
+
+# The bits of a key that the multiplier of the fit mixes; the others are mixed by the next number.
+HASH_LOW_BITS = 12
+# A prime of 16 bits, near 2^16 over the golden ratio, which spreads consecutive numbers evenly.
+HASH_HIGH_MULTIPLIER = 40503
+# Bits by which the product is shifted before it is folded onto itself: its upper half reaches the lower one.
+HASH_FOLD = 13
+# Low bits of the result that choose the bucket only, and not the slot: the two are less alike then.
+HASH_SKIP = 4
+
+# Lamps (osl/lamps.h, addon/scene/lamps).
+
+# Lamps that a shader has parameters for. Each costs time where it exists, and the 32 brightest cover most scenes.
+MAX_LAMPS = 32
+# The least cosine of incidence by which a lamp's light is scaled when lamps are chosen by it: a large lamp whose centre
+# is on the horizon still lights a surface.
+LEAST_LAMP_COSINE = 0.1
+# A lamp is left out where the sum of the directions to it and to the viewer is shorter: they have no half vector
+# (numerical).
+LEAST_HALF_VECTOR = 1e-3
+# The least distance of a lamp, in units of the scene (numerical).
+LEAST_DISTANCE = 1e-6
+
+# Lobes at lamps (osl/lamp_lobes.h).
+
+# Lobes of one shading point: where more lamps are above the horizon, some are taken at random, ...
+MAX_LOBES = 4
+# ... this many in the mean: each costs evaluations of the fit, and one more closure for Cycles.
+SAMPLED_LOBES = 2
+# Up to this angular radius, that of the sun, the fit counts as constant over a lamp, and is evaluated at its centre.
+SMALL_LAMP_RADIUS = 0.005
+# A lamp below this angular radius, 3.4 degrees, is rendered by its lobe alone, since sampled directions would seldom
+# hit it; at a larger one directions are sampled.
+MAX_HIDDEN_RADIUS = 0.06
+# A lamp above this angular radius has no lobe: the mixture is right in the mean over so much of the hemisphere.
+MAX_LOBE_RADIUS = 0.6
+# The least angular radius of a lobe, 0.7 degrees: the exponent of a narrower one is too large for single precision.
+MIN_LOBE_RADIUS = 0.0122
+# The knot of the ramp, of 0 to 7, that lies at the lamp's edge: the lobe is flat well beyond it, and still narrow.
+LOBE_EDGE_KNOT = 3
+# A lobe is flat from its axis to where it has fallen to this knot of the ramp.
+LOBE_FLAT_KNOT = 1
+# Random points on the disk of a lamp that is rendered by its lobe alone: two, since each is an evaluation of the fit.
+HIDDEN_LAMP_POINTS = 2
+# Points on the disk of any other lamp: a triangle integrates quadratic functions exactly.
+LAMP_POINTS = 3
+# Closure weight of a lobe. Cycles finds lamps by sampling them, and should hardly ever follow a lobe instead; a closure
+# below 1e-5 would be dropped.
+LAMP_LOBE_WEIGHT = 2e-4
+
+# The sampled remainder (osl/remainder.h).
+
+# Exponent of the phong_ramp that sends a path in the sampled direction: about 0.08 degrees wide, as narrow as single
+# precision evaluates well.
+REMAINDER_EXPONENT = 1e6
+# Probability of sampling the remainder, per REMAINDER_SHARE of the table: between 10 and 70 %.
+REMAINDER_RATE = 2.0
+# Probability that a sampled direction stands in for the mixture where the light is even: half makes the two kinds of
+# sample equally noisy.
+REPLACING_PROBABILITY = 0.5
+# Share of the sampled directions that are taken within a large lamp, where there is one: most of the light is there.
+LARGE_LAMP_SHARE = 0.8
+# The least probability of sampling the remainder where there is a large lamp.
+LARGE_LAMP_PROBABILITY = 0.6
+# Factor on the closure weight of the remainder where there is a large lamp: it then carries more than the table says,
+# and Cycles should follow it more often.
+LARGE_LAMP_WEIGHT = 1.5
+
+# The shading frame, and the horizon (osl/shading_frame.h).
+
+# The least cosine of the angle to the viewer: normals that interpolation or a bump map has turned away are turned back.
+LEAST_FACING = 1e-3
+# A shading normal that is shorter is an unconnected input.
+LEAST_NORMAL = 1e-3
+# A tangent that is shorter has no direction, and any other will do (numerical).
+LEAST_TANGENT = 1e-6
+# Directions whose cosine is lower count as below the horizon: 0.006 degrees.
+HORIZON = 1e-4
+# From this cosine on an axis counts as nearly parallel to the normal (numerical).
+NEARLY_PARALLEL = 0.9
+
+# Streams of random numbers (osl/random.h): each number of a shading point has its own. The last three have one for each
+# lamp, and so lie MAX_LAMPS or more apart.
+RANDOM_VIEW = 1.0
+RANDOM_CELL = 2.0
+RANDOM_RING = 3.0
+RANDOM_SECTOR = 4.0
+RANDOM_SIDE = 5.0
+RANDOM_LOBES = 6.0
+RANDOM_REMAINDER = 7.0
+RANDOM_TOWARD_LAMP = 7.5
+RANDOM_CONE_HEIGHT = 8.0
+RANDOM_CONE_AZIMUTH = 9.0
+RANDOM_DISK_RADIUS = 50.0
+RANDOM_LARGE_LAMP = 100.0
+RANDOM_DISK_AZIMUTH = 150.0
+
+
+def shader_constants() -> dict[str, str]:
+    """The numbers of this module as OSL literals, by name; nine digits give each in single precision."""
+    return {name: _literal(value) for name, value in globals().items() if name.isupper()}
+
+
+def _literal(value: int | float) -> str:
+    text = f"{value:.9g}"
+    return text if isinstance(value, int) or "." in text or "e" in text else f"{text}.0"

@@ -1,0 +1,33 @@
+/* The coordinates of a pair of directions in which a fit is smooth. The directions are unit vectors in a frame whose z
+ * axis is the normal; each coordinate is in [-1, 1]. */
+
+#if HALF_DIFFERENCE
+/* Half and difference coordinates (d, x, y); see fitter/coordinates/half_difference.py. */
+vector coordinates(vector wi, vector wo)
+{
+  vector q_i = vector(wi[0], wi[1], 0.0) / (1.0 + 2.0 * wi[2]);
+  vector q_o = vector(wo[0], wo[1], 0.0) / (1.0 + 2.0 * wo[2]);
+  vector half = 0.5 * (q_i + q_o);
+  vector difference = 0.5 * (q_i - q_o);
+  float difference2 = dot(difference, difference);
+  float d2 = hypot(SOFTENING_2, sqrt(1.0 - SOFTENING_2 * SOFTENING_2) * difference2);
+  float d = sqrt(d2);
+  if (d < LEAST_LENGTH) {
+    return vector(0.0, length(half), 0.0);
+  }
+  float outer = half[0] * difference[1] - half[1] * difference[0];
+  float softened = SOFTENING_2 * sqrt(max(1.0 - difference2 * difference2, 0.0) / (d2 + difference2)) * length(half);
+  return vector(d, dot(half, difference) / d, hypot(outer, softened) / d);
+}
+#else
+/* Nusselt coordinates (2 kappa_i - 1, 2 kappa_o - 1, 2 lambda_o - 1); see fitter/coordinates/nusselt.py. At normal incidence wi has
+ * no azimuth and takes that of wo. */
+vector coordinates(vector wi, vector wo)
+{
+  float sin_i = hypot(wi[0], wi[1]);
+  if (sin_i < LEAST_LENGTH) {
+    return vector(0.0, hypot(wo[0], wo[1]), 0.0);
+  }
+  return vector(sin_i, (wi[0] * wo[0] + wi[1] * wo[1]) / sin_i, fabs(wi[0] * wo[1] - wi[1] * wo[0]) / sin_i);
+}
+#endif

@@ -1,0 +1,45 @@
+/* The frame in which directions are given: z is the shading normal, and the viewer's direction wo has azimuth 0. */
+
+struct ShadingFrame {
+  vector x;
+  vector y;
+  vector z;
+  vector wo;     /* in the frame itself */
+};
+
+vector to_local(ShadingFrame frame, vector w)
+{
+  return vector(dot(w, frame.x), dot(w, frame.y), dot(w, frame.z));
+}
+
+vector to_world(ShadingFrame frame, vector w)
+{
+  return w[0] * frame.x + w[1] * frame.y + w[2] * frame.z;
+}
+
+/* Any direction perpendicular to an axis. */
+vector perpendicular(vector axis)
+{
+  return normalize(cross(axis, fabs(axis[2]) < NEARLY_PARALLEL ? vector(0.0, 0.0, 1.0) : vector(1.0, 0.0, 0.0)));
+}
+
+/* The frame at a point. Interpolation or a bump map may have turned the normal away from the viewer; such a normal is
+ * turned back until the viewer just sees its surface. */
+ShadingFrame shading_frame(normal shading_normal, normal surface_normal, vector to_viewer)
+{
+  ShadingFrame frame;
+  frame.z = length(shading_normal) > LEAST_NORMAL ? normalize(shading_normal) : surface_normal;
+  float facing = dot(frame.z, to_viewer);
+  if (facing < LEAST_FACING) {
+    frame.z = normalize(frame.z + (LEAST_FACING - facing) * to_viewer);
+  }
+  vector tangent = to_viewer - dot(to_viewer, frame.z) * frame.z;
+  if (length(tangent) < LEAST_TANGENT) {
+    tangent = perpendicular(frame.z);
+  }
+  frame.x = normalize(tangent);
+  frame.y = cross(frame.z, frame.x);
+  float cosine = dot(to_viewer, frame.z);
+  frame.wo = vector(sqrt(max(0.0, 1.0 - cosine * cosine)), 0.0, cosine);
+  return frame;
+}

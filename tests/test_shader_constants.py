@@ -1,0 +1,42 @@
+"""One table of the numbers that the shader and Python share."""
+
+import re
+
+import numpy as np
+import pytest
+from fitter.bake import bake
+from tools.checkout import ROOT
+
+import fitter
+from fitter import shader_constants
+
+SOURCES = {path.name: re.sub(r"/\*.*?\*/", "", path.read_text(), flags=re.DOTALL)
+           for path in sorted((ROOT / "osl").glob("*"))}
+TABLE = shader_constants.shader_constants()
+OF_FORMULAS = {0, 0.5, 1, 2, 3, 4, 5, 6}       # B-splines, Schlick's approximation, halves, thirds and squares
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_every_constant_is_used_by_the_shader_or_by_another_constant(name):
+    table = (ROOT / "fitter" / "shader_constants.py").read_text()
+    derived = len(re.findall(rf"^[A-Z_0-9]+ = .*\b{name}\b", table, re.MULTILINE))
+    assert derived or any(re.search(rf"\b{name}\b", text) for text in SOURCES.values())
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_the_shader_has_no_tuning_number_of_its_own(name):
+    numbers = re.findall(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?", SOURCES[name])
+    assert {float(number) for number in numbers} <= OF_FORMULAS
+
+
+def test_literals_are_those_numbers_in_single_precision_and_floats_stay_floats():
+    for name, literal in TABLE.items():
+        value = getattr(shader_constants, name)
+        assert np.float32(literal) == np.float32(value), name
+        assert isinstance(value, float) == bool(re.search(r"[.e]", literal)), name
+
+
+def test_all_of_them_are_baked_once(glossy):
+    source = bake(fitter.fit(glossy, 1, None))
+    for name, literal in TABLE.items():
+        assert re.findall(rf"^#\s*define {name} (.*)$", source, re.MULTILINE) == [literal]
