@@ -7,6 +7,7 @@ from pathlib import Path
 
 import bpy
 
+from fitter.formats import list_samples
 from support import synthetic
 from support.checkout import ROOT, extension
 from support.stage import black_scene, blank_material, set_input
@@ -60,14 +61,20 @@ def suzanne(place):
     bpy.context.object.modifiers.new("Subdivision", "SUBSURF").render_levels = 3
 
 
-def draw(path, width=1050, samples=48):
-    """Import each material for its Suzanne, by the preset Standard, and render them all."""
+def is_present(data, file, sample):
+    """Whether the measurements have a sample: the synthetic ones have fewer."""
+    path = data / file
+    return path.is_file() and (not sample or sample in [name for _, name in list_samples(path)])
+
+
+def draw(path, width=1050, samples=48, preset="Standard"):
+    """Import each material for its Suzanne, and render them all."""
     data, _ = synthetic.measurements_or_synthetic()
-    here = {name: found for name, found in MATERIALS.items() if (data / found[0]).is_file()}
+    present = [material for material in MATERIALS.values() if is_present(data, *material[:2])]
     scene = stage(width, samples)
-    for number, (file, sample, tint) in enumerate(here.values()):
-        suzanne(number - (len(here) - 1) / 2)
-        bpy.ops.measured_brdf.import_data(filepath=str(data / file), sample=sample, preset="Standard")
+    for number, (file, sample, tint) in enumerate(present):
+        suzanne(number - (len(present) - 1) / 2)
+        bpy.ops.measured_brdf.import_data(filepath=str(data / file), sample=sample, preset=preset)
         set_input(bpy.context.object.active_material, "Tint", (*tint, 1))
     path.parent.mkdir(parents=True, exist_ok=True)
     scene.render.image_settings.file_format = "PNG"
