@@ -1,13 +1,13 @@
-"""Measured BRDF: renders measured reflectance in Cycles."""
+"""Measured BRDF: fits measured reflectance and renders it in Cycles."""
 
 
-def register():
+def register() -> None:
     from . import addon
 
     addon.register()
 
 
-def unregister():
+def unregister() -> None:
     from . import addon
 
     addon.unregister()

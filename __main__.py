@@ -1,31 +1,35 @@
-"""The command line on the bpy module, without Blender's executable: ``python -m measured_brdf convert|render|info``.
+"""The command line with the bpy module, without Blender's executable: ``python -m measured_brdf convert|render|info``.
 
-In a checkout, whatever its folder is called: ``python . convert ...``.
+In a checkout with any folder name: ``python . convert ...``.
 """
 
 import importlib.util
 import sys
+from importlib.machinery import ModuleSpec
 from pathlib import Path
+from typing import cast
 
 
-def main():
+def main() -> int:
     """Load this folder as the package that Blender makes of it, and run one command."""
     root = Path(__file__).resolve().parent
-    spec = importlib.util.spec_from_file_location("measured_brdf", root / "__init__.py",
-                                                  submodule_search_locations=[str(root)])
+    spec = cast(ModuleSpec, importlib.util.spec_from_file_location("measured_brdf", root / "__init__.py",
+                                                                   submodule_search_locations=[str(root)]))
     package = sys.modules["measured_brdf"] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(package)
+    if spec.loader is not None:
+        spec.loader.exec_module(package)
     package.register()
     try:
         from measured_brdf.addon import command
 
-        return command.main(_arguments())
+        exit_code: int = command.main(_arguments())
+        return exit_code
     finally:
         package.unregister()
 
 
-def _arguments():
-    """What is meant for the command: of Blender's own executable what follows on "--"."""
+def _arguments() -> list[str]:
+    """The arguments of the command: with Blender's own executable, those after "--"."""
     if "--python" in sys.argv:
         return sys.argv[sys.argv.index("--") + 1:]
     return sys.argv[1:]

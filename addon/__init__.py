@@ -1,20 +1,25 @@
-"""The Blender side: everything that imports bpy. Domain code is in `fitter`, which never does."""
+"""The Blender side of the extension: everything that imports bpy. `fitter`, which never does, holds the domain code.
 
-from . import command, manual, operators, preferences
+The layers, from low to high: `scene`, `materials`, `jobs`, `library`, `operators`, `ui`, `command`. A module imports
+its own layer and lower ones. `annotations`, `versions`, `manual` and `transaction` are below all layers; `preferences`
+is above `materials`.
+"""
+
+from . import command, manual, operators, preferences, ui
+from .annotations import Registrable
 from .jobs import icons, process, queue
 from .materials import properties
 from .scene import lamps
-from .ui import panels
 
-_MODULES = (properties, preferences, icons, operators, panels, lamps, manual, command)
+_MODULES: tuple[Registrable, ...] = (properties, preferences, icons, operators, ui, lamps, manual, command)
 
 
-def register():
+def register() -> None:
     for module in _MODULES:
         module.register()
 
 
-def unregister():
+def unregister() -> None:
     queue.unregister()
     process.unregister()
     for module in reversed(_MODULES):

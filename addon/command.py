@@ -1,11 +1,13 @@
-"""The command line: ``blender --command measured_brdf convert|render|info``, or, on the bpy module, ``python -m``."""
+"""The command line: ``blender --command measured_brdf convert|render|info``; with the bpy module, ``python -m``."""
 
 import argparse
 import contextlib
 import sys
 import time
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import bpy
 
@@ -13,22 +15,24 @@ from ..fitter import PRESETS, cli
 from .jobs import tasks
 from .jobs.blender_process import Command, CommandError, Report
 from .library import assets, batch, library_file, studio
-from .library.discovery import sources_in
+from .library.discovery import Failure, Source, sources_in
 from .materials import material as materials
 from .materials import osl_support
-from .materials.properties import CHOICES, LEVELS, NO_SPECULAR_LEVEL, fit_arguments, use_preset
+from .materials.properties import CHOICES, LEVELS, NO_SPECULAR_LEVEL, Choices, fit_arguments, use_preset
 
-_TOLERANCE = 0.05
+_TOLERANCE = 0.05           # where it is not used
 
 
-def main(arguments=None):
-    """Run one command: the exit code is 0, or 1 where any file failed."""
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command. The exit code is 1 if any file failed, else 0."""
     options = _parser().parse_args(arguments)
     try:
         if options.run in _OPENS_FILES and bpy.data.filepath and options.report_to is None:
-            result = Command(*(sys.argv[1:] if arguments is None else arguments)).run()     # what is open stays open
+            # in another Blender, so that the open file stays open
+            result = Command(*(sys.argv[1:] if arguments is None else arguments)).run()
             return _summary([batch.Row(*row) for row in result["rows"]], result["path"])
-        return options.run(options)
+        exit_code: int = options.run(options)
+        return exit_code
     except (OSError, ValueError, CommandError) as error:
         message = f"{error.filename}: {error.strerror}" if getattr(error, "filename", None) else str(error)
         print(f"error: {message}", file=sys.stderr)
@@ -37,29 +41,29 @@ def main(arguments=None):
         return 1
 
 
-def _parser():
-    parser = argparse.ArgumentParser(prog="measured_brdf", description="Measured reflectance into materials.")
-    parser.add_argument("--report-to", help=argparse.SUPPRESS)      # a folder, for `blender_process`
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="measured_brdf", description="Make materials of measured reflectance.")
+    parser.add_argument("--report-to", help=argparse.SUPPRESS)      # the folder of a `blender_process`
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     convert = commands.add_parser("convert", help="make an asset library of all measurements in folders")
     _add_inputs(convert)
-    convert.add_argument("-o", "--out", required=True, help="the .blend to write; fits are kept beside it, and what is "
-                                                            "up to date is not made again")
+    convert.add_argument("-o", "--out", required=True, help="the .blend to write; fits are saved beside it, and "
+                                                            "up-to-date materials are kept")
     convert.add_argument("--prune", action="store_true",
-                         help="remove materials of an earlier run whose measurements are not among PATH any more")
+                         help="remove unused materials of an earlier run whose measurements are no longer in PATH")
     convert.add_argument("--processes", type=_count, default=batch.PROCESSES, metavar="N", help="default: %(default)s")
     convert.add_argument("--shard", type=_shard, default=(1, 1), metavar="I/N",
-                         help="make only the I-th of N parts, into a .blend of its own")
+                         help="make only the I-th of N parts, in a .blend of its own")
     convert.add_argument("--force", action="store_true",
-                         help="where another .blend or file has that name, put it aside (NAME.blend.kept1) and go on")
+                         help="if a file with that name is not a library, rename it to NAME.blend.kept1 and continue")
     convert.set_defaults(run=_convert)
 
     render = commands.add_parser("render", help="render a sphere of each material with Cycles")
     _add_inputs(render)
     render.add_argument("-o", "--out", required=True, help="the folder to write pictures into")
-    render.add_argument("--size", type=int, default=512, help="pixels, default: %(default)s")
-    render.add_argument("--samples", type=int, default=256, help="a pixel, default: %(default)s")
+    render.add_argument("--size", type=int, default=512, help="in pixels, default: %(default)s")
+    render.add_argument("--samples", type=int, default=256, help="per pixel, default: %(default)s")
     render.set_defaults(run=_render)
 
     save = commands.add_parser("save")          # for the operator Save to Asset Library
@@ -68,13 +72,13 @@ def _parser():
     save.add_argument("--force", action="store_true")
     save.set_defaults(run=_save)
 
-    info = commands.add_parser("info", help="describe measurements, before anything is fitted to them")
+    info = commands.add_parser("info", help="describe measurements")
     info.add_argument("paths", nargs="+", metavar="PATH", help="files or folders")
     info.set_defaults(run=_info)
     return parser
 
 
-def _add_inputs(parser):
+def _add_inputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("paths", nargs="+", metavar="PATH", help="files or folders of measurements")
     parser.add_argument("--preset", choices=PRESETS, default="Standard", help="default: %(default)s")
     parser.add_argument("--diffuse-level", type=int, metavar="D", help="level of the dense lattice, 0 to 8")
@@ -82,29 +86,29 @@ def _add_inputs(parser):
                         help="level of the sparse lattice, 0 to 8, or 'none'")
     parser.add_argument("--compression", type=float, metavar="C", help="percentage of the sparse lattice to drop")
     parser.add_argument("--tolerance", type=float, metavar="T",
-                        help="take the smallest fit with this RMSE at the samples, 1/sr, instead of levels")
+                        help="choose the smallest fit with this RMSE at the samples (1/sr), instead of setting levels")
 
 
-def _level_or_none(text):
+def _level_or_none(text: str) -> int:
     return NO_SPECULAR_LEVEL if text.lower() == "none" else int(text)
 
 
-def _count(text):
+def _count(text: str) -> int:
     if int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text}: expected at least 1")
     return int(text)
 
 
-def _shard(text):
+def _shard(text: str) -> tuple[int, int]:
     part, parts = map(int, text.split("/"))
     if not 1 <= part <= parts:
         raise argparse.ArgumentTypeError(f"{text}: expected I/N with I from 1 to N")
     return part, parts
 
 
-def _choices(options):
-    """The choices that the options ask for, as an operator has them."""
-    choices = SimpleNamespace(**dict.fromkeys(CHOICES))
+def _choices(options: argparse.Namespace) -> Choices:
+    """The choices that the options ask for."""
+    choices: Choices = SimpleNamespace(**dict.fromkeys(CHOICES))
     use_preset(choices, options.preset)
     for name in LEVELS:
         if getattr(options, name) is not None:
@@ -114,13 +118,13 @@ def _choices(options):
     return choices
 
 
-def _convert(options):
+def _convert(options: argparse.Namespace) -> int:
     _require_osl()
     sources, failures = sources_in(options.paths)
     part, parts = options.shard
     out = Path(options.out).resolve()
     may_be_empty = parts > 1 and len(sources) > 0
-    if parts > 1:       # each is told of all failures: it may hold what was made of those files before
+    if parts > 1:       # all failures stay known to each part: it may hold older materials of those files
         sources = _share(sources, failures, part, parts)
         out = out.with_name(f"{out.stem}-{part}of{parts}.blend")
     total, report = len(sources), options.report_to and Report(options.report_to)
@@ -143,13 +147,13 @@ def _convert(options):
     return _summary(rows, out, may_be_empty)
 
 
-def _share(sources, failures, part, parts):
-    """The sources of one shard. A file that cannot be read keeps its place, so that others stay in their shards."""
-    places = sorted([*sources, *failures], key=lambda place: place[0])[part - 1::parts]
-    return [place for place in places if place not in failures]
+def _share(sources: Iterable[Source], failures: Iterable[Failure], part: int, parts: int) -> list[Source]:
+    """The sources of one shard. Unreadable files are counted, so that the others stay in their shards."""
+    places = sorted([*sources, *failures], key=lambda place: place.path)[part - 1::parts]
+    return [place for place in places if isinstance(place, Source)]
 
 
-def _save(options):
+def _save(options: argparse.Namespace) -> int:
     with _quiet():
         names = library_file.merge(options.source, Path(options.out).resolve(), options.force)
     if options.report_to:
@@ -161,7 +165,7 @@ def _save(options):
 _OPENS_FILES = (_convert, _save)
 
 
-def _render(options):
+def _render(options: argparse.Namespace) -> int:
     _require_osl()
     sources, failures = sources_in(options.paths)
     choices, out = _choices(options), Path(options.out)
@@ -183,7 +187,7 @@ def _render(options):
     return _summary(rows, out)
 
 
-def _info(options):
+def _info(options: argparse.Namespace) -> int:
     sources, failures = sources_in(options.paths)
     for path in dict.fromkeys(path for path, _ in sources):
         cli.main(["info", path])
@@ -192,10 +196,11 @@ def _info(options):
     return int(bool(failures))
 
 
-def _summary(rows, out, may_be_empty=False):
-    """Print what became of each material: the exit code, 1 where one failed or there was none."""
+def _summary(rows: Iterable[batch.Row], out: str | Path, may_be_empty: bool = False) -> int:
+    """Print the result for each material: the exit code, 1 if one failed or there was none."""
+    rows = sorted(rows)
     failed = sum(row.status.startswith("failed") for row in rows)
-    for row in sorted(rows):
+    for row in rows:
         numbers = f"{row.coefficients:10,} {row.nbytes / 1000:8,.0f} KB  RMSE {row.rmse:<9.3g}"
         print(f"{row.name:28.28} {numbers if row.coefficients else '':42} {row.status}")
     done = sum(row.status in batch.DONE for row in rows)
@@ -203,25 +208,25 @@ def _summary(rows, out, may_be_empty=False):
     return int(failed > 0 or not (rows or may_be_empty))
 
 
-def _require_osl():
+def _require_osl() -> None:
     if osl_support.missing():
         raise ValueError(osl_support.missing())
 
 
 @contextlib.contextmanager
-def _quiet():
-    """Keep what Blender reports of each operator out of the progress bar."""
+def _quiet() -> Iterator[None]:
+    """Send the reports of Blender's operators to standard error."""
     with contextlib.redirect_stdout(sys.stderr):
         yield
 
 
-_handle = None
+_handle: Any = None         # of the command, to unregister it
 
 
-def register():
+def register() -> None:
     global _handle
     _handle = bpy.utils.register_cli_command("measured_brdf", main)
 
 
-def unregister():
+def unregister() -> None:
     bpy.utils.unregister_cli_command(_handle)

@@ -1,6 +1,6 @@
-"""Preferences: what new materials begin with, and where data and assets lie."""
+"""Preferences: the preset of new materials, and the folders of measurements and assets."""
 
-from types import SimpleNamespace
+from typing import NamedTuple, Protocol
 
 import bpy
 from bpy.props import EnumProperty, StringProperty
@@ -9,7 +9,28 @@ from . import manual
 from .materials.properties import PRESET_ITEMS
 
 _PACKAGE = __package__.rpartition(".addon")[0]
-_DEFAULTS = SimpleNamespace(preset="Standard", data_folder="", asset_library="")
+
+
+class Preferences(Protocol):
+    """The settings of `MeasuredPreferences`."""
+
+    @property
+    def preset(self) -> str: ...
+
+    @property
+    def data_folder(self) -> str: ...
+
+    @property
+    def asset_library(self) -> str: ...
+
+
+class _Defaults(NamedTuple):
+    preset: str = "Standard"
+    data_folder: str = ""
+    asset_library: str = ""
+
+
+_DEFAULTS = _Defaults()
 
 
 class MeasuredPreferences(bpy.types.AddonPreferences):
@@ -18,14 +39,14 @@ class MeasuredPreferences(bpy.types.AddonPreferences):
     bl_idname = _PACKAGE
 
     preset: EnumProperty(name="Default Preset", items=PRESET_ITEMS, default=_DEFAULTS.preset,
-                         description="What files are fitted with when they are dropped or imported")
+                         description="Preset for files that are dropped or imported")
     data_folder: StringProperty(name="Data Folder", subtype="DIR_PATH",
-                                description="Where the file browser opens to import measurements")
+                                description="Folder in which the file browser opens to import measurements")
     asset_library: StringProperty(name="Asset Library", subtype="DIR_PATH",
-                                  description="Where Save to Asset Library writes. Empty: materials are marked as "
+                                  description="Folder into which Save to Asset Library writes. Empty: materials become "
                                               "assets of the open file")
 
-    def draw(self, _context):
+    def draw(self, _context: bpy.types.Context) -> None:
         layout = self.layout
         layout.use_property_split = True
         for name in ("preset", "data_folder", "asset_library"):
@@ -33,15 +54,15 @@ class MeasuredPreferences(bpy.types.AddonPreferences):
         manual.draw_link(layout)
 
 
-def get(context):
-    """The preferences, or the defaults where the add-on runs without being installed."""
+def get(context: bpy.types.Context) -> Preferences:
+    """The preferences; the defaults if the add-on runs without being installed."""
     addon = context.preferences.addons.get(_PACKAGE)
     return addon.preferences if addon is not None and addon.preferences is not None else _DEFAULTS
 
 
-def register():
+def register() -> None:
     bpy.utils.register_class(MeasuredPreferences)
 
 
-def unregister():
+def unregister() -> None:
     bpy.utils.unregister_class(MeasuredPreferences)

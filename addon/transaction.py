@@ -1,15 +1,25 @@
-"""Changes to the open file that are either whole or not there."""
+"""Changes to the open file that either succeed as a whole or leave it as it was."""
 
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from typing import Any, TypeVar
 
 import bpy
 
+from .annotations import present
+
+_Data = TypeVar("_Data", bound=bpy.types.ID)
+_Ends = tuple[str, str, str, str]       # a link: node and identifier of the socket it comes from, and goes to
+_State = tuple[dict[str, Any], list[Any]]       # a node: its properties, and the values of its inputs
+
 _KINDS = ("materials", "node_groups", "texts", "images", "meshes", "objects", "lights", "cameras", "worlds", "scenes")
+_VIEWPORT_PROPERTIES = ("diffuse_color", "roughness", "metallic")
+_NODE_PROPERTIES = ("label", "location", "node_tree", "target", "is_active_output")
 
 
 @contextmanager
-def new_data_removed_on_error():
-    """Remove the data-blocks that the block made if it raises; what was there before is not touched."""
+def new_data_removed_on_error() -> Iterator[None]:
+    """Remove the data-blocks that the block created if it raises. Older data-blocks are not touched."""
     before = {item.session_uid for item in _all()}
     try:
         yield
@@ -18,18 +28,18 @@ def new_data_removed_on_error():
         raise
 
 
-def _all():
+def _all() -> Iterator[bpy.types.ID]:
     for kind in _KINDS:
         yield from getattr(bpy.data, kind)
 
 
 @contextmanager
-def restored_on_error(material, names):
-    """Give a material its nodes, links, looks and the settings of these names back if the block raises.
+def restored_on_error(material: bpy.types.Material, names: Iterable[str]) -> Iterator[None]:
+    """Restore a material if the block raises: its nodes, links, viewport properties, and these of its settings.
 
-    Data-blocks that it refers to must not be removed inside the block.
+    The block must not remove data-blocks that the material refers to.
     """
-    before = {name: _plain(getattr(material, name)) for name in _LOOKS}
+    viewport = {name: _plain(getattr(material, name)) for name in _VIEWPORT_PROPERTIES}
     bump, settings = material.cycles.use_bump_map_correction, material.measured_brdf
     stored = {name: getattr(settings, name) for name in names}
     tree = material.node_tree
@@ -38,7 +48,7 @@ def restored_on_error(material, names):
     try:
         yield
     except BaseException:
-        _set_changed(material, before)
+        _set_changed(material, viewport)
         _set_changed(settings, stored)
         material.cycles.use_bump_map_correction = bump
         if material.node_tree is not None:
@@ -46,21 +56,16 @@ def restored_on_error(material, names):
         raise
 
 
-_LOOKS = ("diffuse_color", "roughness", "metallic")
-_NODE_PROPERTIES = ("label", "location", "node_tree", "target", "is_active_output")
-
-
-def _plain(value):
+def _plain(value: Any) -> Any:
     return tuple(value) if hasattr(value, "__len__") and not isinstance(value, str) else value
 
 
-def _state(node):
-    """Properties of a node, and the values of its inputs."""
+def _state(node: bpy.types.Node) -> _State:
     return ({name: _plain(getattr(node, name)) for name in _NODE_PROPERTIES if hasattr(node, name)},
             [_plain(socket.default_value) if hasattr(socket, "default_value") else None for socket in node.inputs])
 
 
-def _restore(tree, nodes, links):
+def _restore(tree: bpy.types.NodeTree, nodes: Mapping[str, _State], links: Iterable[_Ends]) -> None:
     for node in [node for node in tree.nodes if node.name not in nodes]:
         tree.nodes.remove(node)
     for name, (properties, inputs) in nodes.items():
@@ -69,30 +74,31 @@ def _restore(tree, nodes, links):
         for socket, value in zip(node.inputs, inputs, strict=False):
             if value is not None:
                 _set_changed(socket, {"default_value": value})
-    present = {_ends(link) for link in tree.links}
+    existing = {_ends(link) for link in tree.links}
     for ends in links:
-        if ends not in present:
+        if ends not in existing:
             from_node, from_socket, to_node, to_socket = ends
             tree.links.new(_socket(tree.nodes[from_node].outputs, from_socket),
                            _socket(tree.nodes[to_node].inputs, to_socket))
 
 
-def _ends(link):
-    return link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier
+def _ends(link: bpy.types.NodeLink) -> _Ends:
+    from_node, to_node = present(link.from_node), present(link.to_node)
+    return from_node.name, link.from_socket.identifier, to_node.name, link.to_socket.identifier
 
 
-def _socket(sockets, identifier):
+def _socket(sockets: Iterable[bpy.types.NodeSocket], identifier: str) -> bpy.types.NodeSocket:
     return next(socket for socket in sockets if socket.identifier == identifier)
 
 
-def _set_changed(owner, values):
-    """Assign what differs: an assignment makes Blender and Cycles take up anew what it is part of."""
+def _set_changed(owner: Any, values: Mapping[str, Any]) -> None:
+    """Assign the values that differ: every assignment makes Blender and Cycles update the owner's users."""
     for name, value in values.items():
         if _plain(getattr(owner, name)) != value:
-            with suppress(TypeError):           # a damaged file's choice, which cannot be made again
+            with suppress(TypeError):           # an enum value of a damaged file cannot be assigned
                 setattr(owner, name, value)
 
 
-def by_session_uid(collection, uid):
-    """The data-block of `bpy.data.materials` or the like with this `session_uid`, or None if it is gone."""
+def by_session_uid(collection: Iterable[_Data], uid: int | None) -> _Data | None:
+    """The data-block of a collection such as `bpy.data.materials` with this `session_uid`; None if it is gone."""
     return next((item for item in collection if item.session_uid == uid), None)

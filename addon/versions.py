@@ -1,12 +1,14 @@
-"""Which version of the extension made a material or a library."""
+"""The version of the extension, and the one that made a material."""
 
 import tomllib
 from pathlib import Path
 
-CURRENT = tomllib.loads((Path(__file__).parents[1] / "blender_manifest.toml").read_text("utf-8"))["version"]
-_FIRST = "0.1.0"            # the one that did not say
+import bpy
+
+CURRENT: str = tomllib.loads((Path(__file__).parents[1] / "blender_manifest.toml").read_text("utf-8"))["version"]
+_FIRST = "0.1.0"            # materials of this version do not name it
 
 
-def made_by(material):
+def made_by(material: bpy.types.Material) -> str:
     """The version of the extension that made a measured material."""
     return material.measured_brdf.version or _FIRST

@@ -15,7 +15,7 @@ def load():
         spec = importlib.util.spec_from_file_location("worker", ROOT / "addon" / "jobs" / "worker.py")
         worker = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(worker)
-        worker.be(_PACKAGE, ROOT)
+        worker.install_packages(_PACKAGE, ROOT)
     return importlib.import_module(f"{_PACKAGE}.addon.jobs.tasks")
 
 

@@ -78,7 +78,7 @@ def material_for(fit):
     from measured_brdf.addon.materials import node_group
 
     material, group, surface = blank_material("Measured", "ShaderNodeGroup")
-    group.node_tree = node_group.create(fit)
+    group.node_tree = node_group.of(fit)
     material.node_tree.links.new(group.outputs["BSDF"], surface)
     material.cycles.use_bump_map_correction = False
     return material

@@ -1,6 +1,6 @@
-"""A second Blender, without a window, that works on .blend files: the open file is not touched.
+"""A second Blender, without a window, that changes .blend files; the open file is not touched.
 
-It runs one of the commands of `command`, which says how far it is and what came of it in files of a folder (`Report`).
+It runs a command of `command`, which writes its progress and its result into files of a folder (`Report`).
 """
 
 import json
@@ -10,6 +10,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -17,33 +18,33 @@ from ...fitter.files import replacing
 from .process import Job, WorkerError, read_progress
 
 _ROOT = Path(__file__).parents[2]
-_LAST_LINES = 5             # of what a Blender said that failed without a report
+_LAST_LINES = 5             # of the log, for the error message where a Blender ended without a result
 
 
 class CommandError(RuntimeError):
-    """A command could not do its work; the message says why."""
+    """A command failed; the message says why."""
 
 
 class Report:
-    """What a command says to whoever started its process: progress, and a result that JSON can hold."""
+    """Tells the process that started a command its progress, and its result (anything that JSON holds)."""
 
-    def __init__(self, folder):
+    def __init__(self, folder: str | Path) -> None:
         self._folder = Path(folder)
 
-    def progress(self, fraction, doing):
-        """Say how far the command is, at what."""
+    def progress(self, fraction: float, doing: str) -> None:
+        """Write the progress."""
         (self._folder / "progress").write_text(f"{fraction} {doing}", "utf-8")
 
-    def result(self, value):
-        """Say what came of it."""
+    def result(self, value: Any) -> None:
+        """Write the result."""
         with replacing(self._folder / "result.json", "w") as stream:
             json.dump(value, stream)
 
 
 class BlenderProcess:
-    """A process that runs one command: a worker as `background.Job` knows it."""
+    """A process that runs one command; a worker of `process.Job`."""
 
-    def __init__(self, arguments):
+    def __init__(self, arguments: tuple[object, ...]) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="measured_brdf_")
         with open(Path(self._folder.name, "log"), "wb") as log:
             self._process = subprocess.Popen(
@@ -51,48 +52,50 @@ class BlenderProcess:
                 stdout=log, stderr=subprocess.STDOUT, creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
                 env=os.environ | {"PYTHONPATH": ""})
 
-    def poll(self, job):
-        """Tell a job how far the command is, and whether it has ended."""
-        ended = not self.is_alive()         # asked first: what it wrote before its end is there then
+    def poll(self, job: Job[Any]) -> None:
+        """Update the job's progress, and its result once the process has ended."""
+        ended = not self.is_alive()         # before reading: then everything it wrote is there
         read_progress(Path(self._folder.name, "progress"), job)
         if ended:
             job.finished = time.monotonic()
             try:
-                job.result = json.loads(Path(self._folder.name, "result.json").read_text("utf-8"))
-                if "error" in job.result:
-                    job.error = CommandError(job.result["error"])
+                job.result = result = json.loads(Path(self._folder.name, "result.json").read_text("utf-8"))
+                if "error" in result:
+                    job.error = CommandError(result["error"])
             except (OSError, ValueError):
                 job.error = WorkerError(f"Blender ended early, with exit code {self._process.returncode}"
-                                        f"{self._last_words()}")
+                                        f"{self._last_lines()}")
             self.kill()
 
-    def is_alive(self):
+    def is_alive(self) -> bool:
+        """Whether the process runs."""
         return self._process.poll() is None
 
-    def kill(self):
+    def kill(self) -> None:
+        """End the process."""
         self._process.kill()
         self._process.wait()
         self._folder.cleanup()
 
-    def _last_words(self):
+    def _last_lines(self) -> str:
         log = Path(self._folder.name, "log").read_text("utf-8", "replace").strip().splitlines()[-_LAST_LINES:]
         return ": " + " / ".join(log) if log else ""
 
 
 class Command:
-    """A command as work for `InBackground`."""
+    """A command as the work of an operator."""
 
-    def __init__(self, *arguments):
+    def __init__(self, *arguments: object) -> None:
         self._arguments = arguments
 
-    def start(self):
-        """Begin: a `background.Job`."""
-        job = Job(None)
+    def start(self) -> Job[Any]:
+        """Begin in a second Blender."""
+        job = Job[Any](None)
         job.worker = BlenderProcess(self._arguments)
         return job
 
-    def run(self):
-        """Wait for the result; raise what went wrong."""
+    def run(self) -> Any:
+        """Wait for the result, or raise the error."""
         job = self.start()
         try:
             while not job.poll():
@@ -104,8 +107,8 @@ class Command:
         return job.result
 
 
-def _command_line():
-    """What starts the commands in a Blender like this one: its executable, or Python where Blender is a module."""
+def _command_line() -> list[str]:
+    """How to start a Blender like this one: its executable, or Python if Blender is a module."""
     if bpy.app.binary_path:
         return [bpy.app.binary_path, "--background", "--factory-startup", "--python-exit-code", "1", "--python",
                 str(_ROOT / "__main__.py"), "--"]

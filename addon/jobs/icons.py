@@ -1,63 +1,71 @@
-"""Pictures for panels: arrays from the background made into icons."""
+"""Icons for panels, made of pictures that workers draw."""
+
+from collections.abc import Callable
+from typing import Any
 
 import bpy.utils.previews
 
+from ...fitter.arrays import SingleArray
+from ..annotations import Report
 from . import queue
+from .process import Job
 
+Key = tuple[Any, ...]
+_Picture = SingleArray | tuple[SingleArray, Any]
 _KEPT = 48
-_icons = {}                 # question: icon id
-_collection = None
+_icon_ids: dict[Key, int] = {}
+_collection: "bpy.utils.previews.ImagePreviewCollection | None" = None
 
 
-def icon(key, function, lane="fit"):
-    """The icon of a picture, drawn in the background on first demand.
+def icon(key: Key, function: Callable[[Report], Any], lane: str = "fit") -> tuple[int, Job[Any]]:
+    """The icon of a picture, which is drawn in the background when first asked for.
 
     Parameters
     ----------
     key : tuple
-        What is on the picture: its kind, the measurements, and all else that it depends on.
+        What the picture shows: its kind, the measurements, and everything else that it depends on.
     function : callable
-        Takes `Job.report`, returns (size, size, 4) float32, or a tuple that begins with it.
+        As `Job` takes it; returns (size, size, 4) float32, or a tuple that begins with it.
     lane : str
         As `queue.ask` takes it.
 
     Returns
     -------
     icon_id : int
-        While there is none yet, that of the picture of this kind which was there before, or 0.
-    job : background.Job
+        Until there is one, that of an earlier picture of this kind and these measurements, or 0.
+    job : process.Job
     """
-    job = queue.ask(key, function, lane, then=lambda done: _take(key, done))
-    if key in _icons:
-        return _icons[key], job
-    return next((icon for other, icon in reversed(_icons.items()) if other[:2] == key[:2]), 0), job
+    job = queue.ask(key, function, lane, then=lambda done: _make_icon(key, done))
+    if key in _icon_ids:
+        return _icon_ids[key], job
+    return next((icon for other, icon in reversed(_icon_ids.items()) if other[:2] == key[:2]), 0), job
 
 
-def fill(preview, picture):
+def fill(preview: bpy.types.ImagePreview, picture: SingleArray) -> None:
     """Make an `ImagePreview` show a picture: (height, width, 4) float32."""
     preview.image_size = picture.shape[1::-1]
     preview.image_pixels_float.foreach_set(picture.ravel())
 
 
-def _take(key, job):
+def _make_icon(key: Key, job: Job[_Picture]) -> None:
     if _collection is None or job.result is None:
         return
-    if len(_icons) >= _KEPT:
-        _icons.clear()
+    if len(_icon_ids) >= _KEPT:
+        _icon_ids.clear()
         _collection.clear()
     picture = job.result[0] if isinstance(job.result, tuple) else job.result
     preview = _collection.new(repr(key))
     fill(preview, picture)
-    _icons[key] = preview.icon_id
+    _icon_ids[key] = preview.icon_id
 
 
-def register():
+def register() -> None:
     global _collection
     _collection = bpy.utils.previews.new()
 
 
-def unregister():
+def unregister() -> None:
     global _collection
-    _icons.clear()
+    _icon_ids.clear()
     bpy.utils.previews.remove(_collection)
     _collection = None

@@ -1,66 +1,82 @@
-"""Operators that work in another process while the window stays alive, with a progress bar, and Esc to cancel.
+"""Operators that work in another process while the window stays responsive: with a progress bar, and Esc to cancel.
 
-While they wait, users may undo, open a file, or delete anything. So nothing of `bpy` is held from one tick of the timer
-to the next: what an operator is about is remembered by its `session_uid`, looked up again in the one step in which the
-results are applied.
+Meanwhile users may undo, open another file, or delete anything. So no reference to Blender's data is kept between two
+timer events: an operator remembers the `session_uid` of its target, and looks it up in the one step that applies the
+result.
 """
 
 import traceback
+from collections.abc import Generator
+from contextlib import closing
+from typing import Any
 
 import bpy
 from bpy.app.handlers import persistent
 
 from ...fitter import DatasetError
 from .. import transaction
+from ..annotations import OperatorMixIn, OperatorResult
 from ..materials import compiler, osl_support
 from . import blender_process, process, queue
+from .process import Job, Work
+
+Steps = Generator[tuple[float, str], None, Any]
+"""Work in pieces: yields (fraction, doing) after each, and returns its result."""
 
 EXPECTED = (DatasetError, compiler.CompileError, process.WorkerError, blender_process.CommandError, ValueError,
             OSError)
 
-running = None              # what the panel shows progress of
+running: Job[Any] | None = None             # the job whose progress the panel shows
 
 
-class InBackground:
-    """A mix-in for operators: the whole is one undo step; one that fails or is cancelled changes nothing.
+class InBackground(OperatorMixIn):
+    """A mix-in for operators. The whole is one undo step; an operator that fails or is cancelled changes nothing.
 
-    An operator defines
-
-    - ``work(context)``: what is to be done in another process, `process.Calculation` or `blender_process.Command`;
-    - ``prepare(result)``: optional, a generator of (fraction, doing) that goes on here, piece by piece, without data of
-      Blender's, and returns what `apply` takes;
-    - ``apply(context, prepared)``: does the rest, in one step.
+    An operator defines `work` and `apply`, and `prepare` if there is something to prepare.
     """
 
-    needs_osl = True                # False for what compiles nothing
+    needs_osl = True                # False for operators that compile nothing
 
-    def run(self, context):
-        """All of it at once, for scripts: what `execute` returns."""
+    def work(self, context: bpy.types.Context) -> Work:
+        """What to do in another process."""
+        raise NotImplementedError
+
+    def prepare(self, result: Any) -> Steps:
+        """Make of the result what `apply` takes, in pieces, without changing Blender's data. By default, return it."""
+        return result
+        yield
+
+    def apply(self, context: bpy.types.Context, prepared: Any) -> None:
+        """Change Blender's data, in one step."""
+        raise NotImplementedError
+
+    def run(self, context: bpy.types.Context) -> OperatorResult:
+        """Do everything at once, for scripts: what `execute` returns."""
         try:
-            self._steps = self.prepare(self._checked(context).run())
-            while self._go_on() is not None:
-                pass
+            with closing(self.prepare(self._checked_work(context).run())) as steps:
+                while self._prepare_next(steps) is not None:
+                    pass
             self._apply(context)
         except Exception as error:
             return self._failed(error)
         return {"FINISHED"}
 
-    def start(self, context):
-        """Begin, and go on in `modal`: what `invoke` returns."""
+    def start(self, context: bpy.types.Context) -> OperatorResult:
+        """Begin, and continue in `modal`: what `invoke` returns."""
         if bpy.app.background:
             return self.execute(context)
         if running is not None:
-            self.report({"ERROR"}, "Another fit is under way: wait for it, or cancel it with Esc")
+            self.report({"ERROR"}, "Another fit is running: wait for it, or press Esc to cancel it")
             return {"CANCELLED"}
         try:
-            self._begin(self._checked(context))
+            self._begin(self._checked_work(context))
         except Exception as error:
             return self._failed(error)
         self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
-    def modal(self, context, event):
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         if (event.type == "ESC" and event.value == "PRESS") or running is not self._job:
             self._end(context)
             self.report({"INFO"}, "Cancelled; nothing has changed")
@@ -83,55 +99,50 @@ class InBackground:
         queue.redraw()
         return {"PASS_THROUGH"}
 
-    def cancel(self, context):
-        """Blender ends the operator, as it does when another file is opened."""
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender calls this when it ends the operator, for example because another file is opened."""
         self._end(context)
 
-    def prepare(self, result):
-        """By default there is nothing to prepare."""
-        return result
-        yield
-
-    def _checked(self, context):
-        """The work, unless it would be for nothing."""
+    def _checked_work(self, context: bpy.types.Context) -> Work:
+        """The work; an error if its result could not be used."""
         if self.needs_osl and osl_support.missing():
             raise compiler.CompileError(osl_support.missing())
         return self.work(context)
 
-    def _begin(self, work):
+    def _begin(self, work: Work) -> None:
         global running
-        self._steps = None
+        self._steps: Steps | None = None
         self._job = running = work.start()
 
-    def _step(self, context):
-        """Whether all is done, after having done the next piece."""
+    def _step(self, context: bpy.types.Context) -> bool:
+        """Do the next piece: whether all is done."""
         if not self._job.poll():
             return False
         if self._job.error is not None:
             raise self._job.error
         if self._steps is None:
             self._steps = self.prepare(self._job.result)
-        progress = self._go_on()
+        progress = self._prepare_next(self._steps)
         if progress is None:
             self._apply(context)
             return True
         self._job.fraction, self._job.doing = progress
         return False
 
-    def _go_on(self):
-        """Prepare the next piece: (fraction, doing), or None once all is prepared."""
+    def _prepare_next(self, steps: Steps) -> tuple[float, str] | None:
+        """Prepare the next piece: its progress; None when all is prepared."""
         try:
-            return next(self._steps)
+            return next(steps)
         except StopIteration as end:
             self._prepared = end.value
             return None
 
-    def _apply(self, context):
+    def _apply(self, context: bpy.types.Context) -> None:
         with transaction.new_data_removed_on_error():
             self.apply(context, self._prepared)
 
-    def _failed(self, error):
-        """Report an error: what `execute` or `modal` returns. What nobody expected is traced on the console too."""
+    def _failed(self, error: Exception) -> OperatorResult:
+        """Report an error, an unexpected one with a traceback on the console: what `execute` or `modal` returns."""
         if isinstance(error, EXPECTED):
             self.report({"ERROR"}, str(error))
         else:
@@ -139,7 +150,7 @@ class InBackground:
             self.report({"ERROR"}, f"{type(error).__name__}: {error}. Nothing has changed; the console has the details")
         return {"CANCELLED"}
 
-    def _end(self, context):
+    def _end(self, context: bpy.types.Context) -> None:
         global running
         running = None
         self._job.cancel()
@@ -152,18 +163,18 @@ class InBackground:
 
 
 class MEASUREDBRDF_OT_cancel(bpy.types.Operator):
-    """Stop fitting and leave everything as it was, as Esc does"""
+    """Stop fitting and leave everything unchanged. Esc does the same"""
 
     bl_idname = "measured_brdf.cancel"
     bl_label = "Cancel Fitting"
 
-    def execute(self, _context):
+    def execute(self, _context: bpy.types.Context) -> OperatorResult:
         stop()
         return {"FINISHED"}
 
 
-def stop():
-    """End what runs, as Esc does: its operator takes notice of that."""
+def stop() -> None:
+    """End the running job, as Esc does; its operator then ends with the next event."""
     global running
     if running is not None:
         running.cancel()
@@ -171,16 +182,16 @@ def stop():
 
 
 @persistent
-def _on_load(_file):
-    stop()                          # the file for which it was meant is closed
+def _on_load(_file: object) -> None:
+    stop()                          # the file that the job was for is being closed
 
 
 classes = (MEASUREDBRDF_OT_cancel,)
 
 
-def register():
+def register() -> None:
     bpy.app.handlers.load_pre.append(_on_load)
 
 
-def unregister():
+def unregister() -> None:
     bpy.app.handlers.load_pre.remove(_on_load)

@@ -1,19 +1,21 @@
-"""What is worked out in the background: reading, fitting, costs and pictures. Nothing here touches bpy.
+"""The work of the background processes: reading, fitting, costs and pictures. Nothing here imports bpy.
 
-Every function takes `report(fraction, doing)`, which is told how far it is.
+Every function takes `report(fraction, doing)`, and calls it with its progress.
 """
 
 import hashlib
 import json
 import time
 from collections import OrderedDict
+from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from ... import fitter
 from ...fitter import formats, pictures
+from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.cycles import stand_in
 from ...fitter.cycles.bake import SHADER_VERSION, bake
 from ...fitter.cycles.unbake import unbake
@@ -21,21 +23,24 @@ from ...fitter.methods import regression_kriging, tolerance
 from ...fitter.model import fit_file
 from ...fitter.quality import cross_validation, describe
 from ...fitter.samples import distinct_channels
+from ..annotations import Arguments, Report, present
 
-_LEVELS = range(8)          # of the plot of errors: level 8 takes longer than all others together
-_CHUNK = 1 << 16            # rows that are digested at a time
-_KEPT = 12                  # fits, a few MB each
-_LARGEST = 2.0 ** 62        # of a digest's whole numbers: files may claim azimuths of 1e300
-_fits = OrderedDict()
-_estimates = {}             # of the samples that were fitted last
+_PassedOn = TypeVar("_PassedOn")
+
+_LEVELS = range(8)          # in the plot of errors; level 8 would take longer than all others together
+_CHUNK = 1 << 16            # rows hashed at a time
+_KEPT = 12                  # fits in the cache, a few MB each
+_LARGEST = 2.0 ** 62        # integer of a digest: a file may hold an azimuth of 1e300
+_fits: "OrderedDict[tuple[str, str], Fitted]" = OrderedDict()
+_estimates: dict[str, regression_kriging.Estimate] = {}     # of the samples that were fitted last
 
 
-def silent(_fraction, _doing):
-    """A `report` for work that nobody watches."""
+def silent(_fraction: float, _doing: str) -> None:
+    """A `report` that does nothing."""
 
 
 class Data(NamedTuple):
-    """Measurements, what is to be said of them, and what tells them from others."""
+    """Measurements, their description, and the digest that identifies them."""
 
     samples: fitter.Samples
     description: describe.Description
@@ -51,32 +56,35 @@ class Fitted(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """All that a material is made from."""
+    """Everything that a material is made from."""
 
     samples: fitter.Samples
     digest: str
     fitted: Fitted
     source: str
-    albedo: np.ndarray
+    albedo: FloatArray
     principled: stand_in.Principled
 
 
-def read(path, sample, report=silent):
-    """Read and describe measurements: Data. Raises DatasetError."""
+def read(path: str, sample: str | None, report: Report = silent) -> Data:
+    """Read and describe measurements. Raises DatasetError."""
     report(0.0, "Reading")
     samples = fitter.load(path, sample or None)
     return Data(samples, describe.describe(samples, formats.overflowed(path, sample or None)), digest(samples))
 
 
-def outcome(path, sample, arguments, report=silent, known=None):
-    """Read and fit measurements, up to the shader's source.
+def outcome(path: str, sample: str | None, arguments: Arguments, report: Report = silent,
+            known: tuple[str, Fitted] | None = None) -> Outcome:
+    """Read measurements, fit them, and bake the shader's source.
 
     Parameters
     ----------
-    path, sample, arguments
-        The measurements, and what decides the fit.
+    path, sample
+        The measurements.
+    arguments
+        Of the fit.
     known : (str, Fitted), optional
-        The fit, where it has been made before, with the digest of its measurements.
+        The fit, if it has been made before, with the digest of its measurements.
 
     Returns
     -------
@@ -85,7 +93,7 @@ def outcome(path, sample, arguments, report=silent, known=None):
     Raises
     ------
     DatasetError, ValueError
-        If the measurements or the arguments are no good.
+        If the measurements or the arguments are invalid.
     """
     report(0.0, "Reading")
     samples = fitter.load(path, sample or None)
@@ -95,8 +103,9 @@ def outcome(path, sample, arguments, report=silent, known=None):
     return finish(samples, key, found, report)
 
 
-def outcomes(sources, arguments, report=silent):
-    """Outcomes of several measurements, or the errors that stand for them.
+def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments,
+             report: Report = silent) -> list[tuple[str, str, Outcome | ValueError]]:
+    """Outcomes of several measurements; for those that failed, the error.
 
     Parameters
     ----------
@@ -107,9 +116,9 @@ def outcomes(sources, arguments, report=silent):
     -------
     list of (path, sample, Outcome or ValueError)
     """
-    done = []
+    done: list[tuple[str, str, Outcome | ValueError]] = []
     for number, (path, sample) in enumerate(sources):
-        def within(fraction, doing, number=number, name=sample or Path(path).name):
+        def within(fraction: float, doing: str, number: int = number, name: str = sample or Path(path).name) -> None:
             report((number + fraction) / len(sources), f"{name}: {doing}")
 
         try:
@@ -119,8 +128,9 @@ def outcomes(sources, arguments, report=silent):
     return done
 
 
-def asset(path, sample, arguments, folder, report=silent):
-    """An Outcome and a thumbnail; the fit is kept in a folder, and taken from there the next time."""
+def asset(path: str, sample: str | None, arguments: Arguments, folder: str,
+          report: Report = silent) -> tuple[Outcome, SingleArray]:
+    """An outcome and a thumbnail. The fit is saved in a folder, and loaded from there the next time."""
     samples = fitter.load(path, sample or None)
     key = digest(samples)
     keep = Path(folder) / f"{fit_key(samples.name, key, arguments)}.npz"
@@ -133,32 +143,32 @@ def asset(path, sample, arguments, folder, report=silent):
     return finish(samples, key, found, report), pictures.lit_sphere(found.fit)
 
 
-def fit_key(name, data_digest, arguments):
-    """Tells whether a kept fit is that of some measurements: it changes with their name, themselves, the choices, and
-    the format of fits."""
-    parts = name, data_digest, freeze(arguments), fit_file.VERSION
+def fit_key(name: str, data_digest: str, arguments: Arguments) -> str:
+    """Identifies a saved fit: by the name and digest of its measurements, its arguments, and the file format."""
+    parts: tuple[Any, ...] = name, data_digest, freeze(arguments), fit_file.VERSION
     return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:24]
 
 
-def asset_key(key_of_fit):
-    """Tells whether an asset is up to date: it changes with its fit and with the version of the shader."""
+def asset_key(key_of_fit: str) -> str:
+    """Identifies an up-to-date asset: by its fit and the version of the shader."""
     return hashlib.sha256(f"{key_of_fit}\n{SHADER_VERSION}".encode()).hexdigest()[:24]
 
 
-def rebake(shaders, report=silent):
-    """Write the shaders of an older version anew.
+def rebake(shaders: Sequence[tuple[str, float, _PassedOn]],
+           report: Report = silent) -> list[tuple[str | ValueError, _PassedOn]]:
+    """Update shaders of an older version.
 
     Parameters
     ----------
     shaders : list of (source, compression, any)
-        OSL source, and the percentage that its sparse lattice was compressed by.
+        OSL source, the compression of its sparse lattice (percent), and anything to return with it.
 
     Returns
     -------
     list of (source or ValueError, any)
-        OSL source of this version for the same fits, or why there is none.
+        OSL source of this version for the same fit, or the error.
     """
-    done = []
+    done: list[tuple[str | ValueError, _PassedOn]] = []
     for number, (source, compression, passed_on) in enumerate(shaders):
         report(number / len(shaders), f"Updating {number + 1} of {len(shaders)}")
         try:
@@ -168,16 +178,16 @@ def rebake(shaders, report=silent):
     return done
 
 
-def finish(samples, key, found, report=silent):
-    """What a material needs besides its fit: Outcome."""
+def finish(samples: fitter.Samples, key: str, found: Fitted, report: Report = silent) -> Outcome:
+    """Add to a fit what else a material needs."""
     report(0.6, "Writing the shader")
     source = bake(found.fit)
-    report(0.9, "Measuring its colour")
+    report(0.9, "Matching the viewport colour")
     return Outcome(samples, key, found, source, stand_in.albedo(found.fit), stand_in.principled(samples))
 
 
-def fitted(samples, key, arguments, _report=silent):
-    """Fit, or take the fit that was made before: Fitted. Raises ValueError."""
+def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Report = silent) -> Fitted:
+    """Fit samples with this digest, or take the fit from the cache. Raises ValueError."""
     whole = key, freeze(arguments)
     if whole in _fits:
         _fits.move_to_end(whole)
@@ -191,45 +201,46 @@ def fitted(samples, key, arguments, _report=silent):
     return found
 
 
-def _estimate(samples, key):
-    """What fits by "kriging" begin with, kept for other fits of the same samples: most of the work."""
+def _estimate(samples: fitter.Samples, key: str) -> regression_kriging.Estimate:
+    """The first and longest part of a fit by "kriging", cached for other fits of the same samples."""
     if key not in _estimates:
         _estimates.clear()
         _estimates[key] = regression_kriging.Estimate(distinct_channels(samples)[0])
     return _estimates[key]
 
 
-def fit(samples, arguments, estimated=None):
+def fit(samples: fitter.Samples, arguments: Arguments,
+        estimated: regression_kriging.Estimate | None = None) -> fitter.Fit:
     """A fit by keyword arguments of `fitter.fit`, or by a tolerance."""
     if "tolerance" in arguments:
         return fitter.fit_within(samples, arguments["tolerance"])
-    options = {} if estimated is None else {"estimated": estimated}
+    options: Arguments = {} if estimated is None else {"estimated": estimated}
     return fitter.fit(samples, **arguments, **options)
 
 
-def assess(samples, made, seconds):
-    """A fit with its errors at the samples: Fitted."""
+def assess(samples: fitter.Samples, made: fitter.Fit, seconds: float) -> Fitted:
+    """A fit with its errors at the samples."""
     return Fitted(made, fitter.error_metrics(samples.values, made.evaluate(*samples.directions)), seconds)
 
 
-def held_out(samples, arguments, report=silent):
-    """RMSE at samples that the fit has not seen, 1/sr; by a tolerance, with the levels that all samples ask for."""
+def held_out(samples: fitter.Samples, arguments: Arguments, report: Report = silent) -> float:
+    """RMSE at held-out samples, 1/sr. A tolerance gives the levels from all samples."""
     done = 0
     if "tolerance" in arguments:
         report(0.0, "Fitting")
         arguments = tolerance.arguments_of(fit(samples, arguments))
 
-    def watched(part):
+    def reported_fit(part: fitter.Samples) -> fitter.Fit:
         nonlocal done
         report(done / cross_validation.FOLDS, "Predicting held-out samples")
         done += 1
         return fit(part, arguments)
 
-    return cross_validation.held_out(samples, watched).rmse
+    return cross_validation.held_out(samples, reported_fit).rmse
 
 
-def errors_by_level(data, arguments, report=silent):
-    """The plot of errors at the samples against level, the choice marked: (size, size, 4) float32."""
+def errors_by_level(data: Data, arguments: Arguments, report: Report = silent) -> SingleArray:
+    """The plot of RMSE at the samples against level, with the present choice marked: (size, size, 4)."""
     current = fitted(data.samples, data.digest, arguments)
     plain = current.fit.specular_level is None
     if "tolerance" in arguments:
@@ -239,24 +250,25 @@ def errors_by_level(data, arguments, report=silent):
         report(level / len(_LEVELS), "Fitting every level")
         changed = {**arguments, "diffuse_level" if plain else "specular_level": level}
         errors.append(fitted(data.samples, data.digest, changed).errors.rmse)
-    level = current.fit.diffuse_level if plain else current.fit.specular_level
+    level = current.fit.diffuse_level if plain else present(current.fit.specular_level)
     return pictures.error_plot(list(_LEVELS), errors, (level, current.errors.rmse))
 
 
-def lit_sphere(data, arguments, _report=silent):
-    """The picture of a lit sphere: (size, size, 4) float32."""
+def lit_sphere(data: Data, arguments: Arguments, _report: Report = silent) -> SingleArray:
+    """The picture of a lit sphere: (size, size, 4)."""
     return pictures.lit_sphere(fitted(data.samples, data.digest, arguments).fit)
 
 
-def polar_plot(data, arguments, theta_i, _report=silent):
-    """The polar plot, and the incidence of the samples on it (radians)."""
+def polar_plot(data: Data, arguments: Arguments, theta_i: float,
+               _report: Report = silent) -> tuple[SingleArray, float]:
+    """The polar plot, and the angle of incidence of the samples in it (radians)."""
     return pictures.polar_plot(fitted(data.samples, data.digest, arguments).fit, data.samples, theta_i)
 
 
-def digest(samples):
-    """Tells measurements from any others, wherever their file lies: 32 hexadecimal digits.
+def digest(samples: fitter.Samples) -> str:
+    """Identifies measurements by their content: 32 hexadecimal digits.
 
-    Rounded, because the conversion of spectra differs in the last bits from one computer to another.
+    Values are rounded, because the conversion of spectra differs in the last bits between computers.
     """
     content = hashlib.sha256("\n".join(samples.channels).encode())
     scale = np.abs(samples.values).max() or 1.0
@@ -267,6 +279,6 @@ def digest(samples):
     return content.hexdigest()[:32]
 
 
-def freeze(arguments):
-    """Keyword arguments as a key."""
+def freeze(arguments: Arguments) -> str:
+    """Arguments as a cache key."""
     return json.dumps(arguments, sort_keys=True)

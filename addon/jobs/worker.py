@@ -1,9 +1,9 @@
-"""The process in which long work is done: python worker.py PACKAGE ROOT FOLDER.
+"""The process that does long work: python worker.py PACKAGE ROOT FOLDER.
 
-Blender is not made for Python threads that outlive a script: they crash it. So work goes to a process that has the
-extension's modules by the same names, but no bpy. Pieces of work arrive on standard input, pickled, as (number,
-function); function(report) is called, and FOLDER/number.done holds (result, exception) once it is there. How far the
-work is stands in FOLDER/number.progress. The process ends with its standard input.
+Python threads that outlive a script crash Blender. So work goes to this process, which has the modules of the extension
+under the same names, but no bpy. It reads pickled pairs (number, function) from standard input, calls
+function(report), and writes (result, exception) to FOLDER/number.done and the progress to FOLDER/number.progress. It
+ends at the end of its standard input.
 """
 
 import os
@@ -13,8 +13,8 @@ import types
 from pathlib import Path
 
 
-def serve(folder):
-    """Do work until there is no more."""
+def serve(folder: Path) -> None:
+    """Do work until the input ends."""
     while True:
         try:
             number, function = pickle.load(sys.stdin.buffer)
@@ -22,38 +22,41 @@ def serve(folder):
             return
         progress = folder / f"{number}.progress"
 
-        def report(fraction, doing, progress=progress):
+        def report(fraction: float, doing: str, progress: Path = progress) -> None:
             progress.write_text(f"{fraction} {doing}", "utf-8")
 
+        answer: tuple[object, Exception | None]
         try:
             answer = function(report), None
-        except Exception as error:      # whoever asked decides what it means
+        except Exception as error:      # the job raises it again, or reports it
             answer = None, error
         part = folder / f"{number}.part"
         part.write_bytes(_pickled(answer))
         os.replace(part, folder / f"{number}.done")
 
 
-def _pickled(answer):
+def _pickled(answer: tuple[object, Exception | None]) -> bytes:
     try:
         return pickle.dumps(answer)
-    except Exception as error:          # exceptions of other libraries need not be picklable
+    except Exception as error:          # some exceptions of other libraries cannot be pickled
         return pickle.dumps((None, RuntimeError(f"{answer[1] or answer[0]!r}: {error}")))
 
 
-def be(package, root):
-    """Make the modules of the extension importable by the names that they have in Blender, without its __init__."""
+def install_packages(package: str, root: Path) -> None:
+    """Make the modules of the extension importable under the names that they have in Blender, without its __init__."""
     parts = package.split(".")
     for end in range(1, len(parts) + 1):
-        module = types.ModuleType(".".join(parts[:end]))
-        module.__path__ = [str(root)]
-        sys.modules[module.__name__] = module
-    addon = types.ModuleType(f"{package}.addon")
-    addon.__path__ = [str(root / "addon")]
-    sys.modules[addon.__name__] = addon
+        _install(".".join(parts[:end]), root)
+    _install(f"{package}.addon", root / "addon")
+
+
+def _install(name: str, folder: Path) -> None:
+    module = types.ModuleType(name)
+    module.__path__ = [str(folder)]
+    sys.modules[name] = module
 
 
 if __name__ == "__main__":
-    del sys.path[0]                     # the folder of this file: its modules are not to be found by their bare names
-    be(sys.argv[1], Path(sys.argv[2]))
+    del sys.path[0]                     # this file's folder: its modules must not be importable by their bare names
+    install_packages(sys.argv[1], Path(sys.argv[2]))
     serve(Path(sys.argv[3]))

@@ -2,22 +2,35 @@
 
 import re
 import uuid
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, NamedTuple
 
-from ...fitter import pictures
+import bpy
+
+from ...fitter import Fit, pictures
+from ...fitter.arrays import SingleArray
 from ...fitter.files import locked, replacing
+from ..annotations import present
 from ..jobs import icons
 
 CATALOGUE = "Measured BRDF"
 _CATALOGUES = "blender_assets.cats.txt"
-_NAMESPACE = uuid.UUID("6f0ae9a1-9d1b-4f5f-8f5e-6c0c7a3d2b10")      # one catalogue, one id: in every library
+_NAMESPACE = uuid.UUID("6f0ae9a1-9d1b-4f5f-8f5e-6c0c7a3d2b10")      # gives the catalogue the same id in every library
 _HEADER = "# Asset catalogues of this folder: UUID:path:simple name\nVERSION 1\n"
-_BY_HAND = ("catalog_id", "author", "copyright", "license")         # what users say of an asset
+_SET_BY_USERS = ("catalog_id", "author", "copyright", "license")
 
 
-def mark(material, picture=None):
-    """Make a measured material an asset, with what can be said of it.
+class Remembered(NamedTuple):
+    """An asset before its material is fitted again: its preset, and whether users left the description as it was."""
+
+    preset: str
+    has_own_description: bool
+
+
+def mark(material: bpy.types.Material, picture: SingleArray | None = None) -> None:
+    """Make a measured material an asset, with a description and tags.
 
     Parameters
     ----------
@@ -27,25 +40,25 @@ def mark(material, picture=None):
     """
     settings = material.measured_brdf
     material.asset_mark()
-    about = material.asset_data
-    about.description = describe(settings)
-    about.catalog_id = str(catalogue_id())
+    data = present(material.asset_data)
+    data.description = describe(settings)
+    data.catalog_id = str(catalogue_id())
     for tag in ("measured", "BRDF", settings.preset, Path(settings.filepath).stem):
-        about.tags.new(tag, skip_if_exists=True)
+        data.tags.new(tag, skip_if_exists=True)
     if picture is not None:
-        icons.fill(material.preview_ensure(), picture)
+        icons.fill(present(material.preview_ensure()), picture)
 
 
-def describe(settings):
-    """What the description of an asset says by default."""
+def describe(settings: Any) -> str:
+    """The default description of an asset, from the settings of its material."""
     return (f"{settings.name_of_data}: measured reflectance, fit {settings.fitted_levels}, "
             f"{settings.coefficients:,} coefficients, RMSE {settings.rmse:.3g} / sr. "
             f"Needs Cycles with OSL; EEVEE shows an approximation")
 
 
 @contextmanager
-def unmarked_on_error(material):
-    """Let a material be no asset again if the block raises and it was none before."""
+def unmarked_on_error(material: bpy.types.Material) -> Iterator[None]:
+    """If the block raises, unmark a material that was no asset before."""
     was_asset, was_kept = material.asset_data is not None, material.use_fake_user
     try:
         yield
@@ -56,67 +69,66 @@ def unmarked_on_error(material):
         raise
 
 
-def remember(material):
-    """What `renew` must know of an asset before its material is fitted again; None for what is no asset."""
+def remember(material: bpy.types.Material) -> Remembered | None:
+    """What `renew` needs to know of an asset before its material is fitted again; None if it is no asset."""
     if material.asset_data is None:
         return None
     settings = material.measured_brdf
-    return settings.preset, material.asset_data.description == describe(settings)
+    return Remembered(settings.preset, material.asset_data.description == describe(settings))
 
 
-def renew(material, remembered, picture=None):
-    """Bring an asset up to date after its material was fitted again, or make one. What users changed of it stays."""
+def renew(material: bpy.types.Material, remembered: Remembered | None, picture: SingleArray | None = None) -> None:
+    """Update an asset after its material was fitted again, or make one. Changes by users stay."""
     if remembered is None:
         mark(material, picture)
         return
-    preset, is_described = remembered
-    about, settings = material.asset_data, material.measured_brdf
-    if is_described:
-        about.description = describe(settings)
-    tag = about.tags.get(preset)
+    data, settings = present(material.asset_data), material.measured_brdf
+    if remembered.has_own_description:
+        data.description = describe(settings)
+    tag = data.tags.get(remembered.preset)
     if tag is not None:
-        about.tags.remove(tag)
-        about.tags.new(settings.preset, skip_if_exists=True)
+        data.tags.remove(tag)
+        data.tags.new(settings.preset, skip_if_exists=True)
     if picture is not None:
-        icons.fill(material.preview_ensure(), picture)
+        icons.fill(present(material.preview_ensure()), picture)
 
 
-def inherit(material, old):
-    """Give an asset what users said of the one that it replaces."""
-    about, before = material.asset_data, old.asset_data
-    if about is None or before is None:
+def inherit(material: bpy.types.Material, old: bpy.types.Material) -> None:
+    """Copy to an asset what users have set on the one that it replaces."""
+    data, before = material.asset_data, old.asset_data
+    if data is None or before is None:
         return
-    for name in _BY_HAND:
-        setattr(about, name, getattr(before, name))
+    for name in _SET_BY_USERS:
+        setattr(data, name, getattr(before, name))
     if before.description != describe(old.measured_brdf):
-        about.description = before.description
+        data.description = before.description
     for tag in before.tags:
         if tag.name != old.measured_brdf.preset:
-            about.tags.new(tag.name, skip_if_exists=True)
+            data.tags.new(tag.name, skip_if_exists=True)
 
 
-def write_catalogue(folder):
-    """Add the catalogue to those of a folder, which are kept."""
+def write_catalogue(folder: Path) -> None:
+    """Add the catalogue to a folder's file of catalogues; the others stay."""
     path = Path(folder) / _CATALOGUES
     with locked(path, wait=True):
-        text = path.read_bytes() if path.is_file() else b""        # as it is, in whatever encoding
+        text = path.read_bytes() if path.is_file() else b""        # undecoded: its encoding is unknown
         line = f"{catalogue_id()}:{CATALOGUE}:{CATALOGUE.replace('/', '-')}\n".encode()
-        if str(catalogue_id()).encode() not in text:
-            header = b"" if b"VERSION" in text else _HEADER.encode()
+        if text.find(str(catalogue_id()).encode()) < 0:
+            header = b"" if text.find(b"VERSION") >= 0 else _HEADER.encode()
             with replacing(path) as stream:
                 stream.write(header + text.rstrip() + b"\n\n" + line)
 
 
-def catalogue_id():
-    """The same in every library, so that a re-run or another machine makes no second one."""
+def catalogue_id() -> uuid.UUID:
+    """The same in every library, so that further runs and other machines do not add a second catalogue."""
     return uuid.uuid5(_NAMESPACE, CATALOGUE)
 
 
-def file_name(name):
-    """A name that every file system takes."""
+def file_name(name: str) -> str:
+    """A name that every file system accepts."""
     return re.sub(r"[^\w.-]+", "_", name).strip("._") or "material"
 
 
-def thumbnail(fit):
+def thumbnail(fit: Fit) -> SingleArray:
     """The lit sphere, as a thumbnail."""
     return pictures.lit_sphere(fit)

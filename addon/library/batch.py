@@ -1,13 +1,14 @@
-"""Folders of measurements into an asset library, on several processes; what has been done before is not done again.
+"""Converts folders of measurements to an asset library, with several processes. Up-to-date materials are kept.
 
-This runs in a Blender that has no other file open (`blender_process`, or the command line). It opens the parts of the
-library one after the other, each of at most `library_file.MATERIALS_PER_FILE` materials, and writes each as soon as it
-is complete. So memory does not grow with the number of measurements.
+This runs in a Blender without another open file (`blender_process`, or the command line). A library has parts of at
+most `library_file.MATERIALS_PER_FILE` materials. They are opened, changed and saved one after the other, so that memory
+does not grow with the number of measurements.
 """
 
 import os
 import re
 from collections import defaultdict
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -15,17 +16,20 @@ from typing import NamedTuple
 import bpy
 
 from ... import fitter
+from ...fitter.arrays import SingleArray
+from ..annotations import Arguments, present
 from ..jobs import process, tasks
 from ..materials import material as materials
-from ..materials.properties import fit_arguments
+from ..materials.properties import Choices, fit_arguments
 from . import assets, library_file
+from .discovery import Failure, Source
 
-DONE = ("fitted", "up to date", "rendered", "saved")       # what a row's status says where all is well
-PROCESSES = max(os.cpu_count() - 1, 1)
+DONE = ("fitted", "up to date", "rendered", "saved")       # the statuses of rows without a failure
+PROCESSES = max((os.cpu_count() or 1) - 1, 1)
 
 
 class Row(NamedTuple):
-    """What became of one material."""
+    """The result for one material, for the summary."""
 
     name: str
     status: str
@@ -35,14 +39,14 @@ class Row(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """How far a batch is."""
+    """The progress of a batch."""
 
     fraction: float
     doing: str
 
 
 class _Task(NamedTuple):
-    """A material to make, or to make anew where `replaced` names one in the open part."""
+    """A material to make, or to fit again if `replaced` names one in the open part."""
 
     path: str
     sample: str
@@ -51,7 +55,7 @@ class _Task(NamedTuple):
 
 
 class _Entry(NamedTuple):
-    """A measured material that a part of the library holds."""
+    """A measured material in a part of the library."""
 
     part: Path
     name: str
@@ -64,27 +68,33 @@ class _Entry(NamedTuple):
     row: Row
 
 
-def convert(context, sources, failures, choices, path, processes=PROCESSES, force=False, prune=False):
-    """Write an asset library: a generator of Progress which returns rows; it does not wait, so whoever runs it should.
+_Job = process.Job[tuple[tasks.Outcome, SingleArray]]
+_Planned = Mapping[Path | None, Sequence[_Task]]
+"""Tasks by part; None for those that go into any part with room."""
+
+
+def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Sequence[Failure], choices: Choices,
+            path: str | Path, processes: int = PROCESSES, force: bool = False,
+            prune: bool = False) -> Generator[Progress, None, list[Row]]:
+    """Write an asset library, in steps that do not wait for the processes: callers should sleep between them.
 
     Parameters
     ----------
     context : bpy.types.Context
     sources : list of (path, sample)
     failures : list of (path, sample, exception)
-        Files that could not be read: what the library has of them is kept.
-    choices : properties.FitChoices
+        Files that could not be read: their materials in the library are kept.
+    choices : properties.Choices
         `filepath` and `sample` are set to those of each material.
     path : path-like
-        The .blend to write, the first part of the library. What is in it stays: materials that are out of date are
-        fitted again in place, new ones are added. Fits are kept in a folder beside it, so that an interrupted run goes
-        on where it was.
+        The .blend to write, the first part of the library. Outdated materials in it are fitted again in place, new
+        ones are added, and everything else stays. Fits are saved in a folder beside it, so that an interrupted run can
+        continue.
     processes : int
     force : bool
-        Put a file that is not a library aside instead of refusing to replace it.
+        Keep a file that is not a library under another name, instead of raising an error.
     prune : bool
-        Remove materials of an earlier run whose measurements are not among the sources or failures, unless something
-        in the file uses them.
+        Remove unused materials of an earlier run whose measurements are not among the sources or failures.
 
     Returns
     -------
@@ -93,21 +103,22 @@ def convert(context, sources, failures, choices, path, processes=PROCESSES, forc
 
     Raises
     ------
-    library.LibraryError, OSError
-        If the file may not be replaced; nothing has been changed then.
+    library_file.LibraryError, OSError
+        If the file may not be replaced; then nothing has changed.
     """
     path = Path(path)
     with library_file.writing(path, force):
         parts = library_file.parts(path)
-        entries = [entry for part in parts for entry in _survey(part)]
-        failures, rows = list(failures), []
-        planned, stale = _plan(sources, fit_arguments(choices), entries, failures, rows)
-        rows += [Row(_name(name, sample), f"failed: {error}") for name, sample, error in failures]
-        given = {(Path(name).name, sample) for name, sample, *_ in [*sources, *failures]}
-        removed = defaultdict(list)
+        entries = [entry for part in parts for entry in _entries_in(part)]
+        unread = list(failures)
+        rows: list[Row] = []
+        planned, stale = _plan(sources, fit_arguments(choices), entries, unread, rows)
+        rows += [Row(_name(name, sample), f"failed: {error}") for name, sample, error in unread]
+        given = {(Path(source.path).name, source.sample) for source in (*sources, *unread)}
+        removed: defaultdict[Path, list[str]] = defaultdict(list)
         for entry in stale:
             file = Path(entry.filepath).name
-            if given & {(file, entry.sample), (file, "")}:      # unread, "" for all of its samples, or a user's copy
+            if given & {(file, entry.sample), (file, "")}:      # not read ("" for all samples), or a copy by a user
                 continue
             if prune and not entry.is_used:
                 removed[entry.part].append(entry.name)
@@ -117,8 +128,8 @@ def convert(context, sources, failures, choices, path, processes=PROCESSES, forc
     return rows
 
 
-def _survey(part):
-    """The measured materials of a part that `convert` made: a list of _Entry."""
+def _entries_in(part: Path) -> list[_Entry]:
+    """The materials in a part that `convert` made."""
     library_file.open_part(part)
     found = [_Entry(part, item.name, item.measured_brdf.asset_key, item.measured_brdf.filepath,
                     item.measured_brdf.sample, item.users > item.use_fake_user, item.asset_data is not None,
@@ -128,18 +139,21 @@ def _survey(part):
     return found
 
 
-def _plan(sources, arguments, entries, failures, rows):
-    """What is to be done: tasks by part (None for those that go anywhere), and entries that no source stands for.
+def _plan(sources: Sequence[Source], arguments: Arguments, entries: Sequence[_Entry], failures: list[Failure],
+          rows: list[Row]) -> tuple[_Planned, list[_Entry]]:
+    """The tasks, and the entries whose measurements are not among the sources.
 
-    Rows of what is up to date, and failures of what cannot be read, are appended to the lists given.
+    Appends to `rows` the materials that are up to date, and to `failures` the files that cannot be read.
     """
-    planned, todo, wanted = defaultdict(list), [], set()
+    planned: defaultdict[Path | None, list[_Task]] = defaultdict(list)
+    todo: list[_Task] = []
+    wanted: set[str] = set()
     current = {entry.key: entry for entry in reversed(entries)}
     for path, sample in sources:
         try:
             samples = fitter.load(path, sample or None)
         except ValueError as error:
-            failures.append((path, sample, error))
+            failures.append(Failure(path, sample, error))
             continue
         key = tasks.asset_key(tasks.fit_key(samples.name, tasks.digest(samples), arguments))
         wanted.add(key)
@@ -150,7 +164,7 @@ def _plan(sources, arguments, entries, failures, rows):
     left = [entry for entry in entries if entry.key not in wanted]
     for same in (_is_same_file, _has_same_name):
         for task in todo[:]:
-            # of several, copies that users made among them, the one that has not been renamed, and is an asset
+            # users may have made copies: prefer an asset, and one that has not been renamed
             found = max((entry for entry in left if same(task, entry)), key=_is_original, default=None)
             if found is not None:
                 left.remove(found)
@@ -160,43 +174,46 @@ def _plan(sources, arguments, entries, failures, rows):
     return planned, left
 
 
-def _is_original(entry):
+def _is_original(entry: _Entry) -> tuple[bool, bool]:
     return entry.is_asset, entry.is_named_after_data
 
 
-def _is_same_file(task, entry):
+def _is_same_file(task: _Task, entry: _Entry) -> bool:
     return (task.path, task.sample) == (entry.filepath, entry.sample)
 
 
-def _has_same_name(task, entry):
+def _has_same_name(task: _Task, entry: _Entry) -> bool:
     return (Path(task.path).name, task.sample) == (Path(entry.filepath).name, entry.sample)
 
 
-def _write_parts(context, path, parts, planned, removed, entries, choices, processes, rows):
-    """Change and write one part after the other: a generator of Progress."""
+def _write_parts(context: bpy.types.Context, path: Path, parts: Sequence[Path], planned: _Planned,
+                 removed: Mapping[Path, Sequence[str]], entries: Sequence[_Entry], choices: Choices, processes: int,
+                 rows: list[Row]) -> Iterator[Progress]:
+    """Change and save one part after the other."""
     total = sum(map(len, planned.values()))
-    done, waiting = 0, planned[None]
+    done, waiting = 0, [*planned.get(None, ())]
     folder = path.with_suffix(".fits")
     existing, is_written = iter(parts), False
-    while (part := next(existing, None)) or waiting:
-        is_new = part is None
-        part = part or library_file.next_part(path)
-        held = sum(entry.part == part for entry in entries) - len(removed[part])
+    while (old := next(existing, None)) or waiting:
+        is_new = old is None
+        part = old or library_file.next_part(path)
+        unwanted = removed.get(part, ())
+        held = sum(entry.part == part for entry in entries) - len(unwanted)
         room = max(library_file.MATERIALS_PER_FILE - held, 0)
-        todo, waiting = [*planned[part], *waiting[:room]], waiting[room:]
-        if not todo and not removed[part]:
+        todo, waiting = [*planned.get(part, ()), *waiting[:room]], waiting[room:]
+        if not todo and not unwanted:
             continue
         if is_new:
             library_file.close()
         opened = None if is_new else library_file.open_part(part)
-        for name in removed[part]:
+        for name in unwanted:
             materials.remove(bpy.data.materials[name])
-        made = []
+        made: list[str] = []
         for step in _in_parallel(todo, fit_arguments(choices), folder, processes,
-                                 partial(_make, context, choices, made, rows)):
+                                 partial(_make_material, context, choices, made, rows)):
             yield Progress((done + step) / total, f"{done + step} of {total} fitted")
         done += len(todo)
-        if made or removed[part]:
+        if made or unwanted:
             yield Progress(done / max(total, 1), f"Writing {part.name}")
             library_file.save_part(part, opened)
             is_written = True
@@ -206,39 +223,44 @@ def _write_parts(context, path, parts, planned, removed, entries, choices, proce
         assets.write_catalogue(path.parent)
 
 
-def _in_parallel(todo, arguments, folder, processes, function):
-    """Work out assets, and give each to a function as it comes, in whatever order: a generator of how many are done."""
-    waiting, workers, running = todo[::-1], [], []
+def _in_parallel(todo: Sequence[_Task], arguments: Arguments, folder: Path, processes: int,
+                 function: Callable[[_Task, _Job], object]) -> Iterator[int]:
+    """Do tasks in worker processes, and call `function` with each finished job: yields how many are done."""
+    waiting = [*reversed(todo)]
+    idle: list[process.Worker] = []
+    running: list[tuple[_Job, _Task, process.Worker]] = []
     try:
         while waiting or running:
-            for job, task in running[:]:
+            for item in running[:]:
+                job, task, worker = item
                 if job.poll():
-                    running.remove((job, task))
-                    workers.append(job.worker)
+                    running.remove(item)
+                    idle.append(worker)
                     function(task, job)
             while waiting and len(running) < processes:
                 task = waiting.pop()
                 job = process.Job(partial(tasks.asset, task.path, task.sample, arguments, str(folder)))
-                worker = workers.pop() if workers and workers[-1].is_alive() else process.Worker()
+                worker = idle.pop() if idle and idle[-1].is_alive() else process.Worker()
                 worker.begin(job)
-                running.append((job, task))
+                running.append((job, task, worker))
             yield len(todo) - len(waiting) - len(running)
     finally:
-        for worker in [*workers, *(job.worker for job, _ in running)]:
+        for worker in [*idle, *(worker for _, _, worker in running)]:
             worker.kill()
 
 
-def _make(context, choices, made, rows, task, job):
+def _make_material(context: bpy.types.Context, choices: Choices, made: list[str], rows: list[Row], task: _Task,
+                   job: _Job) -> None:
     """Make the material of a finished task in the open part."""
     if job.error is None:
-        outcome, picture = job.result
+        outcome, picture = present(job.result)
         choices.filepath, choices.sample = task.path, task.sample
         try:
             if task.replaced:
                 item = bpy.data.materials[task.replaced]
                 remembered, is_named = assets.remember(item), _is_named_after_data(item)
                 materials.assign(item, outcome, choices, context)
-                if remembered is not None:      # else a user has taken the mark away
+                if remembered is not None:      # else a user has removed the asset mark
                     assets.renew(item, remembered, picture)
                 if is_named:
                     item.name = outcome.samples.name
@@ -255,16 +277,16 @@ def _make(context, choices, made, rows, task, job):
         rows.append(Row(_name(task.path, task.sample), f"failed: {job.error}"))
 
 
-def _is_named_after_data(item):
-    """Whether nobody gave a material another name."""
+def _is_named_after_data(item: bpy.types.Material) -> bool:
+    """Whether a material still has the name of its measurements."""
     return re.fullmatch(rf"{re.escape(item.measured_brdf.name_of_data)}(\.\d{{3}})?", item.name) is not None
 
 
-def row(item, status):
-    """What there is to say of a measured material."""
+def row(item: bpy.types.Material, status: str) -> Row:
+    """The row of a measured material."""
     settings = item.measured_brdf
     return Row(item.name, status, settings.coefficients, settings.bytes, settings.rmse)
 
 
-def _name(path, sample):
+def _name(path: str, sample: str) -> str:
     return f"{Path(path).name} {sample}".strip()

@@ -1,6 +1,8 @@
-"""Which measurements there are in files and folders."""
+"""Finds the measurements in files and folders."""
 
+from collections.abc import Iterable
 from pathlib import Path
+from typing import NamedTuple
 
 from ...fitter import DatasetError
 from ...fitter.formats import EXTENSIONS, is_read_with_another, list_samples
@@ -8,34 +10,49 @@ from ...fitter.formats import EXTENSIONS, is_read_with_another, list_samples
 GLOB = ";".join(f"*{extension}" for extension in EXTENSIONS)
 
 
-def files_in(paths):
-    """The files given, and those in folders given that may hold measurements, by their names."""
-    files = []
+class Source(NamedTuple):
+    """A measurement: its file, and the name of the sample in a file with several."""
+
+    path: str
+    sample: str
+
+
+class Failure(NamedTuple):
+    """A file that could not be read."""
+
+    path: str
+    sample: str
+    error: ValueError
+
+
+def files_in(paths: Iterable[str | Path]) -> list[Path]:
+    """The files given, and those in the folders given whose names have the extension of a format."""
+    files: list[Path] = []
     for path in map(Path, paths):
         files += sorted(item for item in path.iterdir()
                         if item.suffix.lower() in EXTENSIONS) if path.is_dir() else [path]
     return files
 
 
-def sources_in(paths):
+def sources_in(paths: Iterable[str | Path]) -> tuple[list[Source], list[Failure]]:
     """The measurements in files and folders.
 
     Returns
     -------
-    sources : list of (path, sample)
-        A CURET file counts as many as it has samples; of red, green and blue files side by side only one is taken.
-    failures : list of (path, sample, DatasetError)
-        Files that cannot be read.
+    sources : list of Source
+        One for each sample of a CURET file; one for red, green and blue files side by side.
+    failures : list of Failure
     """
     files = files_in(paths)
-    sources, failures = [], []
+    sources: list[Source] = []
+    failures: list[Failure] = []
     for file in files:
         if is_read_with_another(file, files):
             continue
         try:
             samples = list_samples(file)
         except DatasetError as error:
-            failures.append((str(file), "", error))
+            failures.append(Failure(str(file), "", error))
             continue
-        sources += [(str(file), name) for _, name in samples] or [(str(file), "")]
+        sources += [Source(str(file), name) for _, name in samples] or [Source(str(file), "")]
     return sources, failures

@@ -1,7 +1,7 @@
-"""Asset libraries on disk: .blend files that this extension wrote, recognised by what is in them.
+"""Asset libraries on disk: .blend files that this extension wrote, recognised by their content.
 
-Libraries are changed in place by a Blender that has no other file open (`blender_process`): one is opened, its measured
-materials are replaced or joined by others, and it is saved beside itself and renamed. What users put into it stays.
+A Blender without another open file (`blender_process`) changes a library: it opens the library, replaces measured
+materials or adds new ones, saves to a temporary file, and renames that. Other data that users put into it stay.
 """
 
 import errno
@@ -12,8 +12,10 @@ import re
 import shutil
 import stat
 from collections import Counter
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import cast
 
 import bpy
 
@@ -24,9 +26,10 @@ from ..materials import node_group
 from ..scene import lamps
 from . import assets
 
-MATERIALS_PER_FILE = 100            # of a library: its Blender needs 3 MB of memory for each
+MATERIALS_PER_FILE = 100            # Blender needs 3 MB of memory for each
 _MARKER = "Measured BRDF Library"   # a text in every library: JSON of format and version
 _FORMAT = "measured-brdf-library"
+_DiskVersion = tuple[int, int, int]
 _NUMBERED = re.compile(r"(.*?)(\.\d{3,})?")
 
 
@@ -34,14 +37,14 @@ class LibraryError(ValueError):
     """A file may not be replaced by a library; the message says why."""
 
 
-def refusal(path):
-    """Why a file may not be replaced by a library, in words; an empty string where it may, or is not there."""
+def refusal(path: str | Path) -> str:
+    """Why a library may not replace a file; empty if it may, or if there is no file."""
     path = Path(path)
     if not path.exists():
         return ""
     if not path.is_file():
         return f"{path} is not a file"
-    with suppress(OSError):                 # the open file may have been deleted
+    with suppress(OSError):                 # raised if the open file has been deleted
         if bpy.data.filepath and path.samefile(bpy.data.filepath):
             return f"{path} is the file that is open"
     names = _names(path)
@@ -53,8 +56,8 @@ def refusal(path):
     return f"{path} exists and is not a library that Measured BRDF wrote: it holds {held or 'nothing'}"
 
 
-def _names(path):
-    """What a .blend holds: {kind: names}; None for any other file. Nothing is loaded."""
+def _names(path: Path) -> dict[str, list[str]] | None:
+    """The names of the data-blocks in a .blend, by kind; None for any other file. Nothing is loaded."""
     try:
         with bpy.data.libraries.load(str(path), link=False) as (source, _):
             found = {kind: getattr(source, kind) for kind in dir(source)}
@@ -63,35 +66,39 @@ def _names(path):
         return None
 
 
-def _is_of_first_version(names):
-    """Whether a .blend holds what 0.1.0, which left no marker, put into a library: nothing but measured materials."""
+def _is_of_first_version(names: Mapping[str, list[str]]) -> bool:
+    """Whether a .blend holds only measured materials, as libraries of 0.1.0 do, which have no marker."""
     expected = {"materials", "node_groups", "texts"}
     if any(of_kind for kind, of_kind in names.items() if kind not in expected):
         return False
-    groups = Counter(_NUMBERED.fullmatch(name)[1] for name in names["node_groups"])
-    texts = Counter(_NUMBERED.fullmatch(name)[1] for name in names["texts"])
+    groups, texts = Counter(map(_base_name, names["node_groups"])), Counter(map(_base_name, names["texts"]))
     count = len(names["materials"])
     return count > 0 and groups.keys() <= {node_group.NAME, lamps.NAME} and (
         groups[node_group.NAME] == count and texts == {f"{node_group.NAME}.osl": count})
 
 
-def parts(path):
-    """The files of a library that are there: `path`, and numbered ones beside it that belong to it."""
+def _base_name(name: str) -> str:
+    """The name without the number that Blender appends."""
+    return cast(re.Match[str], _NUMBERED.fullmatch(name))[1]
+
+
+def parts(path: str | Path) -> list[Path]:
+    """The existing files of a library: `path`, and the numbered ones beside it."""
     path = Path(path)
     return [part for part in (path, *_numbered(path)) if part.exists() and not refusal(part)]
 
 
-def _numbered(path):
+def _numbered(path: Path) -> list[Path]:
     return sorted(path.parent.glob(f"{glob.escape(path.stem)}-[0-9][0-9][0-9]{path.suffix}"))
 
 
-def _beside(part):
-    """The file in which a part is written before it is renamed."""
+def _temporary(part: Path) -> Path:
+    """The file into which a part is saved before it is renamed."""
     return part.with_name(f".{part.stem}.part.blend")
 
 
-def next_part(path):
-    """The first path of a library's parts that no file has."""
+def next_part(path: str | Path) -> Path:
+    """The path of the next part of a library."""
     path, number = Path(path), 2
     part = path
     while part.exists() and (part != path or not refusal(part)):
@@ -101,14 +108,14 @@ def next_part(path):
 
 
 @contextmanager
-def writing(path, force):
-    """Be the only one who writes a library, and be allowed to: what is neither is an error.
+def writing(path: str | Path, force: bool) -> Iterator[None]:
+    """Lock a library for writing, and check that it may be written.
 
     Parameters
     ----------
     path : path-like
     force : bool
-        Put a file that is not a library aside (`kept_name`) when a library is written, instead of refusing to.
+        Keep a file that is not a library under another name (`kept_name`), instead of raising an error.
 
     Raises
     ------
@@ -122,87 +129,87 @@ def writing(path, force):
         reason = refusal(path)
         if reason and (not force or not path.is_file()):
             raise LibraryError(f"{reason}. Choose another name" + (
-                f", or --force to put it aside as {kept_name(path)}" if path.is_file() else ""))
+                f", or use --force to keep it as {kept_name(path)}" if path.is_file() else ""))
         for part in (path, *_numbered(path)):
-            for left in (_beside(part), _beside(part).with_suffix(".blend@")):      # by a process that was killed
+            for left in (_temporary(part), _temporary(part).with_suffix(".blend@")):      # of a process that was killed
                 left.unlink(missing_ok=True)
         yield
 
 
-def kept_name(path):
-    """The name under which a file is put aside: none that is taken, and not X.blend1, which Blender writes over."""
+def kept_name(path: str | Path) -> str:
+    """A free name under which to keep a file; not X.blend1, which Blender overwrites."""
     path, number = Path(path), 1
     while path.with_name(f"{path.name}.kept{number}").exists():
         number += 1
     return f"{path.name}.kept{number}"
 
 
-def open_part(path):
-    """Open a part of a library that is there in this Blender: what `save_part` takes of it."""
+def open_part(path: Path) -> _DiskVersion:
+    """Open an existing part of a library in this Blender: what `save_part` needs to know of it."""
     before = _version_on_disk(path)
     bpy.ops.wm.open_mainfile(filepath=str(path), use_scripts=False)
     if bpy.data.version[:2] > bpy.app.version[:2]:
         raise LibraryError(f"{path} was saved by Blender {'.'.join(map(str, bpy.data.version))}; this is "
-                           f"{bpy.app.version_string}, which would lose what it does not know")
+                           f"{bpy.app.version_string}, which would lose data of the newer version")
     return before
 
 
-def close():
-    """Have no file open in this Blender; or begin one that is empty."""
+def close() -> None:
+    """Close the open file and begin an empty one."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True, load_ui=False)
 
 
-def save_part(path, opened):
-    """Save what is open as a part of a library, and close it: the file is replaced once the new one is whole.
+def save_part(path: str | Path, opened: _DiskVersion | None) -> None:
+    """Save the open file as a part of a library, and close it. The old file is replaced only by a complete new one.
 
     Parameters
     ----------
     path : path-like
     opened
-        What `open_part` returned; None for a part that was begun (`close`).
+        What `open_part` returned; None for a new part.
 
     Raises
     ------
     OSError
-        If it cannot be written, is write-protected, or was saved by somebody else meanwhile.
+        If it cannot be written, is write-protected, or another process has saved it meanwhile.
     """
     path = Path(path)
     marker = bpy.data.texts.get(_MARKER) or bpy.data.texts.new(_MARKER)
     marker.from_string(json.dumps({"format": _FORMAT, "version": versions.CURRENT}))
     marker.use_fake_user = True
-    beside = _beside(path)
+    temporary = _temporary(path)
     try:
-        bpy.ops.wm.save_as_mainfile(filepath=str(beside), copy=True, compress=True, check_existing=False)
-        with open(beside, "rb+") as stream:
+        bpy.ops.wm.save_as_mainfile(filepath=str(temporary), copy=True, compress=True, check_existing=False)
+        with open(temporary, "rb+") as stream:
             os.fsync(stream.fileno())
         if opened is not None and _version_on_disk(path) != opened:
-            raise OSError(errno.EBUSY, "it was saved by somebody else meanwhile; nothing was written, run this again",
+            raise OSError(errno.EBUSY, "another process has saved it meanwhile; nothing was written, try again",
                           str(path))
         if opened is not None:
             if not path.stat().st_mode & stat.S_IWUSR:
                 raise OSError(errno.EACCES, "write-protected", str(path))
-            shutil.copymode(path, beside)
+            shutil.copymode(path, temporary)
         elif path.exists():
             path.rename(path.with_name(kept_name(path)))
-        os.replace(beside, path)
-    except RuntimeError as error:           # what an operator reports
+        os.replace(temporary, path)
+    except RuntimeError as error:           # an operator's report
         raise OSError(errno.EIO, str(error).strip().removeprefix("Error: "), str(path)) from error
     finally:
         with suppress(OSError):
-            beside.unlink()
+            temporary.unlink()
         close()
 
 
-def _version_on_disk(path):
-    """Changes whenever somebody saves a file."""
+def _version_on_disk(path: Path) -> _DiskVersion:
+    """Changes whenever the file is saved."""
     found = path.stat()
     return found.st_mtime_ns, found.st_size, found.st_ino
 
 
-def merge(source, path, force):
-    """Take the measured materials of another .blend into a library, in this Blender: a list of their names.
+def merge(source: str | Path, path: str | Path, force: bool) -> list[str]:
+    """Append the materials of another .blend to a library, in this Blender: their names.
 
-    One that the library has already, of the same measurements, is replaced; what users did to it as an asset stays.
+    A material of the same measurements is replaced; its asset data that users changed stay.
     """
     path = Path(path)
     with writing(path, force):
@@ -212,11 +219,12 @@ def merge(source, path, force):
         with bpy.data.libraries.load(str(source), link=False) as (names, target):
             wanted = list(names.materials)
             target.materials = wanted
-        names_before = dict(zip(target.materials, wanted, strict=True))         # appending may have numbered them
+        # appending may add numbers to the names
+        names_before: dict[bpy.types.Material, str] = dict(zip(target.materials, wanted, strict=True))
         lamps.update(bpy.context.evaluated_depsgraph_get())
         for item in target.materials:
             same = [other for other in before if identity(other) == identity(item)]
-            # of several, copies that users made among them, the one of that name
+            # users may have made copies: take the one of the same name
             old = same[0] if len(same) == 1 else next(
                 (other for other in same if other.name == names_before[item]), None)
             if old is not None:
@@ -232,12 +240,12 @@ def merge(source, path, force):
         return names
 
 
-def measured():
+def measured() -> list[bpy.types.Material]:
     """The measured materials of the open file."""
     return [item for item in bpy.data.materials if item.library is None and materials.is_measured(item)]
 
 
-def identity(material):
-    """Tells whether two materials were made from the same measurements, whatever the fit."""
+def identity(material: bpy.types.Material) -> tuple[str, str, str]:
+    """Equal for materials of the same measurements, whatever the fit."""
     settings = material.measured_brdf
     return settings.name_of_data, Path(settings.filepath).name, settings.sample

@@ -1,14 +1,17 @@
-"""A small scene to look at a measured material in: a sphere, a key lamp, an even sky."""
+"""Renders a measured material in a small scene: a sphere, a key light, a uniform sky."""
 
 import math
+from pathlib import Path
 
 import bmesh
 import bpy
 
 from ..materials import osl_support
 
+_NAME = "Measured BRDF Studio"
 
-def render(material, path, size, samples):
+
+def render(material: bpy.types.Material, path: Path, size: int, samples: int) -> None:
     """Render a sphere of a material with Cycles into a .png."""
     scene = bpy.data.scenes.get(_NAME) or _build()
     scene.objects[f"{_NAME} Sphere"].material_slots[0].material = material
@@ -18,10 +21,7 @@ def render(material, path, size, samples):
     bpy.ops.render.render(write_still=True, scene=scene.name)
 
 
-_NAME = "Measured BRDF Studio"
-
-
-def _build():
+def _build() -> bpy.types.Scene:
     scene = bpy.data.scenes.new(_NAME)
     osl_support.enable(scene)
     scene.cycles.blur_glossy = scene.cycles.sample_clamp_indirect = 0
@@ -43,7 +43,7 @@ def _build():
     return scene
 
 
-def _sphere(mesh):
+def _sphere(mesh: bpy.types.Mesh) -> None:
     shape = bmesh.new()
     bmesh.ops.create_uvsphere(shape, u_segments=128, v_segments=64, radius=1)
     for face in shape.faces:
@@ -52,7 +52,7 @@ def _sphere(mesh):
     shape.free()
 
 
-def _add(scene, name, data):
+def _add(scene: bpy.types.Scene, name: str, data: bpy.types.ID) -> bpy.types.Object:
     item = bpy.data.objects.new(name, data)
     scene.collection.objects.link(item)
     return item

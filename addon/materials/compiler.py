@@ -1,4 +1,4 @@
-"""Compiling OSL source without a node, so that nothing of the open file is touched meanwhile."""
+"""Compiles OSL source without a script node, so that the open file is not touched."""
 
 import hashlib
 import re
@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 from . import osl_support
 
-_OPTIONS = re.compile(r"^# options: .*\n", re.MULTILINE)        # folders of the machine that compiled
+_OPTIONS = re.compile(r"^# options: .*\n", re.MULTILINE)        # holds folders of this machine
 
 
 class CompileError(RuntimeError):
-    """The baked shader could not be compiled here; the message says why."""
+    """This Blender could not compile the baked shader; the message says why."""
 
 
 class Shader(NamedTuple):
@@ -22,13 +22,13 @@ class Shader(NamedTuple):
     bytecode: str
 
     @property
-    def bytecode_hash(self):
-        """By which Cycles tells shaders apart."""
+    def bytecode_hash(self) -> str:
+        """Cycles tells shaders apart by it."""
         return hashlib.md5(self.bytecode.encode(), usedforsecurity=False).hexdigest()
 
 
-def compile_shader(source):
-    """Compile OSL source: str to Shader. Raises CompileError."""
+def compile_shader(source: str) -> Shader:
+    """Compile OSL source. Raises CompileError."""
     reason = osl_support.missing()
     if reason:
         raise CompileError(reason)
@@ -39,11 +39,11 @@ def compile_shader(source):
             written, compiled = Path(folder, "shader.osl"), Path(folder, "shader.oso")
             written.write_text(source, "utf-8")
             if not _cycles.osl_compile(str(written), str(compiled)) or not compiled.is_file():
-                raise CompileError("The OSL compiler refused the shader; its complaints are in the console")
+                raise CompileError("The OSL compiler rejected the shader; the console shows its errors")
             bytecode = compiled.read_text("utf-8")
     except OSError as error:
-        raise CompileError(f"The OSL compiler refused the shader: {error.filename or 'temporary files'}: "
+        raise CompileError(f"The OSL compiler rejected the shader: {error.filename or 'temporary files'}: "
                            f"{error.strerror or error}") from error
     if not bytecode:
-        raise CompileError("The OSL compiler refused the shader: it wrote nothing, perhaps for want of disk space")
+        raise CompileError("The OSL compiler wrote an empty file; the disk may be full")
     return Shader(source, _OPTIONS.sub("", bytecode))

@@ -1,28 +1,61 @@
-"""From an outcome to a material: put the compiled shader where the material's surface is."""
+"""Makes materials of fits: puts a compiled shader where the surface of a material is."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any, Protocol
 
 import bpy
 
 from ...fitter.cycles.bake import SHADER_VERSION
 from .. import versions
+from ..annotations import present
 from ..scene import lamps
 from ..transaction import new_data_removed_on_error, restored_on_error
 from . import node_group, stand_in
-from .compiler import compile_shader
-from .properties import CHOICES, RESULTS
+from .compiler import Shader, compile_shader
+from .properties import CHOICES, RESULTS, Choices
+
+if TYPE_CHECKING:
+    from ...fitter import ErrorMetrics, Fit, Samples
+    from ...fitter.arrays import FloatArray
+    from ...fitter.cycles.stand_in import Principled
 
 
-def create(outcome, choices, context, shader=None):
-    """A new material; nothing is left behind where that fails.
+class Outcome(Protocol):
+    """What a material is made from: `jobs.tasks.Outcome`."""
+
+    @property
+    def samples(self) -> Samples: ...
+
+    @property
+    def digest(self) -> str: ...
+
+    @property
+    def fitted(self) -> tuple[Fit, ErrorMetrics, float]: ...
+
+    @property
+    def source(self) -> str: ...
+
+    @property
+    def albedo(self) -> FloatArray: ...
+
+    @property
+    def principled(self) -> Principled: ...
+
+
+def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
+           shader: Shader | None = None) -> bpy.types.Material:
+    """Make a new material; if that fails, the file stays as it was.
 
     Parameters
     ----------
-    outcome : work.Outcome
-    choices : properties.FitChoices
+    outcome : jobs.tasks.Outcome
+    choices : properties.Choices
     context : bpy.types.Context
     shader : compiler.Shader, optional
-        The outcome's source, where it has been compiled already.
+        The outcome's source, if it has been compiled already.
 
     Returns
     -------
@@ -31,24 +64,25 @@ def create(outcome, choices, context, shader=None):
     Raises
     ------
     compiler.CompileError
-        If the shader cannot be compiled here.
+        If this Blender cannot compile the shader.
     """
     with new_data_removed_on_error():
         material = bpy.data.materials.new(outcome.samples.name)
         _use_nodes(material)
-        material.node_tree.nodes.clear()
+        present(material.node_tree).nodes.clear()
         assign(material, outcome, choices, context, shader)
     return material
 
 
-def assign(material, outcome, choices, context, shader=None):
-    """Give a material a new fit, made by `choices`; on an error it stays as it was. Raises as `create` does."""
+def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, context: bpy.types.Context,
+           shader: Shader | None = None) -> None:
+    """Give a material a new fit, made by `choices`; if that fails, it stays as it was. Raises as `create` does."""
     shader = compile_shader(outcome.source) if shader is None else shader
     with new_data_removed_on_error(), restored_on_error(material, (*CHOICES, *RESULTS)):
         _use_nodes(material)
-        node, before = _show(material, node_group.create(None, shader))
+        node, before = _show(material, node_group.create(shader))
         node.label = outcome.samples.name
-        # this correction bends the shader's directions, which are right as they are
+        # this correction would bend the shader's directions, which are right as they are
         material.cycles.use_bump_map_correction = False
         stand_in.update(material, outcome)
         _store(material.measured_brdf, choices, outcome)
@@ -57,14 +91,11 @@ def assign(material, outcome, choices, context, shader=None):
     bpy.data.batch_remove(unused)
 
 
-def replace_shader(materials, shader, context):
-    """Give measured materials that share a shader that of this version, for the fit that they have.
-
-    On an error all stay as they were.
-    """
+def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, context: bpy.types.Context) -> None:
+    """Give measured materials that share a shader a new one of the same fit; if that fails, all stay as they were."""
     with ExitStack() as restored:
         restored.enter_context(new_data_removed_on_error())
-        tree, replaced = node_group.create(None, shader), []
+        tree, replaced = node_group.create(shader), []
         for material in materials:
             restored.enter_context(restored_on_error(material, RESULTS))
             replaced.append(_show(material, tree)[1])
@@ -74,7 +105,7 @@ def replace_shader(materials, shader, context):
     bpy.data.batch_remove(unused)
 
 
-def remove(material):
+def remove(material: bpy.types.Material) -> None:
     """Remove a material that nothing uses, and its shader."""
     node = group_node(material)
     tree = None if node is None else node.node_tree
@@ -82,7 +113,7 @@ def remove(material):
     bpy.data.batch_remove(node_group.unused(tree))
 
 
-def group_node(material):
+def group_node(material: bpy.types.Material) -> bpy.types.Node | None:
     """The node of a material that holds a measured BRDF, or None."""
     if material.node_tree is None:
         return None
@@ -90,50 +121,64 @@ def group_node(material):
                  and node_group.script_node(node.node_tree) is not None), None)
 
 
-def is_measured(material):
+def exact_input(material: bpy.types.Material) -> bpy.types.NodeSocket | None:
+    """The input of a measured material that chooses between Exact and Fast; None if there is none."""
+    node = group_node(material)
+    return node.inputs.get("Exact") if node is not None else None
+
+
+def is_measured(material: bpy.types.Material) -> bool:
     """Whether a material shows a finished fit."""
     return bool(material.measured_brdf.coefficients) and group_node(material) is not None
 
 
-def is_outdated(material):
+def is_outdated(material: bpy.types.Material) -> bool:
     """Whether an older version of the extension made the shader of a measured material."""
     node = group_node(material)
     return node is not None and node_group.version(node.node_tree) < SHADER_VERSION
 
 
-def _use_nodes(material):
+def _use_nodes(material: bpy.types.Material) -> None:
     if bpy.app.version < (5, 0, 0):             # since then every material does
         material.use_nodes = True
 
 
-def _show(material, tree):
-    """Put a shader's group in the place of the one before, or else behind the surface: its node, and the group before.
+def _show(material: bpy.types.Material,
+          tree: bpy.types.NodeTree) -> tuple[bpy.types.Node, bpy.types.NodeTree | None]:
+    """Replace the measured group of a material, or connect a new one to its surface.
 
-    What was connected to the surface stays, unconnected. A material without an output, whose user has deleted it, gets
-    one.
+    What was connected to the surface stays, unconnected. A material whose output has been deleted gets a new one.
+
+    Returns
+    -------
+    node : bpy.types.Node
+        The group node.
+    before : bpy.types.NodeTree, or None
+        The group that it had before.
     """
-    nodes = material.node_tree.nodes
-    node, output, before = group_node(material), material.node_tree.get_output_node("CYCLES"), None
+    own_tree = present(material.node_tree)
+    nodes = own_tree.nodes
+    node, output, before = group_node(material), own_tree.get_output_node("CYCLES"), None
     if node is None:
         node = nodes.new("ShaderNodeGroup")
         node.name, node.width, node.node_tree = node_group.NAME, 200, tree
         if output is not None:
             node.location = output.location.x - 260, output.location.y
-            _connect(material, node, output)
+            _connect(own_tree, node, output)
     else:
         before, node.node_tree = node.node_tree, tree
     if output is None:
         output = nodes.new("ShaderNodeOutputMaterial")
         output.location = node.location.x + 260, node.location.y
-        _connect(material, node, output)
+        _connect(own_tree, node, output)
     return node, before
 
 
-def _connect(material, node, output):
-    material.node_tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+def _connect(tree: bpy.types.NodeTree, node: bpy.types.Node, output: bpy.types.Node) -> None:
+    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
 
 
-def _store(settings, choices, outcome):
+def _store(settings: Any, choices: Choices, outcome: Outcome) -> None:
     for name in CHOICES:
         setattr(settings, name, getattr(choices, name))
     fit, errors, seconds = outcome.fitted

@@ -1,41 +1,37 @@
-"""The node group `Measured BRDF`: a baked shader in an INTERNAL script node, fed by the scene's lamps.
+"""The node group `Measured BRDF`: a baked shader in an INTERNAL script node, connected to the scene's lamp group.
 
-Source and bytecode stay in the .blend, which then needs no other file to be rendered.
+The .blend holds source and bytecode, so rendering needs no other file.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import bpy
 
 from ...fitter.cycles.bake import bake, fast_error, interface, shader_version
+from ..annotations import present
 from ..scene import lamps
 from ..transaction import new_data_removed_on_error
 from .compiler import CompileError, Shader, compile_shader
 
+if TYPE_CHECKING:
+    from ...fitter import Fit
+
 NAME = "Measured BRDF"
 SCRIPT_NODE = "Measured BRDF Shader"
 FAST_ERROR = "fast_error"           # custom property of the group: closure_mixture.Mixture.error
-_VERSION = "shader_version"         # custom property of the group; 0.1.0 made groups without one
+_VERSION = "shader_version"         # custom property of the group; version 0.1.0 did not set it
 
 
-def create(fit, shader=None):
-    """A node group that renders `fit`.
-
-    Parameters
-    ----------
-    fit : Fit, or None
-        None where `shader` is given.
-    shader : compiler.Shader, optional
-        What has been baked and compiled of the fit already.
-
-    Returns
-    -------
-    bpy.types.ShaderNodeTree
+def create(shader: Shader) -> bpy.types.NodeTree:
+    """Make a node group that renders with a shader.
 
     Raises
     ------
     CompileError
-        With nothing left behind, if this Blender cannot compile it.
+        If this Blender cannot compile the shader; the file then stays as it was.
     """
-    shader = compile_shader(bake(fit)) if shader is None else shader
     with new_data_removed_on_error():
         text = bpy.data.texts.new(f"{NAME}.osl")
         tree = bpy.data.node_groups.new(NAME, "ShaderNodeTree")
@@ -45,55 +41,61 @@ def create(fit, shader=None):
     return tree
 
 
-def unused(tree):
-    """What is left of a group that nothing uses any more: itself and its source; nothing of one in use, or of None."""
+def of(fit: Fit) -> bpy.types.NodeTree:
+    """Make a node group that renders a fit. Raises as `create` does."""
+    return create(compile_shader(bake(fit)))
+
+
+def unused(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
+    """The group and its source text, if nothing uses them; empty for a group in use, and for None."""
     if tree is None:
         return []
-    text = script_node(tree).script
-    # what refers to them: a text counts itself as a user, and Blender 4.2 counts groups of copied materials twice
+    text = present(script_node(tree)).script
+    # user counts will not do: a text counts itself, and Blender 4.2 counts the groups of copied materials twice
     users = bpy.data.user_map(subset=[tree] if text is None else [tree, text])
     if users[tree] or tree.use_fake_user:
         return []
     return [tree] if text is None or users[text] - {tree} else [tree, text]
 
 
-def script_node(tree):
-    """The script node of a group that `create` made, or None for any other tree."""
+def script_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
+    """The script node of a group that `create` made; None for any other tree."""
     node = tree.nodes.get(SCRIPT_NODE)
     return node if node is not None and node.type == "SCRIPT" else None
 
 
-def source(tree):
-    """The OSL source in a group that `create` made; empty where its text is gone."""
-    text = script_node(tree).script
+def source(tree: bpy.types.NodeTree) -> str:
+    """The OSL source in a group that `create` made; empty if its text has been removed."""
+    text = present(script_node(tree)).script
     return "" if text is None else text.as_string()
 
 
-def version(tree):
-    """The version of the shader in a group that `create` made, as `bake.SHADER_VERSION` counts them."""
+def version(tree: bpy.types.NodeTree) -> int:
+    """The version of the shader in a group that `create` made, comparable with `bake.SHADER_VERSION`."""
     stored = tree.get(_VERSION)
     return stored if isinstance(stored, int) else 1
 
 
-def _fill(tree, text, shader):
+def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> None:
     tree.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
     tint = tree.interface.new_socket("Tint", in_out="INPUT", socket_type="NodeSocketColor")
     tint.default_value = (1, 1, 1, 1)
-    tint.description = "Multiplies the measured reflectance; white leaves it as it was measured"
+    tint.description = "Multiplies the measured reflectance; white keeps it as measured"
     strength = tree.interface.new_socket("Strength", in_out="INPUT", socket_type="NodeSocketFloat")
     strength.default_value, strength.min_value = 1, 0
     strength.description = "Multiplies the measured reflectance"
     exact = tree.interface.new_socket("Exact", in_out="INPUT", socket_type="NodeSocketBool")
     exact.default_value = True
-    exact.description = "Render what was measured, a little noisier; off: the nearest that Cycles samples by itself"
+    exact.description = ("On: the measured reflectance in every direction, with slightly more noise. Off: an "
+                         "approximation by Cycles' own closures, with less noise")
     normal = tree.interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
     normal.hide_value = True
-    normal.description = "Shading normal, for bump and normal maps; unconnected, that of the surface"
+    normal.description = "Shading normal from a Bump or Normal Map node; by default, that of the surface"
 
     script = tree.nodes.new("ShaderNodeScript")
     script.name = script.label = SCRIPT_NODE
     script.mode = "INTERNAL"
-    _put(script, text, shader)
+    _store(script, text, shader)
     source = tree.nodes.new("NodeGroupInput")
     scene_lamps = tree.nodes.new("ShaderNodeGroup")
     scene_lamps.node_tree = lamps.node_tree()
@@ -106,24 +108,29 @@ def _fill(tree, text, shader):
     tree.links.new(script.outputs["BSDF"], output.inputs["BSDF"])
 
 
-def _put(node, text, shader: Shader):
+def _store(node: bpy.types.Node, text: bpy.types.Text, shader: Shader) -> None:
     """Store a compiled shader in a script node and its text.
 
-    Blender compiles on assignment where Cycles is the active engine, and only then makes the node's sockets. So the
-    node gets an empty shader of the same parameters first: 10 ms instead of 150.
+    A script node gets its sockets by compiling. So the node first compiles an empty shader of the same parameters,
+    which takes 10 ms instead of 150.
     """
     from cycles import osl
 
-    complaints = []
+    errors: list[str] = []
+
+    def report(kind: set[str], message: str) -> None:
+        if "ERROR" in kind:
+            errors.append(message)
+
     text.from_string(interface(shader.source))
     node.script = text
     if "BSDF" not in node.outputs:
         try:
-            osl.update_script_node(node, lambda kind, message: complaints.append(message) if "ERROR" in kind else None)
+            osl.update_script_node(node, report)
         except OSError as error:                # it compiles in the folder for temporary files
-            complaints.append(f"{error.filename or 'temporary files'}: {error.strerror}")
+            errors.append(f"{error.filename or 'temporary files'}: {error.strerror}")
     if "BSDF" not in node.outputs:
-        raise CompileError("The OSL compiler refused the shader" + "".join(f": {text}" for text in complaints))
+        raise CompileError("The OSL compiler rejected the shader" + "".join(f": {message}" for message in errors))
     text.from_string(shader.source)
     text.cursor_set(0)
     node.bytecode, node.bytecode_hash = shader.bytecode, shader.bytecode_hash

@@ -1,4 +1,4 @@
-"""What this Blender can do with OSL, and where the compiler's parts lie."""
+"""Whether this Blender supports OSL, and where it keeps the parts of the compiler."""
 
 import functools
 import importlib.util
@@ -8,12 +8,12 @@ from pathlib import Path
 import bpy
 
 NO_OSL = ("This Blender was built without OSL (Open Shading Language), which measured materials need. "
-          "Use a Blender from blender.org, or its LTS builds")
+          "Use a Blender from blender.org")
 
 
 @functools.cache
-def missing():
-    """Why OSL shaders cannot be compiled here, or an empty string. Looked up once: panels ask at every redraw."""
+def missing() -> str:
+    """Why OSL shaders cannot be compiled here; empty if they can. Cached, because panels ask at every redraw."""
     _add_module_path()
     try:
         import _cycles
@@ -24,19 +24,19 @@ def missing():
     return NO_OSL if without_compiler or without_query else ""
 
 
-def is_enabled(scene):
-    """Whether the scene is rendered by Cycles with OSL."""
-    return scene.render.engine == "CYCLES" and scene.cycles.shading_system
+def is_enabled(scene: bpy.types.Scene) -> bool:
+    """Whether Cycles renders the scene with OSL."""
+    return str(scene.render.engine) == "CYCLES" and bool(scene.cycles.shading_system)
 
 
-def enable(scene):
-    """Render the scene by Cycles with OSL."""
-    scene.render.engine = "CYCLES"
+def enable(scene: bpy.types.Scene) -> None:
+    """Let Cycles render the scene with OSL."""
+    setattr(scene.render, "engine", "CYCLES")       # noqa: B010  the stubs know EEVEE only
     scene.cycles.shading_system = True
 
 
-def _add_module_path():
-    """Let `oslquery` be found: in Blender as a Python module it lies beside it, off the path."""
+def _add_module_path() -> None:
+    """Make `oslquery` importable: Blender as a Python module has it in a folder that is not on the path."""
     if importlib.util.find_spec("oslquery") is not None:
         return
     local = Path(bpy.utils.resource_path("LOCAL"))

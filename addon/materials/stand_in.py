@@ -1,17 +1,28 @@
-"""What a measured material looks like where OSL does not run: in EEVEE, and in the solid viewport."""
+"""The stand-in for a measured material where OSL does not run: in EEVEE, and in the solid viewport."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+
+from ..annotations import present
+
+if TYPE_CHECKING:
+    from .material import Outcome
 
 _NODE = "Measured BRDF Fallback"
 
 
-def update(material, outcome):
-    """Set the viewport's colour, and a Principled BSDF behind an output for EEVEE, as near to the data as they can be.
+def update(material: bpy.types.Material, outcome: Outcome) -> None:
+    """Set the viewport's colour, and a Principled BSDF with an output for EEVEE, to the best match of the data.
 
-    A user's own output for EEVEE is left alone.
+    An EEVEE output of the user's own stays as it is.
     """
     close = outcome.principled
     material.diffuse_color = (*outcome.albedo, 1)
     material.roughness, material.metallic = close.roughness, close.metallic
-    tree = material.node_tree
+    tree = present(material.node_tree)
     node = tree.nodes.get(_NODE)
     if node is None:
         node = _add(tree)
@@ -21,10 +32,10 @@ def update(material, outcome):
             node.inputs[name].default_value = value
 
 
-def _add(tree):
-    """The fallback node, connected to an output of its own; None where the user has made one.
+def _add(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
+    """Add the fallback node with an EEVEE output; None if the user has made such an output.
 
-    The material has an output for Cycles.
+    The material must have an output for Cycles.
     """
     cycles = tree.get_output_node("CYCLES")
     if any(node.type == "OUTPUT_MATERIAL" and node.target == "EEVEE" for node in tree.nodes):

@@ -1,25 +1,30 @@
-"""What a user can do, a file for each subject."""
+"""The operators, one file for each subject, and the entries in the File > Import menu.
+
+Operators are thin: they read their settings, call `library`, `materials` and `jobs`, and report. Of the layers, only
+`ui` and `command` import this package.
+"""
 
 import bpy
 
+from ..annotations import Registrable
 from ..jobs import modal
-from . import assets, checks, fit, folders, import_data, osl, samples
+from . import assets, checks, fit, folders, import_data, presets, rendering, samples, update
 
-_MODULES = (modal, import_data, folders, fit, samples, assets, osl, checks)
-_REGISTERED = (modal, import_data, folders)        # beside their classes
+_MODULES = (modal, import_data, folders, fit, update, presets, samples, assets, rendering, checks)
+_WITH_HANDLERS: tuple[Registrable, ...] = (modal, import_data, folders)        # these register more than classes
 
 
-def register():
+def register() -> None:
     for module in _MODULES:
         for cls in module.classes:
             bpy.utils.register_class(cls)
-    for module in _REGISTERED:
-        module.register()
+    for registrable in _WITH_HANDLERS:
+        registrable.register()
 
 
-def unregister():
-    for module in reversed(_REGISTERED):
-        module.unregister()
+def unregister() -> None:
+    for registrable in reversed(_WITH_HANDLERS):
+        registrable.unregister()
     for module in reversed(_MODULES):
         for cls in reversed(module.classes):
             bpy.utils.unregister_class(cls)

@@ -1,53 +1,56 @@
-"""Keeping a measured material for other files."""
+"""Saves a measured material as an asset, for use in other files."""
 
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from ...fitter import DatasetError
+from ...fitter.arrays import SingleArray
 from .. import preferences
+from ..annotations import OperatorMixIn, OperatorResult, present
 from ..jobs import tasks
 from ..jobs.blender_process import Command
 from ..jobs.modal import InBackground
 from ..library import assets, library_file
 from ..materials import material as materials
 from ..materials.properties import fit_arguments
-from .fit import active_material
+from .active_material import active_material
 
 
-class ReplacesFile:
-    """A mix-in for operators that write a library: only `force`, or a user who says so, replaces another file."""
+class ReplacesFile(OperatorMixIn):
+    """A mix-in for operators that write a library. Other files are replaced only with `force`, and then kept."""
 
     force: BoolProperty(name="Replace", options={"SKIP_SAVE"},
-                        description="Where a file of this name is there that is not a library of Measured BRDF, put it "
-                                    "aside (NAME.blend.kept1) and go on")
+                        description="If a file of this name exists and is not a library of Measured BRDF, rename it to "
+                                    "NAME.blend.kept1 and write the library")
 
-    def confirm(self, event, path):
-        """Ask the user where a file would be replaced: what `invoke` returns then, else None."""
+    def confirm(self, event: bpy.types.Event, path: Path) -> OperatorResult | None:
+        """If a file would be replaced, ask the user: what `invoke` returns then, else None."""
         reason = library_file.refusal(path)
         if not reason or self.force or bpy.app.background:
             return None
-        self.force = True               # with which `execute` is called once the user has agreed
+        self.force = True               # `execute` is called with it if the user agrees
         message = f"{reason}. It will be kept as {library_file.kept_name(path)}"
         return bpy.context.window_manager.invoke_confirm(self, event, title="Replace this file?", message=message,
                                                          confirm_text="Replace", icon="WARNING")
 
-    def refuse(self, path):
-        """Raise the reason why a file may not be replaced, if there is one."""
+    def check_replaceable(self, path: Path) -> None:
+        """Raise an error if a file would be replaced without `force`."""
         reason = library_file.refusal(path)
         if reason and not self.force:
             raise library_file.LibraryError(f"{reason}. Choose another name")
 
-    def force_option(self):
-        """For the command line."""
+    def force_option(self) -> list[str]:
+        """`force` as arguments of the command line."""
         return ["--force"] if self.force else []
 
 
 class MEASUREDBRDF_OT_save_asset(ReplacesFile, InBackground, bpy.types.Operator):
-    """Keep this material for other files: mark it as an asset, with a thumbnail, a catalogue, a description and tags, \
-and write it into the asset library of the preferences, if there is one"""
+    """Make this material an asset with a thumbnail, a description and tags, and save it in the asset library that the \
+preferences name, for use in other files"""
 
     bl_idname = "measured_brdf.save_asset"
     bl_label = "Save to Asset Library"
@@ -55,32 +58,32 @@ and write it into the asset library of the preferences, if there is one"""
 
     needs_osl = False
     directory: StringProperty(name="Library", subtype="DIR_PATH", options={"SKIP_SAVE"},
-                              description="Folder of the asset library; empty for that of the preferences, or for the "
-                                          "open file where there is none")
+                              description="Folder of the asset library. Empty: the one in the preferences, or the open "
+                                          "file if they name none")
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         target = active_material(context)
         if (target is None or not target.is_editable or target.override_library is not None
                 or not materials.is_measured(target)):
-            cls.poll_message_set("Fit a material of this file first")
+            cls.poll_message_set("There is no active material with a fit, or it belongs to another file")
             return False
         return True
 
-    def invoke(self, context, event):
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         path = self._path(context)
         if path is None:
             return self.execute(context)
         return self.confirm(event, path) or self.start(context)
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
         if self.force and self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
-            # the user has agreed to replace a file; the window must not freeze
+            # the user has agreed to replace a file; start anew as a modal operator, so that the window stays responsive
             bpy.ops.measured_brdf.save_asset("INVOKE_DEFAULT", directory=self.directory, force=True)
             return {"CANCELLED"}
         if self._path(context) is not None:
             return self.run(context)
-        target = active_material(context)
+        target = present(active_material(context))
         try:
             picture = _thumbnail(target)
             with assets.unmarked_on_error(target):
@@ -89,13 +92,13 @@ and write it into the asset library of the preferences, if there is one"""
                     assets.write_catalogue(Path(bpy.data.filepath).parent)
         except Exception as error:
             return self._failed(error)
-        self.report({"INFO"}, f"{target.name} is an asset of this file; the preferences may name a library")
+        self.report({"INFO"}, f"{target.name} is an asset of this file; the preferences name no asset library")
         return {"FINISHED"}
 
-    def work(self, context):
-        """Write a copy into a folder for temporary files, from which another Blender takes it into the library."""
-        path, target = self._path(context), active_material(context)
-        self.refuse(path)
+    def work(self, context: bpy.types.Context) -> Command:
+        """Write a copy into a temporary folder, from which another Blender appends it to the library."""
+        path, target = present(self._path(context)), present(active_material(context))
+        self.check_replaceable(path)
         self._folder = tempfile.TemporaryDirectory(prefix="measured_brdf_")
         picture, source = _thumbnail(target), Path(self._folder.name, "material.blend")
         copy, name = target.copy(), target.name
@@ -108,21 +111,21 @@ and write it into the asset library of the preferences, if there is one"""
             target.name = name
         return Command("save", source, path, *self.force_option())
 
-    def apply(self, context, result):
+    def apply(self, context: bpy.types.Context, result: dict[str, Any]) -> None:
         path = Path(result["path"])
         self._folder.cleanup()
-        _know(context, path.parent)
+        _add_library(context, path.parent)
         self.report({"INFO"}, f"{path} written")
 
-    def _path(self, context):
-        """The library's .blend for the active material, or None where no library is named."""
+    def _path(self, context: bpy.types.Context) -> Path | None:
+        """The .blend in the library for the active material; None if no library is named."""
         folder = self.directory or preferences.get(context).asset_library
-        name = assets.file_name(active_material(context).name)
+        name = assets.file_name(present(active_material(context)).name)
         return Path(bpy.path.abspath(folder)).resolve() / f"{name}.blend" if folder else None
 
 
-def _thumbnail(target):
-    """The lit sphere where the measurements are at hand, else None: Blender renders one."""
+def _thumbnail(target: bpy.types.Material) -> SingleArray | None:
+    """The lit sphere; None if the measurements cannot be read, so that Blender renders a preview."""
     settings = target.measured_brdf
     try:
         data = tasks.read(bpy.path.abspath(settings.filepath), settings.sample)
@@ -131,10 +134,10 @@ def _thumbnail(target):
     return assets.thumbnail(tasks.fitted(data.samples, data.digest, fit_arguments(settings)).fit)
 
 
-def _know(context, folder):
-    """Let Blender's asset browser list the folder."""
+def _add_library(context: bpy.types.Context, folder: Path) -> None:
+    """Add the folder to the asset libraries of Blender's preferences."""
     libraries = context.preferences.filepaths.asset_libraries
-    if not any(Path(bpy.path.abspath(library_file.path)).resolve() == folder.resolve() for library_file in libraries):
+    if not any(Path(bpy.path.abspath(known.path)).resolve() == folder.resolve() for known in libraries):
         libraries.new(name="Measured BRDF", directory=str(folder))
 
 

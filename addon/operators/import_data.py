@@ -1,8 +1,10 @@
-"""Files of measurements into materials: by File > Import, and by drag and drop."""
+"""Imports files of measurements as materials: with File > Import, and by drag and drop."""
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import bpy
 from bpy.props import CollectionProperty, StringProperty
@@ -11,29 +13,34 @@ from bpy_extras.io_utils import ImportHelper
 from ...fitter import DatasetError
 from ...fitter.formats import EXTENSIONS, list_samples
 from .. import preferences
+from ..annotations import OperatorResult, present
 from ..jobs import process, tasks
-from ..jobs.modal import InBackground
+from ..jobs.modal import InBackground, Steps
 from ..library.discovery import GLOB
 from ..materials import compiler, material
 from ..materials.properties import CHOICES, LEVELS, FitChoices, complete, fit_arguments, use_preset
 from ..transaction import by_session_uid
 
+Outcomes = Sequence[tuple[str, str, tasks.Outcome | ValueError]]
+"""As `tasks.outcomes` returns them."""
+_Prepared = Sequence[tuple[str, str, tasks.Outcome | ValueError, compiler.Shader | None]]
+
 _EDITORS = {"VIEW_3D", "PROPERTIES", "OUTLINER", "NODE_EDITOR", "FILE_BROWSER"}
 
 
 class MakesMaterials(InBackground):
-    """A mix-in for operators whose work has outcomes as `tasks.outcomes` returns them: each becomes a material.
+    """A mix-in for operators whose work returns `Outcomes`: each becomes a material.
 
-    The first goes to the object that was active when the work began. Files that failed are reported; only where all
-    have failed is that an error.
+    The first is assigned to the object that was active when the work began. Files that failed are reported as warnings;
+    if all of them failed, the first is reported as an error.
     """
 
-    def remember_target(self, context):
-        """Remember the active object, by its session id: it may be gone when the work is done."""
+    def remember_target(self, context: bpy.types.Context) -> None:
+        """Remember the active object by its `session_uid`: it may be gone when the work is done."""
         self._target = context.object.session_uid if context.object is not None else None
 
-    def prepare(self, outcomes):
-        prepared = []
+    def prepare(self, outcomes: Outcomes) -> Steps:
+        prepared: list[tuple[str, str, tasks.Outcome | ValueError, compiler.Shader | None]] = []
         for number, (path, sample, outcome) in enumerate(outcomes):
             if isinstance(outcome, Exception):
                 prepared.append((path, sample, outcome, None))
@@ -42,8 +49,9 @@ class MakesMaterials(InBackground):
                 prepared.append((path, sample, outcome, compiler.compile_shader(outcome.source)))
         return prepared
 
-    def apply(self, context, prepared):
-        made, failed = [], [outcome for _, _, outcome, _ in prepared if isinstance(outcome, Exception)]
+    def apply(self, context: bpy.types.Context, prepared: _Prepared) -> None:
+        made: list[bpy.types.Material] = []
+        failed = [outcome for _, _, outcome, _ in prepared if isinstance(outcome, Exception)]
         if len(failed) == len(prepared):
             raise failed[0]
         choices = SimpleNamespace(**{name: getattr(self, name) for name in CHOICES})
@@ -52,11 +60,11 @@ class MakesMaterials(InBackground):
                 choices.filepath, choices.sample = path, sample
                 made.append(material.create(outcome, choices, context, shader))
         for item in made[1:]:
-            item.use_fake_user = True           # or it would not be saved
+            item.use_fake_user = True           # without a user, Blender does not save it
         target = by_session_uid(bpy.data.objects, self._target)
         if not assign_to(target, made[0]):
             made[0].use_fake_user = True
-            self.report({"WARNING"}, f"{made[0].name} is not assigned: no active object can take a material")
+            self.report({"WARNING"}, f"{made[0].name} is not assigned: no active object can have a material")
         for error in failed:
             self.report({"WARNING"}, str(error))
         first = made[0].measured_brdf
@@ -65,7 +73,7 @@ class MakesMaterials(InBackground):
 
 
 class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator):
-    """Make materials from files of measured reflectance and assign the first to the active object"""
+    """Make materials of files of measured reflectance, and assign the first to the active object"""
 
     bl_idname = "measured_brdf.import_data"
     bl_label = "Import Measured BRDF"
@@ -74,10 +82,10 @@ class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
 
-    def invoke(self, context, _event):
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
         if not self.filepath and not self.files:
             bpy.ops.measured_brdf.browse("INVOKE_DEFAULT")
-            return {"CANCELLED"}            # the other operator goes on: no undo step for this one
+            return {"CANCELLED"}            # the other operator continues; this one makes no undo step
         begin_with_preference(self, context)
         paths = self._paths()
         try:
@@ -89,22 +97,22 @@ class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator
             return {"CANCELLED"}
         return self.start(context)
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
         complete(self)
         return self.run(context)
 
-    def work(self, context):
+    def work(self, context: bpy.types.Context) -> process.Calculation[Outcomes]:
         self.remember_target(context)
         return process.Calculation(
             partial(tasks.outcomes, [(path, self.sample) for path in self._paths()], fit_arguments(self)))
 
-    def _paths(self):
+    def _paths(self) -> list[str]:
         return [str(Path(self.directory) / item.name) for item in self.files if item.name] or [
             bpy.path.abspath(self.filepath)]
 
 
 class MEASUREDBRDF_OT_browse(FitChoices, bpy.types.Operator, ImportHelper):
-    """Choose files of measured reflectance (CURET, Cornell, pbrt-v2) to make materials from"""
+    """Choose files of measured reflectance (CURET, Cornell, pbrt-v2) and make materials of them"""
 
     bl_idname = "measured_brdf.browse"
     bl_label = "Import Measured BRDF"
@@ -113,21 +121,21 @@ class MEASUREDBRDF_OT_browse(FitChoices, bpy.types.Operator, ImportHelper):
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
 
-    def invoke(self, context, event):
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         begin_with_preference(self, context)
         folder = preferences.get(context).data_folder
         if folder and not self.filepath:
             self.filepath = str(Path(bpy.path.abspath(folder)) / "")
         return super().invoke(context, event)
 
-    def draw(self, _context):
+    def draw(self, _context: bpy.types.Context) -> None:
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
         for name in CHOICES[1:]:
             layout.prop(self, name)
 
-    def execute(self, _context):
+    def execute(self, _context: bpy.types.Context) -> OperatorResult:
         chosen = {name: getattr(self, name) for name in CHOICES}
         bpy.ops.measured_brdf.import_data(
             "INVOKE_DEFAULT", directory=self.directory, files=[{"name": item.name} for item in self.files], **chosen)
@@ -135,7 +143,7 @@ class MEASUREDBRDF_OT_browse(FitChoices, bpy.types.Operator, ImportHelper):
 
 
 class MEASUREDBRDF_FH_measurements(bpy.types.FileHandler):
-    """Files of measured reflectance that are dropped onto the window."""
+    """Imports files of measured reflectance that are dropped onto the window."""
 
     bl_idname = "MEASUREDBRDF_FH_measurements"
     bl_label = "Measured BRDF"
@@ -143,22 +151,22 @@ class MEASUREDBRDF_FH_measurements(bpy.types.FileHandler):
     bl_file_extensions = ";".join(EXTENSIONS)
 
     @classmethod
-    def poll_drop(cls, context):
+    def poll_drop(cls, context: bpy.types.Context) -> bool:
         return context.area is not None and context.area.type in _EDITORS
 
 
-def begin_with_preference(operator, context):
-    """Choose the preset of the preferences where none is given."""
+def begin_with_preference(operator: Any, context: bpy.types.Context) -> None:
+    """Use the preset of the preferences if the caller gave no choices."""
     given = operator.properties.is_property_set
     if not any(given(name) for name in ("preset", "use_tolerance", *LEVELS)):
         use_preset(operator, preferences.get(context).preset)
 
 
-def assign_to(target, item):
-    """Put a material into the active slot of an object: whether it could be done."""
+def assign_to(target: bpy.types.Object | None, item: bpy.types.Material) -> bool:
+    """Assign a material to the active slot of an object: whether that was possible."""
     if target is None or not hasattr(target.data, "materials") or not target.is_editable:
         return False
-    slot = target.material_slots[target.active_material_index] if target.material_slots else None
+    slot = target.material_slots[present(target.active_material_index)] if target.material_slots else None
     if not target.data.is_editable and (slot is None or slot.link == "DATA"):
         return False
     if slot is None:
@@ -168,16 +176,16 @@ def assign_to(target, item):
     return True
 
 
-def _menu_item(menu, _context):
+def _menu_item(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
     menu.layout.operator(MEASUREDBRDF_OT_browse.bl_idname, text="Measured BRDF (CURET, Cornell, .brdf)")
 
 
 classes = (MEASUREDBRDF_OT_import_data, MEASUREDBRDF_OT_browse, MEASUREDBRDF_FH_measurements)
 
 
-def register():
+def register() -> None:
     bpy.types.TOPBAR_MT_file_import.append(_menu_item)
 
 
-def unregister():
+def unregister() -> None:
     bpy.types.TOPBAR_MT_file_import.remove(_menu_item)

@@ -1,0 +1,5 @@
+"""The light of a scene, as the shader needs to know it: lamps, instanced lamps, and small bright places of the world.
+
+This is the lowest layer of the add-on. It imports nothing of the others; of `fitter` only the number of lamps that a
+shader takes.
+"""

@@ -6,7 +6,7 @@ numbers and the project's own sources: no name or path from the data.
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,20 +107,23 @@ def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray]]:
     return constants | _coordinates(fit) | _transform(fit), tables
 
 
+# Coordinates and transforms are told by their names, not by their classes: a script may bring a fit of its own copy of
+# this package to the extension's.
+
 def _coordinates(fit: Fit) -> dict[str, Any]:
     """What `osl/coordinates.h` reads."""
-    if isinstance(fit.coordinates, HalfDifference):
-        return {"HALF_DIFFERENCE": 1, "SOFTENING_2": f"{fit.coordinates.softening ** 2:.9g}"}
-    if isinstance(fit.coordinates, Nusselt):
+    if fit.coordinates.name == HalfDifference.name:
+        return {"HALF_DIFFERENCE": 1, "SOFTENING_2": f"{cast(HalfDifference, fit.coordinates).softening ** 2:.9g}"}
+    if fit.coordinates.name == Nusselt.name:
         return {"HALF_DIFFERENCE": 0}
     raise ValueError(f"the shader has no {fit.coordinates.name} coordinates")
 
 
 def _transform(fit: Fit) -> dict[str, Any]:
     """What `osl/fit.h` and `osl/prior.h` read."""
-    if isinstance(fit.transform, LogRelative):
-        return {"LOG_RELATIVE": 1} | _log_relative(fit.transform, fit.columns)
-    if fit.transform == IDENTITY:
+    if fit.transform.name == LogRelative.name:
+        return {"LOG_RELATIVE": 1} | _log_relative(cast(LogRelative, fit.transform), fit.columns)
+    if fit.transform.name == IDENTITY.name:
         return {"LOG_RELATIVE": 0}
     raise ValueError(f"the shader has no transform {fit.transform.name}")
 

@@ -1,13 +1,14 @@
 """What an evaluation of a scene has changed, as far as lamps are concerned.
 
-Blender knows at once which types of data it has evaluated; to list the data it looks at all that the scene has.
+Blender knows at once which types of data it evaluated; listing the data-blocks takes time in proportion to the scene.
 """
 
 from itertools import islice
 from typing import NamedTuple
 
-_LISTED = 100
-_OF_INTEREST = "OBJECT", "LIGHT", "WORLD", "IMAGE"
+import bpy
+
+_MAX_UPDATES = 100
 
 
 class Changed(NamedTuple):
@@ -16,11 +17,11 @@ class Changed(NamedTuple):
     Attributes
     ----------
     structure : bool
-        Objects may have come, gone, been shown, hidden, linked to something, or given other data. Blender marks the
-        scene whenever it finds out anew what depends on what.
+        Objects may have been added, removed, shown, hidden, linked to something, or given other data. Blender marks
+        the scene whenever it rebuilds the relations of the dependency graph.
     materials : bool
     others : bool
-        Lights, the world, or objects, in themselves.
+        Properties of lights, of the world, or of objects.
     """
 
     structure: bool
@@ -31,26 +32,27 @@ class Changed(NamedTuple):
 EVERYTHING = Changed(True, True, True)
 
 
-def changes(depsgraph, exact):
-    """Read them off a dependency graph in one of its handlers.
+def changes(depsgraph: bpy.types.Depsgraph, exact: bool) -> Changed:
+    """Read the changes from a dependency graph, in one of its handlers.
 
     Parameters
     ----------
     depsgraph : bpy.types.Depsgraph
     exact : bool
-        Whether it is worth a list to know that nothing but nodes was edited: with them Blender marks all types of data
-        that may have nodes, and a scene is one.
+        Whether to list the updates to find out that only nodes were edited. Blender then marks every type of data that
+        may have nodes, and a scene is one.
     """
     updated = depsgraph.id_type_updated
     structure = updated("SCENE")
     if structure and exact and updated("NODETREE"):
         structure = any(update.id.id_type == "SCENE" for update in depsgraph.updates)
-    return Changed(structure, updated("MATERIAL"), any(map(updated, _OF_INTEREST)))
+    return Changed(structure, updated("MATERIAL"),
+                   updated("OBJECT") or updated("LIGHT") or updated("WORLD") or updated("IMAGE"))
 
 
-def changed_objects(depsgraph):
-    """The objects that were evaluated, and whether their geometry was: a list of pairs; None for too many to list."""
-    updates = list(islice(depsgraph.updates, _LISTED + 1))
-    if len(updates) > _LISTED:
+def changed_objects(depsgraph: bpy.types.Depsgraph) -> list[tuple[bpy.types.Object, bool]] | None:
+    """The objects that were evaluated, each with whether its geometry was; None if there are too many to list."""
+    updates = list(islice(depsgraph.updates, _MAX_UPDATES + 1))
+    if len(updates) > _MAX_UPDATES:
         return None
     return [(update.id.original, update.is_updated_geometry) for update in updates if update.id.id_type == "OBJECT"]

@@ -1,24 +1,32 @@
-"""Drivers of a lamp group's sockets, by which lamps that can move or change by themselves are followed at every frame.
+"""Drivers of a lamp group's sockets: lamps that move or change by themselves are followed at every frame.
 
-Blender evaluates drivers with the rest of a scene, for every dependency graph apart: in the viewport, in the thread of
-a render and on a farm without this extension. Their expressions are simple ones, which need no Python and are not held
-back with scripts. A driver that names an object by its pointer would take the user's lamps along wherever a material is
-appended; these look for a name in the view layer that is being evaluated (`ACTIVE_VIEW_LAYER`; the active scene's
-objects would be the original ones, a frame late). Where nothing has that name, the value last known stays.
+Blender evaluates drivers for every dependency graph: in the viewport, in the thread of a render, and on a farm without
+this extension. Their expressions are simple ones, which need no Python and run where scripts are disabled.
+
+A driver that refers to an object by pointer would append the user's lamps along with a material. So these drivers look
+up an object's name in the view layer that is being evaluated (`ACTIVE_VIEW_LAYER`; the active scene would give the
+original objects, a frame late). If no object has that name, the socket keeps the last known value.
 """
 
 import re
+from collections.abc import Mapping
 
 import bpy
 
 from . import group, lamp
+from .light_objects import light_of
+
+Place = tuple[int, int]
+"""The number of a lamp, from 1, and the index of one of its `group.sockets`."""
+_Driver = tuple[str, dict[str, str]]
+"""An expression, and the data path of each variable in it."""
 
 _WORDS = re.compile(r"[a-z_]\w*")
 _POSITION, _SIZE, _STRENGTH = range(3), 3, 4
 
 
-def wanted(item, layer):
-    """Which of a lamp's sockets want drivers: {index: expression}; those that can change without being edited.
+def wanted(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> dict[int, str]:
+    """The sockets of a lamp that need drivers, because their values can change without an edit: {index: expression}.
 
     Parameters
     ----------
@@ -26,18 +34,19 @@ def wanted(item, layer):
         A light of the view layer, not evaluated.
     layer : bpy.types.ViewLayer
     """
-    # where an object is that is hidden in the viewport is not known there
+    # the matrix of an object that is hidden in the viewport is not evaluated there
     moves = can_move(item) or not item.visible_get(view_layer=layer)
-    changes = is_animated(item.data)
-    told = lamp.expressions(item.data)
+    light = light_of(item)
+    changes = is_animated(light)
+    expressions = lamp.expressions(light)
     indices = [*(_POSITION if moves else ()), *([_STRENGTH] if changes else ())]
-    if changes or (moves and item.data.type != "SUN"):
+    if changes or (moves and light.type != "SUN"):
         indices.append(_SIZE)
-    return {index: told[index] for index in indices}
+    return {index: expressions[index] for index in indices}
 
 
-def can_move(item):
-    """Whether an object can be elsewhere at another frame, by itself or with what it is parented to."""
+def can_move(item: bpy.types.Object | None) -> bool:
+    """Whether an object can be elsewhere at another frame, by itself or with its parents."""
     while item is not None:
         if is_animated(item) or len(item.constraints) or item.rigid_body is not None:
             return True
@@ -47,54 +56,55 @@ def can_move(item):
     return False
 
 
-def is_animated(data):
-    """Whether a data-block has an action, drivers or strips of its own."""
+def is_animated(data: bpy.types.ID) -> bool:
+    """Whether a data-block itself has an action, drivers or strips."""
     animation = data.animation_data
     return animation is not None and (animation.action is not None or len(animation.drivers) > 0
                                       or len(animation.nla_tracks) > 0)
 
 
-def wire(tree, sources):
-    """Give a lamp group the drivers that it wants, and no others.
+def wire(tree: bpy.types.NodeTree, sources: Mapping[Place, tuple[str, bpy.types.Object]]) -> set[Place]:
+    """Give a lamp group these drivers, and remove all others.
 
     Parameters
     ----------
     tree : bpy.types.ShaderNodeTree
     sources : dict
-        {(number, index): (expression, evaluated object)}, as `group.store` counts.
+        {(number, index): (expression, evaluated object)}, with the numbers and indices of `group.store`.
 
     Returns
     -------
     set of (number, index)
-        Those that had their drivers already, and so have their values.
+        The sockets that had the right driver already, and so have their values.
     """
     before = _present(tree)
-    after = {_path(*place): (told, {name: _target(name, item) for name in _variables(told)})
-             for place, (told, item) in sources.items()}
+    after: dict[str, _Driver] = {
+        _path(*place): (expression, {name: _target(name, item) for name in _variables(expression)})
+        for place, (expression, item) in sources.items()}
     for path in before:
         if before[path] != after.get(path):
             tree.driver_remove(path)
-    had = {place for place in sources if before.get(_path(*place)) == after[_path(*place)]}
-    for place in sources.keys() - had:
+    unchanged = {place for place in sources if before.get(_path(*place)) == after[_path(*place)]}
+    for place in sources.keys() - unchanged:
         _add(group.sockets(tree, place[0])[place[1]], *sources[place])
-    return had
+    return unchanged
 
 
-def _variables(told):
-    return sorted({word for word in _WORDS.findall(told) if word in lamp.VARIABLES})
+def _variables(expression: str) -> list[str]:
+    return sorted({word for word in _WORDS.findall(expression) if word in lamp.VARIABLES})
 
 
-def _path(number, index):
+def _path(number: int, index: int) -> str:
     kind, socket = ("Lamp", index) if index in _POSITION else ("Extent", index - len(_POSITION))
     return f'nodes["{kind}{number}"].inputs[{socket}].default_value'
 
 
-def _target(name, item):
+def _target(name: str, item: bpy.types.Object) -> str:
     return f'objects["{bpy.utils.escape_identifier(item.name)}"].{lamp.VARIABLES[name]}'
 
 
-def _present(tree):
-    """The drivers that a group has: {path: (expression, {variable: where it is})}."""
+def _present(tree: bpy.types.NodeTree) -> dict[str, _Driver]:
+    """The drivers that a group has, by the data path of the driven property."""
     animation = tree.animation_data
     return {} if animation is None else {
         curve.data_path: (curve.driver.expression,
@@ -102,10 +112,10 @@ def _present(tree):
         for curve in animation.drivers}
 
 
-def _add(socket, told, item):
+def _add(socket: bpy.types.NodeSocket, expression: str, item: bpy.types.Object) -> None:
     driver = socket.driver_add("default_value").driver
-    driver.type, driver.expression = "SCRIPTED", told
-    for name in _variables(told):
+    driver.type, driver.expression = "SCRIPTED", expression
+    for name in _variables(expression):
         variable = driver.variables.new()
         variable.name, variable.type = name, "CONTEXT_PROP"
         target = variable.targets[0]

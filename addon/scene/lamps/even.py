@@ -1,27 +1,29 @@
-"""Whether there is light besides that of the lamps, and it is even: a world of one colour, and nothing that shines."""
+"""Whether the light besides that of the lamps is even: a world of one colour, and no material that emits."""
 
 import bpy
 
-_gives_light = {}           # by node tree, until one is edited
+_emits_by_tree: dict[int, bool] = {}        # by session_uid of a node tree; cleared when materials are edited
 
 
-def light_is_even(world):
-    """Whether it is, under a world (evaluated). Any material in use that shines counts, wherever it is used: where
-    light is taken for uneven, that costs noise at most."""
+def light_is_even(world: bpy.types.World | None) -> bool:
+    """Whether there is light from the world (evaluated), and it is even.
+
+    Any emitting material in use counts, wherever it is used. Light that is wrongly taken for uneven only adds noise.
+    """
     return _is_even(world) and not any(
-        _shines(material.node_tree) for material in bpy.data.materials if material.users > material.use_fake_user)
+        _emits(material.node_tree) for material in bpy.data.materials if material.users > material.use_fake_user)
 
 
-def forget():
-    """Look at the materials anew."""
-    _gives_light.clear()
+def forget() -> None:
+    """Forget which materials emit."""
+    _emits_by_tree.clear()
 
 
-def _is_even(world):
+def _is_even(world: bpy.types.World | None) -> bool:
     if world is None:
         return False
     if world.node_tree is None:
-        return max(world.color) > 0
+        return max(*world.color) > 0
     links = world.node_tree.links
     return len(links) > 0 and all(
         link.to_node.type == "OUTPUT_WORLD" and link.to_socket.name == "Surface" and link.from_node.type == "BACKGROUND"
@@ -29,17 +31,17 @@ def _is_even(world):
         for link in links)
 
 
-def _shines(tree):
-    """Whether nodes may give light; None for no nodes."""
+def _emits(tree: bpy.types.NodeTree | None) -> bool:
+    """Whether nodes may emit light."""
     if tree is None:
         return False
     key = tree.session_uid
-    if key not in _gives_light:
-        _gives_light[key] = any(map(_node_shines, tree.nodes))
-    return _gives_light[key]
+    if key not in _emits_by_tree:
+        _emits_by_tree[key] = any(map(_node_emits, tree.nodes))
+    return _emits_by_tree[key]
 
 
-def _node_shines(node):
+def _node_emits(node: bpy.types.Node) -> bool:
     strength = node.inputs.get("Emission Strength")
     return (node.type == "EMISSION" or (strength is not None and (strength.is_linked or strength.default_value > 0))
-            or (node.type == "GROUP" and _shines(node.node_tree)))
+            or (node.type == "GROUP" and _emits(node.node_tree)))

@@ -1,15 +1,17 @@
-"""The node group through which the measured materials of a file know its lamps: nodes with values, and no more.
+"""The node group that tells the measured materials of a file about its lamps. It holds nothing but nodes with values.
 
-A group is known by its nodes, not by its name, which users may change. It has as many lamps as it has pairs of a `Lamp`
-and an `Extent` node: files of other versions may hold fewer or more than this version's shader takes.
+A group is recognised by its nodes, because users may rename it. It has room for as many lamps as it has pairs of a
+`Lamp` and an `Extent` node: files of other versions may hold fewer or more than this version's shader takes.
 """
 
 import math
 import re
+from collections.abc import Collection, Sequence
 
 import bpy
 
 from ....fitter.cycles.bake import MAX_LAMPS
+from .lamp import Lamp
 
 NAME = "Measured BRDF Lamps"
 LAMPS = "Lamps"
@@ -17,22 +19,22 @@ EVEN = "Even"
 _NUMBERED = re.compile(r"(Lamp|Extent)([1-9][0-9]*)")
 
 
-def node_tree():
-    """The shared node group of this version's shader, made where there is none yet."""
+def node_tree() -> bpy.types.NodeTree:
+    """The shared node group of this version's shader; made if there is none yet."""
     local = (tree for tree in trees() if tree.library is None and capacity(tree) == MAX_LAMPS)
     return next(local, None) or _create()
 
 
-def trees():
-    """The groups that have all their nodes: a user may have taken one apart, or given its name to something else."""
+def trees() -> list[bpy.types.NodeTree]:
+    """All lamp groups of the file that are complete: a user may have removed nodes, or reused the name."""
     return [tree for tree in bpy.data.node_groups if tree.bl_idname == "ShaderNodeTree" and capacity(tree)]
 
 
-def capacity(tree):
-    """How many lamps a group holds; 0 where it is not a group of lamps, or some of its nodes are gone."""
+def capacity(tree: bpy.types.NodeTree) -> int:
+    """How many lamps a group holds; 0 if it is not a lamp group, or lacks nodes."""
     if LAMPS not in tree.nodes or EVEN not in tree.nodes:
         return 0
-    numbers = {"Lamp": set(), "Extent": set()}
+    numbers: dict[str, set[int]] = {"Lamp": set(), "Extent": set()}
     for node in tree.nodes:
         if found := _NUMBERED.fullmatch(node.name):
             numbers[found[1]].add(int(found[2]))
@@ -40,13 +42,14 @@ def capacity(tree):
     return count if numbers["Lamp"] == numbers["Extent"] == set(range(1, count + 1)) else 0
 
 
-def sockets(tree, number):
-    """The sockets of one lamp: its position or direction (three), its size, its strength."""
+def sockets(tree: bpy.types.NodeTree, number: int) -> list[bpy.types.NodeSocket]:
+    """The five sockets of one lamp: its position or direction (three), its size, its strength."""
     return [*tree.nodes[f"Lamp{number}"].inputs, *tree.nodes[f"Extent{number}"].inputs[:2]]
 
 
-def store(tree, lamps, even, driven=frozenset()):
-    """Write what is not there already: an assignment makes Cycles take the shader up anew.
+def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], even: bool,
+          driven: Collection[tuple[int, int]] = frozenset()) -> None:
+    """Write the values that differ: every assignment makes Cycles update the shader.
 
     Parameters
     ----------
@@ -54,8 +57,9 @@ def store(tree, lamps, even, driven=frozenset()):
     lamps : sequence of ((x, y, z), size, strength)
         At most `capacity(tree)`.
     even : bool
+        Whether other light is even.
     driven : set of (number, index)
-        Lamps, from 1, and which of their `sockets` have a driver, to which they are left.
+        Lamps, from 1, and indices into their `sockets`, that have a driver and are skipped.
     """
     _set(tree.nodes[LAMPS].outputs[0], float(len(lamps)))
     _set(tree.nodes[EVEN].outputs[0], float(even))
@@ -65,12 +69,12 @@ def store(tree, lamps, even, driven=frozenset()):
                 _set(socket, value)
 
 
-def _set(socket, value):
+def _set(socket: bpy.types.NodeSocket, value: float) -> None:
     if not math.isclose(socket.default_value, value, rel_tol=1e-6, abs_tol=1e-9):
         socket.default_value = value
 
 
-def _create():
+def _create() -> bpy.types.NodeTree:
     tree = bpy.data.node_groups.new(NAME, "ShaderNodeTree")
     output = tree.nodes.new("NodeGroupOutput")
     output.location = (400, 0)
@@ -83,7 +87,7 @@ def _create():
     return tree
 
 
-def _add(tree, output, kind, name, socket_type, row):
+def _add(tree: bpy.types.NodeTree, output: bpy.types.Node, kind: str, name: str, socket_type: str, row: int) -> None:
     tree.interface.new_socket(name, in_out="OUTPUT", socket_type=socket_type)
     node = tree.nodes.new(kind)
     node.name = node.label = name

@@ -1,82 +1,109 @@
 """Lamps that are instanced: by collection instances, geometry nodes, particles, or children of vertices and faces.
 
-Only a look at all instances of a scene finds them, so it is taken only where something instances a light, and again
-only when something that can do so has changed. What is asked here may be answered yes in error, which costs that time.
+Only a search through all instances of a scene finds them. So the search runs only if something may instance a light,
+and again only after a change of something that can. A wrong yes only costs the time of a search.
 """
 
 from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import bpy
 
+from ...annotations import present
 from . import drivers, lamp
-from .changes import changed_objects
-from .light_objects import light_objects
+from .changes import Changed, changed_objects
+from .light_objects import light_objects, light_of
 
-_holds = {}                 # by collection: whether it holds lights
-_found = {}                 # what `look` found, and where
-
-
-def forget():
-    """Take the next look at everything."""
-    _holds.clear()
-    _found.clear()
+_Key = tuple[int, str, str]         # scene, view layer, and mode of the dependency graph
 
 
-def forget_collections():
-    """Find out anew which collections hold lights."""
-    _holds.clear()
+@dataclass
+class _Search:
+    """The last search.
+
+    Attributes
+    ----------
+    key : where it was made; None before the first
+    possible : whether something may instance a light
+    lamps : the lamps found
+    parents : session_uid of each object that brings lamps along, and whether it can move
+    """
+
+    key: _Key | None = None
+    possible: bool = False
+    lamps: list[lamp.Lamp] = field(default_factory=list)
+    parents: dict[int, bool] = field(default_factory=dict)
 
 
-def lamps(depsgraph, shining, changed):
-    """The lamps that are instanced: a list of `Lamp`, none of which is one of the objects in `shining`.
+_last = _Search()
+_holds_lights: dict[int, bool] = {}         # by session_uid of a collection
+
+
+def forget() -> None:
+    """Forget everything, so that the next call searches again."""
+    global _last
+    _holds_lights.clear()
+    _last = _Search()
+
+
+def forget_collections() -> None:
+    """Forget which collections hold lights."""
+    _holds_lights.clear()
+
+
+def lamps(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object], changed: Changed) -> list[lamp.Lamp]:
+    """The lamps that are instanced, without the objects in `shining`.
 
     Parameters
     ----------
     depsgraph : bpy.types.Depsgraph
     shining : list of bpy.types.Object
+        The lights that are objects of the scene.
     changed : changes.Changed
     """
+    global _last
     key = depsgraph.scene.session_uid, depsgraph.view_layer.name, depsgraph.mode
-    if _found.get("key") != key or changed.structure:
-        _found.clear()
-        _found["key"] = key
-        _found["may"] = may_be_instanced(depsgraph.scene, shining)
-        if _found["may"]:
-            look(depsgraph, shining)
-    elif _found["may"] and changed.others:
+    if _last.key != key or changed.structure:
+        _last = _Search(key, may_be_instanced(present(depsgraph.scene), shining))
+        if _last.possible:
+            search(depsgraph, shining)
+    elif _last.possible and changed.others:
         objects = changed_objects(depsgraph)
-        if objects is None or any(_may_carry(*change) for change in objects):
-            look(depsgraph, shining)
-    return _found.get("lamps", [])
+        if objects is None or any(_may_move_a_lamp(*change) for change in objects):
+            search(depsgraph, shining)
+    return _last.lamps
 
 
-def look(depsgraph, shining):
-    """Look at all instances for the lights that are none of `shining`."""
+def search(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object]) -> None:
+    """Search all instances for lights that are not in `shining`."""
     known = {item.session_uid for item in shining}
-    lights, parents = [], {}
+    found: list[lamp.Lamp] = []
+    parents: dict[int, bool] = {}
     for instance in depsgraph.object_instances:
-        item = instance.object
+        item = present(instance.object)
         if item.type != "LIGHT" or (not instance.is_instance and item.original.session_uid in known):
             continue
-        if item.data.energy > 0:
-            lights.append(lamp.of(item.data, instance.matrix_world))
+        light = light_of(item)
+        if light.energy > 0:
+            found.append(lamp.of(light, instance.matrix_world))
         parent = instance.parent.original if instance.is_instance else item.original
         parents[parent.session_uid] = parents.get(parent.session_uid) or drivers.can_move(parent)
-    _found["lamps"], _found["parents"] = lights, parents
+    _last.lamps, _last.parents = found, parents
 
 
-def are_looked_for():
-    """Whether something may instance a light, by the last answer."""
-    return _found.get("may", False)
+def are_possible() -> bool:
+    """Whether something may instance a light, as of the last search."""
+    return _last.possible
 
 
-def move():
-    """Whether lamps were found whose instances are animated."""
-    return any(_found.get("parents", {}).values())
+def can_move() -> bool:
+    """Whether the last search found lamps that can move by themselves."""
+    return any(_last.parents.values())
 
 
-def may_be_instanced(scene, shining):
-    """Whether something may instance a light; `shining` are those that stand in the scene."""
+def may_be_instanced(scene: bpy.types.Scene, shining: Sequence[bpy.types.Object]) -> bool:
+    """Whether something may instance a light; `shining` are the lights that are objects of the scene."""
     if scene.background_set is not None or any(
             settings.render_type in {"OBJECT", "COLLECTION"} for settings in bpy.data.particles):
         return True
@@ -87,34 +114,34 @@ def may_be_instanced(scene, shining):
     return any(map(_is_child_of_instancer, lights)) or any(map(holds_lights, _instanced_collections()))
 
 
-def holds_lights(collection):
-    """Whether a collection that is instanced may bring lights along."""
+def holds_lights(collection: bpy.types.Collection) -> bool:
+    """Whether instances of a collection may contain lights."""
     key = collection.session_uid
-    if key not in _holds:
-        _holds[key] = False             # ends where collections instance one another
+    if key not in _holds_lights:
+        _holds_lights[key] = False          # ends the recursion where collections instance one another
         nodes = _has_geometry_nodes()
-        _holds[key] = any(item.type == "LIGHT" or _instances_lights(item) or (nodes and _generates(item))
-                          for item in collection.all_objects)
-    return _holds[key]
+        _holds_lights[key] = any(item.type == "LIGHT" or _instances_lights(item) or (nodes and _makes_instances(item))
+                                 for item in collection.all_objects)
+    return _holds_lights[key]
 
 
-def _instances_lights(item):
+def _instances_lights(item: bpy.types.Object) -> bool:
     return (item.instance_type == "COLLECTION" and item.instance_collection is not None
             and holds_lights(item.instance_collection))
 
 
-def _may_carry(item, of_geometry):
-    """Whether an object that has changed, perhaps its geometry, can have moved a lamp that is an instance."""
+def _may_move_a_lamp(item: bpy.types.Object, is_geometry: bool) -> bool:
+    """Whether the change of an object, or of its geometry, can have moved an instanced lamp."""
     if item.type == "LIGHT" or _instances_lights(item) or item.instance_type in {"VERTS", "FACES"}:
         return True
-    return _generates(item) and (of_geometry or item.session_uid in _found.get("parents", ()))
+    return _makes_instances(item) and (is_geometry or item.session_uid in _last.parents)
 
 
-def _generates(item):
+def _makes_instances(item: bpy.types.Object) -> bool:
     return len(item.particle_systems) > 0 or any(modifier.type == "NODES" for modifier in item.modifiers)
 
 
-def _is_child_of_instancer(item):
+def _is_child_of_instancer(item: bpy.types.Object) -> bool:
     while item.parent is not None:
         item = item.parent
         if item.instance_type in {"VERTS", "FACES"}:
@@ -122,12 +149,12 @@ def _is_child_of_instancer(item):
     return False
 
 
-def _instanced_collections():
-    """Collections with users besides the collections that they are in."""
+def _instanced_collections() -> list[bpy.types.Collection]:
+    """Collections with other users than the collections that contain them."""
     holders = [*bpy.data.collections, *(scene.collection for scene in bpy.data.scenes)]
     parents = Counter(child.session_uid for holder in holders for child in holder.children)
     return [item for item in bpy.data.collections if item.users - item.use_fake_user > parents[item.session_uid]]
 
 
-def _has_geometry_nodes():
+def _has_geometry_nodes() -> bool:
     return any(tree.bl_idname == "GeometryNodeTree" for tree in bpy.data.node_groups)

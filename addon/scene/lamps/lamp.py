@@ -1,22 +1,28 @@
-"""A lamp as the shader takes it, and the same as expressions over properties of the lamp's object, for drivers.
+"""A lamp as the shader takes it: as numbers, and as driver expressions over properties of the lamp's object.
 
-Each of the five values of a lamp (`group.sockets`) is written once, as an expression in the notation that Python and
-Blender's driver expressions share, over variables that are properties of the object: `VARIABLES` says where each is.
+A lamp has five values (`group.sockets`). `expressions` gives each as a driver expression; `VARIABLES` gives the data
+path of every variable that occurs in them.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-POINTLIKE = 1e-6            # angular radius of a sun without a size, to be told from a lamp
+import bpy
+from mathutils import Matrix
 
-# element in row i and column j of the matrix: RNA has the columns first
+from ...annotations import Vector3
+
+POINTLIKE = 1e-6            # angular radius of a sun without a size: tells its size, a negative number, from a lamp's 0
+
+# m12 is row 1, column 2 of the matrix: RNA has the columns first
 VARIABLES = {f"m{row}{column}": f"matrix_world[{column}][{row}]" for row in range(3) for column in range(4)}
 VARIABLES |= {"energy": "data.energy", "angle": "data.angle", "radius": "data.shadow_soft_size",
               "width": "data.size", "height": "data.size_y"}
 
 _POSITION = "m03", "m13", "m23"
-_TOWARD = tuple(f"{axis} / max(sqrt(m02 * m02 + m12 * m12 + m22 * m22), 1e-30)" for axis in ("m02", "m12", "m22"))
-# what Blender scales a lamp's radius with: how much longer a vector along (1, 1, 1) becomes
+_LENGTH = "max(sqrt(m02 * m02 + m12 * m12 + m22 * m22), 1e-30)"
+_TOWARD = f"m02 / {_LENGTH}", f"m12 / {_LENGTH}", f"m22 / {_LENGTH}"
+# Blender scales a lamp's radius by the factor by which a vector along (1, 1, 1) is stretched
 _SCALE = " + ".join(f"(m{row}0 + m{row}1 + m{row}2) * (m{row}0 + m{row}1 + m{row}2)" for row in range(3))
 _BALL = f"radius * sqrt(({_SCALE}) / 3)"
 _WIDE, _HIGH = (" + ".join(f"m{row}{column} * m{row}{column}" for row in range(3)) for column in range(2))
@@ -32,25 +38,25 @@ class Lamp(NamedTuple):
     Attributes
     ----------
     position : (x, y, z)
-        Of a sun the direction toward it.
+        For a sun, the direction toward it.
     size : float
-        Radius of a ball around what shines (m); of a sun minus its angular radius (radians).
+        Radius of a ball around the lamp (m); for a sun, its angular radius (radians) with a minus sign.
     strength : float
-        Irradiance at 1 m; of a sun its irradiance.
+        Irradiance at 1 m; for a sun, its irradiance.
     """
 
-    position: tuple
+    position: Vector3
     size: float
     strength: float
 
     @property
-    def rank(self):
-        """Sorts lamps: those without a size first (nothing else finds them), then suns, then the strongest."""
+    def rank(self) -> tuple[bool, bool, float, "Lamp"]:
+        """Sort key: lamps without a size, which no sampled direction can hit, then suns, then the strongest."""
         return self.size not in (0, -POINTLIKE), self.size >= 0, -self.strength, self
 
 
-def expressions(light):
-    """The five values of a light, as expressions over `VARIABLES`: the last of them its strength."""
+def expressions(light: bpy.types.Light) -> tuple[str, str, str, str, str]:
+    """The five values of a light, as expressions over `VARIABLES`; the last is its strength."""
     if light.type == "SUN":
         return *_TOWARD, f"-max(angle / 2, {POINTLIKE:f})", "energy"
     if light.type == "AREA":
@@ -58,23 +64,25 @@ def expressions(light):
     return *_POSITION, _BALL, f"energy / {4 * math.pi!r}"
 
 
-def of(light, matrix):
-    """The lamp that a light is where this matrix puts it."""
+def of(light: bpy.types.Light, matrix: Matrix) -> Lamp:
+    """The lamp that a light makes at this world matrix."""
     if light.type == "SUN":
         x, y, z = (matrix[row][2] for row in range(3))
         length = max(math.sqrt(x * x + y * y + z * z), 1e-30)
         return Lamp((x / length, y / length, z / length), -max(light.angle / 2, POINTLIKE), light.energy)
-    position = tuple(matrix.translation)
+    x, y, z = matrix.translation
+    position = x, y, z
     if light.type == "AREA":
         sides = light.size, light.size_y if light.shape in {"RECTANGLE", "ELLIPSE"} else light.size
-        halves = [side * abs(scale) / 2 for side, scale in zip(sides, matrix.to_scale().xy, strict=True)]
+        halves = [side * abs(scale) / 2 for side, scale in zip(sides, matrix.to_scale()[:2], strict=True)]
         size = max(halves) if light.shape in {"DISK", "ELLIPSE"} else math.hypot(*halves)
         return Lamp(position, size, light.energy / math.pi)
     return Lamp(position, light.shadow_soft_size * matrix.median_scale, light.energy / (4 * math.pi))
 
 
-def value(name, item):
+def value(name: str, item: bpy.types.Object) -> float:
     """The value of a variable for an evaluated object."""
     if name.startswith("m"):
         return item.matrix_world[int(name[1])][int(name[2])]
-    return getattr(item.data, VARIABLES[name].partition(".")[2])
+    stored: Any = getattr(item.data, VARIABLES[name].partition(".")[2])
+    return float(stored)

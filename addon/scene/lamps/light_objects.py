@@ -1,67 +1,78 @@
-"""The lights of the file and those of a view layer, without looking at its other objects.
+"""The light objects of the file and of a view layer, found without looking at other objects.
 
-Which objects are lights is found out anew when the lights or their users change; whether one shines, Blender answers in
-constant time, unless it is hidden. So an edit costs time in proportion to the lights, in a scene of any size.
+The list of lights is rebuilt when lights or their users change. For a light that is not hidden, Blender says in
+constant time whether it is visible. So an edit costs time in proportion to the lights, in a scene of any size.
 """
+
+from collections.abc import Iterable, Iterator
+from typing import cast
 
 import bpy
 
-_known = {}                 # the signature, and the light objects that were found under it
-_rendered = {}              # by view layer: the session_uid of the lights that are rendered
+_objects: list[bpy.types.Object] | None = None      # the light objects, as of _signature
+_signature: tuple[tuple[int, int], ...] = ()        # session_uid and user count of each light
+_rendered: dict[tuple[int, str], set[int]] = {}     # by view layer: session_uid of the lights that are rendered
 
 
-def forget():
-    """Look at everything anew: nothing of Blender's is kept over undo, redo, and the loading of files."""
-    _known.clear()
+def forget() -> None:
+    """Forget all objects: references to Blender's data are not valid after undo, redo, and loading a file."""
+    global _objects
+    _objects = None
     _rendered.clear()
 
 
-def forget_layers():
-    """Look anew at which collections are rendered."""
+def forget_layers() -> None:
+    """Forget which collections are rendered."""
     _rendered.clear()
 
 
-def is_layer_known():
-    """Whether collections have been looked through for lights that are rendered and not visible."""
+def is_layer_known() -> bool:
+    """Whether collections have been searched for lights that are rendered but not visible."""
     return len(_rendered) > 0
 
 
-def light_objects():
+def light_objects() -> list[bpy.types.Object]:
     """All objects of the file that are lights."""
+    global _objects, _signature
     signature = tuple((light.session_uid, light.users) for light in bpy.data.lights)
-    if _known.get("signature") != signature or not _are_alive(_known["objects"]):
+    if _objects is None or _signature != signature or not _are_valid(_objects):
         forget()
-        _known["objects"] = [item for item in bpy.data.objects if item.type == "LIGHT"] if signature else []
-        _known["signature"] = signature
-    return _known["objects"]
+        _objects = [item for item in bpy.data.objects if item.type == "LIGHT"] if signature else []
+        _signature = signature
+    return _objects
 
 
-def shining(layer):
-    """The lights that shine in a view layer, in the viewport or when it is rendered."""
+def light_of(item: bpy.types.Object) -> bpy.types.Light:
+    """The light of a light object."""
+    return cast(bpy.types.Light, item.data)
+
+
+def shining(layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
+    """The lights of a view layer that are visible in the viewport or rendered."""
     return [item for item in light_objects() if item.visible_get(view_layer=layer) or is_rendered(item, layer)]
 
 
-def is_rendered(item, layer):
+def is_rendered(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> bool:
     """Whether a light of the file is rendered with a view layer."""
     if item.hide_render:
         return False
     key = layer.id_data.session_uid, layer.name
     if key not in _rendered:
-        _rendered[key] = set(_in_render(layer.layer_collection))
+        _rendered[key] = set(_rendered_lights(layer.layer_collection))
     return item.session_uid in _rendered[key]
 
 
-def _in_render(layer_collection):
+def _rendered_lights(layer_collection: bpy.types.LayerCollection) -> Iterator[int]:
     if layer_collection.exclude or layer_collection.collection.hide_render:
         return
     for item in layer_collection.collection.objects:
         if item.type == "LIGHT":
             yield item.session_uid
     for child in layer_collection.children:
-        yield from _in_render(child)
+        yield from _rendered_lights(child)
 
 
-def _are_alive(objects):
+def _are_valid(objects: Iterable[bpy.types.Object]) -> bool:
     try:
         for item in objects:
             item.session_uid            # noqa: B018  raises where the object has been removed

@@ -145,7 +145,7 @@ def test_slow_questions_do_not_hold_up_others(queue, long_work, file):
     quick = queue.ask("quick", partial(tasks.read, str(file), ""))
     end = time.monotonic() + 60
     while quick.finished is None and time.monotonic() < end:
-        queue._tend()
+        queue._poll()
         slow.asked = time.monotonic()
         time.sleep(0.02)
     assert quick.result.description.count == 1500
@@ -274,7 +274,7 @@ def test_an_operator_that_is_started_while_another_works_is_refused_and_the_othe
     second.work = operator.work
     assert operator.start(window) == {"RUNNING_MODAL"}
     assert second.start(window) == {"CANCELLED"}
-    assert "under way" in second.reports[-1][1]
+    assert "Another fit is running" in second.reports[-1][1]
     while operator.modal(window, event("TIMER")) == {"PASS_THROUGH"}:
         pass
     assert operator.made == [0, 1, 2]

@@ -192,7 +192,7 @@ def test_what_is_saved_into_a_library_meanwhile_is_not_lost(blender, folder, lib
     opened = libraries.open_part(library)
     other = library.read_bytes() + b" "         # as another Blender saves it
     library.write_bytes(other)
-    with pytest.raises(OSError, match="saved by somebody else meanwhile"):
+    with pytest.raises(OSError, match="another process has saved it meanwhile"):
         libraries.save_part(library, opened)
     assert library.read_bytes() == other
     assert not list(library.parent.glob(".*"))

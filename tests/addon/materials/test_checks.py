@@ -85,7 +85,7 @@ def test_the_panel_is_drawn_again_without_a_look_at_the_objects(blender, extensi
         raise AssertionError("looked again")
 
     monkeypatch.setattr(lights, "forget", looked)
-    monkeypatch.setattr(lights, "_in_render", looked)
+    monkeypatch.setattr(lights, "_rendered_lights", looked)
     assert keys(scene) == before
     lamp.visible_glossy = True
     assert keys(scene) == ["glossy:Unseen"]

@@ -13,10 +13,10 @@ from support.checkout import ROOT
 from support.stage import black_scene
 
 ADDON = str(ROOT / "addon") + os.sep
-# what the scene's lamps are told is derived, and called hundreds of times; transactions are what is tested; the others
-# touch nothing of Blender's
-QUIET = ("sky.py", "transaction.py", "work.py", "background.py", "properties.py", "compiler.py",
-         "versions.py", "previews.py", "preferences.py")
+SCENE = f"{ADDON}scene"          # its lamp groups are derived data, and its functions are called hundreds of times
+# transactions are what is tested; the others change no data of Blender's
+QUIET = ("annotations.py", "transaction.py", "tasks.py", "process.py", "queue.py", "properties.py", "compiler.py",
+         "versions.py", "icons.py", "preferences.py")
 # these change nothing, and Blender calls them before an operator begins and after it has ended
 OUTSIDE = ("poll", "is_editable", "is_measured", "group_node", "script_node", "active_material", "execute", "run",
            "_path", "_failed")
@@ -41,7 +41,7 @@ class _Injection:
 
     def _trace(self, frame, event, _argument):
         path, name = frame.f_code.co_filename, frame.f_code.co_name
-        if event != "call" or not path.startswith(ADDON) or path.startswith(f"{ADDON}lamps"):
+        if event != "call" or not path.startswith(ADDON) or path.startswith(SCENE):
             return
         if path.endswith(QUIET) or name in OUTSIDE or name[0] == "<":
             return

@@ -357,7 +357,7 @@ def forbid(monkeypatch, lamps):
         raise AssertionError("a render thread must not do this")
 
     for module, name in ((lamps.group, "store"), (lamps.group, "trees"), (lamps.drivers, "wire"),
-                         (lamps.instances, "look"), (lamps.light_objects, "shining"), (lamps, "update")):
+                         (lamps.instances, "search"), (lamps.light_objects, "shining"), (lamps, "update")):
         monkeypatch.setattr(module, name, fail)
 
 
@@ -380,14 +380,14 @@ def test_what_a_render_job_holds_up_is_done_after_it(blender, lamps, scene, monk
     add_lamp("POINT", 10, (1, 2, 3))
     blender.context.view_layer.update()
     assert len(known(tree)) == 0
-    assert blender.app.timers.is_registered(lamps._catch_up)
-    assert lamps._catch_up() > 0
+    assert blender.app.timers.is_registered(lamps._retry)
+    assert lamps._retry() > 0
     lamps.update(blender.context.view_layer.depsgraph)
     assert len(known(tree)) == 0
     app.running = False
-    assert lamps._catch_up() is None
+    assert lamps._retry() is None
     assert known(tree)[0, :3] == pytest.approx((1, 2, 3))
-    blender.app.timers.unregister(lamps._catch_up)
+    blender.app.timers.unregister(lamps._retry)
 
 
 # --- what is inspected
@@ -659,8 +659,8 @@ def test_edits_that_concern_no_instanced_lamp_look_at_no_instance(blender, lamps
     layer = blender.context.view_layer
     layer.update()
     looked = []
-    look = lamps.instances.look
-    monkeypatch.setattr(lamps.instances, "look", lambda *a: looked.append(1) or look(*a))
+    look = lamps.instances.search
+    monkeypatch.setattr(lamps.instances, "search", lambda *a: looked.append(1) or look(*a))
 
     def looks(edit):
         looked.clear()

@@ -1,0 +1,36 @@
+"""Names for types that annotations share."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
+
+if TYPE_CHECKING:
+    import bpy
+    from bpy.stub_internal.rna_enums import OperatorReturnItems  # only Blender's type stubs have it
+
+    OperatorResult = set[OperatorReturnItems]
+    OperatorMixIn = bpy.types.Operator      # lets a mix-in use what its operator has
+else:
+    OperatorResult = set
+    OperatorMixIn = object
+
+Report = Callable[[float, str], None]
+"""Receives the progress of some work: the fraction done, and what is being done."""
+Arguments = dict[str, Any]
+"""Keyword arguments of `fitter.fit`, or ``{"tolerance": RMSE}``."""
+Vector3 = tuple[float, float, float]
+
+
+_T = TypeVar("_T")
+
+
+def present(value: _T | None) -> _T:
+    """A value that Blender's type stubs call optional, and that is never None where this is called."""
+    return cast(_T, value)
+
+
+class Registrable(Protocol):
+    """A module that registers itself with Blender."""
+
+    def register(self) -> None: ...
+
+    def unregister(self) -> None: ...

@@ -1,0 +1,67 @@
+"""Updates materials that an older version of the extension made."""
+
+from collections.abc import Sequence
+from functools import partial
+
+import bpy
+
+from ..annotations import OperatorResult, present
+from ..jobs import process, tasks
+from ..jobs.modal import InBackground, Steps
+from ..materials import compiler, material, node_group
+from ..transaction import by_session_uid
+
+_Users = list[int]          # session_uid of the materials that share a shader
+
+
+class MEASUREDBRDF_OT_update_materials(InBackground, bpy.types.Operator):
+    """Update the shaders of all measured materials of this file that an older version made. \
+The fits do not change, and the measurements are not needed"""
+
+    bl_idname = "measured_brdf.update_materials"
+    bl_label = "Update Measured Materials"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        return self.start(context)
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        return self.run(context)
+
+    def work(self, _context: bpy.types.Context) -> process.Calculation[list[tuple[str | ValueError, _Users]]]:
+        outdated = [item for item in bpy.data.materials if item.is_editable and material.is_outdated(item)]
+        if not outdated:
+            raise ValueError("All measured materials of this file are up to date")
+        shaders: dict[int, tuple[str, float, _Users]] = {}
+        for item in outdated:           # copies of a material may share a shader
+            tree = present(material.group_node(item)).node_tree
+            shaders.setdefault(tree.session_uid, (node_group.source(tree), item.measured_brdf.compression, []))
+            shaders[tree.session_uid][2].append(item.session_uid)
+        return process.Calculation(partial(tasks.rebake, list(shaders.values())))
+
+    def prepare(self, rebaked: Sequence[tuple[str | ValueError, _Users]]) -> Steps:
+        prepared: list[tuple[compiler.Shader | ValueError, _Users]] = []
+        for number, (source, users) in enumerate(rebaked):
+            yield number / len(rebaked), "Compiling"
+            prepared.append((source if isinstance(source, Exception) else compiler.compile_shader(source), users))
+        return prepared
+
+    def apply(self, context: bpy.types.Context,
+              prepared: Sequence[tuple[compiler.Shader | ValueError, _Users]]) -> None:
+        updated = 0
+        failed: list[str] = []
+        for shader, users in prepared:
+            found = [item for uid in users if (item := by_session_uid(bpy.data.materials, uid)) is not None]
+            if isinstance(shader, Exception):
+                failed += [f"{item.name}: {shader}. Refit it instead" for item in found]
+            elif found:
+                material.replace_shader(found, shader, context)
+                updated += len(found)
+        if failed and not updated:
+            raise ValueError("; ".join(failed))
+        for message in failed:
+            self.report({"WARNING"}, message)
+        self.report({"INFO"}, f"{updated} materials updated")
+
+
+classes = (MEASUREDBRDF_OT_update_materials,)

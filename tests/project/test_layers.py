@@ -1,0 +1,91 @@
+"""Imports go downward: the packages of `fitter` and of `addon` in layers, read from their sources."""
+
+import ast
+
+import pytest
+
+from support.checkout import ROOT
+
+# from low to high; parts of one layer do not import one another
+FITTER = (("arrays", "errors", "shader_constants"), ("files", "samples"), ("coordinates", "lattice"), ("model",),
+          ("quality",), ("methods",), ("presets",), ("cycles", "formats", "pictures"), ("__init__",), ("report",),
+          ("cli",), ("__main__",))
+ADDON = (("annotations", "manual", "versions"), ("transaction",), ("scene",), ("materials",), ("preferences",),
+         ("jobs",), ("library",), ("operators",), ("ui",), ("command",), ("__init__",))
+LAYERS = {"fitter": FITTER, "addon": ADDON}
+FORBIDDEN = {"fitter": {"addon", "bpy", "bpy_extras", "bmesh", "mathutils", "cycles", "_cycles"}, "addon": set()}
+
+
+def imports(path, source):
+    """What a file imports, as tuples of names: ``('fitter', 'lattice', 'dense')``."""
+    package = path.split("/")[:-1]
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from (tuple(alias.name.split(".")) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            yield tuple((node.module or "").split("."))
+        elif isinstance(node, ast.ImportFrom):
+            base = (*package[:len(package) - node.level + 1], *(node.module.split(".") if node.module else ()))
+            yield from ((*base, alias.name) for alias in node.names)
+
+
+def part(package, module):
+    """The entry of `LAYERS` that a module below a package belongs to."""
+    names = {name for layer in LAYERS[package] for name in layer}
+    return module[1] if len(module) > 1 and module[1] in names else "__init__"
+
+
+def violations(path, source):
+    """The imports of a file that go upward or sideways."""
+    module = tuple(path.removesuffix(".py").split("/"))
+    package = module[0]
+    height = {name: number for number, layer in enumerate(LAYERS[package]) for name in layer}
+    own = part(package, module)
+    wrong = []
+    for imported in imports(path, source):
+        if imported[0] == package:
+            other = part(package, imported)
+            if other != own and height[other] >= height[own]:
+                wrong.append(".".join(imported))
+        elif imported[0] in FORBIDDEN[package] or imported[:2] == ("fitter", "report"):
+            wrong.append(".".join(imported))
+    return wrong
+
+
+SOURCES = sorted(str(path.relative_to(ROOT).as_posix()) for package in LAYERS
+                 for path in (ROOT / package).rglob("*.py"))
+
+
+@pytest.mark.parametrize("path", SOURCES)
+def test_a_module_imports_only_lower_layers(path):
+    assert violations(path, (ROOT / path).read_text("utf-8")) == []
+
+
+def test_every_file_and_folder_has_a_layer():
+    for package, layers in LAYERS.items():
+        found = {item.stem for item in (ROOT / package).iterdir()
+                 if item.suffix == ".py" or (item / "__init__.py").exists()}
+        assert found == {name for layer in layers for name in layer}
+
+
+@pytest.mark.parametrize("path", [path for path in SOURCES if path.startswith("fitter/formats/")])
+def test_a_format_knows_samples_and_no_fit(path):
+    known = {("fitter", name) for name in ("arrays", "errors", "files", "formats", "samples")}
+    imported = {module[:2] for module in imports(path, (ROOT / path).read_text("utf-8")) if module[0] == "fitter"}
+    assert imported <= known
+
+
+@pytest.mark.parametrize(("path", "source", "wrong"), [
+    ("fitter/lattice/dense.py", "from ..methods import fit", ["fitter.methods.fit"]),
+    ("fitter/lattice/dense.py", "def f():\n    from .. import methods", ["fitter.methods"]),
+    ("fitter/model/fit.py", "from .. import load", ["fitter.load"]),
+    ("fitter/cycles/bake.py", "from ..formats import load", ["fitter.formats.load"]),
+    ("fitter/samples.py", "import bpy", ["bpy"]),
+    ("fitter/samples.py", "from ..addon import versions", ["addon.versions"]),
+    ("addon/scene/world_lights.py", "from ..materials import checks", ["addon.materials.checks"]),
+    ("addon/jobs/tasks.py", "from ...fitter.report import plots", ["fitter.report.plots"]),
+    ("addon/ui/fit.py", "from ..operators import fit\nfrom ...fitter import load\nimport bpy", []),
+    ("fitter/model/fit.py", "import numpy as np\nfrom . import npz\nfrom ..arrays import FloatArray", []),
+])
+def test_an_import_of_a_higher_layer_is_noticed(path, source, wrong):
+    assert violations(path, source) == wrong
