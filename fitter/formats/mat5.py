@@ -83,7 +83,7 @@ def _inflate(data: memoryview, allowance: int) -> bytes:
     inflater = zlib.decompressobj()
     inflated = inflater.decompress(data, max(allowance, 1))
     if not inflater.eof:
-        raise ValueError("it ends early, or inflates beyond measure")
+        raise ValueError("it ends early, or inflates to more than a file of this size should")
     return inflated
 
 

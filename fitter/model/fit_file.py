@@ -100,7 +100,7 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     _check(channels and all(isinstance(name, str) for name in channels), "its channels are not names")
     columns, changes = tuple(header["columns"]), tuple(header["changes"])
     _check(len(columns) == len(channels) and all(type(i) is int and 0 <= i < len(columns) for i in columns)
-           and set(columns) == set(range(max(columns) + 1)), "its channels read columns that are not there")
+           and set(columns) == set(range(max(columns) + 1)), "its channels refer to columns that do not exist")
     _check(all(isinstance(change, str) for change in changes), "its changes are not text")
     parts: dict[str, Any] = {"channels": channels, "columns": columns, "changes": changes,
                              "name": str(header["name"]), "source": str(header["source"])}
@@ -122,7 +122,7 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     displacement = entries["displacement"]
     _check(displacement.ndim == 1 and len(displacement) and displacement.dtype in (np.uint16, np.uint32),
            "its hash table is not a table")
-    _check(displacement.max() < max(n, 1), "its hash table points outside")
+    _check(displacement.max() < max(n, 1), "a displacement of its hash table is too large")
     multiplier = header["multiplier"]
     _check(type(multiplier) is int and 0 < multiplier < perfect_hash.MULTIPLIERS, "its hash function is unknown")
     _check(not n or keys.max() < math.prod(dense.shape(level)), "a key lies outside its lattice")
@@ -137,7 +137,7 @@ def _coordinates(header: dict[str, Any], entries: _Arrays) -> Coordinates:
     if name == Nusselt.name:
         return Nusselt()
     softening = 0.0 if header["version"] == 2 else header["softening"]
-    _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not one")
+    _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not a number from 0 to 1")
     return HalfDifference(softening)
 
 

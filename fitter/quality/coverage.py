@@ -2,8 +2,8 @@
 
 The distance between two direction pairs is the larger of the angles between their incident and between their outgoing
 directions; mirror images and reciprocals of samples count as samples. The samples are sorted into cells. Those in one
-cell are within `_ACROSS` of each other, so that the first sample of each tells which cells can have the nearest one, and
-only those are searched. The result equals that of a search over all pairs of samples and probes.
+cell are within `_ACROSS` of each other, so that the first sample of each tells which cells can have the nearest one,
+and only those are searched. The result equals that of a search over all pairs of samples and probes.
 """
 
 from collections.abc import Iterator

@@ -1,8 +1,8 @@
 """Ringing: how much a fit oscillates between neighbouring samples (Kameya and Lewis 2002, section 4.3.1).
 
 Between two neighbouring samples, along a straight line in Nusselt coordinates, a fit that does not ring is monotone:
-its total variation is the difference of its values at the ends. Any variation beyond that is ringing. Neighbours are joined
-by an edge of the Delaunay tessellation of the samples, for which SciPy is needed.
+its total variation is the difference of its values at the ends. Any variation beyond that is ringing. Neighbours are
+joined by an edge of the Delaunay tessellation of the samples, for which SciPy is needed.
 """
 
 import numpy as np

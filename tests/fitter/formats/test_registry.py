@@ -22,7 +22,7 @@ def astm():
 
 def pbrt():
     rows = "".join(f"{i} {pi} {o} {po} {' 0.2' * len(WAVELENGTHS)}\n" for i, pi, o, po in ANGLES)
-    return f"# made\n{len(WAVELENGTHS)}\n{' '.join(map(str, WAVELENGTHS))}\n{rows}".encode()
+    return f"{len(WAVELENGTHS)}  # made\n{' '.join(map(str, WAVELENGTHS))}\n{rows}".encode()
 
 
 def curet():
