@@ -12,7 +12,7 @@ from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_wi
 from . import fit as fit_samples
 from .cycles.bake import bake
 from .files import replacing
-from .formats import list_samples, overflowed
+from .formats import KNOWN_FILES, list_samples, overflowed
 from .methods import METHODS
 from .quality.describe import describe
 
@@ -59,13 +59,13 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     info = commands.add_parser("info", help="describe a file of measurements, or a saved fit")
-    info.add_argument("file", help="CURET, Cornell .astm, pbrt-v2 .brdf, paint.reformat.mat, or a fit (.npz)")
-    info.add_argument("--sample", help="CURET sample, by number or name")
+    info.add_argument("file", help=f"{KNOWN_FILES}, or a fit (.npz)")
+    info.add_argument("--sample", help="which of several samples in a file, by number or name")
     info.set_defaults(run=_info)
 
     fit = commands.add_parser("fit", help="fit measurements and save the fit")
     fit.add_argument("file", help="measurements")
-    fit.add_argument("--sample", help="CURET sample, by number or name")
+    fit.add_argument("--sample", help="which of several samples in a file, by number or name")
     fit.add_argument("--preset", choices=PRESETS, default="Standard", help="default: %(default)s")
     fit.add_argument("--method", choices=METHODS, help="instead of the preset's")
     fit.add_argument("--diffuse-level", type=int, metavar="D", help="level of the dense lattice, 0 to 8")
@@ -85,7 +85,8 @@ def _parser() -> argparse.ArgumentParser:
 
     report_on = commands.add_parser("report", help="compare fits and baselines on measurements (needs SciPy)"
                                     if _REPORT.is_dir() else NO_REPORT)
-    report_on.add_argument("files", nargs="+", metavar="FILE", help="measurements; all samples of a CURET file")
+    report_on.add_argument("files", nargs="+", metavar="FILE",
+                           help="measurements; all samples of a file that holds several")
     report_on.add_argument("--levels", type=int, nargs="+", metavar="LEVEL",
                            help="levels of plain MBA, default: 0 to 7")
     report_on.add_argument("--out", default="report", help="folder to write, default: %(default)s")
@@ -103,7 +104,7 @@ def _info(options: argparse.Namespace) -> None:
         return
     samples = list_samples(options.file)
     if samples and options.sample is None:
-        print(f"{options.file}: {len(samples)} CURET samples; describe one with --sample")
+        print(f"{options.file}: {len(samples)} samples; describe one with --sample")
         for number, name in samples:
             print(f"{number:4d}  {name}")
         return

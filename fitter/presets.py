@@ -24,3 +24,12 @@ PRESETS: dict[str, Preset] = {
     # for narrow highlights: keeps every sample as it was measured
     "Reference": {"diffuse_level": 5, "specular_level": 7, "compression": 99.8, "method": "kriging"},
 }
+
+# as panels offer them, in this order
+PRESET_DESCRIPTIONS: dict[str, str] = {
+    "Draft": "A few KB, for look development: only the smooth shape, without narrow highlights",
+    "Standard": "A few tens of KB, for rendering: close to the measurements, and smooth between them",
+    "Reference": "The largest files: matches every sample, including the narrowest highlights",
+    "Paper": "The method and the levels of Kameya and Lewis (2002): highlights can ripple between the measured "
+             "directions",
+}

@@ -16,6 +16,7 @@ from .text import plain_text, read_bytes
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
 FORMATS: tuple[Format, ...] = (cornell_mat.FORMAT, astm.FORMAT, pbrt_brdf.FORMAT, curet.FORMAT)
 EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
+FORMAT_NAMES = tuple(dict.fromkeys(known.name for known in FORMATS[::-1]))
 KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
 
 

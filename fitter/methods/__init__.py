@@ -4,6 +4,7 @@ To add a method, write a module with a `Method`, enter it in `METHODS`, and its 
 shows how.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +15,23 @@ from .levels import Levels
 from .method import Method, MethodName
 
 METHODS: dict[MethodName, Method] = {"mba": kameya_lewis.fit, "kriging": regression_kriging.fit}
+_PREPARATIONS: dict[MethodName, Callable[[Samples], dict[str, Any]]] = {"kriging": regression_kriging.prepare}
+
+
+def prepare(samples: Samples, method: MethodName = "mba") -> dict[str, Any]:
+    """Do the part of a fit that does not depend on the levels, where a method has one that takes long.
+
+    Parameters
+    ----------
+    samples : Samples
+    method : one of `METHODS`
+
+    Returns
+    -------
+    dict
+        Options for `fit`, with the same samples and method and any levels; empty where there is nothing to prepare.
+    """
+    return _PREPARATIONS[method](distinct_channels(samples)[0]) if method in _PREPARATIONS else {}
 
 
 def fit(samples: Samples, diffuse_level: int = 4, specular_level: int | None = 6, compression: float = 95.0,
@@ -37,7 +55,7 @@ def fit(samples: Samples, diffuse_level: int = 4, specular_level: int | None = 6
         With "kriging", make the fit physically plausible: nowhere negative, with a directional albedo of at most 1.
         `Fit.changes` says what that changed. "mba" ignores it.
     **options
-        Of the method.
+        Of the method, as `prepare` returns them.
 
     Returns
     -------

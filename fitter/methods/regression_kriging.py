@@ -15,6 +15,7 @@ The prior is a Lambertian where there are too few samples to determine lobes.
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -85,6 +86,11 @@ class Estimate:
                 values[0] = _azimuthal_mean(self.field, 2 * nodes[0] - 1)
             self._at_nodes[level] = self.coordinates.decode(nodes), values
         return self._at_nodes[level]
+
+
+def prepare(samples: Samples) -> dict[str, Any]:
+    """The options of `fit` that do not depend on the levels."""
+    return {"estimated": Estimate(samples)}
 
 
 def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Estimate | None = None) -> Fit:

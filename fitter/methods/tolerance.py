@@ -10,7 +10,7 @@ from ..model.fit import Fit, notation
 from ..quality import cross_validation
 from ..quality.metrics import error_metrics
 from ..samples import Samples, distinct_channels, subset
-from . import fit, regression_kriging
+from . import fit, prepare
 from .method import MethodName
 
 METHOD: MethodName = "kriging"
@@ -102,11 +102,11 @@ class _Fold:
     def __init__(self, samples: Samples, held: IntArray | None) -> None:
         self._predicted = samples if held is None else subset(samples, held)
         self._fitted = samples if held is None else subset(samples, np.setdiff1d(np.arange(len(samples)), held))
-        self._estimated = regression_kriging.Estimate(distinct_channels(self._fitted)[0])
+        self._prepared = prepare(self._fitted, METHOD)
 
     def fit(self, diffuse_level: int, compression: float, plausible: bool) -> Fit:
         return fit(self._fitted, diffuse_level, SPECULAR_LEVEL, compression, METHOD, plausible,
-                   estimated=self._estimated)
+                   **self._prepared)
 
     def predicted(self, diffuse_level: int, compression: float, plausible: bool) -> FloatArray:
         return self.fit(diffuse_level, compression, plausible).evaluate(*self._predicted.directions)

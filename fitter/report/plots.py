@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 METRICS = ("rmse", "mae", "mre")
-COLORS = dict(zip(METHODS, ("tab:gray", "tab:blue", "tab:red", "black", "tab:green"), strict=True))
+COLORS = dict(zip(METHODS, cycle(("tab:gray", "tab:blue", "tab:red", "black", "tab:green", "tab:purple", "tab:brown",
+                                  "tab:pink", "tab:olive", "tab:cyan")), strict=False))
 
 
 def pyplot() -> Any:
@@ -83,7 +86,7 @@ def _errors(results: Results) -> Figure:
         methods = rows_of(results, "errors", name, source)
         for metric, axis in zip(METRICS, line, strict=True):
             axis.semilogy(levels, [methods[f"level {level}"][metric] for level in levels], "o-", label="MBA")
-            for baseline, style in zip(BASELINES, ("--", ":"), strict=True):
+            for baseline, style in zip(BASELINES, cycle(("--", ":", "-.")), strict=False):
                 axis.axhline(methods[baseline][metric], color="black", linestyle=style, label=baseline)
             axis.set_title(f"{name}: {metric.upper()}", fontsize=9)
             axis.set_xticks(levels, [f"{level}\n{methods[f'level {level}']['coefficients']:,}" for level in levels],
@@ -140,7 +143,8 @@ def _storage(results: Results) -> Figure:
         "Koenderink 8": (55, 220), "Lafortune 3": (10, 40)}
     for axis, index, title in zip(axes, (0, 1), ("parameters", "bytes, single precision"), strict=True):
         _bars(axis, list(ours), [size[index] for size in ours.values()])
-        axis.plot([papers[method][index] for method in ours], range(len(ours)), "k|", markersize=9, label="the paper's")
+        marks = [papers[method][index] if method in papers else math.nan for method in ours]
+        axis.plot(marks, range(len(ours)), "k|", markersize=9, label="the paper's")
         axis.set_xscale("log")
         axis.set_title(f"{title}, one channel", fontsize=9)
     axes[0].legend(fontsize=7)
