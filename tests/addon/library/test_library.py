@@ -288,7 +288,7 @@ def test_a_second_writer_is_told_who_is_first(folder, library, held):
 def convert_to_small_files(size, arguments):
     """Convert with as few as `size` materials a file."""
     script = (f"import sys; sys.path.insert(0, {str(ROOT)!r}); sys.argv[1:] = {arguments!r}\n"
-              "from tools import checkout; package = checkout.extension(); package.register()\n"
+              "from support import checkout; package = checkout.extension(); package.register()\n"
               f"package.addon.command.library_file.MATERIALS_PER_FILE = {size}\n"
               "code = package.addon.command.main(); package.unregister(); sys.exit(code)")
     return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=300)

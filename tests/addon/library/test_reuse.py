@@ -144,11 +144,11 @@ def test_a_file_that_has_changed_is_recognised(blender, material, file, glossy, 
     before = material.measured_brdf.digest
     assert blender.ops.measured_brdf.fit() == {"FINISHED"}
     assert material.measured_brdf.digest == before
-    assert "not the measurements" not in capfd.readouterr().out
+    assert "measurements differ" not in capfd.readouterr().out
     write_astm(file, replace(glossy, values=glossy.values * 1.1))
     assert blender.ops.measured_brdf.fit() == {"FINISHED"}
     assert material.measured_brdf.digest != before
-    assert "these are not the measurements of the fit before" in capfd.readouterr().out
+    assert "the measurements differ from those of the previous fit" in capfd.readouterr().out
 
 
 def test_a_preset_sets_its_levels_and_nothing_else(blender, material):
