@@ -1,5 +1,5 @@
 # make demo | test | test-matrix | test-slurm | fuzz | stability | mutants | lint | bench | bench-scale | report | results
-# | zip
+# | zip | title
 # PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))
@@ -14,7 +14,7 @@ DATA := $(or $(MEASURED_BRDF_DATA),../shared/data)
 MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
-.PHONY: demo test test-matrix test-slurm fuzz stability mutants lint bench bench-scale report results zip clean
+.PHONY: demo test test-matrix test-slurm fuzz stability mutants lint bench bench-scale report results zip title clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
@@ -58,6 +58,10 @@ report: $(ENV)/ready
 results: build/report/results.md
 	cp $< docs/
 	cp $$(sed -n 's/^!\[.*](\(.*\.png\))$$/build\/report\/\1/p' $<) docs/
+
+# the picture that opens README.md
+title: $(ENV)/ready
+	$(RUN) -m demo_scenes.title docs/title.png
 
 zip: $(EXTENSION)
 

@@ -1,9 +1,9 @@
 """``make bench``: how long fitting, baking and compiling take, on one core; then the tables of `rendering`.
 
-Machines are noisy: each figure is the median of several runs, and the limits of the project are printed beside it,
-never asserted. ``python -m benchmarks rendering [--materials ...] [--shapes ...] [--lights ...]`` prints that table or
-a part of it alone, and ``--pictures FOLDER`` renders its pictures instead. ``python -m benchmarks denoising`` prints
-what OpenImageDenoise makes of 64 samples.
+Machines are noisy: each figure is the median of several runs, printed beside the project's limit and never asserted.
+``python -m benchmarks rendering [--materials ...] [--shapes ...] [--lights ...]`` prints that table or a part of it
+alone, and ``--pictures FOLDER`` renders its pictures instead. ``python -m benchmarks denoising`` prints the error of 64
+samples before and after OpenImageDenoise.
 """
 
 import argparse
@@ -76,7 +76,7 @@ def main():
     parser.add_argument("part", nargs="?", choices=("fitting", "rendering", "denoising"),
                         help="all, unless one is named")
     for name in ("materials", "shapes", "lights"):
-        parser.add_argument(f"--{name}", nargs="+", default=(), help="of the rendering table; all by default")
+        parser.add_argument(f"--{name}", nargs="+", default=(), help="rows of the rendering table; all by default")
     parser.add_argument("--pictures", metavar="FOLDER", help="render the pictures of docs/rendering.md into it instead")
     arguments = parser.parse_args()
     if arguments.part in (None, "fitting"):

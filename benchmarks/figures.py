@@ -52,7 +52,7 @@ def undetectable(samples, out):
         Of the picture.
     rows : list of dict
         RMSE over the pixels in scene-linear units, relative to the mean, and mean FLIP of the pictures as displayed;
-        each against level 6, first level 6 itself with another seed, which is what noise amounts to.
+        each against level 6, first level 6 itself with another seed, the share of noise.
     """
     reference = fitter.fit(samples, 6, None)
     others = {"level 6, another seed": reference, "(4,6,95)": fitter.fit(samples, **fitter.PRESETS["Paper"]),
@@ -96,7 +96,7 @@ def _sphere(fit, angle, text):
 
 
 def _suzanne(fit, seed=0):
-    """Suzanne under a sun, whose noise is less than an area lamp's: differences are to be those of the fits."""
+    """Suzanne under a sun, whose noise is less than an area lamp's: so that differences are those of the fits."""
     scene = suzanne()
     scene.render.resolution_percentage = 60
     scene.cycles.use_denoising, scene.cycles.seed, scene.cycles.samples = False, seed, 96

@@ -1,7 +1,7 @@
-"""Part of ``make bench-scale``: what following the lamps costs at each edit of a scene of a hundred thousand instances.
+"""Part of ``make bench-scale``: the cost of following lamps at each edit of a scene of a hundred thousand instances.
 
 python -m benchmarks.lamp_updates [INSTANCES] runs with another number. Times are those of the extension's own work, the
-median of five edits, beside those of a look at the whole scene, which was taken at each edit before.
+median of five edits, beside those of looking at the whole scene, as earlier versions did at each edit.
 """
 
 import statistics
@@ -90,7 +90,7 @@ def measure(extension, bpy, count, populate):
 
 
 def look_at_everything(depsgraph):
-    """What any look at all instances does at the least: ask which are lights, and for their materials."""
+    """The least that a look at all instances has to do: ask which are lights, and for their materials."""
     lights, materials = [], set()
     for instance in depsgraph.object_instances:
         if instance.object.type == "LIGHT":
@@ -120,7 +120,7 @@ def seconds_of_handlers(lamps, layer):
 
 
 def panel(extension, bpy, count):
-    """Print what the panel's look at a scene's settings takes, with so many objects."""
+    """Print the time in which the panel checks a scene of so many objects."""
     from support.stage import add_lamp, black_scene
 
     scene = black_scene(8, 8, 1, 1)

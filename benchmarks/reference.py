@@ -1,8 +1,8 @@
-"""What a picture should be, without Cycles' closures: integrals that a shader works out by itself.
+"""Reference pictures without Cycles' closures: a shader computes the integrals itself.
 
-Under direct light the shader draws directions toward the light, looks along them with `trace`, and sums
-fit * cosine * radiance / density; the sum is given to Cycles as if the surface glowed. Where light arrives by way of
-other surfaces, every path goes on in a direction drawn from a table, by a mirror that is turned to send it there.
+Under direct light the shader samples directions toward the light, looks along them with `trace`, and emits the sum of
+fit * cosine * radiance / density. Under indirect light every path continues in a direction from the sampling table: the
+closure is a mirror, turned to reflect it there.
 """
 
 import math
@@ -84,7 +84,7 @@ def world(strength=1.0):
 
 
 def bright_spot(axis, half_angle, strength, around):
-    """An even world, and in it a disk that is brighter by `strength` in its middle, and by less toward its edge."""
+    """An even world with a disk that is brighter by `strength` in its centre, and by less toward its edge."""
     cosine = math.cos(half_angle)
     return (f"if (choice < 0.5) {{ {world(2 * around)} }}"
             f"else {{ {_cone(_vector(axis), repr(cosine))} "
@@ -125,7 +125,7 @@ def _vector(values):
 
 
 def material(fit, mixture, light=None):
-    """A material that shows the integral over a light, or without one goes on in drawn directions."""
+    """A material that emits the integral over a light or, without a light, continues paths in sampled directions."""
     template = _DRAW if light is None else _INTEGRATE.replace("LIGHT", light).replace("COUNT", str(DIRECTIONS))
     text = bpy.data.texts.new("reference.osl")
     text.from_string(bake(fit, template, mixture))

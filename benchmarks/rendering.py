@@ -29,7 +29,7 @@ REFERENCE_SAMPLES, DRAWN_SAMPLES = 128, 1024
 DENOISED_SIZE, CONVERGED = 96, 512
 BLOCK = 4                   # pixels: differences are looked for in means of blocks
 LAMP = (-3, 0, 2)
-SPOT = (-0.6, 0.0, 0.8)      # toward the middle of the bright spot
+SPOT = (-0.6, 0.0, 0.8)      # toward the centre of the bright spot
 TURN = (0, -math.atan2(3, 2), 0)
 # Principled BSDFs that look alike: base colour, metallic, roughness, specular level; by least squares in reflected
 # radiance over views from 5 to 65 degrees
@@ -96,7 +96,7 @@ def many_points():
 
 
 def room():
-    """A closed room of diffuse walls, lit by a panel under its ceiling: no light is direct alone."""
+    """A closed room of diffuse walls, lit by a panel under its ceiling: direct and indirect light."""
     bpy.context.scene.cycles.max_bounces = 4
     bpy.ops.mesh.primitive_cube_add(size=6)
     walls = bpy.context.object
@@ -163,7 +163,7 @@ def _stage(shape, size=SIZE):
     else:
         bpy.ops.mesh.primitive_monkey_add(size=1.5, rotation=(-math.pi / 2, 0, 0))     # it looks up
         bpy.ops.object.shade_smooth()
-    # it moves where shadow rays begin on coarse meshes, whatever their material: the reference knows nothing of it
+    # it moves the origin of shadow rays on coarse meshes, of any material; the reference has no such correction
     bpy.context.object.shadow_terminator_geometry_offset = 0
     return scene, bpy.context.object
 
@@ -184,7 +184,7 @@ def principled(colour, metallic, roughness, specular):
 
 
 def measured(library, exact):
-    """A material with the node group that lies in a .blend."""
+    """A material with the node group of a .blend."""
     with bpy.data.libraries.load(str(library)) as (_, into):
         into.node_groups = ["Measured BRDF"]
     material, group, surface = stage.blank_material("Measured", "ShaderNodeGroup")
@@ -196,7 +196,7 @@ def measured(library, exact):
 
 
 def difference(picture, other):
-    """What is systematic in the difference of two results: its root mean square over blocks of pixels, less what noise
+    """The systematic difference of two results: its root mean square over blocks of pixels, less what noise
     explains, over the mean."""
     def blocks(values):
         return values.reshape(SIZE // BLOCK, BLOCK, SIZE // BLOCK, BLOCK, 3).mean(axis=(1, 3))
@@ -241,7 +241,7 @@ def main(materials=(), shapes=(), lights=()):
 
 
 def denoising():
-    """Print the error of Suzanne in 64 samples, before and after OpenImageDenoise, to what is converged."""
+    """Print the error of Suzanne in 64 samples against the converged picture, before and after OpenImageDenoise."""
     print(f"{'':23}{'Principled':^18} {'Exact':^18} {'Fast':^18}")
     with tempfile.TemporaryDirectory() as folder:
         for name, fit in _fits(("foil", "krylon")):

@@ -1,4 +1,4 @@
-"""``make report``: the report of `python -m fitter report`, with what takes Blender: times inside OSL, and pictures.
+"""``make report``: `python -m fitter report`, with the parts that need Blender: times inside OSL, and pictures.
 
 python -m benchmarks.report FILE... --out build/report
 """
@@ -55,7 +55,7 @@ def rendered_by_cycles(shown, out):
 
 
 def _against_noise(rows):
-    """What Figure 8 comes to: the difference of each fit over that which noise makes."""
+    """Figure 8 in words: the difference of each fit over that of noise."""
     noise, *others = rows
     told = "; ".join(f"{row['fit']} {row['relative_rmse'] / noise['relative_rmse']:.2g}"
                      + (f" and {row['flip'] / noise['flip']:.2g}" if noise["flip"] else "") for row in others)
@@ -64,7 +64,7 @@ def _against_noise(rows):
 
 @contextlib.contextmanager
 def _quiet():
-    """Blender tells of every picture on the process's standard output, below Python's."""
+    """Blender reports every picture on the process's standard output, below Python's."""
     sys.stdout.flush()
     kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)

@@ -44,7 +44,7 @@ def batch(folder, count, preset):
     assert again.count("up to date") == count
     files = [path.stat().st_size for path in folder.glob("library*.blend")]
     print(f"  {spent / count:.2f} s each; the library has {len(files)} files, {sum(files) / count / 1024:.0f} kB each; "
-          f"once more, with all up to date: {time.perf_counter() - start:.0f} s")
+          f"run again with all up to date: {time.perf_counter() - start:.0f} s")
 
 
 def watch(command, fits, count, until=None):

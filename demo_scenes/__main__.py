@@ -1,4 +1,4 @@
-"""``make demo``: measurements become materials through the add-on, and the paper's figures are rendered with them."""
+"""``make demo``: imports measurements through the add-on and renders the paper's figures with them."""
 
 import math
 import sys
@@ -18,7 +18,7 @@ TILE = 256
 
 
 class Demo:
-    """Where the data are, whether they are real, and the table that grows as pictures are made."""
+    """The data, whether they are real, and the table of what was rendered."""
 
     def __init__(self):
         self.data, self.synthetic = synthetic.measurements_or_synthetic()
@@ -96,7 +96,7 @@ def suzanne():
 
 
 def print_table(rows):
-    """The table of what was fitted and rendered."""
+    """Print the table of what was fitted and rendered."""
     header = ("material", "levels", "bytes", "RMSE [1/sr]", "fit [s]", "render [s]")
     print(f"\n{header[0]:26} {header[1]:>10} {header[2]:>10} {header[3]:>12} {header[4]:>8} {header[5]:>10}")
     for name, levels, size, rmse, fit, seconds in rows:

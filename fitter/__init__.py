@@ -1,8 +1,19 @@
-"""Measured reflectance as smooth, constant-time functions: NumPy only, no Blender.
+"""Measured BRDFs as smooth functions that are evaluated in constant time. NumPy only, no Blender.
 
->>> samples = load("abrdf.dat", sample="leather")              # doctest: +SKIP
->>> leather = fit(samples, diffuse_level=4, specular_level=6)   # doctest: +SKIP
->>> leather.evaluate(theta_i=0.5, phi_i=0, theta_o=0.5, phi_o=3.14159)   # doctest: +SKIP
+Examples
+--------
+A table of measurements is made here; `load` reads one from a file.
+
+>>> import numpy as np
+>>> theta_i, theta_o = np.meshgrid(np.radians([0, 20, 40, 60]), np.radians([0, 20, 40, 60]))
+>>> paper = Samples(theta_i.ravel(), np.zeros(16), theta_o.ravel(), np.full(16, np.pi), np.full((16, 1), 0.8 / np.pi),
+...                 name="white paper")
+>>> fitted = fit(paper, **PRESETS["Draft"])
+>>> values = fitted.evaluate(theta_i=0.5, phi_i=0, theta_o=np.linspace(0, 1.5, 4), phi_o=2)      # 1/sr
+>>> values.shape, bool(np.allclose(np.pi * values, 0.8))
+((4, 1), True)
+>>> error_metrics(paper.values, fitted.evaluate(*paper.directions)).rmse < 1e-6
+True
 """
 
 from .errors import DatasetError

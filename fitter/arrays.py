@@ -1,4 +1,6 @@
-"""Names for the types of arrays."""
+"""Names for the types of arrays. Functions take `ArrayLike` and return arrays of one type."""
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -7,7 +9,7 @@ __all__ = ["ArrayLike", "BoolArray", "Directions", "FloatArray", "IntArray", "Si
 
 FloatArray = NDArray[np.float64]
 SingleArray = NDArray[np.float32]
-IntArray = NDArray[np.integer]
+IntArray = NDArray[np.integer[Any]]
 BoolArray = NDArray[np.bool_]
 Directions = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 """theta_i, phi_i, theta_o, phi_o, radians."""

@@ -4,49 +4,68 @@ import argparse
 import os
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load
 from . import fit as fit_samples
 from .cycles.bake import bake
 from .files import replacing
-from .formats import list_samples, overflowed
+from .formats import KNOWN_FILES, list_samples, overflowed
 from .methods import METHODS
 from .quality.describe import describe
 
+if TYPE_CHECKING:
+    from .report import MakeSupplement
+
 NO_REPORT = "a development tool that is not included in the extension: run it in a checkout of the project"
 _REPORT = Path(__file__).parent / "report"
-_NOT_GIVEN = object()       # None stands for plain MBA
+_NOT_GIVEN = object()       # None means plain MBA
 
 
-def main(arguments=None):
-    """Run one command; the exit code is 0, or 1 with a message on standard error."""
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command. The exit code is 0, or 1 with a message on standard error.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        By default those of the process.
+
+    Examples
+    --------
+    >>> from contextlib import redirect_stderr
+    >>> with redirect_stderr(sys.stdout):
+    ...     main(["info", "missing.dat"])
+    error: missing.dat: cannot be read: No such file or directory
+    1
+    """
     options = _parser().parse_args(arguments)
     try:
         options.run(options)
     except (DatasetError, ImportError, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
-    except BrokenPipeError:     # whoever was reading has read enough
-        sys.stdout = None
+    except BrokenPipeError:     # the reader has closed the pipe: write no more
+        sys.stdout = None       # print then does nothing
     except OSError as error:
         print(f"error: {error.filename}: {error.strerror or error}", file=sys.stderr)
         return 1
     return 0
 
 
-def _parser():
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m fitter", description="Fit measured reflectance with B-splines.")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     info = commands.add_parser("info", help="describe a file of measurements, or a saved fit")
-    info.add_argument("file", help="CURET, Cornell .astm, pbrt-v2 .brdf, paint.reformat.mat, or a fit (.npz)")
-    info.add_argument("--sample", help="CURET sample, by number or name")
+    info.add_argument("file", help=f"{KNOWN_FILES}, or a fit (.npz)")
+    info.add_argument("--sample", help="which of several samples in a file, by number or name")
     info.set_defaults(run=_info)
 
     fit = commands.add_parser("fit", help="fit measurements and save the fit")
     fit.add_argument("file", help="measurements")
-    fit.add_argument("--sample", help="CURET sample, by number or name")
+    fit.add_argument("--sample", help="which of several samples in a file, by number or name")
     fit.add_argument("--preset", choices=PRESETS, default="Standard", help="default: %(default)s")
     fit.add_argument("--method", choices=METHODS, help="instead of the preset's")
     fit.add_argument("--diffuse-level", type=int, metavar="D", help="level of the dense lattice, 0 to 8")
@@ -66,7 +85,8 @@ def _parser():
 
     report_on = commands.add_parser("report", help="compare fits and baselines on measurements (needs SciPy)"
                                     if _REPORT.is_dir() else NO_REPORT)
-    report_on.add_argument("files", nargs="+", metavar="FILE", help="measurements; all samples of a CURET file")
+    report_on.add_argument("files", nargs="+", metavar="FILE",
+                           help="measurements; all samples of a file that holds several")
     report_on.add_argument("--levels", type=int, nargs="+", metavar="LEVEL",
                            help="levels of plain MBA, default: 0 to 7")
     report_on.add_argument("--out", default="report", help="folder to write, default: %(default)s")
@@ -74,46 +94,46 @@ def _parser():
     return parser
 
 
-def _level_or_none(text):
+def _level_or_none(text: str) -> int | None:
     return None if text.lower() == "none" else int(text)
 
 
-def _info(options):
+def _info(options: argparse.Namespace) -> None:
     if _is_fit(options.file):
         _describe_fit(Fit.load(options.file))
         return
     samples = list_samples(options.file)
     if samples and options.sample is None:
-        print(f"{options.file}: {len(samples)} CURET samples; describe one with --sample")
+        print(f"{options.file}: {len(samples)} samples; describe one with --sample")
         for number, name in samples:
             print(f"{number:4d}  {name}")
         return
     _describe_samples(options.file, options.sample)
 
 
-def _is_fit(path):
-    """Whether a file begins as a fit does: an .npz is a zip."""
+def _is_fit(path: str) -> bool:
+    """Whether a file begins like a fit: an .npz file is a zip archive."""
     if not Path(path).is_file():
         return False
     with open(path, "rb") as stream:
         return stream.read(2) == b"PK"
 
 
-def _describe_samples(path, sample):
+def _describe_samples(path: str, sample: str | None) -> None:
     samples = load(path, sample)
     print(samples.name)
-    for label, text, worrying in describe(samples, overflowed(path, sample)).rows():
-        print(f"  {label:12} {text}{'  (!)' if worrying else ''}")
+    for label, text, warning in describe(samples, overflowed(path, sample)).rows():
+        print(f"  {label:12} {text}{'  (!)' if warning else ''}")
 
 
-def _describe_fit(fit):
+def _describe_fit(fit: Fit) -> None:
     form = f"{fit.transform.name} in {fit.coordinates.name} coordinates".replace("_", "-")
     print(f"{fit.name}: {fit.notation}, {form}, channels {' '.join(fit.channels)}, "
           f"{fit.coefficient_count:,} coefficients, {fit.nbytes:,} bytes")
 
 
-def _fit(options):
-    arguments = dict(PRESETS[options.preset])
+def _fit(options: argparse.Namespace) -> None:
+    arguments: dict[str, Any] = {**PRESETS[options.preset]}
     for name in ("diffuse_level", "compression", "method"):
         if getattr(options, name) is not None:
             arguments[name] = getattr(options, name)
@@ -137,23 +157,24 @@ def _fit(options):
         print(f"  {name:5s} RMSE {errors.rmse:.6g}  MAE {errors.mae:.6g}  MRE {errors.mre:.6g}")
 
 
-def _bake(options):
+def _bake(options: argparse.Namespace) -> None:
     source = bake(Fit.load(options.file))
     with replacing(options.out, "w") as stream:
         stream.write(source)
     print(f"{options.out}: {len(source):,} bytes of OSL")
 
 
-def _report(options):
+def _report(options: argparse.Namespace) -> None:
     if not _REPORT.is_dir():
         raise ImportError(f"report is {NO_REPORT}")
     write_report(options.files, options.out, options.levels)
 
 
-def write_report(files, out, levels=None, supplements=()):
-    """Write a report with a progress bar, and print where the paper's claim holds; arguments as for `report.write`."""
-    # with it come plots: neither is in the extension, nor are SciPy and matplotlib
-    from . import report
+def write_report(files: Sequence[str | Path], out: str | Path, levels: Sequence[int] | None = None,
+                 supplements: Sequence["MakeSupplement"] = ()) -> None:
+    """Write a report with a progress bar, and print how the paper's claim holds; arguments as for `report.write`."""
+    from . import report  # it needs SciPy, and is not in the extension
+
 
     results = report.write(files, out, levels or report.LEVELS, show_progress, supplements=supplements,
                            jobs=os.cpu_count() or 1)
@@ -163,8 +184,8 @@ def write_report(files, out, levels=None, supplements=()):
     print(f"{out}/results.md, in {results['seconds']:.0f} s")
 
 
-def show_progress(done, total, name):
-    """A bar on standard error, where that is a terminal."""
+def show_progress(done: int, total: int, name: str) -> None:
+    """Draw a progress bar on standard error, if that is a terminal."""
     if sys.stderr.isatty():
         bar = "#" * (30 * done // total)
         end = "\n" if done == total else ""

@@ -1,10 +1,25 @@
 """The one exception that bad input raises."""
 
+from pathlib import Path
+
 
 class DatasetError(ValueError):
-    """A file, or the numbers in it, cannot be used; the message says where and what was expected."""
+    """A file, or the numbers in it, cannot be used; the message says where and what was expected.
 
-    def __init__(self, message, path=None, line=None):
+    Attributes
+    ----------
+    path : path-like, or None
+        The file, where there is one.
+    line : int, or None
+        The number of the line, from 1, where it is known.
+
+    Examples
+    --------
+    >>> print(DatasetError("12 rows found, expected 14", "paint.astm", 7))
+    paint.astm:7: 12 rows found, expected 14
+    """
+
+    def __init__(self, message: str, path: str | Path | None = None, line: int | None = None) -> None:
         where = "" if path is None else f"{path}:{line}: " if line is not None else f"{path}: "
         super().__init__(where + message)
         self.path = path

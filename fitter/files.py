@@ -1,32 +1,35 @@
-"""Files that are either whole or not there."""
+"""Reading and writing files without ever leaving, or accepting, one that is half written."""
 
 import errno
 import os
 import platform
 import stat
+import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import IO, Any
 
 from .errors import DatasetError
 
-_INTERVAL = 0.1             # s, between two attempts where the system cannot wait for a lock
+_INTERVAL = 0.1             # s, between two attempts to lock on Windows, which cannot wait for a lock
 
 
-def read_bytes(path, largest):
-    """The content of a regular file that nobody writes meanwhile.
+def read_bytes(path: str | Path, largest: int) -> bytes:
+    """Read a regular file whole.
 
     Raises
     ------
     DatasetError
-        If it is no such file, cannot be read, or has more than `largest` bytes.
+        If it is not a regular file, cannot be read, has more than `largest` bytes, or changes while it is read.
     """
     path = Path(path)
     try:
         if path.is_dir():
             raise DatasetError("a folder, not a file", path)
-        with open(path, "rb", opener=_open_at_once) as stream:
+        with open(path, "rb", opener=_open_without_waiting) as stream:
             before = os.fstat(stream.fileno())
             if not stat.S_ISREG(before.st_mode):
                 raise DatasetError("not a file", path)
@@ -43,15 +46,40 @@ def read_bytes(path, largest):
     return content
 
 
-def _open_at_once(path, flags):
-    """Open a pipe without waiting for its writer."""
+def _open_without_waiting(path: str, flags: int) -> int:
+    """Open a file; a pipe too, without waiting for its writer. An `opener` for `open`."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 @contextmanager
-def replacing(path, mode="wb"):
-    """Open a file beside `path` and rename it to `path` once all is written; on an error leave `path` as it was."""
-    path = Path(path).resolve()             # through a link, to what it names
+def replacing(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
+    """Write a new file and put it in the place of `path` once it is complete; on an error `path` stays as it was.
+
+    A link is followed: the file that it names is replaced.
+
+    Parameters
+    ----------
+    path : path-like
+    mode : {"wb", "w"}
+        Bytes, or text in UTF-8.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written, or `path` is something else than a file; `filename` is the path.
+
+    Examples
+    --------
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> with replacing(folder / "notes.txt", "w") as stream:
+    ...     _ = stream.write("complete")
+    >>> with suppress(RuntimeError), replacing(folder / "notes.txt", "w") as stream:
+    ...     _ = stream.write("half of")
+    ...     raise RuntimeError
+    >>> (folder / "notes.txt").read_text(), len(list(folder.iterdir()))
+    ('complete', 1)
+    """
+    path = Path(path).resolve()
     if path.exists() and not path.is_file():
         raise OSError(errno.EINVAL, "not a file that can be replaced", str(path))
     try:
@@ -59,7 +87,8 @@ def replacing(path, mode="wb"):
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from None
     try:
-        with os.fdopen(descriptor, mode, **({} if "b" in mode else {"encoding": "utf-8", "newline": "\n"})) as stream:
+        with os.fdopen(descriptor, mode, encoding=None if "b" in mode else "utf-8",
+                       newline=None if "b" in mode else "\n") as stream:
             yield stream
             stream.flush()
             os.fsync(stream.fileno())
@@ -73,28 +102,35 @@ def replacing(path, mode="wb"):
 
 
 @contextmanager
-def locked(path, wait=False):
-    """Be the only one, of all processes that ask, who writes a file.
+def locked(path: str | Path, wait: bool = False) -> Iterator[None]:
+    """Hold the lock of a file: of all processes that ask for it, one at a time has it.
 
-    A file beside it, `path` with ".lock", is locked by the operating system, which unlocks it when the process ends,
-    however it ends.
+    The operating system locks a file beside it, `path` with ".lock", and unlocks it when the process ends, even if it
+    crashes.
 
     Parameters
     ----------
     path : path-like
-        It need not exist; its folder does.
+        The file need not exist; its folder must.
     wait : bool
-        Wait until whoever has the lock is done, instead of raising an error.
+        Wait for the lock, instead of raising an error.
 
     Raises
     ------
     BlockingIOError
-        If another process has the lock; the message names it.
+        If another process has the lock; the message names that process.
+
+    Examples
+    --------
+    >>> path = Path(tempfile.mkdtemp()) / "library.blend"
+    >>> with locked(path):
+    ...     path.with_name("library.blend.lock").exists()
+    True
     """
     path = Path(path).resolve()
     beside = path.with_name(path.name + ".lock")
     while True:
-        stream = open(beside, "a+", encoding="utf-8")       # noqa: SIM115 - closed by whoever ends the lock
+        stream = open(beside, "a+", encoding="utf-8")       # noqa: SIM115 - closed below, when the lock is released
         try:
             _lock(stream, wait)
         except BlockingIOError:
@@ -105,25 +141,25 @@ def locked(path, wait=False):
                                   "again when it is done", str(path)) from None
         if beside.exists() and os.path.samestat(os.stat(beside), os.fstat(stream.fileno())):
             break
-        stream.close()                      # whoever had the lock has removed the file meanwhile
+        stream.close()                      # the last holder has removed this lock file: make a new one
     try:
         stream.truncate(0)
         stream.write(f"process {os.getpid()} on {platform.node()}")
         stream.flush()
         yield
     finally:
-        with suppress(OSError):             # Windows does not remove an open file: an empty one stays
+        with suppress(OSError):             # Windows cannot remove an open file: the lock file stays
             beside.unlink()
         stream.close()
 
 
-if os.name == "nt":
+if sys.platform == "win32":
     import msvcrt
 
     _LOCKED_BYTE = 1 << 30
 
-    def _lock(stream, wait):
-        os.lseek(stream.fileno(), _LOCKED_BYTE, os.SEEK_SET)      # far from the text, which others may read
+    def _lock(stream: IO[str], wait: bool) -> None:
+        os.lseek(stream.fileno(), _LOCKED_BYTE, os.SEEK_SET)      # beyond the text, which other processes may read
         while True:
             try:
                 msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
@@ -135,10 +171,10 @@ if os.name == "nt":
 else:
     import fcntl
 
-    # some network file systems have none: there, writers must be kept apart in another way
+    # some network file systems have no locks: there, the user must keep writers apart
     _NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 
-    def _lock(stream, wait):
+    def _lock(stream: IO[str], wait: bool) -> None:
         try:
             fcntl.flock(stream, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
         except OSError as error:
@@ -146,7 +182,7 @@ else:
                 raise
 
 
-def _umask():
+def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask

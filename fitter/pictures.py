@@ -1,31 +1,49 @@
-"""Small pictures of a fit, as arrays: what the panel shows. (size, size, 4) float32, sRGB, the bottom row first."""
+"""Small pictures of a fit for the panel: (size, size, 4) float32, sRGB with alpha, the bottom row first."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
+from .arrays import ArrayLike, FloatArray, SingleArray
+from .model import Reflectance
+from .samples import Samples
+
+_Color = tuple[float, float, float]
+
 SIZE = 256
-IN_PLANE = np.radians(8)       # samples this far from the plotted plane of incidence are shown on it
-_LIGHTS = (((-0.5, 0.6, 0.62), 1.0), ((0.9, -0.1, 0.42), 0.25))     # toward the light, and its irradiance over pi
-_BACKGROUND, _GRID, _INK = (0.16,) * 3, (0.32,) * 3, (0.9,) * 3
-_CHANNELS = {1: ((0.9, 0.9, 0.9),), 3: ((1.0, 0.38, 0.34), (0.45, 0.85, 0.4), (0.42, 0.62, 1.0))}
+IN_PLANE = np.radians(8)       # samples within this angle of the plane of incidence are plotted
+_LIGHTS = (((-0.5, 0.6, 0.62), 1.0), ((0.9, -0.1, 0.42), 0.25))     # direction to the light, and irradiance / pi
+_BACKGROUND, _GRID, _INK = (0.16, 0.16, 0.16), (0.32, 0.32, 0.32), (0.9, 0.9, 0.9)
+_CHANNELS: dict[int, tuple[_Color, ...]] = {
+    1: ((0.9, 0.9, 0.9),), 3: ((1.0, 0.38, 0.34), (0.45, 0.85, 0.4), (0.42, 0.62, 1.0))}
 _MARK = (1.0, 0.75, 0.2)
-_FONT = {"0": (7, 5, 5, 5, 7), "1": (2, 6, 2, 2, 7), "2": (7, 1, 7, 4, 7), "3": (7, 1, 7, 1, 7), "4": (5, 5, 7, 1, 1),
+_FONT = {   # rows of 3 bits
+         "0": (7, 5, 5, 5, 7), "1": (2, 6, 2, 2, 7), "2": (7, 1, 7, 4, 7), "3": (7, 1, 7, 1, 7), "4": (5, 5, 7, 1, 1),
          "5": (7, 4, 7, 1, 7), "6": (7, 4, 7, 5, 7), "7": (7, 1, 2, 2, 2), "8": (7, 5, 7, 5, 7), "9": (7, 5, 7, 1, 7),
          "e": (0, 7, 5, 6, 7), "-": (0, 0, 7, 0, 0), "+": (0, 2, 7, 2, 0), ".": (0, 0, 0, 0, 2)}
 
 
-def lit_sphere(fit, size=SIZE):
-    """A sphere of the material under a key and a fill light, seen from afar; transparent around it."""
+def lit_sphere(fit: Reflectance, size: int = SIZE) -> SingleArray:
+    """A sphere of the material, lit by a key and a fill light, in orthographic view on a transparent background.
+
+    Examples
+    --------
+    >>> from .methods import prior
+    >>> picture = lit_sphere(prior.lambertian(np.array([[0.3]])), 32)
+    >>> picture.shape, float(picture[0, 0, 3]), float(picture[16, 16, 3])
+    ((32, 32, 4), 0.0, 1.0)
+    """
     at = (np.arange(size) + 0.5) / size * 2 - 1
     x, y = (axis / 0.96 for axis in np.meshgrid(at, at))
     r2 = x ** 2 + y ** 2
     inside = r2 < 1
     normal = np.stack([x, y, np.sqrt(np.maximum(1 - r2, 0))], axis=-1)[inside]
     radiance = np.zeros((len(normal), 3))
-    for toward, strength in _LIGHTS:
-        toward = np.asarray(toward) / np.linalg.norm(toward)
+    for direction, strength in _LIGHTS:
+        toward = np.asarray(direction) / np.linalg.norm(direction)
         cos_i = normal @ toward
         lit = cos_i > 0
-        # the light and the view (0, 0, 1) in each normal's frame: only the azimuth between them matters
+        # the view is (0, 0, 1); of an isotropic BRDF, only the azimuth between light and view matters
         cos_o = normal[lit, 2]
         sines = np.sqrt(np.maximum((1 - cos_i[lit] ** 2) * (1 - cos_o ** 2), 1e-12))
         azimuth = np.arccos(np.clip((toward[2] - cos_i[lit] * cos_o) / sines, -1, 1))
@@ -37,16 +55,25 @@ def lit_sphere(fit, size=SIZE):
     return picture
 
 
-def polar_plot(fit, samples, theta_i, size=SIZE):
-    """The fit in the plane of incidence, with the measured samples near it, for one angle of incidence.
+def polar_plot(fit: Reflectance, samples: Samples, theta_i: float, size: int = SIZE) -> tuple[SingleArray, float]:
+    """Plot the fit in the plane of incidence for one angle of incidence, with the samples near that plane.
 
-    Radii are cube roots, so that the foot of a high peak is seen as well. The light comes from the left.
+    Radii are cube roots, so that dark directions beside a high peak are visible. The light comes from the left.
+
+    Parameters
+    ----------
+    fit : Reflectance
+    samples : Samples
+    theta_i : float
+        Radians.
+    size : int
+        Pixels.
 
     Returns
     -------
     picture : (size, size, 4) float32
     shown : float
-        Angle of incidence of the samples that are drawn, radians: the nearest one measured; nan where there are none.
+        Angle of incidence of the plotted samples, radians: the measured one nearest to theta_i; nan without any.
     """
     theta = np.linspace(-np.pi / 2, np.pi / 2, 361)                 # negative on the light's side
     curve = fit.evaluate(np.full(361, theta_i), np.zeros(361), np.abs(theta), np.where(theta < 0, 0, np.pi))
@@ -58,8 +85,8 @@ def polar_plot(fit, samples, theta_i, size=SIZE):
     for fraction in (0.5, 1.0):
         _line(canvas, origin + fraction * radius * _on_arc(np.linspace(-np.pi / 2, np.pi / 2, 91)), _GRID)
     for angle in np.radians((-90, -60, -30, 0, 30, 60, 90)):
-        _line(canvas, origin + np.outer((0, radius), _on_arc(angle)), _GRID)
-    _line(canvas, origin + np.outer((0.25 * radius, 1.08 * radius), _on_arc(-theta_i)), _MARK, 1.6)
+        _line(canvas, origin + np.outer(np.array([0, radius]), _on_arc(angle)), _GRID)
+    _line(canvas, origin + np.outer(np.array([0.25 * radius, 1.08 * radius]), _on_arc(-theta_i)), _MARK, 1.6)
     colors = _CHANNELS[3 if curve.shape[1] == 3 else 1]
     for c, color in enumerate(colors):
         length = np.cbrt(np.maximum(curve[:, c], 0)) / scale * radius
@@ -70,8 +97,9 @@ def polar_plot(fit, samples, theta_i, size=SIZE):
     return canvas, shown
 
 
-def error_plot(levels, errors, current, size=SIZE):
-    """Error against level, logarithmic upward, the current choice marked.
+def error_plot(levels: Sequence[int], errors: Sequence[float], current: tuple[int, float],
+               size: int = SIZE) -> SingleArray:
+    """Plot the error against the level, on a logarithmic axis, and mark the current choice.
 
     Parameters
     ----------
@@ -79,13 +107,24 @@ def error_plot(levels, errors, current, size=SIZE):
     errors : (n,) sequence of float
         1/sr.
     current : (level, error)
+    size : int
+        Pixels.
+
+    Returns
+    -------
+    (size, size, 4) float32
+
+    Examples
+    --------
+    >>> error_plot([2, 3, 4], [0.1, 0.05, 0.01], (3, 0.05), 64).shape
+    (64, 64, 4)
     """
     canvas = _canvas(size)
     logs = np.log10(np.maximum([*errors, current[1]], 1e-9))
     low, high = np.floor(logs.min()), max(np.ceil(logs.max()), np.floor(logs.min()) + 1)
     left, bottom, width, height = 0.2 * size, 0.13 * size, 0.74 * size, 0.8 * size
 
-    def at(level, log):
+    def at(level: ArrayLike, log: ArrayLike) -> FloatArray:
         across = (np.asarray(level) - levels[0]) / max(levels[-1] - levels[0], 1)
         return np.stack([left + width * across, bottom + height * (np.asarray(log) - low) / (high - low)], axis=-1)
 
@@ -101,16 +140,31 @@ def error_plot(levels, errors, current, size=SIZE):
     return canvas
 
 
-def srgb(linear):
-    """Linear to display values, clipped to 0 to 1."""
-    linear = np.clip(linear, 0, 1)
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+def srgb(linear: ArrayLike) -> FloatArray:
+    """Encode linear values for display, clipped to 0 to 1 (IEC 61966-2-1).
+
+    Examples
+    --------
+    >>> srgb([-1, 0, 0.214041, 1, 5]).round(6).tolist()
+    [0.0, 0.0, 0.5, 1.0, 1.0]
+    """
+    clipped = np.clip(np.asarray(linear, dtype=float), 0, 1)
+    return np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * clipped ** (1 / 2.4) - 0.055)
 
 
-def _near_plane(samples, theta_i):
-    """Samples at the measured angle of incidence nearest to theta_i: signed theta_o (k,), values (k, channels)."""
+def _near_plane(samples: Samples, theta_i: float) -> tuple[FloatArray, FloatArray, float]:
+    """Samples near the plane of incidence, at the measured angle of incidence nearest to theta_i.
+
+    Returns
+    -------
+    theta_o : (k,) float64
+        Negative on the light's side, radians.
+    values : (k, channels) float64
+    theta_i : float
+        Of the samples; nan without any.
+    """
     azimuth = np.abs((samples.phi_o - samples.phi_i + np.pi) % (2 * np.pi) - np.pi)
-    # how far out of the plane the direction is, not its azimuth: near the normal an azimuth means little
+    # the direction's angle to the plane, not its azimuth, which near the normal says little
     in_plane = np.sin(samples.theta_o) * np.sin(azimuth) < np.sin(IN_PLANE)
     off = np.where(in_plane, np.abs(samples.theta_i - theta_i), np.inf)
     if not np.isfinite(off).any():
@@ -120,19 +174,19 @@ def _near_plane(samples, theta_i):
     return sign * samples.theta_o[near], samples.values[near], float(samples.theta_i[near].mean())
 
 
-def _on_arc(theta):
+def _on_arc(theta: ArrayLike) -> FloatArray:
+    """Unit vectors in the plot, at angles from the vertical: (...) radians to (..., 2)."""
     return np.stack([np.sin(theta), np.cos(theta)], axis=-1)
 
 
-def _canvas(size):
+def _canvas(size: int) -> SingleArray:
     canvas = np.empty((size, size, 4), dtype=np.float32)
     canvas[...] = (*_BACKGROUND, 1)
     return canvas
 
 
-def _line(canvas, points, color, width=1.0):
-    """A polyline of points (n, 2) in pixels from the bottom left, by dense dots of its width."""
-    points = np.asarray(points, dtype=float)
+def _line(canvas: SingleArray, points: FloatArray, color: _Color, width: float = 1.0) -> None:
+    """Draw a polyline as dense dots: points (n, 2) in pixels from the bottom left."""
     steps = np.maximum(np.ceil(2 * np.linalg.norm(np.diff(points, axis=0), axis=1)).astype(int), 1)
     start = np.repeat(points[:-1], steps, axis=0)
     along = np.concatenate([np.arange(count) / count for count in steps])
@@ -140,23 +194,23 @@ def _line(canvas, points, color, width=1.0):
     _dots(canvas, np.concatenate([dense, points[-1:]]), color, width)
 
 
-def _dots(canvas, centers, color, diameter):
-    """Discs with smooth edges, at centers (n, 2)."""
+def _dots(canvas: SingleArray, centers: FloatArray, color: _Color, diameter: float) -> None:
+    """Draw antialiased discs at centers (n, 2)."""
     reach = int(np.ceil(diameter / 2 + 1))
     offset = np.arange(-reach, reach + 1)
     dx, dy = (grid.ravel() for grid in np.meshgrid(offset, offset))
     x, y = (np.floor(centers[:, k])[:, None].astype(int) + step for k, step in ((0, dx), (1, dy)))
     distance = np.hypot(x + 0.5 - centers[:, :1], y + 0.5 - centers[:, 1:])
     cover = np.clip(diameter / 2 + 0.5 - distance, 0, 1)
-    seen = (cover > 0) & (x >= 0) & (y >= 0) & (x < canvas.shape[1]) & (y < canvas.shape[0])
+    inside = (cover > 0) & (x >= 0) & (y >= 0) & (x < canvas.shape[1]) & (y < canvas.shape[0])
     mask = np.zeros(canvas.shape[:2])
-    np.maximum.at(mask, (y[seen], x[seen]), cover[seen])
+    np.maximum.at(mask, (y[inside], x[inside]), cover[inside])
     canvas[..., :3] += (mask[..., None] * (np.asarray(color) - canvas[..., :3])).astype(np.float32)
 
 
-def _write(canvas, text, at, scale=2):
-    """Digits, their lower left corner at `at`."""
-    column, row = int(at[0]), int(at[1])
+def _write(canvas: SingleArray, text: str, at: ArrayLike, scale: int = 2) -> None:
+    """Draw characters of `_FONT`, their lower left corner at `at` (2,)."""
+    column, row = (int(place) for place in np.asarray(at))
     for character in text:
         bits = np.array([[glyph >> 2 & 1, glyph >> 1 & 1, glyph & 1] for glyph in _FONT[character]][::-1], dtype=bool)
         block = np.kron(bits, np.ones((scale, scale), dtype=bool))

@@ -1,12 +1,35 @@
-"""Named choices of what a fit may cost: keyword arguments for `fit`."""
+"""Presets: named sets of keyword arguments for `fit`, from small and quick to exact."""
 
-PRESETS = {
+from typing import TypedDict
+
+from .methods.method import MethodName
+
+
+class Preset(TypedDict):
+    """Keyword arguments for `fit`."""
+
+    diffuse_level: int
+    specular_level: int | None
+    compression: float
+    method: MethodName
+
+
+PRESETS: dict[str, Preset] = {
     # exactly the method of Kameya and Lewis 2002, with the compressed fit that they recommend: (4, 6, 95)
     "Paper": {"diffuse_level": 4, "specular_level": 6, "compression": 95.0, "method": "mba"},
     # for look development: at most 6 KiB a channel
     "Draft": {"diffuse_level": 3, "specular_level": 5, "compression": 99.0, "method": "kriging"},
-    # what a scene is rendered with: at most 16 KiB a channel
+    # for rendering scenes: at most 16 KiB a channel
     "Standard": {"diffuse_level": 4, "specular_level": 6, "compression": 99.75, "method": "kriging"},
-    # every sample as it was measured, the narrowest highlights included
+    # for narrow highlights: keeps every sample as it was measured
     "Reference": {"diffuse_level": 5, "specular_level": 7, "compression": 99.8, "method": "kriging"},
+}
+
+# as panels offer them, in this order
+PRESET_DESCRIPTIONS: dict[str, str] = {
+    "Draft": "A few KB, for look development: only the smooth shape, without narrow highlights",
+    "Standard": "A few tens of KB, for rendering: close to the measurements, and smooth between them",
+    "Reference": "The largest files: matches every sample, including the narrowest highlights",
+    "Paper": "The method and the levels of Kameya and Lewis (2002): highlights can ripple between the measured "
+             "directions",
 }

@@ -1,4 +1,4 @@
-"""Measured reflectance as arrays: a list of direction pairs and the values measured there."""
+"""Measured reflectance as arrays: pairs of directions, and the values measured there."""
 
 from dataclasses import dataclass, replace
 
@@ -9,16 +9,16 @@ from .errors import DatasetError
 
 RGB = ("R", "G", "B")
 HORIZON = np.pi / 2
-LARGEST_VALUE = 1e30        # 1/sr; fits are stored in single precision, and no measurement comes near
-_ROUNDING = 1e-5            # files print angles to 6 decimals, so pi/2 may come out slightly above itself
+LARGEST_VALUE = 1e30        # 1/sr: far above any measurement, and finite in single precision, in which fits are stored
+_ROUNDING = 1e-5            # radians: files print angles to 6 decimals, and round pi/2 up
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
     """A measured isotropic BRDF.
 
-    Directions point away from the surface; theta is measured from the normal, so that every theta is within
-    0 to pi/2.
+    Directions point away from the surface. Polar angles theta are measured from the normal: 0 to pi/2. The arrays are
+    copied and made read-only.
 
     Attributes
     ----------
@@ -27,17 +27,27 @@ class Samples:
     values : (n, channels) float64
         BRDF, 1/sr.
     channels : tuple of str
-        One name a channel: ``('R', 'G', 'B')``, or ``('grey',)``.
+        The name of each channel: ``('R', 'G', 'B')``, or ``('grey',)``.
     name : str
         What was measured.
     source : str
-        Where it came from: a path, or a description of how it was made.
+        Where the data came from: a path, or how they were made.
 
     Raises
     ------
     DatasetError
-        If the arrays do not have these shapes, or hold anything that is not a finite number, a direction below
-        the horizon, or a value that single precision cannot take.
+        If the arrays do not have these shapes, or hold a number that is not finite, a direction below the horizon, or
+        a value above `LARGEST_VALUE`.
+
+    Examples
+    --------
+    >>> grey = Samples([0.0, 0.5], [0, 0], [0.3, 0.6], [0, 3.1], [[0.2], [0.25]])
+    >>> len(grey), grey.values.shape, grey.channels
+    (2, (2, 1), ('grey',))
+    >>> Samples([2.0], [0], [0.3], [0], [[0.2]])
+    Traceback (most recent call last):
+    ...
+    fitter.errors.DatasetError: theta_i[0] is 2, expected 0 to pi/2 radians
     """
 
     theta_i: FloatArray
@@ -91,7 +101,14 @@ class Samples:
 
 
 def subset(samples: Samples, which: slice | IntArray | BoolArray) -> Samples:
-    """The samples at an index, a slice or a mask."""
+    """Select samples by a slice, by indices or by a mask.
+
+    Examples
+    --------
+    >>> three = Samples([0.1, 0.2, 0.3], [0, 0, 0], [0, 0, 0], [0, 0, 0], [[1], [2], [3]])
+    >>> subset(three, three.values[:, 0] > 1).theta_i.tolist()
+    [0.2, 0.3]
+    """
     arrays = {name: getattr(samples, name)[which] for name in ("theta_i", "phi_i", "theta_o", "phi_o", "values")}
     return replace(samples, **arrays)
 
@@ -103,7 +120,14 @@ def distinct_channels(samples: Samples) -> tuple[Samples, tuple[int, ...]]:
     -------
     distinct : Samples
     columns : tuple of int
-        Which channel of `distinct` each channel of the samples equals.
+        For each channel of the samples, the index of the equal channel in `distinct`.
+
+    Examples
+    --------
+    >>> rgb = Samples([0], [0], [0], [0], [[0.3, 0.1, 0.3]], channels=("R", "G", "B"))
+    >>> distinct, columns = distinct_channels(rgb)
+    >>> distinct.channels, columns
+    (('R', 'G'), (0, 1, 0))
     """
     stored: list[int] = []
     columns = []

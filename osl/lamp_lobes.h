@@ -74,8 +74,8 @@ int covered_by_lobe(LampList lamps, vector w)
 }
 
 /* The means over a lamp's disk of the fit and of the mixture, both times cos theta_i; parts below the horizon count
- * as 0. The points are random where the lobe alone renders the lamp, so that the mean is right in expectation. Elsewhere
- * any height is right, as the remainder makes up for it: then a fixed triangle adds no noise. */
+ * as 0. The points are random where the lobe alone renders the lamp, so that the mean is right in expectation.
+ * Elsewhere any height is right, as the remainder makes up for it: then a fixed triangle adds no noise. */
 void mean_over_lamp(FIT_PARAMETERS, float MIXTURE[], MixtureView view, LampList lamps, int lamp, int exact, point seed,
                     output color fitted, output color mixed)
 {

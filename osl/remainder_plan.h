@@ -9,8 +9,8 @@ struct RemainderPlan {
 };
 
 /* In even light the direction carries all of the fit and the mixture is left out, which gives both kinds of sample the
- * same expected value. Elsewhere the mixture stays, since Cycles samples it where the light is bright, and the direction
- * carries the difference to the fit. */
+ * same expected value. Elsewhere the mixture stays, since Cycles samples it where the light is bright, and the
+ * direction carries the difference to the fit. */
 RemainderPlan plan_remainder(float MIXTURE[], MixtureView view, LampList lamps, Cone large, int exact, int even,
                              point seed)
 {

@@ -1,8 +1,8 @@
 /* Sampling incident directions for a tabulated view, from a table that fitter/cycles/sampling_table.py makes.
  *
  * For each view the table holds the cumulative probabilities of RINGS x SECTORS cells of half the hemisphere, evenly
- * spaced in s = sqrt(1 - cos theta_i) and in t = (1 - azimuth / pi)^(2/3). Within a cell, directions are uniform in solid
- * angle. */
+ * spaced in s = sqrt(1 - cos theta_i) and in t = (1 - azimuth / pi)^(2/3). Within a cell, directions are uniform in
+ * solid angle. */
 
 #define CELLS (RINGS * SECTORS)
 

@@ -1,4 +1,4 @@
-"""Everything of the open file that a user could miss, as plain values: what must be the same where nothing changed."""
+"""The state of the open file as plain values: all that must stay the same when an operation changes nothing."""
 
 import bpy
 

@@ -20,7 +20,7 @@ def extension():
 
 
 def measurements():
-    """The folder of real measurements, which are not the project's to ship: it may be absent."""
+    """The folder of real measurements, which the project may not distribute; it may be absent."""
     return Path(os.environ.get("MEASURED_BRDF_DATA") or ROOT.parent / "shared" / "data")
 
 

@@ -1,4 +1,4 @@
-"""Samples that are hard to fit, and what is expected of a fit to any of them, whatever the preset."""
+"""Samples that are hard to fit, and the requirements for fits to them, for every preset."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,10 @@ from fitter.formats import curet
 from support import checkout
 
 RIGHT = np.pi / 2
-# no value anywhere is larger than this many times the largest sample
+# no value of a fit is larger than this many times the largest sample
 BOUND = {"Paper": 2.0, "Draft": 4.01, "Standard": 4.01, "Reference": 4.01}
-# RMSE at the samples, over the largest absolute sample, that is expected where a case says nothing else; Draft has no
-# sparse lattice for what is narrow
+# bound of the RMSE at the samples, over the largest absolute sample, unless a case has its own; Draft has no sparse
+# lattice for narrow features
 ERROR = {"Paper": 0.1, "Draft": 0.5, "Standard": 0.1, "Reference": 0.1}
 
 
@@ -50,7 +50,7 @@ def gloss(theta_i, theta_o, delta_phi):
 
 
 def probe():
-    """Directions to ask a fit at: a grid that holds the normal, the horizon and the plane of incidence, and others."""
+    """Directions at which to evaluate fits: a grid with normal, horizon and plane of incidence, and random ones."""
     theta = np.concatenate([[0, 1e-9, 1e-4], np.linspace(0.1, 1.5, 8), [RIGHT - 1e-4, RIGHT]])
     delta_phi = np.concatenate([[0, 1e-6], np.linspace(0.2, 3, 8), [np.pi]])
     grid = [axis.ravel() for axis in np.meshgrid(theta, theta, delta_phi, indexing="ij")]
@@ -60,7 +60,7 @@ def probe():
 
 
 def hard_cases():
-    """Every case but the million samples: {name: Case}."""
+    """All cases except the million samples: {name: Case}."""
     rng = np.random.default_rng(2002)
     theta_i, theta_o, phi = rng.random((3, 300)) * [[1.5], [1.5], [2 * np.pi]]
     smooth = gloss(theta_i, theta_o, phi)
@@ -99,7 +99,7 @@ def hard_cases():
 
 
 def many(count=1_000_000):
-    """As many samples of `gloss`."""
+    """So many random samples of `gloss`."""
     theta_i, theta_o, phi = np.random.default_rng(1).random((3, count)) * [[RIGHT], [RIGHT], [2 * np.pi]]
     return _samples(theta_i, theta_o, phi, gloss(theta_i, theta_o, phi))
 

@@ -1,4 +1,4 @@
-"""Saved fits made to exhaust memory, or to get numbers into a shader that are none there.
+"""Saved fits made to exhaust memory, or to smuggle numbers into a shader that are not finite there.
 
 Each is a fit that is in order but for one thing. What `python -m fitter info` and `bake` make of them is printed by
 `hostile_files`.
@@ -21,7 +21,7 @@ MEGABYTE = 1 << 20
 
 @functools.cache
 def _members():
-    """The members of a small fit with lobes and a sparse lattice, as `numpy.savez` writes them: {name: bytes}."""
+    """The members of a valid fit with lobes and a sparse lattice, as `numpy.savez` writes them: {name: bytes}."""
     random = np.random.default_rng(4)
     angles = random.random((4, 600)) * [[1.5], [6], [1.5], [6]]
     values = 0.1 + np.cos(angles[0] - angles[2])[:, None] ** 40 * [[1.0, 0.9, 0.8]]

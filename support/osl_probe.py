@@ -1,4 +1,4 @@
-"""A number for each pixel from OSL code, run inside Cycles."""
+"""OSL code run inside Cycles, once for each pixel; the picture holds its results."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The work of the panel without Blender, as the extension's own background process loads it."""
+"""The background tasks of the panel, loaded without Blender as the extension's background process loads them."""
 
 import importlib
 import importlib.util

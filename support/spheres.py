@@ -1,4 +1,4 @@
-"""Spheres by numerical integration of `Fit.evaluate`: what renders are compared with."""
+"""Spheres by numerical integration of `Fit.evaluate`: references for renders."""
 
 import numpy as np
 

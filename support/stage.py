@@ -1,4 +1,4 @@
-"""An empty black stage in Cycles, lamps for it, and its picture as an array."""
+"""An empty black scene in Cycles, lamps for it, and its picture as an array."""
 
 import tempfile
 from pathlib import Path

@@ -13,7 +13,7 @@ MEASUREMENTS = ("curet/abrdf.dat", "curet/table.txt", "cornell/cayman.astm", "co
 
 
 def pytest_ignore_collect(collection_path, config):
-    """Leave out what installs and starts a Slurm, unless it is named, as `make test-slurm` does."""
+    """Leave out the test that installs and starts a Slurm, unless the command names it, as `make test-slurm` does."""
     if collection_path.name == "test_slurm.py" and not any("test_slurm" in argument for argument in config.args):
         return True
     return None
@@ -103,7 +103,7 @@ _known = {}
 
 @pytest.fixture
 def quick(extension, monkeypatch):
-    """Work that touches nothing of Blender's, fitting, baking and compiling, is done once for all tests that ask."""
+    """Do work that is independent of the open file (fitting, baking, compiling) once for all tests."""
     from measured_brdf.addon.jobs import tasks
     from measured_brdf.addon.materials import compiler
     from measured_brdf.fitter import pictures

@@ -1,4 +1,4 @@
-"""``make fuzz``: damaged and hostile files for the dataset readers, and what they did with them.
+"""``make fuzz``: how the readers treat damaged and hostile files.
 
 A case is a file of one of the formats, real where the measurements are at hand, put through up to four mutations.
 `check` holds what is promised of every one: a `DatasetError` that names the file, or the numbers that a naive reading
@@ -66,7 +66,7 @@ def seeds():
 
 
 def _beginning(content, lines=160):
-    """The first lines of a long file: as good to damage, and quicker."""
+    """The first lines of a long file: as good to damage, and faster."""
     return _uncounted(b"".join(content.splitlines(keepends=True)[:lines]))
 
 
@@ -226,7 +226,7 @@ def check(content, path):
 
 
 def _measured(read, path, content, overhead):
-    """What `read` makes of a file, or None, and its message; the seconds, and the memory as a multiple of the file."""
+    """The result of `read` or None, and its message; the seconds, and the memory as a multiple of the file."""
     tracemalloc.start()
     start = time.process_time()
     try:
@@ -257,7 +257,7 @@ def _fit_and_bake(samples, path, baked):
 
 
 def naive(content):
-    """Angles (n, 4) and values (n, channels) of a file that is in order, without a word about one that is not."""
+    """Angles (n, 4) and values (n, channels) of a valid file; for any other, whatever comes."""
     if content.startswith(mat5.MAGIC):
         return _naive_paint(content)
     text = content.removeprefix(b"\xef\xbb\xbf").decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")

@@ -12,6 +12,7 @@ picture differs in a single bit.
 import argparse
 import importlib
 import importlib.util
+import inspect
 import json
 import math
 import os
@@ -173,7 +174,8 @@ def _build(scene: Scene, shader, samples: int):
     built.render.threads_mode, built.render.threads = "FIXED", 1
     built.render.use_persistent_data = True         # compiles the shader once, where a scene is rendered again
     material, group, surface = stage.blank_material("Measured", "ShaderNodeGroup")
-    group.node_tree = node_group.create(None, shader)
+    alone = len(inspect.signature(node_group.create).parameters) == 1        # older checkouts took the fit before it
+    group.node_tree = node_group.create(*([shader] if alone else [None, shader]))
     material.node_tree.links.new(group.outputs["BSDF"], surface)
     material.cycles.use_bump_map_correction = False
     for name, value in scene.inputs.items():

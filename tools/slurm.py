@@ -18,7 +18,7 @@ from pathlib import Path
 
 PACKAGES = ("slurm-wlm", "munge")
 CPUS = 4                    # that the node claims, however many the machine has: four tasks at once
-_CANNOT_RUN = 77            # how Automake and others are told that a test was left out
+_CANNOT_RUN = 77            # the exit code by which Automake and others recognise a skipped test
 _NO_SERVICES = Path("/usr/sbin/policy-rc.d")        # Debian asks it before a package starts its services
 _WAIT = 60                  # s, for what takes seconds
 _CONFIGURATION = """\
@@ -70,7 +70,7 @@ def running():
     _install()
     with tempfile.TemporaryDirectory(prefix="slurm_") as name, ExitStack() as stack:
         folder = Path(name)
-        folder.chmod(0o755)                 # munged wants its socket within everybody's reach
+        folder.chmod(0o755)                 # munged requires that everybody can reach its socket
         environment = _configure(folder)
         daemons = [["munged", "--foreground", f"--key-file={folder}/munge.key", f"--socket={folder}/munge.socket",
                     f"--pid-file={folder}/munged.pid", f"--seed-file={folder}/munge.seed", f"--log-file={folder}/log"],
@@ -98,7 +98,7 @@ def _install():
         raise CannotRunError(f"Slurm is not installed, and this is not Debian, of which it would be installed "
                              f"({', '.join(PACKAGES)})")
     ours = not _NO_SERVICES.exists()
-    if ours:                                # the daemons that packages start by themselves are not wanted
+    if ours:                                # keep packages from starting their daemons
         _NO_SERVICES.write_text("#!/bin/sh\nexit 101\n")
         _NO_SERVICES.chmod(0o755)
     try:

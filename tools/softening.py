@@ -1,4 +1,4 @@
-"""``python -m tools.softening``: what the softening radius of `fitter.half_difference` costs, and what it removes.
+"""``python -m tools.softening``: the cost and the effect of the softening radius of `coordinates.half_difference`.
 
 Standard's errors with a radius over those without, at the samples and held out in five folds, as medians over one half
 of the CURET sets: the radius is chosen on the samples of odd numbers and judged on those of even numbers. Then how far
@@ -27,7 +27,7 @@ def fit(samples, softening):
 
 
 def errors(samples, softening):
-    """RMSE and that of cube roots at the samples, then the same held out: (4,)."""
+    """RMSE and RMSE of cube roots at the samples, then both held out: (4,)."""
     seen = cross_validation.errors(samples, fit(samples, softening).evaluate(*samples.directions))
     return np.array([*seen, *cross_validation.held_out(samples, lambda part: fit(part, softening))])
 
@@ -46,7 +46,7 @@ def main():
     """Print the tables."""
     folder = checkout.measurements()
     curet = folder / "curet" / "abrdf.dat"
-    print("| sets | radius | RMSE | of cube roots | held out | of cube roots |\n|---|---:|---:|---:|---:|---:|")
+    print("| sets | radius | RMSE | cube roots | held out | held out, cube roots |\n|---|---:|---:|---:|---:|---:|")
     for half, radii in RADII.items():
         sets = [fitter.load(curet, number) for number in range(1 + (half == "even"), 62, 2)]
         without = np.array([errors(samples, 0.0) for samples in sets])

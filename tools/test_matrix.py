@@ -1,4 +1,4 @@
-"""``make test-matrix``: all tests on every Blender that is supported, and files of the oldest opened in the newest.
+"""``make test-matrix``: all tests on every supported Blender, and files of the older ones opened in the newest.
 
 The two Blenders that pyproject.toml pins have their environments already; those of the others are made beside them,
 `build/env-bpy-VERSION`, with the same tools. `python -m tools.test_matrix tests/addon/scene` runs some of the tests.
@@ -19,7 +19,7 @@ BUILD = ROOT / "build"
 
 
 class Blender(NamedTuple):
-    """A Blender as a Python module, and what it wants beside it."""
+    """A Blender as a Python module, and the packages that it needs."""
 
     version: str
     python: str
@@ -78,7 +78,7 @@ def _interpreter(version):
 
 
 def _tools():
-    """What tests need beside Blender, as pyproject.toml pins it."""
+    """The packages that tests need beside Blender, as pyproject.toml pins them."""
     groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["dependency-groups"]
     return [pin for pin in groups["test"] if isinstance(pin, str)]
 

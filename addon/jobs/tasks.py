@@ -14,15 +14,14 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from ... import fitter
-from ...fitter import formats, pictures
+from ...fitter import formats, methods, pictures
 from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.cycles import stand_in
 from ...fitter.cycles.bake import SHADER_VERSION, bake
 from ...fitter.cycles.unbake import unbake
-from ...fitter.methods import regression_kriging, tolerance
+from ...fitter.methods import tolerance
 from ...fitter.model import fit_file
 from ...fitter.quality import cross_validation, describe
-from ...fitter.samples import distinct_channels
 from ..annotations import Arguments, Report, present
 
 _PassedOn = TypeVar("_PassedOn")
@@ -32,7 +31,7 @@ _CHUNK = 1 << 16            # rows hashed at a time
 _KEPT = 12                  # fits in the cache, a few MB each
 _LARGEST = 2.0 ** 62        # integer of a digest: a file may hold an azimuth of 1e300
 _fits: "OrderedDict[tuple[str, str], Fitted]" = OrderedDict()
-_estimates: dict[str, regression_kriging.Estimate] = {}     # of the samples that were fitted last
+_preparations: dict[tuple[str, str], Arguments] = {}         # of the samples fitted last
 
 
 def silent(_fraction: float, _doing: str) -> None:
@@ -193,7 +192,7 @@ def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Rep
         _fits.move_to_end(whole)
         return _fits[whole]
     start = time.perf_counter()
-    made = fit(samples, arguments, _estimate(samples, key) if arguments.get("method") == "kriging" else None)
+    made = fit(samples, arguments, _prepared(samples, key, arguments))
     found = assess(samples, made, time.perf_counter() - start)
     _fits[whole] = found
     while len(_fits) > _KEPT:
@@ -201,21 +200,22 @@ def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Rep
     return found
 
 
-def _estimate(samples: fitter.Samples, key: str) -> regression_kriging.Estimate:
-    """The first and longest part of a fit by "kriging", cached for other fits of the same samples."""
-    if key not in _estimates:
-        _estimates.clear()
-        _estimates[key] = regression_kriging.Estimate(distinct_channels(samples)[0])
-    return _estimates[key]
+def _prepared(samples: fitter.Samples, key: str, arguments: Arguments) -> Arguments:
+    """The part of a fit that does not depend on its levels, cached for other fits of the same samples."""
+    if "method" not in arguments:
+        return {}
+    known = key, arguments["method"]
+    if known not in _preparations:
+        _preparations.clear()
+        _preparations[known] = methods.prepare(samples, arguments["method"])
+    return _preparations[known]
 
 
-def fit(samples: fitter.Samples, arguments: Arguments,
-        estimated: regression_kriging.Estimate | None = None) -> fitter.Fit:
+def fit(samples: fitter.Samples, arguments: Arguments, prepared: Arguments | None = None) -> fitter.Fit:
     """A fit by keyword arguments of `fitter.fit`, or by a tolerance."""
     if "tolerance" in arguments:
         return fitter.fit_within(samples, arguments["tolerance"])
-    options: Arguments = {} if estimated is None else {"estimated": estimated}
-    return fitter.fit(samples, **arguments, **options)
+    return fitter.fit(samples, **arguments, **(prepared or {}))
 
 
 def assess(samples: fitter.Samples, made: fitter.Fit, seconds: float) -> Fitted:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import bpy
 
-from ...fitter.cycles.bake import MAX_LAMPS
+from ...fitter.shader_constants import MAX_LAMPS
 from .. import versions
 from ..scene.lamps import instances, light_objects, sky_moves
 from . import material as materials

@@ -9,6 +9,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 from ...fitter import PRESETS
 from ...fitter.formats import KNOWN_FILES
 from ...fitter.lattice.dense import MAX_LEVEL
+from ...fitter.presets import PRESET_DESCRIPTIONS
 from ..annotations import Arguments
 
 NO_SPECULAR_LEVEL = -1
@@ -16,14 +17,7 @@ LEVELS = ("diffuse_level", "specular_level", "compression")
 RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels", "changes",
            "version")
 CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance")
-PRESET_HELP = {
-    "Draft": "A few KB, for look development: only the smooth shape, without narrow highlights",
-    "Standard": "A few tens of KB, for rendering: close to the measurements, and smooth between them",
-    "Reference": "The largest files: matches every sample, including the narrowest highlights",
-    "Paper": "The method and the levels of Kameya and Lewis (2002): highlights can ripple between the measured "
-             "directions",
-}
-PRESET_ITEMS = tuple((name, name, PRESET_HELP.get(name, "")) for name in sorted(PRESETS, key=list(PRESET_HELP).index))
+PRESET_ITEMS = tuple((name, name, text) for name, text in PRESET_DESCRIPTIONS.items())
 _ARGUMENTS: dict[str, Arguments] = {name: cast(Arguments, preset) for name, preset in PRESETS.items()}
 _PAPER = _ARGUMENTS["Paper"]
 

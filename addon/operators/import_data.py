@@ -11,7 +11,7 @@ from bpy.props import CollectionProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
 from ...fitter import DatasetError
-from ...fitter.formats import EXTENSIONS, list_samples
+from ...fitter.formats import EXTENSIONS, FORMAT_NAMES, list_samples
 from .. import preferences
 from ..annotations import OperatorResult, present
 from ..jobs import process, tasks
@@ -112,7 +112,7 @@ class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator
 
 
 class MEASUREDBRDF_OT_browse(FitChoices, bpy.types.Operator, ImportHelper):
-    """Choose files of measured reflectance (CURET, Cornell, pbrt-v2) and make materials of them"""
+    """Choose files of measured reflectance and make materials of them"""
 
     bl_idname = "measured_brdf.browse"
     bl_label = "Import Measured BRDF"
@@ -177,7 +177,7 @@ def assign_to(target: bpy.types.Object | None, item: bpy.types.Material) -> bool
 
 
 def _menu_item(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    menu.layout.operator(MEASUREDBRDF_OT_browse.bl_idname, text="Measured BRDF (CURET, Cornell, .brdf)")
+    menu.layout.operator(MEASUREDBRDF_OT_browse.bl_idname, text=f"Measured BRDF ({', '.join(FORMAT_NAMES)})")
 
 
 classes = (MEASUREDBRDF_OT_import_data, MEASUREDBRDF_OT_browse, MEASUREDBRDF_FH_measurements)

@@ -3,8 +3,9 @@
 import bpy
 from bpy.props import EnumProperty
 
+from ...fitter.presets import PRESET_DESCRIPTIONS
 from ..annotations import OperatorResult, present
-from ..materials.properties import PRESET_HELP, PRESET_ITEMS, use_preset
+from ..materials.properties import PRESET_ITEMS, use_preset
 from .active_material import active_material, is_editable
 
 
@@ -23,7 +24,7 @@ class MEASUREDBRDF_OT_use_preset(bpy.types.Operator):
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: "MEASUREDBRDF_OT_use_preset") -> str:
-        return PRESET_HELP[properties.preset]
+        return PRESET_DESCRIPTIONS[properties.preset]
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         use_preset(present(active_material(context)).measured_brdf, self.preset)

@@ -1,28 +1,34 @@
-"""Coordinates of a pair of directions: the arguments of the functions that the lattices hold.
+"""Coordinates of a pair of directions: the arguments of the functions that the lattices store.
 
-Every coordinate system maps four angles to a point of the unit cube, and a point back to angles. All systems so far
-have three coordinates, since the reflectance is isotropic, and share two symmetries, which `lattice.dense` relies on:
-the function is unchanged by ``x_3 -> 1 - x_3`` and by ``(x_1, x_2) -> (1 - x_1, 1 - x_2)``, so that ``x_1 >= 1/2`` and
-``x_3 >= 1/2`` cover everything.
+A coordinate system maps four angles to a point of the unit cube, and a point back to angles. All present systems have
+three coordinates, since reflectance is taken to be isotropic, and two symmetries, which `lattice.dense` relies on: the
+function does not change under ``x_3 -> 1 - x_3``, nor under ``(x_1, x_2) -> (1 - x_1, 1 - x_2)``. The part of the cube
+with ``x_1 >= 1/2`` and ``x_3 >= 1/2`` therefore represents all of it.
 """
 
 from typing import ClassVar, Protocol
 
 from ..arrays import ArrayLike, Directions, FloatArray
+from .half_difference import HalfDifference
+from .nusselt import Nusselt
 
 
 class Coordinates(Protocol):
-    """What a coordinate system offers. Systems are frozen dataclasses, one a module; their fields are parameters."""
+    """A coordinate system: a frozen dataclass, in a module of its own, whose fields are the system's parameters."""
 
     name: ClassVar[str]
-    """How files and shaders call the system."""
+    """The system's name in files and shaders."""
     axes: ClassVar[tuple[str, ...]]
     """The names of the coordinates; their number is the dimension of the lattices."""
 
     def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """Directions, radians, broadcast to (...), to coordinates (..., dimension) in [0, 1]."""
+        """Map directions to coordinates: angles broadcast to (...), radians, to (..., dimension) in [0, 1]."""
         ...
 
     def decode(self, x: ArrayLike) -> Directions:
-        """Coordinates (..., dimension) to a pair of directions that has them: four (...) arrays, radians."""
+        """Map coordinates (..., dimension) to a pair of directions that has them: four (...) arrays, radians."""
         ...
+
+
+COORDINATES: dict[str, type[Coordinates]] = {system.name: system for system in (Nusselt, HalfDifference)}
+"""All coordinate systems, by name. Their parameters have defaults."""

@@ -1,23 +1,25 @@
 """Half and difference coordinates of a pair of directions, in a projection that spreads grazing angles.
 
-Each direction is projected to a point of the unit disk at the radius ``r(theta) = sin theta / (1 + 2 cos theta)``:
-as smooth at the normal as the Nusselt projection sin theta, but with room at grazing angles, where measured reflectance
-changes fastest. Of the two points q_i and q_o the half vector H = (q_i + q_o) / 2 and the difference
-D = (q_i - q_o) / 2 are taken, seen from the frame whose x axis is D (after S. Rusinkiewicz: A New Change of Variables
-for Efficient BRDF Representation, 1998, whose half angle and difference angle they stand for).
+They follow the half angle and the difference angle of S. Rusinkiewicz: A New Change of Variables for Efficient BRDF
+Representation, Eurographics Workshop on Rendering 1998, with vectors in a disk in the place of angles.
 
-At exact retro-reflection D vanishes and has no azimuth. Lengths along D are therefore divided by a length d that stays
-above a softening radius delta ::
+Each direction is projected to a point of the unit disk with the radius ``r(theta) = sin theta / (1 + 2 cos theta)``.
+Like the Nusselt projection sin theta it is smooth at the normal, but it gives more room to grazing angles, where
+measured reflectance changes fastest. The two points q_i and q_o have the half vector H = (q_i + q_o) / 2 and the
+difference vector D = (q_i - q_o) / 2, which are expressed in the frame whose x axis is D.
+
+At exact retro-reflection D is 0 and has no azimuth. The component of H along D is therefore computed with a length d
+in the place of |D|, which is at least a softening radius delta ::
 
     d^4 = delta^4 + (1 - delta^4) |D|^4,    mu = (d, x, y),    x = H.D / d,    y^2 = |H|^2 - x^2
 
-|D|^2, |H|^2 and H.D are smooth in both directions wherever these are, and d is never 0: so are d, x and y^2, and hence
-every function of them that is even in y. Where |D| is well above delta, mu tends to (|D|, H_x, |H_y|), which it is for
-delta = 0.
+|D|^2, |H|^2 and H.D are smooth functions of both directions, and d is never 0. Hence d, x and y^2 are smooth too, and
+so is every smooth function of them that is even in y. Where |D| is much larger than delta, mu is close to
+(|D|, H_x, |H_y|), which is mu for delta = 0.
 
-A mirror lobe lies along the axis H = 0 whatever the angle of incidence, normal incidence is a point like any other, and
-exchanging the two directions only changes the sign of x. The image is within the bounds of Nusselt coordinates, so that
-the same lattices serve both.
+A mirror lobe lies along the axis H = 0 at every angle of incidence, normal incidence is no special case, and exchanging
+the two directions only changes the sign of x. The image lies within the bounds of Nusselt coordinates, so that both
+systems use the same lattices.
 """
 
 from dataclasses import dataclass
@@ -28,7 +30,7 @@ import numpy as np
 from ..arrays import ArrayLike, Directions, FloatArray
 from ..shader_constants import LEAST_LENGTH
 
-SOFTENING = 0.01             # the softening radius delta of new fits
+SOFTENING = 0.01            # the softening radius delta of new fits
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class HalfDifference:
     Attributes
     ----------
     softening : float
-        The softening radius delta; 0 in fits by versions that had none.
+        The softening radius delta; 0 in fits of file version 2, which had none.
     """
 
     softening: float = SOFTENING
@@ -46,19 +48,37 @@ class HalfDifference:
     axes: ClassVar[tuple[str, ...]] = ("d", "x", "y")
 
     def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """As `half_difference`."""
+        """Call `half_difference`."""
         return half_difference(theta_i, phi_i, theta_o, phi_o, self.softening)
 
     def decode(self, x: ArrayLike) -> Directions:
-        """As `directions`."""
+        """Call `directions`."""
         return directions(x, self.softening)
 
 
 def half_difference(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike,
                     softening: float) -> FloatArray:
-    """Coordinates of direction pairs: angles broadcast to (...), radians, to (..., 3) in [0, 1].
+    """Coordinates (mu + 1) / 2 of pairs of directions.
 
-    (mu + 1) / 2, as `nusselt.nusselt` scales its own: the first and the third are at least 1/2.
+    Parameters
+    ----------
+    theta_i, phi_i, theta_o, phi_o : array_like, broadcast to (...)
+        Incident and outgoing direction, radians.
+    softening : float
+        The softening radius delta, 0 to 1.
+
+    Returns
+    -------
+    (..., 3) float64
+        In [0, 1]; the first and the third are at least 1/2.
+
+    Examples
+    --------
+    A mirror pair has H = 0, at any angle of incidence; here without softening:
+
+    >>> mu = 2 * half_difference([0.3, 1.2], 0, [0.3, 1.2], np.pi, 0) - 1
+    >>> bool(np.allclose(mu[:, 0], project([0.3, 1.2]))), bool(np.allclose(mu[:, 1:], 0))
+    (True, True)
     """
     q_i, q_o = (project(theta) * np.exp(1j * np.asarray(phi, dtype=float))
                 for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
@@ -66,26 +86,41 @@ def half_difference(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, ph
     length = np.abs(difference)
     d2 = np.hypot(softening ** 2, np.sqrt(1 - softening ** 4) * length ** 2)
     d = np.sqrt(d2)
-    # without softening, D has no azimuth where the directions coincide: that of the half vector stands in
+    # without softening, D has no azimuth where the directions coincide: use that of the half vector
     divides = d > LEAST_LENGTH
     axis = np.where(divides, difference, np.where(np.abs(half) > LEAST_LENGTH, half, 1))
-    seen = half * np.conj(axis) / np.where(divides, d, np.abs(axis))
-    # y^2 = |H|^2 - x^2 as a sum of squares, which loses no digits
+    in_frame = half * np.conj(axis) / np.where(divides, d, np.abs(axis))
+    # y^2 = |H|^2 - x^2 as a sum of two squares, without cancellation
     over = softening ** 2 * np.sqrt(np.maximum(1 - length ** 4, 0) / np.where(divides, d2 + length ** 2, 1))
     rest = over * np.abs(half) / np.where(divides, d, 1)
-    return (np.stack([d, seen.real, np.hypot(seen.imag, rest)], axis=-1) + 1) / 2
+    return (np.stack([d, in_frame.real, np.hypot(in_frame.imag, rest)], axis=-1) + 1) / 2
 
 
 def directions(coordinates: ArrayLike, softening: float) -> Directions:
-    """The inverse of `half_difference`, up to a turn about the normal: (..., 3) to four (...) arrays, radians.
+    """The inverse of `half_difference`, up to a rotation about the normal and a mirror image.
 
-    Coordinates outside the image are taken for a point of its rim: of the same |H|, and as far as may be of the same
-    |D| and H.D.
+    Parameters
+    ----------
+    coordinates : (..., 3) array_like
+        Those outside the image are moved to its rim: |H| is kept, |D| and H.D as far as possible.
+    softening : float
+        The softening radius delta, 0 to 1.
+
+    Returns
+    -------
+    theta_i, phi_i, theta_o, phi_o : (...) float64
+        Radians.
+
+    Examples
+    --------
+    >>> theta_i, phi_i, theta_o, phi_o = directions(half_difference(0.3, 0, 1.2, np.pi, 0.01), 0.01)
+    >>> float(theta_i), float(theta_o), float(np.abs(phi_o - phi_i))
+    (0.3, 1.2, 3.141593)
     """
     d, x, y = np.moveaxis(2 * np.asarray(coordinates, dtype=float) - 1, -1, 0)
     length2 = np.sqrt(np.maximum(d ** 4 - softening ** 4, 0) / (1 - softening ** 4))
     half2 = x * x + y * y
-    # of H and D: the inner product is x d, the outer one this
+    # H.D is x d; the magnitude of the cross product of H and D is `outer`
     over2 = softening ** 4 * (1 - length2 ** 2) / np.maximum(d * d + length2, 1e-300)
     outer = np.sqrt(np.maximum((y * d) ** 2 - half2 * over2, 0))
     half, length = np.sqrt(half2) * np.exp(1j * np.arctan2(outer, x * d)), np.sqrt(length2)
@@ -94,12 +129,18 @@ def directions(coordinates: ArrayLike, softening: float) -> Directions:
 
 
 def project(theta: ArrayLike) -> FloatArray:
-    """Radius of a direction's projection, r(theta): radians to [0, 1]."""
+    """The radius r(theta) of a projected direction: radians to [0, 1].
+
+    Examples
+    --------
+    >>> project([0, np.pi / 3, np.pi / 2]).round(6).tolist()
+    [0.0, 0.433013, 1.0]
+    """
     theta = np.asarray(theta, dtype=float)
     return np.sin(theta) / (1 + 2 * np.cos(theta))
 
 
 def _theta(radius: FloatArray) -> FloatArray:
-    """The angle whose radius this is: with t = tan(theta / 2), r = 2 t / (3 - t^2)."""
+    """The inverse of `project`: r = 2 t / (3 - t^2) with t = tan(theta / 2), solved for theta."""
     radius = np.minimum(radius, 1)
     return 2 * np.arctan(3 * radius / (1 + np.sqrt(1 + 3 * radius * radius)))

@@ -1,9 +1,9 @@
-"""Nusselt coordinates of a pair of directions.
+"""Nusselt coordinates of a pair of directions (Kameya and Lewis 2002, section 3.2, equations 5 and 6).
 
-The projections of two directions onto the surface, mapped affinely to the unit cube: smooth, free of inverse
-trigonometry, and without a seam at any azimuth (Kameya and Lewis 2002, section 3.2 and equations 5 and 6). An isotropic
-material needs three of the four coordinates, once the incident direction has been turned into the +x half plane, and a
-bilaterally symmetric one only ``lambda_o >= 1/2``.
+Two directions are projected orthogonally onto the surface and mapped affinely to the unit cube. The map is smooth,
+needs no inverse trigonometric functions, and has no seam in azimuth. The pair is first rotated about the normal until
+the incident direction is in the +x half plane: an isotropic material then needs three of the four coordinates. With
+bilateral symmetry, ``lambda_o >= 1/2`` suffices.
 """
 
 from dataclasses import dataclass
@@ -22,16 +22,16 @@ class Nusselt:
     axes: ClassVar[tuple[str, ...]] = ("kappa_i", "kappa_o", "lambda_o")
 
     def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """As `nusselt`."""
+        """Call `nusselt`."""
         return nusselt(theta_i, phi_i, theta_o, phi_o)
 
     def decode(self, x: ArrayLike) -> Directions:
-        """As `directions`."""
+        """Call `directions`."""
         return directions(x)
 
 
 def nusselt(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-    """Nusselt coordinates of direction pairs (Kameya and Lewis 2002, equations 5 and 6).
+    """Nusselt coordinates of pairs of directions (Kameya and Lewis 2002, equations 5 and 6).
 
     Parameters
     ----------
@@ -45,8 +45,10 @@ def nusselt(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: Arr
 
     Examples
     --------
-    >>> nusselt(np.pi / 2, 0, np.pi / 2, np.pi).round(6)
-    array([1. , 0. , 0.5])
+    A mirror pair at 30 degrees: sin theta is 1/2 on opposite sides of the normal.
+
+    >>> nusselt(np.pi / 6, 0, np.pi / 6, np.pi).round(6).tolist()
+    [0.75, 0.25, 0.5]
     """
     delta_phi = np.asarray(phi_o, dtype=float) - phi_i
     sin_o = np.sin(np.asarray(theta_o, dtype=float))
@@ -61,13 +63,23 @@ def directions(coordinates: ArrayLike) -> Directions:
     Parameters
     ----------
     coordinates : (..., 3) array_like
-        ``kappa_i, kappa_o, lambda_o``. The pair ``(kappa_o, lambda_o)`` must lie in the disk that the outgoing
-        hemisphere projects to; rounding beyond its rim is taken for the rim.
+        ``kappa_i, kappa_o, lambda_o``. The pair ``(kappa_o, lambda_o)`` must lie in the disk to which the outgoing
+        hemisphere projects, up to rounding.
 
     Returns
     -------
     theta_i, phi_i, theta_o, phi_o : (...) float64
         Radians.
+
+    Raises
+    ------
+    ValueError
+        If the coordinates lie outside the image of the hemispheres.
+
+    Examples
+    --------
+    >>> [float(np.degrees(angle)) for angle in directions([0.75, 0.25, 0.5])]
+    [30.0, 0.0, 30.0, 180.0]
     """
     mu = 2 * np.asarray(coordinates, dtype=float) - 1
     mu_i, mu_x, mu_y = np.moveaxis(mu, -1, 0)

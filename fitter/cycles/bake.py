@@ -6,7 +6,7 @@ numbers and the project's own sources: no name or path from the data.
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +76,10 @@ def bake(fit: Fit, template: str | None = None, mixture: Mixture | None = None) 
 
 def fast_error(source: str) -> float:
     """The error of Fast rendering, `closure_mixture.Mixture.error`, read from baked OSL source."""
-    return float(re.search(r"^#define FAST_ERROR (\S+)$", source, re.MULTILINE)[1])
+    found = re.search(r"^#define FAST_ERROR (\S+)$", source, re.MULTILINE)
+    if found is None:
+        raise ValueError("not a baked shader: it does not state the error of Fast")
+    return float(found[1])
 
 
 def shader_version(source: str) -> int:
@@ -91,36 +94,39 @@ def interface(source: str) -> str:
     return source[start:source.index(")\n{", start)] + ")\n{\n}\n"
 
 
-def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray]]:
+def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """What `osl/fit.h` reads: (constants, tables)."""
     stored = fit.diffuse.control_points.shape[-1]
     constants = {"STORED": stored, "DIFFUSE_CELLS": dense.cells(fit.diffuse_level)}
     constants |= {f"CHANNEL_{i}": fit.columns[i % len(fit.columns)] for i in range(3)}
-    tables = {"DIFFUSE": fit.diffuse.control_points}
-    sparse = fit.specular is not None and len(fit.specular) > 0
-    constants["SPARSE"] = int(sparse)
-    if sparse:
-        index = fit.specular.index
-        constants |= {"SPECULAR_CELLS": dense.cells(fit.specular_level), "KEY_COUNT": len(index),
+    tables: dict[str, NDArray[Any]] = {"DIFFUSE": fit.diffuse.control_points}
+    specular = fit.specular if fit.specular is not None and len(fit.specular) else None
+    constants["SPARSE"] = int(specular is not None)
+    if specular is not None:
+        index = specular.index
+        constants |= {"SPECULAR_CELLS": dense.cells(specular.level), "KEY_COUNT": len(index),
                       "BUCKET_COUNT": len(index.displacement), "MULTIPLIER": index.multiplier}
-        tables |= {"SPECULAR": fit.specular.coefficients, "KEYS": index.keys, "DISPLACEMENT": index.displacement}
+        tables |= {"SPECULAR": specular.coefficients, "KEYS": index.keys, "DISPLACEMENT": index.displacement}
     return constants | _coordinates(fit) | _transform(fit), tables
 
 
+# Coordinates and transforms are told by their names, not by their classes: a script may bring a fit of its own copy of
+# this package to the extension's.
+
 def _coordinates(fit: Fit) -> dict[str, Any]:
     """What `osl/coordinates.h` reads."""
-    if isinstance(fit.coordinates, HalfDifference):
-        return {"HALF_DIFFERENCE": 1, "SOFTENING_2": f"{fit.coordinates.softening ** 2:.9g}"}
-    if isinstance(fit.coordinates, Nusselt):
+    if fit.coordinates.name == HalfDifference.name:
+        return {"HALF_DIFFERENCE": 1, "SOFTENING_2": f"{cast(HalfDifference, fit.coordinates).softening ** 2:.9g}"}
+    if fit.coordinates.name == Nusselt.name:
         return {"HALF_DIFFERENCE": 0}
     raise ValueError(f"the shader has no {fit.coordinates.name} coordinates")
 
 
 def _transform(fit: Fit) -> dict[str, Any]:
     """What `osl/fit.h` and `osl/prior.h` read."""
-    if isinstance(fit.transform, LogRelative):
-        return {"LOG_RELATIVE": 1} | _log_relative(fit.transform, fit.columns)
-    if fit.transform == IDENTITY:
+    if fit.transform.name == LogRelative.name:
+        return {"LOG_RELATIVE": 1} | _log_relative(cast(LogRelative, fit.transform), fit.columns)
+    if fit.transform.name == IDENTITY.name:
         return {"LOG_RELATIVE": 0}
     raise ValueError(f"the shader has no transform {fit.transform.name}")
 
@@ -139,7 +145,7 @@ def _log_relative(transform: LogRelative, columns: tuple[int, ...]) -> dict[str,
             "PRIOR_CEILING": value(transform.ceiling)}
 
 
-def _mixture(mixture: Mixture) -> tuple[dict[str, Any], dict[str, NDArray]]:
+def _mixture(mixture: Mixture) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """What `osl/mixture.h` and `osl/sampling_table.h` read: (constants, tables)."""
     constants = {"CHANNELS": mixture.table.shape[-1], "ROUGHNESS": mixture.roughness,
                  "EXPONENT_0": float(mixture.exponents[0]), "EXPONENT_1": float(mixture.exponents[1]),
@@ -168,7 +174,7 @@ def _constant(name: str, value: Any) -> str:
     return text
 
 
-def _array(name: str, table: NDArray) -> str:
+def _array(name: str, table: NDArray[Any]) -> str:
     """The declaration of a table, its numbers in one list."""
     if not (table.min() >= -_LARGEST and table.max() <= _LARGEST):
         raise ValueError(f"the table {name} holds numbers that are not finite in single precision")

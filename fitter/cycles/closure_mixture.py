@@ -26,6 +26,7 @@ from ..shader_constants import (
     REMAINDER_SHARE,
     REPLACING_PROBABILITY,
     ROW,
+    SECTORS,
     STEEPEST_AXIS,
     TOTAL_WEIGHT,
     WEIGHTS,
@@ -142,7 +143,7 @@ def evaluate(mixture: Mixture, view: int, theta_o: float, wi: NDArray[np.float64
 
 def _peaks(target: NDArray[np.float64], to: direction_grid.Directions) -> NDArray[np.float64]:
     """The angle from the normal, on the mirror side, at which each view's reflected radiance is largest: (VIEWS,)."""
-    sectors = direction_grid.SECTORS * direction_grid.SUBSAMPLES
+    sectors = SECTORS * direction_grid.SUBSAMPLES
     total = target.sum(axis=2).reshape(len(target), -1, sectors)[:, :, :6].mean(axis=2)
     ring = total.argmax(axis=1)
     peak = to.theta.reshape(-1, sectors)[ring, 0]

@@ -7,7 +7,8 @@ Each cell of `direction_grid.grid` gets a probability in proportion to what the 
 import numpy as np
 from numpy.typing import NDArray
 
-from .direction_grid import RINGS, SECTORS, SUBSAMPLES
+from ..shader_constants import RINGS, SECTORS
+from .direction_grid import SUBSAMPLES
 
 
 def sampling_table(carried: NDArray[np.float64], solid_angle: NDArray[np.float64],

@@ -1,12 +1,16 @@
-"""What a reflectance looks like to renderers that know no measurements: its albedo, and a Principled BSDF like it."""
+"""Stand-ins for a measured BRDF in renderers that cannot evaluate it: its albedo, and a similar Principled BSDF."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..arrays import FloatArray
+from ..model import Reflectance
+from ..samples import Samples
+
 _ROUGHNESS = np.linspace(0.05, 1, 39)
-_DIELECTRIC = 0.08          # the Principled BSDF's reflectance at normal incidence at a specular level of 1
-_GLANCING = np.radians(80)  # beyond it measurements are noise more often than not
+_DIELECTRIC = 0.08          # reflectance at normal incidence of a Principled BSDF with a specular level of 1
+_GRAZING = np.radians(80)   # measurements at larger polar angles are mostly noise
 
 
 @dataclass(frozen=True)
@@ -16,22 +20,29 @@ class Principled:
     Attributes
     ----------
     base_color : (3,) float64
-        Linear.
+        Linear sRGB.
     roughness, metallic : float
     specular_level : float
         0.5 for a reflectance of 4 % at normal incidence.
     """
 
-    base_color: np.ndarray
+    base_color: FloatArray
     roughness: float
     metallic: float
     specular_level: float
 
 
-def albedo(fit, steps=24):
-    """Share of even light that is reflected: (3,) float64, linear, within 0 to 1.
+def albedo(fit: Reflectance, steps: int = 24) -> FloatArray:
+    """The bihemispherical albedo: the share of uniform light that is reflected, (3,) float64, linear, in 0 to 1.
 
-    The integral of f cos cos over both hemispheres, over pi, by the midpoint rule in squared sines and azimuth.
+    1 / pi times the integral of f cos(theta_i) cos(theta_o) over both hemispheres, by the midpoint rule in sin^2 theta
+    and azimuth; negative values count as 0.
+
+    Examples
+    --------
+    >>> from ..methods import prior
+    >>> albedo(prior.lambertian(np.array([[0.8 / np.pi]])), 4).round(9).tolist()
+    [0.8, 0.8, 0.8]
     """
     sin2 = (np.arange(steps) + 0.5) / steps
     theta, azimuth = np.arcsin(np.sqrt(sin2)), (np.arange(steps) + 0.5) / steps * np.pi
@@ -40,37 +51,49 @@ def albedo(fit, steps=24):
     return np.clip(np.broadcast_to(np.pi * mean, 3), 0, 1)
 
 
-def principled(samples):
-    """The Principled BSDF that is nearest to measurements.
+def principled(samples: Samples) -> Principled:
+    """Fit a Principled BSDF to measurements.
 
-    A Lambertian and a lobe of microfacets (Trowbridge and Reitz 1975, with Smith's shadowing and Schlick's Fresnel
-    term), by least squares at every roughness of a grid. Errors are weighted as if of the cube root: a highlight must
-    not outweigh the colour, which covers most of a picture.
+    The model is a Lambertian and a microfacet lobe with the distribution of T. S. Trowbridge, K. P. Reitz: Average
+    Irregularity Representation of a Rough Surface for Ray Reflection, 1975, Smith's shadowing and Schlick's Fresnel
+    term; least squares determine it at every roughness of a grid. Errors are weighted as if they were of the cube root,
+    so that a small highlight does not outweigh the colour.
 
     Returns
     -------
     Principled
+
+    Examples
+    --------
+    A Lambertian has its albedo as base colour, and no metal:
+
+    >>> theta = np.linspace(0, 1.3, 14)
+    >>> white = Samples(theta, 0 * theta, theta, 0 * theta + np.pi, np.full((14, 1), 0.8 / np.pi))
+    >>> found = principled(white)
+    >>> float(found.base_color[0]), found.metallic
+    (0.8, 0.0)
     """
-    seen = (samples.theta_i < _GLANCING) & (samples.theta_o < _GLANCING)
+    seen = (samples.theta_i < _GRAZING) & (samples.theta_o < _GRAZING)
     if not seen.any():
         seen[:] = True
-    angles = [angle[seen] for angle in samples.directions]
-    values = np.maximum(np.broadcast_to(samples.values[seen], (np.count_nonzero(seen), 3)), 0)
+    theta_i, phi_i, theta_o, phi_o = (angle[seen] for angle in samples.directions)
+    values = np.maximum(np.broadcast_to(samples.values[seen], (len(theta_i), 3)), 0)
     weight = (values + np.median(values) + 1e-6) ** (-2 / 3)
-    best, found = np.inf, None
+    best, found = np.inf, (1.0, np.zeros(3), np.zeros(3))
     for roughness in _ROUGHNESS:
-        lobe, grazing = _microfacets(*angles, roughness)
+        lobe, grazing = _microfacets(theta_i, phi_i, theta_o, phi_o, roughness)
         error, diffuse, f0 = 0.0, np.zeros(3), np.zeros(3)
         for c in range(3):
             diffuse[c], f0[c], residual = _two_terms(lobe, grazing, values[:, c], weight[:, c])
             error += residual
         if error < best:
             best, found = error, (roughness, np.pi * diffuse, f0)
-    return _inputs(*found)
+    return _principled_inputs(*found)
 
 
-def _microfacets(theta_i, phi_i, theta_o, phi_o, roughness):
-    """The lobe's two parts: times F0, and times 1 - F0 toward grazing (Schlick): (n,) and (n,)."""
+def _microfacets(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray,
+                 roughness: float) -> tuple[FloatArray, FloatArray]:
+    """The parts a and b of the lobe F0 a + b, whose Fresnel term is F0 + (1 - F0) (1 - cos)^5: (n,) and (n,)."""
     wi, wo = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
               for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
     half = wi + wo
@@ -83,25 +106,27 @@ def _microfacets(theta_i, phi_i, theta_o, phi_o, roughness):
     return lobe * (1 - fresnel), lobe * fresnel
 
 
-def _two_terms(lobe, grazing, values, weight):
-    """Least squares of kd + f0 lobe + grazing, both factors from 0 to their largest: kd, f0, sum of squares."""
+def _two_terms(lobe: FloatArray, grazing: FloatArray, values: FloatArray,
+               weight: FloatArray) -> tuple[float, float, float]:
+    """Least squares of kd + f0 lobe + grazing with bounds, 0 to 1 / pi and 0 to 1: kd, f0, sum of squares."""
     columns = np.stack([weight, lobe * weight], axis=1)
     target = (values - grazing) * weight
     candidates = [np.linalg.lstsq(columns, target, rcond=None)[0]]
     for k in (0, 1):
         column = columns[:, k]
         alone = np.zeros(2)
-        alone[k] = max(column @ target / max(column @ column, 1e-30), 0)
+        alone[k] = max(float(column @ target) / max(float(column @ column), 1e-30), 0)
         candidates.append(alone)
     upper = np.array([1 / np.pi, 1.0])
     candidates = [np.minimum(pair, upper) for pair in candidates if (pair >= 0).all()]
     errors = [float(((columns @ pair - target) ** 2).sum()) for pair in candidates]
     k = int(np.argmin(errors))
-    return *candidates[k], errors[k]
+    kd, f0 = candidates[k]
+    return float(kd), float(f0), errors[k]
 
 
-def _inputs(roughness, diffuse, f0):
-    """As the Principled BSDF divides them: what a dielectric cannot reflect is a metal's."""
+def _principled_inputs(roughness: float, diffuse: FloatArray, f0: FloatArray) -> Principled:
+    """Convert to the inputs of the node: reflectance at normal incidence above a dielectric's makes it metallic."""
     metal = np.maximum(f0 - _DIELECTRIC, 0) if f0.mean() > _DIELECTRIC else np.zeros(3)
     total = diffuse.sum() + metal.sum()
     metallic = float(metal.sum() / total) if total > 0 else 0.0

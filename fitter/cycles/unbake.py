@@ -5,6 +5,7 @@ measurements. `bake` writes nine digits of every number, enough to give each bac
 """
 
 import re
+from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -60,15 +61,14 @@ def _fit(source: str, constants: dict[str, str], name: str, compression: float) 
         raise ValueError("the channels of the shader read columns that are not there")
     level = _level(constants["DIFFUSE_CELLS"])
     diffuse = dense.DenseLattice(level, _table(source, "DIFFUSE", np.float32, (*dense.shape(level), stored)))
-    parts = {"channels": channels, "columns": columns, "name": name, "source": "a baked shader"}
-    if int(constants["SPARSE"]):
-        parts |= {"specular": _specular(source, constants, stored), "compression": float(compression)}
+    specular = _specular(source, constants, stored) if int(constants["SPARSE"]) else None
     # before 0.2.0 one constant said both; 0.1.0 did not soften
-    in_half_difference, is_log_relative = (int(constants[name] if name in constants else constants["PRIOR"])
-                                           for name in ("HALF_DIFFERENCE", "LOG_RELATIVE"))
+    in_half_difference, is_log_relative = (int(constants[part] if part in constants else constants["PRIOR"])
+                                           for part in ("HALF_DIFFERENCE", "LOG_RELATIVE"))
     coordinates = HalfDifference(float(constants.get("SOFTENING_2", 0)) ** 0.5) if in_half_difference else Nusselt()
     transform = _log_relative(constants, stored, columns) if is_log_relative else IDENTITY
-    return Fit(coordinates, diffuse, transform=transform, **parts)
+    return Fit(coordinates, diffuse, specular, transform, float(compression) if specular is not None else 0.0,
+               channels, columns, name=name, source="a baked shader")
 
 
 def _specular(source: str, constants: dict[str, str], stored: int) -> SparseLattice:
@@ -107,7 +107,7 @@ def _level(cells: str) -> int:
     return level
 
 
-def _table(source: str, name: str, dtype: DTypeLike, shape: tuple[int, ...]) -> NDArray:
+def _table(source: str, name: str, dtype: DTypeLike, shape: tuple[int, ...]) -> NDArray[Any]:
     found = re.search(_TABLE.format(name), source, re.MULTILINE)
     if found is None:
         raise ValueError(f"the shader has no table {name}")

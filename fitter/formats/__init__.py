@@ -1,4 +1,4 @@
-"""Files of measured reflectance. The content says which format a file is in, never its name.
+"""File formats of measured reflectance. A file's format is recognised by its content, never by its name.
 
 To add a format, write a module that ends with its `Format`, and enter it in `FORMATS`; CONTRIBUTING.md shows how.
 """
@@ -13,21 +13,22 @@ from . import astm, cornell_mat, curet, pbrt_brdf
 from .format import Format
 from .text import plain_text, read_bytes
 
-# asked in this order; one that looks at the first line only comes after those that look for marks of their own
+# in the order of recognition: formats with a distinctive mark come before those recognised by their first line
 FORMATS: tuple[Format, ...] = (cornell_mat.FORMAT, astm.FORMAT, pbrt_brdf.FORMAT, curet.FORMAT)
 EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
+FORMAT_NAMES = tuple(dict.fromkeys(known.name for known in FORMATS[::-1]))
 KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
 
 
 def load(path: str | Path, sample: str | int | None = None) -> Samples:
-    """Read a measured BRDF.
+    r"""Read a measured BRDF.
 
     Parameters
     ----------
     path : path-like
         A file in one of `FORMATS`. Spectra become linear sRGB under D65.
     sample : int or str, optional
-        Which sample of a file that holds several (CURET): its number, or its name. The first one where it is not given.
+        For files with several samples (CURET): the number or the name of one. The first one by default.
 
     Returns
     -------
@@ -36,7 +37,19 @@ def load(path: str | Path, sample: str | int | None = None) -> Samples:
     Raises
     ------
     DatasetError
-        If the file is not there, is in no known format, or is malformed: with file, line and what was expected.
+        If the file is not there, is in no known format, or is malformed; the message says file, line and what was
+        expected.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "paint.astm"
+    >>> _ = path.write_text("SAMPLE_NAME Blue paint\n"
+    ...                     "VARS theta_i,phi_i,theta_s,phi_s,R,G,B\n"
+    ...                     "0.5,0,0.5,3.141593,0.1,0.2,0.6\n")
+    >>> samples = load(path)
+    >>> samples.name, samples.channels, samples.values.tolist()
+    ('Blue paint', ('R', 'G', 'B'), [[0.1, 0.2, 0.6]])
     """
     known, content = _recognised(path)
     if known.list_samples is not None:
@@ -47,24 +60,24 @@ def load(path: str | Path, sample: str | int | None = None) -> Samples:
 
 
 def list_samples(path: str | Path) -> list[tuple[int, str]]:
-    """The samples that a file holds: a list of (number, name); empty for a file with just one."""
+    """The (number, name) of each sample in a file; empty if the format has one sample a file."""
     known, content = _recognised(path)
     return [] if known.list_samples is None else known.list_samples(path, content)
 
 
 def overflowed(path: str | Path, sample: str | int | None = None) -> BoolArray | None:
-    """Which measurements overflowed the camera: (n,) bool, or None where no file tells."""
+    """Which measurements overflowed the camera: (n,) bool, or None if that is not known."""
     known, content = _recognised(path)
     return None if known.overflowed is None else known.overflowed(path, content, sample)
 
 
 def is_read_with_another(path: Path, files: Collection[Path]) -> bool:
-    """Whether reading another of these files reads this one as well."""
+    """Whether `load` reads this file as a part of another one of `files`."""
     return any(known.read_with is not None and known.read_with(path) in files for known in FORMATS)
 
 
 def _recognised(path: str | Path) -> tuple[Format, bytes]:
-    """The format of a file, and the file's content as that format takes it."""
+    """The format of a file, and its content in the form that the format's functions take."""
     content = read_bytes(path, max(known.largest for known in FORMATS))
     known = next((known for known in FORMATS if not known.is_text and known.recognises(content)), None)
     if known is None:

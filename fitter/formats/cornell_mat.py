@@ -1,9 +1,23 @@
-"""Cornell's house paint measurements: paint.reformat.mat, a MATLAB 5 file."""
+"""Cornell's measurements of a house paint, paint.reformat.mat, a MATLAB 5 file.
+
+Measured by the Cornell Program of Computer Graphics; the blue latex paint of E. P. F. Lafortune, S. C. Foo,
+K. E. Torrance, D. P. Greenberg: Non-Linear Approximation of Reflectance Functions, 1997, and of Kameya and Lewis 2002.
+Owner's page: https://www.graphics.cornell.edu/online/measurements/reflectance/
+
+Layout: four arrays, any of which may be transposed ::
+
+    dir_in, dir_out : (n, 3)    directions; z is the normal
+    fr              : (n, bands)    BRDF, 1/sr
+    wavelength      : (bands,)  nm
+
+Limits: real arrays only; spectra become linear sRGB.
+"""
 
 from pathlib import Path
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..errors import DatasetError
 from ..samples import RGB, Samples
 from . import mat5
@@ -14,17 +28,28 @@ from .text import check_thetas
 _ARRAYS = ("dir_in", "dir_out", "fr", "wavelength")
 
 
-def recognises(content):
-    """Whether the file begins as MATLAB's do."""
+def recognises(content: bytes) -> bool:
+    """Whether the file begins with the header of MATLAB 5.
+
+    Examples
+    --------
+    >>> recognises(b"MATLAB 5.0 MAT-file, Platform: GLNX86"), recognises(b"VARS theta_i")
+    (True, False)
+    """
     return content.startswith(mat5.MAGIC)
 
 
-def read(path, content):
-    """Read the paint file: dir_in and dir_out (n vectors, z is the normal), fr (n, bands), wavelength (bands,) in nm.
+def read(path: str | Path, content: bytes) -> Samples:
+    """Read the paint file; spectra become linear sRGB.
 
     Returns
     -------
     Samples
+
+    Raises
+    ------
+    DatasetError
+        If the file is damaged, or an array is missing or has an unexpected shape.
     """
     arrays = mat5.read(content, path, _ARRAYS)
     missing = [name for name in _ARRAYS if name not in arrays]
@@ -41,8 +66,8 @@ def read(path, content):
                    str(path))
 
 
-def _oriented(array, columns, name, path):
-    """A matrix with so many columns, transposed if need be."""
+def _oriented(array: FloatArray, columns: int, name: str, path: str | Path) -> FloatArray:
+    """A matrix with the given number of columns, transposed if necessary."""
     if array.ndim == 2 and array.shape[1] == columns:
         return array
     if array.ndim == 2 and array.shape[0] == columns:
@@ -50,7 +75,8 @@ def _oriented(array, columns, name, path):
     raise DatasetError(f"{name} has the shape {array.shape}, expected {columns} columns", path)
 
 
-def _angles(vectors, count, name, path):
+def _angles(vectors: FloatArray, count: int, name: str, path: str | Path) -> tuple[FloatArray, FloatArray]:
+    """The polar angles and azimuths of vectors, radians: (count,) each."""
     vectors = _oriented(vectors, 3, name, path)
     if len(vectors) != count:
         raise DatasetError(f"{name} has {len(vectors)} vectors, expected {count} as in fr", path)

@@ -1,7 +1,17 @@
 """CURET, the Columbia-Utrecht reflectance database: 61 samples, each measured at the same 205 geometries.
 
-K. J. Dana, B. van Ginneken, S. K. Nayar, J. J. Koenderink: Reflectance and Texture of Real-World Surfaces, ACM TOG
-18(1), 1999. The geometries come with the project, so that the measurements are all that a user needs.
+Measured by K. J. Dana, B. van Ginneken, S. K. Nayar, J. J. Koenderink: Reflectance and Texture of Real-World Surfaces,
+ACM TOG 18(1), 1999. Owner's page: https://www.cs.columbia.edu/CAVE/software/curet/
+
+Layout: a line for each sample, its number and 205 values in 1/sr, separated by white space. abrdf.dat has the grey
+values; rbrdf.dat, gbrdf.dat and bbrdf.dat, in one folder, have those of the channels; rover.dat, gover.dat and
+bover.dat beside them have the share of overflowed pixels of each measurement. The directions are those of the
+database's table of geometries, which comes with this project ::
+
+    1    0.200   0.110   0.199   0.177 ...
+    2    0.204   0.145   0.144   0.274 ...
+
+Limits: the geometries are fixed, so that all 205 values must be there.
 """
 
 import difflib
@@ -11,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError
 from ..samples import RGB, Samples
 from .format import Format
@@ -26,42 +37,61 @@ NAMES = (
     "human skin", "straw", "brick b", "corduroy", "salt crystals", "linen", "concrete a", "cotton", "stones",
     "brown bread", "concrete b", "concrete c", "corn husk", "white bread", "plant", "wood a", "orange peel", "wood b",
     "peacock feather", "tree bark", "cracker a", "cracker b", "moss")
-_WHAT = f"a sample number and {GEOMETRIES} values"
+_ROW = f"a sample number and {GEOMETRIES} values"
 _NUMBER = re.compile(rb"([0-9]{1,9})(?!\S)")
 
 
-def recognises(content):
-    """Whether the first line is a sample number and about as many numbers as there are geometries."""
-    tokens = next(lines(content), [b"-"])[0].split(None, GEOMETRIES // 2)
+def recognises(content: bytes) -> bool:
+    """Whether the first line has a sample number and at least half as many values as there are geometries.
+
+    Examples
+    --------
+    >>> recognises(b"5 " + 205 * b"0.1 "), recognises(b"5")
+    (True, False)
+    """
+    first = next(lines(content), None)
+    tokens = b"-".split() if first is None else first[0].split(None, GEOMETRIES // 2)
     return tokens[0].isdigit() and len(tokens) > GEOMETRIES // 2
 
 
-def list_samples(path, content):
-    """The samples of a file: a list of (number, name)."""
+def list_samples(path: str | Path, content: bytes) -> list[tuple[int, str]]:
+    """The (number, name) of each sample of a file."""
     return [(number, sample_name(number)) for number in _rows(path, content)]
 
 
-def sample_name(number):
-    """The name of a CURET sample, 1 to 61."""
+def sample_name(number: int) -> str:
+    """The name of a CURET sample, 1 to 61.
+
+    Examples
+    --------
+    >>> sample_name(1), sample_name(61)
+    ('felt', 'moss')
+    """
     return NAMES[number - 1]
 
 
-def read(path, content, sample=None):
-    """Read one sample, in colour where `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three are there.
+def read(path: str | Path, content: bytes, sample: str | int | None = None) -> Samples:
+    """Read one sample; in colour if `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three exist.
 
     Returns
     -------
     Samples
+
+    Raises
+    ------
+    DatasetError
+        If a file is malformed, or the sample is not in it.
     """
     path = Path(path)
     rows = _rows(path, content)
     number = _sample_number(sample, rows, path)
-    trio = _trio(path)
-    if trio is None:
+    members = _color_files(path)
+    channels: tuple[str, ...] = RGB
+    columns = []
+    if members is None:
         channels, columns = ("grey",), [_values(path, content, rows[number])]
     else:
-        channels, columns = RGB, []
-        for member in trio:
+        for member in members:
             text = content if member == path else plain_text(read_bytes(member), member)
             member_rows = _rows(member, text)
             if number not in member_rows:
@@ -71,14 +101,14 @@ def read(path, content, sample=None):
     return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), channels, sample_name(number), str(path))
 
 
-def overflowed(path, content, sample=None):
-    """Which measurements overflowed the camera: (205,) bool, or None.
+def overflowed(path: str | Path, content: bytes, sample: str | int | None = None) -> BoolArray | None:
+    """Which measurements overflowed the camera in any channel: (205,) bool.
 
-    Known where `rover.dat`, `gover.dat` or `bover.dat` lie beside `path`: each has the share of overflowed pixels.
+    None if none of rover.dat, gover.dat and bover.dat, which have the share of overflowed pixels, is beside `path`.
     """
     path = Path(path)
     number = _sample_number(sample, _rows(path, content), path)
-    found = None
+    found: BoolArray | None = None
     for letter in RGB:
         member = path.with_name(f"{letter.lower()}over.dat")
         if not member.is_file():
@@ -91,8 +121,8 @@ def overflowed(path, content, sample=None):
     return found
 
 
-def read_with(path):
-    """The file of red values where `path` is that of green or blue beside it: they are read as one."""
+def read_with(path: Path) -> Path | None:
+    """The file of red values, if `path` is that of green or blue in the same folder: they are read together."""
     if path.name.lower() not in {"gbrdf.dat", "bbrdf.dat"}:
         return None
     names = (red + path.name[1:] for red in "rR")
@@ -100,19 +130,25 @@ def read_with(path):
 
 
 @cache
-def geometry():
-    """The directions of the measurements: (205, 4), theta_v, phi_v, theta_i, phi_i in radians."""
+def geometry() -> FloatArray:
+    """The directions of the measurements: (205, 4), theta_v, phi_v, theta_i, phi_i, radians.
+
+    Examples
+    --------
+    >>> geometry().shape
+    (205, 4)
+    """
     table = Path(__file__).parent / "data" / "curet_geometry.csv"
     return np.loadtxt(table, delimiter=",", comments="#", skiprows=2)[:, 1:]
 
 
-def _rows(path, content):
-    """Where the line of each sample starts: {sample number: position}."""
-    rows = {}
+def _rows(path: str | Path, content: bytes) -> dict[int, int]:
+    """The position at which the line of each sample starts, by sample number."""
+    rows: dict[int, int] = {}
     for line in lines(content):
         number = _NUMBER.match(line[0])
         if number is None or not 1 <= int(number[1]) <= len(NAMES):
-            raise DatasetError(f"the line must start with a sample number from 1 to {len(NAMES)}: {_WHAT}", path,
+            raise DatasetError(f"the line must start with a sample number from 1 to {len(NAMES)}: {_ROW}", path,
                                line_number(content, line.start()))
         first = rows.setdefault(int(number[1]), line.start())
         if first != line.start():
@@ -121,11 +157,13 @@ def _rows(path, content):
     return rows
 
 
-def _values(path, content, position):
-    return parse_row(next(lines(content, position))[0], None, GEOMETRIES + 1, _WHAT, path, content, position)[1:]
+def _values(path: str | Path, content: bytes, position: int) -> list[float]:
+    """The values of the sample whose line starts at a position."""
+    return parse_row(next(lines(content, position))[0], None, GEOMETRIES + 1, _ROW, path, content, position)[1:]
 
 
-def _sample_number(sample, rows, path):
+def _sample_number(sample: str | int | None, rows: dict[int, int], path: str | Path) -> int:
+    """The number of the sample that a user names, by number or name; the first of the file without one."""
     if sample is None or sample == "":
         return next(iter(rows))
     text = str(sample).strip().lower()
@@ -142,13 +180,13 @@ def _sample_number(sample, rows, path):
     return named[text]
 
 
-def _trio(path):
-    """The files of red, green and blue where `path` is one of them and none is missing, else None."""
+def _color_files(path: Path) -> list[Path] | None:
+    """The files of red, green and blue, if `path` is one of them and all exist."""
     if path.name[:1].lower() not in {"r", "g", "b"} or path.name[1:].lower() != "brdf.dat":
         return None
     upper = path.name[0].isupper()
-    trio = [path.with_name((letter if upper else letter.lower()) + path.name[1:]) for letter in RGB]
-    return trio if all(member.is_file() for member in trio) else None
+    members = [path.with_name((letter if upper else letter.lower()) + path.name[1:]) for letter in RGB]
+    return members if all(member.is_file() for member in members) else None
 
 
 FORMAT = Format("CURET", "CURET abrdf.dat", (".dat",), recognises, read, list_samples=list_samples,

@@ -1,4 +1,4 @@
-"""What the registry knows of a file format."""
+"""The description of a file format, of which the registry holds one for each."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from pathlib import Path
 from ..arrays import BoolArray
 from ..samples import Samples
 
-LARGEST_TEXT = 16 << 20     # bytes; the largest published text file has half a million
+LARGEST_TEXT = 16 << 20     # bytes; published text files have at most half a million
 
 
 @dataclass(frozen=True)
@@ -17,26 +17,26 @@ class Format:
     Attributes
     ----------
     name : str
-        As menus and messages call it.
+        For menus and messages.
     files : str
         What its files are called, for messages: ``'CURET abrdf.dat'``.
     extensions : tuple of str
-        In lower case, with the dot: what file browsers and folder conversion look for.
+        In lower case, with the dot, for file browsers and the conversion of folders.
     recognises : callable
-        Takes the content, returns whether it is in this format. It may be wrong about damaged files only.
+        Takes the content; returns whether it is in this format. Exactly one format recognises an undamaged file.
     read : callable
-        Takes path and content, and ``sample`` where there is a `list_samples`; returns `Samples` or raises
+        Takes path and content, and ``sample`` if the format has `list_samples`; returns `Samples` or raises
         `DatasetError`.
     is_text : bool
-        Whether `recognises` and `read` take text: without a byte-order mark, refused where it has zero bytes.
+        Whether the format is text. Its functions then take content without a byte-order mark and zero bytes.
     largest : int
-        Bytes; larger files are refused.
+        Size limit in bytes; larger files are refused.
     list_samples : callable, optional
-        For files that hold several samples: takes path and content, returns a list of (number, name).
+        For files with several samples: takes path and content; returns the (number, name) of each.
     overflowed : callable, optional
-        Takes path, content and sample, returns which measurements are known to be saturated, (n,) bool, or None.
+        Takes path, content and sample; returns which measurements are known to be saturated, (n,) bool, or None.
     read_with : callable, optional
-        Takes the path of a file that is read together with another, and returns the path of that one, or None.
+        Takes the path of a file; returns the path of the file that it is read with as a part, or None.
     """
 
     name: str

@@ -1,15 +1,18 @@
-"""Real arrays from MATLAB 5 files, the format of MATLAB's `save` up to version 7.
+"""Reading real arrays from MATLAB 5 files, which MATLAB's `save` writes up to version 7.
 
-The MathWorks: MAT-File Format, chapter 1. A file is a header of 128 bytes and data elements, each a tag (type, bytes)
-and data padded to 8 bytes; a matrix is an element of elements: flags, dimensions, name, real part. No more is inflated
-or converted than a few times the file's own size.
+The MathWorks: MAT-File Format, chapter 1. A file has a header of 128 bytes and data elements, each with a tag (type,
+number of bytes) and data padded to 8 bytes. A matrix is an element that contains elements: flags, dimensions, name,
+real part. At most a few times the file's size is inflated and converted, so that a small file cannot fill the memory.
 """
 
 import struct
 import zlib
+from collections.abc import Collection, Iterator
+from pathlib import Path
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..errors import DatasetError
 
 MAGIC = b"MATLAB 5.0 MAT-file"
@@ -19,21 +22,21 @@ _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8"
 _NUMERIC = range(6, 16)     # mxDOUBLE_CLASS to mxUINT64_CLASS
 _COMPLEX = 0x800
 _PARTS = 6, 5, 1            # a matrix begins with flags (uint32), dimensions (int32) and name (int8)
-_GROWTH, _FREE = 3, 1 << 20     # measured numbers deflate to a half or so
+_GROWTH, _FREE = 3, 1 << 20     # most bytes inflated: times the file's size, plus; measured data deflate to about half
 
 
-def read(content, path, names):
-    """The arrays of these names.
+def read(content: bytes, path: str | Path, names: Collection[str]) -> dict[str, FloatArray]:
+    """Read the arrays with the given names.
 
     Returns
     -------
-    {name: array}
-        float64, of two dimensions or more; names that are not in the file are missing.
+    dict
+        Arrays of float64 with two dimensions or more, by name; those that the file does not have are missing.
 
     Raises
     ------
     DatasetError
-        If the file is damaged, one of the arrays is not plain real numbers, or they are more than its size allows.
+        If the file is damaged, one of the arrays does not hold plain real numbers, or inflates too much.
     """
     try:
         return _arrays(content, names)
@@ -41,12 +44,12 @@ def read(content, path, names):
         raise DatasetError(f"a damaged MATLAB file ({error})", path) from error
 
 
-def _arrays(content, names):
+def _arrays(content: bytes, names: Collection[str]) -> dict[str, FloatArray]:
     order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
     if order is None:
         raise ValueError("no mark of the byte order")
     allowance = _GROWTH * len(content) + _FREE
-    arrays = {}
+    arrays: dict[str, FloatArray] = {}
     for kind, data in _elements(memoryview(content)[_HEADER:], order):
         if kind == _COMPRESSED:
             inflated = _inflate(data, allowance)
@@ -60,13 +63,13 @@ def _arrays(content, names):
     return arrays
 
 
-def _elements(data, order):
-    """The data elements of a file or of a matrix: (type, data)."""
+def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
+    """The data elements of a file or of a matrix: (type, data). `order` is "<" or ">", the byte order."""
     at = 0
     while at < len(data):
         kind, size = struct.unpack_from(order + "II", data, at)
         at += 8
-        if kind >> 16:                          # small: type and size share one word, the data is the other
+        if kind >> 16:                          # small element: one word has type and size, the next the data
             kind, size, start, end = kind & 0xFFFF, kind >> 16, at - 4, at
         else:
             start, end = at, at + size if kind == _COMPRESSED else at + -(-size // 8) * 8
@@ -76,29 +79,30 @@ def _elements(data, order):
         at = end
 
 
-def _inflate(data, allowance):
+def _inflate(data: memoryview, allowance: int) -> bytes:
     inflater = zlib.decompressobj()
     inflated = inflater.decompress(data, max(allowance, 1))
     if not inflater.eof:
-        raise ValueError("it ends early, or inflates beyond measure")
+        raise ValueError("it ends early, or inflates to more than a file of this size should")
     return inflated
 
 
-def _matrix(data, order, names, allowance):
-    """The name of a matrix, and its numbers where it is one of `names`, else None."""
+def _matrix(data: memoryview, order: str, names: Collection[str], allowance: int) -> tuple[str, FloatArray | None]:
+    """The name of a matrix, and its numbers if it is one of `names`."""
     parts = _elements(data, order)
-    kinds, (flags, dimensions, name) = zip(*(next(parts, (0, b"")) for _ in range(3)), strict=True)
+    missing = 0, memoryview(b"")
+    kinds, (flags, dimensions, name_bytes) = zip(*(next(parts, missing) for _ in range(3)), strict=True)
     if kinds != _PARTS:
         raise ValueError("a matrix without flags, dimensions and name")
-    name = bytes(name).decode("latin-1")
+    name = bytes(name_bytes).decode("latin-1")
     if name not in names:
         return name, None
-    flags, = struct.unpack_from(order + "I", flags)
-    kind, values = next(parts, (0, b""))
-    if flags & 0xFF not in _NUMERIC or flags & _COMPLEX or kind not in _TYPES:
+    flag, = struct.unpack_from(order + "I", flags)
+    kind, real_part = next(parts, missing)
+    if flag & 0xFF not in _NUMERIC or flag & _COMPLEX or kind not in _TYPES:
         raise ValueError(f"{name} is not a plain array of real numbers")
     shape = np.frombuffer(dimensions, order + "i4").tolist()
-    values = np.frombuffer(values, order + _TYPES[kind])
+    values = np.frombuffer(real_part, order + _TYPES[kind])
     if 8 * values.size > allowance:
         raise ValueError(f"{name} holds more numbers than a file of this size should")
     if len(shape) < 2 or min(shape) < 0 or np.prod(shape, dtype=object) != values.size:

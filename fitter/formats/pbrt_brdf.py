@@ -1,4 +1,19 @@
-"""pbrt-v2's text format for measured BRDFs: a count, wavelengths in nm, then theta_i phi_i theta_s phi_s values."""
+"""pbrt-v2's text format for measured BRDFs (.brdf).
+
+Defined by M. Pharr, G. Humphreys: Physically Based Rendering, 2nd edition, 2010; the renderer came with measurements of
+Cornell's. Owner's page: https://github.com/mmp/pbrt-v2
+
+Layout: numbers separated by white space, and comments from # to the end of the line. First the number of wavelengths,
+then the wavelengths in nm, then for each measurement theta_i phi_i theta_s phi_s, radians, and a value for each
+wavelength, 1/sr ::
+
+    # Cornell University, Program of Computer Graphics
+    31
+    400 410 420 ... 700
+    0.872665 0.000000 0.573513 0.000000 0.023025 0.013790 ...
+
+Limits: 3 to 1,000 wavelengths; spectra become linear sRGB.
+"""
 
 import re
 from pathlib import Path
@@ -9,24 +24,35 @@ from .format import Format
 from .spectra import to_linear_srgb
 from .text import check_thetas, parse_numbers
 
-_FEW, _MANY = 3, 1000       # plausible numbers of wavelengths
+_FEWEST, _MOST = 3, 1000    # plausible numbers of wavelengths
 _FIRST = re.compile(rb"(?:\A|[\r\n])[ \t\f\v]*([^\s#])")      # of the first line that is not a comment
 _COUNT = re.compile(rb"([0-9]{1,4})[ \t\f\v]*(?=[\r\n#]|\Z)")
 
 
-def recognises(content):
-    """Whether the first line that is not a comment holds one whole number: the number of wavelengths."""
+def recognises(content: bytes) -> bool:
+    r"""Whether the first line that is not a comment holds one whole number, the number of wavelengths.
+
+    Examples
+    --------
+    >>> recognises(b"# red paint\n31\n400 410"), recognises(b"31 400 410")
+    (True, False)
+    """
     first = _FIRST.search(content)
     count = first and _COUNT.match(content, first.start(1))
-    return bool(count) and _FEW <= int(count[1]) <= _MANY
+    return count is not None and _FEWEST <= int(count[1]) <= _MOST
 
 
-def read(path, content):
+def read(path: str | Path, content: bytes) -> Samples:
     """Read a .brdf file; spectra become linear sRGB.
 
     Returns
     -------
     Samples
+
+    Raises
+    ------
+    DatasetError
+        If the file is malformed.
     """
     values, line = parse_numbers(content, path)
     bands = int(values[0])
@@ -38,9 +64,9 @@ def read(path, content):
     table = values[1 + bands:].reshape(rows, columns)
     check_thetas(table[:, [0, 2]], lambda row: line(1 + bands + row * columns), path)
     reflectance = to_linear_srgb(values[1:1 + bands], table[:, 4:], path, line(1))
-    angles = table[:, :4].T.copy()
-    del values, table           # of a long file they take more memory than it does
-    return Samples(*angles, reflectance, RGB, Path(path).stem, str(path))
+    theta_i, phi_i, theta_o, phi_o = table[:, :4].T.copy()
+    del values, table           # they may take more memory than the file
+    return Samples(theta_i, phi_i, theta_o, phi_o, reflectance, RGB, Path(path).stem, str(path))
 
 
 FORMAT = Format("pbrt-v2", "pbrt-v2 .brdf", (".brdf",), recognises, read)

@@ -1,6 +1,7 @@
-"""Spectral reflectance to linear sRGB, as it looks under D65.
+"""Conversion of spectral reflectance to linear sRGB under the illuminant D65.
 
-Colour matching: CIE 1931 2-degree standard observer (CIE 018:2019). Primaries: IEC 61966-2-1.
+Colour matching functions: CIE 1931 2-degree standard observer (CIE 018:2019). D65: CIE 15:2018. Primaries and white
+point: IEC 61966-2-1.
 """
 
 from functools import cache
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..arrays import ArrayLike, FloatArray
 from ..errors import DatasetError
 
 XYZ_TO_SRGB = np.array([[3.2404542, -1.5371385, -0.4985314],
@@ -16,45 +18,63 @@ XYZ_TO_SRGB = np.array([[3.2404542, -1.5371385, -0.4985314],
 
 
 @cache
-def _cie():
+def _cie() -> FloatArray:
+    """Wavelength in nm, x-bar, y-bar, z-bar and D65: (rows, 5)."""
     table = Path(__file__).parent / "data" / "cie_1931_d65.csv"
     return np.loadtxt(table, delimiter=",", comments="#", skiprows=3)
 
 
-def srgb_weights(wavelengths):
-    """Weights that turn a reflectance spectrum into linear sRGB: (bands,) nm to (3, bands).
+def srgb_weights(wavelengths: FloatArray) -> FloatArray:
+    """The matrix that converts a reflectance spectrum to linear sRGB: (bands,) nm to (3, bands).
 
-    The bands are integrated by the trapezoidal rule; those outside the tables (380 to 780 nm) do not count. Each row
-    sums to 1, so that a spectrally flat reflectance is grey exactly, whatever part of the visible range they cover.
+    Bands are integrated by the trapezoidal rule; those outside the tables, 380 to 780 nm, have weight 0. Each row is
+    normalised to the sum 1, so that a flat spectrum is exactly grey, even if the bands do not cover the visible range.
+
+    Examples
+    --------
+    >>> weights = srgb_weights(np.arange(400.0, 701, 10))
+    >>> weights.shape, weights.sum(axis=1).round(9).tolist()
+    ((3, 31), [1.0, 1.0, 1.0])
     """
     wavelength, *xyz, d65 = _cie().T
-    seen = (wavelengths >= wavelength[0]) & (wavelengths <= wavelength[-1])
+    visible = (wavelengths >= wavelength[0]) & (wavelengths <= wavelength[-1])
     width = np.zeros(len(wavelengths))
-    width[seen] = np.gradient(wavelengths[seen])
-    width[np.flatnonzero(seen)[[0, -1]]] /= 2
+    width[visible] = np.gradient(wavelengths[visible])
+    width[np.flatnonzero(visible)[[0, -1]]] /= 2
     light = width * np.interp(wavelengths, wavelength, d65, left=0, right=0)
     matching = np.array([np.interp(wavelengths, wavelength, bar, left=0, right=0) for bar in xyz])
     weights = XYZ_TO_SRGB @ (matching * light)
     return weights / weights.sum(axis=1, keepdims=True)
 
 
-def to_linear_srgb(wavelengths, values, path=None, line=None):
-    """Spectra to linear sRGB under D65; saturated colours may be negative.
+def to_linear_srgb(wavelengths: ArrayLike, values: ArrayLike, path: str | Path | None = None,
+                   line: int | None = None) -> FloatArray:
+    """Convert spectra to linear sRGB under D65. Saturated colours may have negative components.
 
     Parameters
     ----------
-    wavelengths : (bands,) array
-        nm, rising, at least three from 400 to 700 and these 200 nm apart or more.
-    values : (n, bands) array
+    wavelengths : (bands,) array_like
+        nm, ascending; at least three must be within 400 to 700 nm, and span 200 nm.
+    values : (n, bands) array_like
     path, line
-        Where they come from, for the error.
+        Where the spectra are from, for the error.
 
     Returns
     -------
     (n, 3) float64
+
+    Raises
+    ------
+    DatasetError
+        If the wavelengths are not as described.
+
+    Examples
+    --------
+    >>> to_linear_srgb([400, 550, 700], [[0.2, 0.2, 0.2]]).round(9).tolist()
+    [[0.2, 0.2, 0.2]]
     """
     wavelengths = np.asarray(wavelengths, dtype=float)
     visible = wavelengths[(wavelengths >= 400) & (wavelengths <= 700)]
     if not (np.diff(wavelengths) > 0).all() or len(visible) < 3 or np.ptp(visible) < 200:
         raise DatasetError("wavelengths must rise, with at least three from 400 to 700 nm that span 200 nm", path, line)
-    return values @ srgb_weights(wavelengths).T
+    return np.asarray(values, dtype=float) @ srgb_weights(wavelengths).T

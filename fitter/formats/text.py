@@ -1,7 +1,7 @@
-"""Reading numbers from text files, with errors that say where they are.
+"""Parsing numbers in text files, with errors that name the line.
 
-Content stays bytes, is gone through in pieces of about 64 kB, and the numbers go into one array of doubles: so neither
-time nor memory can be driven far beyond those of an honest file of the same size.
+The content stays bytes, is parsed in pieces of about 64 kB, and the numbers go into one array of doubles. A hostile
+file therefore takes hardly more time and memory than a valid one of the same size.
 """
 
 import math
@@ -9,12 +9,14 @@ import re
 import sys
 from array import array
 from bisect import bisect_right
+from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
 from .. import files
+from ..arrays import FloatArray
 from ..errors import DatasetError
 from ..samples import HORIZON
 from .format import LARGEST_TEXT
@@ -28,45 +30,83 @@ _COMMENT_OR_TOKEN = re.compile(rb"#[^\r\n]*|[^\s#]+")
 
 
 def read_bytes(path: str | Path, largest: int = LARGEST_TEXT) -> bytes:
-    """The content of a file of measurements, which has at most `largest` bytes and is not blank."""
+    """Read a file of measurements; `DatasetError` if it is blank or has more than `largest` bytes."""
     content = files.read_bytes(path, largest)
     if not content.strip():
         raise DatasetError("empty, expected measurements", path)
     return content
 
 
-def plain_text(content, path):
-    """Content without a byte-order mark, if it can be text of one byte a character."""
+def plain_text(content: bytes, path: str | Path) -> bytes:
+    """Remove a byte-order mark of UTF-8; `DatasetError` if the content is binary or UTF-16."""
     if b"\0" in content:
         raise DatasetError("binary (or UTF-16) content, expected plain text", path)
     return content.removeprefix(b"\xef\xbb\xbf")
 
 
-def decode(text):
-    """Words of a file, which may be in UTF-8 or, as an old one, in Latin-1."""
+def decode(text: bytes) -> str:
+    """Decode text in UTF-8 or, as old files have it, in Latin-1.
+
+    Examples
+    --------
+    >>> decode("Grün".encode("utf-8")), decode("Grün".encode("latin-1"))
+    ('Grün', 'Grün')
+    """
     try:
         return text.decode()
     except UnicodeDecodeError:
         return text.decode("latin-1")
 
 
-def lines(content, start=0):
-    """The lines that are not blank, whatever their ends: matches, stripped of leading white space."""
+def lines(content: bytes, start: int = 0) -> Iterator[re.Match[bytes]]:
+    r"""Matches of the lines that are not blank, without leading white space. Lines end with CR, LF or both.
+
+    Examples
+    --------
+    >>> [line[0] for line in lines(b"one\r\n\n  two\rthree")]
+    [b'one', b'two', b'three']
+    """
     return _LINE.finditer(content, start)
 
 
-def line_number(content, position):
-    """The number of the line, from 1, that holds a position."""
+def line_number(content: bytes, position: int) -> int:
+    r"""The number, from 1, of the line that contains a position.
+
+    Examples
+    --------
+    >>> line_number(b"one\r\ntwo\nthree", 6)
+    2
+    """
     ends = sum(content.count(end, 0, position) for end in (b"\n", b"\r"))
     return 1 + ends - content.count(b"\r\n", 0, position)
 
 
-def parse_rows(content, start, count, what, path):
-    """The lines from `start` on as rows of `count` numbers, separated by commas; `what` says what they are.
+def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Path) -> FloatArray:
+    r"""Parse lines of numbers that are separated by commas.
+
+    Parameters
+    ----------
+    content : bytes
+    start : int
+        Position of the first line.
+    count : int
+        Numbers in each line.
+    what : str
+        What the numbers are, for errors.
+    path : path-like
 
     Returns
     -------
     (rows, count) float64
+
+    Examples
+    --------
+    >>> parse_rows(b"VARS a,b\n1,2\n\n3,4\n", 8, 2, "a and b", "data.astm").tolist()
+    [[1.0, 2.0], [3.0, 4.0]]
+    >>> parse_rows(b"VARS a,b\n1,2\n\n3\n", 8, 2, "a and b", "data.astm")
+    Traceback (most recent call last):
+    ...
+    fitter.errors.DatasetError: data.astm:4: 1 entries found, expected 2: a and b
     """
     values = array("d")
     for piece in _LINES.finditer(content, start):
@@ -80,8 +120,9 @@ def parse_rows(content, start, count, what, path):
     return np.frombuffer(values).reshape(-1, count)
 
 
-def parse_row(line, separator, count, what, path, content, position):
-    """A line of `count` numbers, which stands at `position` in the content."""
+def parse_row(line: bytes, separator: bytes | None, count: int, what: str, path: str | Path, content: bytes,
+              position: int) -> list[float]:
+    """Parse one line of `count` numbers; it starts at `position` of the content."""
     tokens = line.split(separator, count)
     if len(tokens) != count:
         found = f"{len(tokens)}" if len(tokens) < count else f"more than {count}"
@@ -92,45 +133,55 @@ def parse_row(line, separator, count, what, path, content, position):
     return numbers
 
 
-def nth_line(content, start, row):
-    """The number of the line that holds a row of `parse_rows`."""
+def nth_line(content: bytes, start: int, row: int) -> int:
+    """The line number of a row of `parse_rows`."""
     return line_number(content, next(islice(lines(content, start), row, None)).start())
 
 
-def parse_numbers(content, path):
-    """All numbers of a text with comments, separated by white space.
+def parse_numbers(content: bytes, path: str | Path) -> tuple[FloatArray, Callable[[int], int]]:
+    r"""Parse all numbers of a text with comments, which are separated by white space.
 
     Returns
     -------
     numbers : (n,) float64
     line : callable
-        The number of the line that holds the k-th of them.
+        Maps the index of a number to its line number.
+
+    Examples
+    --------
+    >>> numbers, line = parse_numbers(b"# a comment\n1 2 # another\n3", "red.brdf")
+    >>> numbers.tolist(), line(2)
+    ([1.0, 2.0, 3.0], 3)
     """
-    values, counts, starts = array("d"), [], []
+    values = array("d")
+    counts: list[int] = []
+    starts: list[int] = []
     for piece in _LINES.finditer(content):
         counts.append(len(values))
         starts.append(piece.start())
         text = _COMMENT.sub(b"", piece[0]) if b"#" in piece[0] else piece[0]
         for some in _TOKENS.finditer(text):
             numbers = _floats(some[0], some[0].split())
-            if numbers is None:
+            if numbers is None:         # parse_number raises at the token that is wrong
                 for token in _tokens(content, *piece.span()):
                     parse_number(token[0], path, content, token.start())
-            values.extend(numbers)
+            else:
+                values.extend(numbers)
 
-    def line(index):
+    def line(index: int) -> int:
         piece = bisect_right(counts, index) - 1
         return line_number(content, next(islice(_tokens(content, starts[piece]), index - counts[piece], None)).start())
 
     return np.frombuffer(values), line
 
 
-def _tokens(content, start, end=sys.maxsize):
+def _tokens(content: bytes, start: int, end: int = sys.maxsize) -> Iterator[re.Match[bytes]]:
+    """Matches of the numbers, without comments."""
     return (found for found in _COMMENT_OR_TOKEN.finditer(content, start, end) if not found[0].startswith(b"#"))
 
 
-def parse_number(token, path, content=b"", position=None):
-    """A finite number, which stands at `position` in the content."""
+def parse_number(token: bytes, path: str | Path, content: bytes = b"", position: int | None = None) -> float:
+    """Parse a finite number; it starts at `position` of the content, if that is known."""
     try:
         if b"_" in token:
             raise ValueError
@@ -144,14 +195,16 @@ def parse_number(token, path, content=b"", position=None):
     raise DatasetError(f"{_quote(token)} found, expected {expected}", path, line)
 
 
-def check_thetas(thetas, line, path):
-    """Complain about the first row with a polar angle outside 0 to pi/2.
+def check_thetas(thetas: FloatArray, line: Callable[[int], int | None], path: str | Path) -> None:
+    """Raise `DatasetError` for the first row with a polar angle outside 0 to pi/2.
 
     Parameters
     ----------
     thetas : (n, k) array
+        Radians.
     line : callable
-        The number of the line that holds a row, or None.
+        Maps a row to its line number, or None if there is none.
+    path : path-like
     """
     bad = np.argwhere((thetas < 0) | (thetas > HORIZON + 1e-5))
     if len(bad):
@@ -160,8 +213,8 @@ def check_thetas(thetas, line, path):
                            line(row))
 
 
-def _floats(text, tokens):
-    """The numbers of a piece of text, or None where `parse_number` must have a closer look at its tokens."""
+def _floats(text: bytes, tokens: Sequence[bytes]) -> list[float] | None:
+    """The numbers of a piece of text, or None if a token is not a finite number; quicker than `parse_number`."""
     if b"_" in text:            # float() would read 1_000
         return None
     try:
@@ -171,6 +224,7 @@ def _floats(text, tokens):
     return numbers if all(map(math.isfinite, numbers)) else None
 
 
-def _quote(token):
+def _quote(token: bytes) -> str:
+    """A token in quotes for a message, shortened, without control characters."""
     shown = decode(token if len(token) <= 24 else token[:21] + b"...")
     return f"'{shown}'" if shown.isprintable() else ascii(shown)

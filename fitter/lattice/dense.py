@@ -1,14 +1,14 @@
-"""The control lattice: which control points there are, where they lie in an array, and the B-spline they carry.
+"""Control lattices of uniform cubic B-splines in the unit cube: indexing, evaluation and refinement.
 
-At level h the unit cube is divided into M = 2^h cells an axis, and the full lattice holds (M + 3)^3 control points,
-numbered -1 to M + 1 along each axis; a cell i reads the points i - 1 to i + 2 (Kameya and Lewis 2002, equation 7).
+At level h the cube is divided into M = 2^h cells along each axis. The full lattice has (M + 3)^3 control points,
+numbered -1 to M + 1 along each axis; cell i reads the points i - 1 to i + 2 (Kameya and Lewis 2002, equation 7).
 
-Two symmetries of an isotropic reflectance halve two of the axes. A lattice that is unchanged by
-``lambda -> 1 - lambda`` (bilateral symmetry) is C2 across the plane of incidence, and one that is unchanged by
-``(kappa_i, kappa_o) -> (1 - kappa_i, 1 - kappa_o)`` (turning both directions by half a turn) is C2 through normal
-incidence. Since directions have ``kappa_i >= 1/2`` and ``lambda_o >= 1/2``, only the points that a cell in that
-quarter reads are stored, M/2 - 1 to M + 1 along those two axes: a box of (M/2 + 3) (M + 3) (M/2 + 3). `osl/lattice.h`
-reads the same box; the baker hands it `shape` and `origin`.
+Two symmetries of an isotropic reflectance halve two of the axes. A lattice that is symmetric under
+``lambda -> 1 - lambda`` (bilateral symmetry) is C2 across the plane of incidence. One that is symmetric under
+``(kappa_i, kappa_o) -> (1 - kappa_i, 1 - kappa_o)`` (both directions rotated by 180 degrees) is C2 through normal
+incidence. All directions have ``kappa_i >= 1/2`` and ``lambda_o >= 1/2``, so only the control points that a cell in
+that quarter of the cube reads are stored: M/2 - 1 to M + 1 along those two axes, a box of
+(M/2 + 3) (M + 3) (M/2 + 3). `osl/lattice.h` reads the same box; the baker writes `shape` and `origin` into the shader.
 """
 
 from dataclasses import dataclass
@@ -19,12 +19,12 @@ import numpy as np
 from ..arrays import BoolArray, FloatArray, IntArray, SingleArray
 
 MAX_LEVEL = 8
-_CHUNK = 8192               # points evaluated at a time, to stay within the cache
+_CHUNK = 8192               # points evaluated at a time: fits the processor's cache
 
 
 @dataclass(frozen=True, eq=False)
 class DenseLattice:
-    """A lattice all of whose control points are stored.
+    """A lattice that stores all of its control points.
 
     Attributes
     ----------
@@ -51,7 +51,13 @@ class DenseLattice:
 
 
 def cells(level: int) -> int:
-    """Number of cells along an axis, M = 2^h."""
+    """Number of cells along an axis, M = 2^h.
+
+    Examples
+    --------
+    >>> cells(6)
+    64
+    """
     return 1 << level
 
 
@@ -62,18 +68,36 @@ def origin(level: int) -> tuple[int, int, int]:
 
 
 def shape(level: int) -> tuple[int, int, int]:
-    """Number of stored control points along each axis."""
+    """Number of stored control points along each axis.
+
+    Examples
+    --------
+    >>> shape(4), origin(4)
+    ((11, 19, 11), (7, -1, 7))
+    """
     a, b, c = (cells(level) + 2 - first for first in origin(level))
     return a, b, c
 
 
 def full_size(level: int) -> int:
-    """Number of control points of the full lattice, (2^h + 3)^3: what the paper counts."""
+    """Number of control points of the full lattice, (2^h + 3)^3, which the paper counts.
+
+    Examples
+    --------
+    >>> full_size(6)
+    300763
+    """
     return (cells(level) + 3) ** 3
 
 
 def weights(s: FloatArray) -> FloatArray:
-    """Uniform cubic B-spline basis at s in [0, 1], (n,) to (n, 4) (Lee, Wolberg and Shin 1997, section 3.1)."""
+    """Uniform cubic B-spline basis at s in [0, 1]: (n,) to (n, 4) (Lee, Wolberg and Shin 1997, section 3.1).
+
+    Examples
+    --------
+    >>> (6 * weights(np.array([0.0, 1.0]))).round(9).tolist()
+    [[1.0, 4.0, 1.0, 0.0], [0.0, 1.0, 4.0, 1.0]]
+    """
     s = s[:, None]
     powers = np.concatenate([np.ones_like(s), s, s * s, s * s * s], axis=1)
     return powers @ _BASIS
@@ -83,17 +107,17 @@ _BASIS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) 
 
 
 def locate(x: FloatArray, level: int) -> tuple[IntArray, list[FloatArray]]:
-    """Cell and position within it, clamped so that 1 falls in the last cell.
+    """Find the control points that points read, and their weights. The coordinate 1 falls in the last cell.
 
     Parameters
     ----------
-    x : (n, 3) array
-        Nusselt coordinates, mirrored or not.
+    x : (n, 3) float64
+        Coordinates in [0, 1], also of mirror images.
 
     Returns
     -------
     first : (n, 3) int
-        Array index of the first of the four control points along each axis; negative where the point is not stored.
+        Array index of the first of the four control points along each axis; negative if that is not stored.
     w : list of three (n, 4) float64
         The basis along each axis.
     """
@@ -104,21 +128,26 @@ def locate(x: FloatArray, level: int) -> tuple[IntArray, list[FloatArray]]:
 
 
 def evaluate(control_points: FloatArray | SingleArray, level: int, x: FloatArray) -> FloatArray:
-    """The spline at points of the stored quarter, equation 7.
+    """The spline at points in the stored quarter of the cube (Kameya and Lewis 2002, equation 7).
 
     Parameters
     ----------
     control_points : shape(level) + (channels,) array
     x : (n, 3) float64
-        Nusselt coordinates as `nusselt.nusselt` gives them.
+        Coordinates, as a `coordinates.Coordinates` encodes directions.
 
     Returns
     -------
     (n, channels) float64
+
+    Examples
+    --------
+    The basis sums to 1: equal control points make a constant.
+
+    >>> evaluate(np.full((*shape(2), 1), 0.3), 2, np.array([[0.5, 0.1, 0.9], [1, 1, 1]])).round(9).tolist()
+    [[0.3], [0.3]]
     """
-    flat = control_points.reshape(-1, control_points.shape[-1])
-    if flat.dtype != np.float64:
-        flat = flat.astype(np.float64)
+    flat = control_points.reshape(-1, control_points.shape[-1]).astype(np.float64, copy=False)
     result = np.empty((len(x), flat.shape[1]))
     for start in range(0, len(x), _CHUNK):
         result[start:start + _CHUNK] = _evaluate_chunk(flat, level, x[start:start + _CHUNK])
@@ -133,13 +162,13 @@ def _evaluate_chunk(flat: FloatArray, level: int, x: FloatArray) -> FloatArray:
     for a in range(4):
         for b in range(4):
             tap = base + (a * rows + b) * columns
-            along = sum(wc[:, c, None] * flat[tap + c] for c in range(4))
-            total += (wa[:, a] * wb[:, b])[:, None] * along
+            along_c = sum(wc[:, c, None] * flat[tap + c] for c in range(4))
+            total += (wa[:, a] * wb[:, b])[:, None] * along_c
     return total
 
 
 def refine(control_points: FloatArray, level: int) -> FloatArray:
-    """The same spline on the next finer lattice, exact to rounding (Lee, Wolberg and Shin 1997, section 4.2).
+    """Represent the same spline on the next finer lattice, exactly (Lee, Wolberg and Shin 1997, section 4.2).
 
     Parameters
     ----------
@@ -148,13 +177,19 @@ def refine(control_points: FloatArray, level: int) -> FloatArray:
     Returns
     -------
     shape(level + 1) + (channels,) float64
+
+    Examples
+    --------
+    >>> coarse, x = np.random.default_rng(1).random((*shape(2), 1)), np.array([[0.7, 0.2, 0.6]])
+    >>> bool(np.allclose(evaluate(refine(coarse, 2), 3, x), evaluate(coarse, 2, x)))
+    True
     """
     for axis in range(3):
         coarse = np.moveaxis(control_points, axis, 0)
         even = (coarse[:-2] + 6 * coarse[1:-1] + coarse[2:]) / 8        # fine[2i]
         odd = (coarse[:-1] + coarse[1:]) / 2                            # fine[2i + 1]
         both = np.empty((2 * len(odd) - 1, *coarse.shape[1:]))
-        both[0::2], both[1::2] = odd, even                              # numbered from 2 (origin) + 1
+        both[0::2], both[1::2] = odd, even                              # its first point is number 2 origin(level) + 1
         skip = origin(level + 1)[axis] - (2 * origin(level)[axis] + 1)
         fine = both[skip:skip + shape(level + 1)[axis]]
         control_points = np.moveaxis(fine, 0, axis)
@@ -169,16 +204,23 @@ def nodes(level: int) -> FloatArray:
 
 
 def interpolate(values: FloatArray, level: int) -> FloatArray:
-    """The natural cubic spline that takes given values at the nodes.
+    """The control points of the natural cubic spline through values at the nodes.
 
     Parameters
     ----------
     values : (a, b, c, channels) float64
-        At `nodes(level)`; their mirror images follow from the symmetries.
+        At `nodes(level)`; the symmetries give those at the mirror images.
 
     Returns
     -------
     shape(level) + (channels,) float64
+
+    Examples
+    --------
+    >>> values = np.random.default_rng(1).random((3, 5, 3, 1))
+    >>> at_nodes = evaluate(interpolate(values, 2), 2, nodes(2).reshape(-1, 3))
+    >>> bool(np.allclose(at_nodes, values.reshape(-1, 1)))
+    True
     """
     m = cells(level)
     first = (m + 1) // 2
@@ -187,7 +229,7 @@ def interpolate(values: FloatArray, level: int) -> FloatArray:
     full[first:, :, :first] = full[first:, :, :m - first:-1]
     full[:first] = full[:m - first:-1, ::-1]
     spline = (np.eye(m + 3, k=-1) + 4 * np.eye(m + 3) + np.eye(m + 3, k=1)) / 6
-    spline[0, :3] = spline[-1, -3:] = 1, -2, 1                          # no curvature at the ends
+    spline[0, :3] = spline[-1, -3:] = 1, -2, 1                          # natural: no curvature at the ends
     inverse = np.linalg.inv(spline)[:, 1:-1]
     for axis in range(3):
         full = np.moveaxis(np.tensordot(inverse, full, (1, axis)), 0, axis)
@@ -196,9 +238,10 @@ def interpolate(values: FloatArray, level: int) -> FloatArray:
 
 @lru_cache(maxsize=2)
 def representative(level: int) -> IntArray:
-    """Which stored control point stands for each: itself, or the first of its mirror images: shape(level) int."""
+    """For each stored control point, the first of its mirror images in the flattened box, or itself: shape(level) int.
+    """
     box, start = np.array(shape(level)), np.array(origin(level))
-    point = np.stack(np.indices(box), axis=-1) + start
+    point = np.moveaxis(np.indices(shape(level)), 0, -1) + start
     first = np.full(box, box.prod())
     for signs, shift in (([1, 1, 1], [0, 0, 0]), ([1, 1, -1], [0, 0, 1]), ([-1, -1, 1], [1, 1, 0]),
                          ([-1, -1, -1], [1, 1, 1])):
@@ -210,16 +253,22 @@ def representative(level: int) -> IntArray:
 
 
 def reachable(level: int) -> BoolArray:
-    """Which stored control points any pair of directions reads: shape(level) bool.
+    """Whether any pair of directions reads a stored control point: shape(level) bool.
 
-    ``(kappa_o, lambda_o)`` stays within a disk, so the corners of the box are never read.
+    ``(kappa_o, lambda_o)`` lies in a disk, so the corners of the box are never read.
+
+    Examples
+    --------
+    >>> around_normal, corner = reachable(4)[0, 9, 1], reachable(4)[0, 0, -1]
+    >>> bool(around_normal), bool(corner)
+    (True, False)
     """
     m = cells(level)
     _, rows, columns = shape(level)
     _, first_row, first_column = origin(level)
     row = first_row + np.arange(rows)
     column = first_column + np.arange(columns)
-    # a control point j is read over [j - 2, j + 2] / M: its distance from the disk's centre, in cells
+    # control point j is read over [j - 2, j + 2] / M: the least distance of that from the disk's centre, in cells
     in_kappa = np.maximum(0, np.abs(row - m / 2) - 2)
     in_lambda = np.maximum(0, column - 2 - m / 2)
     disk = np.hypot(in_kappa[:, None], in_lambda) < m / 2

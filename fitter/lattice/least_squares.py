@@ -1,21 +1,22 @@
-"""Choosing the control points of a sparse lattice, and making up for those that are dropped.
+"""Least-squares fits of sparse lattices.
 
-The paper keeps the largest coefficients of a lattice that was fitted with all of them. Here the kept ones are fitted
-once more, all together, by least squares: far fewer do as well.
+Kameya and Lewis (2002, section 4.1) keep the largest control points of a full lattice as they are. Here the kept ones
+are fitted again, all together, by least squares; far fewer then reach the same error.
 """
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from . import dense, mba, perfect_hash
 from .sparse import SparseLattice
 
-RIDGE = 1e-2                # relative to the mean of the diagonal of the normal equations: keeps near samples of
-                            # different values from pulling their surroundings apart
-_CHUNK = 2048
+RIDGE = 1e-2                # relative to the mean diagonal of the normal equations: keeps the spline from overshooting
+                            # between close samples of different values
+_CHUNK = 2048               # samples at a time: bounds the memory of the design matrix
 
 
-def sparse_fit(x, z, weights, level, count):
-    """The sparse lattice of `count` control points that fits weighted samples best.
+def sparse_fit(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, count: int) -> SparseLattice:
+    """Fit weighted samples by a sparse lattice.
 
     Parameters
     ----------
@@ -23,45 +24,53 @@ def sparse_fit(x, z, weights, level, count):
         Coordinates in the stored quarter of the lattice.
     z : (n, channels) float64
     weights : (n,) float64
-        How much an error at each sample counts.
+        Errors are multiplied by these.
     level : int
     count : int
-        Control points to keep, mirror images counted: at most this many.
+        Control points to keep at most, mirror images included.
 
     Returns
     -------
     SparseLattice
+
+    Examples
+    --------
+    >>> x, z = np.array([[0.7, 0.3, 0.6]]), np.array([[2.0]])
+    >>> lattice = sparse_fit(x, z, np.ones(1), 3, 64)
+    >>> bool(np.isclose(lattice.evaluate(x)[0, 0], 2, rtol=0.02)), len(lattice) <= 64
+    (True, True)
     """
-    # a lattice with the symmetries has equal control points at mirror images: they are kept, and fitted, together
-    stands_for = dense.representative(level).ravel()
-    first, keys = _largest(mba.basis_approximation(x, z * weights[:, None], level), stands_for, count)
-    unknown = np.full(len(stands_for), -1)
+    # control points at mirror images are equal: they are kept, and fitted, as one unknown
+    representative = dense.representative(level).ravel()
+    first, keys = _largest(mba.basis_approximation(x, z * weights[:, None], level), representative, count)
+    unknown = np.full(len(representative), -1)
     unknown[first] = np.arange(len(first))
-    unknown = unknown[stands_for]
+    unknown = unknown[representative]
     solution = _least_squares(x, z, weights, level, unknown, len(first))
     index = perfect_hash.build(keys)
     return SparseLattice(level, index, solution[unknown[index.keys]].astype(np.float32))
 
 
-def _largest(control_points, stands_for, count):
-    """The largest control points, by those that stand for them, and the keys of all of their images."""
+def _largest(control_points: FloatArray, representative: IntArray, count: int) -> tuple[IntArray, IntArray]:
+    """The representatives of the largest control points, and the keys of all that they represent."""
     magnitude = np.abs(control_points).max(axis=-1).ravel()
-    copies = np.bincount(stands_for, minlength=len(magnitude))
+    copies = np.bincount(representative, minlength=len(magnitude))
     order = np.argsort(-magnitude * (copies > 0), kind="stable")
     order = order[:np.count_nonzero(magnitude[copies > 0])]
     first = order[:np.searchsorted(np.cumsum(copies[order]), count, side="right")]
     chosen = np.zeros(len(magnitude), dtype=bool)
     chosen[first] = True
-    return first, np.flatnonzero(chosen[stands_for])
+    return first, np.flatnonzero(chosen[representative])
 
 
-def _least_squares(x, z, weights, level, unknown, count):
-    """Solve for `count` unknowns, `unknown` giving that of each control point or -1: (count, channels) float64."""
-    if len(x) <= count:         # fewer equations than unknowns: the same solution from the smaller system
+def _least_squares(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, unknown: IntArray,
+                   count: int) -> FloatArray:
+    """Solve for `count` unknowns: (count, channels) float64. `unknown` holds each control point's unknown, or -1."""
+    if len(x) <= count:         # with fewer equations than unknowns, the dual system is smaller
         design = _design(x, weights, level, unknown, count)
         gram = design @ design.T
         gram[np.diag_indices(len(x))] += _ridge(np.trace(gram), count)
-        return design.T @ np.linalg.solve(gram, z * weights[:, None])
+        return np.asarray(design.T @ np.linalg.solve(gram, z * weights[:, None]), dtype=float)
     normal, moment = np.zeros((count, count)), np.zeros((count, z.shape[1]))
     for start in range(0, len(x), _CHUNK):
         part = slice(start, start + _CHUNK)
@@ -69,11 +78,11 @@ def _least_squares(x, z, weights, level, unknown, count):
         normal += design.T @ design
         moment += design.T @ (z[part] * weights[part, None])
     normal[np.diag_indices(count)] += _ridge(np.trace(normal), count)
-    return np.linalg.solve(normal, moment)
+    return np.asarray(np.linalg.solve(normal, moment), dtype=float)
 
 
-def _design(x, weights, level, unknown, count):
-    """What each unknown adds to the weighted spline at the samples: (n, count) float64."""
+def _design(x: FloatArray, weights: FloatArray, level: int, unknown: IntArray, count: int) -> FloatArray:
+    """The design matrix, (n, count) float64: the weighted basis function of each unknown at the samples."""
     _, rows, columns = dense.shape(level)
     corner = ((np.arange(4)[:, None, None] * rows + np.arange(4)[:, None]) * columns + np.arange(4)).ravel()
     cell, (wa, wb, wc) = dense.locate(x, level)
@@ -84,5 +93,5 @@ def _design(x, weights, level, unknown, count):
     return design * weights[:, None]
 
 
-def _ridge(trace, count):
+def _ridge(trace: float, count: int) -> float:
     return RIDGE * max(trace / max(count, 1), np.finfo(float).tiny)

@@ -1,7 +1,8 @@
-"""A minimal perfect hash: n keys to the n slots 0 to n - 1, none empty, found with one displacement and one comparison.
+"""Minimal perfect hashing: n keys in n slots, found with one displacement and one comparison.
 
-Hash and displace: a key falls into a bucket, and all keys of a bucket are displaced by the same number so that they
-land in free slots. ::
+The method is hash and displace (D. Belazzougui, F. C. Botelho, M. Dietzfelbinger: Hash, Displace, and Compress, ESA
+2009). Each key has a bucket, and all keys of a bucket are displaced by the same number, chosen so that they land in
+free slots ::
 
     mixed  = low * multiplier + high * HASH_HIGH_MULTIPLIER,  mixed ^= mixed >> HASH_FOLD
     home   = (key + (mixed >> HASH_SKIP)) % n
@@ -9,23 +10,24 @@ land in free slots. ::
 
 with the key split into its HASH_LOW_BITS low bits and the high ones.
 
-The slot of a key that was never stored is some slot too, so the key that owns the slot is kept beside it and compared:
-there is no false hit. All intermediate values stay below 2^31, so that `osl/perfect_hash.h` finds the same slots in
-OSL's signed 32-bit integers. Buckets are placed by size, the largest first, as in F. C. Botelho, D. Belazzougui,
-M. Dietzfelbinger: Compress, Hash, and Displace, ESA 2009; single keys fill what is left, so a minimal table needs no
-luck at the end.
+Keys that are not stored hash to some slot too, so each slot keeps its key for comparison. All intermediate values are
+below 2^31, so that `osl/perfect_hash.h` finds the same slots with OSL's signed 32-bit integers. Buckets are placed in
+descending order of size; buckets of one key take the slots that remain.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import BoolArray, IntArray
 from ..shader_constants import HASH_FOLD, HASH_HIGH_MULTIPLIER, HASH_LOW_BITS, HASH_SKIP
 
 MAX_KEY = (1 << 23) - 1     # low * multiplier + high * HASH_HIGH_MULTIPLIER < 2^31
 MULTIPLIERS = 1 << 18
 _KEYS_PER_BUCKET = 3.0
-_TRIALS_AT_ONCE = 1 << 19   # bounds the memory of one round
+_TRIALS_AT_ONCE = 1 << 19   # bounds the memory of `_try_displacements`
 
 
 @dataclass(frozen=True)
@@ -35,42 +37,42 @@ class PerfectHash:
     Attributes
     ----------
     keys : (n,) uint32
-        The key that each slot holds.
+        The key in each slot.
     displacement : (buckets,) uint16, or uint32 for more than 65,536 keys
     multiplier : int
-        The member of the family of hash functions that worked for these keys.
+        Selects the hash function of the family.
     """
 
-    keys: np.ndarray
-    displacement: np.ndarray
+    keys: NDArray[np.uint32]
+    displacement: NDArray[np.unsignedinteger[Any]]
     multiplier: int
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.keys)
 
     @property
-    def nbytes(self):
+    def nbytes(self) -> int:
         """Bytes of the keys and the displacements."""
         return self.keys.nbytes + self.displacement.nbytes
 
-    def slots(self, keys):
-        """Slot of each key, -1 for a key that is not stored: (...) int to (...) int64."""
+    def slots(self, keys: ArrayLike) -> NDArray[np.int64]:
+        """The slots of keys, -1 for a key that is not stored: (...) int to (...) int64."""
         keys = np.asarray(keys, dtype=np.int64)
         n = len(self.keys)
         if n == 0:
-            return np.full(keys.shape, -1)
+            return np.full(keys.shape, -1, dtype=np.int64)
         bucket, home = _hash(keys, self.multiplier, len(self.displacement), n)
         slot = (home + self.displacement[bucket].astype(np.int64)) % n
         return np.where(self.keys[slot] == keys, slot, -1)
 
 
-def build(keys):
-    """A minimal perfect hash of distinct keys.
+def build(keys: ArrayLike) -> PerfectHash:
+    """Make a minimal perfect hash of keys.
 
     Parameters
     ----------
     keys : (n,) int
-        Distinct, 0 to `MAX_KEY`, in any order.
+        0 to `MAX_KEY`, in any order.
 
     Returns
     -------
@@ -79,7 +81,13 @@ def build(keys):
     Raises
     ------
     ValueError
-        If keys repeat or are out of range.
+        If a key is out of range.
+
+    Examples
+    --------
+    >>> found = build([300, 7, 42])
+    >>> sorted(found.slots([7, 42, 300]).tolist()), int(found.slots(8))
+    ([0, 1, 2], -1)
     """
     keys = np.unique(np.asarray(keys, dtype=np.int64))
     n = len(keys)
@@ -96,27 +104,27 @@ def build(keys):
         displacement = _place(bucket, home, buckets, random)
         if displacement is not None:
             break
-        buckets += 1 + buckets // 64        # loosen, a little: the next multiplier may well do
+        buckets += 1 + buckets // 64        # try another multiplier, with slightly more buckets
     found = PerfectHash(np.zeros(n, np.uint32), displacement.astype(width), multiplier)
     found.keys[(home + displacement[bucket]) % n] = keys
     return found
 
 
-def _hash(keys, multiplier, buckets, n):
-    """Bucket and undisplaced slot of each key."""
+def _hash(keys: IntArray, multiplier: int, buckets: int, n: int) -> tuple[IntArray, IntArray]:
+    """The bucket of each key, and its slot before displacement."""
     low, high = keys & ((1 << HASH_LOW_BITS) - 1), keys >> HASH_LOW_BITS
     mixed = low * multiplier + high * HASH_HIGH_MULTIPLIER
     mixed ^= mixed >> HASH_FOLD
     return mixed % buckets, (keys + (mixed >> HASH_SKIP)) % n
 
 
-def _place(bucket, home, buckets, random):
-    """Displacements that give every key a slot of its own, or None where these buckets allow none."""
+def _place(bucket: IntArray, home: IntArray, buckets: int, random: np.random.Generator) -> IntArray | None:
+    """Find displacements that give every key a slot of its own: (buckets,) int, or None if the search fails."""
     n = len(home)
     order = np.lexsort((home, bucket))
     bucket, home = bucket[order], home[order]
     if ((bucket[1:] == bucket[:-1]) & (home[1:] == home[:-1])).any():
-        return None                         # two keys that every displacement moves to the same slot
+        return None                         # every displacement moves two keys of a bucket to the same slot
     size = np.bincount(bucket, minlength=buckets)
     start = np.cumsum(size) - size
     free = np.ones(n, dtype=bool)
@@ -128,9 +136,9 @@ def _place(bucket, home, buckets, random):
         while len(pending):
             if tried > 4 * n + 64:
                 return None
-            enough = 2 / (np.count_nonzero(free) / n) ** members        # twice the trials that one success takes
+            enough = 2 / (np.count_nonzero(free) / n) ** members        # twice the expected trials until a success
             trials = int(min(enough, _TRIALS_AT_ONCE / (len(pending) * members), n)) + 1
-            trial, placed = _try(homes, random.integers(0, n, (len(pending), trials)), free)
+            trial, placed = _try_displacements(homes, random.integers(0, n, (len(pending), trials)), free)
             displacement[pending[placed]] = trial[placed]
             pending, homes = pending[~placed], homes[~placed]
             tried += trials
@@ -139,15 +147,19 @@ def _place(bucket, home, buckets, random):
     return displacement
 
 
-def _try(homes, trials, free):
-    """Displace each bucket by the first of its trials that finds its slots free; of two that want a slot, one waits.
+def _try_displacements(homes: IntArray, trials: IntArray, free: BoolArray) -> tuple[IntArray, BoolArray]:
+    """Displace each bucket by the first of its trials with which all its slots are free.
+
+    Where two buckets claim a slot, the later one is not placed.
 
     Parameters
     ----------
     homes : (buckets, members) int
+        Slots before displacement.
     trials : (buckets, trials) int
+        Displacements to try.
     free : (n,) bool
-        Changed: the slots taken are no longer free.
+        Updated in place: slots that are taken become False.
 
     Returns
     -------
@@ -160,10 +172,10 @@ def _try(homes, trials, free):
         fits &= free[(homes[:, member, None] + trials) % n]
     displacement = trials[np.arange(len(trials)), fits.argmax(axis=1)]
     slots = (homes + displacement[:, None]) % n
-    hopeful = np.flatnonzero(fits.any(axis=1))
+    candidates = np.flatnonzero(fits.any(axis=1))
     claim = np.full(n, -1)
-    claim[slots[hopeful[::-1]]] = hopeful[::-1, None]
+    claim[slots[candidates[::-1]]] = candidates[::-1, None]
     placed = np.zeros(len(homes), dtype=bool)
-    placed[hopeful] = (claim[slots[hopeful]] == hopeful[:, None]).all(axis=1)
+    placed[candidates] = (claim[slots[candidates]] == candidates[:, None]).all(axis=1)
     free[slots[placed]] = False
     return displacement, placed

@@ -1,5 +1,6 @@
-"""A control lattice of which only the control points that matter are kept (Kameya and Lewis 2002, section 4.2)."""
+"""A control lattice that stores only its largest control points (Kameya and Lewis 2002, section 4.2)."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +12,7 @@ from . import dense, perfect_hash
 
 @dataclass(frozen=True)
 class SparseLattice:
-    """Control points in the slots of a minimal perfect hash; all others are 0.
+    """A lattice whose control points are in the slots of a minimal perfect hash; all others are 0.
 
     Attributes
     ----------
@@ -45,30 +46,38 @@ class SparseLattice:
 
     @cached_property
     def dense(self) -> SingleArray:
-        """The same lattice with its zeros: lattice.shape(level) + (channels,) float32."""
+        """All control points, zeros included: dense.shape(level) + (channels,) float32."""
         box = dense.shape(self.level)
-        full = np.zeros((np.prod(box), self.coefficients.shape[1]), dtype=np.float32)
+        full = np.zeros((math.prod(box), self.coefficients.shape[1]), dtype=np.float32)
         full[self.index.keys] = self.coefficients
         return full.reshape(*box, -1)
 
 
 def keep_largest(control_points: FloatArray, level: int, count: int) -> SparseLattice:
-    """The `count` reachable control points of largest magnitude over all channels.
+    """Keep the control points of largest magnitude over all channels, of those that directions can reach.
 
     Parameters
     ----------
-    control_points : lattice.shape(level) + (channels,) float64
+    control_points : dense.shape(level) + (channels,) float64
     level : int
     count : int
-        At most this many; fewer where fewer are reachable and not 0.
+        Number to keep; fewer are kept if fewer are reachable and not 0.
 
     Returns
     -------
     SparseLattice
+
+    Examples
+    --------
+    >>> control_points = np.zeros((*dense.shape(2), 1))
+    >>> control_points[2, 3, 2], control_points[2, 4, 2] = -5, 1
+    >>> lattice = keep_largest(control_points, 2, 1)
+    >>> lattice.count, float(lattice.dense[2, 3, 2, 0]), float(lattice.dense[2, 4, 2, 0])
+    (1, -5.0, 0.0)
     """
     flat = control_points.reshape(-1, control_points.shape[-1])
     magnitude = np.einsum("nc,nc->n", flat, flat) * dense.reachable(level).ravel()
-    count = min(count, np.count_nonzero(magnitude))
+    count = min(count, int(np.count_nonzero(magnitude)))
     kept = np.argpartition(-magnitude, min(count, len(magnitude) - 1))[:count]
     index = perfect_hash.build(kept)
     return SparseLattice(level, index, flat[index.keys].astype(np.float32))

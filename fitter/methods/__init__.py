@@ -1,6 +1,7 @@
-"""Fitting: methods make a `Fit` of `Samples`, and a fit knows no method.
+"""Fitting methods: each makes a `Fit` of `Samples`; a `Fit` does not know which method made it.
 
-A method is a function ``fit(samples, levels, plausible=True, **options)`` in a module of its own, entered in `METHODS`.
+To add a method, write a module with a `Method`, enter it in `METHODS`, and its name in `MethodName`; CONTRIBUTING.md
+shows how.
 """
 
 from collections.abc import Callable
@@ -11,12 +12,30 @@ from ..model.fit import Fit
 from ..samples import Samples, distinct_channels
 from . import kameya_lewis, regression_kriging
 from .levels import Levels
+from .method import Method, MethodName
 
-METHODS: dict[str, Callable[..., Fit]] = {"mba": kameya_lewis.fit, "kriging": regression_kriging.fit}
+METHODS: dict[MethodName, Method] = {"mba": kameya_lewis.fit, "kriging": regression_kriging.fit}
+_PREPARATIONS: dict[MethodName, Callable[[Samples], dict[str, Any]]] = {"kriging": regression_kriging.prepare}
+
+
+def prepare(samples: Samples, method: MethodName = "mba") -> dict[str, Any]:
+    """Do the part of a fit that does not depend on the levels, where a method has one that takes long.
+
+    Parameters
+    ----------
+    samples : Samples
+    method : one of `METHODS`
+
+    Returns
+    -------
+    dict
+        Options for `fit`, with the same samples and method and any levels; empty where there is nothing to prepare.
+    """
+    return _PREPARATIONS[method](distinct_channels(samples)[0]) if method in _PREPARATIONS else {}
 
 
 def fit(samples: Samples, diffuse_level: int = 4, specular_level: int | None = 6, compression: float = 95.0,
-        method: str = "mba", plausible: bool = True, **options: Any) -> Fit:
+        method: MethodName = "mba", plausible: bool = True, **options: Any) -> Fit:
     """Fit a measured reflectance.
 
     Parameters
@@ -25,17 +44,18 @@ def fit(samples: Samples, diffuse_level: int = 4, specular_level: int | None = 6
     diffuse_level : int, 0 to 8
         D, the level of the dense lattice.
     specular_level : int, 0 to 8, or None
-        S, the level of the sparse lattice; None for the dense lattice alone, by "mba" plain MBA (section 3).
+        S, the level of the sparse lattice; None for the dense lattice alone, which with "mba" is the paper's plain MBA
+        (Kameya and Lewis 2002, section 3).
     compression : float, 0 to 100
         C, the percentage of the (2^S + 3)^3 specular control points to drop.
     method : {"mba", "kriging"}
-        "mba": as Kameya and Lewis (2002), `kameya_lewis`. "kriging": closer to the samples in a fraction of the
-        storage, and closer to what was not sampled, `regression_kriging`.
+        "mba" is the method of Kameya and Lewis (2002), `kameya_lewis`. "kriging", `regression_kriging`, fits the
+        samples more closely with less storage, and predicts unmeasured directions better.
     plausible : bool
-        By "kriging", make the fit physically plausible: nowhere negative, and of directional albedo at most 1. What
-        that changed is in `Fit.changes`. The paper's method has no means to it.
+        With "kriging", make the fit physically plausible: nowhere negative, with a directional albedo of at most 1.
+        `Fit.changes` says what that changed. "mba" ignores it.
     **options
-        Of the method.
+        Of the method, as `prepare` returns them.
 
     Returns
     -------

@@ -1,6 +1,6 @@
 """The paper's method: the reflectance itself on two lattices over Nusselt coordinates, by multilevel B-splines.
 
-Kameya and Lewis 2002, sections 3 and 4: f_d is fitted to the samples by MBA, f_s to what f_d leaves, and of the control
+Kameya and Lewis 2002, sections 3 and 4: MBA fits f_d to the samples, and f_s to the residual of f_d; of the control
 points of f_s the largest are kept.
 """
 
@@ -15,18 +15,25 @@ from .levels import Levels
 
 
 def fit(samples: Samples, levels: Levels, plausible: bool = True) -> Fit:
-    """Fit samples.
+    """Fit samples by multilevel B-spline approximation.
 
     Parameters
     ----------
     samples : Samples
     levels : Levels
     plausible : bool
-        Without effect: the paper's method has no means to it.
+        Ignored: the paper's method cannot ensure that a fit is plausible.
 
     Returns
     -------
     Fit
+
+    Examples
+    --------
+    >>> one = Samples([0.0], [0], [0.0], [0], [[0.3]])
+    >>> plain = fit(one, Levels(2, None, 0.0))
+    >>> float(plain.evaluate(0, 0, 0, 0)[0])
+    0.3
     """
     coordinates = Nusselt()
     x = coordinates.encode(*samples.directions)

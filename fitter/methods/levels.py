@@ -1,4 +1,4 @@
-"""What a fit may cost: the levels of its lattices, and how much of the sparse one is kept."""
+"""The size of a fit: the levels of its lattices, and how much of the sparse one is kept."""
 
 from dataclasses import dataclass
 from numbers import Real
@@ -24,7 +24,14 @@ class Levels:
     Raises
     ------
     ValueError
-        If one is out of range.
+        If one of them is out of range.
+
+    Examples
+    --------
+    95 percent of the 67^3 control points of level 6 are dropped:
+
+    >>> Levels(4, 6, 95.0).kept
+    15038
     """
 
     diffuse: int
@@ -45,7 +52,7 @@ class Levels:
 
     @property
     def dropped(self) -> float:
-        """The compression as a fit states it: 0 without a sparse lattice."""
+        """The compression that a `Fit` states: 0 without a sparse lattice."""
         return 0.0 if self.specular is None else float(self.compression)
 
 

@@ -1,7 +1,8 @@
 """Fitting a microfacet model to samples: the prior of `regression_kriging`.
 
-The model knows what a table of samples does not: how high a peak is that no sample hit, by its neighbours at other
-angles, and how a lobe grows toward grazing incidence.
+The model adds what the samples alone do not tell: the height of a peak that no sample hit, and the growth of a lobe
+toward grazing incidence. It is fitted by the algorithm of D. W. Marquardt: An Algorithm for Least-Squares Estimation of
+Nonlinear Parameters, 1963.
 """
 
 from collections.abc import Callable
@@ -16,25 +17,32 @@ from ..samples import Samples
 
 _START_WIDTHS = ((0.05,), (0.2,), (0.6,), (0.01, 0.3), (0.05, 0.2), (0.05, 0.6), (0.2, 0.6))
 _ITERATIONS = 60
-_CLIP = 25.0                # bound of every parameter as searched: a logarithm, or the logit of F0
+_CLIP = 25.0                # bound of every parameter of the search: logarithms, and logits of F0
 
 
 def lambertian(values: FloatArray) -> Microfacet:
-    """The model without lobes: the median of each channel of (n, channels), 1/sr."""
+    """The model without lobes: the median of each channel of values (n, channels), 1/sr.
+
+    Examples
+    --------
+    >>> lambertian(np.array([[0.1], [0.2], [9.0]])).evaluate(0.3, 0, 0.2, 1).tolist()
+    [0.2]
+    """
     kd = np.maximum(np.median(values, axis=0), 0)
     return Microfacet(kd, np.zeros((0, len(kd))), np.zeros(0), np.zeros(0), np.zeros(0))
 
 
 def fit(samples: Samples, offset: float) -> Microfacet:
-    """Fit by least squares of log(f + offset), so that dark directions count as much as the peak.
+    """Fit a model with one or two lobes.
 
-    Levenberg-Marquardt from several widths of lobe.
+    Least squares of log(f + offset), so that dark directions count as much as the peak, by Levenberg-Marquardt from
+    several widths of the lobes.
 
     Parameters
     ----------
     samples : Samples
     offset : float
-        1/sr.
+        1/sr, positive.
 
     Returns
     -------
@@ -57,14 +65,14 @@ def fit(samples: Samples, offset: float) -> Microfacet:
 
 
 def _pack(model: Microfacet) -> FloatArray:
-    """The parameters as searched: logits of F0, and logarithms."""
+    """The parameters of the search: logits of F0, logarithms of the others."""
     f0 = np.clip(model.f0, 1e-9, 1 - 1e-9)
     positive = np.concatenate([model.alpha, model.gamma - 1, model.kd, model.ks.ravel()])
     return np.concatenate([np.log(f0 / (1 - f0)), np.log(np.maximum(positive, 1e-9))])
 
 
 def _unpack(p: FloatArray, channels: int) -> Microfacet:
-    """The model of parameters as searched."""
+    """The model of parameters that `_pack` made."""
     p = np.clip(p, -_CLIP, _CLIP)
     lobes = (len(p) - channels) // (3 + channels)
     alpha, gamma = np.clip(np.exp(p[lobes:3 * lobes]), NARROWEST, STEEPEST_TAIL).reshape(2, lobes)
@@ -74,15 +82,15 @@ def _unpack(p: FloatArray, channels: int) -> Microfacet:
 
 
 def _levenberg_marquardt(residuals: Callable[[FloatArray], FloatArray], p: FloatArray) -> tuple[FloatArray, float]:
-    """The nearest minimum, and the sum of squares there; derivatives by differences."""
-    # a weak pull to the start keeps parameters that the data say nothing of where they are
+    """A local minimum of the sum of squares, and its value; derivatives by finite differences."""
+    # a weak pull toward the start holds the parameters that the data do not determine
     start = p
 
     def all_residuals(p: FloatArray) -> FloatArray:
         return np.concatenate([residuals(p), 1e-2 * (p - start)])
 
     r = all_residuals(p)
-    cost, damping = r @ r, 1e-2
+    cost, damping = float(r @ r), 1e-2
     for _ in range(_ITERATIONS):
         jacobian = np.stack([(all_residuals(p + step) - r) / 1e-5 for step in 1e-5 * np.eye(len(p))], axis=1)
         normal, slope = jacobian.T @ jacobian, jacobian.T @ r
@@ -95,7 +103,7 @@ def _levenberg_marquardt(residuals: Callable[[FloatArray], FloatArray], p: Float
         else:
             break
         gain = cost - r_trial @ r_trial
-        p, r, cost, damping = trial, r_trial, cost - gain, damping / 4
+        p, r, cost, damping = trial, r_trial, float(cost - gain), damping / 4
         if gain < 1e-6 * cost:
             break
     return p, cost

@@ -10,9 +10,10 @@ from ..model.fit import Fit, notation
 from ..quality import cross_validation
 from ..quality.metrics import error_metrics
 from ..samples import Samples, distinct_channels, subset
-from . import fit, regression_kriging
+from . import fit, prepare
+from .method import MethodName
 
-METHOD = "kriging"
+METHOD: MethodName = "kriging"
 SPECULAR_LEVEL = 6
 DIFFUSE_LEVELS = (1, 2, 3, 4, 5)
 KEPT = (0, 47, 94, 188, 376, 752, 1504, 3008, 6016)     # control points of the specular lattice
@@ -21,8 +22,8 @@ KEPT = (0, 47, 94, 188, 376, 752, 1504, 3008, 6016)     # control points of the 
 def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plausible: bool = True) -> Fit:
     """Find the fit of fewest bytes whose error is within a tolerance.
 
-    Of the fits by "kriging" with a specular lattice of level 6; for each diffuse level the compression is found by
-    bisection.
+    The candidates are fits by "kriging" with a specular lattice of level 6. For each diffuse level, bisection finds the
+    largest compression that suffices.
 
     Parameters
     ----------
@@ -30,8 +31,8 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plaus
     tolerance : float
         Root mean square error over all samples and channels, 1/sr.
     held_out : bool
-        Judge by samples that a fit has not seen, in five folds (`cross_validation.held_out`), instead of by those that
-        it was fitted to.
+        Measure the error at samples that were held out of the fit, in five folds (`cross_validation.held_out`),
+        instead of at the fitted samples.
     plausible : bool
         As for `fit`.
 
@@ -42,16 +43,24 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plaus
     Raises
     ------
     ValueError
-        If the tolerance is not positive, or no such fit reaches it; the message says what the best one does.
+        If the tolerance is not positive, or no candidate reaches it; the message gives the best candidate's error.
+
+    Examples
+    --------
+    >>> theta = np.radians([0, 20, 40, 60, 80.0])
+    >>> grey = Samples(theta, 0 * theta, theta, 0 * theta, np.full((5, 1), 0.2))
+    >>> found = fit_within(grey, 0.01)
+    >>> found.notation, error_metrics(grey.values, found.evaluate(*grey.directions)).rmse < 0.01
+    ('(1,6,100)', True)
     """
     if not tolerance > 0:
         raise ValueError(f"tolerance is {tolerance!r}, expected a positive number of 1/sr")
     parts: list[IntArray | None] = [*cross_validation.folds(len(samples))] if held_out else [None]
     if len(parts) == 1 and held_out:
         raise ValueError("one sample cannot be predicted from the others")
-    stored = len(distinct_channels(samples)[0].channels)         # equal channels are stored, and so counted, once
-    views = [_View(samples, part) for part in parts]
-    whole = views[0] if not held_out else _View(samples, None)
+    stored = len(distinct_channels(samples)[0].channels)         # equal channels are stored, and counted, once
+    folds = [_Fold(samples, part) for part in parts]
+    whole = folds[0] if not held_out else _Fold(samples, None)
 
     kept = [count for count in KEPT if count <= 8 * len(samples)]
     found: Fit | None = None
@@ -59,11 +68,11 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plaus
     for diffuse_level in DIFFUSE_LEVELS:
         if found is not None and 4 * np.prod(dense.shape(diffuse_level)) * stored >= found.nbytes:
             break
-        low, high = 0, len(kept)                        # kept[high] is known to suffice
+        low, high = 0, len(kept)                        # kept[high] suffices, if it exists
         while low < high:
             middle = (low + high) // 2
             compression = _compression(kept[middle])
-            error = _rmse(samples, [view.predicted(diffuse_level, compression, plausible) for view in views], parts)
+            error = _rmse(samples, [fold.predicted(diffuse_level, compression, plausible) for fold in folds], parts)
             best = min(best, (error, notation(diffuse_level, SPECULAR_LEVEL, compression)))
             if error <= tolerance:
                 high = middle
@@ -79,25 +88,28 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plaus
 
 
 def arguments_of(found: Fit) -> dict[str, Any]:
-    """The keyword arguments of `fit` that make a fit like one that `fit_within` found."""
+    """The keyword arguments with which `fit` makes the fit that `fit_within` found, of the same samples."""
     return {"diffuse_level": found.diffuse_level, "specular_level": found.specular_level,
             "compression": found.compression, "method": METHOD}
 
 
-class _View:
-    """The samples that a fold leaves to be seen, and what is estimated of them once for all fits."""
+class _Fold:
+    """A division of the samples into those that are fitted and those that are predicted; without one, all are both.
+
+    The estimate is made once for all fits of the fold.
+    """
 
     def __init__(self, samples: Samples, held: IntArray | None) -> None:
-        self._held = samples if held is None else subset(samples, held)
-        self._seen = samples if held is None else subset(samples, np.setdiff1d(np.arange(len(samples)), held))
-        self._estimated = regression_kriging.Estimate(distinct_channels(self._seen)[0])
+        self._predicted = samples if held is None else subset(samples, held)
+        self._fitted = samples if held is None else subset(samples, np.setdiff1d(np.arange(len(samples)), held))
+        self._prepared = prepare(self._fitted, METHOD)
 
     def fit(self, diffuse_level: int, compression: float, plausible: bool) -> Fit:
-        return fit(self._seen, diffuse_level, SPECULAR_LEVEL, compression, METHOD, plausible,
-                   estimated=self._estimated)
+        return fit(self._fitted, diffuse_level, SPECULAR_LEVEL, compression, METHOD, plausible,
+                   **self._prepared)
 
     def predicted(self, diffuse_level: int, compression: float, plausible: bool) -> FloatArray:
-        return self.fit(diffuse_level, compression, plausible).evaluate(*self._held.directions)
+        return self.fit(diffuse_level, compression, plausible).evaluate(*self._predicted.directions)
 
 
 def _compression(kept: int) -> float:

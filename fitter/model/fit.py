@@ -1,8 +1,8 @@
-"""A fit: what is stored of a measured reflectance, and its evaluation.
+"""The bi-level model of Kameya and Lewis 2002, section 4, generalised to other coordinates and transforms.
 
-Kameya and Lewis 2002, section 4: a function f_d + f_s of the directions' coordinates, f_d on a coarse dense lattice,
-f_s on a fine sparse one that has one set of control points for all channels. A transform says what that function means:
-the paper's lattices hold the reflectance itself.
+The lattices hold a field f_d + f_s over coordinates of the directions: f_d on a coarse dense lattice, f_s on a fine
+sparse one, which keeps the same control points for all channels. A transform maps the field to reflectance; in the
+paper it is the identity.
 """
 
 from dataclasses import dataclass
@@ -27,22 +27,36 @@ class Fit:
     Attributes
     ----------
     coordinates : coordinates.Coordinates
-        Of which coordinates of the directions the lattices are functions.
+        The arguments of the field.
     diffuse : DenseLattice
-        One column of control points for each distinct channel.
+        f_d; it has a column of control points for each distinct channel.
     specular : SparseLattice, or None
-        Adds to the dense lattice; None for the dense one alone.
+        f_s, or None for f_d alone.
     transform : transform.Transform
-        What makes a reflectance of the sum of the lattices.
+        Maps the field to reflectance.
     compression : float
-        Percentage of the specular lattice that was dropped; 0 without one.
+        Percentage of the specular control points that was dropped; 0 without a specular lattice.
     channels : tuple of str
     columns : tuple of int
-        Which column of the arrays each channel reads: equal channels are stored once. By default each its own.
+        For each channel, the column of the lattices that it reads: equal channels share one. By default, each has its
+        own.
     changes : tuple of str
         What was changed to make the fit physically plausible, in words.
     name, source : str
-        As in the `Samples` it was fitted to.
+        Those of the `Samples`.
+
+    Examples
+    --------
+    A Lambertian of albedo 0.6, as a lattice of equal control points:
+
+    >>> from ..coordinates.nusselt import Nusselt
+    >>> from ..lattice import dense
+    >>> control_points = np.full((*dense.shape(1), 1), 0.6 / np.pi, dtype=np.float32)
+    >>> lambertian = Fit(Nusselt(), DenseLattice(1, control_points))
+    >>> (np.pi * lambertian.evaluate([0, 0.5], 0, [0.3, 1.5], 2)).round(6).tolist()
+    [[0.6], [0.6]]
+    >>> lambertian.notation, lambertian.coefficient_count, lambertian.nbytes
+    ('level 1', 80, 320)
     """
 
     coordinates: Coordinates
@@ -72,7 +86,7 @@ class Fit:
 
     @property
     def notation(self) -> str:
-        """The levels as the paper writes them."""
+        """The levels in the paper's notation."""
         return notation(self.diffuse_level, self.specular_level, self.compression)
 
     @property
@@ -86,17 +100,17 @@ class Fit:
         return self.diffuse.nbytes + (0 if self.specular is None else self.specular.nbytes) + self.transform.nbytes
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """The fitted BRDF, negative where a fit that need not be plausible undershoots.
+        """Evaluate the fitted BRDF.
 
         Parameters
         ----------
-        theta_i, phi_i, theta_o, phi_o : (n,) array_like
-            Directions, radians; they may be broadcast.
+        theta_i, phi_i, theta_o, phi_o : array_like, broadcast to (...)
+            Incident and outgoing direction, radians.
 
         Returns
         -------
-        (n, channels) float64
-            1/sr.
+        (..., channels) float64
+            1/sr, without the cosine. A fit that was not made plausible may be negative.
 
         Raises
         ------
@@ -122,20 +136,22 @@ class Fit:
         return self.transform.reflectance(field, theta_i, phi_i, theta_o, phi_o)
 
     def save(self, path: str | Path) -> None:
-        """Write the fit to an .npz file; what was there is replaced only once the new file is whole."""
+        """Write the fit to an .npz file. A file at `path` is replaced once the new one is complete."""
         fit_file.write(self, path)
 
     @staticmethod
     def load(path: str | Path) -> "Fit":
-        """Read a fit that `save` wrote; `DatasetError` if the file is anything else."""
+        """Read a fit that `save` wrote; anything else raises `DatasetError`."""
         return Fit(**fit_file.read(path))
 
 
 def notation(diffuse_level: int, specular_level: int | None = None, compression: float = 0.0) -> str:
-    """The levels of a fit as the paper writes them: ``(D,S,C)``, or ``level D`` for plain MBA.
+    """The levels of a fit in the paper's notation: ``(D,S,C)``, or ``level D`` for plain MBA.
 
-    >>> notation(4, 6, 95.0)
-    '(4,6,95)'
+    Examples
+    --------
+    >>> notation(4, 6, 95.0), notation(6)
+    ('(4,6,95)', 'level 6')
     """
     return f"level {diffuse_level}" if specular_level is None else (
         f"({diffuse_level},{specular_level},{compression:g})")

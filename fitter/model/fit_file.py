@@ -1,16 +1,23 @@
-"""Fits as files: NumPy .npz, versioned, without pickled objects, and checked on reading.
+"""Fits as files: NumPy .npz archives with a version, without pickled objects; every entry is checked on reading.
 
-Entries: `header` (JSON text: format, version, coordinates, transform, levels, compression, channels, columns, changes,
-name, source), `diffuse`, for a bi-level fit `coefficients`, `keys`, `displacement`, and for a log-relative one
-`prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling`.
+The entries are `header`, a JSON text with format, version, coordinates, transform, levels, compression, channels,
+columns, changes, name and source; `diffuse`; for a bi-level fit `coefficients`, `keys` and `displacement`; and for a
+log-relative fit `prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0` and `prior_ceiling`.
 """
+
+from __future__ import annotations
 
 import io
 import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
 from .. import files
+from ..coordinates import Coordinates
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
 from ..errors import DatasetError
@@ -18,25 +25,35 @@ from ..lattice import dense, perfect_hash
 from ..lattice.sparse import SparseLattice
 from ..samples import LARGEST_VALUE
 from . import microfacet, npz
-from .transform import IDENTITY, LEAST_OFFSET, LogRelative
+from .transform import IDENTITY, LEAST_OFFSET, LogRelative, Transform
+
+if TYPE_CHECKING:
+    from .fit import Fit
 
 FORMAT = "measured-brdf-fit"
 VERSION = 4
-_READ = (2, 3, 4)           # 2 had no softening; 2 and 3 did not name coordinates and transform
-LARGEST = 100 * LARGEST_VALUE   # of any number: single precision has room for what the shader makes of it
+_READABLE = (2, 3, 4)       # version 2 had no softening; versions 2 and 3 did not name coordinates and transform
+LARGEST = 100 * LARGEST_VALUE   # of any number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
 _PRIOR = ("kd", "ks", "alpha", "gamma", "f0")
+_Arrays = dict[str, NDArray[Any]]
 
 
-def write(fit, path):
-    """Write a `Fit` to `path`."""
+def write(fit: Fit, path: str | Path) -> None:
+    """Write a fit to an .npz file.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written; a file at `path` then stays as it was.
+    """
     coordinates, transform = fit.coordinates, fit.transform
-    header = {"format": FORMAT, "version": VERSION, "coordinates": coordinates.name, "transform": transform.name,
-              "diffuse_level": int(fit.diffuse_level),
-              "specular_level": fit.specular_level, "compression": fit.compression,
-              "channels": list(fit.channels), "columns": list(fit.columns), "changes": list(fit.changes),
-              "name": str(fit.name), "source": str(fit.source)}
-    arrays = {"diffuse": fit.diffuse.control_points}
+    header: dict[str, Any] = {
+        "format": FORMAT, "version": VERSION, "coordinates": coordinates.name, "transform": transform.name,
+        "diffuse_level": int(fit.diffuse_level), "specular_level": fit.specular_level, "compression": fit.compression,
+        "channels": list(fit.channels), "columns": list(fit.columns), "changes": list(fit.changes),
+        "name": str(fit.name), "source": str(fit.source)}
+    arrays: _Arrays = {"diffuse": fit.diffuse.control_points}
     if fit.specular is not None:
         index = fit.specular.index
         header["multiplier"] = index.multiplier
@@ -47,19 +64,20 @@ def write(fit, path):
         header |= {"offset": transform.offset, "plausible": bool(transform.floor == 0)}
         arrays |= {f"prior_{name}": getattr(transform.prior, name) for name in _PRIOR}
         arrays["prior_ceiling"] = transform.ceiling
-    content = io.BytesIO()      # not straight to the file: on a full disk an unfinished ZipFile complains on its own
-    np.savez_compressed(content, header=np.array(json.dumps(header)), **arrays)
+    content = io.BytesIO()      # not the file: on a full disk, ZipFile would raise a second error when it is deleted
+    entries: _Arrays = {"header": np.array(json.dumps(header)), **arrays}
+    np.savez_compressed(content, **entries)     # type: ignore[arg-type]    # NumPy's stub has a parameter of bool
     with files.replacing(path) as stream:
         stream.write(content.getbuffer())
 
 
-def read(path):
-    """Read what `write` wrote: the keyword arguments of a `Fit`.
+def read(path: str | Path) -> dict[str, Any]:
+    """Read a file that `write` wrote: the keyword arguments of a `Fit`.
 
     Raises
     ------
     DatasetError
-        If it is not there, or not a fit of this version, or its parts contradict each other.
+        If the file is not there, is not a fit of a known version, or is damaged.
     """
     content = files.read_bytes(path, npz.LARGEST)
     try:
@@ -69,7 +87,7 @@ def read(path):
             raise ValueError("no header of a fit")
     except (ValueError, KeyError, RecursionError) as error:
         raise DatasetError("not a fit saved by Measured BRDF", path) from error
-    if header.get("version") not in _READ:
+    if header.get("version") not in _READABLE:
         raise DatasetError(f"a fit of version {header.get('version')!r}, expected {VERSION}; fit the data again", path)
     try:
         return _assemble(header, entries)
@@ -77,15 +95,15 @@ def read(path):
         raise DatasetError(f"a damaged fit: {error}", path) from error
 
 
-def _assemble(header, entries):
+def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     channels = tuple(header["channels"])
     _check(channels and all(isinstance(name, str) for name in channels), "its channels are not names")
     columns, changes = tuple(header["columns"]), tuple(header["changes"])
     _check(len(columns) == len(channels) and all(type(i) is int and 0 <= i < len(columns) for i in columns)
-           and set(columns) == set(range(max(columns) + 1)), "its channels read columns that are not there")
+           and set(columns) == set(range(max(columns) + 1)), "its channels refer to columns that do not exist")
     _check(all(isinstance(change, str) for change in changes), "its changes are not text")
-    parts = {"channels": channels, "columns": columns, "changes": changes,
-             "name": str(header["name"]), "source": str(header["source"])}
+    parts: dict[str, Any] = {"channels": channels, "columns": columns, "changes": changes,
+                             "name": str(header["name"]), "source": str(header["source"])}
     stored = max(columns) + 1
     level = _level(header["diffuse_level"])
     diffuse = _array(entries, "diffuse", (*dense.shape(level), stored), np.float32)
@@ -99,48 +117,49 @@ def _assemble(header, entries):
     _check(0 <= compression <= 100, "its compression is not a percentage")
     keys = entries["keys"]
     n = len(keys)
-    _check(n <= np.prod(dense.shape(level)), "more keys than its lattice has control points")
+    _check(n <= math.prod(dense.shape(level)), "more keys than its lattice has control points")
     keys = _array(entries, "keys", (n,), np.uint32)
     displacement = entries["displacement"]
     _check(displacement.ndim == 1 and len(displacement) and displacement.dtype in (np.uint16, np.uint32),
            "its hash table is not a table")
-    _check(displacement.max() < max(n, 1), "its hash table points outside")
+    _check(displacement.max() < max(n, 1), "a displacement of its hash table is too large")
     multiplier = header["multiplier"]
     _check(type(multiplier) is int and 0 < multiplier < perfect_hash.MULTIPLIERS, "its hash function is unknown")
-    _check(not n or keys.max() < np.prod(dense.shape(level)), "a key lies outside its lattice")
+    _check(not n or keys.max() < math.prod(dense.shape(level)), "a key lies outside its lattice")
     index = perfect_hash.PerfectHash(keys, displacement, multiplier)
     _check((index.slots(keys) == np.arange(n)).all(), "its hash table does not find its keys")
     coefficients = _array(entries, "coefficients", (n, stored), np.float32)
     return parts | {"specular": SparseLattice(level, index, coefficients), "compression": compression}
 
 
-def _coordinates(header, entries):
+def _coordinates(header: dict[str, Any], entries: _Arrays) -> Coordinates:
     name = _named(header, "coordinates", Nusselt.name, HalfDifference.name, entries)
     if name == Nusselt.name:
         return Nusselt()
     softening = 0.0 if header["version"] == 2 else header["softening"]
-    _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not one")
+    _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not a number from 0 to 1")
     return HalfDifference(softening)
 
 
-def _transform(header, entries, stored):
+def _transform(header: dict[str, Any], entries: _Arrays, stored: int) -> Transform:
     name = _named(header, "transform", IDENTITY.name, LogRelative.name, entries)
     return IDENTITY if name == IDENTITY.name else _log_relative(header, entries, stored)
 
 
-def _named(header, part, plain, other, entries):
-    """Which of two a part is; before version 4, that of fits with or without a prior."""
+def _named(header: dict[str, Any], part: str, plain: str, other: str, entries: _Arrays) -> str:
+    """The name of a part, one of two. Before version 4, fits with a prior had the other one."""
     if header["version"] < 4:
         return other if "prior_kd" in entries else plain
     _check(header[part] in (plain, other), f"its {part} are unknown")
-    return header[part]
+    return str(header[part])
 
 
-def _log_relative(header, entries, stored):
+def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogRelative:
     ks = entries["prior_ks"]
     lobes = len(ks) if ks.ndim else 0
     _check(lobes <= microfacet.MAX_LOBES, "its prior has too many lobes")
-    shapes = {"kd": (stored,), "ks": (lobes, stored), "alpha": (lobes,), "gamma": (lobes,), "f0": (lobes,)}
+    shapes: dict[str, tuple[int, ...]] = {
+        "kd": (stored,), "ks": (lobes, stored), "alpha": (lobes,), "gamma": (lobes,), "f0": (lobes,)}
     prior = microfacet.Microfacet(**{name: _array(entries, f"prior_{name}", shapes[name], np.float64)
                                      for name in _PRIOR})
     for name, (low, high) in microfacet.RANGES.items():
@@ -156,12 +175,12 @@ def _log_relative(header, entries, stored):
     return LogRelative(prior, float(offset), ceiling, 0.0 if plausible else -np.inf)
 
 
-def _level(level):
+def _level(level: Any) -> int:
     _check(type(level) is int and 0 <= level <= dense.MAX_LEVEL, f"level {level!r} does not exist")
-    return level
+    return int(level)
 
 
-def _array(entries, name, shape, dtype):
+def _array(entries: _Arrays, name: str, shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
     array = entries[name]
     _check(array.shape == shape and array.dtype == dtype,
            f"{name} is {array.dtype} {array.shape}, expected {np.dtype(dtype)} {shape}")
@@ -169,12 +188,12 @@ def _array(entries, name, shape, dtype):
     return array
 
 
-def _check_range(name, numbers, low, high):
-    """Neither NaN nor infinite, nor outside; without a copy of what may be a large array."""
+def _check_range(name: str, numbers: NDArray[Any], low: float, high: float) -> None:
+    """Refuse numbers outside a range, NaN among them. Makes no copy: the array may be large."""
     _check(not numbers.size or (low <= numbers.min() and numbers.max() <= high),
            f"{name} holds numbers that are not within {low:g} to {high:g}")
 
 
-def _check(condition, message):
+def _check(condition: object, message: str) -> None:
     if not condition:
         raise ValueError(message)

@@ -1,8 +1,8 @@
-"""Arrays from .npz files that may be damaged or hostile.
+"""Reading .npz files that may be damaged or hostile.
 
-`numpy.load` takes a file's word for its directory, and an array's for its header, size and type. Here nothing is read
-that is not as `numpy.savez` writes it for arrays of plain numbers or text, every size is held against `LARGEST` before
-memory is taken for it, and an array is inflated straight to where it stays.
+`numpy.load` trusts a file's directory, and the header, size and type of its arrays. This reader accepts only what
+`numpy.savez` writes for arrays of plain numbers or text, compares every size with `LARGEST` before it allocates memory,
+and inflates an array directly into its final place.
 """
 
 import io
@@ -11,14 +11,16 @@ import re
 import struct
 import zipfile
 import zlib
+from typing import IO, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 LARGEST = 256 << 20         # bytes of all arrays; a dense lattice of level 8 in three channels has 53 MB
 _MOST_MEMBERS = 32
-_END = struct.Struct("<4s4H2LH")        # of the central directory, for a file without a comment
-_ENTRY = 46 + 64                        # bytes of the directory for one member, its name included
-_LOCATOR = 20                           # bytes before the end that, in zip64, say where another directory is
+_END = struct.Struct("<4s4H2LH")        # the end of the central directory, in a file without a comment
+_ENTRY = 46 + 64                        # largest size of a member's entry in the directory, bytes, its name included
+_LOCATOR = 20                           # size of the record before the end that zip64 has, bytes
 _NAME = re.compile(r"([a-z][a-z0-9_]{0,31})\.npy")
 _MAGIC = b"\x93NUMPY\1\0"
 _LONGEST_HEADER = 512
@@ -27,16 +29,24 @@ _LONGEST_TEXT = 1 << 20     # bytes, four for a character
 _PIECE = 1 << 18
 
 
-def read(content):
-    """The arrays of an .npz file: bytes to {name: array}.
+def read(content: bytes) -> dict[str, NDArray[Any]]:
+    """The arrays of an .npz file, by name; they are read-only.
 
     Raises
     ------
     ValueError
-        If it is damaged, or anything else than an archive of plain arrays.
+        If the file is damaged, or anything else than an archive of plain arrays.
+
+    Examples
+    --------
+    >>> stream = io.BytesIO()
+    >>> np.savez_compressed(stream, diffuse=np.arange(3.0))
+    >>> {name: array.tolist() for name, array in read(stream.getvalue()).items()}
+    {'diffuse': [0.0, 1.0, 2.0]}
     """
     _check_directory(content)
-    arrays, allowance = {}, LARGEST
+    arrays: dict[str, NDArray[Any]] = {}
+    allowance = LARGEST
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as file:
             if sum(member.file_size for member in file.infolist()) > LARGEST:
@@ -54,8 +64,8 @@ def read(content):
     return arrays
 
 
-def _check_directory(content):
-    """Complain about a directory that is not as `numpy.savez` writes it: `zipfile` would read whatever it says."""
+def _check_directory(content: bytes) -> None:
+    """Refuse a directory that `numpy.savez` would not write: `zipfile` would read whatever it says."""
     start = len(content) - _END.size
     if start < 0 or content[start:start + 4] != b"PK\5\6":
         raise ValueError("no archive, or one that does not end with its directory")
@@ -66,7 +76,7 @@ def _check_directory(content):
         raise ValueError(f"a directory of {size:,} bytes for {members:,} members, more than a fit has")
 
 
-def _name(member):
+def _name(member: zipfile.ZipInfo) -> str:
     name = _NAME.fullmatch(member.filename)
     if name is None:
         raise ValueError(f"a member {member.filename[:40]!r}, expected the name of an array")
@@ -75,8 +85,8 @@ def _name(member):
     return name[1]
 
 
-def _array(stream, name, stated, allowance):
-    """The array of a member that is `stated` to have so many bytes."""
+def _array(stream: IO[bytes], name: str, stated: int, allowance: int) -> NDArray[Any]:
+    """The array of a member whose directory entry states its size, in bytes."""
     start = stream.read(len(_MAGIC) + 2)
     length = int.from_bytes(start[len(_MAGIC):], "little")
     if not start.startswith(_MAGIC) or length > _LONGEST_HEADER:
@@ -92,7 +102,8 @@ def _array(stream, name, stated, allowance):
         raise ValueError(f"{name} is shorter or longer than it says")
     data = bytearray(size)
     view = memoryview(data)
-    found = sum(stream.readinto(view[place:place + _PIECE]) for place in range(0, size, _PIECE))
+    found = sum(stream.readinto(view[place:place + _PIECE])     # type: ignore[attr-defined] # a ZipExtFile has it
+                for place in range(0, size, _PIECE))
     if found != size or stream.read(1):
         raise ValueError(f"{name} is shorter or longer than it says")
     array = np.frombuffer(data, dtype).reshape(shape, order="F" if is_fortran else "C")

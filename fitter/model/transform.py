@@ -1,4 +1,4 @@
-"""What turns the function that the lattices hold, the field, into a reflectance."""
+"""Transforms: they map the field that the lattices hold to reflectance."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
@@ -9,14 +9,14 @@ from ..arrays import ArrayLike, FloatArray
 from ..shader_constants import STEEPEST
 from .microfacet import Microfacet
 
-LEAST_OFFSET = 1e-30        # 1/sr: darker than any reflectance, and still a number in single precision
+LEAST_OFFSET = 1e-30        # 1/sr: below any reflectance, but not 0 in single precision
 
 
 class Transform(Protocol):
-    """What a transform offers. Transforms are frozen dataclasses."""
+    """A transform: a frozen dataclass, whose fields are the transform's parameters."""
 
     name: ClassVar[str]
-    """How files and shaders call the transform."""
+    """The transform's name in files and shaders."""
 
     @property
     def nbytes(self) -> int:
@@ -25,23 +25,23 @@ class Transform(Protocol):
 
     def reflectance(self, field: FloatArray, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike,
                     phi_o: ArrayLike) -> FloatArray:
-        """The reflectance that a field stands for: (n, channels) to (n, channels), 1/sr."""
+        """Map a field at directions (n,) to reflectance: (n, channels) to (n, channels), 1/sr."""
         ...
 
 
 @dataclass(frozen=True)
 class Identity:
-    """The field is the reflectance itself (Kameya and Lewis 2002)."""
+    """The field is the reflectance itself, as in Kameya and Lewis 2002."""
 
     name: ClassVar[str] = "identity"
 
     @property
     def nbytes(self) -> int:
-        """There are no parameters."""
+        """0: there are no parameters."""
         return 0
 
     def reflectance(self, field: FloatArray, *_directions: ArrayLike) -> FloatArray:
-        """The field as it is."""
+        """Return the field."""
         return field
 
 
@@ -54,19 +54,28 @@ class LogRelative:
 
         s = log((f + offset) / (b + offset))
 
-    Logarithms turn a peak into a hill, keep the reflectance positive, and ask for relative rather than absolute
-    accuracy (the log-relative mapping of J. B. Nielsen, H. W. Jensen, R. Ramamoorthi: On Optimal, Minimal BRDF Sampling
-    for Reflectance Acquisition, SIGGRAPH Asia 2015, whose reference is a median of materials instead of a prior).
+    The logarithm flattens peaks, keeps the reflectance positive, and makes errors relative instead of absolute. It is
+    the log-relative mapping of J. B. Nielsen, H. W. Jensen, R. Ramamoorthi: On Optimal, Minimal BRDF Sampling for
+    Reflectance Acquisition, SIGGRAPH Asia 2015, with a prior in the place of their median of materials.
 
     Attributes
     ----------
     prior : Microfacet
     offset : float
-        1/sr: differences between reflectances well below it hardly count.
+        1/sr; differences between reflectances far below it hardly change the field.
     ceiling : (channels,) float64
-        1/sr: the reflectance is never above it.
+        Upper bound of the reflectance, 1/sr.
     floor : float
-        1/sr: the reflectance is never below it. 0, or minus infinity where noise around 0 is to be kept.
+        Lower bound of the reflectance, 1/sr: 0, or minus infinity to keep noise around 0.
+
+    Examples
+    --------
+    A field of log 2 doubles f + offset.
+
+    >>> prior = Microfacet(np.array([0.3]), np.zeros((0, 1)), np.zeros(0), np.zeros(0), np.zeros(0))
+    >>> transform = LogRelative(prior, 0.1, np.array([10.0]))
+    >>> transform.reflectance(np.log([[1.0], [2.0]]), [0.1, 0.2], 0, 0.3, 0).round(9).tolist()
+    [[0.3], [0.7]]
     """
 
     name: ClassVar[str] = "log_relative"
@@ -82,21 +91,23 @@ class LogRelative:
 
     def reflectance(self, field: FloatArray, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike,
                     phi_o: ArrayLike) -> FloatArray:
-        """The reflectance that a field stands for: (n, channels) to (n, channels), 1/sr."""
-        around = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o) + self.offset
-        return np.clip(around * np.exp(np.minimum(field, STEEPEST)) - self.offset, self.floor, self.ceiling)
+        """Map a field at directions (n,) to reflectance: (n, channels) to (n, channels), 1/sr."""
+        reference = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o) + self.offset
+        return np.clip(reference * np.exp(np.minimum(field, STEEPEST)) - self.offset, self.floor, self.ceiling)
 
     def field(self, values: FloatArray, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike,
               phi_o: ArrayLike) -> FloatArray:
-        """The field that stands for reflectances: (n, channels), 1/sr, to (n, channels)."""
-        around = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o)
-        return bounded_log(values, self.offset) - bounded_log(around, self.offset)
+        """The inverse of `reflectance`, without the bounds: (n, channels), 1/sr, to (n, channels)."""
+        reference = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o)
+        return bounded_log(values, self.offset) - bounded_log(reference, self.offset)
 
 
 def bounded_log(values: FloatArray, offset: float) -> FloatArray:
-    """log(f + offset), bounded from below where noise brings f below -offset: (n, channels), 1/sr, to (n, channels).
+    """log(f + offset), at least log(0.05 offset), as noise may bring f below -offset: 1/sr, of any shape.
 
-    >>> bounded_log(np.array([0.0, -2.0]), 1.0).round(3)
-    array([ 0.   , -2.996])
+    Examples
+    --------
+    >>> np.exp(bounded_log(np.array([0.0, -2.0]), 1.0)).round(9).tolist()
+    [1.0, 0.05]
     """
     return np.log(np.maximum(values + offset, 0.05 * offset))

@@ -1,23 +1,28 @@
-"""The widest hole between samples: of a lattice of direction pairs, the one that is farthest from all of them.
+"""The widest hole between samples: of a grid of direction pairs, the probes, the one farthest from all samples.
 
-The distance of two direction pairs is the larger of those between their incident and between their outgoing
-directions, and samples count for their mirror images and reciprocals. Samples in one cell of a grid lie within
-`_ACROSS` of each other, so the first of each cell tells which cells have to be looked at sample by sample. The result
-is that of every sample held against every probe, without the matrix of all their distances.
+The distance between two direction pairs is the larger of the angles between their incident and between their outgoing
+directions; mirror images and reciprocals of samples count as samples. The samples are sorted into cells. Those in one
+cell are within `_ACROSS` of each other, so that the first sample of each tells which cells can have the nearest one,
+and only those are searched. The result equals that of a search over all pairs of samples and probes.
 """
+
+from collections.abc import Iterator
 
 import numpy as np
 
-_PROBE_THETA = np.radians(np.arange(10, 81, 10))            # nearer to the horizon few instruments measure
+from ..arrays import FloatArray, IntArray
+from ..samples import Samples
+
+_PROBE_THETA = np.radians(np.arange(10, 81, 10))            # few instruments measure closer to the horizon
 _PROBE_AZIMUTH = np.radians(np.arange(0, 181, 15))
 _CELL = np.radians(6)
-_ACROSS = 2 * _CELL + 1e-6  # along a meridian and along a circle of latitude, which is no longer than its azimuths
-_CELLS = 32                 # in azimuth, and more than there are in polar angle
-_AT_ONCE = 1024              # samples held against all probes: as many numbers as a processor's cache takes
+_ACROSS = 2 * _CELL + 1e-6  # bound of the diameter of a cell: along a meridian, then along a circle of latitude
+_CELLS = 32                 # in azimuth; more than there are in polar angle
+_AT_ONCE = 1024             # samples compared with all probes at a time: fits the processor's cache
 
 
-def widest_hole(samples):
-    """The probed pair of directions that is farthest from every sample.
+def widest_hole(samples: Samples) -> tuple[float, tuple[float, float, float]]:
+    """The probe that is farthest from the nearest sample.
 
     Parameters
     ----------
@@ -29,6 +34,14 @@ def widest_hole(samples):
         Degrees.
     at : (float, float, float)
         Incident and outgoing polar angle, and the azimuth between them, degrees.
+
+    Examples
+    --------
+    From a sample at the normal, the farthest probes are at a polar angle of 80 degrees.
+
+    >>> distance, at = widest_hole(Samples([0], [0], [0], [0], [[1.0]]))
+    >>> distance, 80 in np.round(at[:2])
+    (80.0, True)
     """
     grids = np.meshgrid(_PROBE_THETA, _PROBE_THETA, _PROBE_AZIMUTH, indexing="ij")
     probes = np.stack([grid.ravel() for grid in grids], axis=1)
@@ -43,15 +56,22 @@ def widest_hole(samples):
     candidates = np.flatnonzero(distance >= distance.max() - _ACROSS)
     probes, nearest = probes[candidates], nearest[candidates]
     for cells in sides:
-        cells.look_closer(probes, nearest)
+        cells.refine(probes, nearest)
     k = nearest.argmin()
-    return float(np.degrees(np.arccos(min(nearest[k], 1.0)))), tuple(map(float, np.degrees(probes[k])))
+    theta_i, theta_o, delta_phi = map(float, np.degrees(probes[k]))
+    return float(np.degrees(np.arccos(min(nearest[k], 1.0)))), (theta_i, theta_o, delta_phi)
 
 
 class _Cells:
-    """Samples sorted by cell, and cut into runs of one cell each and at most `_AT_ONCE` samples."""
+    """Samples sorted by cell, and divided into runs: at most `_AT_ONCE` samples of one cell.
 
-    def __init__(self, theta_i, theta_o, azimuth):
+    Attributes
+    ----------
+    first : (runs,) int
+        Index of the first sample of each run.
+    """
+
+    def __init__(self, theta_i: FloatArray, theta_o: FloatArray, azimuth: FloatArray) -> None:
         self._angles = theta_i, theta_o, azimuth
         cell = np.zeros(len(azimuth), dtype=np.uint16)
         for angle in self._angles:
@@ -64,12 +84,12 @@ class _Cells:
         self._stops = np.append(self._starts[1:], len(cell))
         self.first = self._order[self._starts]
 
-    def at(self, which):
-        """Their incident and outgoing polar angle and azimuth."""
+    def at(self, which: IntArray) -> Iterator[FloatArray]:
+        """Incident and outgoing polar angle and azimuth of samples, radians."""
         return (angle[which] for angle in self._angles)
 
-    def look_closer(self, probes, nearest):
-        """Raise `nearest` to what all samples of the cells make it that can be near enough."""
+    def refine(self, probes: FloatArray, nearest: FloatArray) -> None:
+        """Update `nearest`, the cosines of distances to first samples, by all samples of the runs near enough."""
         for start in range(0, len(self.first), _AT_ONCE):
             part = slice(start, start + _AT_ONCE)
             reach = np.minimum(np.arccos(np.minimum(nearest, 1)) + _ACROSS, np.pi)
@@ -82,24 +102,24 @@ class _Cells:
                 nearest[which] = np.maximum(nearest[which], found)
 
 
-def _parts(indices):
+def _parts(indices: IntArray) -> Iterator[IntArray]:
     return (indices[start:start + _AT_ONCE] for start in range(0, len(indices), _AT_ONCE))
 
 
-def _cosines(probes, theta_i, theta_o, azimuth):
-    """Of the distances from probes to samples: (p, 3) and three (n,) to (p, n)."""
+def _cosines(probes: FloatArray, theta_i: FloatArray, theta_o: FloatArray, azimuth: FloatArray) -> FloatArray:
+    """Cosines of the distances from probes to samples: (p, 3) and three (n,) to (p, n)."""
     incident = np.cos(theta_i), np.sin(theta_i)
     between = np.outer(np.cos(probes[:, 0]), incident[0]) + np.outer(np.sin(probes[:, 0]), incident[1])
     outgoing = _vectors(probes[:, 1], probes[:, 2]) @ _vectors(theta_o, azimuth).T
     return np.minimum(between, outgoing, out=outgoing)
 
 
-def _vectors(theta, azimuth):
+def _vectors(theta: FloatArray, azimuth: FloatArray) -> FloatArray:
     """Unit vectors in the frame of the incident direction: (n,) and (n,) to (n, 3)."""
     sin = np.sin(theta)
     return np.stack([sin * np.cos(azimuth), sin * np.sin(azimuth), np.cos(theta)], axis=1)
 
 
-def _folded(azimuth):
-    """Azimuths of mirror images are one, between 0 and pi."""
+def _folded(azimuth: FloatArray) -> FloatArray:
+    """Fold azimuths by bilateral symmetry, to 0 to pi."""
     return np.arctan2(np.abs(np.sin(azimuth)), np.cos(azimuth))

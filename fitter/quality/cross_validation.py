@@ -1,10 +1,13 @@
-"""How true a fit is between the samples: its error at samples that it has not seen."""
+"""Cross-validation: the error of a fit at samples that were held out of it."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from ..samples import subset
+from ..arrays import FloatArray, IntArray
+from ..model import Reflectance
+from ..samples import Samples, subset
 
 FOLDS = 5
 SEED = 2002
@@ -16,35 +19,57 @@ class HeldOutErrors(NamedTuple):
     rmse: float
     """Root mean square error, 1/sr."""
     cube_root_rmse: float
-    """That of `cube_root`, which weighs dark and bright directions alike; 1/sr to the power 1/3."""
+    """Root mean square error of `cube_root`, which gives dark directions more weight; 1/sr to the power 1/3."""
 
 
-def cube_root(theta_o, values):
-    """The cube root of cosine-weighted reflectance (Fores, Ferwerda and Gu 2012): (n,) and (n, c) to (n, c)."""
+def cube_root(theta_o: FloatArray, values: FloatArray) -> FloatArray:
+    """The cube root of cosine-weighted reflectance: (n,) radians and (n, c) 1/sr to (n, c).
+
+    The metric that agreed best with observers in A. Fores, J. Ferwerda, J. Gu: Toward a Perceptually Based Metric for
+    BRDF Modeling, 2012.
+
+    Examples
+    --------
+    >>> cube_root(np.array([0.0, np.pi / 3]), np.array([[8.0], [16.0]])).round(9).tolist()
+    [[2.0], [2.0]]
+    """
     return np.cbrt(values * np.cos(theta_o)[:, None])
 
 
-def folds(count, parts=FOLDS, seed=SEED):
-    """A random division of `count` samples: a list of at most `parts` (n,) int arrays, none of them empty."""
+def folds(count: int, parts: int = FOLDS, seed: int = SEED) -> list[IntArray]:
+    """Divide `count` samples at random into at most `parts` folds: arrays of indices, none empty.
+
+    Examples
+    --------
+    >>> sorted(np.concatenate(folds(7, 3)).tolist())
+    [0, 1, 2, 3, 4, 5, 6]
+    """
     shuffled = np.random.default_rng(seed).permutation(count)
     return [part for part in np.array_split(shuffled, parts) if len(part)]
 
 
-def held_out_values(samples, fit, parts=FOLDS, seed=SEED):
-    """What `fit` predicts for each sample from the samples of the other folds.
+def held_out_values(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
+                    seed: int = SEED) -> FloatArray:
+    """Predict each sample by a fit to the other folds.
 
     Parameters
     ----------
     samples : Samples
         Two at least.
     fit : callable
-        Takes `Samples`, returns anything with the `evaluate` of `Fit`.
+        Makes a model of samples.
     parts, seed : int
-        How many folds, and which.
+        The number of folds, and the seed of the division.
 
     Returns
     -------
     (n, channels) float64
+        1/sr.
+
+    Raises
+    ------
+    ValueError
+        If there is only one sample.
     """
     if len(samples) < 2:
         raise ValueError("one sample cannot be predicted from the others")
@@ -57,13 +82,25 @@ def held_out_values(samples, fit, parts=FOLDS, seed=SEED):
     return predicted
 
 
-def held_out(samples, fit, parts=FOLDS, seed=SEED):
-    """Errors of `held_out_values` over all samples and channels: HeldOutErrors."""
+def held_out(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
+             seed: int = SEED) -> HeldOutErrors:
+    """Errors of `held_out_values`, over all samples and channels.
+
+    Examples
+    --------
+    A Lambertian that is fitted to samples of a Lambertian predicts the others.
+
+    >>> from ..methods import prior
+    >>> theta = np.linspace(0, 1.5, 10)
+    >>> white = Samples(theta, 0 * theta, theta, 0 * theta, np.full((10, 1), 0.3))
+    >>> held_out(white, lambda seen: prior.lambertian(seen.values)).rmse
+    0.0
+    """
     return errors(samples, held_out_values(samples, fit, parts, seed))
 
 
-def errors(samples, predicted):
-    """Errors of predictions (n, channels) of the samples, over all of them and all channels: HeldOutErrors."""
+def errors(samples: Samples, predicted: FloatArray) -> HeldOutErrors:
+    """Errors of predictions (n, channels), over all samples and channels."""
     error = predicted - samples.values
     cubes = cube_root(samples.theta_o, predicted) - cube_root(samples.theta_o, samples.values)
     return HeldOutErrors(float(np.sqrt(np.mean(error ** 2))), float(np.sqrt(np.mean(cubes ** 2))))

@@ -1,17 +1,19 @@
-"""What a table of measurements holds, said before anything is fitted to it: coverage, holes, and doubtful values."""
+"""A description of measurements for users, before they fit them: coverage, holes, and doubtful values."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..arrays import BoolArray, FloatArray
+from ..samples import Samples
 from .coverage import widest_hole
 
-WIDE_GAP = 25.0             # degrees: a fit across a wider gap is a guess
+WIDE_GAP = 25.0             # degrees: no fit is reliable across a wider hole
 
 
 @dataclass(frozen=True)
 class Description:
-    """What a table of measurements holds; angles in degrees.
+    """A description of measurements; angles in degrees.
 
     Attributes
     ----------
@@ -22,32 +24,33 @@ class Description:
     theta_i, theta_o : (float, float)
         Smallest and largest incident and outgoing polar angle.
     gap : float
-        The widest hole: no sample, nor its reciprocal, has both its directions nearer than this to those of `gap_at`.
+        The widest hole: the distance from `gap_at` to the nearest sample (see `coverage`).
     gap_at : (float, float, float)
         Incident and outgoing polar angle and the azimuth between them.
     negative : int
         Values below 0, over all channels.
     saturated : int
-        Values that share their channel's maximum, as those of an overflowing detector do, or that were marked as such.
+        Values that share their channel's maximum, as a saturated detector makes them, or that were marked as
+        overflowed.
     lowest, mean, highest : (channels,) tuple of float
         1/sr.
     """
 
     name: str
-    channels: tuple
+    channels: tuple[str, ...]
     count: int
-    theta_i: tuple
-    theta_o: tuple
+    theta_i: tuple[float, float]
+    theta_o: tuple[float, float]
     gap: float
-    gap_at: tuple
+    gap_at: tuple[float, float, float]
     negative: int
     saturated: int
-    lowest: tuple
-    mean: tuple
-    highest: tuple
+    lowest: tuple[float, ...]
+    mean: tuple[float, ...]
+    highest: tuple[float, ...]
 
-    def rows(self):
-        """The description in words: a list of (label, text, whether it is a reason to worry)."""
+    def rows(self) -> list[tuple[str, str, bool]]:
+        """The description in words: a list of (label, text, whether the user should be warned)."""
         values = len(self.channels) * self.count
         at = "{:.0f}° in, {:.0f}° out, {:.0f}° around".format(*self.gap_at)
         rows = [("Samples", f"{self.count:,} direction pairs, {' '.join(self.channels)}", False),
@@ -61,7 +64,7 @@ class Description:
         return rows
 
 
-def describe(samples, overflowed=None):
+def describe(samples: Samples, overflowed: BoolArray | None = None) -> Description:
     """Describe measurements.
 
     Parameters
@@ -73,19 +76,31 @@ def describe(samples, overflowed=None):
     Returns
     -------
     Description
+
+    Examples
+    --------
+    >>> found = describe(Samples([0, 0.5], [0, 0], [0, 0.5], [0, 0], [[0.3], [-0.1]]))
+    >>> found.count, found.negative, found.theta_i
+    (2, 1, (0.0, 28.64789))
     """
     values = samples.values
     gap, at = widest_hole(samples)
     return Description(samples.name, samples.channels, len(samples), _range(samples.theta_i), _range(samples.theta_o),
                        gap, at, int(np.count_nonzero(values < 0)), _saturated(values, overflowed),
-                       *(tuple(map(float, column)) for column in (values.min(0), values.mean(0), values.max(0))))
+                       _floats(values.min(0)), _floats(values.mean(0)), _floats(values.max(0)))
 
 
-def _range(theta):
+def _floats(values: FloatArray) -> tuple[float, ...]:
+    return tuple(map(float, values))
+
+
+def _range(theta: FloatArray) -> tuple[float, float]:
+    """Smallest and largest angle, radians to degrees."""
     return float(np.degrees(theta.min())), float(np.degrees(theta.max()))
 
 
-def _saturated(values, overflowed):
+def _saturated(values: FloatArray, overflowed: BoolArray | None) -> int:
+    """The number of values at their channel's maximum, if several are, or marked as overflowed."""
     plateau = (values == values.max(axis=0)) & (values > 0)
     plateau &= plateau.sum(axis=0) > 1
     if overflowed is not None:

@@ -1,8 +1,8 @@
-"""``python -m fitter report``: the paper's claims as tables and plots, on real data.
+"""``python -m fitter report``: tables and plots that compare the paper's claims with results on real data.
 
-`tables`, `comparison`, `pareto` and `times` compute, `markdown` writes, `plots` and `slices` draw (matplotlib, an
-optional extra). Plots are left out where matplotlib is not installed, and the report says so. What needs a renderer
-is not made here: `write` is handed it as `Supplement`s.
+`tables`, `comparison`, `pareto` and `times` compute the tables; `findings` and `markdown` write the text; `plots` and
+`slices` draw. Without matplotlib, an optional extra, the report has no plots, and says so. The parts that need a
+renderer are made elsewhere, and are given to `write` as functions that return a `Supplement`.
 """
 
 import json
@@ -11,54 +11,71 @@ import operator
 import os
 import platform
 import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..files import replacing
 from ..formats import list_samples, load
+from ..samples import Samples
 from . import comparison, markdown, pareto, plots, slices, tables, times
+from .rows import Results, Row
 
 LEVELS = range(8)
 BILEVEL = ((1, 6, 90), (3, 6, 90), (4, 6, 95), (4, 6, 99))
-# materials shown in plots and the main tables, where they are at hand
+# materials of the plots and the main tables, if they are among the files
 FEATURED = ("felt", "leather", "aluminum foil", "Krylon Blue", "Garnet Red", "Cayman Metallic")
-_FEATURED_ELSE = 4          # so many of the first, where none of these are
+_FEATURED_ELSE = 4          # number of materials to feature if none of these is there
 
 
 class Supplement(NamedTuple):
     """A part of the report that is made elsewhere."""
 
     key: str
-    """What it is called in results.json."""
+    """Its key in results.json."""
     text: str
-    """Markdown, from a heading of the second rank on."""
+    """Markdown, which begins with a heading of the second level."""
     data: object
-    """What results.json holds of it."""
+    """Its value in results.json."""
 
 
-def measurements(paths):
-    """All measurements in some files: every sample of a CURET file, and each other file's one."""
+MakeSupplement = Callable[[list[Samples], Path], Supplement]
+"""Makes a part of the report of the featured materials; it may draw pictures into the folder."""
+
+
+def measurements(paths: Iterable[str | Path]) -> Iterator[Samples]:
+    """All materials in files: every sample of a CURET file, and the only one of each other file."""
     for path in paths:
-        numbers = [number for number, _ in list_samples(path)] or [None]
-        for number in numbers:
+        numbers: list[int | None] = [number for number, _ in list_samples(path)]
+        for number in numbers or [None]:
             yield load(path, number)
 
 
-def featured(samples):
-    """The measurements that plots and the main tables show: a list of Samples, one a name."""
-    by_name = {}
+def featured(samples: Iterable[Samples]) -> list[Samples]:
+    """The materials of the plots and the main tables; of several with one name, the first.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> felt = Samples([0], [0], [0], [0], [[0.2]], name="felt")
+    >>> [material.name for material in featured([replace(felt, name="moss"), felt, felt])]
+    ['felt']
+    """
+    by_name: dict[str, Samples] = {}
     for measured in samples:
         by_name.setdefault(measured.name, measured)
     return [by_name[name] for name in FEATURED if name in by_name] or list(by_name.values())[:_FEATURED_ELSE]
 
 
-def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, grid=pareto.GRID, calls=times.CALLS,
-          supplements=(), jobs=1):
+def write(paths: Sequence[str | Path], out: str | Path, levels: Sequence[int] = LEVELS,
+          progress: Callable[[int, int, str], None] = lambda done, total, name: None,
+          grid: Sequence[tables.Choice] = pareto.GRID, calls: int = times.CALLS,
+          supplements: Sequence[MakeSupplement] = (), jobs: int = 1) -> Results:
     """Write `results.md`, `tables.md`, `results.json` and, with matplotlib, PNG plots to a folder.
 
     Parameters
@@ -66,24 +83,31 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, gr
     paths : list of path-like
         Files of measurements.
     out : path-like
-        The folder, made where it is not there.
+        The folder; it is created if necessary.
     levels : sequence of int
         Levels of plain MBA to report.
     progress : callable
-        Told (done, total, name) before each step.
+        Called with (done, total, name) before each step.
     grid : sequence of (D, S, C)
-        What the table of speed and size against error holds.
+        The fits in the table of speed and size against error.
     calls : int
-        How often each method is evaluated for its time.
+        Number of evaluations of each method for the table of times.
     supplements : sequence of callables
-        Each takes a list of Samples and the folder, into which it may draw, and returns a `Supplement`.
+        Each takes the featured samples and the folder, into which it may draw, and returns a `Supplement`.
     jobs : int
-        Processes that share the materials.
+        Number of processes among which the materials are divided.
 
     Returns
     -------
     dict
-        What results.json holds.
+        The contents of results.json.
+
+    Raises
+    ------
+    DatasetError
+        If a file cannot be read; nothing is written then.
+    ImportError
+        If SciPy is not installed.
     """
     start, worked = time.perf_counter(), _processor_seconds()
     out = Path(out)
@@ -91,15 +115,17 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, gr
     shown = featured(samples)
     total, done = len(samples) + 2 * len(shown) + 1 + len(supplements), 0
 
-    def step(name):
+    def step(name: str) -> None:
         nonlocal done
         progress(done, total, name)
         done += 1
 
-    results = {"machine": f"Python {platform.python_version()}, NumPy {np.__version__}, {platform.machine()}",
-               "levels": list(levels), "featured": [[of.name, of.source] for of in shown],
-               "errors": [], "comparison": [], "where": [], "pareto": [], "ringing": []}
-    tasks = [(f"{of.name}: ringing, Pareto", partial(_of_shown, of, grid)) for of in shown]
+    results: Results = {
+        "machine": f"Python {platform.python_version()}, NumPy {np.__version__}, {platform.machine()}",
+        "levels": list(levels), "featured": [[of.name, of.source] for of in shown],
+        "errors": [], "comparison": [], "where": [], "pareto": [], "ringing": []}
+    tasks: list[tuple[str, Callable[[], dict[str, list[Row]]]]] = [
+        (f"{of.name}: ringing, Pareto", partial(_of_featured, of, grid)) for of in shown]
     tasks += [(of.name, partial(_of_each, of, levels)) for of in samples]
     with _mapping(jobs) as each:
         found = iter(each(operator.call, [task for _, task in tasks]))
@@ -117,41 +143,41 @@ def write(paths, out, levels=LEVELS, progress=lambda done, total, name: None, gr
         step(f"{measured.name}: plots")
         pictures += slices.draw_polar(measured, out)
     pictures += slices.draw_histograms(shown, out)
-    added = []
+    parts = []
     for supplement in supplements:
-        step(supplement.__name__.replace("_", " "))
-        added.append(supplement(shown, out))
+        step(getattr(supplement, "__name__", "supplement").replace("_", " "))
+        parts.append(supplement(shown, out))
     progress(total, total, "")
-    results |= {part.key: part.data for part in added}
+    results |= {part.key: part.data for part in parts}
     results |= {"seconds": time.perf_counter() - start, "processor_seconds": _processor_seconds() - worked}
     with replacing(out / "results.json", "w") as stream:
         json.dump(results, stream, indent=1)
-    for name, text in (("results.md", markdown.main(results, pictures, [part.text for part in added])),
+    for name, text in (("results.md", markdown.main(results, pictures, [part.text for part in parts])),
                        ("tables.md", markdown.details(results, pictures))):
         with replacing(out / name, "w") as stream:
             stream.write(text)
     return results
 
 
-def _of_each(samples, levels):
-    """What the report holds of every measurement: rows by table."""
+def _of_each(samples: Samples, levels: Sequence[int]) -> dict[str, list[Row]]:
+    """The rows of every material, by table."""
     return {"errors": tables.errors(samples, levels, BILEVEL), "comparison": comparison.compare(samples),
             "where": [tables.where(samples)]}
 
 
-def _of_shown(samples, grid):
-    """What it holds of those that are shown: rows by table."""
+def _of_featured(samples: Samples, grid: Sequence[tables.Choice]) -> dict[str, list[Row]]:
+    """The additional rows of featured materials, by table."""
     return {"ringing": tables.ringing_by_level(samples), "pareto": pareto.table(samples, grid)}
 
 
-def _processor_seconds():
-    """Of this process and those that it has waited for."""
+def _processor_seconds() -> float:
+    """Processor time of this process and of its finished children, seconds."""
     return sum(os.times()[:4])
 
 
 @contextmanager
-def _mapping(jobs):
-    """`map`, or its like over several processes, started afresh: Blender's threads would not survive a fork."""
+def _mapping(jobs: int) -> Iterator[Callable[..., Iterable[Any]]]:
+    """`map`, or the `map` of a pool of processes. They are spawned, as Blender's threads do not survive a fork."""
     if jobs == 1:
         yield map
     else:

@@ -1,34 +1,40 @@
-"""Methods side by side on one measurement: size, errors seen and held out, physics, ringing, time."""
+"""Methods side by side on one material: size, errors at fitted and held-out samples, physics, ringing and time."""
 
 import time
+from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
+from ..model import Reflectance
 from ..quality import cross_validation, physics
 from ..quality.metrics import error_metrics
+from ..samples import Samples
 from . import ringing
 from .methods import METHODS
+from .rows import MakeModel, Row
 from .times import interleaved
 
 ALBEDO_ANGLES = tuple(range(0, 90, 10))         # degrees
-_REPEATS = 3                # evaluations that are timed
+_REPEATS = 3                # timed evaluations
 
 
-def compare(samples, methods=METHODS):
-    """One row a method.
+def compare(samples: Samples, methods: Mapping[str, MakeModel] = METHODS) -> list[Row]:
+    """Compare methods on samples.
 
     Parameters
     ----------
     samples : Samples
-    methods : name to (samples to model)
+    methods : mapping
+        Functions that fit samples, by name.
 
     Returns
     -------
     list of dict
-        material, source, method, coefficients (a channel), bytes (all channels); rmse, mae, mre and
-        cube_root_rmse at the samples; held_out_rmse and held_out_cube_root_rmse; ringing; reciprocity_error,
-        negative_fraction and negative_energy; albedo, that of the brightest channel at ALBEDO_ANGLES;
-        fit_seconds, and evaluate_microseconds for one pair of directions in NumPy, both of the processor.
+        One row a method: material, source, method, coefficients (of a channel), bytes (of all channels); rmse, mae,
+        mre and cube_root_rmse at the samples; held_out_rmse and held_out_cube_root_rmse; ringing; reciprocity_error,
+        negative_fraction and negative_energy; albedo, of the brightest channel at ALBEDO_ANGLES; fit_seconds, and
+        evaluate_microseconds for one pair of directions in NumPy, both in processor time.
     """
     lines = ringing.neighbours(samples)
     pairs = physics.direction_pairs()
@@ -37,7 +43,7 @@ def compare(samples, methods=METHODS):
         start = time.process_time()
         model = make(samples)
         fitted = time.process_time()
-        evaluation, = interleaved({name: lambda model=model: model.evaluate(*pairs)}, _REPEATS).values()
+        evaluation, = interleaved({name: partial(model.evaluate, *pairs)}, _REPEATS).values()
         held_out = cross_validation.held_out(samples, make)
         albedo = physics.directional_albedo(model, np.radians(ALBEDO_ANGLES)).max(axis=1)
         rows.append({"material": samples.name, "source": samples.source, "method": name,
@@ -49,8 +55,8 @@ def compare(samples, methods=METHODS):
     return rows
 
 
-def at_samples(samples, model):
-    """The paper's errors at the samples, and that of the cube root of cosine-weighted values: a dict."""
+def at_samples(samples: Samples, model: Reflectance) -> Row:
+    """Errors at the samples: rmse, mae, mre and cube_root_rmse, the RMSE of the cube root of cosine-weighted values."""
     values = model.evaluate(*samples.directions)
     cubes = [cross_validation.cube_root(samples.theta_o, of) for of in (values, samples.values)]
     return {**error_metrics(samples.values, values)._asdict(),

@@ -1,14 +1,16 @@
-"""What the numbers say, in words: each finding is counted from the tables, none is taken for granted."""
+"""The findings of the report, in words. Each is computed from the tables."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 from statistics import median
 
 from . import times as times_table
 from .methods import BASELINES
+from .rows import Results, Row
 
 
-def claims(results):
-    """Section 3.4: level 6 at least 4 times better, level 4 comparable."""
+def claims(results: Results) -> str:
+    """Section 3.4: level 6 is at least 4 times better than the baselines, level 4 is comparable."""
     rows = results["claims"]
     if not rows:
         return "Levels 4 and 6 were not both asked for.\n\n"
@@ -19,25 +21,26 @@ def claims(results):
     return text + (f" Where level 6 is not (times better): {', '.join(fails)}." if fails else "") + "\n\n"
 
 
-def times(results):
+def times(results: Results) -> str:
     """Section 3.5: evaluation takes as long at any level."""
     found = results["times"]
     return f"{found['calls']:,} calls, {found['material']}. {flatness(found['rows'])}\n\n"
 
 
-def flatness(rows):
+def flatness(rows: list[Row]) -> str:
     """How much longer evaluation takes at finer levels."""
-    slower = [100 * times_table.spread(rows, {f"level {level}" for level in range(times_table.LEVELS[0], last + 1)})
-              for last in times_table.LEVELS[-2:]]
+    slower = [100 * (times_table.spread(rows, {f"level {level}" for level in range(times_table.LEVELS[0], last + 1)})
+                     or 0.0) for last in times_table.LEVELS[-2:]]
     return (f"Among levels {times_table.LEVELS[0]} to {times_table.LEVELS[-2]} the slowest takes {slower[0]:.0f} % "
             f"more than the fastest, with level {times_table.LEVELS[-1]} {slower[1]:.0f} %: the arithmetic is the "
             "same at every level, but not how much of the lattice a processor's cache holds.")
 
 
-def compressed(results):
-    """Section 4.3.1: a diffuse level of 1 suffers."""
+def compressed(results: Results) -> str:
+    """Section 4.3.1: fits with a diffuse level of 1 suffer."""
     rows = results["compressed"]
-    worse, text = {}, []
+    worse: dict[str, int] = {}
+    text = []
     for other in ("(3,6,90)", "(4,6,95)"):
         ratios = [row[f"over {other}"] for row in rows]
         worse[other] = sum(ratio > 1 for ratio in ratios)
@@ -48,24 +51,24 @@ def compressed(results):
             f"\"almost all\".\n\n")
 
 
-def ringing(results):
-    """Section 4.3.1: ringing is eliminated by a larger diffuse component."""
-    by_material = {}
+def ringing(results: Results) -> str:
+    """Section 4.3.1: a larger diffuse component eliminates ringing."""
+    by_material: dict[str, dict[str, float]] = {}
     for row in results["ringing"]:
         by_material.setdefault(row["material"], {})[row["method"]] = row["ringing"]
     falls = [f"{name} ({values['(1,6,90)']:.3g} to {values['(4,6,90)']:.3g})" for name, values in by_material.items()
              if values["(4,6,90)"] < values["(1,6,90)"]]
     rises = [f"{name} ({values['(1,6,90)']:.3g} to {values['(4,6,90)']:.3g})" for name, values in by_material.items()
              if values["(4,6,90)"] >= values["(1,6,90)"]]
-    text = ("The variation of the fit between neighbouring samples that they do not ask for: along the lines between "
-            "them, total variation less the difference of the ends, summed, over the summed differences of the "
-            "measured ends. 0 where the fit is monotone between any two neighbours. ")
+    text = ("Ringing is the variation of the fit between neighbouring samples beyond that of a monotone one: the total "
+            "variation along the lines between them less the difference of the ends, summed, over the summed "
+            "differences of the measured ends. It is 0 if the fit is monotone between any two neighbours. ")
     if falls:
         text += f"From diffuse level 1 to 4 it falls for {', '.join(falls)}. "
     if rises:
         text += f"It does not for {', '.join(rises)}: there the specular lattice has peaks to carry at any D. "
     least = min(row["ringing"] for row in results["ringing"])
-    by_method = {}
+    by_method: dict[str, list[float]] = {}
     for row in results["comparison"]:
         by_method.setdefault(row["method"], []).append(row["ringing"])
     return (text + f"The smallest value in the table is {least:.2g}: reduced, not eliminated. The median of all "
@@ -73,10 +76,10 @@ def ringing(results):
                                             for name, found in by_method.items()) + ".\n\n")
 
 
-def held_out(results):
-    """Which method predicts best what it has not seen."""
-    wins = {}
-    materials = {}
+def held_out(results: Results) -> str:
+    """Which method predicts held-out samples best."""
+    wins: dict[str, int] = {}
+    materials: dict[tuple[str, str], list[Row]] = {}
     for row in results["comparison"]:
         materials.setdefault((row["material"], row["source"]), []).append(row)
     for rows in materials.values():
@@ -87,9 +90,11 @@ def held_out(results):
     return text + _against_rivals(materials) + "\n"
 
 
-def _against_rivals(materials, own="Standard", rivals=("level 6", "Koenderink 8", "Lafortune 3")):
-    """For which materials one method is below several in both held-out errors, and by how much below the first."""
-    behind, ratios = [], {}
+def _against_rivals(materials: Mapping[tuple[str, str], list[Row]], own: str = "Standard",
+                    rivals: Sequence[str] = ("level 6", "Koenderink 8", "Lafortune 3")) -> str:
+    """For how many materials both held-out errors are below the rivals', and the ratio to the first rival's."""
+    behind: list[str] = []
+    ratios: dict[tuple[str, str], float] = {}
     for (material, source), rows in materials.items():
         errors = {row["method"]: (row["held_out_rmse"], row["held_out_cube_root_rmse"]) for row in rows}
         if not {own, *rivals} <= errors.keys():
@@ -107,12 +112,11 @@ def _against_rivals(materials, own="Standard", rivals=("level 6", "Koenderink 8"
     return text + ".\n"
 
 
-def physics(results):
-    """Reciprocity, energy and sign."""
+def physics(results: Results) -> str:
+    """Reciprocity, conservation of energy, and negative values."""
     text = ["Reciprocity error: mean |f(i,o) - f(o,i)| over mean |f|, directions uniform in projected solid angle. "
-            "Negative: share of such values below 0, which `Fit.evaluate` returns as they are and the shader clamps "
-            "to 0. Albedo: share of the light from all sides that is reflected toward the viewer, clamped, largest "
-            "over the view angles tried; above 1 is unphysical.\n"]
+            "Negative: share of values below 0, which `Fit.evaluate` returns and the shader clamps to 0. Albedo: "
+            "directional albedo of the clamped values, the largest over the view angles; above 1 is unphysical.\n"]
     for method in dict.fromkeys(row["method"] for row in results["comparison"]):
         rows = [row for row in results["comparison"] if row["method"] == method]
         over = sum(max(row["albedo"]) > 1 for row in rows)
@@ -125,14 +129,14 @@ def physics(results):
     return "\n".join(text) + "\n\n"
 
 
-def pareto(results):
-    """What the grid is."""
+def pareto(results: Results) -> str:
+    """What the grid contains."""
     return (f"{len(results['pareto']) // max(len(results['featured']), 1)} choices of (D,S,C) for each material; the "
-            "line, and the table, are those that no smaller one beats in the held-out error.\n\n")
+            "line, and the table, are those whose held-out error no smaller fit reaches.\n\n")
 
 
-def differences(results):
-    """Where results differ from the paper, and why."""
+def differences(results: Results) -> str:
+    """Where results differ from the paper's, and why."""
     rows = results["claims"]
     curet = [row for row in rows if _is_curet(results, row)]
     others = [row for row in rows if not _is_curet(results, row)]
@@ -149,10 +153,10 @@ def differences(results):
         + ". The paper's sizes add up to 4 bytes a coefficient, and one byte for each of the 300,763 control points "
           "of the level-6 lattice, kept or not; and two symmetries of an isotropic reflectance leave a quarter of the "
           "dense lattice to store.")
-    points.append("**What the paper does not measure**: samples that a fit has not seen. "
-                  f"{_against_baselines(results)} The paper's lattice meets every sample and is free between them; "
-                  "Standard begins with an estimate of what is there.")
-    ring = {row["method"]: [] for row in results["ringing"]}
+    points.append("**What the paper does not measure**: errors at held-out samples. "
+                  f"{_against_baselines(results)} The paper's lattice meets every sample, and nothing guides it "
+                  "between them; Standard starts from an estimate there.")
+    ring: dict[str, list[float]] = {row["method"]: [] for row in results["ringing"]}
     for row in results["ringing"]:
         ring[row["method"]].append(row["ringing"])
     points.append(f"**\"Ringing can be eliminated\"**: in the median of the materials below it goes from "
@@ -161,8 +165,8 @@ def differences(results):
     return "\n## Where they differ from the paper\n\n" + "\n".join(f"- {point}" for point in points) + "\n"
 
 
-def _where(results, claimed):
-    """Where the error of level 6 is, for the materials that fail the claim."""
+def _where(results: Results, claimed: list[Row]) -> str:
+    """Where the error of level 6 is, for the materials for which the claim fails."""
     failing = {(row["material"], row["source"]) for row in claimed if not row["level_6_holds"]}
     rows = [row for row in results["where"] if (row["material"], row["source"]) in failing]
     if not rows:
@@ -175,9 +179,9 @@ def _where(results, claimed):
     return text.format(bright, "the brightest twentieth of the samples: peaks narrower than a cell")
 
 
-def _against_baselines(results):
-    """For how many materials each of our methods has smaller errors than both baselines, seen and held out."""
-    rows = {}
+def _against_baselines(results: Results) -> str:
+    """For how many materials each of our methods has smaller errors than both baselines."""
+    rows: dict[str, list[Row]] = {}
     for row in results["comparison"]:
         rows.setdefault(row["method"], []).append(row)
     baselines = [rows.pop(name) for name in BASELINES]
@@ -190,5 +194,6 @@ def _against_baselines(results):
     return f"Smaller RMSE than both baselines, of {len(baselines[0])} materials: {'; '.join(text)}."
 
 
-def _is_curet(results, row):
+def _is_curet(results: Results, row: Row) -> bool:
+    """Whether a row is of a file with several materials."""
     return sum(other["source"] == row["source"] for other in results["claims"]) > 1

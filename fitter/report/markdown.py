@@ -1,12 +1,15 @@
-"""The report as Markdown: `main`, what one reads, and `details`, every measurement."""
+"""The report as Markdown: `main`, the summary, and `details`, with every measurement."""
 
 from collections import Counter
+from collections.abc import Collection, ItemsView, Iterable, Sequence
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 from . import findings
 from .comparison import ALBEDO_ANGLES
 from .methods import METHODS
+from .rows import Results, Row
 
 _HEADING = """# Results
 
@@ -23,17 +26,35 @@ NO_RENDERER = ("\n## In Cycles\n\nTimes inside Cycles OSL and rendered pictures 
                "Blender; this report was made without it.\n")
 
 
-def table(header, rows):
-    """A Markdown table: numbers to the right."""
+def table(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+    """A Markdown table; numbers are aligned to the right.
+
+    Examples
+    --------
+    >>> print(table(("material", "bytes"), [("felt", 16384)]), end="")
+    | material | bytes |
+    | --- | ---: |
+    | felt | 16,384 |
+    """
     text = [[_cell(value) for value in row] for row in rows]
     rule = ["---:" if rows and isinstance(value, int | float) and not isinstance(value, bool) else "---"
             for value in (rows[0] if rows else header)]
     return "\n".join("| " + " | ".join(row) + " |" for row in [list(header), rule, *text]) + "\n"
 
 
-def main(results, pictures, supplements=()):
-    """What one reads: the main tables, with `pictures`, file names beside it, and Markdown made elsewhere."""
-    def shown(*names):
+def main(results: Results, pictures: Collection[str], supplements: Sequence[str] = ()) -> str:
+    """The summary.
+
+    Parameters
+    ----------
+    results : dict
+        What results.json holds.
+    pictures : collection of str
+        File names of the plots, in the same folder.
+    supplements : sequence of str
+        Markdown to append.
+    """
+    def shown(*names: str) -> str:
         return _shown(name for name in names if name in pictures)
 
     polar = _polar(pictures)
@@ -60,8 +81,8 @@ def main(results, pictures, supplements=()):
     return "".join(parts).replace("\n\n\n", "\n\n")
 
 
-def details(results, pictures):
-    """Every measurement, and the slices of those that are shown."""
+def details(results: Results, pictures: Collection[str]) -> str:
+    """All rows of the tables, and the plots of slices."""
     return "\n".join((
         "# Every measurement\n", "## Does the paper's claim hold?\n",
         table(("material", "file", "baseline / level 6", "baseline / level 4", "4 times better", "comparable"),
@@ -85,17 +106,18 @@ def details(results, pictures):
         "## Slices\n", _shown(_polar(pictures))))
 
 
-def _shown(names):
+def _shown(names: Iterable[str]) -> str:
+    """Pictures, by file name."""
     return "".join(f"![{Path(name).stem}]({name})\n\n" for name in names)
 
 
-def _polar(pictures):
+def _polar(pictures: Collection[str]) -> list[str]:
     return [name for name in pictures if name.startswith("polar_")]
 
 
-def featured_errors(results):
-    """Errors of the materials that are shown, a column each, by method."""
-    by_method = {}
+def featured_errors(results: Results) -> str:
+    """Errors by method; one column for each featured material."""
+    by_method: dict[str, list[Row]] = {}
     for material in results["featured"]:
         for row in results["errors"]:
             if [row["material"], row["source"]] == material:
@@ -107,21 +129,21 @@ def featured_errors(results):
          for method, found in by_method.items()]))
 
 
-def _storage(results):
+def _storage(results: Results) -> str:
     return table(("fit", "control points", "the paper's", "bytes", "the paper's"),
                  [(row["fit"], row["coefficients"], row["paper_coefficients"], row["bytes"], row["paper_bytes"])
                   for row in results["storage"]])
 
 
-def _ringing(results):
+def _ringing(results: Results) -> str:
     methods = list(dict.fromkeys(row["method"] for row in results["ringing"]))
     return table(("material", *methods),
                  [(name, *(row["ringing"] for row in results["ringing"] if (row["material"], row["source"]) ==
                            (name, source))) for name, source in results["featured"]])
 
 
-def _side_by_side(results):
-    """Medians over the materials of a file that holds several, and each other material."""
+def _side_by_side(results: Results) -> str:
+    """Medians over the materials of files with several, and the values of each other material."""
     return ("Paper is the paper's method at the levels it recommends, Standard what this project renders with (both "
             "in `fitter.PRESETS`), level 6 the paper's plain MBA. Where a file holds several materials, medians over "
             "them. Times are those of the processor.\n\n" + table(
@@ -130,10 +152,10 @@ def _side_by_side(results):
          for name, rows_by_method in _groups(results["comparison"]) for method, rows in rows_by_method.items()]))
 
 
-def _groups(rows):
-    """(name, rows by method) for each file that rows come from."""
+def _groups(rows: list[Row]) -> ItemsView[str, dict[str, list[Row]]]:
+    """(name, rows by method) for each file."""
     count = Counter(row["source"] for row in rows if row["method"] == rows[0]["method"])
-    groups = {}
+    groups: dict[str, dict[str, list[Row]]] = {}
     for row in rows:
         several = count[row["source"]] > 1
         file = Path(row["source"]).name
@@ -142,8 +164,8 @@ def _groups(rows):
     return groups.items()
 
 
-def _held_out(results):
-    rows = {}
+def _held_out(results: Results) -> str:
+    rows: dict[tuple[str, str], dict[str, Row]] = {}
     for row in results["comparison"]:
         rows.setdefault((row["material"], row["source"]), {})[row["method"]] = row
     return ("Five folds, each predicted from the other four; RMSE / RMSE of the cube root of cosine-weighted values. "
@@ -153,7 +175,7 @@ def _held_out(results):
                           for row in rows[name, source].values())) for name, source in results["featured"]]))
 
 
-def _pareto_best(results):
+def _pareto_best(results: Results) -> str:
     return table(("material", "fit", "bytes", "fit [s]", "evaluate [µs]", "RMSE", "held-out RMSE",
                   "held-out, cube root"),
                  [(row["material"], row["method"], row["bytes"], row["fit_seconds"], row["evaluate_microseconds"],
@@ -161,11 +183,12 @@ def _pareto_best(results):
                   for row in results["pareto"] if row["best"]])
 
 
-def _named(row):
+def _named(row: Row) -> tuple[str, str]:
+    """The material, and the name of its file."""
     return row["material"], Path(row["source"]).name
 
 
-def _cell(value):
+def _cell(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):

@@ -1,22 +1,22 @@
-"""What the report compares: ways to make a model of samples, by name."""
+"""The models that the report compares, by name."""
 
 from .. import fit
 from ..presets import PRESETS
 from .baselines import koenderink, lafortune
+from .rows import MakeModel
 
 BASELINES = ("Koenderink 8", "Lafortune 3")
 
 
-def preset(name):
-    """The fit that a preset asks for: samples to Fit."""
+def preset(name: str) -> MakeModel:
+    """A function that fits samples with a preset."""
     return lambda samples: fit(samples, **PRESETS[name])
 
 
-def levels(*choice):
-    """The paper's fit at (D, S, C), or at D alone for plain MBA: samples to Fit."""
-    return lambda samples: fit(samples, *(choice if len(choice) > 1 else (*choice, None)))
+def levels(diffuse: int, specular: int | None = None, compression: float = 95.0) -> MakeModel:
+    """A function that fits samples by the paper's method at (D, S, C), or at D alone for plain MBA."""
+    return lambda samples: fit(samples, diffuse, specular, compression)
 
 
-# each returns something with `evaluate`, `nbytes` and `coefficient_count`
-METHODS = {"level 6": levels(6), "Paper": preset("Paper"), "Standard": preset("Standard"),
+METHODS: dict[str, MakeModel] = {"level 6": levels(6), "Paper": preset("Paper"), "Standard": preset("Standard"),
            BASELINES[0]: koenderink.fit, BASELINES[1]: lafortune.fit}

@@ -1,4 +1,12 @@
-"""The plots that show many materials or methods at once. They need matplotlib, an optional extra."""
+"""The plots that compare materials or methods. They need matplotlib, an optional extra."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from itertools import cycle
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -6,13 +14,19 @@ from . import tables
 from .comparison import ALBEDO_ANGLES
 from .methods import BASELINES, METHODS
 from .pareto import mark_best
+from .rows import Results, Row
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 METRICS = ("rmse", "mae", "mre")
-COLORS = dict(zip(METHODS, ("tab:gray", "tab:blue", "tab:red", "black", "tab:green"), strict=True))
+COLORS = dict(zip(METHODS, cycle(("tab:gray", "tab:blue", "tab:red", "black", "tab:green", "tab:purple", "tab:brown",
+                                  "tab:pink", "tab:olive", "tab:cyan")), strict=False))
 
 
-def pyplot():
-    """matplotlib.pyplot, drawing into files; None where matplotlib is not installed."""
+def pyplot() -> Any:
+    """The module matplotlib.pyplot, for drawing into files; None if matplotlib is not installed."""
     try:
         import matplotlib as mpl
     except ImportError:
@@ -23,8 +37,8 @@ def pyplot():
     return pyplot
 
 
-def draw(results, out):
-    """Write the plots to a folder: their file names, none where matplotlib is not installed."""
+def draw(results: Results, out: Path) -> list[str]:
+    """Write the plots to a folder. Returns their file names, none if matplotlib is not installed."""
     if pyplot() is None:
         return []
     drawn = {"figure_1_errors.png": _errors, "figure_1_claim.png": _claim, "figure_2_times.png": _times,
@@ -35,19 +49,26 @@ def draw(results, out):
     return list(drawn)
 
 
-def save(figure, path):
-    """Write a figure to a PNG file and forget it."""
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure to a PNG file and free its memory."""
     figure.savefig(path, dpi=75)
     pyplot().close(figure)
 
 
-def rows_of(results, key, material, source):
-    """The rows of one table that belong to one measurement, by method."""
+def rows_of(results: Results, key: str, material: str, source: str) -> dict[str, Row]:
+    """The rows of one table for one material, by method.
+
+    Examples
+    --------
+    >>> rows = [{"material": name, "source": "abrdf.dat", "method": "Paper"} for name in ("felt", "moss")]
+    >>> rows_of({"errors": rows}, "errors", "moss", "abrdf.dat")["Paper"]["material"]
+    'moss'
+    """
     return {row["method"]: row for row in results[key] if (row["material"], row["source"]) == (material, source)}
 
 
-def panels(count, columns, size):
-    """A figure with `count` panels of a size in inches, at most `columns` a row: (figure, axes (rows, columns))."""
+def panels(count: int, columns: int, size: tuple[float, float]) -> tuple[Figure, Any]:
+    """A figure with `count` panels of a size in inches, at most `columns` in a row, and its axes (rows, columns)."""
     columns = min(count, columns)
     rows = -(-count // columns)
     figure, axes = pyplot().subplots(rows, columns, figsize=(size[0] * columns, size[1] * rows), squeeze=False,
@@ -57,15 +78,15 @@ def panels(count, columns, size):
     return figure, axes
 
 
-def _errors(results):
-    """Errors against level, the baselines as lines across: the paper's Figure 1."""
+def _errors(results: Results) -> Figure:
+    """Errors against level, and those of the baselines as horizontal lines: the paper's Figure 1."""
     figure, axes = panels(len(METRICS) * len(results["featured"]), len(METRICS), (4, 2.5))
     levels = results["levels"]
     for line, (name, source) in zip(axes, results["featured"], strict=True):
         methods = rows_of(results, "errors", name, source)
         for metric, axis in zip(METRICS, line, strict=True):
             axis.semilogy(levels, [methods[f"level {level}"][metric] for level in levels], "o-", label="MBA")
-            for baseline, style in zip(BASELINES, ("--", ":"), strict=True):
+            for baseline, style in zip(BASELINES, cycle(("--", ":", "-.")), strict=False):
                 axis.axhline(methods[baseline][metric], color="black", linestyle=style, label=baseline)
             axis.set_title(f"{name}: {metric.upper()}", fontsize=9)
             axis.set_xticks(levels, [f"{level}\n{methods[f'level {level}']['coefficients']:,}" for level in levels],
@@ -75,8 +96,8 @@ def _errors(results):
     return figure
 
 
-def _claim(results):
-    """How many times level 6 and level 4 are better than the better baseline, for every material."""
+def _claim(results: Results) -> Figure:
+    """By what factor levels 6 and 4 are better than the better baseline, for every material."""
     figure, axis = pyplot().subplots(figsize=(9, 3.2), constrained_layout=True)
     rows = sorted(results["claims"], key=lambda row: row["level_6_factor"])
     for level, color in ((6, "tab:blue"), (4, "tab:orange")):
@@ -89,26 +110,26 @@ def _claim(results):
     return figure
 
 
-def _bars(axis, names, values, colors=None):
-    axis.barh(range(len(names)), values, color=colors)
+def _bars(axis: Axes, names: Sequence[str], values: Sequence[float]) -> None:
+    axis.barh(range(len(names)), values)
     axis.set_yticks(range(len(names)), names, fontsize=7)
     axis.set_ylim(len(names) - 0.4, -0.6)       # downward
 
 
-def _times(results):
+def _times(results: Results) -> Figure:
     return times(results["times"]["rows"], f"nanoseconds a call in NumPy, {results['times']['material']}")
 
 
-def times(rows, label):
-    """Time of one evaluation, by method: the paper's Figure 2."""
+def times(rows: list[Row], label: str) -> Figure:
+    """Time of one evaluation by each method: the paper's Figure 2."""
     figure, axis = pyplot().subplots(figsize=(7, 3), constrained_layout=True)
     _bars(axis, [row["method"] for row in rows], [row["nanoseconds"] for row in rows])
     axis.set_xlabel(label)
     return figure
 
 
-def _storage(results):
-    """Parameters and bytes of one channel, ours beside the paper's: its Figure 5 and Table 1."""
+def _storage(results: Results) -> Figure:
+    """Parameters and bytes of one channel, ours and those of the paper's Figure 5 and Table 1."""
     figure, axes = pyplot().subplots(1, 2, figsize=(10, 4), constrained_layout=True, sharey=True)
     name, source = results["featured"][0]
     errors = rows_of(results, "errors", name, source)
@@ -122,15 +143,16 @@ def _storage(results):
         "Koenderink 8": (55, 220), "Lafortune 3": (10, 40)}
     for axis, index, title in zip(axes, (0, 1), ("parameters", "bytes, single precision"), strict=True):
         _bars(axis, list(ours), [size[index] for size in ours.values()])
-        axis.plot([papers[method][index] for method in ours], range(len(ours)), "k|", markersize=9, label="the paper's")
+        marks = [papers[method][index] if method in papers else math.nan for method in ours]
+        axis.plot(marks, range(len(ours)), "k|", markersize=9, label="the paper's")
         axis.set_xscale("log")
         axis.set_title(f"{title}, one channel", fontsize=9)
     axes[0].legend(fontsize=7)
     return figure
 
 
-def _compressed(results):
-    """Errors of compressed fits beside the baselines: the paper's Figure 6."""
+def _compressed(results: Results) -> Figure:
+    """Errors of compressed fits and of the baselines: the paper's Figure 6."""
     figure, axes = pyplot().subplots(1, len(METRICS), figsize=(13, 3.6), constrained_layout=True)
     methods = ("(1,6,90)", "(3,6,90)", "(4,6,95)", "(4,6,99)", *BASELINES)
     names = [name for name, _ in results["featured"]]
@@ -145,7 +167,7 @@ def _compressed(results):
     return figure
 
 
-def _ringing(results):
+def _ringing(results: Results) -> Figure:
     """Ringing against the diffuse level."""
     figure, axis = pyplot().subplots(figsize=(6, 3), constrained_layout=True)
     for name, source in results["featured"]:
@@ -158,8 +180,8 @@ def _ringing(results):
     return figure
 
 
-def _pareto(results):
-    """What a fit costs against the held-out error, of the grid and of the methods."""
+def _pareto(results: Results) -> Figure:
+    """Held-out error against size and time, for the grid of (D, S, C) and for the methods."""
     costs = {"bytes": "bytes, all channels", "fit_seconds": "fit time, s", "evaluate_microseconds": "evaluation, µs"}
     figure, axes = panels(len(costs) * len(results["featured"]), len(costs), (4, 2.5))
     for line, (name, source) in zip(axes, results["featured"], strict=True):
@@ -173,7 +195,8 @@ def _pareto(results):
     return figure
 
 
-def _cost_against_error(axis, cost, grid, methods, error="held_out_cube_root_rmse"):
+def _cost_against_error(axis: Axes, cost: str, grid: Collection[Row], methods: Mapping[str, Row],
+                        error: str = "held_out_cube_root_rmse") -> None:
     for specular, mark in zip(sorted({row["levels"][1] for row in grid}), "os^vD", strict=False):
         rows = [row for row in grid if row["levels"][1] == specular]
         axis.plot([row[cost] for row in rows], [row[error] for row in rows], mark, color="tab:blue", markersize=4,
@@ -192,7 +215,7 @@ def _cost_against_error(axis, cost, grid, methods, error="held_out_cube_root_rms
     axis.tick_params(labelsize=7)
 
 
-def _albedo(results):
+def _albedo(results: Results) -> Figure:
     """Directional albedo against view angle."""
     figure, axes = panels(len(results["featured"]), 3, (4, 2.6))
     for axis, (name, source) in zip(axes.ravel(), results["featured"], strict=False):

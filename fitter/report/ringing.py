@@ -1,33 +1,38 @@
 """Ringing: how much a fit oscillates between neighbouring samples (Kameya and Lewis 2002, section 4.3.1).
 
-Along the straight line, in Nusselt coordinates, between two neighbouring samples a fit that does not ring goes from
-one value to the other without turning back: its total variation is their difference. What it has beyond that is
-ringing. Neighbours are the ends of the edges of a Delaunay tessellation of the samples, which needs SciPy.
+Between two neighbouring samples, along a straight line in Nusselt coordinates, a fit that does not ring is monotone:
+its total variation is the difference of its values at the ends. Any variation beyond that is ringing. Neighbours are
+joined by an edge of the Delaunay tessellation of the samples, for which SciPy is needed.
 """
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..coordinates.nusselt import directions, nusselt
+from ..model import Reflectance
+from ..samples import Samples
+
+Lines = tuple[FloatArray, FloatArray, FloatArray]
+"""What `neighbours` returns."""
 
 _STEPS = 24                 # along a line
 
 
-def ringing(samples, model, lines=None):
-    """The variation of a model between neighbouring samples that these do not ask for, relative to what they do.
+def ringing(samples: Samples, model: Reflectance, lines: Lines | None = None) -> float:
+    """The variation of a model between neighbouring samples beyond that of a monotone one, relative to the data's.
 
     Parameters
     ----------
     samples : Samples
-    model
-        Anything with the `evaluate` of `Fit`.
+    model : Reflectance
     lines : tuple of arrays, optional
-        What `neighbours(samples)` returns, where it is at hand.
+        `neighbours(samples)`, if it was computed before.
 
     Returns
     -------
     float
-        The sum over all lines of (total variation - difference of the ends) over the sum of the differences of the
-        measured ends; 0 for a model that is monotone along every line.
+        The sum over all lines of the total variation less the difference of the ends, divided by the sum of the
+        differences of the measured values at the ends; 0 for a model that is monotone along every line.
     """
     start, end, difference = neighbours(samples) if lines is None else lines
     t = np.linspace(0, 1, _STEPS + 1)[:, None, None]
@@ -38,15 +43,22 @@ def ringing(samples, model, lines=None):
     return float(excess.sum() / total) if total else 0.0
 
 
-def neighbours(samples):
-    """Lines between neighbouring samples: their ends (m, 3) and (m, 3), and how far the data there differ (m, c).
+def neighbours(samples: Samples) -> Lines:
+    """The lines between neighbouring samples.
 
-    Samples at one place, as mirror images of each other are, count as one, with the mean of their values.
+    Samples with equal coordinates, such as mirror images, count as one, with the mean of their values.
+
+    Returns
+    -------
+    start, end : (m, 3) float64
+        Nusselt coordinates.
+    difference : (m, channels) float64
+        Absolute difference of the measured values at the ends, 1/sr.
 
     Raises
     ------
     ImportError
-        Where SciPy is not installed.
+        If SciPy is not installed.
     """
     try:
         from scipy.spatial import Delaunay
@@ -56,7 +68,7 @@ def neighbours(samples):
     values = np.zeros((len(x), samples.values.shape[1]))
     np.add.at(values, at.ravel(), samples.values)
     values /= np.bincount(at.ravel(), minlength=len(x))[:, None]
-    # QJ: measured directions often lie on a grid; up to four are one tetrahedron, or less
+    # QJ joggles the points, which often lie on a grid; up to four points are one simplex
     simplices = Delaunay(x, qhull_options="QJ Qbb").simplices if len(x) > 4 else np.arange(len(x))[None]
     corners = np.array([(a, b) for a in range(simplices.shape[1]) for b in range(a)]).reshape(-1, 2)
     a, b = np.unique(np.sort(simplices[:, corners].reshape(-1, 2), axis=1), axis=0).T

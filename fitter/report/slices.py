@@ -1,19 +1,30 @@
-"""The plots that show the fits themselves: slices in the plane of incidence, and histograms of the error."""
+"""The plots of the fits themselves: slices in the plane of incidence, and histograms of the error."""
+
+from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..samples import Samples
 from .methods import METHODS, levels
 from .plots import COLORS, panels, pyplot, save
+from .rows import MakeModel
 
-POLAR = {"(1,6,90)": levels(1, 6, 90), **{name: METHODS[name] for name in ("Paper", "Standard", "Lafortune 3")}}
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+POLAR: dict[str, MakeModel] = {
+    "(1,6,90)": levels(1, 6, 90), **{name: METHODS[name] for name in ("Paper", "Standard", "Lafortune 3")}}
 _ANGLES = 4                 # incident angles in a polar plot
-_IN_PLANE = 0.03            # how far from the plane of incidence, as a cosine
+_IN_PLANE = 0.03            # largest distance of plotted samples from the plane of incidence, on the unit sphere
 
 
-def draw_polar(samples, out):
-    """Write the polar plot of one material to a folder: file names, none where matplotlib is not installed."""
+def draw_polar(samples: Samples, out: Path) -> list[str]:
+    """Write the polar plot of a material to a folder. Returns its file name, none if matplotlib is not installed."""
     if pyplot() is None:
         return []
     name = f"polar_{re.sub(r'[^a-z0-9]+', '_', samples.name.lower()).strip('_') or 'material'}.png"
@@ -21,16 +32,16 @@ def draw_polar(samples, out):
     return [name]
 
 
-def draw_histograms(shown, out):
-    """Write the histograms of some materials' errors to a folder, as `draw_polar` does."""
+def draw_histograms(shown: Sequence[Samples], out: Path) -> list[str]:
+    """Write histograms of materials' errors to a folder. Returns the file name, none if matplotlib is not installed."""
     if pyplot() is None:
         return []
     save(_histograms(shown), out / "histograms.png")
     return ["histograms.png"]
 
 
-def _polar(samples):
-    """f in the plane of incidence, with the samples that lie there: the channels' mean, relative to the largest."""
+def _polar(samples: Samples) -> Figure:
+    """Fits and samples in the plane of incidence: the mean of the channels, relative to the largest sample."""
     incident, delta_phi = np.degrees(samples.theta_i).round(), samples.phi_o - samples.phi_i
     in_plane = np.abs(np.sin(samples.theta_o) * np.sin(delta_phi)) < _IN_PLANE
     outgoing = np.where(np.cos(delta_phi) > 0, -1, 1) * samples.theta_o     # negative on the light's side
@@ -60,8 +71,8 @@ def _polar(samples):
     return figure
 
 
-def _histograms(shown):
-    """How large the errors at the samples are."""
+def _histograms(shown: Sequence[Samples]) -> Figure:
+    """Histograms of the absolute errors at the samples."""
     figure, axes = panels(len(shown), 3, (4, 2.4))
     bins = np.linspace(-7, 2, 73)
     for axis, samples in zip(axes.ravel(), shown, strict=False):

@@ -44,3 +44,16 @@ def test_the_demo_imports_fits_and_writes_its_figures(extension, folder, tmp_pat
     assert [levels for _, levels, *_ in made.rows] == [
         *(f"level {level}" for level in range(1, 7)), *["(4,6,95)"] * 4, "(4,6,95)", "(4,6,99.75)", "level 6"]
     assert len(list(tmp_path.glob("*.png"))) == 3
+
+
+def test_the_title_picture_shows_the_materials_at_hand(extension, folder, tmp_path, monkeypatch):
+    import bpy
+
+    from demo_scenes import title
+
+    monkeypatch.setattr(title.synthetic, "measurements_or_synthetic", lambda: (folder, True))
+    few = {name: title.MATERIALS[name] for name in ("garnet red", "leather", "velvet")}
+    monkeypatch.setattr(title, "MATERIALS", few)
+    title.draw(tmp_path / "title.png", width=28, samples=1, preset="Draft")
+    assert (tmp_path / "title.png").is_file()
+    assert [item.active_material.name for item in bpy.data.objects if item.name.startswith("Suzanne")] == ["leather"]

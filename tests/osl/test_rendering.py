@@ -128,7 +128,7 @@ STALE = [((-0.5, 0.3, 0.8), -0.05, 1), ((1.0, 2.0, 3.0), 0.2, 5), ((2.0, 2.0, 1.
 
 
 def test_a_stale_lamp_costs_noise_and_not_correctness(blender, extension, fits):
-    """Lobes that stand where no lamp is any more: the drawn directions make up for them."""
+    """Lobes remain where no lamp is any more: the sampled remainder corrects them."""
     lamps = extension.addon.scene.lamps
     means = []
     for known in ([], STALE):
@@ -198,7 +198,7 @@ def test_the_normal_input_turns_the_surface(blender, fits):
 
 @pytest.mark.parametrize("exact", [True, False])
 def test_a_white_surface_neither_loses_nor_gains_light(blender, exact):
-    """All that a fit of albedo 1, to a percent or so, reflects of a white world comes back."""
+    """A fit of albedo 1 returns the light of a white world, to about a percent."""
     theta = np.linspace(0, 1.5, 12)
     theta_i, theta_o, phi_o = (grid.ravel() for grid in np.meshgrid(theta, theta, np.linspace(0, math.pi, 12)))
     values = np.full((len(theta_i), 1), 1 / math.pi)
@@ -213,7 +213,7 @@ def test_a_white_surface_neither_loses_nor_gains_light(blender, exact):
 
 
 def test_more_lamps_without_a_size_than_lobes_still_give_all_their_light(blender, fits):
-    """Lamps are then taken at random, the sum of which is right in the mean."""
+    """The shader then chooses lamps at random; the expectation is their sum."""
     fit = fits["foil"]
     angles = np.radians(np.linspace(-50, 60, 12))
     scene = sphere_scene(blender, fit, 128)
@@ -262,7 +262,7 @@ def test_back_faces_and_uneven_scales_are_lit_as_the_surface_they_show(blender, 
 
 
 def test_light_from_below_the_horizon_does_not_leak(blender, fits):
-    """Lobes lean over the horizon; what stands there must not shine through a plane."""
+    """Lobes extend below the horizon; light from there must not shine through a plane."""
     scene = black_scene(8, 8, samples=64, span=0.5)
     scene.camera.rotation_euler, scene.camera.location = (1.3, 0, 0), (0, -9, 2.5)
     blender.ops.mesh.primitive_plane_add(size=4)

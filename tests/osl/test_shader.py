@@ -99,7 +99,7 @@ def test_the_shader_evaluates_the_fit(probe, curet, cornell, random, name):
 
 
 def test_a_fit_of_version_2_is_rendered_as_it_was(probe, random):
-    """In coordinates without softening, but for exact retro-reflection, where these jump."""
+    """In coordinates without softening, except at exact retro-reflection, where these jump."""
     fit = fitter.Fit.load(ROOT / "tests" / "data" / "version_2.npz")
     vectors = direction_pairs(random)
     rendered = probe(fit, f"if (pixel < {COUNT}) {{ {VECTORS} out = eval_fit(FIT, wi, wo); }}", COUNT,

@@ -1,4 +1,4 @@
-"""Where the shader could go wrong: directions on an axis, on the horizon and below it, and noise without a cause.
+"""Edge cases of the shader: directions on an axis, on the horizon and below it, and avoidable noise.
 
 Planes and parts of the shader, against integrals of `Fit.evaluate` and geometry in NumPy.
 """
@@ -33,7 +33,7 @@ def probe(blender):
 
 
 def leaning(degrees, azimuth=180.0):
-    """A unit vector so far from the z axis."""
+    """A unit vector at an angle to the z axis."""
     theta, phi = math.radians(degrees), math.radians(azimuth)
     return np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
 
@@ -77,7 +77,7 @@ def over_disk(fit, normal, toward, radius):
 
 @pytest.mark.parametrize("turned", [Matrix(), Matrix(((0, 0, 1, 0), (0, 1, 0, 0), (-1, 0, 0, 0), (0, 0, 0, 1)))])
 def test_a_viewer_on_the_normal_sees_what_was_measured(blender, foil, turned):
-    """Where the direction to the viewer has no azimuth, with the normal along z and along x."""
+    """The direction to the viewer has no azimuth; the normal is along z or along x."""
     scene = plane(foil, 4)
     toward = leaning(40, 130)
     add_sun(toward)
@@ -166,7 +166,7 @@ def test_lamps_are_known_as_long_as_a_part_of_them_is_above_the_horizon(probe, f
 
 
 def test_a_lamp_without_a_size_adds_no_noise(blender, foil):
-    """Its lobe is exact, and is not followed in the place of what finds the light around."""
+    """Its lobe is exact, and sampling does not follow it instead of closures that find other light."""
     noise = []
     for strength in (0, 5):
         scene = plane(foil, 16, size=32)
@@ -177,7 +177,7 @@ def test_a_lamp_without_a_size_adds_no_noise(blender, foil):
 
 
 def test_a_lamp_with_a_lobe_is_not_drawn_at_as_well(blender, foil):
-    """The drawn direction is 0 there: what it would carry is nothing in the mean, and fireflies in a picture."""
+    """The remainder is 0 there: it would add nothing in the mean, and fireflies to a picture."""
     scene = black_scene(96, 96, 64, span=2)
     scene.cycles.max_bounces = 0
     add_sphere().data.materials.append(material_for(foil))
@@ -208,7 +208,7 @@ def test_fast_is_the_mixture_and_nothing_drawn(blender, foil):
 
 
 def test_every_direction_has_a_cell(probe, foil):
-    """Those on the edges of the table too: on the normal, on the horizon, and in the plane of incidence."""
+    """Also on the edges of the table: on the normal, on the horizon, and in the plane of incidence."""
     theta = np.radians([0, 20, 45, 70, 90])[:, None]
     phi = np.radians([0, 30, 90, 150, 180, -180, -150, -90])
     w = np.stack(np.broadcast_arrays(np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)),

@@ -90,7 +90,7 @@ def test_no_module_of_the_package_imports_what_was_left_out_of_it(package):
 
 
 def _imported(source):
-    """Every name and module that a source imports, but for the dots."""
+    """Every name and module that a source imports, without leading dots."""
     found = set()
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import | ast.ImportFrom):

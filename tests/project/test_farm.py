@@ -1,4 +1,4 @@
-"""What a render farm has: Blender, a .blend, and neither the extension nor the measurements."""
+"""Rendering as on a farm, with Blender and a .blend, without the extension and the measurements."""
 
 import json
 import math
@@ -42,7 +42,7 @@ def test_a_blend_renders_where_neither_the_extension_nor_the_measurements_are(bl
 
 
 def test_a_lamp_without_a_size_is_followed_where_the_extension_is_not(blender, tmp_path):
-    """At a frame that was not saved; where it is not known to stand the mixture is all that is seen."""
+    """At a frame other than the saved one; were the lamp unknown, only the mixture would be visible."""
     from measured_brdf.addon.materials.material import group_node
 
     measurements = tmp_path / "made.astm"
@@ -61,7 +61,7 @@ def test_a_lamp_without_a_size_is_followed_where_the_extension_is_not(blender, t
     there = subprocess.run([sys.executable, "-c", RENDER, tmp_path / "scene.blend", "10"], cwd=ROOT,
                            capture_output=True, text=True, check=False, timeout=120)
     assert there.returncode == 0, there.stderr
-    # a lamp that stands still there, and needs nobody to follow it
+    # a lamp at rest, which nothing has to follow
     sun.animation_data_clear()
     sun.rotation_euler = (0, 0.9, 0)
     here = render(scene)[..., :3].mean(axis=(0, 1))

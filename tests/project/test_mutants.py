@@ -1,4 +1,4 @@
-"""The mutation run itself: mutants are what they say, and none is lost when the code is edited."""
+"""The mutation run itself: mutants change what they say, and none is lost when the code is edited."""
 
 import ast
 import contextlib

@@ -21,7 +21,7 @@ ENDED = {"COMPLETED", "FAILED", "CANCELLED", "NODE_FAIL", "TIMEOUT"}
 
 
 class Farm:
-    """Slurm, and the folder in which jobs run."""
+    """Slurm and the folder in which jobs run."""
 
     def __init__(self, environment, folder):
         self._environment, self.folder = environment, folder

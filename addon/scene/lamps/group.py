@@ -10,7 +10,7 @@ from collections.abc import Collection, Sequence
 
 import bpy
 
-from ....fitter.cycles.bake import MAX_LAMPS
+from ....fitter.shader_constants import MAX_LAMPS
 from .lamp import Lamp
 
 NAME = "Measured BRDF Lamps"

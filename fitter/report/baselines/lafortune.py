@@ -1,22 +1,23 @@
-"""Lafortune's representation: a Lambertian and generalised cosine lobes.
+"""Lafortune's model: a Lambertian and generalised cosine lobes.
 
 E. P. F. Lafortune, S. C. Foo, K. E. Torrance, D. P. Greenberg: Non-Linear Approximation of Reflectance Functions,
 SIGGRAPH 1997. For an isotropic reflectance, with unit vectors i and o whose z is the normal, ::
 
     f = rho / pi + sum_k max(Cxy_k (i_x o_x + i_y o_y) + Cz_k i_z o_z, 0) ^ n_k
 
-The paper's second baseline, with three lobes, fitted channel by channel with Levenberg-Marquardt from several starts.
-Fitting needs SciPy, an optional extra; evaluating does not.
+It is the second baseline of Kameya and Lewis 2002, with three lobes, fitted channel by channel by Levenberg-Marquardt
+from several starts. Fitting needs SciPy, an optional extra; evaluation does not.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from ...samples import LARGEST_VALUE
+from ...arrays import ArrayLike, FloatArray
+from ...samples import LARGEST_VALUE, Samples
 
 LOBES = 3
-# (Cxy, Cz) of mirror-like, retro-reflective and off-specular lobes at grazing angles, where a search may start
+# (Cxy, Cz) of the lobes at which a search starts
 _SHAPES = {"mirror": (-1.0, 1.0), "retro": (0.8, 0.8), "grazing": (-1.05, 0.6), "broad": (-0.5, 0.5)}
 _STARTS = (
     (("mirror", 10), ("grazing", 40), ("retro", 5)),
@@ -30,7 +31,7 @@ _STARTS = (
 
 @dataclass(frozen=True)
 class Lafortune:
-    """A fitted reflectance.
+    """A fitted model.
 
     Attributes
     ----------
@@ -38,31 +39,39 @@ class Lafortune:
         Diffuse albedo.
     lobes : (lobes, 3, channels) float64
         Cxy, Cz and n of each lobe.
+
+    Examples
+    --------
+    A mirror-like lobe, Cxy = -1 and Cz = 1, is the n-th power of the cosine between o and the mirror direction of i.
+
+    >>> lobe = Lafortune(np.zeros(1), np.array([[[-1.0], [1.0], [20.0]]]))
+    >>> lobe.evaluate(0.5, 0, [0.5, 0.8], np.pi)[:, 0].tolist(), float(np.cos(0.3) ** 20)
+    ([1.0, 0.400984], 0.400984)
     """
 
-    rho: np.ndarray
-    lobes: np.ndarray
+    rho: FloatArray
+    lobes: FloatArray
 
     @property
-    def coefficient_count(self):
+    def coefficient_count(self) -> int:
         """Parameters a channel."""
         return 1 + 3 * len(self.lobes)
 
     @property
-    def nbytes(self):
+    def nbytes(self) -> int:
         """Bytes of the parameters of all channels in single precision."""
         return 4 * self.coefficient_count * len(self.rho)
 
-    def evaluate(self, theta_i, phi_i, theta_o, phi_o):
-        """The fitted BRDF, 1/sr, as far as single precision holds it: angles (n,) in radians to (n, channels)."""
+    def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
+        """The BRDF, 1/sr, at most `LARGEST_VALUE`: angles broadcast to (...), radians, to (..., channels) float64."""
         xy, z = (product[..., None] for product in _products(theta_i, phi_i, theta_o, phi_o))
-        with np.errstate(over="ignore"):        # far from the samples a lobe may exceed any number
+        with np.errstate(over="ignore"):        # far from the samples a lobe may overflow
             lobes = sum(np.maximum(c_xy * xy + c_z * z, 0) ** n for c_xy, c_z, n in self.lobes)
         return self.rho / np.pi + np.minimum(lobes, LARGEST_VALUE)
 
 
-def fit(samples, lobes=LOBES):
-    """Fit a measured reflectance, each channel by itself, by Levenberg-Marquardt from several starts.
+def fit(samples: Samples, lobes: int = LOBES) -> Lafortune:
+    """Fit each channel of samples by Levenberg-Marquardt from several starts.
 
     Parameters
     ----------
@@ -72,44 +81,46 @@ def fit(samples, lobes=LOBES):
     Returns
     -------
     Lafortune
-        The best fit found, by RMSE at the samples.
+        The fit with the smallest RMSE at the samples.
 
     Raises
     ------
     ImportError
-        Where SciPy is not installed.
+        If SciPy is not installed.
     """
     xy, z = _products(*samples.directions)
     best = np.stack([_fit_channel(xy, z, values, lobes) for values in samples.values.T], axis=-1)
     return Lafortune(best[0] * np.pi, _unpack(best[1:]))
 
 
-def _products(theta_i, phi_i, theta_o, phi_o):
+def _products(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike,
+              phi_o: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """i_x o_x + i_y o_y, and i_z o_z."""
     theta_i, theta_o = np.asarray(theta_i, dtype=float), np.asarray(theta_o, dtype=float)
     in_plane = np.sin(theta_i) * np.sin(theta_o) * np.cos(np.asarray(phi_o, dtype=float) - phi_i)
-    return np.broadcast_arrays(in_plane, np.cos(theta_i) * np.cos(theta_o))
+    xy, z = np.broadcast_arrays(in_plane, np.cos(theta_i) * np.cos(theta_o))
+    return xy, z
 
 
-def _unpack(parameters):
-    """(3 lobes, ...) as searched, with the logarithm of n, to (lobes, 3, ...) with n."""
+def _unpack(parameters: FloatArray) -> FloatArray:
+    """Parameters of the search, (3 lobes, ...) with log n, to (lobes, 3, ...) with n."""
     lobes = parameters.reshape(-1, 3, *parameters.shape[1:]).copy()
     lobes[:, 2] = np.exp(lobes[:, 2])
     return lobes
 
 
-def _fit_channel(xy, z, values, lobes):
-    """The best parameters over all starts: rho / pi, then Cxy, Cz, log n of each lobe."""
+def _fit_channel(xy: FloatArray, z: FloatArray, values: FloatArray, lobes: int) -> FloatArray:
+    """The best parameters of all starts: rho / pi, then Cxy, Cz, log n of each lobe."""
     try:
         from scipy.optimize import least_squares
     except ImportError as error:
         raise ImportError("fitting Lafortune's model needs SciPy, an optional extra: pip install scipy") from error
 
-    def residuals(parameters):
+    def residuals(parameters: FloatArray) -> FloatArray:
         value = parameters[0] + sum(_lobe(xy, z, *lobe)[0] for lobe in parameters[1:].reshape(-1, 3))
         return value - values
 
-    def jacobian(parameters):
+    def jacobian(parameters: FloatArray) -> FloatArray:
         columns = [np.ones_like(values)]
         for lobe in parameters[1:].reshape(-1, 3):
             value, base, n = _lobe(xy, z, *lobe)
@@ -122,8 +133,9 @@ def _fit_channel(xy, z, values, lobes):
     return min(found, key=lambda result: result.cost).x
 
 
-def _lobe(xy, z, c_xy, c_z, log_n):
-    """Values of one lobe, its base and its exponent; far-off trials are kept finite."""
+def _lobe(xy: FloatArray, z: FloatArray, c_xy: float, c_z: float,
+          log_n: float) -> tuple[FloatArray, FloatArray, float]:
+    """Values of one lobe, its base and its exponent; clipped, so that all trials of the search are finite."""
     base = np.maximum(c_xy * xy + c_z * z, 0)
     n = np.exp(np.clip(log_n, -5, 12))
     with np.errstate(divide="ignore", over="ignore"):
@@ -131,8 +143,8 @@ def _lobe(xy, z, c_xy, c_z, log_n):
     return value, base, n
 
 
-def _start(start, xy, z, values):
-    """Parameters to start from: each lobe as high, at its own peak, as the data are there."""
+def _start(start: tuple[tuple[str, int], ...], xy: FloatArray, z: FloatArray, values: FloatArray) -> FloatArray:
+    """Initial parameters; the peak of each lobe is as high as the nearest samples."""
     floor = np.quantile(values, 0.3)
     parameters = [floor]
     for shape, n in start:

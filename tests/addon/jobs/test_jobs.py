@@ -1,4 +1,4 @@
-"""Work in another process: what it returns, what it says meanwhile, how it ends."""
+"""Jobs in another process: results, progress, and every way to end."""
 
 import contextlib
 import time
@@ -153,7 +153,7 @@ def test_slow_questions_do_not_hold_up_others(queue, long_work, file):
 
 
 class Finished:
-    """Work that has been done already."""
+    """A job that has finished already."""
 
     def start(self):
         from measured_brdf.addon.jobs import process
@@ -165,7 +165,7 @@ class Finished:
 
 @pytest.fixture
 def operator(extension):
-    """An operator that makes things piece by piece, without Blender behind it."""
+    """An operator that works piece by piece, without Blender."""
     from measured_brdf.addon.jobs import modal
 
     class Operator(modal.InBackground):
@@ -257,7 +257,7 @@ def test_the_cancel_button_does_what_escape_does(extension, operator):
 
 @pytest.fixture
 def window(monkeypatch):
-    """As if there were a window: its timers that are not removed yet, and a context to start operators in."""
+    """A stand-in for a window: its remaining timers, and a context to start operators in."""
     from measured_brdf.addon.jobs import modal
 
     timers = []

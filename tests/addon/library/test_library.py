@@ -1,4 +1,4 @@
-"""Libraries on disk: what may be replaced, what users put into them, who may write."""
+"""Libraries on disk: which files may be replaced, what users added to them, who may write."""
 
 import itertools
 import json
@@ -43,7 +43,7 @@ def names(path, kind="materials"):
 
 
 def make_scene(path):
-    """A scene of a user's."""
+    """A user's scene."""
     black_scene(8, 8, samples=1, span=1)
     bpy.ops.mesh.primitive_monkey_add()
     path.parent.mkdir(exist_ok=True)

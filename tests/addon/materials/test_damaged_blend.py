@@ -1,4 +1,4 @@
-"""Files of Blender's whose measured materials were damaged, made by hand, or saved by another version."""
+"""Blend files whose measured materials were damaged, made by hand, or saved by another version."""
 
 import contextlib
 import math
@@ -41,7 +41,7 @@ def stored(material):
 
 
 def complaint(operator, **arguments):
-    """What an operator complains of, an empty string where it does not; never a traceback."""
+    """The error that an operator reports, or an empty string; never a traceback."""
     try:
         assert operator(**arguments) == {"FINISHED"}
         return ""
@@ -81,7 +81,7 @@ def replace(group, name, value):
 
 
 def rename_to_another_kind(tree):
-    """Something else has the name of the script node."""
+    """Another node has the name of the script node."""
     name = next(node.name for node in tree.nodes if node.type == "SCRIPT")
     tree.nodes.remove(tree.nodes[name])
     tree.nodes.new("ShaderNodeValue").name = name

@@ -1,4 +1,4 @@
-"""What users do while an operator works: undo, redo, delete, open another file, at every tick of its timer."""
+"""Users undo, redo, delete and open other files at every tick of an operator's timer."""
 
 import time
 from types import SimpleNamespace
@@ -72,7 +72,7 @@ DISTURBANCES = (undo, undo_and_redo, delete, open_another)
 
 
 def run(operator, disturb, at):
-    """Go on to the end, with something in between; the results of all ticks."""
+    """Run to the end with an interruption in between; the results of all ticks."""
     from measured_brdf.addon.jobs import process
 
     job = process.Job(None)          # what its process would do is done here: quicker, and the same ticks each time

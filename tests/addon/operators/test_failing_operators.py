@@ -1,4 +1,4 @@
-"""Operators that fail, wherever they fail, leave the .blend as it was."""
+"""An operator that fails, at whatever point, leaves the .blend as it was."""
 
 import contextlib
 import os
@@ -81,7 +81,7 @@ OPERATIONS = {
 
 
 def make_older():
-    """Have the file's shaders look as those of version 0.1.0 do."""
+    """Make the file's shaders look like those of version 0.1.0."""
     for tree in bpy.data.node_groups:
         tree.pop("shader_version", None)
 

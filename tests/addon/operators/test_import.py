@@ -267,7 +267,7 @@ def test_instances_of_lamps_are_lamps(blender, cube, file):
 
 
 def test_appended_and_linked_materials_know_the_lamps_too(blender, cube, file, tmp_path):
-    """Each brings a lamp group of its own along; without it a lamp that has no size would leave them black."""
+    """Each brings its own lamp group along; without it, a lamp without size would leave the material black."""
     import_file(blender, file, diffuse_level=4, specular_level=-1)
     cube.active_material.name = "From the library"
     blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
@@ -312,7 +312,7 @@ def test_of_many_lamps_those_without_a_size_then_suns_then_the_strongest_are_kep
 
 
 def test_a_still_scene_is_left_alone(blender, cube, file):
-    """No assignment where nothing has changed: each makes Cycles take up the shader anew."""
+    """Nothing is assigned where nothing has changed: each assignment makes Cycles reload the shader."""
     import_file(blender, file, diffuse_level=2, specular_level=-1)
     add_lamp("POINT", 10, (0.1, 0.2, 0.3), shadow_soft_size=0.1)
     blender.context.view_layer.update()

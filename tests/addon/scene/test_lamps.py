@@ -1,4 +1,4 @@
-"""Which lamps the shaders know, when, and what is looked at to find out."""
+"""Which lamps the shaders know, when, and what the add-on inspects to find out."""
 
 import functools
 import math
@@ -117,7 +117,7 @@ def seen_in_frames(bpy, scene, folder, look):
 
 @pytest.mark.parametrize("handled", [True, False])
 def test_moving_lamps_are_followed_in_every_frame_that_is_rendered(blender, lamps, scene, handled, tmp_path):
-    """Without handlers as on a farm that lacks the extension: what the render's own dependency graph evaluates."""
+    """Rendered without handlers, as on a farm without the extension: what the render's depsgraph evaluates."""
     tree = lamps.node_tree()
     use(blender, tree)
     at = moving_lamps(scene)
@@ -264,7 +264,7 @@ def test_a_linked_and_a_local_lamp_of_one_name_are_told_apart(blender, lamps, sc
 
 
 def test_drivers_stay_where_lamps_change_in_brightness_only(blender, lamps, scene):
-    """An exchange would make Blender work out anew what depends on what, in every frame."""
+    """An exchange would make Blender rebuild its dependency graph in every frame."""
     tree = lamps.node_tree()
     use(blender, tree)
     for number in range(2):
@@ -390,7 +390,7 @@ def test_what_a_render_job_holds_up_is_done_after_it(blender, lamps, scene, monk
     blender.app.timers.unregister(lamps._retry)
 
 
-# --- what is looked at
+# --- what is inspected
 
 
 def by_brute_force(scene, layer, depsgraph):
@@ -681,7 +681,7 @@ def test_edits_that_concern_no_instanced_lamp_look_at_no_instance(blender, lamps
 
 
 def test_a_group_has_as_many_lamps_as_it_has_nodes_for_them(blender, lamps, scene):
-    """Files of versions whose shader takes fewer or more keep what they have, up to date."""
+    """Groups of versions whose shader takes fewer or more lamps keep their number, and are kept up to date."""
     trees = [lamps.group._create() for _ in range(3)]
     for number in range(5, 33):
         for kind in ("Lamp", "Extent"):

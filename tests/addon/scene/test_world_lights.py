@@ -1,4 +1,4 @@
-"""Bright places of the world, against images that were made with them and against panoramas that Cycles renders."""
+"""Bright spots of the world, against synthetic images and against panoramas that Cycles renders."""
 
 import math
 
@@ -54,7 +54,7 @@ def rendered(scene):
     camera.data.type = "PANO"
     settings = camera.data if hasattr(camera.data, "panorama_type") else camera.data.cycles
     settings.panorama_type = "EQUIRECTANGULAR"
-    camera.location, camera.rotation_euler = (0, 0, 0), (math.pi / 2, 0, -math.pi / 2)      # its middle looks along x
+    camera.location, camera.rotation_euler = (0, 0, 0), (math.pi / 2, 0, -math.pi / 2)      # its centre looks along x
     picture = stage.render(scene)[::-1, :, :3].mean(axis=2)
     row, column = np.unravel_index(picture.argmax(), picture.shape)
     latitude = (row + 0.5) / len(picture) * math.pi - math.pi / 2

@@ -51,7 +51,7 @@ def test_the_same_direction_twice_is_a_point_of_its_own(theta, softening):
 
 @softened
 def test_the_coordinates_are_their_definition(pairs, softening):
-    """The sum of squares by which y is computed, against |H|^2 - x^2; without softening, lengths along D and across."""
+    """The sum of squares that gives y, against |H|^2 - x^2; without softening, lengths along and across D."""
     theta_i, phi_i, theta_o, phi_o = pairs
     q_i, q_o = (project(theta) * np.array([np.cos(phi), np.sin(phi)])
                 for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))

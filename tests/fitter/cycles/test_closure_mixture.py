@@ -7,7 +7,7 @@ from fitter.cycles import direction_grid, sampling_table
 
 
 class Analytic:
-    """A reflectance that can be evaluated as a fit is."""
+    """A reflectance with the `evaluate` of a fit."""
 
     def __init__(self, function):
         self.function = function
@@ -44,7 +44,7 @@ def test_black_stays_black():
 
 
 def test_weights_add_to_about_the_albedo(glossy):
-    """Cycles' denoising passes take them for it."""
+    """Cycles' denoising passes use the weights as the albedo."""
     fit = fitter.fit(glossy, 4, 6)
     to = direction_grid.grid()
     mixture = closures.closure_mixture(fit)
@@ -57,7 +57,7 @@ def test_weights_add_to_about_the_albedo(glossy):
 
 
 def test_densities_are_those_of_the_directions_that_are_sampled():
-    """They add to 1, less what the horizon cuts off."""
+    """Each integrates to 1, less the part below the horizon."""
     to = direction_grid.grid()
     for theta_o in (0.1, 0.8):
         density = closures._densities(theta_o, 0.0, (8, 60), 0.2, to.unit)
@@ -67,7 +67,7 @@ def test_densities_are_those_of_the_directions_that_are_sampled():
 
 
 def test_shares_make_sampling_quieter_than_equal_ones(glossy):
-    """The second moment of value over density, which is the noise under an even light."""
+    """The second moment of value over density is the noise under an even light."""
     to = direction_grid.grid()
     theta_o = 0.6
     density = closures._densities(theta_o, 0.0, (8, 60), 0.2, to.unit)

@@ -7,7 +7,7 @@ from fitter.lattice import dense, perfect_hash
 
 
 def check(keys):
-    """The hash is minimal and perfect, and finds no key that it does not hold: over every key there can be."""
+    """The hash is minimal and perfect, and rejects every other possible key."""
     index = perfect_hash.build(keys)
     expected = sorted(set(np.asarray(keys).tolist()))
     everything = np.arange(max([*expected, 0]) + 5000)

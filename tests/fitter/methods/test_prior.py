@@ -1,4 +1,4 @@
-"""The parts of the estimate between the samples: prior, kernel regression, and what they make together."""
+"""The parts of the estimate between the samples: the prior, the Gaussian process, and both together."""
 
 import numpy as np
 import pytest

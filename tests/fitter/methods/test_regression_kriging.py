@@ -1,4 +1,4 @@
-"""The compact fit, against what it must be whatever its parts do."""
+"""Fits by regression kriging, against properties that hold whatever the parts do."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Hard cases, each with what is expected of it; docs/stability.md has the measured figures."""
+"""The requirements of docs/stability.md, for every hard case; that page has the measured figures."""
 
 from dataclasses import replace
 from functools import cache
@@ -92,7 +92,7 @@ def test_values_may_be_given_in_single_or_double_precision(preset):
 @every_preset
 @pytest.mark.parametrize("exponent", [-29, -3, 3, 29])
 def test_a_fit_scales_with_its_values(preset, exponent):
-    """Reflectance has no natural unit, as long as single precision holds it and nobody asks for what is plausible."""
+    """Reflectance has no natural unit, within single precision and where a fit need not be plausible."""
     samples = CASES[SMOOTH].samples
     plain, scaled = (fitter.fit(replace(samples, values=samples.values * factor), **fitter.PRESETS[preset],
                                 plausible=False).evaluate(*probe()) / factor for factor in (1, 10.0 ** exponent))
@@ -162,7 +162,7 @@ def test_coefficients_in_half_precision_change_a_fit_by_their_rounding_and_no_mo
 
 @pytest.mark.parametrize("level", [2, 4, 6])
 def test_evaluation_is_twice_continuously_differentiable(random, level):
-    """Second differences from both sides of a knot meet as their step goes to 0, as the third differences need not."""
+    """Second differences from both sides of a knot converge to the same value; third differences need not."""
     points = random.standard_normal((*dense.shape(level), 1))
     m = dense.cells(level)
     knots = np.stack([random.integers(low, m, 50) for low in (m // 2 + 1, 1, m // 2 + 1)], axis=1) / m
@@ -208,7 +208,7 @@ def test_the_hash_finds_every_key_and_no_other_over_the_whole_lattice(random, le
 
 
 def test_directions_at_the_horizon_and_the_normal_are_where_they_say(random):
-    """Exactly grazing and exactly normal samples are fitted as any others."""
+    """Exactly grazing and exactly normal samples are fitted like any others."""
     azimuth = random.random(200) * 2 * np.pi
     theta = np.where(np.arange(200) % 2, RIGHT, 0.0)
     samples = fitter.Samples(theta, 0 * azimuth, theta[::-1], azimuth, np.cos(theta)[:, None] + 1)

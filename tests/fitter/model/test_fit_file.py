@@ -37,7 +37,7 @@ def tampered(fit, path, header=None, **arrays):
 
 
 def tamper(path, entries, header=None, **arrays):
-    """Write the entries of a saved fit, but for some."""
+    """Write the entries of a saved fit, some of them replaced."""
     if header:
         entries = entries | {"header": np.array(json.dumps(json.loads(str(entries["header"])) | header))}
     np.savez(path, **(entries | arrays))
@@ -111,7 +111,7 @@ def test_a_failing_save_leaves_the_old_file(glossy, tmp_path, monkeypatch):
 
 
 def npy(dtype, shape, data=b""):
-    """An array file whose header claims what it likes."""
+    """An array file with an arbitrary header."""
     header = repr({"descr": dtype, "fortran_order": False, "shape": shape}).encode().ljust(117) + b"\n"
     return b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + data
 
@@ -293,7 +293,7 @@ def test_a_number_of_the_header_that_is_none_is_refused(glossy, tmp_path, entry,
 
 @pytest.mark.parametrize("preset", ["Paper", "Standard"])
 def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy, tmp_path, monkeypatch, preset):
-    """Every entry of a saved fit in turn is text that would be code, a number that is none, or of another type."""
+    """Each entry of a saved fit in turn holds text that would be code, a NaN, or another type."""
     from fitter.cycles import bake as baker
     from fitter.cycles import closure_mixture
     from fitter.cycles.bake import bake

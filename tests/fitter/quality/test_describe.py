@@ -1,4 +1,4 @@
-"""What is said and shown of measurements, against truths found in other ways."""
+"""Descriptions and pictures of measurements, against values computed in other ways."""
 
 import math
 import tracemalloc
@@ -22,7 +22,7 @@ def angle(u, v):
 
 
 def nearest(samples, theta_i, theta_o, azimuth):
-    """How far the nearest sample, mirrored and turned round too, is from a pair of directions: degrees."""
+    """Distance of a pair of directions from the nearest sample or mirror image of one: degrees."""
     wi, wo = vector(theta_i, 0), vector(theta_o, azimuth)
     found = []
     for ti, pi, to, po in zip(*samples.directions, strict=True):
@@ -59,7 +59,7 @@ def every_distance(samples):
 
 
 def crowds(random, kind, count):
-    """Samples by which shortcuts of a search are led astray."""
+    """Samples that mislead the shortcuts of the search."""
     angles = random.random((4, count)) * [[1.57], [9], [1.57], [9]]
     probes = np.radians([grid.ravel() for grid in np.meshgrid(range(10, 81, 10), 0, range(10, 81, 10),
                                                              range(0, 181, 15))])

@@ -1,4 +1,4 @@
-"""Reciprocity, energy, sign and ringing, of models for which the answers are known."""
+"""Reciprocity, energy, sign and ringing of models with known values."""
 
 from types import SimpleNamespace
 

@@ -4,11 +4,11 @@ import re
 
 import numpy as np
 import pytest
-from fitter.bake import bake
-from tools.checkout import ROOT
 
 import fitter
 from fitter import shader_constants
+from fitter.cycles.bake import bake
+from support.checkout import ROOT
 
 SOURCES = {path.name: re.sub(r"/\*.*?\*/", "", path.read_text(), flags=re.DOTALL)
            for path in sorted((ROOT / "osl").glob("*"))}
