@@ -3,9 +3,9 @@
 Appended and linked materials bring the groups of other files along. All groups of a file are kept up to date; linked
 ones in memory only.
 
-The shader puts a lobe at each lamp (`osl/lamps.h`). Lobes, mixture and sampled directions always sum to the measured
-reflectance. So a lamp that is missing here, or is listed but not visible, costs noise only. The exception is a lamp
-without a size, which no sampled direction can hit: until it is listed here, it shows the mixture's value.
+The shader puts a lobe at each lamp (`osl/lamp_lobes.h`). Lobes, mixture and sampled directions always sum to the
+measured reflectance. So a lamp that is missing here, or is listed but not visible, costs noise only. The exception is a
+lamp without a size, which no sampled direction can hit: until it is listed here, it shows the mixture's value.
 
 Handlers write the list of lamps. Lamps that move by themselves have drivers (`drivers`), so that a render job follows
 them without a write. A render job calls the handlers in a thread of its own, where they do nothing unless the interface
