@@ -6,6 +6,7 @@ from functools import cache
 
 import pytest
 
+from fitter.formats import FORMATS
 from support.checkout import ROOT
 
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
@@ -177,3 +178,10 @@ def test_files_that_the_shaders_comments_name_are_there(path):
 ])
 def test_what_is_not_there_is_found(find, text, found):
     assert find(text) == found
+
+
+def test_the_manual_lists_every_format():
+    manual = (ROOT / "docs" / "manual.md").read_text("utf-8")
+    for known in FORMATS:
+        assert known.name in manual, known.name
+        assert any(extension in manual for extension in known.extensions), known.extensions
