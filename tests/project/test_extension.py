@@ -133,13 +133,16 @@ def test_the_command_line_imports_no_report_and_nothing_that_only_reports_need(m
 def test_inside_the_extension_only_what_blender_has_is_imported_and_only_relatively():
     allowed = {"bmesh", "bpy", "bpy_extras", "mathutils", "numpy", "cycles", "_cycles", *sys.stdlib_module_names}
     for path in [*ROOT.glob("addon/**/*.py"), *ROOT.glob("fitter/**/*.py")]:
-        for line in path.read_text().splitlines():
-            words = line.split()
-            if words[:1] in (["import"], ["from"]) and not words[1].startswith(".") and len(words) > 1:
-                module = words[1].split(".")[0].rstrip(",")
-                lazy = module in {"scipy", "matplotlib"} and line.startswith(" ")
-                assert module in allowed or lazy, f"{path.name}: {line}"
-                assert "addon" in path.parts or module != "bpy", f"{path.name}: {line}"
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            names = []
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                names = [node.module]
+            for module in (name.split(".")[0] for name in names):
+                lazy = module in {"scipy", "matplotlib"} and node.col_offset > 0
+                assert module in allowed or lazy, f"{path}:{node.lineno}: {module}"
+                assert "addon" in path.parts or module != "bpy", f"{path}:{node.lineno}: {module}"
 
 
 def test_installed_from_the_zip_into_a_clean_profile_it_works_and_goes_again(package, tmp_path):
