@@ -44,10 +44,11 @@ class Samples:
     >>> grey = Samples([0.0, 0.5], [0, 0], [0.3, 0.6], [0, 3.1], [[0.2], [0.25]])
     >>> len(grey), grey.values.shape, grey.channels
     (2, (2, 1), ('grey',))
-    >>> Samples([2.0], [0], [0.3], [0], [[0.2]])
-    Traceback (most recent call last):
-    ...
-    fitter.errors.DatasetError: theta_i[0] is 2, expected 0 to pi/2 radians
+    >>> try:
+    ...     Samples([2.0], [0], [0.3], [0], [[0.2]])
+    ... except DatasetError as error:
+    ...     print(error)
+    theta_i[0] is 2, expected 0 to pi/2 radians
     """
 
     theta_i: FloatArray
