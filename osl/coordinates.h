@@ -20,8 +20,8 @@ vector coordinates(vector wi, vector wo)
   return vector(d, dot(half, difference) / d, hypot(outer, softened) / d);
 }
 #else
-/* Nusselt coordinates (2 kappa_i - 1, 2 kappa_o - 1, 2 lambda_o - 1); see fitter/coordinates/nusselt.py. At normal incidence wi has
- * no azimuth and takes that of wo. */
+/* Nusselt coordinates (2 kappa_i - 1, 2 kappa_o - 1, 2 lambda_o - 1); see fitter/coordinates/nusselt.py. At normal
+ * incidence wi has no azimuth and takes that of wo. */
 vector coordinates(vector wi, vector wo)
 {
   float sin_i = hypot(wi[0], wi[1]);
