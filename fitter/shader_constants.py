@@ -45,17 +45,21 @@ LEAST_PHONG = 1e-7
 RINGS = 32
 SECTORS = 24
 
-# The field of a fit (model/transform.py, model/microfacet.py, coordinates/half_difference.py; osl/fit.h, osl/prior.h,
+# The field of a fit (model/transform.py, model/microfacet.py, coordinates/; osl/fit.h, osl/prior.h,
 # osl/coordinates.h).
 
 # The largest value of the field: exp(40), the factor on the prior, is still a number in single precision.
 STEEPEST = 40.0
+# Knots of the factor of a polar angle by which a fit conserves energy.
+DAMPING_KNOTS = 33
 # Added to the denominator of the microfacet visibility, so that it stays finite where both directions graze.
 DENSEST = 1e-3
 # Shorter projected vectors have no azimuth (numerical).
 LEAST_LENGTH = 1e-7
 # The least squared height of the sum of both directions, where both graze (numerical).
 LEAST_HEIGHT_2 = 1e-12
+# The least squared tangent of the half angle in a sheen lobe, which is 0 far above it (numerical).
+LEAST_SLOPE_2 = 1e-9
 
 # The perfect hash of the sparse lattice (lattice/perfect_hash.py, osl/perfect_hash.h). All intermediate values of a key
 # of 23 bits stay below 2^31.

@@ -1,6 +1,21 @@
 /* The coordinates of a pair of directions in which a fit is smooth. The directions are unit vectors in a frame whose z
  * axis is the normal; each coordinate is in [-1, 1]. */
 
+#if HALF_DIFFERENCE || RUSINKIEWICZ
+/* The half vector (x, y) with more room near the mirror direction; see fitter/coordinates/stretch.py. */
+vector stretched(float d, float x, float y)
+{
+#if STRETCHED
+  float radius = hypot(x, y);
+  float t = STRETCH * radius;
+  float factor = radius < LEAST_LENGTH ? STRETCH : log(t + sqrt(1.0 + t * t)) / radius;
+  return vector(d, x * (factor * STRETCH_SCALE), y * (factor * STRETCH_SCALE));
+#else
+  return vector(d, x, y);
+#endif
+}
+#endif
+
 #if HALF_DIFFERENCE
 /* Half and difference coordinates (d, x, y); see fitter/coordinates/half_difference.py. */
 vector coordinates(vector wi, vector wo)
@@ -13,11 +28,27 @@ vector coordinates(vector wi, vector wo)
   float d2 = hypot(SOFTENING_2, sqrt(1.0 - SOFTENING_2 * SOFTENING_2) * difference2);
   float d = sqrt(d2);
   if (d < LEAST_LENGTH) {
-    return vector(0.0, length(half), 0.0);
+    return stretched(0.0, length(half), 0.0);
   }
   float outer = half[0] * difference[1] - half[1] * difference[0];
   float softened = SOFTENING_2 * sqrt(max(1.0 - difference2 * difference2, 0.0) / (d2 + difference2)) * length(half);
-  return vector(d, dot(half, difference) / d, hypot(outer, softened) / d);
+  return stretched(d, dot(half, difference) / d, hypot(outer, softened) / d);
+}
+#elif RUSINKIEWICZ
+/* Half and difference angles (d, x, y); see fitter/coordinates/rusinkiewicz.py. */
+vector coordinates(vector wi, vector wo)
+{
+  vector sum = wi + wo;
+  vector difference = wi - wo;
+  float sum2 = max(dot(sum, sum), LEAST_HEIGHT_2);
+  float sin2_d = 0.25 * dot(difference, difference);
+  float s2 = hypot(SOFTENING_2, sqrt(1.0 - SOFTENING_2 * SOFTENING_2) * sin2_d);
+  float s = sqrt(s2);
+  float common = 0.25 * sum2 * (1.0 + sin2_d);
+  float over = SOFTENING_2 * sqrt(common / (s2 + sin2_d));
+  float outer = wi[0] * wo[1] - wi[1] * wo[0];
+  return stretched(s / (1.0 + 2.0 * sqrt((1.0 - SOFTENING_2 * SOFTENING_2) * common / (1.0 + s2))),
+                   (wo[2] - wi[2]) / (2.0 * s), hypot(hypot(sum[0], sum[1]) * over, outer) / (sqrt(sum2) * s));
 }
 #else
 /* Nusselt coordinates (2 kappa_i - 1, 2 kappa_o - 1, 2 lambda_o - 1); see fitter/coordinates/nusselt.py. At normal

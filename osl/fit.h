@@ -18,11 +18,30 @@
 
 /* The tables of a fit as parameters of a function, and as its arguments. */
 #if SPARSE
-#  define FIT_PARAMETERS float DIFFUSE[], float SPECULAR[], int KEYS[], int DISPLACEMENT[]
-#  define FIT DIFFUSE, SPECULAR, KEYS, DISPLACEMENT
+#  define SPARSE_PARAMETERS , float SPECULAR[], int KEYS[], int DISPLACEMENT[]
+#  define SPARSE_TABLES , SPECULAR, KEYS, DISPLACEMENT
 #else
-#  define FIT_PARAMETERS float DIFFUSE[]
-#  define FIT DIFFUSE
+#  define SPARSE_PARAMETERS
+#  define SPARSE_TABLES
+#endif
+#if DAMPED
+#  define DAMPING_PARAMETERS , float DAMPING[]
+#  define DAMPING_TABLES , DAMPING
+#else
+#  define DAMPING_PARAMETERS
+#  define DAMPING_TABLES
+#endif
+#define FIT_PARAMETERS float DIFFUSE[] SPARSE_PARAMETERS DAMPING_PARAMETERS
+#define FIT DIFFUSE SPARSE_TABLES DAMPING_TABLES
+
+#if DAMPED
+/* The factor of one polar angle by which the fit conserves energy. */
+VALUE eval_damping(float DAMPING[], vector w)
+{
+  float at = length(vector(w[0], w[1], 0.0)) / (1.0 + 2.0 * w[2]) * (DAMPING_KNOTS - 1);
+  int knot = min((int)at, DAMPING_KNOTS - 2);
+  return mix(READ(DAMPING, knot), READ(DAMPING, knot + 1), VALUE(at - knot));
+}
 #endif
 
 /* The fitted BRDF, 1/sr, and 0 where the fit undershoots; directions as in coordinates(). */
@@ -35,6 +54,9 @@ color eval_fit(FIT_PARAMETERS, vector wi, vector wo)
 #endif
 #if LOG_RELATIVE
   f = min((eval_prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(STEEPEST))) - PRIOR_OFFSET, VALUE(PRIOR_CEILING));
+#endif
+#if DAMPED
+  f *= eval_damping(DAMPING, wi) * eval_damping(DAMPING, wo);
 #endif
   return max(color(f), color(0.0));
 }

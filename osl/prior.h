@@ -1,14 +1,25 @@
-/* The prior of a fit, 1/sr: a Lambertian and lobes of microfacets; see fitter/model/microfacet.py. */
+/* The prior of a fit, 1/sr: a Lambertian and lobes of three kinds; see fitter/model/microfacet.py. */
 #if LOG_RELATIVE
 VALUE eval_prior(vector wi, vector wo)
 {
   vector h = wi + wo;
-  float slope2 = (h[0] * h[0] + h[1] * h[1]) / max(h[2] * h[2], LEAST_HEIGHT_2);
-  float grazing = pow(1.0 - min(0.5 * length(h), 1.0), 5.0);
+  float height2 = max(h[2] * h[2], LEAST_HEIGHT_2);
+  float slope2 = (h[0] * h[0] + h[1] * h[1]) / height2;
+  float difference = 1.0 - min(0.5 * length(h), 1.0);
+  float grazing = pow(difference, 5.0);
   VALUE b = PRIOR_KD;
 #define LOBE(ks, inverse_alpha2, gamma, f0, m2) \
   b += ks * (pow(1.0 + slope2 * inverse_alpha2, -gamma) * (f0 + (1.0 - f0) * grazing) * 0.5 / \
              (wo[2] * sqrt(wi[2] * wi[2] * (1.0 - m2) + m2) + wi[2] * sqrt(wo[2] * wo[2] * (1.0 - m2) + m2) + DENSEST));
+#define RETRO(ks, inverse_alpha2, gamma, f0) \
+  b += ks * (pow(1.0 + back2 / height2 * inverse_alpha2, -gamma) * (f0 + (1.0 - f0) * min(0.25 * (back2 + height2), 1.0)));
+#define SHEEN(ks, inverse_alpha2, f0) \
+  b += ks * (exp(-inverse_alpha2 / max(slope2, LEAST_SLOPE_2)) * (f0 + (1.0 - f0) * difference) / \
+             (wi[2] + wo[2] - wi[2] * wo[2] + DENSEST));
+#if PRIOR_RETRO
+  vector back = wi - wo;
+  float back2 = back[0] * back[0] + back[1] * back[1];
+#endif
   PRIOR_LOBES
   return b;
 }

@@ -11,6 +11,7 @@ from typing import ClassVar, Protocol
 from ..arrays import ArrayLike, Directions, FloatArray
 from .half_difference import HalfDifference
 from .nusselt import Nusselt
+from .rusinkiewicz import Rusinkiewicz
 
 
 class Coordinates(Protocol):
@@ -30,5 +31,5 @@ class Coordinates(Protocol):
         ...
 
 
-COORDINATES: dict[str, type[Coordinates]] = {system.name: system for system in (Nusselt, HalfDifference)}
+COORDINATES: dict[str, type[Coordinates]] = {system.name: system for system in (Nusselt, HalfDifference, Rusinkiewicz)}
 """All coordinate systems, by name. Their parameters have defaults."""

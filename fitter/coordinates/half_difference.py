@@ -19,7 +19,7 @@ so is every smooth function of them that is even in y. Where |D| is much larger 
 
 A mirror lobe lies along the axis H = 0 at every angle of incidence, normal incidence is no special case, and exchanging
 the two directions only changes the sign of x. The image lies within the bounds of Nusselt coordinates, so that both
-systems use the same lattices.
+systems use the same lattices. `stretch` may give the directions near the mirror's more room.
 """
 
 from dataclasses import dataclass
@@ -29,6 +29,7 @@ import numpy as np
 
 from ..arrays import ArrayLike, Directions, FloatArray
 from ..shader_constants import LEAST_LENGTH
+from . import stretch
 
 SOFTENING = 0.01            # the softening radius delta of new fits
 
@@ -41,19 +42,24 @@ class HalfDifference:
     ----------
     softening : float
         The softening radius delta; 0 in fits of file version 2, which had none.
+    stretch : float
+        The stretch k of the half vector; 0 for none.
     """
 
     softening: float = SOFTENING
+    stretch: float = stretch.NONE
     name: ClassVar[str] = "half_difference"
     axes: ClassVar[tuple[str, ...]] = ("d", "x", "y")
 
     def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """Call `half_difference`."""
-        return half_difference(theta_i, phi_i, theta_o, phi_o, self.softening)
+        """Call `half_difference`, and stretch its half vector."""
+        d, x, y = np.moveaxis(2 * half_difference(theta_i, phi_i, theta_o, phi_o, self.softening) - 1, -1, 0)
+        return (np.stack([d, *stretch.stretched(x, y, self.stretch)], axis=-1) + 1) / 2
 
     def decode(self, x: ArrayLike) -> Directions:
-        """Call `directions`."""
-        return directions(x, self.softening)
+        """Call `directions` with the half vector as it was."""
+        d, x, y = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
+        return directions((np.stack([d, *stretch.unstretched(x, y, self.stretch)], axis=-1) + 1) / 2, self.softening)
 
 
 def half_difference(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike,
@@ -125,7 +131,7 @@ def directions(coordinates: ArrayLike, softening: float) -> Directions:
     outer = np.sqrt(np.maximum((y * d) ** 2 - half2 * over2, 0))
     half, length = np.sqrt(half2) * np.exp(1j * np.arctan2(outer, x * d)), np.sqrt(length2)
     q_i, q_o = half + length, half - length
-    return _theta(np.abs(q_i)), np.angle(q_i), _theta(np.abs(q_o)), np.angle(q_o)
+    return unproject(np.abs(q_i)), np.angle(q_i), unproject(np.abs(q_o)), np.angle(q_o)
 
 
 def project(theta: ArrayLike) -> FloatArray:
@@ -140,7 +146,7 @@ def project(theta: ArrayLike) -> FloatArray:
     return np.sin(theta) / (1 + 2 * np.cos(theta))
 
 
-def _theta(radius: FloatArray) -> FloatArray:
-    """The inverse of `project`: r = 2 t / (3 - t^2) with t = tan(theta / 2), solved for theta."""
+def unproject(radius: FloatArray) -> FloatArray:
+    """The inverse of `project`, to radians: r = 2 t / (3 - t^2) with t = tan(theta / 2), solved for theta."""
     radius = np.minimum(radius, 1)
     return 2 * np.arctan(3 * radius / (1 + np.sqrt(1 + 3 * radius * radius)))

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
+from ..coordinates.rusinkiewicz import Rusinkiewicz
 from ..lattice import dense
+from ..model import microfacet
 from ..model.fit import Fit
 from ..model.transform import IDENTITY, LogRelative
 from ..samples import RGB
@@ -23,7 +25,7 @@ from .closure_mixture import Mixture, closure_mixture
 from .sampling_table import sampling_table
 
 SHADER = "measured_brdf.osl"
-SHADER_VERSION = 2          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
+SHADER_VERSION = 3          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
 _NUMBER = re.compile(r"inf|nan|\d+\.?\d*(?:e[-+]?\d+)?")
 _LARGEST = np.finfo(np.float32).max
@@ -107,6 +109,10 @@ def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         constants |= {"SPECULAR_CELLS": dense.cells(specular.level), "KEY_COUNT": len(index),
                       "BUCKET_COUNT": len(index.displacement), "MULTIPLIER": index.multiplier}
         tables |= {"SPECULAR": specular.coefficients, "KEYS": index.keys, "DISPLACEMENT": index.displacement}
+    constants["DAMPED"] = 0
+    if fit.transform.name == LogRelative.name and len(cast(LogRelative, fit.transform).damping):
+        constants["DAMPED"] = 1
+        tables["DAMPING"] = cast(LogRelative, fit.transform).damping
     return constants | _coordinates(fit) | _transform(fit), tables
 
 
@@ -115,10 +121,16 @@ def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
 
 def _coordinates(fit: Fit) -> dict[str, Any]:
     """What `osl/coordinates.h` reads."""
-    if fit.coordinates.name == HalfDifference.name:
-        return {"HALF_DIFFERENCE": 1, "SOFTENING_2": f"{cast(HalfDifference, fit.coordinates).softening ** 2:.9g}"}
+    systems = {"HALF_DIFFERENCE": HalfDifference.name, "RUSINKIEWICZ": Rusinkiewicz.name}
+    constants: dict[str, Any] = {constant: int(fit.coordinates.name == name) for constant, name in systems.items()}
+    if any(constants.values()):
+        system = cast(HalfDifference | Rusinkiewicz, fit.coordinates)
+        constants |= {"SOFTENING_2": f"{system.softening ** 2:.9g}", "STRETCHED": int(system.stretch > 0)}
+        if system.stretch:
+            constants |= {"STRETCH": f"{system.stretch:.9g}", "STRETCH_SCALE": f"{1 / np.arcsinh(system.stretch):.9g}"}
+        return constants
     if fit.coordinates.name == Nusselt.name:
-        return {"HALF_DIFFERENCE": 0}
+        return constants
     raise ValueError(f"the shader has no {fit.coordinates.name} coordinates")
 
 
@@ -131,7 +143,7 @@ def _transform(fit: Fit) -> dict[str, Any]:
     raise ValueError(f"the shader has no transform {fit.transform.name}")
 
 
-def _log_relative(transform: LogRelative, columns: tuple[int, ...]) -> dict[str, str]:
+def _log_relative(transform: LogRelative, columns: tuple[int, ...]) -> dict[str, Any]:
     prior = transform.prior
 
     def value(stored: NDArray[np.float64]) -> str:
@@ -139,10 +151,17 @@ def _log_relative(transform: LogRelative, columns: tuple[int, ...]) -> dict[str,
         text = ", ".join(f"{number:.9g}" for number in numbers)
         return f"color({text})" if len(numbers) > 1 else f"({text})"
 
-    lobes = " ".join(f"LOBE({value(ks)}, {alpha ** -2:.9g}, {gamma:.9g}, {f0:.9g}, {min(alpha, 1.0) ** 2:.9g})"
-                     for ks, alpha, gamma, f0 in zip(prior.ks, prior.alpha, prior.gamma, prior.f0, strict=True))
-    return {"PRIOR_LOBES": lobes, "PRIOR_KD": value(prior.kd), "PRIOR_OFFSET": f"{transform.offset:.9g}",
-            "PRIOR_CEILING": value(transform.ceiling)}
+    def lobe(kind: microfacet.Kind, ks: NDArray[np.float64], alpha: float, gamma: float, f0: float) -> str:
+        shape = f"{value(ks)}, {alpha ** -2:.9g}"
+        if kind == "retro":
+            return f"RETRO({shape}, {gamma:.9g}, {f0:.9g})"
+        if kind == "sheen":
+            return f"SHEEN({shape}, {f0:.9g})"
+        return f"LOBE({shape}, {gamma:.9g}, {f0:.9g}, {min(alpha, 1.0) ** 2:.9g})"
+
+    lobes = map(lobe, prior.kinds, prior.ks, prior.alpha, prior.gamma, prior.f0)
+    return {"PRIOR_LOBES": " ".join(lobes), "PRIOR_RETRO": int("retro" in prior.kinds), "PRIOR_KD": value(prior.kd),
+            "PRIOR_OFFSET": f"{transform.offset:.9g}", "PRIOR_CEILING": value(transform.ceiling)}
 
 
 def _mixture(mixture: Mixture) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:

@@ -5,23 +5,28 @@ measurements. `bake` writes nine digits of every number, enough to give each bac
 """
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from ..coordinates import Coordinates
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
+from ..coordinates.rusinkiewicz import Rusinkiewicz
 from ..lattice import dense, perfect_hash
 from ..lattice.sparse import SparseLattice
 from ..model import microfacet
 from ..model.fit import Fit
-from ..model.transform import IDENTITY, LogRelative
+from ..model.transform import IDENTITY, LogRelative, Transform
 from ..samples import RGB
+from ..shader_constants import DAMPING_KNOTS
 
 _CONSTANT = re.compile(r"^#define (\w+) (.*)$", re.MULTILINE)
 _TABLE = r"^  (?:int|float) {}\[(\d+)\] = \{{\n([^}}]*)\}};$"
 _NUMBER = r"[-+.\deE]+"
+_KINDS: dict[str, microfacet.Kind] = {"LOBE": "mirror", "RETRO": "retro", "SHEEN": "sheen"}
 
 
 def unbake(source: str, name: str = "untitled", compression: float = 0.0) -> Fit:
@@ -65,8 +70,15 @@ def _fit(source: str, constants: dict[str, str], name: str, compression: float) 
     # before 0.2.0 one constant said both; 0.1.0 did not soften
     in_half_difference, is_log_relative = (int(constants[part] if part in constants else constants["PRIOR"])
                                            for part in ("HALF_DIFFERENCE", "LOG_RELATIVE"))
-    coordinates = HalfDifference(float(constants.get("SOFTENING_2", 0)) ** 0.5) if in_half_difference else Nusselt()
-    transform = _log_relative(constants, stored, columns) if is_log_relative else IDENTITY
+    coordinates: Coordinates = Nusselt()
+    if in_half_difference or int(constants.get("RUSINKIEWICZ", 0)):
+        system = HalfDifference if in_half_difference else Rusinkiewicz
+        coordinates = system(float(constants.get("SOFTENING_2", 0)) ** 0.5, float(constants.get("STRETCH", 0)))
+    transform: Transform = IDENTITY
+    if is_log_relative:
+        transform = _log_relative(constants, stored, columns)
+        if int(constants.get("DAMPED", 0)):
+            transform = replace(transform, damping=_table(source, "DAMPING", np.float64, (DAMPING_KNOTS, stored)))
     return Fit(coordinates, diffuse, specular, transform, float(compression) if specular is not None else 0.0,
                channels, columns, name=name, source="a baked shader")
 
@@ -91,11 +103,15 @@ def _log_relative(constants: dict[str, str], stored: int, columns: tuple[int, ..
         numbers = numbers * len(columns) if len(numbers) == 1 else numbers
         return np.array([numbers[columns.index(column)] for column in range(stored)])
 
-    lobes = re.findall(rf"LOBE\(((?:color)?\([^)]*\)), ({_NUMBER}), ({_NUMBER}), ({_NUMBER}), {_NUMBER}\)",
-                       constants["PRIOR_LOBES"])
-    inverse, gamma, f0 = (np.array([float(lobe[i]) for lobe in lobes]) for i in (1, 2, 3))
-    ks = np.array([values(lobe[0]) for lobe in lobes]).reshape(len(lobes), stored)
-    prior = microfacet.Microfacet(kd=values(constants["PRIOR_KD"]), ks=ks, alpha=inverse ** -0.5, gamma=gamma, f0=f0)
+    lobes = re.findall(rf"(LOBE|RETRO|SHEEN)\(((?:color)?\([^)]*\)), ([^)]*)\)", constants["PRIOR_LOBES"])
+    numbers = [[float(number) for number in lobe[2].split(", ")] for lobe in lobes]
+    kinds: tuple[microfacet.Kind, ...] = tuple(_KINDS[lobe[0]] for lobe in lobes)
+    # a sheen lobe has no gamma
+    shapes = np.array([(n[0], microfacet.NO_GAMMA, n[1]) if kind == "sheen" else n[:3]
+                       for kind, n in zip(kinds, numbers, strict=True)]).reshape(len(lobes), 3)
+    ks = np.array([values(lobe[1]) for lobe in lobes]).reshape(len(lobes), stored)
+    prior = microfacet.Microfacet(values(constants["PRIOR_KD"]), ks, shapes[:, 0] ** -0.5, shapes[:, 1], shapes[:, 2],
+                                  kinds)
     # the shader clips at 0, whether or not the fit does
     return LogRelative(prior, float(constants["PRIOR_OFFSET"]), values(constants["PRIOR_CEILING"]), 0.0)
 

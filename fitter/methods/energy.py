@@ -1,106 +1,104 @@
-"""Conservation of energy: lowers a log-relative field where the fit reflects more light than it receives."""
+"""Conservation of energy: damps a fit at the polar angles at which it reflects more light than it receives.
 
-from dataclasses import dataclass, replace
+With the directional albedo A(theta), the larger one of both directions of light, the factor ``a(theta_i) a(theta_o)``
+with ``a = min(1, 1 / A)`` brings every albedo to at most 1, whatever the fit is: the integral of f a(theta_i) over the
+incident directions is at most A(theta_o). The factor is reciprocal, and 1 wherever both albedos are at most 1. Angles
+beyond the largest measured one give way first.
+"""
+
+from dataclasses import replace
 
 import numpy as np
 
 from ..arrays import FloatArray
+from ..coordinates.half_difference import project, unproject
 from ..model.fit import Fit
 from ..model.transform import LogRelative
-from ..quality.physics import directional_albedo
+from ..samples import Samples
+from ..shader_constants import DAMPING_KNOTS
 
-VIEWS = np.radians(np.append(np.arange(0, 80, 10), np.arange(80, 91, 2.0)))
+VIEWS = np.radians(np.arange(91.0))
 """Polar angles at which the albedo is checked, radians."""
-ROUNDS = 8                  # of lowering the field; and of bisection, where that fails
 TOLERANCE = 2e-3            # by which an albedo may exceed 1
-_CELLS = 56                 # of the integral, along each axis
+_CELLS, _FINE_CELLS = (64, 32), (256, 64)       # of the integral along theta and azimuth: of all, and of large albedos
+_LARGE = 0.97               # an albedo that is integrated in finer steps
+_MARGIN = 1e-3              # by which damped albedos stay below 1: for what the integral misses
 
 
-@dataclass(frozen=True)
-class Reduction:
-    """How much a field is lowered: the sum of one function of theta_i and the same function of theta_o.
+def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
+    """Damp a fit where its directional albedo exceeds 1; `Fit.changes` says where, and by how much.
 
-    Attributes
+    Parameters
     ----------
-    table : (len(VIEWS), channels) float64
-        That function at `VIEWS`; linear between them.
+    fit : Fit
+    transform : LogRelative
+        That of the fit.
+    samples : Samples
+        What was fitted: tells how far the measurement reaches, and what it lost.
     """
-
-    table: FloatArray
-
-    @staticmethod
-    def none(channels: int) -> "Reduction":
-        """The reduction that changes nothing."""
-        return Reduction(np.zeros((len(VIEWS), channels)))
-
-    def applied(self, field: FloatArray, theta_i: FloatArray, theta_o: FloatArray) -> FloatArray:
-        """Lower a field (..., channels) at directions of these polar angles (...), radians.
-
-        Examples
-        --------
-        >>> reduction = Reduction(np.full((len(VIEWS), 1), 0.25))
-        >>> reduction.applied(np.array([[1.0]]), np.array([0.1]), np.array([0.2])).tolist()
-        [[0.5]]
-        """
-        return field - self._at(theta_i) - self._at(theta_o)
-
-    def increased(self, albedo: FloatArray, offset: float) -> "Reduction":
-        """The reduction that, to first order, brings directional albedos (len(VIEWS), channels) down to 1.
-
-        Each of the two directions takes half. Exact for a constant reflectance f, whose albedo is pi f.
-
-        Examples
-        --------
-        A constant reflectance of albedo 1.25, and no offset: the field falls by log(1.25) in all.
-
-        >>> reduction = Reduction.none(1).increased(np.full((len(VIEWS), 1), 1.25), 0.0)
-        >>> float(np.exp(reduction.applied(np.zeros((1, 1)), np.zeros(1), np.zeros(1)))[0, 0])
-        0.8
-        """
-        excess = np.maximum(albedo - 1, 0)
-        return Reduction(self.table - 0.5 * np.log1p(-excess / (albedo + np.pi * offset)))
-
-    def _at(self, theta: FloatArray) -> FloatArray:
-        return np.stack([np.interp(theta, VIEWS, column) for column in self.table.T], axis=-1)
+    farthest = max(float(samples.theta_i.max()), float(samples.theta_o.max()))
+    total, beyond = albedo(fit, farthest)
+    if total.max() <= 1 + TOLERANCE:
+        return fit
+    damped = replace(fit, transform=replace(transform, damping=_damping(total, beyond, farthest)))
+    return replace(damped, changes=(_description(fit, damped, total, farthest, samples),))
 
 
-def albedo(fit: Fit) -> FloatArray:
-    """The directional albedo of a fit at `VIEWS`: (len(VIEWS), channels)."""
-    return directional_albedo(fit, VIEWS, _CELLS)
+def albedo(fit: Fit, farthest: float = np.pi / 2) -> tuple[FloatArray, FloatArray]:
+    """The directional albedo of a fit at `VIEWS`, and the part of it from beyond a polar angle: (views, channels) each.
 
-
-def conserves(albedo: FloatArray) -> bool:
-    """Whether no directional albedo exceeds 1, to within `TOLERANCE`.
-
-    Examples
-    --------
-    >>> conserves(np.array([[0.3, 1.001]])), conserves(np.array([[0.3, 1.2]]))
-    (True, False)
+    The larger one for light that arrives at the angle and for light that leaves there.
     """
-    return bool(albedo.max() <= 1 + TOLERANCE)
+    result = _integrals(fit, VIEWS, _CELLS, farthest)
+    large = result[0].max(axis=1) > _LARGE
+    if large.any():
+        result[:, large] = _integrals(fit, VIEWS[large], _FINE_CELLS, farthest)
+    return result[0], result[1]
 
 
-def with_ceiling(fit: Fit, transform: LogRelative) -> Fit:
-    """Clip the fit at the highest ceiling with which no albedo exceeds 1: for fits that lowering did not mend."""
-    high = transform.ceiling
-    low = np.minimum(high, 1 / np.pi)                   # under this ceiling no albedo exceeds 1
-    for _ in range(ROUNDS):
-        ceiling = np.sqrt(low * high)
-        found = albedo(replace(fit, transform=replace(transform, ceiling=ceiling)))
-        within = found.max(axis=0) <= 1
-        low, high = np.where(within, ceiling, low), np.where(within, high, ceiling)
-    return replace(fit, transform=replace(transform, ceiling=low))
+def _integrals(fit: Fit, theta: FloatArray, cells: tuple[int, int], farthest: float) -> FloatArray:
+    """The integrals of `albedo` by the midpoint rule: (2, angles, channels).
 
-
-def description(before: FloatArray, after: FloatArray) -> str:
-    """Say what was changed, given the albedo at `VIEWS` before and after.
-
-    Examples
-    --------
-    >>> before = np.full((len(VIEWS), 1), 0.9)
-    >>> before[3] = 1.25
-    >>> description(before, np.minimum(before, 1))
-    'directional albedo of 1.25 at 30 degrees lowered to 1'
+    The azimuths are dense at the plane of incidence, where mirror reflection and retro-reflection are.
     """
+    other = (np.arange(cells[0]) + 0.5) / cells[0] * (np.pi / 2)
+    u = (np.arange(cells[1]) + 0.5) / cells[1]
+    turn, step = np.pi * u * u * (3 - 2 * u), 6 * np.pi * u * (1 - u) / cells[1]
+    grid, turns = (axis.ravel() for axis in np.meshgrid(other, turn, indexing="ij"))
+    solid_angle = (2 * np.sin(other) * np.cos(other) * (np.pi / 2 / cells[0]))[:, None] * step
+    beyond = grid > farthest
+    result = np.zeros((2, len(theta), len(fit.columns)))
+    for number, angle in enumerate(theta):
+        for pair in ((grid, angle), (angle, grid)):
+            light = np.maximum(fit.evaluate(pair[0], 0, pair[1], turns), 0) * solid_angle.reshape(-1, 1)
+            sums = np.stack([light.sum(axis=0), light[beyond].sum(axis=0)])
+            result[:, number] = np.where(sums[0] > result[0, number], sums, result[:, number])
+    return result
+
+
+def _damping(total: FloatArray, beyond: FloatArray, farthest: float) -> FloatArray:
+    """The factor a at the knots of `LogRelative.damping`: (DAMPING_KNOTS, channels)."""
+    within = VIEWS <= farthest
+    # beyond the measurement: as much as brings the albedos within it to 1, if that alone can
+    excess = np.maximum(total - (1 - _MARGIN), 0)[within]
+    share = 1 - np.divide(excess, beyond[within], out=np.zeros_like(excess), where=excess > 0).clip(0, 1).max(axis=0)
+    remaining = total - beyond * (1 - share)
+    factor = np.minimum(1, (1 - _MARGIN) / np.maximum(remaining, 1e-9))
+    factor[~within] = np.minimum(factor[~within], share)
+    # linear between the knots: each takes the least factor of both its intervals
+    knots = unproject(np.linspace(0, 1, DAMPING_KNOTS))
+    return np.stack([factor[(knots[max(k - 1, 0)] - 0.02 <= VIEWS) & (knots[min(k + 1, DAMPING_KNOTS - 1)] + 0.02 >= VIEWS)
+                            ].min(axis=0) for k in range(DAMPING_KNOTS)])
+
+
+def _description(fit: Fit, damped: Fit, before: FloatArray, farthest: float, samples: Samples) -> str:
+    """Say what was changed."""
     worst = np.degrees(VIEWS[before.max(axis=1).argmax()])
-    return f"directional albedo of {before.max():.3g} at {worst:.0f} degrees lowered to {after.max():.3g}"
+    over = np.degrees(VIEWS[(before > 1 + TOLERANCE).any(axis=1)])
+    kept, all_of_it = (float((np.cos(samples.theta_o)[:, None] * np.abs(each.evaluate(*samples.directions))).sum())
+                       for each in (damped, fit))
+    lost = 100 * (1 - kept / all_of_it) if all_of_it else 0.0
+    where = f"from {over.min():.0f} degrees" if over.max() >= 89 else f"at {over.min():.0f} to {over.max():.0f} degrees"
+    measured = f"measured up to {np.degrees(farthest):.0f} degrees"
+    return (f"directional albedo {where} ({measured}), at most {before.max():.3g} at {worst:.0f} degrees, lowered to 1; "
+            f"the measured directions lost {lost:.2g} % of their light")

@@ -1,24 +1,88 @@
-"""Gaussian process regression of scattered samples, also known as kriging.
+"""Gaussian process regression of scattered samples, also known as kriging, with a kernel of greatest likelihood.
 
 C. E. Rasmussen, C. K. I. Williams: Gaussian Processes for Machine Learning, 2006: the regression is equation 2.25, the
-Matern kernel of smoothness 5/2 is equation 4.17. The kernel is the sum of two Matern kernels, of a short and a long
-range, over half and difference coordinates. It is averaged over the mirror images of a sample, so that the field has
-the symmetries of the lattice; and over the sample's reciprocal, with a slightly smaller weight, so that the field is
-nearly reciprocal, but can follow samples that are not.
+Matern kernel of smoothness 5/2 equation 4.17, the likelihood equation 5.8. The kernel is the sum of two Matern kernels,
+of a short and a long range, over half and difference coordinates. It is averaged over the mirror images of a sample, so
+that the field has the symmetries of the lattice; and over the sample's reciprocal, with a slightly smaller weight, so
+that the field is nearly reciprocal, but can follow samples that are not.
+
+What the kernel is, how far it reaches, in which coordinates and above which prior, is chosen for each set of samples by
+their likelihood. The variance of the field has its most likely value in each channel; it cancels in the regression.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 
 RECIPROCITY = 0.9           # correlation between a pair of directions and its reciprocal
-NOISE = 1e-4                # variance of a sample's noise, relative to that of the field
 MOST_SAMPLES = 2000         # larger sets are subsampled at random: the cost grows with the cube of the number
-_LENGTHS = ((1 / 3, 0.3), (2 / 3, 1.0))     # share and correlation length of each kernel; coordinates are in [-1, 1]
 _IMAGES = ([1, 1, 1], [1, 1, -1], [-1, -1, 1], [-1, -1, -1])
 _CHUNK = 256                # rows of the kernel matrix at a time: bounds the memory
+
+# the kernels among which the likelihood decides: each number of a kernel is one of these, in ascending order
+CHOICES: dict[str, tuple[float, ...]] = {
+    "stretch": (0.0, 2.0, 5.0, 12.0, 33.0),
+    "length": (0.2, 0.3, 0.5, 0.8, 1.3),
+    "elongation": (0.7, 1.0, 1.5, 2.5),
+    "ratio": (2.0, 3.5, 6.0),
+    "share": (0.05, 0.2, 0.5),
+    "noise": (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)}
+_LEAST_GAIN = 1e-4          # of a step's log-likelihood, for each value
+_ROUNDS = 2                 # over all numbers of a kernel
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """The covariance of a field, over coordinates in [-1, 1].
+
+    Attributes
+    ----------
+    stretch : float
+        Of the half vector; see `coordinates.stretch`.
+    length : float
+        The short range, along the half vector.
+    elongation : float
+        The range along the difference angle, relative to that.
+    ratio : float
+        The long range, relative to the short one.
+    share : float
+        The part of the variance that is of short range.
+    noise : float
+        The variance of a sample's noise, relative to that of the field.
+    """
+
+    stretch: float = 5.0
+    length: float = 0.5
+    elongation: float = 1.5
+    ratio: float = 3.5
+    share: float = 0.2
+    noise: float = 1e-4
+
+    def correlation(self, mu: FloatArray, other: FloatArray) -> FloatArray:
+        """Correlation of the field between points: (n, 3) and (m, 3) to (n, m)."""
+        scale = self.length * np.array([self.elongation, 1, 1])
+        a, b = mu / scale, other / scale
+        total = np.zeros((len(a), len(b)))
+        for image in _IMAGES:
+            for exchange, weight in (([1, 1, 1], 1 - 0.5 * RECIPROCITY), ([1, -1, 1], 0.5 * RECIPROCITY)):
+                distance = _distance(a, b * image * exchange)
+                total += weight / len(_IMAGES) * (self.share * _matern(distance)
+                                                  + (1 - self.share) * _matern(distance / self.ratio))
+        return total
+
+    def neighbours(self) -> Iterator[tuple[str, int]]:
+        """The steps of a search: a number's name, and the direction in which to change it."""
+        for name in ("noise", "stretch", "length", "elongation", "share", "ratio"):
+            yield name, 1
+            yield name, -1
+
+    def moved(self, name: str, step: int) -> "Kernel | None":
+        """The kernel with the next larger or smaller choice of a number, if there is one."""
+        at = CHOICES[name].index(getattr(self, name)) + step
+        return replace(self, **{name: CHOICES[name][at]}) if 0 <= at < len(CHOICES[name]) else None
 
 
 @dataclass(frozen=True)
@@ -27,22 +91,24 @@ class Field:
 
     Attributes
     ----------
+    kernel : Kernel
     mu : (n, 3) float64
         The samples' coordinates.
     weights : (n, channels) float64
         K^-1 z, with the samples' covariance K and values z.
     """
 
+    kernel: Kernel
     mu: FloatArray
     weights: FloatArray
 
     def at(self, mu: FloatArray) -> FloatArray:
         """The field at points: (m, 3) to (m, channels)."""
-        return np.concatenate([correlation(mu[start:start + _CHUNK], self.mu) @ self.weights
+        return np.concatenate([self.kernel.correlation(mu[start:start + _CHUNK], self.mu) @ self.weights
                                for start in range(0, len(mu), _CHUNK)])
 
 
-def krige(mu: FloatArray, z: FloatArray, noise: FloatArray) -> Field:
+def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, noise: FloatArray) -> Field:
     """Fit the field to samples.
 
     Parameters
@@ -50,6 +116,7 @@ def krige(mu: FloatArray, z: FloatArray, noise: FloatArray) -> Field:
     mu : (n, 3) float64
         2 x - 1 of half and difference coordinates x.
     z : (n, channels) float64
+    kernel : Kernel
     noise : (n,) float64
         Variance of each sample's noise, relative to that of the field.
 
@@ -63,25 +130,89 @@ def krige(mu: FloatArray, z: FloatArray, noise: FloatArray) -> Field:
     Without noise the field interpolates, also at the samples' mirror images.
 
     >>> mu = np.array([[0.2, 0.1, 0.3], [0.6, 0.0, 0.1]])
-    >>> field = krige(mu, np.array([[1.0], [-2.0]]), np.zeros(2))
+    >>> field = krige(mu, np.array([[1.0], [-2.0]]), Kernel(), np.zeros(2))
     >>> field.at(mu * [1, 1, -1])[:, 0].round(9).tolist()
     [1.0, -2.0]
     """
-    covariance = np.empty((len(mu), len(mu)))
-    for start in range(0, len(mu), _CHUNK):                  # `correlation` needs several times its result's memory
-        covariance[start:start + _CHUNK] = correlation(mu[start:start + _CHUNK], mu)
-    covariance[np.diag_indices(len(mu))] += noise
-    return Field(mu, np.asarray(np.linalg.solve(covariance, z), dtype=float))
+    return Field(kernel, mu, np.asarray(np.linalg.solve(_covariance(mu, kernel, noise), z), dtype=float))
 
 
-def correlation(mu: FloatArray, other: FloatArray) -> FloatArray:
-    """Correlation of the field between points: (n, 3) and (m, 3) to (n, m)."""
-    total = np.zeros((len(mu), len(other)))
-    for image in _IMAGES:
-        for exchange, weight in (([1, 1, 1], 0.5 + 0.5 * (1 - RECIPROCITY)), ([1, -1, 1], 0.5 * RECIPROCITY)):
-            distance = _distance(mu, other * image * exchange)
-            total += weight / len(_IMAGES) * sum(share * _matern(distance / length) for share, length in _LENGTHS)
-    return total
+def log_likelihood(covariance: FloatArray, z: FloatArray) -> float:
+    """The log-likelihood of values (n, channels), a multiple of (n, n) their covariance, for each value.
+
+    The multiple is the most likely one of each channel; constants are left out.
+
+    Examples
+    --------
+    Of independent values it is minus the logarithm of their root mean square.
+
+    >>> log_likelihood(np.eye(4), np.array([[0.5], [-0.5], [0.5], [0.5]])) == -np.log(0.5)
+    True
+    """
+    try:
+        root = np.linalg.cholesky(covariance)
+    except np.linalg.LinAlgError:
+        return -np.inf
+    whitened = np.linalg.solve(root, z)
+    variance = np.maximum(np.mean(whitened ** 2, axis=0), np.finfo(float).tiny)
+    return float(-0.5 * np.log(variance).mean() - np.log(np.diag(root)).mean())
+
+
+@dataclass
+class Search:
+    """A search for the kernel, and the prior, under which samples are likeliest.
+
+    Attributes
+    ----------
+    encode : callable
+        The samples' coordinates (n, 3), in [-1, 1], given a stretch.
+    candidates : sequence of (n, channels) float64
+        The samples' values under each prior.
+    penalties : sequence of float
+        Taken from the log-likelihood of each value: a prior was fitted to the same samples.
+    noise : (n,) float64
+        Variance of noise beyond that of the kernel, for each sample.
+    """
+
+    encode: Callable[[float], FloatArray]
+    candidates: Sequence[FloatArray]
+    penalties: Sequence[float]
+    noise: FloatArray
+    _shared: dict[Kernel, FloatArray] = field(default_factory=dict)
+    _found: dict[tuple[Kernel, int], float] = field(default_factory=dict)
+
+    def best(self, start: Kernel) -> tuple[float, Kernel, int]:
+        """The best log-likelihood found, its kernel and the number of its prior, by steps of one number at a time."""
+        kernel = start
+        value, prior = self._best_prior(kernel)
+        for _ in range(_ROUNDS):
+            before = value
+            for name, step in kernel.neighbours():
+                while (trial := kernel.moved(name, step)) is not None:
+                    found = self._value(trial, prior)
+                    if found <= value + _LEAST_GAIN:
+                        break
+                    value, kernel = found, trial
+            found, other = self._best_prior(kernel)
+            if found > value:
+                value, prior = found, other
+            if value < before + _LEAST_GAIN:
+                break
+        return value, kernel, prior
+
+    def _best_prior(self, kernel: Kernel) -> tuple[float, int]:
+        return max((self._value(kernel, number), number) for number in range(len(self.candidates)))
+
+    def _value(self, kernel: Kernel, prior: int) -> float:
+        if (kernel, prior) not in self._found:
+            noiseless = replace(kernel, noise=0.0)
+            if noiseless not in self._shared:       # the last one only: each is large
+                self._shared.clear()
+                mu = self.encode(kernel.stretch)
+                self._shared[noiseless] = _covariance(mu, noiseless, np.zeros(len(mu)))
+            covariance = self._shared[noiseless] + np.diag(kernel.noise + self.noise)
+            self._found[kernel, prior] = log_likelihood(covariance, self.candidates[prior]) - self.penalties[prior]
+        return self._found[kernel, prior]
 
 
 def choice(count: int, most: int = MOST_SAMPLES, seed: int = 0) -> IntArray:
@@ -97,6 +228,14 @@ def choice(count: int, most: int = MOST_SAMPLES, seed: int = 0) -> IntArray:
     if count <= most:
         return np.arange(count)
     return np.sort(np.random.default_rng(seed).choice(count, most, replace=False))
+
+
+def _covariance(mu: FloatArray, kernel: Kernel, noise: FloatArray) -> FloatArray:
+    covariance = np.empty((len(mu), len(mu)))
+    for start in range(0, len(mu), _CHUNK):                  # `correlation` needs several times its result's memory
+        covariance[start:start + _CHUNK] = kernel.correlation(mu[start:start + _CHUNK], mu)
+    covariance[np.diag_indices(len(mu))] += noise
+    return covariance
 
 
 def _distance(a: FloatArray, b: FloatArray) -> FloatArray:

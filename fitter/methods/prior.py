@@ -1,23 +1,32 @@
-"""Fitting a microfacet model to samples: the prior of `regression_kriging`.
+"""Fitting a model of lobes to samples: the prior of `regression_kriging`.
 
 The model adds what the samples alone do not tell: the height of a peak that no sample hit, and the growth of a lobe
-toward grazing incidence. It is fitted by the algorithm of D. W. Marquardt: An Algorithm for Least-Squares Estimation of
-Nonlinear Parameters, 1963.
+toward grazing incidence. Lobes are added one by one, each time the one that helps most of several kinds and widths. All
+parameters are then fitted by the algorithm of D. W. Marquardt: An Algorithm for Least-Squares Estimation of Nonlinear
+Parameters, 1963.
 """
 
-from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arrays import FloatArray
-from ..model.microfacet import NARROWEST, STEEPEST_TAIL, Microfacet, geometry
+from ..model.microfacet import MAX_LOBES, NARROWEST, NO_GAMMA, STEEPEST_TAIL, Geometry, Kind, Microfacet, \
+    geometry, lobe
 from ..model.transform import bounded_log
 from ..samples import Samples
 
-_START_WIDTHS = ((0.05,), (0.2,), (0.6,), (0.01, 0.3), (0.05, 0.2), (0.05, 0.6), (0.2, 0.6))
-_ITERATIONS = 60
+_STARTS: tuple[tuple[Kind, float, float], ...] = (     # kind, alpha and f0 of a lobe that is added
+    ("mirror", 0.01, 0.08), ("mirror", 0.03, 0.08), ("mirror", 0.12, 0.08), ("mirror", 0.4, 0.08),
+    ("retro", 0.05, 0.9), ("retro", 0.3, 0.9), ("sheen", 1.0, 0.9))
+_PARAMETERS = 3             # of a lobe's shape
+_WEIGHT = 1 / 3             # samples weigh (f + offset) to this power: an error of the logarithm then counts as much as
+                            # one of the cube root of f, by which fits are judged
+_ITERATIONS = 40
 _CLIP = 25.0                # bound of every parameter of the search: logarithms, and logits of F0
+_PULL = 1e-2                # of every parameter toward its start: holds what the samples do not determine
+_COLOURLESS = 0.1           # of a lobe's strengths toward their mean: no channel loses a lobe that the others have
+_STEP = 1e-5                # of the finite differences
 
 
 def lambertian(values: FloatArray) -> Microfacet:
@@ -32,78 +41,166 @@ def lambertian(values: FloatArray) -> Microfacet:
     return Microfacet(kd, np.zeros((0, len(kd))), np.zeros(0), np.zeros(0), np.zeros(0))
 
 
-def fit(samples: Samples, offset: float) -> Microfacet:
-    """Fit a model with one or two lobes.
+def parameter_count(model: Microfacet) -> int:
+    """The number of parameters of a model, over all channels."""
+    return model.kd.size + model.ks.size + _PARAMETERS * len(model.kinds)
 
-    Least squares of log(f + offset), so that dark directions count as much as the peak, by Levenberg-Marquardt from
-    several widths of the lobes.
+
+def candidates(samples: Samples, offset: float, most: int = MAX_LOBES) -> list[Microfacet]:
+    """The Lambertian, and the best models found with one lobe, two lobes, and so on.
+
+    Each is a least-squares fit of log(f + offset). A model that has more parameters than a quarter of the values is left
+    out.
 
     Parameters
     ----------
     samples : Samples
     offset : float
         1/sr, positive.
+    most : int
+        The largest number of lobes.
 
     Returns
     -------
-    Microfacet
+    list of Microfacet
+
+    Examples
+    --------
+    >>> from ..quality.physics import direction_pairs
+    >>> glossy = Microfacet(np.array([0.1]), np.array([[2.0]]), np.array([0.2]), np.array([2.0]), np.array([0.04]))
+    >>> pairs = direction_pairs(200)
+    >>> _, found = candidates(Samples(*pairs, glossy.evaluate(*pairs)), 0.1, most=1)
+    >>> found.kinds, found.alpha.round(2).tolist(), found.kd.round(3).tolist()
+    (('mirror',), [0.2], [0.1])
     """
-    at = geometry(*samples.directions)
-    values = samples.values / offset
-    target = bounded_log(values, 1.0)
-    channels = values.shape[1]
-    kd = np.maximum(np.quantile(values, 0.3, axis=0), 1e-4)
-    starts = [_pack(Microfacet(kd, np.stack([2 * kd, 0.3 * kd])[:len(widths)], np.array(widths),
-                               np.full(len(widths), 2.0), np.full(len(widths), 0.076))) for widths in _START_WIDTHS]
+    found = [lambertian(samples.values)]
+    if not np.ptp(samples.values):
+        return found
+    problem = _Problem(geometry(*samples.directions), samples.values / offset)
+    current = Microfacet(np.maximum(np.quantile(problem.values, 0.3, axis=0), 1e-4), *_none(samples))
+    for _ in range(most):
+        larger = [_with_lobe(current, problem, *start) for start in _STARTS]
+        if parameter_count(larger[0]) > samples.values.size / 4:
+            break
+        current = min((problem.solved(start) for start in larger), key=lambda result: result[1])[0]
+        found.append(replace(current, kd=current.kd * offset, ks=current.ks * offset))
+    return found
 
-    def residuals(p: FloatArray) -> FloatArray:
-        return (bounded_log(_unpack(p, channels).at(at), 1.0) - target).ravel()
 
-    best = min((_levenberg_marquardt(residuals, p) for p in starts), key=lambda found: found[1])[0]
-    model = _unpack(best, channels)
-    return replace(model, kd=model.kd * offset, ks=model.ks * offset)
+def _none(samples: Samples) -> tuple[FloatArray, ...]:
+    return np.zeros((0, samples.values.shape[1])), np.zeros(0), np.zeros(0), np.zeros(0)
+
+
+def _with_lobe(model: Microfacet, problem: "_Problem", kind: Kind, alpha: float, f0: float) -> Microfacet:
+    """A model with another lobe, as strong as the model falls short of the samples where the lobe is brightest."""
+    shape = lobe(kind, alpha, NO_GAMMA, f0, problem.at)
+    brightest = np.argsort(shape)[-max(3, len(shape) // 100):]
+    lacking = np.maximum(problem.values - model.at(problem.at), 0)[brightest]
+    strength = (lacking * shape[brightest, None]).sum(axis=0) / max((shape[brightest] ** 2).sum(), 1e-300)
+    return Microfacet(model.kd, np.concatenate([model.ks, [np.maximum(strength, 1e-3 * model.kd)]]),
+                      np.append(model.alpha, alpha), np.append(model.gamma, NO_GAMMA), np.append(model.f0, f0),
+                      (*model.kinds, kind))
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """The least-squares problem of samples: geometry, and values (n, channels) in units of the offset.
+
+    The parameters of the search are, for each lobe, log alpha, log(gamma - 1) and the logit of f0; then the logarithms
+    of the strengths of all lobes; then those of kd.
+    """
+
+    at: Geometry
+    values: FloatArray
+
+    def solved(self, start: Microfacet) -> tuple[Microfacet, float]:
+        """The best model near a start, and its sum of squares."""
+        channels, kinds = self.values.shape[1], start.kinds
+        target = bounded_log(self.values, 1.0)
+        weight = (np.maximum(self.values.mean(axis=1), 0) + 1) ** _WEIGHT
+        weight /= np.sqrt(np.mean(weight ** 2))
+        shapes = _PARAMETERS * len(kinds)
+        p = first = _pack(start)
+        pull = _pulls(len(kinds), channels)
+
+        def cost(residual: FloatArray, p: FloatArray) -> float:
+            return float((residual ** 2).sum() + (p - first) @ pull[0] @ (p - first) + p @ pull[1] @ p)
+
+        def at(p: FloatArray) -> tuple[FloatArray, FloatArray, list[FloatArray], FloatArray]:
+            strength = np.exp(np.clip(p[shapes:], -_CLIP, _CLIP)).reshape(len(kinds) + 1, channels)
+            parts = [_shape(kind, p[_PARAMETERS * k:_PARAMETERS * (k + 1)], self.at) for k, kind in enumerate(kinds)]
+            total = sum((part[:, None] * ks for part, ks in zip(parts, strength, strict=False)), strength[-1] + 0.0)
+            total = np.broadcast_to(total, self.values.shape)
+            return (np.log(total + 1) - target) * weight[:, None], total, parts, strength
+
+        residual, total, parts, strength = at(p)
+        now, damping = cost(residual, p), 1e-2
+        for _ in range(_ITERATIONS):
+            jacobian = np.zeros((*self.values.shape, len(p)))
+            scale = weight[:, None] / (total + 1)
+            for k, (kind, part) in enumerate(zip(kinds, parts, strict=True)):
+                for j in range(_PARAMETERS):
+                    moved = p[_PARAMETERS * k:_PARAMETERS * (k + 1)].copy()
+                    moved[j] += _STEP
+                    slope = (_shape(kind, moved, self.at) - part) / _STEP
+                    jacobian[:, :, _PARAMETERS * k + j] = slope[:, None] * strength[k] * scale
+            for k, part in enumerate([*parts, np.ones(len(total))]):
+                for channel in range(channels):
+                    column = shapes + k * channels + channel
+                    jacobian[:, channel, column] = part * strength[k, channel] * scale[:, channel]
+            flat = jacobian.reshape(-1, len(p))
+            normal = flat.T @ flat + pull[0] + pull[1]
+            slope = flat.T @ residual.ravel() + pull[0] @ (p - first) + pull[1] @ p
+            for _ in range(8):
+                trial = p - np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9), slope)
+                found = at(trial)
+                after = cost(found[0], trial)
+                if after < now:
+                    break
+                damping *= 4
+            else:
+                break
+            gain, p, now, damping = now - after, trial, after, damping / 4
+            residual, total, parts, strength = found
+            if gain < 1e-4 * now:
+                break
+        return _unpack(p, kinds, channels), float((residual ** 2).sum())
+
+
+def _pulls(lobes: int, channels: int) -> tuple[FloatArray, FloatArray]:
+    """The quadratic forms that pull all parameters toward their start, and a lobe's strengths toward their mean."""
+    count = _PARAMETERS * lobes + channels * (lobes + 1)
+    apart = np.eye(channels) - 1 / channels
+    colour = np.zeros((count, count))
+    for k in range(lobes):
+        at = slice(_PARAMETERS * lobes + k * channels, _PARAMETERS * lobes + (k + 1) * channels)
+        colour[at, at] = _COLOURLESS ** 2 * apart
+    return _PULL ** 2 * np.eye(count), colour
+
+
+def _numbers(p: FloatArray) -> tuple[float, float, float]:
+    """alpha, gamma and f0 of the three parameters of a lobe."""
+    p = np.clip(p, -_CLIP, _CLIP)
+    alpha, tail = np.clip(np.exp(p[:2]), NARROWEST, STEEPEST_TAIL)
+    return float(alpha), float(1 + tail), float(1 / (1 + np.exp(-p[2])))
+
+
+def _shape(kind: Kind, p: FloatArray, at: Geometry) -> FloatArray:
+    return lobe(kind, *_numbers(p), at)
 
 
 def _pack(model: Microfacet) -> FloatArray:
-    """The parameters of the search: logits of F0, logarithms of the others."""
+    """The parameters of the search."""
     f0 = np.clip(model.f0, 1e-9, 1 - 1e-9)
-    positive = np.concatenate([model.alpha, model.gamma - 1, model.kd, model.ks.ravel()])
-    return np.concatenate([np.log(f0 / (1 - f0)), np.log(np.maximum(positive, 1e-9))])
+    shapes = np.stack([np.log(model.alpha), np.log(model.gamma - 1), np.log(f0 / (1 - f0))], axis=1)
+    strengths = np.concatenate([model.ks.ravel(), model.kd])
+    return np.concatenate([shapes.ravel(), np.log(np.maximum(strengths, 1e-9))])
 
 
-def _unpack(p: FloatArray, channels: int) -> Microfacet:
-    """The model of parameters that `_pack` made."""
-    p = np.clip(p, -_CLIP, _CLIP)
-    lobes = (len(p) - channels) // (3 + channels)
-    alpha, gamma = np.clip(np.exp(p[lobes:3 * lobes]), NARROWEST, STEEPEST_TAIL).reshape(2, lobes)
-    strength = np.exp(p[3 * lobes:])
-    return Microfacet(strength[:channels], strength[channels:].reshape(lobes, channels), alpha, 1 + gamma,
-                      1 / (1 + np.exp(-p[:lobes])))
-
-
-def _levenberg_marquardt(residuals: Callable[[FloatArray], FloatArray], p: FloatArray) -> tuple[FloatArray, float]:
-    """A local minimum of the sum of squares, and its value; derivatives by finite differences."""
-    # a weak pull toward the start holds the parameters that the data do not determine
-    start = p
-
-    def all_residuals(p: FloatArray) -> FloatArray:
-        return np.concatenate([residuals(p), 1e-2 * (p - start)])
-
-    r = all_residuals(p)
-    cost, damping = float(r @ r), 1e-2
-    for _ in range(_ITERATIONS):
-        jacobian = np.stack([(all_residuals(p + step) - r) / 1e-5 for step in 1e-5 * np.eye(len(p))], axis=1)
-        normal, slope = jacobian.T @ jacobian, jacobian.T @ r
-        for _ in range(8):
-            trial = p - np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9), slope)
-            r_trial = all_residuals(trial)
-            if r_trial @ r_trial < cost:
-                break
-            damping *= 4
-        else:
-            break
-        gain = cost - r_trial @ r_trial
-        p, r, cost, damping = trial, r_trial, float(cost - gain), damping / 4
-        if gain < 1e-6 * cost:
-            break
-    return p, cost
+def _unpack(p: FloatArray, kinds: tuple[Kind, ...], channels: int) -> Microfacet:
+    """The model of parameters of the search."""
+    shapes = _PARAMETERS * len(kinds)
+    numbers = np.array([_numbers(each) for each in p[:shapes].reshape(-1, _PARAMETERS)]).reshape(-1, _PARAMETERS)
+    strength = np.exp(np.clip(p[shapes:], -_CLIP, _CLIP)).reshape(-1, channels)
+    gamma = np.where([kind == "sheen" for kind in kinds], NO_GAMMA, numbers[:, 1])
+    return Microfacet(strength[-1], strength[:-1], numbers[:, 0], gamma, numbers[:, 2], kinds)

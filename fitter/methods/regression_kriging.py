@@ -1,17 +1,16 @@
-"""Regression kriging: a microfacet model, a Gaussian process of its residuals, and splines that store the result.
+"""Regression kriging: a model of lobes, a Gaussian process of its residuals, and splines that store the result.
 
 In geostatistics, regression kriging is a regression whose residuals are interpolated by a Gaussian process (T. Hengl,
 G. B. M. Heuvelink, D. G. Rossiter: About regression-kriging, Computers & Geosciences 33(10), 2007). Here it has five
 steps:
 
-1. Fit the prior, a microfacet model, to the samples (`prior`).
-2. Interpolate the field of `LogRelative`, the samples' log-ratio to the prior, over half and difference coordinates
-   (`gaussian_process`).
+1. Fit priors of none to three lobes to the samples (`prior`).
+2. Choose the prior, the coordinates and the kernel under which the samples are likeliest, and interpolate the field of
+   `LogRelative`, the samples' log-ratio to the prior, by the Gaussian process (`gaussian_process`).
 3. Interpolate that field by the dense lattice, which so has values where there are no samples.
-4. Fit the sparse lattice to the residuals at the samples, by weighted least squares (`lattice.least_squares`).
-5. Where the fit reflects more light than it receives, lower the field and fit again (`energy`).
-
-The prior is a Lambertian where there are too few samples to determine lobes.
+4. Fit the sparse lattice to what the dense one lacks, at the samples and at directions between them, by weighted least
+   squares (`lattice.least_squares`).
+5. Where the fit reflects more light than it receives, lower the field (`energy`).
 """
 
 from dataclasses import replace
@@ -21,6 +20,7 @@ import numpy as np
 
 from ..arrays import BoolArray, Directions, FloatArray
 from ..coordinates.half_difference import SOFTENING, HalfDifference
+from ..coordinates.rusinkiewicz import Rusinkiewicz
 from ..lattice import dense, least_squares
 from ..lattice.dense import DenseLattice
 from ..lattice.sparse import SparseLattice
@@ -32,10 +32,15 @@ from .levels import Levels
 
 CEILING = 4.0               # a fit is at most 4 times the largest sample
 _DROPOUT_NOISE = 10.0       # variance, relative to the field's: a dropout hardly influences the field
-_LEAST_FOR_LOBES = 500      # samples: from fewer, a prior with lobes predicts worse than a Lambertian
+_SEARCHED = 450             # samples of which the likelihood is computed
+_PENALTY = 3.0              # of the log-likelihood, for each parameter of a prior
 _AZIMUTHS = 16              # averaged over at exact retro-reflection
 _ROUNDS = 3                 # of weighted least squares
 _MOST_SAMPLES = 20_000      # fitted by the sparse lattice; larger sets are subsampled at random
+_BETWEEN = 4000             # directions between the samples at which the sparse lattice follows the field
+_BETWEEN_WEIGHT = 0.5       # of such a direction, relative to a sample
+_WEIGHT = 0.7               # errors of the field weigh (f + offset) to this power: 1 would minimise those of f, 1/3
+                            # those of its cube root
 
 
 class Estimate:
@@ -45,29 +50,41 @@ class Estimate:
     ----------
     samples : Samples
     softening : float
-        The softening radius delta of `half_difference`.
+        The softening radius delta of the coordinates.
 
     Attributes
     ----------
     transform : LogRelative
-    coordinates : HalfDifference
+    coordinates : HalfDifference or Rusinkiewicz
     field : gaussian_process.Field
         Over 2 x - 1 of the coordinates x.
     """
 
     def __init__(self, samples: Samples, softening: float = SOFTENING) -> None:
-        self.coordinates = HalfDifference(softening)
         used = subset(samples, gaussian_process.choice(len(samples)))
         offset = _offset(used.values)
         ceiling = CEILING * np.maximum(samples.values.max(axis=0), 1e-6 * offset)
-        model, noise = prior.lambertian(used.values), np.full(len(used), gaussian_process.NOISE)
-        if len(used) >= _LEAST_FOR_LOBES and np.ptp(used.values):
-            model = prior.fit(used, offset)
-            lobes = model.evaluate(*used.directions)
-            noise[_dropouts(used.values, lobes)] = _DROPOUT_NOISE
-        self.transform = LogRelative(model, offset, ceiling)
-        self.field = gaussian_process.krige(2 * self.coordinates.encode(*used.directions) - 1,
-                                            self.transform.field(used.values, *used.directions), noise)
+        transforms = [LogRelative(model, offset, ceiling) for model in prior.candidates(used, offset)]
+        richest = transforms[-1].prior
+        noise = np.zeros(len(used))
+        if richest.kinds:
+            noise[_dropouts(used.values, richest.evaluate(*used.directions))] = _DROPOUT_NOISE
+        some = gaussian_process.choice(len(used), _SEARCHED)
+        searched = subset(used, some)
+        fields = [transform.field(searched.values, *searched.directions) for transform in transforms]
+        penalties = [_PENALTY * prior.parameter_count(each.prior) / searched.values.size for each in transforms]
+        found = []
+        for system in (HalfDifference, Rusinkiewicz):
+            def encode(stretch: float, system: type[HalfDifference | Rusinkiewicz] = system) -> FloatArray:
+                return 2 * system(softening, stretch).encode(*searched.directions) - 1
+
+            search = gaussian_process.Search(encode, fields, penalties, noise[some])
+            value, kernel, number = search.best(gaussian_process.Kernel())
+            found.append((value, system(softening, kernel.stretch), kernel, transforms[number]))
+        _, self.coordinates, kernel, self.transform = max(found, key=lambda each: each[0])
+        self.field = gaussian_process.krige(
+            2 * self.coordinates.encode(*used.directions) - 1, self.transform.field(used.values, *used.directions),
+            kernel, kernel.noise + noise)
         self._at_nodes: dict[int, tuple[Directions, FloatArray]] = {}
 
     def at_nodes(self, level: int) -> tuple[Directions, FloatArray]:
@@ -119,56 +136,56 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
     """
     estimated = estimated or Estimate(samples)
     transform = replace(estimated.transform, floor=0.0) if plausible else estimated.transform
-    used = subset(samples, gaussian_process.choice(len(samples), _MOST_SAMPLES))
-    reduction = energy.Reduction.none(samples.values.shape[1])
-    if not plausible:
-        return _fit(used, levels, estimated, transform, reduction)
-
-    fitted = _fit(used, levels, estimated, transform, reduction)
-    before = albedo = energy.albedo(fitted)
-    if energy.conserves(before):
-        return fitted
-    for _ in range(energy.ROUNDS - 1):
-        reduction = reduction.increased(albedo, transform.offset)
-        fitted = _fit(used, levels, estimated, transform, reduction)
-        albedo = energy.albedo(fitted)
-        if energy.conserves(albedo):
-            break
-    else:
-        fitted = energy.with_ceiling(fitted, transform)
-        albedo = energy.albedo(fitted)
-    return replace(fitted, changes=(energy.description(before, albedo),))
-
-
-def _fit(samples: Samples, levels: Levels, estimated: Estimate, transform: LogRelative,
-         reduction: energy.Reduction) -> Fit:
-    """Fit both lattices to the field lowered by a reduction."""
-    (node_theta_i, _, node_theta_o, _), values = estimated.at_nodes(levels.diffuse)
-    control_points = dense.interpolate(reduction.applied(values, node_theta_i, node_theta_o), levels.diffuse)
+    control_points = dense.interpolate(estimated.at_nodes(levels.diffuse)[1], levels.diffuse)
     diffuse, specular = DenseLattice(levels.diffuse, control_points.astype(np.float32)), None
     if levels.specular is not None:
-        field = transform.field(samples.values, *samples.directions)
-        x = estimated.coordinates.encode(*samples.directions)
-        specular = _specular(samples, x, transform, reduction.applied(field, samples.theta_i, samples.theta_o),
-                             diffuse, levels.specular, levels.kept)
-    return Fit(estimated.coordinates, diffuse, specular, transform, levels.dropped, samples.channels,
-               name=samples.name, source=samples.source)
+        specular = _specular(samples, estimated, transform, diffuse, levels.specular, levels.kept)
+    fitted = Fit(estimated.coordinates, diffuse, specular, transform, levels.dropped, samples.channels,
+                 name=samples.name, source=samples.source)
+    return energy.conserved(fitted, transform, samples) if plausible else fitted
 
 
-def _specular(samples: Samples, x: FloatArray, transform: LogRelative, field: FloatArray, diffuse: DenseLattice,
-              level: int, kept: int) -> SparseLattice:
-    """Fit the sparse lattice to the residual of the dense one at the samples."""
-    coarse = diffuse.evaluate(x)
+def _specular(samples: Samples, estimated: Estimate, transform: LogRelative, diffuse: DenseLattice, level: int,
+              kept: int) -> SparseLattice:
+    """Fit the sparse lattice to what the dense one lacks, at the samples and between them."""
+    used = subset(samples, gaussian_process.choice(len(samples), _MOST_SAMPLES))
+    between = _between(samples)
+    x = [estimated.coordinates.encode(*directions) for directions in (used.directions, between)]
+    measured = transform.field(used.values, *used.directions)
+    field = np.concatenate([measured, estimated.field.at(2 * x[1] - 1)])
+    directions = [np.concatenate(pair) for pair in zip(used.directions, between, strict=True)]
+    trust = np.concatenate([np.ones(len(used)), np.full(len(x[1]), _BETWEEN_WEIGHT)])
+    x_all = np.concatenate(x)
+    coarse = diffuse.evaluate(x_all)
     residual = field - coarse
-    bright = np.maximum(samples.values, 0)
+    bright = np.maximum(transform.reflectance(field, *directions), 0)
     for _ in range(_ROUNDS):
         # an error of the field causes one of the reflectance in proportion to f + offset; f is the larger of the
         # measured and the fitted value, so that no dark sample is fitted too bright
-        weights = np.sqrt(np.mean((bright + transform.offset) ** 2, axis=1))
-        specular = least_squares.sparse_fit(x, residual, weights, level, kept)
-        fitted = transform.reflectance(coarse + specular.evaluate(x), *samples.directions)
+        weights = trust * np.mean(bright + transform.offset, axis=1) ** _WEIGHT
+        specular = least_squares.sparse_fit(x_all, residual, weights, level, kept)
+        fitted = transform.reflectance(coarse + specular.evaluate(x_all), *directions)
         bright = np.maximum(bright, fitted)
     return specular
+
+
+def _between(samples: Samples) -> Directions:
+    """Random directions at which the field is followed, half of them near the mirror direction: four (n,) arrays.
+
+    They reach as far as the samples do.
+    """
+    rng = np.random.default_rng(0)
+    farthest = max(samples.theta_i.max(), samples.theta_o.max())
+    theta_i, theta_o = farthest * np.sqrt(rng.random((2, _BETWEEN)))
+    turn = np.pi * rng.random(_BETWEEN)
+    near = slice(0, _BETWEEN // 2)
+    # offsets from the mirror direction, in the plane of incidence and across it: from 0.1 to 30 degrees, evenly in the
+    # logarithm
+    size = np.radians(30) * 10 ** (-2.5 * rng.random(_BETWEEN // 2))
+    angle = 2 * np.pi * rng.random(_BETWEEN // 2)
+    theta_o[near] = np.clip(theta_i[near] + size * np.cos(angle), 0, farthest)
+    turn[near] = np.pi - np.minimum(np.abs(size * np.sin(angle)) / np.maximum(np.sin(theta_i[near]), 0.1), np.pi)
+    return theta_i, np.zeros(_BETWEEN), theta_o, turn
 
 
 def _azimuthal_mean(field: gaussian_process.Field, mu: FloatArray) -> FloatArray:

@@ -2,7 +2,9 @@
 
 The entries are `header`, a JSON text with format, version, coordinates, transform, levels, compression, channels,
 columns, changes, name and source; `diffuse`; for a bi-level fit `coefficients`, `keys` and `displacement`; and for a
-log-relative fit `prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0` and `prior_ceiling`.
+log-relative fit `prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling` and `damping`. The header of a
+fit in half and difference coordinates has `softening` and `stretch`, that of a log-relative one `offset`, `plausible`
+and `lobes`, the kinds of the prior's lobes.
 """
 
 from __future__ import annotations
@@ -17,13 +19,15 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from .. import files
-from ..coordinates import Coordinates
+from ..coordinates import Coordinates, stretch
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
+from ..coordinates.rusinkiewicz import Rusinkiewicz
 from ..errors import DatasetError
 from ..lattice import dense, perfect_hash
 from ..lattice.sparse import SparseLattice
 from ..samples import LARGEST_VALUE
+from ..shader_constants import DAMPING_KNOTS
 from . import microfacet, npz
 from .transform import IDENTITY, LEAST_OFFSET, LogRelative, Transform
 
@@ -31,8 +35,8 @@ if TYPE_CHECKING:
     from .fit import Fit
 
 FORMAT = "measured-brdf-fit"
-VERSION = 4
-_READABLE = (2, 3, 4)       # version 2 had no softening; versions 2 and 3 did not name coordinates and transform
+VERSION = 5
+_READABLE = (2, 3, 4, 5)
 LARGEST = 100 * LARGEST_VALUE   # of any number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
 _PRIOR = ("kd", "ks", "alpha", "gamma", "f0")
@@ -58,12 +62,13 @@ def write(fit: Fit, path: str | Path) -> None:
         index = fit.specular.index
         header["multiplier"] = index.multiplier
         arrays |= {"coefficients": fit.specular.coefficients, "keys": index.keys, "displacement": index.displacement}
-    if isinstance(coordinates, HalfDifference):
-        header["softening"] = float(coordinates.softening)
+    if isinstance(coordinates, HalfDifference | Rusinkiewicz):
+        header |= {"softening": float(coordinates.softening), "stretch": float(coordinates.stretch)}
     if isinstance(transform, LogRelative):
-        header |= {"offset": transform.offset, "plausible": bool(transform.floor == 0)}
+        header |= {"offset": transform.offset, "plausible": bool(transform.floor == 0),
+                   "lobes": list(transform.prior.kinds)}
         arrays |= {f"prior_{name}": getattr(transform.prior, name) for name in _PRIOR}
-        arrays["prior_ceiling"] = transform.ceiling
+        arrays |= {"prior_ceiling": transform.ceiling, "damping": transform.damping}
     content = io.BytesIO()      # not the file: on a full disk, ZipFile would raise a second error when it is deleted
     entries: _Arrays = {"header": np.array(json.dumps(header)), **arrays}
     np.savez_compressed(content, **entries)     # type: ignore[arg-type]    # NumPy's stub has a parameter of bool
@@ -90,7 +95,7 @@ def read(path: str | Path) -> dict[str, Any]:
     if header.get("version") not in _READABLE:
         raise DatasetError(f"a fit of version {header.get('version')!r}, expected {VERSION}; fit the data again", path)
     try:
-        return _assemble(header, entries)
+        return _assemble(_upgraded(header, entries), entries)
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise DatasetError(f"a damaged fit: {error}", path) from error
 
@@ -107,7 +112,7 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     stored = max(columns) + 1
     level = _level(header["diffuse_level"])
     diffuse = _array(entries, "diffuse", (*dense.shape(level), stored), np.float32)
-    parts |= {"diffuse": dense.DenseLattice(level, diffuse), "coordinates": _coordinates(header, entries),
+    parts |= {"diffuse": dense.DenseLattice(level, diffuse), "coordinates": _coordinates(header),
               "transform": _transform(header, entries, stored)}
     if header["specular_level"] is None:
         return parts
@@ -132,26 +137,40 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     return parts | {"specular": SparseLattice(level, index, coefficients), "compression": compression}
 
 
-def _coordinates(header: dict[str, Any], entries: _Arrays) -> Coordinates:
-    name = _named(header, "coordinates", Nusselt.name, HalfDifference.name, entries)
+def _upgraded(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
+    """The header of an older version with what it lacks: version 2 had no softening, versions 2 and 3 did not name
+    coordinates and transform, and up to version 4 nothing was stretched and all lobes were mirrors'."""
+    version = header["version"]
+    if version < 4:
+        log_relative = "prior_kd" in entries
+        header |= {"coordinates": (HalfDifference if log_relative else Nusselt).name,
+                   "transform": (LogRelative if log_relative else IDENTITY).name}
+    if version < 3:
+        header["softening"] = 0.0
+    if version < 5:
+        header |= {"stretch": stretch.NONE, "lobes": ["mirror"] * len(np.atleast_1d(entries.get("prior_ks", [])))}
+    return header
+
+
+def _coordinates(header: dict[str, Any]) -> Coordinates:
+    name = header["coordinates"]
     if name == Nusselt.name:
         return Nusselt()
-    softening = 0.0 if header["version"] == 2 else header["softening"]
+    systems: dict[str, type[HalfDifference] | type[Rusinkiewicz]] = {
+        system.name: system for system in (HalfDifference, Rusinkiewicz)}
+    _check(name in systems, "its coordinates are unknown")
+    softening, stretched = header["softening"], header["stretch"]
     _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not a number from 0 to 1")
-    return HalfDifference(softening)
+    _check(softening or name == HalfDifference.name, "its softening radius is 0")
+    _check(isinstance(stretched, float) and 0 <= stretched <= stretch.LARGEST,
+           f"its stretch is not a number from 0 to {stretch.LARGEST:g}")
+    return systems[name](softening, stretched)
 
 
 def _transform(header: dict[str, Any], entries: _Arrays, stored: int) -> Transform:
-    name = _named(header, "transform", IDENTITY.name, LogRelative.name, entries)
+    name = header["transform"]
+    _check(name in (IDENTITY.name, LogRelative.name), "its transform is unknown")
     return IDENTITY if name == IDENTITY.name else _log_relative(header, entries, stored)
-
-
-def _named(header: dict[str, Any], part: str, plain: str, other: str, entries: _Arrays) -> str:
-    """The name of a part, one of two. Before version 4, fits with a prior had the other one."""
-    if header["version"] < 4:
-        return other if "prior_kd" in entries else plain
-    _check(header[part] in (plain, other), f"its {part} are unknown")
-    return str(header[part])
 
 
 def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogRelative:
@@ -160,8 +179,10 @@ def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogR
     _check(lobes <= microfacet.MAX_LOBES, "its prior has too many lobes")
     shapes: dict[str, tuple[int, ...]] = {
         "kd": (stored,), "ks": (lobes, stored), "alpha": (lobes,), "gamma": (lobes,), "f0": (lobes,)}
+    kinds = tuple(header["lobes"])
+    _check(len(kinds) == lobes and set(kinds) <= set(microfacet.KINDS), "the lobes of its prior are unknown")
     prior = microfacet.Microfacet(**{name: _array(entries, f"prior_{name}", shapes[name], np.float64)
-                                     for name in _PRIOR})
+                                     for name in _PRIOR}, kinds=kinds)
     for name, (low, high) in microfacet.RANGES.items():
         _check_range(f"prior_{name}", getattr(prior, name), low, high)
     ceiling = _array(entries, "prior_ceiling", (stored,), np.float64)
@@ -172,7 +193,11 @@ def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogR
         _check_range(f"prior_{name}", numbers, low, LARGEST)
     plausible = header["plausible"]
     _check(isinstance(plausible, bool), "it does not say whether it is plausible")
-    return LogRelative(prior, float(offset), ceiling, 0.0 if plausible else -np.inf)
+    damping = np.zeros((0, stored))
+    if len(entries.get("damping", damping)):
+        damping = _array(entries, "damping", (DAMPING_KNOTS, stored), np.float64)
+        _check_range("damping", damping, 0, 1)
+    return LogRelative(prior, float(offset), ceiling, 0.0 if plausible else -np.inf, damping)
 
 
 def _level(level: Any) -> int:

@@ -1,23 +1,38 @@
-"""A microfacet model, used as the prior of `LogRelative`: a Lambertian and up to two lobes ::
+"""A model of lobes, used as the prior of `LogRelative`: a Lambertian and up to three lobes ::
 
-    b = kd + sum_k ks_k D_k(theta_h) F_k(theta_d) V_k(theta_i, theta_o),     D = (1 + tan^2 theta_h / alpha^2)^-gamma
+    b = kd + sum_k ks_k L_k,    D(t) = (1 + t / alpha^2)^-gamma,    S = f0 + (1 - f0) g
 
-D is a generalised Trowbridge-Reitz distribution (B. Burley: Physically Based Shading at Disney, 2012), V the
-height-correlated Smith visibility (E. Heitz: Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs,
-JCGT 3(2), 2014) and F the Fresnel term of C. Schlick: An Inexpensive BRDF Model for Physically-based Rendering, 1994.
-A material of three channels has at most 15 parameters.
+Each lobe is of one of three kinds:
+
+- "mirror", microfacets that reflect: L = D(tan^2 theta_h) S V with g = (1 - cos theta_d)^5. D is a generalised
+  Trowbridge-Reitz distribution (B. Burley: Physically Based Shading at Disney, 2012), V the height-correlated Smith
+  visibility (E. Heitz: Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, JCGT 3(2), 2014) and S the
+  Fresnel term of C. Schlick: An Inexpensive BRDF Model for Physically-based Rendering, 1994.
+- "retro", which shines back at the light: L = D(tan^2 theta_b) S with g = cos^2 theta_r. These are the half and the
+  difference angle after one direction has been turned about the normal by 180 degrees (the back vector of L. Belcour,
+  R. Pacanowski, M. Delahaie, A. Laville-Geay, L. Eupherte: BRDF Measurements and Analysis of Retroreflective Materials,
+  JOSA A 31(12), 2014), so that theta_b is 0 at retro-reflection.
+- "sheen", fibres that shine where the half vector grazes: L = exp(-1 / (alpha^2 tan^2 theta_h)) S / (cos theta_i +
+  cos theta_o - cos theta_i cos theta_o) with g = 1 - cos theta_d (M. Ashikhmin, S. Premoze, P. Shirley: A
+  Microfacet-Based BRDF Generator, SIGGRAPH 2000, with the denominator of D. Neubelt, M. Pettineo: Crafting a Next-Gen
+  Material Pipeline for The Order: 1886, 2013). It has no gamma.
+
+A material of three channels has at most 21 parameters.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
-from ..shader_constants import DENSEST, LEAST_HEIGHT_2
+from ..shader_constants import DENSEST, LEAST_HEIGHT_2, LEAST_SLOPE_2
 
-MAX_LOBES = 2
+Kind = Literal["mirror", "retro", "sheen"]
+KINDS: tuple[Kind, ...] = ("mirror", "retro", "sheen")
+MAX_LOBES = 3
 NARROWEST, STEEPEST_TAIL = 1e-3, 32.0       # bounds of alpha and gamma - 1: beyond, single precision is visible
+NO_GAMMA = 2.0              # gamma of a sheen lobe, which does not read it
 RANGES = {"alpha": (NARROWEST, STEEPEST_TAIL), "gamma": (1 + NARROWEST, 1 + STEEPEST_TAIL), "f0": (0.0, 1.0)}
 
 
@@ -30,6 +45,10 @@ class Geometry(NamedTuple):
     """Squared tangent of the half angle theta_h."""
     cos_d: FloatArray
     """Cosine of the difference angle theta_d."""
+    tan2_b: FloatArray
+    """Squared tangent of theta_b, the angle between the normal and the back vector."""
+    cos_r: FloatArray
+    """Cosine of theta_r, the difference angle of the back vector."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +62,10 @@ class Microfacet:
     ks : (lobes, channels) float64
         Scale of each lobe, 1/sr.
     alpha, gamma, f0 : (lobes,) float64
-        Of each lobe: its width, as a slope; the exponent of its tail; Fresnel reflectance at normal incidence, relative
-        to that at grazing incidence.
+        Of each lobe: its width, as a slope; the exponent of its tail; the value of S where g is 0, relative to that
+        where it is 1.
+    kinds : tuple of str
+        Of each lobe, one of `KINDS`; by default all are "mirror".
 
     Examples
     --------
@@ -61,11 +82,16 @@ class Microfacet:
     alpha: FloatArray
     gamma: FloatArray
     f0: FloatArray
+    kinds: tuple[Kind, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.kinds:
+            object.__setattr__(self, "kinds", ("mirror",) * len(self.alpha))
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the parameters of all channels in single precision."""
-        return 4 * (self.kd.size + self.ks.size + self.alpha.size + self.gamma.size + self.f0.size)
+        """Bytes of the parameters of all channels in single precision, and one for the kind of each lobe."""
+        return 4 * (self.kd.size + self.ks.size + self.alpha.size + self.gamma.size + self.f0.size) + len(self.kinds)
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """The model, 1/sr: angles broadcast to (...), radians, to (..., channels) float64."""
@@ -73,16 +99,24 @@ class Microfacet:
 
     def at(self, geometry: Geometry) -> FloatArray:
         """The model, 1/sr, for a geometry of (...): (..., channels) float64."""
-        cos_i, cos_o, tan2_h, cos_d = geometry
-        grazing = (1 - cos_d) ** 5
-        total = np.broadcast_to(self.kd, (*np.shape(tan2_h), len(self.kd)))
-        for ks, alpha, gamma, f0 in zip(self.ks, self.alpha, self.gamma, self.f0, strict=True):
-            distribution = (1 + tan2_h / alpha ** 2) ** -gamma
-            m2 = min(alpha, 1.0) ** 2
-            visibility = 0.5 / (cos_o * np.sqrt(cos_i ** 2 * (1 - m2) + m2)
-                                + cos_i * np.sqrt(cos_o ** 2 * (1 - m2) + m2) + DENSEST)
-            total = total + ks * (distribution * (f0 + (1 - f0) * grazing) * visibility)[..., None]
+        total = np.broadcast_to(self.kd, (*np.shape(geometry.tan2_h), len(self.kd)))
+        for kind, ks, alpha, gamma, f0 in zip(self.kinds, self.ks, self.alpha, self.gamma, self.f0, strict=True):
+            total = total + ks * lobe(kind, alpha, gamma, f0, geometry)[..., None]
         return total
+
+
+def lobe(kind: Kind, alpha: float, gamma: float, f0: float, at: Geometry) -> FloatArray:
+    """A lobe of strength 1 at a geometry of (...): (...) float64."""
+    cos_i, cos_o = at.cos_i, at.cos_o
+    if kind == "retro":
+        return (1 + at.tan2_b / alpha ** 2) ** -gamma * (f0 + (1 - f0) * at.cos_r ** 2)
+    if kind == "sheen":
+        fibres = np.exp(-1 / (alpha ** 2 * np.maximum(at.tan2_h, LEAST_SLOPE_2)))
+        return fibres * (f0 + (1 - f0) * (1 - at.cos_d)) / (cos_i + cos_o - cos_i * cos_o + DENSEST)
+    m2 = min(alpha, 1.0) ** 2
+    visibility = 0.5 / (cos_o * np.sqrt(cos_i ** 2 * (1 - m2) + m2)
+                        + cos_i * np.sqrt(cos_o ** 2 * (1 - m2) + m2) + DENSEST)
+    return (1 + at.tan2_h / alpha ** 2) ** -gamma * (f0 + (1 - f0) * (1 - at.cos_d) ** 5) * visibility
 
 
 def geometry(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> Geometry:
@@ -99,7 +133,8 @@ def geometry(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: Ar
     theta_i, theta_o = np.asarray(theta_i, dtype=float), np.asarray(theta_o, dtype=float)
     cos_i, cos_o = np.cos(theta_i), np.cos(theta_o)
     sin_i, sin_o = np.sin(theta_i), np.sin(theta_o)
-    across2 = np.maximum(
-        sin_i ** 2 + sin_o ** 2 + 2 * sin_i * sin_o * np.cos(np.asarray(phi_o, dtype=float) - phi_i), 0)
+    squares, product = sin_i ** 2 + sin_o ** 2, 2 * sin_i * sin_o * np.cos(np.asarray(phi_o, dtype=float) - phi_i)
     up2 = np.maximum((cos_i + cos_o) ** 2, LEAST_HEIGHT_2)
-    return Geometry(cos_i, cos_o, across2 / up2, np.minimum(np.sqrt(across2 + up2) / 2, 1))
+    along2, back2 = np.maximum(squares + product, 0), np.maximum(squares - product, 0)
+    return Geometry(cos_i, cos_o, along2 / up2, np.minimum(np.sqrt(along2 + up2) / 2, 1),
+                    back2 / up2, np.minimum(np.sqrt(back2 + up2) / 2, 1))

@@ -1,11 +1,13 @@
 """Transforms: they map the field that the lattices hold to reflectance."""
 
+import dataclasses
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
+from ..coordinates.half_difference import project
 from ..shader_constants import STEEPEST
 from .microfacet import Microfacet
 
@@ -67,6 +69,9 @@ class LogRelative:
         Upper bound of the reflectance, 1/sr.
     floor : float
         Lower bound of the reflectance, 1/sr: 0, or minus infinity to keep noise around 0.
+    damping : (DAMPING_KNOTS, channels) or (0, channels) float64
+        A factor of the reflectance for each of the two polar angles, from 0 to 1, which conserves energy; linear between
+        knots that are even in the projection r(theta) of `coordinates.half_difference`. By default there is none.
 
     Examples
     --------
@@ -83,17 +88,27 @@ class LogRelative:
     offset: float
     ceiling: FloatArray
     floor: float = -np.inf
+    damping: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 1)))
 
     @property
     def nbytes(self) -> int:
         """Bytes of the parameters in single precision."""
-        return self.prior.nbytes + 8 + 4 * len(self.ceiling)
+        return self.prior.nbytes + 8 + 4 * len(self.ceiling) + 4 * self.damping.size
 
     def reflectance(self, field: FloatArray, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike,
                     phi_o: ArrayLike) -> FloatArray:
         """Map a field at directions (n,) to reflectance: (n, channels) to (n, channels), 1/sr."""
         reference = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o) + self.offset
-        return np.clip(reference * np.exp(np.minimum(field, STEEPEST)) - self.offset, self.floor, self.ceiling)
+        value = np.clip(reference * np.exp(np.minimum(field, STEEPEST)) - self.offset, self.floor, self.ceiling)
+        if len(self.damping):
+            value = value * self._damping(theta_i) * self._damping(theta_o)
+        return value
+
+    def _damping(self, theta: ArrayLike) -> FloatArray:
+        at = project(theta) * (len(self.damping) - 1)
+        first = np.minimum(at.astype(int), len(self.damping) - 2)
+        share = (at - first)[..., None]
+        return self.damping[first] * (1 - share) + self.damping[first + 1] * share
 
     def field(self, values: FloatArray, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike,
               phi_o: ArrayLike) -> FloatArray:

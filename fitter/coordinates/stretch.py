@@ -1,0 +1,41 @@
+"""A stretch of half vectors, which gives the directions near the mirror's more room.
+
+Both systems of half and difference coordinates have a half vector (x, y) in the unit disk, which is 0 at mirror
+reflection. Its length r becomes ``asinh(k r) / asinh(k)`` with the stretch k: near 0 it is magnified k / asinh(k) times,
+and far away it is nearly the logarithm of r. A highlight so takes as much of a lattice as its tail, and a kernel of one
+length is short across the highlight and long beyond it. The map is smooth, as asinh is odd.
+"""
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..shader_constants import LEAST_LENGTH
+
+NONE, LARGEST = 0.0, 1000.0
+
+
+def stretched(x: FloatArray, y: FloatArray, k: float) -> tuple[FloatArray, FloatArray]:
+    """Stretch half vectors: two (...) arrays to two (...) arrays.
+
+    Examples
+    --------
+    >>> x, y = stretched(np.array([0.0, 0.06, 0.6]), np.array([0.0, 0.08, 0.8]), 10.0)
+    >>> (np.hypot(x, y) * np.arcsinh(10)).round(6).tolist(), np.arcsinh([0, 1.0, 10]).round(6).tolist()
+    ([0.0, 0.881374, 2.998223], [0.0, 0.881374, 2.998223])
+    """
+    if not k:
+        return x, y
+    radius = np.hypot(x, y)
+    near = radius < LEAST_LENGTH
+    factor = np.where(near, k, np.arcsinh(k * radius) / np.where(near, 1, radius)) / np.arcsinh(k)
+    return x * factor, y * factor
+
+
+def unstretched(x: FloatArray, y: FloatArray, k: float) -> tuple[FloatArray, FloatArray]:
+    """The inverse of `stretched`."""
+    if not k:
+        return x, y
+    radius, scale = np.hypot(x, y), np.arcsinh(k)
+    near = radius < LEAST_LENGTH
+    factor = np.where(near, scale, np.sinh(scale * radius) / np.where(near, 1, radius)) / k
+    return x * factor, y * factor
