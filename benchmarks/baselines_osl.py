@@ -2,6 +2,8 @@
 
 from math import factorial
 
+import numpy as np
+
 from fitter.report.baselines.koenderink import modes
 
 
@@ -27,7 +29,8 @@ def lafortune(model):
     body = ["float xy = wi[0] * wo[0] + wi[1] * wo[1];", "float z = wi[2] * wo[2];"]
     terms = [f"{model.rho[0] / 3.141592653589793:.9g}"]
     terms += [f"pow(max({c_xy:.9g} * xy + {c_z:.9g} * z, 0.0), {n:.9g})" for c_xy, c_z, n in model.lobes[:, :, 0]]
-    return _function("lafortune", body, terms)
+    largest = float(np.ravel(model.ceiling)[0])
+    return _function("lafortune", body, terms, f"clamp(%s, 0.0, {largest:.8e})")
 
 
 def _horner(n, l, t):
@@ -41,6 +44,6 @@ def _horner(n, l, t):
     return text
 
 
-def _function(name, body, terms):
-    lines = "\n  ".join(body)
-    return f"float {name}(vector wi, vector wo)\n{{\n  {lines}\n  return " + "\n    + ".join(terms) + ";\n}\n"
+def _function(name, body, terms, of_sum="%s"):
+    lines, total = "\n  ".join(body), "\n    + ".join(terms)
+    return f"float {name}(vector wi, vector wo)\n{{\n  {lines}\n  return {of_sum % total};\n}}\n"

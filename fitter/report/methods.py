@@ -2,10 +2,13 @@
 
 from .. import fit
 from ..presets import PRESETS
-from .baselines import koenderink, lafortune
+from .baselines import ggx, koenderink, lafortune, neural, thin_plate
 from .rows import MakeModel
 
 BASELINES = ("Koenderink 8", "Lafortune 3")
+"""Those of the paper, which its claims are about."""
+RIVALS = ("GGX", "Thin plate", "Neural")
+"""What a researcher would try first today."""
 
 
 def preset(name: str) -> MakeModel:
@@ -19,4 +22,5 @@ def levels(diffuse: int, specular: int | None = None, compression: float = 95.0)
 
 
 METHODS: dict[str, MakeModel] = {"level 6": levels(6), "Paper": preset("Paper"), "Standard": preset("Standard"),
-           BASELINES[0]: koenderink.fit, BASELINES[1]: lafortune.fit}
+           BASELINES[0]: koenderink.fit, BASELINES[1]: lafortune.fit,
+           RIVALS[0]: ggx.fit, RIVALS[1]: thin_plate.fit, RIVALS[2]: neural.fit}

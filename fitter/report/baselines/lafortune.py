@@ -7,6 +7,10 @@ SIGGRAPH 1997. For an isotropic reflectance, with unit vectors i and o whose z i
 
 It is the second baseline of Kameya and Lewis 2002, with three lobes, fitted channel by channel by Levenberg-Marquardt
 from several starts. Fitting needs SciPy, an optional extra; evaluation does not.
+
+A lobe with Cxy^2 > 1 or Cz > 1 grows without bound toward grazing angles, or toward the normal, where no sample holds
+it. A fit is therefore clipped as Standard clips itself: to between 0 and 4 times the largest sample of each channel.
+Hence its errors at samples that were held out are those of a model that a renderer would use.
 """
 
 from dataclasses import dataclass
@@ -15,6 +19,7 @@ import numpy as np
 
 from ...arrays import ArrayLike, FloatArray
 from ...samples import LARGEST_VALUE, Samples
+from .bounds import ceiling
 
 LOBES = 3
 # (Cxy, Cz) of the lobes at which a search starts
@@ -39,6 +44,8 @@ class Lafortune:
         Diffuse albedo.
     lobes : (lobes, 3, channels) float64
         Cxy, Cz and n of each lobe.
+    ceiling : (channels,) float64, or float
+        The largest value, 1/sr; that of `bounds.ceiling` in a fit, far above any reflectance in a published model.
 
     Examples
     --------
@@ -51,6 +58,7 @@ class Lafortune:
 
     rho: FloatArray
     lobes: FloatArray
+    ceiling: FloatArray | float = LARGEST_VALUE
 
     @property
     def coefficient_count(self) -> int:
@@ -59,15 +67,15 @@ class Lafortune:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the parameters of all channels in single precision."""
-        return 4 * self.coefficient_count * len(self.rho)
+        """Bytes of the parameters and the ceilings of all channels in single precision."""
+        return 4 * (self.coefficient_count * len(self.rho) + np.size(self.ceiling))
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """The BRDF, 1/sr, at most `LARGEST_VALUE`: angles broadcast to (...), radians, to (..., channels) float64."""
+        """The BRDF, 1/sr, 0 to `ceiling`: angles broadcast to (...), radians, to (..., channels) float64."""
         xy, z = (product[..., None] for product in _products(theta_i, phi_i, theta_o, phi_o))
         with np.errstate(over="ignore"):        # far from the samples a lobe may overflow
             lobes = sum(np.maximum(c_xy * xy + c_z * z, 0) ** n for c_xy, c_z, n in self.lobes)
-        return self.rho / np.pi + np.minimum(lobes, LARGEST_VALUE)
+        return np.clip(self.rho / np.pi + lobes, 0, self.ceiling)
 
 
 def fit(samples: Samples, lobes: int = LOBES) -> Lafortune:
@@ -90,7 +98,7 @@ def fit(samples: Samples, lobes: int = LOBES) -> Lafortune:
     """
     xy, z = _products(*samples.directions)
     best = np.stack([_fit_channel(xy, z, values, lobes) for values in samples.values.T], axis=-1)
-    return Lafortune(best[0] * np.pi, _unpack(best[1:]))
+    return Lafortune(best[0] * np.pi, _unpack(best[1:]), ceiling(samples.values))
 
 
 def _products(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike,

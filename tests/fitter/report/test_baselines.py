@@ -1,4 +1,4 @@
-"""Koenderink and Lafortune: analytic cases, and the errors of an independent implementation."""
+"""The baselines: analytic cases, formulas written out by hand, and the errors of an independent implementation."""
 
 from dataclasses import replace
 
@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.report.baselines import koenderink, lafortune
+from fitter.quality.cross_validation import held_out
+from fitter.report.baselines import bounds, ggx, koenderink, lafortune, neural, thin_plate
 
 
 def directions(random, count=600):
@@ -97,6 +98,25 @@ def test_a_lobe_that_explodes_away_from_the_samples_stays_a_number():
     assert model.evaluate(1.4, 0, 1.4, np.pi) == pytest.approx(1e30)
 
 
+def test_a_fit_of_lafortune_is_at_most_4_times_the_largest_sample_of_each_channel(random):
+    """A lobe that grows toward grazing angles, of which the samples near the normal tell nothing."""
+    truth = lafortune.Lafortune(np.array([0.3, 0.3]), np.array([[-1.5, -1.5], [1.0, 1.0], [20.0, 12.0]])[None])
+    theta_i, phi_i, theta_o, delta = directions(random)
+    near = theta_i / 3, phi_i, theta_o / 3, delta
+    values = truth.evaluate(*near)
+    model = lafortune.fit(fitter.Samples(*near, values, ("a", "b")), lobes=1)
+    np.testing.assert_allclose(model.ceiling, 4 * values.max(axis=0))
+    far = truth.evaluate(theta_i, phi_i, theta_o, delta)
+    assert (far > 2 * model.ceiling).any(axis=0).all()
+    np.testing.assert_allclose(model.evaluate(theta_i, phi_i, theta_o, delta), np.minimum(far, model.ceiling),
+                               rtol=1e-3)
+
+
+def test_a_negative_diffuse_albedo_gives_no_negative_reflectance():
+    model = lafortune.Lafortune(np.array([-0.3]), np.zeros((1, 3, 1)) + [[[-1.0], [1.0], [20.0]]])
+    assert model.evaluate(0.5, 0, 0.5, 0) == 0
+
+
 def test_counts_are_the_papers():
     assert lafortune.Lafortune(np.zeros(1), np.zeros((3, 3, 1))).coefficient_count == 10
     assert koenderink.Koenderink(8, np.zeros((55, 3))).nbytes == 4 * 55 * 3
@@ -131,9 +151,257 @@ def test_three_lobes_fit_cayman_at_least_as_well_as_the_reference(data, cornell)
     assert rmse(lafortune.fit(samples), samples) < 0.103
 
 
-def test_without_scipy_lafortune_says_what_is_missing(curet, monkeypatch):
+@pytest.mark.parametrize(("baseline", "module"), [(lafortune, "scipy.optimize"), (ggx, "scipy.optimize"),
+                                                  (thin_plate, "scipy.interpolate")])
+def test_without_scipy_a_baseline_says_what_is_missing(glossy, monkeypatch, baseline, module):
     import sys
 
-    monkeypatch.setitem(sys.modules, "scipy.optimize", None)
+    monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(ImportError, match="needs SciPy"):
-        lafortune.fit(curet("felt"))
+        baseline.fit(glossy)
+
+
+def ggx_with_vectors(kd, f0, alpha, theta_i, theta_o, delta):
+    """The model of one channel at one pair of directions, with Heitz's Lambda in the place of the visibility."""
+    i = np.array([np.sin(theta_i), 0, np.cos(theta_i)])
+    o = np.array([np.sin(theta_o) * np.cos(delta), np.sin(theta_o) * np.sin(delta), np.cos(theta_o)])
+    h = (i + o) / np.linalg.norm(i + o)
+    d = alpha**2 / (np.pi * ((alpha**2 - 1) * h[2]**2 + 1)**2)
+    shadow_i, shadow_o = (-0.5 + 0.5 * np.sqrt(1 + (alpha * np.tan(theta))**2) for theta in (theta_i, theta_o))
+    fresnel = f0 + (1 - f0) * (1 - i @ h)**5
+    return kd + d * fresnel / (1 + shadow_i + shadow_o) / (4 * i[2] * o[2])
+
+
+def test_ggx_evaluates_the_formula_with_vectors(random):
+    model = ggx.GGX(np.array([0.3, 0.6]), np.array([0.04, 0.9]), 0.3)
+    theta_i, _, theta_o, delta = directions(random, 20)
+    expected = [[ggx_with_vectors(model.kd[c], model.f0[c], 0.3, *angles) for c in range(2)]
+                for angles in zip(theta_i, theta_o, delta, strict=True)]
+    np.testing.assert_allclose(model.evaluate(theta_i, 0.7, theta_o, delta + 0.7), expected, rtol=1e-6)
+
+
+def test_the_facets_of_ggx_cover_the_surface_once():
+    """The integral of D cos theta_h over the half vectors is 1; at i = o, f is D G / (4 cos^2 theta)."""
+    model = ggx.GGX(np.zeros(1), np.ones(1), 0.1)
+    theta = np.linspace(0, np.pi / 2, 20001)[:-1]
+    shadowing = 1 / np.sqrt(1 + (0.1 * np.tan(theta))**2)
+    distribution = model.evaluate(theta, 0, theta, 0)[:, 0] * 4 * np.cos(theta)**2 / shadowing
+    covered = 2 * np.pi * np.sum(distribution * np.cos(theta) * np.sin(theta)) * theta[1]
+    assert covered == pytest.approx(1, abs=1e-3)
+
+
+@pytest.mark.parametrize(("alpha", "f0"), [(0.05, (0.04, 0.06)), (0.2, (0.5, 0.9)), (0.7, (0.2, 0.04))])
+def test_a_ggx_lobe_over_a_lambertian_is_recovered(random, alpha, f0):
+    theta_i, phi_i, theta_o, delta = directions(random)
+    kd = 0.1, 0.02
+    values = [[ggx_with_vectors(kd[c], f0[c], alpha, *angles) for c in range(2)]
+              for angles in zip(theta_i, theta_o, delta, strict=True)]
+    found = ggx.fit(fitter.Samples(theta_i, phi_i, theta_o, delta, values, ("a", "b")))
+    np.testing.assert_allclose([*found.kd, *found.f0, found.alpha], [*kd, *f0, alpha], rtol=1e-4)
+
+
+def test_ggx_holds_a_surface_that_reflects_nothing(random):
+    samples = fitter.Samples(*directions(random), np.zeros((600, 2)), ("a", "b"))
+    assert not ggx.fit(samples).evaluate(*samples.directions).any()
+
+
+def smooth(theta_i, _, theta_o, delta):
+    """A reflectance whose logarithm is a smooth function of the two directions' product."""
+    xy = np.sin(theta_i) * np.sin(theta_o) * np.cos(delta)
+    return np.exp(-1 - xy + 0.5 * np.cos(theta_i) * np.cos(theta_o))[:, None]
+
+
+def test_a_thin_plate_spline_predicts_a_smooth_reflectance(random):
+    seen, unseen = directions(random), directions(random, 200)
+    model = thin_plate.fit(fitter.Samples(*seen, smooth(*seen)))
+    np.testing.assert_allclose(model.evaluate(*unseen), smooth(*unseen), rtol=0.05)
+    assert model.spline.smoothing[0] == min(thin_plate.SMOOTHINGS)
+
+
+def test_a_thin_plate_spline_is_the_sum_of_its_kernels(random):
+    """Solved with NumPy's own linear algebra."""
+    at = directions(random, 60)
+    samples = fitter.Samples(*at, smooth(*at))
+    model = thin_plate.fit_smoothed(samples, 0.01)
+    mu = 2 * fitter.coordinates.half_difference.half_difference(*at, 0.01) - 1
+
+    def kernel(r):
+        return r**2 * np.log(np.maximum(r, 1e-300))
+
+    polynomial = np.column_stack([np.ones(60), mu])
+    apart = np.linalg.norm(mu[:, None] - mu, axis=-1)
+    system = np.block([[kernel(apart) + 0.01 * np.eye(60), polynomial], [polynomial.T, np.zeros((4, 4))]])
+    offset = thin_plate.OFFSET * np.median(samples.values)
+    solution = np.linalg.solve(system, np.append(np.log(samples.values[:, 0] + offset), np.zeros(4)))
+    other = directions(random, 20)
+    nu = 2 * fitter.coordinates.half_difference.half_difference(*other, 0.01) - 1
+    field = kernel(np.linalg.norm(nu[:, None] - mu, axis=-1)) @ solution[:60] + solution[60] + nu @ solution[61:]
+    np.testing.assert_allclose(model.evaluate(*other)[:, 0], np.exp(field) - offset, rtol=1e-6)
+    assert (model.coefficient_count, model.nbytes) == (64, 4 * (64 + 180))
+
+
+def test_a_thin_plate_spline_does_not_interpolate_noise(random):
+    at = directions(random)
+    noise = np.exp(0.2 * random.standard_normal((600, 1)))
+    model = thin_plate.fit(fitter.Samples(*at, smooth(*at) * noise))
+    error = np.log(model.evaluate(*at) / smooth(*at))
+    assert np.sqrt(np.mean(error**2)) < 0.08
+
+
+def test_a_thin_plate_spline_stays_within_its_bounds(random):
+    at = [*directions(random, 100)]
+    at[0], at[2] = at[0] / 3, at[2] / 3                 # samples near the normal alone: grazing is far away
+    values = np.exp(20 * np.sin(at[0]))[:, None] - 1.5
+    model = thin_plate.fit(fitter.Samples(*at, values))
+    predicted = model.evaluate(*directions(random))
+    assert predicted.min() >= 0
+    assert predicted.max() == pytest.approx(4 * values.max())
+
+
+@pytest.mark.parametrize("case", ["one plane", "one incidence", "repeated", "two"])
+def test_a_thin_plate_spline_holds_samples_that_do_not_span_all_coordinates(random, case):
+    theta_i, phi_i, theta_o, delta = directions(random, 40)
+    at = {"one plane": (theta_i, phi_i, theta_o, np.where(delta > 1, np.pi, 0)),
+          "one incidence": (0 * theta_i, phi_i, theta_o, delta),
+          "repeated": tuple(np.tile(angle[:20], 2) for angle in (theta_i, phi_i, theta_o, delta)),
+          "two": tuple(angle[:2] for angle in (theta_i, phi_i, theta_o, delta))}[case]
+    model = thin_plate.fit(fitter.Samples(*at, smooth(*at)))
+    np.testing.assert_allclose(model.evaluate(*at), smooth(*at), rtol=0.02)
+
+
+def test_of_many_samples_a_thin_plate_spline_takes_those_far_apart_and_the_brightest(random, monkeypatch):
+    monkeypatch.setattr(thin_plate, "MOST", 300)
+    at = directions(random, 3000)
+    values = smooth(*at)
+    samples = fitter.Samples(*at, values)
+    model = thin_plate.fit(samples)
+    assert model.count == 300
+    np.testing.assert_allclose(model.evaluate(*at), values, rtol=0.1)
+    values[1234] = 50.0
+    assert 1234 in thin_plate.spread(thin_plate.places(replace(samples, values=values)), 10)
+
+
+def test_points_are_taken_farthest_first():
+    corners = np.array([[0, 0], [0.5, 0.5], [1, 1], [0.1, 0], [1, 0], [0, 1]])
+    assert thin_plate.spread(corners, 4).tolist() == [0, 2, 4, 5]
+    assert thin_plate.spread(corners, 6).tolist() == list(range(6))
+
+
+def neural_by_hand(model, theta_i, phi_i, theta_o, phi_o):
+    """The network at one pair of directions: rotations as matrices, and sums as loops."""
+    i, o = (np.array([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)])
+            for t, p in ((theta_i, phi_i), (theta_o, phi_o)))
+    h = (i + o) / np.linalg.norm(i + o)
+    theta_h, phi_h = np.arccos(h[2]), np.arctan2(h[1], h[0])
+    about_z = np.array([[np.cos(phi_h), np.sin(phi_h), 0], [-np.sin(phi_h), np.cos(phi_h), 0], [0, 0, 1]])
+    about_y = np.array([[np.cos(theta_h), 0, -np.sin(theta_h)], [0, 1, 0], [np.sin(theta_h), 0, np.cos(theta_h)]])
+    h, d = about_y @ about_z @ h, about_y @ about_z @ i
+    np.testing.assert_allclose(h, [0, 0, 1], atol=1e-12)
+    x = [np.sin(theta_h), 0, np.cos(theta_h), d[0], abs(d[1]), d[2]]
+    for layer, (weight, bias) in enumerate(zip(model.weights, model.biases, strict=True)):
+        x = [sum(x[j] * weight[j, k] for j in range(len(x))) + bias[k] for k in range(len(bias))]
+        x = [max(value, 0) for value in x] if layer < 2 else [max(np.exp(value) - 1, 0) for value in x]
+    return x
+
+
+def random_network(random):
+    shapes = (6, 21), (21, 21), (21, 3)
+    return neural.Neural(tuple(random.normal(0, 0.4, shape) for shape in shapes),
+                         tuple(random.normal(0, 0.4, columns) for _, columns in shapes))
+
+
+def test_the_neural_brdf_evaluates_the_formula_with_matrices(random):
+    model = random_network(random)
+    assert model.coefficient_count == 675
+    theta_i, _, theta_o, phi_o = directions(random, 10)
+    phi_i = random.random(10) * 6
+    expected = [neural_by_hand(model, *angles) for angles in zip(theta_i, phi_i, theta_o, phi_o, strict=True)]
+    assert np.ptp(expected) > 1
+    np.testing.assert_allclose(model.evaluate(theta_i, phi_i, theta_o, phi_o), expected, rtol=1e-9, atol=1e-12)
+
+
+def test_the_neural_brdf_is_that_of_the_authors_on_merl(data, random):
+    """The published weights, through the reader that writes MERL files of them."""
+    path, nets = data.parent / "tools" / "merl_binary.py", data / "merl" / "nbrdf_nets.npz"
+    if not (path.is_file() and nets.is_file()):
+        pytest.skip(f"the published networks are absent from {nets.parent}")
+    import runpy
+
+    flat = np.load(nets)["weights"][0].astype(float)
+    parts = np.split(flat, np.cumsum([126, 21, 441, 21, 63]))
+    model = neural.Neural((parts[0].reshape(6, 21), parts[2].reshape(21, 21), parts[4].reshape(21, 3)),
+                          tuple(parts[1::2]))
+    theta_h, theta_d, phi_d = random.random((3, 50)) * [[0.5], [0.5], [np.pi]]
+    # i and o, which lie on both sides of h, turned by theta_h about y
+    d = np.stack([np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d)])
+    i, o = (np.stack([x * np.cos(theta_h) + z * np.sin(theta_h), y, z * np.cos(theta_h) - x * np.sin(theta_h)])
+            for x, y, z in (d, d * [[-1], [-1], [1]]))
+    angles = [f(v) for v in (i, o) for f in (lambda v: np.arccos(v[2]), lambda v: np.arctan2(v[1], v[0]))]
+    expected = runpy.run_path(str(path))["evaluate"](flat, theta_h, theta_d, phi_d)
+    np.testing.assert_allclose(model.evaluate(*angles), expected, rtol=1e-9, atol=1e-12)
+
+
+def test_mirror_images_are_one_to_the_neural_brdf_and_no_direction_is_special(random):
+    model = random_network(random)
+    theta_i, phi_i, theta_o, phi_o = directions(random, 50)
+    np.testing.assert_allclose(model.evaluate(theta_i, phi_i, theta_o, -phi_o),
+                               model.evaluate(theta_i, phi_i, theta_o, phi_o), rtol=1e-9, atol=1e-12)
+    for at in ((0, 0, 0, 0), (np.pi / 2, 0, np.pi / 2, np.pi), (0.7, 0, 0.7, np.pi), (1, 1, 1, 1)):
+        assert np.isfinite(model.evaluate(*at)).all()
+        assert np.linalg.norm(neural.half_and_difference(*at)[3:]) == pytest.approx(1, abs=1e-6)
+
+
+def test_the_gradient_of_the_neural_loss_is_that_of_finite_differences(random):
+    parameters = [random.normal(0, 0.4, shape) for shape in ((2, 6, 21), (2, 1, 21), (2, 21, 21), (2, 1, 21),
+                                                             (2, 21, 3), (2, 1, 3))]
+    theta_i, *others = directions(random, 12)
+    x, cos_i = neural.half_and_difference(theta_i, *others), np.cos(theta_i)[:, None]
+    target = random.random((12, 3))
+
+    def loss(parameters):
+        weights, biases = parameters[::2], parameters[1::2]
+        inner = np.maximum(x @ weights[0] + biases[0], 0)
+        inner = np.maximum(inner @ weights[1] + biases[1], 0)
+        f = np.exp(inner @ weights[2] + biases[2]) - 1
+        return np.abs(np.log(np.maximum(1 + f * cos_i, 1e-3)) - target).mean(axis=(1, 2)).sum()
+
+    found = neural.gradient(parameters, x, cos_i, target)
+    for array, slopes in zip(parameters, found, strict=True):
+        assert array.shape == slopes.shape
+        for index in random.choice(array.size, 6, replace=False):
+            at, before = np.unravel_index(index, array.shape), array.flat[index]
+            ends = []
+            for step in (1e-6, -1e-6):
+                array[at] = before + step
+                ends.append(loss(parameters))
+            array[at] = before
+            assert slopes[at] == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-4, abs=1e-7)
+
+
+def test_the_neural_brdf_learns_a_glossy_surface_and_twice_the_same(glossy, monkeypatch):
+    monkeypatch.setattr(neural, "STEPS", 1000)
+    model = neural.fit(glossy)
+    assert rmse(model, glossy) < 0.1 * glossy.values.std()
+    np.testing.assert_array_equal(model.weights[0], neural.fit(glossy).weights[0])
+    assert model.nbytes == 4 * (675 + 3)
+    assert {array.dtype for array in (*model.weights, *model.biases)} == {np.dtype(np.float32)}
+
+
+def test_the_neural_brdf_of_one_channel_and_of_few_samples(random, monkeypatch):
+    monkeypatch.setattr(neural, "STEPS", 200)
+    for count in (1, 5, 30):
+        at = directions(random, count)
+        model = neural.fit(fitter.Samples(*at, np.full((count, 1), 0.2)))
+        assert model.coefficient_count == 6 * 21 + 21 + 21 * 21 + 21 + 21 + 1
+        np.testing.assert_allclose(model.evaluate(*at), 0.2, atol=0.1)
+
+
+# five folds; a rival may be better, and must not be made worse than it is
+@pytest.mark.parametrize(("baseline", "sample", "limit"), [
+    (lafortune, 4, 0.05), (ggx, 12, 0.011), (ggx, 4, 0.047), (thin_plate, 1, 0.0055), (thin_plate, 15, 0.010)])
+def test_rivals_predict_what_is_held_out_of_curet_as_well_as_they_did(curet, baseline, sample, limit):
+    assert held_out(curet(sample), baseline.fit).cube_root_rmse < limit
+
+
+def test_the_bound_of_a_dark_channel_is_0():
+    assert bounds.ceiling(np.array([[0.5, -1.0], [0.2, -2.0]])).tolist() == [2.0, 0.0]

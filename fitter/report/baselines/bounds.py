@@ -1,0 +1,19 @@
+"""The bounds of a baseline's predictions, the same that Standard has."""
+
+import numpy as np
+
+from ...arrays import FloatArray
+from ...methods.regression_kriging import CEILING
+
+
+def ceiling(values: FloatArray) -> FloatArray:
+    """The largest value that is predicted: `CEILING` times the largest sample, (n, channels) to (channels,), 1/sr.
+
+    Far from the samples a model may run away; without a bound, one held-out sample there would be all of its error.
+
+    Examples
+    --------
+    >>> ceiling(np.array([[0.1, -0.2], [0.5, -0.1]])).tolist()
+    [2.0, 0.0]
+    """
+    return CEILING * np.maximum(values.max(axis=0), 0)
