@@ -20,6 +20,8 @@ from ..shader_constants import DAMPING_KNOTS
 VIEWS = np.radians(np.arange(91.0))
 """Polar angles at which the albedo is checked, radians."""
 TOLERANCE = 2e-3            # by which an albedo may exceed 1
+_FEW = np.radians([*range(0, 75, 15), *range(75, 91, 3)])
+_FAR_FROM_1 = 0.8           # a fit whose albedos at these few angles are lower is not looked at closer
 _CELLS, _FINE_CELLS = (64, 32), (256, 64)       # of the integral along theta and azimuth: of all, and of large albedos
 _LARGE = 0.97               # an albedo that is integrated in finer steps
 _MARGIN = 1e-3              # by which damped albedos stay below 1: for what the integral misses
@@ -37,6 +39,8 @@ def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
         What was fitted: tells how far the measurement reaches, and what it lost.
     """
     farthest = max(float(samples.theta_i.max()), float(samples.theta_o.max()))
+    if _integrals(fit, _FEW, _CELLS, farthest)[0].max() < _FAR_FROM_1:
+        return fit
     total, beyond = albedo(fit, farthest)
     if total.max() <= 1 + TOLERANCE:
         return fit

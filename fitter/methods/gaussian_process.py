@@ -10,6 +10,7 @@ What the kernel is, how far it reaches, in which coordinates and above which pri
 their likelihood. The variance of the field has its most likely value in each channel; it cancels in the regression.
 """
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -62,13 +63,13 @@ class Kernel:
     noise: float = 1e-4
 
     def correlation(self, mu: FloatArray, other: FloatArray) -> FloatArray:
-        """Correlation of the field between points: (n, 3) and (m, 3) to (n, m)."""
-        scale = self.length * np.array([self.elongation, 1, 1])
+        """Correlation of the field between points: (n, 3) and (m, 3) to (n, m), in their precision."""
+        scale = (self.length * np.array([self.elongation, 1, 1])).astype(mu.dtype)
         a, b = mu / scale, other / scale
-        total = np.zeros((len(a), len(b)))
+        total = np.zeros((len(a), len(b)), mu.dtype)
         for image in _IMAGES:
             for exchange, weight in (([1, 1, 1], 1 - 0.5 * RECIPROCITY), ([1, -1, 1], 0.5 * RECIPROCITY)):
-                distance = _distance(a, b * image * exchange)
+                distance = _distance(a, b * (np.array(image) * exchange).astype(mu.dtype))
                 total += weight / len(_IMAGES) * (self.share * _matern(distance)
                                                   + (1 - self.share) * _matern(distance / self.ratio))
         return total
@@ -208,8 +209,8 @@ class Search:
             noiseless = replace(kernel, noise=0.0)
             if noiseless not in self._shared:       # the last one only: each is large
                 self._shared.clear()
-                mu = self.encode(kernel.stretch)
-                self._shared[noiseless] = _covariance(mu, noiseless, np.zeros(len(mu)))
+                mu = self.encode(kernel.stretch).astype(np.float32)     # quicker, and exact enough to compare
+                self._shared[noiseless] = _covariance(mu, noiseless, np.zeros(len(mu))).astype(float)
             covariance = self._shared[noiseless] + np.diag(kernel.noise + self.noise)
             self._found[kernel, prior] = log_likelihood(covariance, self.candidates[prior]) - self.penalties[prior]
         return self._found[kernel, prior]
@@ -231,7 +232,7 @@ def choice(count: int, most: int = MOST_SAMPLES, seed: int = 0) -> IntArray:
 
 
 def _covariance(mu: FloatArray, kernel: Kernel, noise: FloatArray) -> FloatArray:
-    covariance = np.empty((len(mu), len(mu)))
+    covariance = np.empty((len(mu), len(mu)), mu.dtype)
     for start in range(0, len(mu), _CHUNK):                  # `correlation` needs several times its result's memory
         covariance[start:start + _CHUNK] = kernel.correlation(mu[start:start + _CHUNK], mu)
     covariance[np.diag_indices(len(mu))] += noise
@@ -245,5 +246,5 @@ def _distance(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def _matern(distance: FloatArray) -> FloatArray:
     """The Matern kernel of smoothness 5/2 and length 1 (equation 4.17)."""
-    r = np.sqrt(5) * distance
-    return (1 + r + r * r / 3) * np.exp(-r)
+    r = math.sqrt(5) * distance
+    return (1 + r * (1 + r / 3)) * np.exp(-r)

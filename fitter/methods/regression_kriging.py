@@ -37,7 +37,7 @@ _PENALTY = 3.0              # of the log-likelihood, for each parameter of a pri
 _AZIMUTHS = 16              # averaged over at exact retro-reflection
 _ROUNDS = 3                 # of weighted least squares
 _MOST_SAMPLES = 20_000      # fitted by the sparse lattice; larger sets are subsampled at random
-_BETWEEN = 4000             # directions between the samples at which the sparse lattice follows the field
+_BETWEEN = 3000             # directions between the samples at which the sparse lattice follows the field
 _BETWEEN_WEIGHT = 0.5       # of such a direction, relative to a sample
 _WEIGHT = 0.7               # errors of the field weigh (f + offset) to this power: 1 would minimise those of f, 1/3
                             # those of its cube root
@@ -73,15 +73,15 @@ class Estimate:
         searched = subset(used, some)
         fields = [transform.field(searched.values, *searched.directions) for transform in transforms]
         penalties = [_PENALTY * prior.parameter_count(each.prior) / searched.values.size for each in transforms]
-        found = []
+        best, kernel = (-np.inf, 0), gaussian_process.Kernel()
         for system in (HalfDifference, Rusinkiewicz):
             def encode(stretch: float, system: type[HalfDifference | Rusinkiewicz] = system) -> FloatArray:
                 return 2 * system(softening, stretch).encode(*searched.directions) - 1
 
-            search = gaussian_process.Search(encode, fields, penalties, noise[some])
-            value, kernel, number = search.best(gaussian_process.Kernel())
-            found.append((value, system(softening, kernel.stretch), kernel, transforms[number]))
-        _, self.coordinates, kernel, self.transform = max(found, key=lambda each: each[0])
+            value, found, number = gaussian_process.Search(encode, fields, penalties, noise[some]).best(kernel)
+            if value > best[0]:
+                best, kernel, self.coordinates = (value, number), found, system(softening, found.stretch)
+        self.transform = transforms[best[1]]
         self.field = gaussian_process.krige(
             2 * self.coordinates.encode(*used.directions) - 1, self.transform.field(used.values, *used.directions),
             kernel, kernel.noise + noise)
