@@ -13,6 +13,7 @@ steps:
 5. Where the fit reflects more light than it receives, lower the field (`energy`).
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -60,7 +61,8 @@ class Estimate:
         Over 2 x - 1 of the coordinates x.
     """
 
-    def __init__(self, samples: Samples, softening: float = SOFTENING) -> None:
+    def __init__(self, samples: Samples, softening: float = SOFTENING,
+                 systems: Sequence[type[HalfDifference | Rusinkiewicz]] = (HalfDifference, Rusinkiewicz)) -> None:
         used = subset(samples, gaussian_process.choice(len(samples)))
         offset = _offset(used.values)
         ceiling = CEILING * np.maximum(samples.values.max(axis=0), 1e-6 * offset)
@@ -74,7 +76,7 @@ class Estimate:
         fields = [transform.field(searched.values, *searched.directions) for transform in transforms]
         penalties = [_PENALTY * prior.parameter_count(each.prior) / searched.values.size for each in transforms]
         best, kernel = (-np.inf, 0), gaussian_process.Kernel()
-        for system in (HalfDifference, Rusinkiewicz):
+        for system in systems:
             def encode(stretch: float, system: type[HalfDifference | Rusinkiewicz] = system) -> FloatArray:
                 return 2 * system(softening, stretch).encode(*searched.directions) - 1
 
