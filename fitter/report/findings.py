@@ -5,7 +5,7 @@ from pathlib import PurePath
 from statistics import median
 
 from . import times as times_table
-from .methods import BASELINES
+from .methods import BASELINES, RIVALS
 from .rows import Results, Row
 
 
@@ -91,7 +91,7 @@ def held_out(results: Results) -> str:
 
 
 def _against_rivals(materials: Mapping[tuple[str, str], list[Row]], own: str = "Standard",
-                    rivals: Sequence[str] = ("level 6", "Koenderink 8", "Lafortune 3")) -> str:
+                    rivals: Sequence[str] = ("level 6", *BASELINES, *RIVALS)) -> str:
     """For how many materials both held-out errors are below the rivals', and the ratio to the first rival's."""
     behind: list[str] = []
     ratios: dict[tuple[str, str], float] = {}
@@ -187,6 +187,8 @@ def _against_baselines(results: Results) -> str:
     baselines = [rows.pop(name) for name in BASELINES]
     text = []
     for name, ours in rows.items():
+        if name in RIVALS:
+            continue
         seen, unseen, unseen_cube = (
             sum(one[key] < min(b[key] for b in others) for one, *others in zip(ours, *baselines, strict=True))
             for key in ("rmse", "held_out_rmse", "held_out_cube_root_rmse"))
