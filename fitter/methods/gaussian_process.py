@@ -109,7 +109,7 @@ class Field:
                                for start in range(0, len(mu), _CHUNK)])
 
 
-def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, noise: FloatArray) -> Field:
+def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, noise: FloatArray) -> tuple[Field, FloatArray]:
     """Fit the field to samples.
 
     Parameters
@@ -123,19 +123,23 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, noise: FloatArray) -> F
 
     Returns
     -------
-    Field
+    field : Field
         It tends to 0 far from all samples.
+    left_out : (n, channels) float64
+        What the field of all other samples is at each sample (Rasmussen and Williams, equation 5.12).
 
     Examples
     --------
     Without noise the field interpolates, also at the samples' mirror images.
 
     >>> mu = np.array([[0.2, 0.1, 0.3], [0.6, 0.0, 0.1]])
-    >>> field = krige(mu, np.array([[1.0], [-2.0]]), Kernel(), np.zeros(2))
+    >>> field, _ = krige(mu, np.array([[1.0], [-2.0]]), Kernel(), np.zeros(2))
     >>> field.at(mu * [1, 1, -1])[:, 0].round(9).tolist()
     [1.0, -2.0]
     """
-    return Field(kernel, mu, np.asarray(np.linalg.solve(_covariance(mu, kernel, noise), z), dtype=float))
+    inverse = np.linalg.inv(_covariance(mu, kernel, noise))
+    weights = inverse @ z
+    return Field(kernel, mu, weights), z - weights / np.diag(inverse)[:, None]
 
 
 def log_likelihood(covariance: FloatArray, z: FloatArray) -> float:

@@ -5,16 +5,16 @@ G. B. M. Heuvelink, D. G. Rossiter: About regression-kriging, Computers & Geosci
 steps:
 
 1. Fit priors of none to three lobes to the samples (`prior`).
-2. Choose the prior, the coordinates and the kernel under which the samples are likeliest, and interpolate the field of
-   `LogRelative`, the samples' log-ratio to the prior, by the Gaussian process (`gaussian_process`).
+2. In each of two systems of coordinates, choose the prior and the kernel under which the samples are likeliest, and
+   interpolate the field of `LogRelative`, the samples' log-ratio to the prior, by a Gaussian process
+   (`gaussian_process`). Take the system that predicts left-out samples better, or the mean of both.
 3. Interpolate that field by the dense lattice, which so has values where there are no samples.
 4. Fit the sparse lattice to what the dense one lacks, at the samples and at directions between them, by weighted least
    squares (`lattice.least_squares`).
 5. Where the fit reflects more light than it receives, lower the field (`energy`).
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from ..lattice.dense import DenseLattice
 from ..lattice.sparse import SparseLattice
 from ..model.fit import Fit
 from ..model.transform import LEAST_OFFSET, LogRelative
+from ..quality import cross_validation
 from ..samples import Samples, subset
 from . import energy, gaussian_process, prior
 from .levels import Levels
@@ -44,8 +45,28 @@ _WEIGHT = 0.7               # errors of the field weigh (f + offset) to this pow
                             # those of its cube root
 
 
+@dataclass(frozen=True)
+class Expert:
+    """A prior and the interpolated field above it, in one system of coordinates."""
+
+    coordinates: HalfDifference | Rusinkiewicz
+    transform: LogRelative
+    field: gaussian_process.Field
+
+    def log_prior(self, directions: Directions) -> FloatArray:
+        """log(prior + offset) at directions (n,): (n, channels)."""
+        return np.asarray(np.log(self.transform.prior.evaluate(*directions) + self.transform.offset))
+
+    def log_value(self, directions: Directions) -> FloatArray:
+        """log(f + offset) at directions (n,): (n, channels)."""
+        return self.field.at(2 * self.coordinates.encode(*directions) - 1) + self.log_prior(directions)
+
+
 class Estimate:
     """The prior and the interpolated field of samples: most of the work, which fits of several levels share.
+
+    There is an expert for each system of coordinates. The one that predicts each sample best from the others gives prior
+    and coordinates; the field is its own, or the mean of both where that predicts better.
 
     Parameters
     ----------
@@ -57,12 +78,9 @@ class Estimate:
     ----------
     transform : LogRelative
     coordinates : HalfDifference or Rusinkiewicz
-    field : gaussian_process.Field
-        Over 2 x - 1 of the coordinates x.
     """
 
-    def __init__(self, samples: Samples, softening: float = SOFTENING,
-                 systems: Sequence[type[HalfDifference | Rusinkiewicz]] = (HalfDifference, Rusinkiewicz)) -> None:
+    def __init__(self, samples: Samples, softening: float = SOFTENING) -> None:
         used = subset(samples, gaussian_process.choice(len(samples)))
         offset = _offset(used.values)
         ceiling = CEILING * np.maximum(samples.values.max(axis=0), 1e-6 * offset)
@@ -75,136 +93,44 @@ class Estimate:
         searched = subset(used, some)
         fields = [transform.field(searched.values, *searched.directions) for transform in transforms]
         penalties = [_PENALTY * prior.parameter_count(each.prior) / searched.values.size for each in transforms]
-        best, kernel = (-np.inf, 0), gaussian_process.Kernel()
-        for system in systems:
+        kernel, found = gaussian_process.Kernel(), []
+        for system in (HalfDifference, Rusinkiewicz):
             def encode(stretch: float, system: type[HalfDifference | Rusinkiewicz] = system) -> FloatArray:
                 return 2 * system(softening, stretch).encode(*searched.directions) - 1
 
-            value, found, number = gaussian_process.Search(encode, fields, penalties, noise[some]).best(kernel)
-            if value > best[0]:
-                best, kernel, self.coordinates = (value, number), found, system(softening, found.stretch)
-        self.transform = transforms[best[1]]
-        self.field = gaussian_process.krige(
-            2 * self.coordinates.encode(*used.directions) - 1, self.transform.field(used.values, *used.directions),
-            kernel, kernel.noise + noise)
-        self._at_nodes: dict[int, tuple[Directions, FloatArray]] = {}
+            _, kernel, number = gaussian_process.Search(encode, fields, penalties, noise[some]).best(kernel)
+            coordinates, transform = system(softening, kernel.stretch), transforms[number]
+            field, left_out = gaussian_process.krige(
+                2 * coordinates.encode(*used.directions) - 1, transform.field(used.values, *used.directions), kernel,
+                kernel.noise + noise)
+            expert = Expert(coordinates, transform, field)
+            found.append((expert, left_out + expert.log_prior(used.directions)))
+        best, self._other = _best_experts(found, used, noise == 0)
+        self.coordinates, self.transform, self._own = best.coordinates, best.transform, best
+        self._at_nodes: dict[int, FloatArray] = {}
 
-    def at_nodes(self, level: int) -> tuple[Directions, FloatArray]:
-        """The nodes of the dense lattice of a level.
+    def field_at(self, directions: Directions) -> FloatArray:
+        """The field at directions (n,): (n, channels)."""
+        return self._blended(self._own.field.at(2 * self.coordinates.encode(*directions) - 1), directions)
 
-        Returns
-        -------
-        directions : four (a, b, c) float64
-            Of the nodes, radians.
-        field : (a, b, c, channels) float64
-        """
+    def at_nodes(self, level: int) -> FloatArray:
+        """The field at the nodes of the dense lattice of a level: (a, b, c, channels) float64."""
         if level not in self._at_nodes:
             nodes = dense.nodes(level)
-            values = self.field.at(2 * nodes.reshape(-1, 3) - 1).reshape(*nodes.shape[:-1], -1)
+            mu = 2 * nodes.reshape(-1, 3) - 1
+            values = self._blended(self._own.field.at(mu), self.coordinates.decode((mu + 1) / 2))
+            values = values.reshape(*nodes.shape[:-1], -1)
             if level > 0:
-                values[0] = _azimuthal_mean(self.field, 2 * nodes[0] - 1)
-            self._at_nodes[level] = self.coordinates.decode(nodes), values
+                values[0] = self._azimuthal_mean(2 * nodes[0] - 1)
+            self._at_nodes[level] = values
         return self._at_nodes[level]
 
+    def _blended(self, own: FloatArray, directions: Directions) -> FloatArray:
+        if self._other is None:
+            return own
+        return 0.5 * (own + self._other.log_value(directions) - self._own.log_prior(directions))
 
-def prepare(samples: Samples) -> dict[str, Any]:
-    """The options of `fit` that do not depend on the levels."""
-    return {"estimated": Estimate(samples)}
-
-
-def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Estimate | None = None) -> Fit:
-    """Fit samples by regression kriging.
-
-    Parameters
-    ----------
-    samples : Samples
-    levels : Levels
-    plausible : bool
-        Make the fit nowhere negative, with a directional albedo of at most 1. `Fit.changes` says what that changed.
-    estimated : Estimate, optional
-        Of these samples, if it was made before.
-
-    Returns
-    -------
-    Fit
-
-    Examples
-    --------
-    A single measurement says nothing of other directions, so the fit is a Lambertian:
-
-    >>> one = Samples([0.5], [0], [0.5], [0], [[0.2]])
-    >>> float(fit(one, Levels(2, 3, 99.0)).evaluate(0, 0, 1.2, 2)[0])
-    0.2
-    """
-    estimated = estimated or Estimate(samples)
-    transform = replace(estimated.transform, floor=0.0) if plausible else estimated.transform
-    control_points = dense.interpolate(estimated.at_nodes(levels.diffuse)[1], levels.diffuse)
-    diffuse, specular = DenseLattice(levels.diffuse, control_points.astype(np.float32)), None
-    if levels.specular is not None:
-        specular = _specular(samples, estimated, transform, diffuse, levels.specular, levels.kept)
-    fitted = Fit(estimated.coordinates, diffuse, specular, transform, levels.dropped, samples.channels,
-                 name=samples.name, source=samples.source)
-    return energy.conserved(fitted, transform, samples) if plausible else fitted
-
-
-def _specular(samples: Samples, estimated: Estimate, transform: LogRelative, diffuse: DenseLattice, level: int,
-              kept: int) -> SparseLattice:
-    """Fit the sparse lattice to what the dense one lacks, at the samples and between them."""
-    used = subset(samples, gaussian_process.choice(len(samples), _MOST_SAMPLES))
-    between = _between(samples)
-    x = [estimated.coordinates.encode(*directions) for directions in (used.directions, between)]
-    measured = transform.field(used.values, *used.directions)
-    field = np.concatenate([measured, estimated.field.at(2 * x[1] - 1)])
-    directions = [np.concatenate(pair) for pair in zip(used.directions, between, strict=True)]
-    trust = np.concatenate([np.ones(len(used)), np.full(len(x[1]), _BETWEEN_WEIGHT)])
-    x_all = np.concatenate(x)
-    coarse = diffuse.evaluate(x_all)
-    residual = field - coarse
-    bright = np.maximum(transform.reflectance(field, *directions), 0)
-    for _ in range(_ROUNDS):
-        # an error of the field causes one of the reflectance in proportion to f + offset; f is the larger of the
-        # measured and the fitted value, so that no dark sample is fitted too bright
-        weights = trust * np.mean(bright + transform.offset, axis=1) ** _WEIGHT
-        specular = least_squares.sparse_fit(x_all, residual, weights, level, kept)
-        fitted = transform.reflectance(coarse + specular.evaluate(x_all), *directions)
-        bright = np.maximum(bright, fitted)
-    return specular
-
-
-def _between(samples: Samples) -> Directions:
-    """Random directions at which the field is followed, half of them near the mirror direction: four (n,) arrays.
-
-    They reach as far as the samples do.
-    """
-    rng = np.random.default_rng(0)
-    farthest = max(samples.theta_i.max(), samples.theta_o.max())
-    theta_i, theta_o = farthest * np.sqrt(rng.random((2, _BETWEEN)))
-    turn = np.pi * rng.random(_BETWEEN)
-    near = slice(0, _BETWEEN // 2)
-    # offsets from the mirror direction, in the plane of incidence and across it: from 0.1 to 30 degrees, evenly in the
-    # logarithm
-    size = np.radians(30) * 10 ** (-2.5 * rng.random(_BETWEEN // 2))
-    angle = 2 * np.pi * rng.random(_BETWEEN // 2)
-    theta_o[near] = np.clip(theta_i[near] + size * np.cos(angle), 0, farthest)
-    turn[near] = np.pi - np.minimum(np.abs(size * np.sin(angle)) / np.maximum(np.sin(theta_i[near]), 0.1), np.pi)
-    return theta_i, np.zeros(_BETWEEN), theta_o, turn
-
-
-def _azimuthal_mean(field: gaussian_process.Field, mu: FloatArray) -> FloatArray:
-    """The mean of the field over all azimuths of H: (b, c, 3) to (b, c, channels).
-
-    For the nodes at d = 0, which no pair of directions reaches. They only influence how the fit interpolates between
-    samples near retro-reflection; equal values at all azimuths keep it from oscillating there.
-    """
-    radius, which = np.unique(np.round(np.hypot(mu[..., 1], mu[..., 2]), 9), return_inverse=True)
-    angle = (np.arange(_AZIMUTHS) + 0.5) * (np.pi / 2 / _AZIMUTHS)      # a quarter turn: the field is even in x and y
-    ring = np.stack([np.zeros((len(radius), _AZIMUTHS)), np.outer(radius, np.cos(angle)),
-                     np.outer(radius, np.sin(angle))], axis=-1)
-    mean = field.at(ring.reshape(-1, 3)).reshape(len(radius), _AZIMUTHS, -1).mean(axis=1)
-    return mean[which.reshape(mu.shape[:-1])]
-
-
-def _dropouts(values: FloatArray, lobes: FloatArray) -> BoolArray:
+    def _dropouts(values: FloatArray, lobes: FloatArray) -> BoolArray:
     """Samples that are nearly 0 where the lobes are bright, as if the detector had failed: (n,) bool."""
     median = np.median(np.abs(values))
     dark = np.abs(values).max(axis=1) < 0.1 * median
