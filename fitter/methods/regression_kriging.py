@@ -130,7 +130,123 @@ class Estimate:
             return own
         return 0.5 * (own + self._other.log_value(directions) - self._own.log_prior(directions))
 
-    def _dropouts(values: FloatArray, lobes: FloatArray) -> BoolArray:
+    def _azimuthal_mean(self, mu: FloatArray) -> FloatArray:
+        """The mean of the field over all azimuths of the half vector: (b, c, 3) to (b, c, channels).
+
+        For the nodes at d = 0, which no pair of directions reaches. They only influence how the fit interpolates between
+        samples near retro-reflection; equal values at all azimuths keep it from oscillating there.
+        """
+        radius, which = np.unique(np.round(np.hypot(mu[..., 1], mu[..., 2]), 9), return_inverse=True)
+        angle = (np.arange(_AZIMUTHS) + 0.5) * (np.pi / 2 / _AZIMUTHS)  # a quarter turn: the field is even in x and y
+        ring = np.stack([np.zeros((len(radius), _AZIMUTHS)), np.outer(radius, np.cos(angle)),
+                         np.outer(radius, np.sin(angle))], axis=-1).reshape(-1, 3)
+        values = self._blended(self._own.field.at(ring), self.coordinates.decode((ring + 1) / 2))
+        mean = values.reshape(len(radius), _AZIMUTHS, -1).mean(axis=1)
+        return np.asarray(mean[which.reshape(mu.shape[:-1])])
+
+
+def _best_experts(found: list[tuple[Expert, FloatArray]], used: Samples, counts: BoolArray,
+                  ) -> tuple[Expert, Expert | None]:
+    """The expert whose predictions of left-out samples are best; and the other one, if the mean of both is better.
+
+    The predictions are of log(f + offset); their error is that of the cube root of cosine-weighted values.
+    """
+    transform = found[0][0].transform
+    measured = cross_validation.cube_root(used.theta_o, used.values)
+
+    def error(log_value: FloatArray) -> float:
+        value = np.exp(np.minimum(log_value, np.log(transform.ceiling + transform.offset))) - transform.offset
+        cubes = cross_validation.cube_root(used.theta_o, np.maximum(value, 0))
+        return float(np.mean((cubes - measured)[counts] ** 2))
+
+    (first, one), (second, other) = sorted(found, key=lambda each: error(each[1]))
+    return first, second if error(0.5 * (one + other)) < error(one) else None
+
+
+def prepare(samples: Samples) -> dict[str, Any]:
+    """The options of `fit` that do not depend on the levels."""
+    return {"estimated": Estimate(samples)}
+
+
+def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Estimate | None = None) -> Fit:
+    """Fit samples by regression kriging.
+
+    Parameters
+    ----------
+    samples : Samples
+    levels : Levels
+    plausible : bool
+        Make the fit nowhere negative, with a directional albedo of at most 1. `Fit.changes` says what that changed.
+    estimated : Estimate, optional
+        Of these samples, if it was made before.
+
+    Returns
+    -------
+    Fit
+
+    Examples
+    --------
+    A single measurement says nothing of other directions, so the fit is a Lambertian:
+
+    >>> one = Samples([0.5], [0], [0.5], [0], [[0.2]])
+    >>> float(fit(one, Levels(2, 3, 99.0)).evaluate(0, 0, 1.2, 2)[0])
+    0.2
+    """
+    estimated = estimated or Estimate(samples)
+    transform = replace(estimated.transform, floor=0.0) if plausible else estimated.transform
+    control_points = dense.interpolate(estimated.at_nodes(levels.diffuse), levels.diffuse)
+    diffuse, specular = DenseLattice(levels.diffuse, control_points.astype(np.float32)), None
+    if levels.specular is not None:
+        specular = _specular(samples, estimated, transform, diffuse, levels.specular, levels.kept)
+    fitted = Fit(estimated.coordinates, diffuse, specular, transform, levels.dropped, samples.channels,
+                 name=samples.name, source=samples.source)
+    return energy.conserved(fitted, transform, samples) if plausible else fitted
+
+
+def _specular(samples: Samples, estimated: Estimate, transform: LogRelative, diffuse: DenseLattice, level: int,
+              kept: int) -> SparseLattice:
+    """Fit the sparse lattice to what the dense one lacks, at the samples and between them."""
+    used = subset(samples, gaussian_process.choice(len(samples), _MOST_SAMPLES))
+    between = _between(samples)
+    x = [estimated.coordinates.encode(*directions) for directions in (used.directions, between)]
+    measured = transform.field(used.values, *used.directions)
+    field = np.concatenate([measured, estimated.field_at(between)])
+    directions = [np.concatenate(pair) for pair in zip(used.directions, between, strict=True)]
+    trust = np.concatenate([np.ones(len(used)), np.full(len(x[1]), _BETWEEN_WEIGHT)])
+    x_all = np.concatenate(x)
+    coarse = diffuse.evaluate(x_all)
+    residual = field - coarse
+    bright = np.maximum(transform.reflectance(field, *directions), 0)
+    for _ in range(_ROUNDS):
+        # an error of the field causes one of the reflectance in proportion to f + offset; f is the larger of the
+        # measured and the fitted value, so that no dark sample is fitted too bright
+        weights = trust * np.mean(bright + transform.offset, axis=1) ** _WEIGHT
+        specular = least_squares.sparse_fit(x_all, residual, weights, level, kept)
+        fitted = transform.reflectance(coarse + specular.evaluate(x_all), *directions)
+        bright = np.maximum(bright, fitted)
+    return specular
+
+
+def _between(samples: Samples) -> Directions:
+    """Random directions at which the field is followed, half of them near the mirror direction: four (n,) arrays.
+
+    They reach as far as the samples do.
+    """
+    rng = np.random.default_rng(0)
+    farthest = max(samples.theta_i.max(), samples.theta_o.max())
+    theta_i, theta_o = farthest * np.sqrt(rng.random((2, _BETWEEN)))
+    turn = np.pi * rng.random(_BETWEEN)
+    near = slice(0, _BETWEEN // 2)
+    # offsets from the mirror direction, in the plane of incidence and across it: from 0.1 to 30 degrees, evenly in the
+    # logarithm
+    size = np.radians(30) * 10 ** (-2.5 * rng.random(_BETWEEN // 2))
+    angle = 2 * np.pi * rng.random(_BETWEEN // 2)
+    theta_o[near] = np.clip(theta_i[near] + size * np.cos(angle), 0, farthest)
+    turn[near] = np.pi - np.minimum(np.abs(size * np.sin(angle)) / np.maximum(np.sin(theta_i[near]), 0.1), np.pi)
+    return theta_i, np.zeros(_BETWEEN), theta_o, turn
+
+
+def _dropouts(values: FloatArray, lobes: FloatArray) -> BoolArray:
     """Samples that are nearly 0 where the lobes are bright, as if the detector had failed: (n,) bool."""
     median = np.median(np.abs(values))
     dark = np.abs(values).max(axis=1) < 0.1 * median
