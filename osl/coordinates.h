@@ -2,14 +2,15 @@
  * axis is the normal; each coordinate is in [-1, 1]. */
 
 #if HALF_DIFFERENCE || RUSINKIEWICZ
-/* The half vector (x, y) with more room near the mirror direction; see fitter/coordinates/stretch.py. */
+/* The half vector (x, y) with more room near the mirror direction; see fitter/coordinates/stretch.py. OSL divides by 0
+ * to 0, where x and y are 0 too. */
 vector stretched(float d, float x, float y)
 {
 #if STRETCHED
   float radius = hypot(x, y);
   float t = STRETCH * radius;
-  float factor = radius < LEAST_LENGTH ? STRETCH : log(t + sqrt(1.0 + t * t)) / radius;
-  return vector(d, x * (factor * STRETCH_SCALE), y * (factor * STRETCH_SCALE));
+  float factor = STRETCH_SCALE * log(t + sqrt(1.0 + t * t)) / radius;
+  return vector(d, x * factor, y * factor);
 #else
   return vector(d, x, y);
 #endif

@@ -12,7 +12,7 @@ VALUE eval_prior(vector wi, vector wo)
   b += ks * (pow(1.0 + slope2 * inverse_alpha2, -gamma) * (f0 + (1.0 - f0) * grazing) * 0.5 / \
              (wo[2] * sqrt(wi[2] * wi[2] * (1.0 - m2) + m2) + wi[2] * sqrt(wo[2] * wo[2] * (1.0 - m2) + m2) + DENSEST));
 #define RETRO(ks, inverse_alpha2, gamma, f0) \
-  b += ks * (pow(1.0 + back2 / height2 * inverse_alpha2, -gamma) * (f0 + (1.0 - f0) * min(0.25 * (back2 + height2), 1.0)));
+  b += ks * (pow(1.0 + back2 / height2 * inverse_alpha2, -gamma) * (f0 + (1.0 - f0) * 0.25 * (back2 + height2)));
 #define SHEEN(ks, inverse_alpha2, f0) \
   b += ks * (exp(-inverse_alpha2 / max(slope2, LEAST_SLOPE_2)) * (f0 + (1.0 - f0) * difference) / \
              (wi[2] + wo[2] - wi[2] * wo[2] + DENSEST));

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-import fitter
+from .made_fits import MADE_FITS
 
 MEGABYTE = 1 << 20
 
@@ -22,10 +22,7 @@ MEGABYTE = 1 << 20
 @functools.cache
 def _members():
     """The members of a valid fit with lobes and a sparse lattice, as `numpy.savez` writes them: {name: bytes}."""
-    random = np.random.default_rng(4)
-    angles = random.random((4, 600)) * [[1.5], [6], [1.5], [6]]
-    values = 0.1 + np.cos(angles[0] - angles[2])[:, None] ** 40 * [[1.0, 0.9, 0.8]]
-    fit = fitter.fit(fitter.Samples(*angles, values, ("R", "G", "B")), 1, 2, 50, "kriging")
+    fit = MADE_FITS["Rusinkiewicz, stretched by 33, all lobes, damped"]
     with tempfile.TemporaryDirectory() as folder:
         fit.save(Path(folder) / "fit.npz")
         with zipfile.ZipFile(Path(folder) / "fit.npz") as file:
@@ -110,6 +107,12 @@ CONTENTS = {
     "a reflectance of 2 at normal incidence": lambda: _zip(_filled("prior_f0", 2.0)),
     "a lobe of 1e38": lambda: _zip(_filled("prior_ks", 1e38)),
     "a ceiling of 1e-320": lambda: _zip(_filled("prior_ceiling", 1e-320)),
+    "a stretch of 1e9": lambda: _zip(_header(stretch=1e9)),
+    "a softening radius of 1e-30": lambda: _zip(_header(softening=1e-30)),
+    "a lobe of an unknown kind": lambda: _zip(_header(lobes=["mirror", "retro", "velvet"])),
+    "100,000 lobes": lambda: _zip(_header(lobes=["mirror"] * 100_000)),
+    "a damping of 1e30": lambda: _zip(_filled("damping", 1e30)),
+    "a damping that amplifies": lambda: _zip(_filled("damping", 1.001)),
     "coefficients of 3e38": lambda: _zip(_filled("coefficients", 3e38)),
     "coefficients that are not numbers": lambda: _zip(_filled("diffuse", np.nan)),
 }

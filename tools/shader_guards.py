@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 _OSL, _GUARDS, _RENDERING = "tests/osl/test_shader.py", "tests/osl/test_shader_guards.py", "tests/osl/test_rendering.py"
-_FIT = (_OSL, "-k", "evaluates_the_fit and leather or version_2 or below_zero or slot")
+_FIT = (_OSL, "-k", "evaluates_the_fit and leather or every_part or version_2 or below_zero or slot")
 _SAMPLING = (_OSL, _GUARDS, "-k", "drawn or cell")
 _MIXTURE = (_OSL, _GUARDS, "-k", "mixture")
 _ADDED = (_OSL, _GUARDS, "-k", "a_lobe or lamps_are_known or half_below or without_a_size")
@@ -34,7 +34,8 @@ SHADER_GUARDS = [
          ("keys[slot] == key ? slot : -1", "slot", "keys that are not stored")),
     *_of("osl/prior.h", _FIT,
          ("max(h[2] * h[2], LEAST_HEIGHT_2)", "h[2] * h[2]", "both directions grazing"),
-         ("min(0.5 * length(h), 1.0)", "0.5 * length(h)", "rounding at retro-reflection")),
+         ("min(0.5 * length(h), 1.0)", "0.5 * length(h)", "rounding at retro-reflection"),
+         ("max(slope2, LEAST_SLOPE_2)", "slope2", "no sheen in the mirror direction")),
     *_of("osl/coordinates.h", _FIT,
          ("sqrt(max(1.0 - difference2 * difference2, 0.0) / (d2 + difference2))",
           "sqrt((1.0 - difference2 * difference2) / (d2 + difference2))", "rounding where directions are opposite"),

@@ -43,7 +43,7 @@ class HalfDifference:
     softening : float
         The softening radius delta; 0 in fits of file version 2, which had none.
     stretch : float
-        The stretch k of the half vector; 0 for none.
+        The stretch k of the half vector, from `stretch.LEAST` to `stretch.LARGEST`; 0 for none.
     """
 
     softening: float = SOFTENING

@@ -27,6 +27,8 @@ from ..arrays import ArrayLike, Directions, FloatArray
 from ..shader_constants import LEAST_HEIGHT_2
 from . import half_difference, stretch
 
+LEAST_SOFTENING = 1e-3      # below, single precision shows near retro-reflection
+
 
 @dataclass(frozen=True)
 class Rusinkiewicz:
@@ -35,9 +37,9 @@ class Rusinkiewicz:
     Attributes
     ----------
     softening : float
-        The softening radius delta, above 0.
+        The softening radius delta, at least `LEAST_SOFTENING`.
     stretch : float
-        The stretch k of the half vector; 0 for none.
+        The stretch k of the half vector, from `stretch.LEAST` to `stretch.LARGEST`; 0 for none.
     """
 
     softening: float = half_difference.SOFTENING

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..shader_constants import LEAST_LENGTH
 
-NONE, LARGEST = 0.0, 1000.0
+NONE, LEAST, LARGEST = 0.0, 0.1, 1000.0     # LEAST of those that are not NONE: below, single precision shows
 
 
 def stretched(x: FloatArray, y: FloatArray, k: float) -> tuple[FloatArray, FloatArray]:

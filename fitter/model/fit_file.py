@@ -2,9 +2,9 @@
 
 The entries are `header`, a JSON text with format, version, coordinates, transform, levels, compression, channels,
 columns, changes, name and source; `diffuse`; for a bi-level fit `coefficients`, `keys` and `displacement`; and for a
-log-relative fit `prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling` and `damping`. The header of a
-fit in half and difference coordinates has `softening` and `stretch`, that of a log-relative one `offset`, `plausible`
-and `lobes`, the kinds of the prior's lobes.
+log-relative fit `prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling` and `damping`. The
+header of a fit in half and difference coordinates has `softening` and `stretch`, that of a log-relative one `offset`,
+`plausible` and `lobes`, the kinds of the prior's lobes.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .. import files
 from ..coordinates import Coordinates, stretch
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
-from ..coordinates.rusinkiewicz import Rusinkiewicz
+from ..coordinates.rusinkiewicz import LEAST_SOFTENING, Rusinkiewicz
 from ..errors import DatasetError
 from ..lattice import dense, perfect_hash
 from ..lattice.sparse import SparseLattice
@@ -161,9 +161,10 @@ def _coordinates(header: dict[str, Any]) -> Coordinates:
     _check(name in systems, "its coordinates are unknown")
     softening, stretched = header["softening"], header["stretch"]
     _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not a number from 0 to 1")
-    _check(softening or name == HalfDifference.name, "its softening radius is 0")
-    _check(isinstance(stretched, float) and 0 <= stretched <= stretch.LARGEST,
-           f"its stretch is not a number from 0 to {stretch.LARGEST:g}")
+    _check(softening >= LEAST_SOFTENING or name == HalfDifference.name,
+           f"its softening radius is below {LEAST_SOFTENING:g}")
+    _check(isinstance(stretched, float) and (stretched == stretch.NONE or stretch.LEAST <= stretched <= stretch.LARGEST),
+           f"its stretch is not 0, nor a number from {stretch.LEAST:g} to {stretch.LARGEST:g}")
     return systems[name](softening, stretched)
 
 

@@ -11,6 +11,7 @@ from fitter.cycles import closure_mixture, direction_grid
 from fitter.lattice import dense
 from fitter.model.transform import LogRelative
 from support.checkout import ROOT
+from support.made_fits import MADE_FITS
 from support.osl_probe import probe_osl
 
 COUNT = 10_000
@@ -37,8 +38,13 @@ def direction_pairs(random):
     z[1, 1700:2000], phi[1, 1700:2000] = z[0, 1700:2000], phi[0, 1700:2000]     # retro-reflection, and about it
     z[1, 1800:2000] += np.repeat([1e-6, 1e-4, 1e-3, 1e-2], 50) * (0.5 - z[1, 1800:2000])
     phi[1, 1800:2000] += np.repeat([1e-6, 1e-4, 1e-3, 1e-2], 50) * random.standard_normal(200)
+    z[1, 2000:2300], phi[1, 2000:2300] = z[0, 2000:2300], phi[0, 2000:2300] + np.pi     # mirror reflection, and about it
+    z[1, 2100:2300] += np.repeat([1e-6, 1e-4, 1e-3, 1e-2], 50) * (0.5 - z[1, 2100:2300])
+    phi[1, 2100:2300] += np.repeat([1e-6, 1e-4, 1e-3, 1e-2], 50) * random.standard_normal(200)
     r = np.sqrt(1 - z**2)
-    return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=-1).astype(np.float32)
+    vectors = np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=-1).astype(np.float32)
+    vectors[1, 2000:2050] = vectors[0, 2000:2050] * [-1, -1, 1]     # to the last bit: the half vector is the normal
+    return vectors
 
 
 def angles(vectors):
@@ -96,6 +102,15 @@ def test_the_shader_evaluates_the_fit(probe, curet, cornell, random, name):
                  + dense.evaluate(np.abs(fit.specular.dense), fit.specular_level, x))
         bound += 1e-6 * terms
     assert (np.abs(rendered - expected) / bound).max() <= 1
+
+
+@pytest.mark.parametrize("name", MADE_FITS)
+def test_the_shader_evaluates_every_part_of_a_fit(probe, random, name):
+    fit, vectors = MADE_FITS[name], direction_pairs(random)
+    rendered = probe(fit, f"if (pixel < {COUNT}) {{ {VECTORS} out = eval_fit(FIT, wi, wo); }}", COUNT,
+                     WI=vectors[0], WO=vectors[1])
+    expected = np.maximum(fit.evaluate(*angles(vectors)), 0)
+    assert (np.abs(rendered - expected) <= 3e-5 * (expected + fit.transform.offset)).all()
 
 
 def test_a_fit_of_version_2_is_rendered_as_it_was(probe, random):

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from fitter.coordinates import COORDINATES
+from fitter.coordinates.half_difference import HalfDifference
+from fitter.coordinates.rusinkiewicz import Rusinkiewicz
 
-every_system = pytest.mark.parametrize("system", [make() for make in COORDINATES.values()], ids=list(COORDINATES))
+STRETCHED = HalfDifference(stretch=33.0), Rusinkiewicz(stretch=33.0)
+every_system = pytest.mark.parametrize("system", [*(make() for make in COORDINATES.values()), *STRETCHED], ids=str)
 
 
 @pytest.fixture

@@ -11,8 +11,9 @@ from fitter.model import fit_file
 from fitter.samples import subset
 from support import hostile_fits
 from support.checkout import ROOT
+from support.made_fits import MADE_FITS
 
-VERSION_2 = ROOT / "tests" / "data" / "version_2.npz"      # written by that version
+OLD = {version: ROOT / "tests" / "data" / f"version_{version}.npz" for version in (2, 3, 4)}    # each wrote its own
 
 
 @pytest.fixture(params=[{"specular_level": None, "diffuse_level": 3}, {"diffuse_level": 2, "specular_level": 4}])
@@ -161,20 +162,19 @@ def test_the_fit_that_hostile_ones_are_made_from_is_read(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def with_lobes(glossy):
-    """A small fit with a prior of two lobes, and its mixture."""
+def with_lobes():
+    """A small fit with a prior of all lobes, and its mixture."""
     from fitter.cycles import closure_mixture
 
-    fit = fitter.fit(glossy, 1, 2, 50, "kriging")
-    assert len(fit.transform.prior.alpha)
+    fit = MADE_FITS["Rusinkiewicz, stretched by 33, all lobes, damped"]
     return fit, closure_mixture.closure_mixture(fit)
 
 
 @pytest.mark.parametrize("number", [1e300, 3.5e38, np.inf, np.nan])
 @pytest.mark.parametrize(("field", "constant"), [
     ("offset", "PRIOR_OFFSET"), ("ceiling", "PRIOR_CEILING"), ("kd", "PRIOR_KD"), ("ks", "PRIOR_LOBES"),
-    ("gamma", "PRIOR_LOBES"), ("f0", "PRIOR_LOBES"), ("diffuse", "DIFFUSE"), ("exponents", "EXPONENT_1"),
-    ("table", "MIXTURE")])
+    ("gamma", "PRIOR_LOBES"), ("f0", "PRIOR_LOBES"), ("diffuse", "DIFFUSE"), ("damping", "DAMPING"),
+    ("stretch", "STRETCH"), ("exponents", "EXPONENT_1"), ("table", "MIXTURE")])
 def test_the_baker_writes_no_number_that_is_none_in_single_precision(with_lobes, field, constant, number):
     from dataclasses import replace
 
@@ -188,7 +188,9 @@ def test_the_baker_writes_no_number_that_is_none_in_single_precision(with_lobes,
         mixture = mixture._replace(exponents=(8.0, number))
     elif field == "table":
         mixture = mixture._replace(table=np.full_like(mixture.table, number))
-    elif field in ("offset", "ceiling"):
+    elif field == "stretch":
+        fit = replace(fit, coordinates=replace(fit.coordinates, stretch=number))
+    elif field in ("offset", "ceiling", "damping"):
         numbers = np.full_like(getattr(fit.transform, field), number)[()]
         fit = replace(fit, transform=replace(fit.transform, **{field: numbers}))
     else:
@@ -228,7 +230,7 @@ def test_a_fit_of_version_2_is_what_it_was(random):
     from fitter.cycles.bake import bake
     from fitter.lattice import dense
 
-    fit = fitter.Fit.load(VERSION_2)
+    fit = fitter.Fit.load(OLD[2])
     theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, 500))))
     delta_phi = 2 * np.pi * random.random(500)
     q_i = np.stack([np.sin(theta_i), 0 * theta_i]) / (1 + 2 * np.cos(theta_i))
@@ -244,23 +246,120 @@ def test_a_fit_of_version_2_is_what_it_was(random):
     assert "#define SOFTENING_2 0\n" in bake(fit)
 
 
-def test_the_softening_of_a_fit_comes_back_and_is_baked(glossy, tmp_path):
+@pytest.mark.parametrize("version", [3, 4])
+def test_a_fit_of_an_older_version_is_what_it_was(version):
+    """Files that versions 3 and 4 wrote of the same fit, and what they evaluated it to."""
+    fit = fitter.Fit.load(OLD[version])
+    found = fit.evaluate(*np.random.default_rng(3).random((4, 5)) * [[1.5], [6], [1.5], [6]])
+    np.testing.assert_allclose(found, [[0.09792441, 0.11475562, 0.1452973], [0.0145083, 0.02457903, 0.06444814],
+                                       [0.03316441, 0.04555656, 0.08057176], [0.00963117, 0.0191474, 0.05730764],
+                                       [0.00819356, 0.01886612, 0.06060846]], atol=1e-8)
+    assert fit.transform.prior.kinds == ("mirror", "mirror")
+    assert (fit.coordinates.softening, fit.coordinates.stretch, fit.transform.damping.size) == (0.01, 0.0, 0)
+
+
+@pytest.mark.parametrize("version", OLD)
+def test_a_fit_of_an_older_version_is_saved_as_one_of_this(version, tmp_path):
+    old = fitter.Fit.load(OLD[version])
+    old.save(tmp_path / "new.npz")
+    with np.load(tmp_path / "new.npz") as file:
+        assert json.loads(str(file["header"]))["version"] == fit_file.VERSION
+    assert_same(fitter.Fit.load(tmp_path / "new.npz"), old)
+
+
+def assert_same(back, fit):
+    """Every number and word of two log-relative fits is the same, to the last bit."""
+    assert back.coordinates == fit.coordinates
+    for name in ("compression", "channels", "columns", "changes", "name", "source", "nbytes", "coefficient_count"):
+        assert getattr(back, name) == getattr(fit, name), name
+    assert (back.transform.offset, back.transform.floor) == (fit.transform.offset, fit.transform.floor)
+    assert back.transform.prior.kinds == fit.transform.prior.kinds
+    for name in ("kd", "ks", "alpha", "gamma", "f0"):
+        np.testing.assert_array_equal(getattr(back.transform.prior, name), getattr(fit.transform.prior, name))
+    np.testing.assert_array_equal(back.transform.damping, fit.transform.damping)
+    np.testing.assert_array_equal(back.transform.ceiling, fit.transform.ceiling)
+    np.testing.assert_array_equal(back.diffuse.control_points, fit.diffuse.control_points)
+    assert (back.specular is None) == (fit.specular is None)
+    directions = np.random.default_rng(4).random((4, 500)) * [[1.57], [6.3], [1.57], [6.3]]
+    np.testing.assert_array_equal(back.evaluate(*directions), fit.evaluate(*directions))
+
+
+@pytest.mark.parametrize("plausible", [True, False])
+@pytest.mark.parametrize("name", MADE_FITS)
+def test_every_part_of_a_fit_comes_back(name, plausible, tmp_path):
+    from dataclasses import replace
+
+    fit = MADE_FITS[name]
+    fit = replace(fit, changes=("lowered",), transform=replace(fit.transform, floor=0.0 if plausible else -np.inf))
+    fit.save(tmp_path / "fit.npz")
+    assert_same(fitter.Fit.load(tmp_path / "fit.npz"), fit)
+
+
+def test_the_softening_of_a_fit_is_baked():
     from fitter.cycles.bake import bake
 
-    fit = fitter.fit(subset(glossy, slice(100)), 1, 2, 90, "kriging")
-    assert fit.coordinates.softening > 0
-    fit.save(tmp_path / "fit.npz")
-    assert fitter.Fit.load(tmp_path / "fit.npz").coordinates == fit.coordinates
+    fit = fitter.Fit.load(OLD[4])
     baked = float(re.search(r"#define SOFTENING_2 (\S+)", bake(fit))[1])
     assert baked == pytest.approx(fit.coordinates.softening ** 2, rel=1e-6)
 
 
 @pytest.mark.parametrize("softening", [-0.1, 1.0, math.nan, math.inf, "0.1", None, True, [0.1], 10**400])
 def test_a_softening_radius_that_is_none_is_refused(tmp_path, softening):
-    with np.load(VERSION_2) as file:
-        tamper(tmp_path / "bad.npz", dict(file), header={"version": 3, "softening": softening})
+    with np.load(OLD[4]) as file:
+        tamper(tmp_path / "bad.npz", dict(file), header={"softening": softening})
     with pytest.raises(fitter.DatasetError, match=r"bad\.npz"):
         fitter.Fit.load(tmp_path / "bad.npz")
+
+
+@pytest.fixture
+def damped(tmp_path):
+    """A file of a fit with all lobes, damping and stretch: how to write it with some entries changed, and its fit."""
+    fit = MADE_FITS["Rusinkiewicz, stretched by 33, all lobes, damped"]
+    fit.save(tmp_path / "fit.npz")
+    with np.load(tmp_path / "fit.npz") as file:
+        entries = dict(file)
+
+    def write(header=None, **arrays):
+        tamper(tmp_path / "bad.npz", entries, header, **arrays)
+        return tmp_path / "bad.npz"
+    return write, fit
+
+
+@pytest.mark.parametrize(("header", "message"), [
+    ({"coordinates": "spherical"}, "coordinates are unknown"), ({"coordinates": ["rusinkiewicz"]}, ""),
+    ({"transform": "linear"}, "transform is unknown"),
+    *(({"stretch": stretch}, "stretch") for stretch in (
+        math.nan, math.inf, 1e9, -5.0, 1e-300, 0.05, "5", None, True, [5.0])),
+    *(({"softening": softening}, "softening") for softening in (0.0, 1e-9, -0.01, 1.0, math.nan, "0.01", None)),
+    *(({"lobes": lobes}, "") for lobes in (
+        ["mirror", "retro", "velvet"], ["mirror", "retro"], ["mirror"] * 4, "mirror", [], None, 3, [["mirror"]] * 3,
+        {"mirror": 1, "retro": 2, "sheet": 3}))])
+def test_a_header_with_parts_that_do_not_exist_is_refused(damped, header, message):
+    path = damped[0](header)
+    with pytest.raises(fitter.DatasetError, match=rf"bad\.npz: a damaged fit.*{message}"):
+        fitter.Fit.load(path)
+
+
+@pytest.mark.parametrize("missing", ["stretch", "softening", "lobes", "coordinates", "transform"])
+def test_a_header_without_a_part_of_its_version_is_refused(damped, tmp_path, missing):
+    with np.load(damped[0]()) as file:
+        entries = dict(file)
+    header = json.loads(str(entries["header"]))
+    del header[missing]
+    np.savez(tmp_path / "bad.npz", **entries | {"header": np.array(json.dumps(header))})
+    with pytest.raises(fitter.DatasetError, match=rf"bad\.npz.*{missing}"):
+        fitter.Fit.load(tmp_path / "bad.npz")
+
+
+@pytest.mark.parametrize("damping", [
+    lambda d: d - 1, lambda d: d + 1, lambda d: np.full_like(d, np.nan), lambda d: np.full_like(d, np.inf),
+    lambda d: d[:-1], lambda d: d[:, :1], lambda d: d.astype(np.float32), lambda d: d[0, 0], lambda d: d.ravel(),
+    lambda d: np.concatenate([d, d])], ids=range(10))
+def test_a_damping_that_is_not_a_factor_at_each_knot_is_refused(damped, damping):
+    write, fit = damped
+    path = write(damping=damping(fit.transform.damping))
+    with pytest.raises(fitter.DatasetError, match=r"bad\.npz: a damaged fit"):
+        fitter.Fit.load(path)
 
 
 HOSTILE = '"; */ } shader evil() { system("x"); } /* #include <x> \n#define SPARSE 1\n'
@@ -291,8 +390,8 @@ def test_a_number_of_the_header_that_is_none_is_refused(glossy, tmp_path, entry,
         fitter.Fit.load(path)
 
 
-@pytest.mark.parametrize("preset", ["Paper", "Standard"])
-def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy, tmp_path, monkeypatch, preset):
+@pytest.mark.parametrize("kind", ["of the paper", "Rusinkiewicz, stretched by 33, all lobes, damped"])
+def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy, tmp_path, monkeypatch, kind):
     """Each entry of a saved fit in turn holds text that would be code, a NaN, or another type."""
     from fitter.cycles import bake as baker
     from fitter.cycles import closure_mixture
@@ -300,8 +399,7 @@ def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy
 
     monkeypatch.setattr(baker, "sampling_table", lambda *_: np.zeros(3, np.float32))      # takes most of a second
     path = tmp_path / "fit.npz"
-    few = subset(glossy, slice(200))
-    fit = fitter.fit(few, **fitter.PRESETS[preset] | {"diffuse_level": 1, "specular_level": 3})
+    fit = MADE_FITS[kind] if kind in MADE_FITS else fitter.fit(subset(glossy, slice(200)), 1, 3)
     fit.save(path)
     with np.load(path) as file:
         entries = dict(file)

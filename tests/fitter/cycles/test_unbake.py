@@ -1,0 +1,89 @@
+"""A fit and its OSL source: what `bake` writes, `unbake` reads back."""
+
+import re
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.cycles import bake as baker
+from fitter.cycles import closure_mixture
+from fitter.cycles.bake import SHADER_VERSION, bake, shader_version
+from fitter.cycles.unbake import unbake
+from support.checkout import ROOT
+from support.made_fits import MADE_FITS
+
+DATA = ROOT / "tests" / "data"
+
+
+@pytest.fixture(autouse=True)
+def without_sampling_tables(monkeypatch):
+    """They take most of a second."""
+    monkeypatch.setattr(baker, "sampling_table", lambda *_: np.zeros(3, np.float32))
+
+
+@pytest.fixture(scope="module")
+def mixtures():
+    """Some mixture of one channel, and one of three: they are no part of the fit."""
+    grey, colour = MADE_FITS["Rusinkiewicz, sheen, grey, damped"], MADE_FITS["Rusinkiewicz"]
+    return {len(fit.channels): closure_mixture.closure_mixture(fit) for fit in (grey, colour)}
+
+
+@pytest.mark.parametrize("name", MADE_FITS)
+def test_every_part_of_a_fit_comes_back_from_its_shader(name, mixtures, random):
+    fit = MADE_FITS[name]
+    source = bake(fit, mixture=mixtures[len(fit.channels)])
+    back = unbake(source, fit.name, fit.compression)
+    assert (back.coefficient_count, back.nbytes) == (fit.coefficient_count, fit.nbytes)
+    for part in ("name", "channels", "columns", "compression", "diffuse_level", "specular_level"):
+        assert getattr(back, part) == getattr(fit, part), part
+    assert type(back.coordinates) is type(fit.coordinates)
+    assert back.coordinates.softening == pytest.approx(fit.coordinates.softening, rel=1e-8)
+    assert back.coordinates.stretch == fit.coordinates.stretch
+    assert back.transform.prior.kinds == fit.transform.prior.kinds
+    for part in ("kd", "ks", "alpha", "gamma", "f0"):
+        np.testing.assert_allclose(getattr(back.transform.prior, part), getattr(fit.transform.prior, part), rtol=1e-7)
+    assert back.transform.damping.size == fit.transform.damping.size
+    if fit.transform.damping.size:
+        np.testing.assert_allclose(back.transform.damping, fit.transform.damping, rtol=1e-7)
+    np.testing.assert_array_equal(back.diffuse.control_points, fit.diffuse.control_points)
+    angles = random.random((4, 2000)) * [[1.57], [6.3], [1.57], [6.3]]
+    np.testing.assert_allclose(back.evaluate(*angles), fit.evaluate(*angles), rtol=1e-6, atol=1e-7)
+    # all that is read is there again, in the same words; the prior's widths come back by way of their squares
+    def words(text):
+        return re.sub(r"((?:LOBE|RETRO|SHEEN)\((?:color)?\([^)]*\)), [^,]*", r"\1", text)
+
+    assert words(bake(back, mixture=mixtures[len(fit.channels)])) == words(source)
+
+
+def test_a_shader_of_version_2_comes_back_without_the_parts_that_it_did_not_have():
+    """What version 2 baked of a fit that file version 4 holds."""
+    source = (DATA / "shader_version_2.osl").read_text("utf-8")
+    fit, back = fitter.Fit.load(DATA / "version_4.npz"), unbake(source)
+    assert shader_version(source) == 2
+    assert back.coordinates == fit.coordinates
+    assert back.transform.prior.kinds == ("mirror", "mirror")
+    assert back.transform.damping.size == 0
+    directions = np.random.default_rng(5).random((4, 2000)) * [[1.57], [6.3], [1.57], [6.3]]
+    np.testing.assert_allclose(back.evaluate(*directions), fit.evaluate(*directions), rtol=1e-6)
+
+
+def test_it_is_baked_again_as_one_of_this_version(mixtures):
+    again = bake(unbake((DATA / "shader_version_2.osl").read_text("utf-8")), mixture=mixtures[3])
+    assert shader_version(again) == SHADER_VERSION
+    fit = fitter.Fit.load(DATA / "version_4.npz")
+    directions = np.random.default_rng(5).random((4, 2000)) * [[1.57], [6.3], [1.57], [6.3]]
+    np.testing.assert_allclose(unbake(again).evaluate(*directions), fit.evaluate(*directions), rtol=1e-6)
+
+
+@pytest.mark.parametrize(("pattern", "replacement"), [
+    (r"DAMPING\[", "DAMPENING["), (r"#define HALF_DIFFERENCE 0\n", ""), (r"#define LOG_RELATIVE 1\n", ""),
+    (r"(DAMPING\[\d+\] = \{\n)[^,]*,", r"\1"), (r"(DAMPING\[\d+\] = \{\n)[^,]*,", r"\1nan,"),
+    (r"#define STRETCH \S+", "#define STRETCH x"), (r"RETRO\(color", "RETRO(colour"),
+    (r"SHEEN\(", "VELVET(")])
+def test_a_damaged_source_is_refused(mixtures, pattern, replacement):
+    source = bake(MADE_FITS["Rusinkiewicz, stretched by 33, all lobes, damped"], mixture=mixtures[3])
+    damaged, count = re.subn(pattern, replacement, source)
+    assert count
+    with pytest.raises(ValueError, match=r"shader|table|convert"):
+        unbake(damaged)

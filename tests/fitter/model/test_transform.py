@@ -1,0 +1,60 @@
+import numpy as np
+import pytest
+
+from fitter.coordinates.half_difference import project
+from fitter.model.microfacet import Microfacet
+from fitter.model.transform import LogRelative, bounded_log
+from fitter.shader_constants import DAMPING_KNOTS
+
+GREY = Microfacet(np.array([0.2, 0.4]), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
+
+
+@pytest.fixture
+def directions(random):
+    """Polar angles up to both ends, and where knots of a damping are."""
+    theta_i, theta_o = np.pi / 2 * random.random((2, 300))
+    theta_i[:3], theta_o[:3] = (0, np.pi / 2, 0), (np.pi / 2, np.pi / 2, 0)
+    return theta_i, 0 * theta_i, theta_o, 2 * np.pi * random.random(300)
+
+
+def test_field_and_reflectance_are_inverse(directions, random):
+    values = 0.01 + random.random((300, 2))
+    transform = LogRelative(GREY, 0.05, np.array([np.inf, np.inf]))
+    np.testing.assert_allclose(transform.reflectance(transform.field(values, *directions), *directions), values,
+                               rtol=1e-12)
+
+
+def test_a_reflectance_is_the_field_of_the_formula_within_its_bounds(directions, random):
+    field = 2 * random.standard_normal((300, 2))
+    transform = LogRelative(GREY, 0.05, np.array([0.7, 0.9]), 0.0)
+    expected = np.minimum(np.maximum((GREY.kd + 0.05) * np.exp(field) - 0.05, 0), [0.7, 0.9])
+    np.testing.assert_allclose(transform.reflectance(field, *directions), expected, rtol=1e-12)
+    assert np.isfinite(transform.reflectance(np.full((300, 2), 1e4), *directions)).all()
+
+
+def test_damping_multiplies_the_reflectance_by_a_factor_of_each_angle(directions, random):
+    """np.interp between knots that are even in the projected radius."""
+    damping = random.random((DAMPING_KNOTS, 2))
+    plain = LogRelative(GREY, 0.05, np.array([9.0, 9.0]), 0.0)
+    damped = LogRelative(GREY, 0.05, np.array([9.0, 9.0]), 0.0, damping)
+    field = random.standard_normal((300, 2))
+    factors = [np.stack([np.interp(project(theta), np.linspace(0, 1, DAMPING_KNOTS), column) for column in damping.T],
+                        axis=1) for theta in (directions[0], directions[2])]
+    np.testing.assert_allclose(damped.reflectance(field, *directions),
+                               plain.reflectance(field, *directions) * factors[0] * factors[1], rtol=1e-12)
+    assert damped.nbytes == plain.nbytes + 4 * 2 * DAMPING_KNOTS
+
+
+def test_a_damping_is_reciprocal_and_changes_nothing_where_it_is_1(directions, random):
+    plain = LogRelative(GREY, 0.05, np.array([9.0, 9.0]), 0.0)
+    ones = LogRelative(GREY, 0.05, np.array([9.0, 9.0]), 0.0, np.ones((DAMPING_KNOTS, 2)))
+    some = LogRelative(GREY, 0.05, np.array([9.0, 9.0]), 0.0, random.random((DAMPING_KNOTS, 2)))
+    field = random.standard_normal((300, 2))
+    np.testing.assert_allclose(ones.reflectance(field, *directions), plain.reflectance(field, *directions), rtol=1e-15)
+    theta_i, phi_i, theta_o, phi_o = directions
+    np.testing.assert_allclose(some.reflectance(field, *directions),
+                               some.reflectance(field, theta_o, phi_o, theta_i, phi_i), rtol=1e-12)
+
+
+def test_the_logarithm_is_bounded_below_minus_the_offset():
+    np.testing.assert_allclose(np.exp(bounded_log(np.array([-1.0, -0.05, 0.0, 1.0]), 0.05)), [0.0025, 0.0025, 0.05, 1.05])
