@@ -40,7 +40,7 @@ _AZIMUTHS = 16              # averaged over at exact retro-reflection
 _ROUNDS = 3                 # of weighted least squares
 _MOST_SAMPLES = 20_000      # fitted by the sparse lattice; larger sets are subsampled at random
 _BETWEEN = 3000             # directions between the samples at which the sparse lattice follows the field
-_BETWEEN_WEIGHT = 0.5       # of such a direction, relative to a sample
+_BETWEEN_SHARE = 0.65       # weight of all these directions, relative to that of all samples
 _WEIGHT = 0.7               # errors of the field weigh (f + offset) to this power: 1 would minimise those of f, 1/3
                             # those of its cube root
 
@@ -212,7 +212,7 @@ def _specular(samples: Samples, estimated: Estimate, transform: LogRelative, dif
     measured = transform.field(used.values, *used.directions)
     field = np.concatenate([measured, estimated.field_at(between)])
     directions = [np.concatenate(pair) for pair in zip(used.directions, between, strict=True)]
-    trust = np.concatenate([np.ones(len(used)), np.full(len(x[1]), _BETWEEN_WEIGHT)])
+    trust = np.concatenate([np.ones(len(used)), np.full(len(x[1]), np.sqrt(_BETWEEN_SHARE * len(used) / len(x[1])))])
     x_all = np.concatenate(x)
     coarse = diffuse.evaluate(x_all)
     residual = field - coarse
