@@ -107,6 +107,7 @@ class Estimate:
             found.append((expert, left_out + expert.log_prior(used.directions)))
         best, self._other = _best_experts(found, used, noise == 0)
         self.coordinates, self.transform, self._own = best.coordinates, best.transform, best
+        self._farthest = max(used.theta_i.max(), used.theta_o.max())
         self._at_nodes: dict[int, FloatArray] = {}
 
     def field_at(self, directions: Directions) -> FloatArray:
@@ -126,9 +127,12 @@ class Estimate:
         return self._at_nodes[level]
 
     def _blended(self, own: FloatArray, directions: Directions) -> FloatArray:
+        """The mean of both experts, given the field of one; beyond the samples they differ as at the last of them."""
         if self._other is None:
             return own
-        return 0.5 * (own + self._other.log_value(directions) - self._own.log_prior(directions))
+        theta_i, phi_i, theta_o, phi_o = directions
+        near = (np.minimum(theta_i, self._farthest), phi_i, np.minimum(theta_o, self._farthest), phi_o)
+        return own + 0.5 * (self._other.log_value(near) - self._own.log_value(near))
 
     def _azimuthal_mean(self, mu: FloatArray) -> FloatArray:
         """The mean of the field over all azimuths of the half vector: (b, c, 3) to (b, c, channels).
