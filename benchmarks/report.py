@@ -1,4 +1,6 @@
-"""``make report``: `python -m fitter report`, with the parts that need Blender: times inside OSL, and pictures.
+"""``make report``: `python -m fitter report`, with errors over all sets at hand, times inside OSL, and renders.
+
+The latter two need Blender.
 
 python -m benchmarks.report FILE... --out build/report
 """
@@ -14,6 +16,8 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"    # before NumPy starts them: a proces
 from fitter import cli
 from fitter.report import Supplement, findings, markdown, plots
 from support.checkout import extension
+
+from .held_out.supplement import judged_sets
 
 
 def times_in_cycles(shown, out):
@@ -86,7 +90,7 @@ def main():
     options = parser.parse_args()
     if osl_support.missing():
         sys.exit(osl_support.missing())
-    cli.write_report(options.files, options.out, supplements=(times_in_cycles, rendered_by_cycles))
+    cli.write_report(options.files, options.out, supplements=(judged_sets, times_in_cycles, rendered_by_cycles))
 
 
 if __name__ == "__main__":

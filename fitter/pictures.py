@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .arrays import ArrayLike, FloatArray, SingleArray
+from .arrays import ArrayLike, BoolArray, FloatArray, SingleArray
 from .model import Reflectance
 from .samples import Samples
 
@@ -12,7 +12,8 @@ _Color = tuple[float, float, float]
 
 SIZE = 256
 IN_PLANE = np.radians(8)       # samples within this angle of the plane of incidence are plotted
-_LIGHTS = (((-0.5, 0.6, 0.62), 1.0), ((0.9, -0.1, 0.42), 0.25))     # direction to the light, and irradiance / pi
+Light = tuple[tuple[float, float, float], float]       # direction to a light far away, and its irradiance / pi
+LIGHTS: tuple[Light, ...] = (((-0.5, 0.6, 0.62), 1.0), ((0.9, -0.1, 0.42), 0.25))
 _BACKGROUND, _GRID, _INK = (0.16, 0.16, 0.16), (0.32, 0.32, 0.32), (0.9, 0.9, 0.9)
 _CHANNELS: dict[int, tuple[_Color, ...]] = {
     1: ((0.9, 0.9, 0.9),), 3: ((1.0, 0.38, 0.34), (0.45, 0.85, 0.4), (0.42, 0.62, 1.0))}
@@ -23,8 +24,20 @@ _FONT = {   # rows of 3 bits
          "e": (0, 7, 5, 6, 7), "-": (0, 0, 7, 0, 0), "+": (0, 2, 7, 2, 0), ".": (0, 0, 0, 0, 2)}
 
 
-def lit_sphere(fit: Reflectance, size: int = SIZE) -> SingleArray:
+def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIGHTS) -> SingleArray:
     """A sphere of the material, lit by a key and a fill light, in orthographic view on a transparent background.
+
+    Parameters
+    ----------
+    fit : Reflectance
+    size : int
+        Pixels.
+    lights : sequence of (direction, strength)
+        Far away: the direction to each, and its irradiance / pi. The view is (0, 0, 1).
+
+    Returns
+    -------
+    (size, size, 4) float32
 
     Examples
     --------
@@ -33,26 +46,69 @@ def lit_sphere(fit: Reflectance, size: int = SIZE) -> SingleArray:
     >>> picture.shape, float(picture[0, 0, 3]), float(picture[16, 16, 3])
     ((32, 32, 4), 0.0, 1.0)
     """
+    normal, inside, cover = sphere(size)
+    radiance = np.zeros((len(normal), 3))
+    for direction, strength in lights:
+        radiance += np.pi * strength * reflected(fit, normal, direction)
+    picture = np.zeros((size, size, 4), dtype=np.float32)
+    picture[inside, :3] = srgb(radiance)
+    picture[..., 3] = cover
+    return picture
+
+
+def sphere(size: int) -> tuple[FloatArray, BoolArray, FloatArray]:
+    """What is seen of a sphere in orthographic view from (0, 0, 1).
+
+    Returns
+    -------
+    normal : (n, 3) float64
+        At the pixels inside.
+    inside : (size, size) bool
+    cover : (size, size) float64
+        How much of each pixel the sphere covers: 0 to 1.
+    """
     at = (np.arange(size) + 0.5) / size * 2 - 1
     x, y = (axis / 0.96 for axis in np.meshgrid(at, at))
     r2 = x ** 2 + y ** 2
     inside = r2 < 1
     normal = np.stack([x, y, np.sqrt(np.maximum(1 - r2, 0))], axis=-1)[inside]
-    radiance = np.zeros((len(normal), 3))
-    for direction, strength in _LIGHTS:
-        toward = np.asarray(direction) / np.linalg.norm(direction)
-        cos_i = normal @ toward
-        lit = cos_i > 0
-        # the view is (0, 0, 1); of an isotropic BRDF, only the azimuth between light and view matters
-        cos_o = normal[lit, 2]
-        sines = np.sqrt(np.maximum((1 - cos_i[lit] ** 2) * (1 - cos_o ** 2), 1e-12))
-        azimuth = np.arccos(np.clip((toward[2] - cos_i[lit] * cos_o) / sines, -1, 1))
-        value = fit.evaluate(np.arccos(np.minimum(cos_i[lit], 1)), 0 * azimuth, np.arccos(cos_o), azimuth)
-        radiance[lit] += np.pi * strength * np.maximum(value, 0) * cos_i[lit, None]
-    picture = np.zeros((size, size, 4), dtype=np.float32)
-    picture[inside, :3] = srgb(radiance)
-    picture[..., 3] = np.clip((1 - np.sqrt(r2)) * 0.48 * size + 0.5, 0, 1)
-    return picture
+    return normal, inside, np.clip((1 - np.sqrt(r2)) * 0.48 * size + 0.5, 0, 1)
+
+
+def reflected(fit: Reflectance, normal: FloatArray, direction: ArrayLike) -> FloatArray:
+    """What a surface reflects of a light far away toward the view (0, 0, 1): f cos theta_i, not below 0.
+
+    Parameters
+    ----------
+    fit : Reflectance
+    normal : (n, 3) float64
+        Of the surface.
+    direction : (3,) array_like
+        To the light, of any length.
+
+    Returns
+    -------
+    (n, 3) float64
+        1/sr.
+
+    Examples
+    --------
+    >>> from .methods import prior
+    >>> upright = np.array([[0.0, 0.0, 1.0]])
+    >>> reflected(prior.lambertian(np.array([[0.3]])), upright, (0, np.sqrt(3), 1)).round(9).tolist()
+    [[0.15, 0.15, 0.15]]
+    """
+    toward = np.asarray(direction) / np.linalg.norm(direction)
+    cos_i = normal @ toward
+    lit = cos_i > 0
+    # of an isotropic BRDF, only the azimuth between light and view matters
+    cos_o = normal[lit, 2]
+    sines = np.sqrt(np.maximum((1 - cos_i[lit] ** 2) * (1 - cos_o ** 2), 1e-12))
+    azimuth = np.arccos(np.clip((toward[2] - cos_i[lit] * cos_o) / sines, -1, 1))
+    value = fit.evaluate(np.arccos(np.minimum(cos_i[lit], 1)), 0 * azimuth, np.arccos(cos_o), azimuth)
+    found = np.zeros((len(normal), 3))
+    found[lit] = np.maximum(value, 0) * cos_i[lit, None]
+    return found
 
 
 def polar_plot(fit: Reflectance, samples: Samples, theta_i: float, size: int = SIZE) -> tuple[SingleArray, float]:

@@ -20,7 +20,7 @@ PRESETS: dict[str, Preset] = {
     # for look development: at most 6 KiB a channel
     "Draft": {"diffuse_level": 3, "specular_level": 5, "compression": 99.0, "method": "kriging"},
     # for rendering scenes: at most 16 KiB a channel
-    "Standard": {"diffuse_level": 4, "specular_level": 6, "compression": 99.75, "method": "kriging"},
+    "Standard": {"diffuse_level": 4, "specular_level": 5, "compression": 98.2, "method": "kriging"},
     # for narrow highlights: keeps every sample as it was measured
     "Reference": {"diffuse_level": 5, "specular_level": 7, "compression": 99.8, "method": "kriging"},
 }

@@ -48,8 +48,9 @@ vector coordinates(vector wi, vector wo)
   float common = 0.25 * sum2 * (1.0 + sin2_d);
   float over = SOFTENING_2 * sqrt(common / (s2 + sin2_d));
   float outer = wi[0] * wo[1] - wi[1] * wo[0];
+  float spread = s * (sqrt(sum2) + 2.0 * sum[2]);
   return stretched(s / (1.0 + 2.0 * sqrt((1.0 - SOFTENING_2 * SOFTENING_2) * common / (1.0 + s2))),
-                   (wo[2] - wi[2]) / (2.0 * s), hypot(hypot(sum[0], sum[1]) * over, outer) / (sqrt(sum2) * s));
+                   0.5 * sqrt(sum2) * (wo[2] - wi[2]) / spread, hypot(hypot(sum[0], sum[1]) * over, outer) / spread);
 }
 #else
 /* Nusselt coordinates (2 kappa_i - 1, 2 kappa_o - 1, 2 lambda_o - 1); see fitter/coordinates/nusselt.py. At normal

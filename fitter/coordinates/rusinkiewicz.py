@@ -4,16 +4,19 @@ Representation, Eurographics Workshop on Rendering 1998), as three smooth coordi
 The half vector lies at the angle theta_h from the normal; the difference vector, the incident direction in the frame of
 the half vector, at theta_d and the azimuth phi_d. The coordinates are ::
 
-    mu = (r(theta_d), x, y),    (x, y) = sin theta_h (cos phi_d, |sin phi_d|)
+    mu = (r(theta_d), x, y),    (x, y) = r(theta_h) (cos phi_d, |sin phi_d|)
 
-with the projection r of `half_difference`, which spreads grazing angles, and `stretch` applied to (x, y). A lobe of
+with the projection r(theta) = sin theta / (1 + 2 cos theta) of `half_difference`, which spreads grazing angles, and
+`stretch` applied to (x, y). A lobe of
 microfacets has one width in theta_h at every angle of incidence, so that a highlight that was measured at some incidences
 is predicted well at those between. Diffuse reflectance is smoother in `half_difference`.
 
 phi_d has no value where the directions coincide. With i and o their unit vectors, sin theta_d = |i - o| / 2 and
-x = (o_z - i_z) / (2 sin theta_d); sin theta_d is replaced by a length s that is at least a softening radius delta ::
+sin theta_h cos phi_d = (o_z - i_z) / (2 sin theta_d); sin theta_d is replaced by a length s that is at least a softening
+radius delta ::
 
-    s^4 = delta^4 + (1 - delta^4) sin^4 theta_d,    x = (o_z - i_z) / (2 s),    y^2 = sin^2 theta_h - x^2
+    s^4 = delta^4 + (1 - delta^4) sin^4 theta_d,    x = (o_z - i_z) / (2 s (1 + 2 cos theta_h)),
+    y^2 = r^2(theta_h) - x^2
 
 so that mu is smooth in both directions, as in `half_difference`, and exchanging them only changes the sign of x.
 """
@@ -73,7 +76,8 @@ class Rusinkiewicz:
         over = delta2 ** 2 * (sum2 / 4) * (1 + sin2_d) / (s2 + sin2_d)
         d = s / (1 + 2 * np.sqrt(rest))
         y = np.sqrt(along2 * over + (sin_i * sin_o * np.sin(turn)) ** 2) / (np.sqrt(sum2) * s)
-        d, x, y = np.broadcast_arrays(d, (cos_o - cos_i) / (2 * s), y)
+        spread = 1 + 2 * (cos_i + cos_o) / np.sqrt(sum2)
+        d, x, y = np.broadcast_arrays(d, (cos_o - cos_i) / (2 * s) / spread, y / spread)
         return (np.stack([d, *stretch.stretched(x, y, self.stretch)], axis=-1) + 1) / 2
 
     def decode(self, x: ArrayLike) -> Directions:
@@ -93,10 +97,11 @@ class Rusinkiewicz:
         s = np.sin(half_difference.unproject(np.abs(d)))
         sin_d = np.minimum((np.maximum(s ** 4 - delta2 ** 2, 0) / (1 - delta2 ** 2)) ** 0.25, 1)
         cos_d = np.sqrt(1 - sin_d ** 2)
-        sin_h = np.minimum(np.hypot(x, y), 1)
-        cos_h = np.sqrt(1 - sin_h ** 2)
+        radius = np.hypot(x, y)
+        theta_h = half_difference.unproject(radius)
+        sin_h, cos_h = np.sin(theta_h), np.cos(theta_h)
         # sin theta_d cos phi_d, toward the normal, and sin theta_d sin phi_d, along the surface
-        up = np.clip(np.divide(x * s, sin_h, out=np.zeros_like(s), where=sin_h > 0), -sin_d, sin_d)
+        up = np.clip(np.divide(x * s, radius, out=np.zeros_like(s), where=radius > 0), -sin_d, sin_d)
         side = np.sqrt(np.maximum(sin_d ** 2 - up ** 2, 0))
         horizontal = sin_h * cos_d
         angles = []

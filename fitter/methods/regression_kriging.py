@@ -40,7 +40,7 @@ _AZIMUTHS = 16              # averaged over at exact retro-reflection
 _ROUNDS = 3                 # of weighted least squares
 _MOST_SAMPLES = 20_000      # fitted by the sparse lattice; larger sets are subsampled at random
 _BETWEEN = 3000             # directions between the samples at which the sparse lattice follows the field
-_BETWEEN_WEIGHT = 0.5       # of such a direction, relative to a sample
+_BETWEEN_SHARE = 0.65       # weight of all these directions, relative to that of all samples
 _WEIGHT = 0.7               # errors of the field weigh (f + offset) to this power: 1 would minimise those of f, 1/3
                             # those of its cube root
 
@@ -107,6 +107,7 @@ class Estimate:
             found.append((expert, left_out + expert.log_prior(used.directions)))
         best, self._other = _best_experts(found, used, noise == 0)
         self.coordinates, self.transform, self._own = best.coordinates, best.transform, best
+        self._farthest = max(used.theta_i.max(), used.theta_o.max())
         self._at_nodes: dict[int, FloatArray] = {}
 
     def field_at(self, directions: Directions) -> FloatArray:
@@ -126,9 +127,12 @@ class Estimate:
         return self._at_nodes[level]
 
     def _blended(self, own: FloatArray, directions: Directions) -> FloatArray:
+        """The mean of both experts, given the field of one; beyond the samples they differ as at the last of them."""
         if self._other is None:
             return own
-        return 0.5 * (own + self._other.log_value(directions) - self._own.log_prior(directions))
+        theta_i, phi_i, theta_o, phi_o = directions
+        near = (np.minimum(theta_i, self._farthest), phi_i, np.minimum(theta_o, self._farthest), phi_o)
+        return own + 0.5 * (self._other.log_value(near) - self._own.log_value(near))
 
     def _azimuthal_mean(self, mu: FloatArray) -> FloatArray:
         """The mean of the field over all azimuths of the half vector: (b, c, 3) to (b, c, channels).
@@ -212,7 +216,7 @@ def _specular(samples: Samples, estimated: Estimate, transform: LogRelative, dif
     measured = transform.field(used.values, *used.directions)
     field = np.concatenate([measured, estimated.field_at(between)])
     directions = [np.concatenate(pair) for pair in zip(used.directions, between, strict=True)]
-    trust = np.concatenate([np.ones(len(used)), np.full(len(x[1]), _BETWEEN_WEIGHT)])
+    trust = np.concatenate([np.ones(len(used)), np.full(len(x[1]), np.sqrt(_BETWEEN_SHARE * len(used) / len(x[1])))])
     x_all = np.concatenate(x)
     coarse = diffuse.evaluate(x_all)
     residual = field - coarse
