@@ -7,9 +7,9 @@ the half vector, at theta_d and the azimuth phi_d. The coordinates are ::
     mu = (r(theta_d), x, y),    (x, y) = r(theta_h) (cos phi_d, |sin phi_d|)
 
 with the projection r(theta) = sin theta / (1 + 2 cos theta) of `half_difference`, which spreads grazing angles, and
-`stretch` applied to (x, y). A lobe of
-microfacets has one width in theta_h at every angle of incidence, so that a highlight that was measured at some incidences
-is predicted well at those between. Diffuse reflectance is smoother in `half_difference`.
+`stretch` applied to (x, y). A lobe of microfacets has one width in theta_h at every angle of incidence, so that a
+highlight that was measured at some incidences is predicted well at those between. Diffuse reflectance is smoother in
+`half_difference`.
 
 phi_d has no value where the directions coincide. With i and o their unit vectors, sin theta_d = |i - o| / 2 and
 sin theta_h cos phi_d = (o_z - i_z) / (2 sin theta_d); sin theta_d is replaced by a length s that is at least a softening
