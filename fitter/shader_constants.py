@@ -50,7 +50,7 @@ SECTORS = 24
 
 # The largest value of the field: exp(40), the factor on the prior, is still a number in single precision.
 STEEPEST = 40.0
-# Knots of the factor of a polar angle by which a fit conserves energy.
+# Control points of the factor of a polar angle by which a fit conserves energy.
 DAMPING_KNOTS = 33
 # Added to the denominator of the microfacet visibility, so that it stays finite where both directions graze.
 DENSEST = 1e-3

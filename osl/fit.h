@@ -35,12 +35,17 @@
 #define FIT DIFFUSE SPARSE_TABLES DAMPING_TABLES
 
 #if DAMPED
-/* The factor of one polar angle by which the fit conserves energy. */
+/* The factor of one polar angle by which the fit conserves energy: a cubic B-spline of the projected radius. */
 VALUE eval_damping(float DAMPING[], vector w)
 {
   float at = length(vector(w[0], w[1], 0.0)) / (1.0 + 2.0 * w[2]) * (DAMPING_KNOTS - 1);
   int knot = min((int)at, DAMPING_KNOTS - 2);
-  return mix(READ(DAMPING, knot), READ(DAMPING, knot + 1), VALUE(at - knot));
+  int before = abs(knot - 1);
+  int behind = min(knot + 2, DAMPING_KNOTS - 1);
+  float b[4];
+  bspline_basis(at - knot, b);
+  return b[0] * READ(DAMPING, before) + b[1] * READ(DAMPING, knot) + b[2] * READ(DAMPING, knot + 1) +
+         b[3] * READ(DAMPING, behind);
 }
 #endif
 

@@ -81,7 +81,7 @@ def _integrals(fit: Fit, theta: FloatArray, cells: tuple[int, int], farthest: fl
 
 
 def _damping(total: FloatArray, beyond: FloatArray, farthest: float) -> FloatArray:
-    """The factor a at the knots of `LogRelative.damping`: (DAMPING_KNOTS, channels)."""
+    """The control points of `LogRelative.damping`: (DAMPING_KNOTS, channels)."""
     within = VIEWS <= farthest
     # beyond the measurement: as much as brings the albedos within it to 1, if that alone can
     excess = np.maximum(total - (1 - _MARGIN), 0)[within]
@@ -89,9 +89,9 @@ def _damping(total: FloatArray, beyond: FloatArray, farthest: float) -> FloatArr
     remaining = total - beyond * (1 - share)
     factor = np.minimum(1, (1 - _MARGIN) / np.maximum(remaining, 1e-9))
     factor[~within] = np.minimum(factor[~within], share)
-    # linear between the knots: each takes the least factor of both its intervals
+    # a control point of the spline takes the least factor of the four intervals that it influences
     knots = unproject(np.linspace(0, 1, DAMPING_KNOTS))
-    return np.stack([factor[(knots[max(k - 1, 0)] - 0.02 <= VIEWS) & (knots[min(k + 1, DAMPING_KNOTS - 1)] + 0.02 >= VIEWS)
+    return np.stack([factor[(knots[max(k - 2, 0)] - 0.02 <= VIEWS) & (knots[min(k + 2, DAMPING_KNOTS - 1)] + 0.02 >= VIEWS)
                             ].min(axis=0) for k in range(DAMPING_KNOTS)])
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
 from ..coordinates.half_difference import project
+from ..lattice import dense
 from ..shader_constants import STEEPEST
 from .microfacet import Microfacet
 
@@ -70,8 +71,9 @@ class LogRelative:
     floor : float
         Lower bound of the reflectance, 1/sr: 0, or minus infinity to keep noise around 0.
     damping : (DAMPING_KNOTS, channels) or (0, channels) float64
-        A factor of the reflectance for each of the two polar angles, from 0 to 1, which conserves energy; linear between
-        knots that are even in the projection r(theta) of `coordinates.half_difference`. By default there is none.
+        A factor of the reflectance for each of the two polar angles, which conserves energy: the control points, from 0
+        to 1, of a cubic B-spline whose knots are even in the projection r(theta) of `coordinates.half_difference`. They
+        are continued beyond the normal by their mirror images, beyond the horizon by the last. By default there are none.
 
     Examples
     --------
@@ -105,10 +107,11 @@ class LogRelative:
         return value
 
     def _damping(self, theta: ArrayLike) -> FloatArray:
-        at = project(theta) * (len(self.damping) - 1)
-        first = np.minimum(at.astype(int), len(self.damping) - 2)
-        share = (at - first)[..., None]
-        return self.damping[first] * (1 - share) + self.damping[first + 1] * share
+        last = len(self.damping) - 1
+        at = np.atleast_1d(project(theta) * last)
+        first = np.minimum(at.astype(int), last - 1)
+        taps = np.minimum(np.abs(first[:, None] + np.arange(-1, 3)), last)
+        return np.asarray(np.einsum("nk,nkc->nc", dense.weights(at - first), self.damping[taps]))
 
     def field(self, values: FloatArray, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike,
               phi_o: ArrayLike) -> FloatArray:

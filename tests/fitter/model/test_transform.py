@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy import interpolate
 
 from fitter.coordinates.half_difference import project
 from fitter.model.microfacet import Microfacet
@@ -33,16 +34,29 @@ def test_a_reflectance_is_the_field_of_the_formula_within_its_bounds(directions,
 
 
 def test_damping_multiplies_the_reflectance_by_a_factor_of_each_angle(directions, random):
-    """np.interp between knots that are even in the projected radius."""
+    """SciPy's uniform cubic B-spline in the projected radius, even about the normal, the last control point repeated."""
     damping = random.random((DAMPING_KNOTS, 2))
     plain = LogRelative(GREY, 0.05, np.array([9.0, 9.0]), 0.0)
     damped = LogRelative(GREY, 0.05, np.array([9.0, 9.0]), 0.0, damping)
     field = random.standard_normal((300, 2))
-    factors = [np.stack([np.interp(project(theta), np.linspace(0, 1, DAMPING_KNOTS), column) for column in damping.T],
-                        axis=1) for theta in (directions[0], directions[2])]
+    around = np.concatenate([damping[-1:], damping[:0:-1], damping, damping[-1:]])
+    knots = (np.arange(len(around) + 4) - 2 - DAMPING_KNOTS) / (DAMPING_KNOTS - 1)
+    spline = interpolate.BSpline(knots, around, 3)
+    factors = [spline(project(theta)) for theta in (directions[0], directions[2])]
     np.testing.assert_allclose(damped.reflectance(field, *directions),
                                plain.reflectance(field, *directions) * factors[0] * factors[1], rtol=1e-12)
+    np.testing.assert_allclose(spline(-project(directions[0])), factors[0], rtol=1e-12)
     assert damped.nbytes == plain.nbytes + 4 * 2 * DAMPING_KNOTS
+
+
+def test_a_damping_is_nowhere_larger_than_the_largest_of_four_control_points(random):
+    damping = random.random((DAMPING_KNOTS, 1))
+    theta = np.linspace(0, np.pi / 2, 1000)
+    found = LogRelative(GREY, 0.05, np.array([9.0]), 0.0, damping)._damping(theta)[:, 0]
+    at = project(theta) * (DAMPING_KNOTS - 1)
+    near = np.abs(at[:, None] - np.arange(DAMPING_KNOTS)) < 2
+    assert (found <= np.where(near, damping[:, 0], 0).max(axis=1) + 1e-12).all()
+    assert (found >= np.where(near, damping[:, 0], 1).min(axis=1) - 1e-12).all()
 
 
 def test_a_damping_is_reciprocal_and_changes_nothing_where_it_is_1(directions, random):
@@ -50,7 +64,7 @@ def test_a_damping_is_reciprocal_and_changes_nothing_where_it_is_1(directions, r
     ones = LogRelative(GREY, 0.05, np.array([9.0, 9.0]), 0.0, np.ones((DAMPING_KNOTS, 2)))
     some = LogRelative(GREY, 0.05, np.array([9.0, 9.0]), 0.0, random.random((DAMPING_KNOTS, 2)))
     field = random.standard_normal((300, 2))
-    np.testing.assert_allclose(ones.reflectance(field, *directions), plain.reflectance(field, *directions), rtol=1e-15)
+    np.testing.assert_allclose(ones.reflectance(field, *directions), plain.reflectance(field, *directions), rtol=1e-13)
     theta_i, phi_i, theta_o, phi_o = directions
     np.testing.assert_allclose(some.reflectance(field, *directions),
                                some.reflectance(field, theta_o, phi_o, theta_i, phi_i), rtol=1e-12)
