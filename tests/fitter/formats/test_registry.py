@@ -10,6 +10,7 @@ import fitter
 from fitter import DatasetError, formats
 from fitter.formats import FORMATS
 from fitter.formats.text import plain_text
+from support import tensor_files
 
 ANGLES = [(0.2, 0.0, 0.3, 3.1), (0.9, 0.0, 0.4, -2.0), (1.2, 0.0, 1.1, 0.5)]
 WAVELENGTHS = np.arange(400, 701, 50)
@@ -41,7 +42,7 @@ def paint():
 
 # by `Format.files`; a format without an example fails the first test
 EXAMPLES = {"Cornell ASTM (.astm)": astm(), "pbrt-v2 .brdf": pbrt(), "CURET abrdf.dat": curet(),
-            "Cornell paint.reformat.mat": paint()}
+            "Cornell paint.reformat.mat": paint(), "RGL .bsdf": tensor_files.pack(tensor_files.material())}
 every_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.files)
 
 
