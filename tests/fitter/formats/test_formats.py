@@ -271,6 +271,15 @@ def test_samples_cannot_be_changed_by_accident(curet):
         curet("felt").values[0] = 0
 
 
+def test_read_only_arrays_are_not_copied_and_others_are():
+    values, angle = np.ones((3, 1)), np.zeros(3)
+    values.flags.writeable = False
+    samples = fitter.Samples(angle, angle, angle, angle, values)
+    assert samples.values is values
+    angle[:] = 1
+    assert not samples.theta_i.any()
+
+
 def test_the_source_is_recorded(tmp_path):
     path = write(tmp_path, astm_text(ROWS))
     assert fitter.load(path).source == str(path)
