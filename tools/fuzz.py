@@ -62,6 +62,10 @@ def seeds():
         "merl, float32": merl_files.pack(merl_files.random_cells(3, 8), "<f4"),
         "rgl, spectral": tensor_files.pack(tensor_files.spectral(tensor_files.material(seed=8), bands))}
     found["astm, without a count"] = _uncounted(found["astm, made"])
+    found["astm, other columns"] = "\n".join(["VARS\tphi_r[deg]\ttheta_r[deg]\t650nm\tphi_i[deg]\ttheta_i[deg]", *(
+        "\t".join(f"{number:.4f}" for number in row[:5] * [57, 57, 1, 57, 57]) for row in table[:, [1, 2, 4, 3, 0]])]
+    ).encode()
+    found["astm, Light Tec"] = "\n".join(["VARS theta_i,phi_i,theta_s,465nm,525nm,630nm", *rows]).encode()
     folder = checkout.measurements()
     for path in (folder / "cornell" / "garnet_red_RGB.astm", folder / "cornell" / "krylon_blue.astm",
                  folder / "cornell" / "garnet_red.brdf", folder / "curet" / "abrdf.dat"):
@@ -282,10 +286,8 @@ def naive(content):
     lines = [line for line in text.split("\n") if line.split()]
     start = next((n for n, line in enumerate(lines) if line.startswith("VARS")), None)
     if start is not None:
-        names = [name.strip() for name in lines[start][4:].split(",")][4:]
-        table = np.array([line.split(",") for line in lines[start + 1:]], dtype=float)
-        bands = None if "R" in names[0].upper() else [float(name.lower().rstrip("nm ")) for name in names]
-    elif len(lines[0].split()) > 100:
+        return _naive_astm(lines[start][4:], lines[start + 1:])
+    if len(lines[0].split()) > 100:
         return (curet.geometry()[:, [2, 3, 0, 1]],
                 np.array([lines[0].split()[1:]], dtype=float).T)
     else:
@@ -294,6 +296,31 @@ def naive(content):
         table = np.array(tokens[1 + len(bands):], dtype=float).reshape(-1, 4 + len(bands))
     values = table[:, 4:]
     return table[:, :4], values if bands is None else values @ spectra.srgb_weights(np.array(bands)).T
+
+
+def _naive_astm(header, rows):
+    names = [name.strip().lower() for name in header.split("," if "," in header else None)]
+    table = np.array([row.split("," if "," in rows[0] else None) for row in rows], dtype=float)
+    if table.shape[1] > len(names):
+        theta = next(n for n, name in enumerate(names) if name.startswith("theta") and "i" not in name)
+        names.insert(theta + 1, "phi_s")
+    kinds = [(name[0] + "i" * (name.replace("_", "").removeprefix("theta").removeprefix("phi")[:1] == "i"))
+             if name.startswith(("theta", "phi")) else "" for name in names]
+    angles = table[:, [kinds.index(kind) for kind in ("ti", "pi", "t", "p")]]
+    if any("deg" in name for name, kind in zip(names, kinds, strict=True) if kind) or (
+            not any("rad" in name for name, kind in zip(names, kinds, strict=True) if kind)
+            and (np.abs(angles) > 2 * np.pi + 1e-3).sum() > (angles != 0).sum() / 2):
+        angles = np.radians(angles)
+    columns = {name: table[:, n] for n, name in enumerate(names) if not kinds[n]}
+    if len(columns) == 1:
+        return angles, np.transpose([*columns.values()])
+    if set(columns) == set("rgb"):
+        return angles, np.transpose([columns[name] for name in "rgb"])
+    bands = np.array([float(name.rstrip("nm ")) for name in columns])
+    values = np.transpose([*columns.values()])
+    if len(bands) == 3 and bands[2] - bands[0] < 200:
+        return angles, values[:, np.argsort(-bands)]
+    return angles, values @ spectra.srgb_weights(bands).T
 
 
 def _naive_paint(content):

@@ -42,7 +42,7 @@ def paint():
 
 
 # by `Format.files`; a format without an example fails the first test
-EXAMPLES = {"Cornell ASTM (.astm)": astm(), "pbrt-v2 .brdf": pbrt(), "CURET abrdf.dat": curet(),
+EXAMPLES = {"Cornell or Light Tec ASTM (.astm)": astm(), "pbrt-v2 .brdf": pbrt(), "CURET abrdf.dat": curet(),
             "Cornell paint.reformat.mat": paint(), "RGL .bsdf": tensor_files.pack(tensor_files.material()),
             "MERL .binary": merl_files.pack(merl_files.random_cells(3, 1))}
 every_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.files)
