@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 FORMAT = "measured-brdf-fit"
 VERSION = 4
-_READABLE = (2, 3, 4)       # version 2 had no softening; versions 2 and 3 did not name coordinates and transform
+_READABLE = (2, 3, 4)       # see `_upgraded`
 LARGEST = 100 * LARGEST_VALUE   # of any number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
 _PRIOR = ("kd", "ks", "alpha", "gamma", "f0")
@@ -90,9 +90,23 @@ def read(path: str | Path) -> dict[str, Any]:
     if header.get("version") not in _READABLE:
         raise DatasetError(f"a fit of version {header.get('version')!r}, expected {VERSION}; fit the data again", path)
     try:
-        return _assemble(header, entries)
+        return _assemble(_upgraded(header, entries), entries)
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise DatasetError(f"a damaged fit: {error}", path) from error
+
+
+def _upgraded(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
+    """A header of an older version as `VERSION` has it.
+
+    Versions 2 and 3 did not name coordinates and transform: those with a prior were log-relative in half and difference
+    coordinates. Version 2 did not soften these.
+    """
+    if header["version"] == VERSION:
+        return header
+    coordinates, transform = ((HalfDifference.name, LogRelative.name) if "prior_kd" in entries
+                              else (Nusselt.name, IDENTITY.name))
+    softening = {"softening": 0.0} if header["version"] == 2 else {}
+    return header | {"version": VERSION, "coordinates": coordinates, "transform": transform} | softening
 
 
 def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
@@ -107,7 +121,7 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     stored = max(columns) + 1
     level = _level(header["diffuse_level"])
     diffuse = _array(entries, "diffuse", (*dense.shape(level), stored), np.float32)
-    parts |= {"diffuse": dense.DenseLattice(level, diffuse), "coordinates": _coordinates(header, entries),
+    parts |= {"diffuse": dense.DenseLattice(level, diffuse), "coordinates": _coordinates(header),
               "transform": _transform(header, entries, stored)}
     if header["specular_level"] is None:
         return parts
@@ -132,25 +146,22 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     return parts | {"specular": SparseLattice(level, index, coefficients), "compression": compression}
 
 
-def _coordinates(header: dict[str, Any], entries: _Arrays) -> Coordinates:
-    name = _named(header, "coordinates", Nusselt.name, HalfDifference.name, entries)
-    if name == Nusselt.name:
+def _coordinates(header: dict[str, Any]) -> Coordinates:
+    if _named(header, "coordinates", Nusselt.name, HalfDifference.name) == Nusselt.name:
         return Nusselt()
-    softening = 0.0 if header["version"] == 2 else header["softening"]
+    softening = header["softening"]
     _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not a number from 0 to 1")
     return HalfDifference(softening)
 
 
 def _transform(header: dict[str, Any], entries: _Arrays, stored: int) -> Transform:
-    name = _named(header, "transform", IDENTITY.name, LogRelative.name, entries)
+    name = _named(header, "transform", IDENTITY.name, LogRelative.name)
     return IDENTITY if name == IDENTITY.name else _log_relative(header, entries, stored)
 
 
-def _named(header: dict[str, Any], part: str, plain: str, other: str, entries: _Arrays) -> str:
-    """The name of a part, one of two. Before version 4, fits with a prior had the other one."""
-    if header["version"] < 4:
-        return other if "prior_kd" in entries else plain
-    _check(header[part] in (plain, other), f"its {part} are unknown")
+def _named(header: dict[str, Any], part: str, *names: str) -> str:
+    """The name of a part, one of those given."""
+    _check(header[part] in names, f"its {part} are unknown")
     return str(header[part])
 
 

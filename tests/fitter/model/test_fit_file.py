@@ -244,6 +244,21 @@ def test_a_fit_of_version_2_is_what_it_was(random):
     assert "#define SOFTENING_2 0\n" in bake(fit)
 
 
+@pytest.mark.parametrize("method", ["mba", "kriging"])
+def test_a_fit_of_version_3_which_did_not_name_its_parts_is_what_it_was(glossy, tmp_path, method):
+    path = tmp_path / "fit.npz"
+    fit = fitter.fit(subset(glossy, slice(100)), 1, 2, 90, method)
+    fit.save(path)
+    with np.load(path) as file:
+        entries = dict(file)
+    header = json.loads(str(entries["header"]))
+    del header["coordinates"], header["transform"]
+    tamper(path, entries | {"header": np.array(json.dumps(header))}, header={"version": 3})
+    back = fitter.Fit.load(path)
+    assert back.coordinates == fit.coordinates
+    assert (back.evaluate(0.3, 0, [0.5, 1.2], 2) == fit.evaluate(0.3, 0, [0.5, 1.2], 2)).all()
+
+
 def test_the_softening_of_a_fit_comes_back_and_is_baked(glossy, tmp_path):
     from fitter.cycles.bake import bake
 
