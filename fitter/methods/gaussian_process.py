@@ -97,11 +97,14 @@ class Field:
         The samples' coordinates.
     weights : (n, channels) float64
         K^-1 z, with the samples' covariance K and values z.
+    at_samples : (n, channels) float64
+        The field at the samples: their values without what counts as noise.
     """
 
     kernel: Kernel
     mu: FloatArray
     weights: FloatArray
+    at_samples: FloatArray
 
     def at(self, mu: FloatArray) -> FloatArray:
         """The field at points: (m, 3) to (m, channels)."""
@@ -139,7 +142,7 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, noise: FloatArray) -> t
     """
     inverse = np.linalg.inv(_covariance(mu, kernel, noise))
     weights = inverse @ z
-    return Field(kernel, mu, weights), z - weights / np.diag(inverse)[:, None]
+    return Field(kernel, mu, weights, z - noise[:, None] * weights), z - weights / np.diag(inverse)[:, None]
 
 
 def log_likelihood(covariance: FloatArray, z: FloatArray) -> float:
