@@ -42,11 +42,12 @@ def test_the_coordinates_are_the_papers_angles(pairs, softening):
     d, x, y = (2 * Rusinkiewicz(softening).encode(*pairs) - 1).T
     s = (softening ** 4 + (1 - softening ** 4) * np.sin(theta_d) ** 4) ** 0.25
     np.testing.assert_allclose(d, project(np.arcsin(s)), atol=1e-10)
-    np.testing.assert_allclose(x, np.sin(theta_h) * np.cos(phi_d) * np.sin(theta_d) / s, atol=1e-10)
-    np.testing.assert_allclose(x ** 2 + y ** 2, np.sin(theta_h) ** 2, atol=1e-10)
+    np.testing.assert_allclose(x, project(theta_h) * np.cos(phi_d) * np.sin(theta_d) / s, atol=1e-10)
+    np.testing.assert_allclose(x ** 2 + y ** 2, project(theta_h) ** 2, atol=1e-10)
     far = np.sin(theta_d) > 30 * softening              # without regard to the softening
     assert np.count_nonzero(far) > (400 if softening < 0.1 else -1)
-    unsoftened = np.stack([project(theta_d), np.sin(theta_h) * np.cos(phi_d), np.sin(theta_h) ** 2 * np.sin(phi_d) ** 2])
+    radius = project(theta_h)
+    unsoftened = np.stack([project(theta_d), radius * np.cos(phi_d), radius ** 2 * np.sin(phi_d) ** 2])
     np.testing.assert_allclose(np.stack([d, x, y ** 2])[:, far], unsoftened[:, far], atol=1e-5)
 
 
@@ -75,7 +76,7 @@ def test_the_mirror_direction_has_no_half_vector_and_exchange_turns_it(pairs, so
 @pytest.mark.parametrize("theta", [0, 0.4, 1.5, np.pi / 2])
 def test_the_same_direction_twice_is_a_point_of_its_own(theta, softening):
     found = 2 * Rusinkiewicz(softening).encode(theta, 0.3, theta, 0.3) - 1
-    np.testing.assert_allclose(found, [project(np.arcsin(softening)), 0, np.sin(theta)], atol=1e-12)
+    np.testing.assert_allclose(found, [project(np.arcsin(softening)), 0, project(theta)], atol=1e-12)
 
 
 @softened
@@ -92,7 +93,7 @@ def test_coordinates_that_no_directions_have_are_taken_for_some_that_are_near(so
     # a right angle
     theta_d = 2 * np.arctan(3 * mu[:, 0] / (1 + np.sqrt(1 + 3 * mu[:, 0] ** 2)))
     half = np.hypot(mu[:, 1], mu[:, 2])
-    above = (half < 1) & (np.arcsin(np.minimum(half, 1)) + theta_d < np.pi / 2) & (mu[:, 0] > 2 * softening)
+    above = (half < 1) & (2 * np.arctan(3 * half / (1 + np.sqrt(1 + 3 * half ** 2))) + theta_d < np.pi / 2) & (mu[:, 0] > 2 * softening)
     assert np.count_nonzero(above) > 10
     np.testing.assert_allclose(np.hypot(back[above, 1], back[above, 2]), half[above], atol=1e-9)
     np.testing.assert_allclose(back[above, 0], mu[above, 0], atol=1e-9)
