@@ -17,6 +17,7 @@ import time
 import tracemalloc
 import zlib
 from collections import Counter, defaultdict
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -26,9 +27,9 @@ from hypothesis import strategies as st
 import fitter
 from fitter import cli
 from fitter.cycles.bake import bake
-from fitter.formats import curet, mat5, merl, spectra, tensor_file
+from fitter.formats import curet, mat5, mbsdf, merl, spectra, tensor_file, zemax
 from fitter.methods import METHODS
-from support import checkout, hostile_files, merl_files, panel_work, tensor_files
+from support import checkout, hostile_files, mbsdf_files, merl_files, panel_work, tensor_files, zemax_files
 
 CASES = 20_000
 SECONDS = 5.0               # of processor time
@@ -60,6 +61,10 @@ def seeds():
         "rgl, made": tensor_files.pack(tensor_files.material(seed=7)),
         "merl, made": merl_files.pack(merl_files.random_cells(4, 7)),
         "merl, float32": merl_files.pack(merl_files.random_cells(3, 8), "<f4"),
+        "mbsdf, made": mbsdf_files.made(values=rng.random(135)),
+        "zemax, made": zemax_files.made(rng.random((1, 2, 3, 3)).round(4)).encode(),
+        "zemax, XYZ": zemax_files.made(rng.random((3, 2, 4, 3)).round(4), azimuths=(0, 60, 120, 180),
+                                       SpectralContent="XYZ").encode(),
         "rgl, spectral": tensor_files.pack(tensor_files.spectral(tensor_files.material(seed=8), bands))}
     found["astm, without a count"] = _uncounted(found["astm, made"])
     found["astm, other columns"] = "\n".join(["VARS\tphi_r[deg]\ttheta_r[deg]\t650nm\tphi_i[deg]\ttheta_i[deg]", *(
@@ -225,7 +230,7 @@ def check(content, path):
     if samples is None:
         return "refused", seconds, memory
     angles, values = naive(content)
-    if b"\0" in content:            # angles are computed in binary formats, and known but for whole turns
+    if b"\0" in content or zemax.recognises(content):      # angles that are computed: known but for whole turns
         np.testing.assert_allclose(_vectors(np.transpose(samples.directions)), _vectors(angles), rtol=0, atol=1e-6)
     else:
         np.testing.assert_array_equal(np.minimum(angles, [np.pi / 2, np.inf] * 2), np.transpose(samples.directions))
@@ -282,8 +287,12 @@ def naive(content):
         return _naive_rgl(content)
     if merl.recognises(content):
         return _naive_merl(content)
+    if content.startswith(mbsdf.MAGIC):
+        return _naive_mbsdf(content)
     text = content.removeprefix(b"\xef\xbb\xbf").decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
     lines = [line for line in text.split("\n") if line.split()]
+    if zemax.recognises(text.encode("latin-1")):
+        return _naive_zemax([line.split() for line in lines if not line.lstrip().startswith("#")])
     start = next((n for n, line in enumerate(lines) if line.startswith("VARS")), None)
     if start is not None:
         return _naive_astm(lines[start][4:], lines[start + 1:])
@@ -321,6 +330,47 @@ def _naive_astm(header, rows):
     if len(bands) == 3 and bands[2] - bands[0] < 200:
         return angles, values[:, np.argsort(-bands)]
     return angles, values @ spectra.srgb_weights(bands).T
+
+
+def _naive_zemax(lines):
+    """Out of the mirrored ray by the radial angle: towards the normal, turned by the azimuth."""
+    angles = {line[0]: [float(angle) for angle in after] for line, after in pairwise(lines)
+              if line[0] in ("AngleOfIncidence", "ScatterAzimuth", "ScatterRadial")}
+    starts = [n for n, line in enumerate(lines) if line[0].startswith("DataBegin")]
+    rows = iter([[float(number) for number in line] for start in starts for line in
+                 lines[start:next(n for n in range(start, len(lines)) if lines[n][0].startswith("DataEnd"))]
+                 if not line[0].startswith(("DataBegin", "TIS"))])
+    shape = [len(starts), *(len(angles[name]) for name in ("AngleOfIncidence", "ScatterAzimuth", "ScatterRadial"))]
+    table = np.array(list(rows)).reshape(shape)
+    found, values = [], []
+    for i, theta in enumerate(np.radians(angles["AngleOfIncidence"])):
+        mirror, normal = np.array([-math.sin(theta), 0, math.cos(theta)]), [0, 0, 1]
+        for a, azimuth in enumerate(np.radians(angles["ScatterAzimuth"])):
+            for r, radial in enumerate(np.radians(angles["ScatterRadial"])):
+                value = table[:, i, a, r]
+                if radial == 0:
+                    here = table[:, i, :, r][:, table[:, i, :, r].any(axis=0)]
+                    value = here.mean(axis=1) if a == 0 and here.size else np.zeros(len(value))
+                level = np.array([math.cos(theta), 0, math.sin(theta)])         # from the mirrored ray to the normal
+                side = np.cross(mirror, level)
+                out = (math.cos(radial) * mirror
+                       + math.sin(radial) * (math.cos(azimuth) * level + math.sin(azimuth) * side))
+                if value.any() and out @ normal > 1e-9:
+                    found.append([theta, 0, math.atan2(math.hypot(*out[:2]), out[2]), math.atan2(out[1], out[0])])
+                    values.append(value)
+    values = np.array(values)
+    return np.array(found), values if len(starts) == 1 else values @ spectra.XYZ_TO_SRGB.T
+
+
+def _naive_mbsdf(content):
+    start = min(content.find(mark) + len(mark) for mark in (b"MBSDF_DATA=\n", b"MBSDF_DATA_REFLECTION=\n")
+                if b"\n" + mark in content)
+    kind, n, m = struct.unpack("<3I", content[start:start + 12])
+    channels = 3 if kind else 1
+    table = np.array(struct.unpack_from(f"<{n * n * m * channels}f", content, start + 12)).reshape(n, n, m, channels)
+    cells = [(i, j, k) for i in range(n) for j in range(n) for k in range(m if i and j else 1)]
+    return (np.array([[i * math.pi / 2 / n, 0, j * math.pi / 2 / n, k * math.pi / (m - 1)] for i, j, k in cells]),
+            np.array([table[i, j, k] if i and j else table[i, j].mean(axis=0) for i, j, k in cells]))
 
 
 def _naive_paint(content):

@@ -9,13 +9,13 @@ from pathlib import Path
 from ..arrays import BoolArray
 from ..errors import DatasetError
 from ..samples import Samples
-from . import astm, cornell_mat, curet, merl, pbrt_brdf, rgl
+from . import astm, cornell_mat, curet, mbsdf, merl, pbrt_brdf, rgl, zemax
 from .format import Format
 from .text import plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
-FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, cornell_mat.FORMAT, astm.FORMAT, pbrt_brdf.FORMAT,
-                               curet.FORMAT)
+FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, zemax.FORMAT, astm.FORMAT,
+                               pbrt_brdf.FORMAT, curet.FORMAT)
 EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
 FORMAT_NAMES = tuple(dict.fromkeys(known.name for known in FORMATS[::-1]))
 KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])

@@ -82,7 +82,7 @@ def line_number(content: bytes, position: int) -> int:
 
 
 def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Path,
-               separator: bytes | None = b",") -> FloatArray:
+               separator: bytes | None = b",", end: int = sys.maxsize) -> FloatArray:
     r"""Parse lines of numbers that are separated by commas, or by another character, or None: by white space.
 
     Parameters
@@ -96,6 +96,8 @@ def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Pa
         What the numbers are, for errors.
     path : path-like
     separator : bytes, optional
+    end : int
+        Position after the last line.
 
     Returns
     -------
@@ -112,7 +114,7 @@ def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Pa
     data.astm:4: 1 entries found, expected 2: a and b
     """
     values = array("d")
-    for piece in _LINES.finditer(content, start):
+    for piece in _LINES.finditer(content, start, end):
         rows = [line for line in piece[0].splitlines() if line.strip()]
         regular = all(len(line.split()) == count if separator is None else line.count(separator) == count - 1
                       for line in rows)

@@ -11,7 +11,7 @@ import fitter
 from fitter import DatasetError, formats
 from fitter.formats import FORMATS
 from fitter.formats.text import plain_text
-from support import merl_files, tensor_files
+from support import mbsdf_files, merl_files, tensor_files, zemax_files
 
 ANGLES = [(0.2, 0.0, 0.3, 3.1), (0.9, 0.0, 0.4, -2.0), (1.2, 0.0, 1.1, 0.5)]
 WAVELENGTHS = np.arange(400, 701, 50)
@@ -44,7 +44,8 @@ def paint():
 # by `Format.files`; a format without an example fails the first test
 EXAMPLES = {"Cornell or Light Tec ASTM (.astm)": astm(), "pbrt-v2 .brdf": pbrt(), "CURET abrdf.dat": curet(),
             "Cornell paint.reformat.mat": paint(), "RGL .bsdf": tensor_files.pack(tensor_files.material()),
-            "MERL .binary": merl_files.pack(merl_files.random_cells(3, 1))}
+            "MERL .binary": merl_files.pack(merl_files.random_cells(3, 1)),
+            "NVIDIA .mbsdf": mbsdf_files.made(), "Zemax .bsdf": zemax_files.made().encode()}
 every_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.files)
 
 
