@@ -65,8 +65,8 @@ class Expert:
 class Estimate:
     """The prior and the interpolated field of samples: most of the work, which fits of several levels share.
 
-    There is an expert for each system of coordinates. The one that predicts each sample best from the others gives prior
-    and coordinates; the field is its own, or the mean of both where that predicts better.
+    There is an expert for each system of coordinates. The one that predicts each sample best from the others gives
+    prior and coordinates; the field is its own, or the mean of both where that predicts better.
 
     Parameters
     ----------
@@ -143,8 +143,8 @@ class Estimate:
     def _azimuthal_mean(self, mu: FloatArray) -> FloatArray:
         """The mean of the field over all azimuths of the half vector: (b, c, 3) to (b, c, channels).
 
-        For the nodes at d = 0, which no pair of directions reaches. They only influence how the fit interpolates between
-        samples near retro-reflection; equal values at all azimuths keep it from oscillating there.
+        For the nodes at d = 0, which no pair of directions reaches. They only influence how the fit interpolates
+        between samples near retro-reflection; equal values at all azimuths keep it from oscillating there.
         """
         radius, which = np.unique(np.round(np.hypot(mu[..., 1], mu[..., 2]), 9), return_inverse=True)
         angle = (np.arange(_AZIMUTHS) + 0.5) * (np.pi / 2 / _AZIMUTHS)  # a quarter turn: the field is even in x and y

@@ -70,8 +70,9 @@ class LogRelative:
     floor : float
         Lower bound of the reflectance, 1/sr: 0, or minus infinity to keep noise around 0.
     damping : (DAMPING_KNOTS, channels) or (0, channels) float64
-        A factor of the reflectance for each of the two polar angles, from 0 to 1, which conserves energy; linear between
-        knots that are even in the projection r(theta) of `coordinates.half_difference`. By default there is none.
+        A factor of the reflectance for each of the two polar angles, from 0 to 1, which conserves energy; linear
+        between knots that are even in the projection r(theta) of `coordinates.half_difference`. By default there is
+        none.
 
     Examples
     --------

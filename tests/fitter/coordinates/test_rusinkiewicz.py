@@ -82,7 +82,7 @@ def test_the_same_direction_twice_is_a_point_of_its_own(theta, softening):
 @softened
 def test_coordinates_that_no_directions_have_are_taken_for_some_that_are_near(softening, random):
     """All of the part of the cube that lattices store is decoded, for the nodes of a lattice are."""
-    mu = random.random((2000, 3)) * [1, 2, 1] - [0, 1, 0]
+    mu = random.random((20_000, 3)) * [1, 2, 1] - [0, 1, 0]
     system = Rusinkiewicz(softening)
     theta_i, phi_i, theta_o, phi_o = system.decode((mu + 1) / 2)
     for theta in (theta_i, theta_o):
@@ -93,7 +93,8 @@ def test_coordinates_that_no_directions_have_are_taken_for_some_that_are_near(so
     # a right angle
     theta_d = 2 * np.arctan(3 * mu[:, 0] / (1 + np.sqrt(1 + 3 * mu[:, 0] ** 2)))
     half = np.hypot(mu[:, 1], mu[:, 2])
-    above = (half < 1) & (2 * np.arctan(3 * half / (1 + np.sqrt(1 + 3 * half ** 2))) + theta_d < np.pi / 2) & (mu[:, 0] > 2 * softening)
+    theta_h = 2 * np.arctan(3 * half / (1 + np.sqrt(1 + 3 * half ** 2)))
+    above = (half < 1) & (theta_h + theta_d < np.pi / 2) & (mu[:, 0] > 2 * softening)
     assert np.count_nonzero(above) > 10
     np.testing.assert_allclose(np.hypot(back[above, 1], back[above, 2]), half[above], atol=1e-9)
     np.testing.assert_allclose(back[above, 0], mu[above, 0], atol=1e-9)
