@@ -92,7 +92,7 @@ def _damping(total: FloatArray, beyond: FloatArray, farthest: float) -> FloatArr
     # linear between the knots: each takes the least factor of both its intervals
     knots = unproject(np.linspace(0, 1, DAMPING_KNOTS))
     low, high = np.append(0, knots[:-1]) - np.radians(1), np.append(knots[1:], np.pi / 2) + np.radians(1)
-    return np.stack([factor[(VIEWS >= first) & (VIEWS <= last)].min(axis=0)
+    return np.stack([factor[(first <= VIEWS) & (last >= VIEWS)].min(axis=0)
                      for first, last in zip(low, high, strict=True)])
 
 

@@ -65,7 +65,7 @@ class Kernel:
 
     def correlation(self, mu: FloatArray | SingleArray, other: FloatArray | SingleArray) -> Any:
         """Correlation of the field between points: (n, 3) and (m, 3) to (n, m), in their precision."""
-        scale = (self.length * np.array([self.elongation, 1, 1])).astype(mu.dtype)
+        scale: Any = (self.length * np.array([self.elongation, 1, 1])).astype(mu.dtype)
         a, b = mu / scale, other / scale
         total = np.zeros((len(a), len(b)), mu.dtype)
         for image in _IMAGES:
