@@ -38,6 +38,7 @@ be relative to D65.
 
 import re
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -52,12 +53,14 @@ from .text import decode, line_number, lines, parse_number, parse_row, parse_row
 _WORDS = "Symmetry", "SpectralContent", "ScatterType"
 _ANGLES = {"SampleRotation": (-360, 360), "AngleOfIncidence": (0, 90), "ScatterAzimuth": (-360, 360),
            "ScatterRadial": (0, 180)}            # and their range, degrees
+_TABLE = "AngleOfIncidence", "ScatterAzimuth", "ScatterRadial"
 _START = rb"(?:\A|(?<=[\r\n]))[ \t]*"
 _MARK = re.compile(_START + rb"(?:ScatterAzimuth|ScatterRadial)[ \t]")
 _KEYWORD = re.compile(_START + rb"(%b)[ \t]+([^\s#]+)" % "|".join((*_WORDS, *_ANGLES)).encode())
 _BEGIN = re.compile(_START + rb"DataBegin\b[^\r\n]*")
 _END = re.compile(_START + rb"DataEnd\b[^\r\n]*")
 _TIS = re.compile(_START + rb"TIS\b([^\r\n]*)")
+_LARGEST = 4 << 20          # bytes; a file of 37 rotations has a million
 _LOWEST = 1e-9              # cosine below which a direction is on the horizon, but for rounding
 
 
@@ -99,24 +102,44 @@ def read(path: str | Path, content: bytes) -> Samples:
     if len(tables) != expected:
         raise DatasetError(f"{len(tables)} tables found, expected {expected} for the SpectralContent "
                            f"{header.words['SpectralContent']}", path)
-    values = np.stack(tables, axis=-1)                                  # (incidence, azimuth, radial, channels)
-    theta_i, theta_o, phi_o = _directions(header)
-    measured: BoolArray = np.asarray(values.any(axis=-1))
-    normal = header.angles["ScatterRadial"] == 0
-    if normal.any() and measured[:, :, normal].any():
-        count = np.maximum(measured[:, :, normal].sum(axis=1), 1)[..., None]
-        values[:, 0, normal] = values[:, :, normal].sum(axis=1) / count
-        measured[:, 0, normal] = measured[:, :, normal].any(axis=1)
-        measured[:, 1:, normal] = False
-    kept = measured & (np.cos(theta_o) > _LOWEST)
+    values = np.stack(tables, axis=-1) if expected > 1 else tables[0][..., None]    # (incidence, azimuth, radial, ...)
+    kept = _measured(values, header.angles["ScatterRadial"] == 0)
+    angles = _directions(header, kept)
     if not kept.any():
         raise DatasetError("no measurement above the horizon: all values are 0", path)
     values = values[kept]
     channels: tuple[str, ...] = ("grey",)
-    if values.shape[1] == 3:
+    if expected == 3:
         channels, values = RGB, values @ XYZ_TO_SRGB.T
-    return Samples(theta_i[kept], np.zeros(len(values)), theta_o[kept], phi_o[kept], values, channels, Path(path).stem,
-                   str(path))
+    for array in (*angles, values):
+        array.flags.writeable = False           # so that `Samples` need not copy them
+    theta_i, phi_i, theta_o, phi_o = angles
+    return Samples(theta_i, phi_i, theta_o, phi_o, values, channels, Path(path).stem, str(path))
+
+
+def _measured(values: FloatArray, mirrored: BoolArray) -> BoolArray:
+    """Which values are not 0: (incidence, azimuth, radial); of the mirrored ray only one, to which their mean goes."""
+    measured = np.asarray(values.any(axis=-1))
+    for radial in np.flatnonzero(mirrored):
+        here = measured[:, :, radial]
+        count = np.maximum(here.sum(axis=1), 1)[:, None]
+        values[:, 0, radial] = values[:, :, radial].sum(axis=1) / count
+        here[:, 0] = here.any(axis=1)
+        here[:, 1:] = False
+    return measured
+
+
+def _directions(header: _Header, kept: BoolArray) -> list[FloatArray]:
+    """theta_i, phi_i, theta_o and phi_o of the values that are kept, radians; those below the horizon are no longer."""
+    theta, azimuth, radial = np.meshgrid(*(np.radians(header.angles[name]) for name in _TABLE), indexing="ij",
+                                         sparse=True)
+    z = np.cos(theta) * np.cos(radial) + np.sin(theta) * (np.sin(radial) * np.cos(azimuth))
+    kept &= z > _LOWEST
+    z = z[kept]
+    x = (np.cos(theta) * (np.sin(radial) * np.cos(azimuth)) - np.sin(theta) * np.cos(radial))[kept]
+    y = np.broadcast_to(np.sin(radial) * np.sin(azimuth), kept.shape)[kept]
+    theta_i = np.broadcast_to(np.minimum(theta, HORIZON), kept.shape)[kept]
+    return [theta_i, np.zeros_like(theta_i), np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)]
 
 
 def _header(path: str | Path, content: bytes) -> _Header:
@@ -182,11 +205,13 @@ def _tables(path: str | Path, content: bytes, header: _Header) -> list[FloatArra
 
 def _table(path: str | Path, content: bytes, start: int, end: int, header: _Header) -> FloatArray:
     """The values between DataBegin and DataEnd."""
-    incidences, azimuths, radials = (header.angles[name] for name in _ANGLES if name != "SampleRotation")
-    totals = [found.span() for found in _TIS.finditer(content, start, end)]
-    if len(totals) != len(incidences):
-        raise DatasetError(f"{len(totals)} lines TIS found, expected {len(incidences)}, one for each angle of "
-                           f"incidence", path, line_number(content, start))
+    incidences, azimuths, radials = (header.angles[name] for name in _TABLE)
+    most = len(incidences)
+    totals = [found.span() for found in islice(_TIS.finditer(content, start, end), most + 1)]
+    if len(totals) != most:
+        shown = f"{len(totals)}" if len(totals) < most else f"more than {most}"
+        raise DatasetError(f"{shown} lines TIS found, expected {most}, one for each angle of incidence", path,
+                           line_number(content, start))
     if content[start:totals[0][0]].strip():
         raise DatasetError("expected a line TIS after DataBegin", path, line_number(content, start))
     blocks = []
@@ -196,17 +221,7 @@ def _table(path: str | Path, content: bytes, start: int, end: int, header: _Head
             raise DatasetError(f"{len(block)} rows found, expected {len(azimuths)}, one for each angle of "
                                f"ScatterAzimuth", path, line_number(content, first))
         blocks.append(block)
-    return np.array(blocks)
+    return np.array(blocks) if len(blocks) > 1 else blocks[0][None]
 
 
-def _directions(header: _Header) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """theta_i, theta_o and phi_o of the values: (incidence, azimuth, radial) each, radians. phi_i is 0."""
-    theta, azimuth, radial = np.meshgrid(*(np.radians(header.angles[name]) for name in _ANGLES if
-                                           name != "SampleRotation"), indexing="ij")
-    along, aside, onward = np.sin(radial) * np.cos(azimuth), np.sin(radial) * np.sin(azimuth), np.cos(radial)
-    x = along * np.cos(theta) - onward * np.sin(theta)
-    z = along * np.sin(theta) + onward * np.cos(theta)
-    return np.minimum(theta, HORIZON), np.arctan2(np.hypot(x, aside), z), np.arctan2(aside, x)
-
-
-FORMAT = Format("Zemax", "Zemax .bsdf", (".bsdf",), recognises, read)
+FORMAT = Format("Zemax", "Zemax .bsdf", (".bsdf",), recognises, read, largest=_LARGEST)
