@@ -4,10 +4,9 @@ import bpy
 import numpy as np
 
 import fitter
-from demo_scenes.__main__ import lit_sphere, suzanne
 from fitter.model.fit import notation
 from support import sheet
-from support.stage import material_for, render
+from support.stage import lit_sphere, material_for, render, suzanne
 
 ANGLES = (0, 30, 60, 90)
 SPHERE = 140                # pixels

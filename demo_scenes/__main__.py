@@ -1,6 +1,5 @@
 """``make demo``: imports measurements through the add-on and renders the paper's figures with them."""
 
-import math
 import sys
 import time
 
@@ -9,12 +8,11 @@ import bpy
 from fitter.model.fit import notation
 from support import sheet, synthetic
 from support.checkout import ROOT, extension
-from support.stage import add_lamp, add_sphere, background, black_scene, render
+from support.stage import lit_sphere, render, suzanne
 
 OUT = ROOT / "build" / "demo"
 PAPER = {"preset": "Paper"}
 FIGURE_4 = {"aluminum foil": 15, "felt": 1, "leather": 5}
-TILE = 256
 
 
 class Demo:
@@ -71,28 +69,6 @@ def figure_8(demo):
         picture = demo.render(suzanne(), "krylon blue", "cornell/krylon_blue.astm", **choices)
         tiles.append(sheet.tile(picture, demo.named(f"krylon blue, {label}")))
     sheet.write(OUT / "figure_8_compression.png", [tiles])
-
-
-def lit_sphere(angle):
-    """A sphere under a sun that stands `angle` degrees to the left of the viewer."""
-    scene = black_scene(TILE, TILE, samples=16, span=2.15)
-    add_lamp("SUN", 1.5, rotation=(0, -math.radians(angle), 0))
-    add_sphere()
-    return scene
-
-
-def suzanne():
-    """Suzanne under an area lamp from above left and a dim world."""
-    scene = black_scene(512, 448, samples=192, span=1)
-    scene.camera.data.type, scene.camera.data.lens = "PERSP", 70
-    scene.camera.location, scene.camera.rotation_euler = (0.9, -6.2, 1.1), (math.radians(81), 0, math.radians(8))
-    scene.cycles.use_denoising = True
-    background(scene, 0.35, (0.75, 0.85, 1.0))
-    add_lamp("AREA", 420, (-2.6, -3.0, 3.4), (math.radians(50), 0, math.radians(-40)), shape="SQUARE", size=2.0)
-    bpy.ops.mesh.primitive_monkey_add(size=2, rotation=(0, 0, math.radians(12)))
-    bpy.ops.object.shade_smooth()
-    bpy.context.object.modifiers.new("Subdivision", "SUBSURF").render_levels = 3
-    return scene
 
 
 def print_table(rows):

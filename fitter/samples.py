@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .arrays import BoolArray, Directions, FloatArray, IntArray
+from .arrays import ArrayLike, BoolArray, Directions, FloatArray, IntArray
 from .errors import DatasetError
 
 RGB = ("R", "G", "B")
@@ -18,7 +18,7 @@ class Samples:
     """A measured isotropic BRDF.
 
     Directions point away from the surface. Polar angles theta are measured from the normal: 0 to pi/2. The arrays are
-    copied and made read-only.
+    copied and made read-only; those of float64 that are read-only already, and no views, are taken as they are.
 
     Attributes
     ----------
@@ -61,19 +61,20 @@ class Samples:
     source: str = ""
 
     def __post_init__(self) -> None:
-        values = np.array(self.values, dtype=float)
+        values = _own(self.values)
         if values.ndim != 2 or not values.size:
             raise DatasetError(f"values have the shape {values.shape}, expected (samples, channels) with at least "
                                f"one sample", self.source or None)
-        if np.abs(values).max() > LARGEST_VALUE:
-            raise DatasetError(f"a value of {np.abs(values).max():g} / sr found, expected at most {LARGEST_VALUE:g}",
+        largest = max(values.max(), -values.min())
+        if largest > LARGEST_VALUE:
+            raise DatasetError(f"a value of {largest:g} / sr found, expected at most {LARGEST_VALUE:g}",
                                self.source or None)
         if len(self.channels) != values.shape[1]:
             raise DatasetError(f"{values.shape[1]} columns of values for the channels {self.channels}",
                                self.source or None)
         self._freeze("values", values)
         for field in ("theta_i", "phi_i", "theta_o", "phi_o"):
-            angle = np.array(getattr(self, field), dtype=float)
+            angle = _own(getattr(self, field))
             if angle.shape != (len(values),):
                 raise DatasetError(f"{field} has the shape {angle.shape}, expected ({len(values)},)",
                                    self.source or None)
@@ -82,7 +83,8 @@ class Samples:
                 if len(beyond):
                     raise DatasetError(f"{field}[{beyond[0]}] is {angle[beyond[0]]:g}, expected 0 to pi/2 radians",
                                        self.source or None)
-                angle = np.minimum(angle, HORIZON)
+                if len(angle) and angle.max() > HORIZON:
+                    angle = np.minimum(angle, HORIZON)
             self._freeze(field, angle)
         object.__setattr__(self, "channels", tuple(map(str, self.channels)))
 
@@ -99,6 +101,13 @@ class Samples:
     def directions(self) -> Directions:
         """``(theta_i, phi_i, theta_o, phi_o)``, as `Fit.evaluate` takes them."""
         return self.theta_i, self.phi_i, self.theta_o, self.phi_o
+
+
+def _own(array: ArrayLike) -> FloatArray:
+    """A copy of an array, or the array itself where nobody can change it."""
+    if (isinstance(array, np.ndarray) and array.dtype == float and array.base is None and not array.flags.writeable):
+        return array
+    return np.array(array, dtype=float)
 
 
 def subset(samples: Samples, which: slice | IntArray | BoolArray) -> Samples:

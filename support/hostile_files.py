@@ -7,6 +7,7 @@ one row, or with a fit that is in order, are subtracted.
 """
 
 import os
+import struct
 import subprocess
 import sys
 import threading
@@ -14,7 +15,9 @@ import time
 import zlib
 from pathlib import Path
 
-from support import hostile_fits
+import numpy as np
+
+from support import hostile_fits, mbsdf_files, tensor_files
 from support.checkout import ROOT
 
 MEGABYTE = 1 << 20
@@ -32,6 +35,31 @@ def _pbrt(pattern, tail=b""):
     """A .brdf file of whole rows of 7 numbers, each number one pattern."""
     head = b"3\n400 550 700\n"
     return _filled(pattern * 7, head, tail)
+
+
+def _merl(number):
+    """A MERL file of full size, all numbers the same."""
+    return struct.pack("<3i", 90, 90, 180) + struct.pack("<d", number) * (3 * 90 * 90 * 180)
+
+
+def _rgl(**change):
+    """A small RGL file with other arrays."""
+    return tensor_files.pack(tensor_files.material() | change)
+
+
+def _rgl_of(elements):
+    """An RGL file whose table claims so many numbers for its first array."""
+    content = _rgl()
+    return content[:38] + struct.pack("<Q", elements) + content[46:]
+
+
+def _zemax(azimuths, radials, value=b"1 "):
+    """A Zemax file with so many angles, and a value for each pair."""
+    head = b"".join(b"%b 1\n0\n" % name for name in (b"SampleRotation", b"AngleOfIncidence"))
+    head += b"".join(b"%b %d\n%b\n" % (name, count, b"1 " * count) for name, count in
+                     ((b"ScatterAzimuth", azimuths), (b"ScatterRadial", radials)))
+    return (b"Symmetry PlaneSymmetrical\nSpectralContent Monochrome\nScatterType BRDF\n" + head + b"DataBegin\nTIS 1\n"
+            + (value * radials + b"\n") * azimuths + b"DataEnd\n")
 
 
 def _inflating_mat():
@@ -64,6 +92,18 @@ CONTENTS = {
     "pbrt: a comment after each, the last not a number": lambda: _pbrt(b"1#\n", b"1 1 1 1 1 1 x"),
     "pbrt: nothing but comments": lambda: _filled(b"#\n", b"", b"3\n"),
     "MATLAB: 4 MB that inflate to 4 GB": _inflating_mat,
+    "MERL: every cell above the horizon": lambda: _merl(1.0),
+    "MERL: nothing measured": lambda: _merl(-1.0),
+    "MERL: numbers too large": lambda: _merl(1e300),
+    "RGL: an array of 10^12 numbers": lambda: _rgl_of(10**12),
+    "RGL: an array of 2^64 numbers": lambda: _rgl_of(2**64 - 1),
+    "RGL: 16 MB of microfacets": lambda: _rgl(ndf=np.ones((2, 2 << 20), "f4")),
+    "Zemax: a million values": lambda: _zemax(1000, 1000),
+    "Zemax: half a million azimuths": lambda: _zemax(500_000, 1),
+    "Zemax: a million radial angles, the last value not a number": lambda: _zemax(1, 1_000_000, b"1 ")[:-12] + b"x\n"
+                                                                          b"DataEnd\n",
+    "Zemax: lines TIS": lambda: _filled(b"TIS 1\n", _zemax(1, 1)[:-12], b"DataEnd\n", 4 * MEGABYTE),
+    "MBSDF: a million values": lambda: mbsdf_files.made((100, 100, 100, 1), values=np.ones(1_000_000)),
     "UTF-16": lambda: _filled(_ROW, _VARS, size=MEGABYTE).decode().encode("utf-16"),
     "noise": lambda: os.urandom(LARGE),
 }

@@ -38,7 +38,8 @@ def made_fit(coordinates, kinds=("mirror",), columns=(0, 1, 2), damped=False, sp
                        gamma, shapes[:, 2], tuple(kinds))
     damping = 0.2 + 0.8 * random.random((DAMPING_KNOTS, stored)) if damped else np.zeros((0, stored))
     transform = LogRelative(prior, 0.1, np.linspace(8, 9, stored), 0.0, damping)
-    diffuse = DenseLattice(2, (0.5 * _symmetric(2, random.standard_normal((*dense.shape(2), stored)))).astype(np.float32))
+    control_points = 0.5 * _symmetric(2, random.standard_normal((*dense.shape(2), stored)))
+    diffuse = DenseLattice(2, control_points.astype(np.float32))
     specular = keep_largest(0.2 * _symmetric(4, random.standard_normal((*dense.shape(4), stored))), 4, 800)
     return Fit(coordinates, diffuse, specular if sparse else None, transform, 90.0 if sparse else 0.0,
                RGB if len(columns) == 3 else ("grey",), columns, name="made", source="made_fits")

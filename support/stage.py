@@ -1,10 +1,13 @@
-"""An empty black scene in Cycles, lamps for it, and its picture as an array."""
+"""An empty black scene in Cycles, what stands in it, and its picture as an array."""
 
+import math
 import tempfile
 from pathlib import Path
 
 import bpy
 import numpy as np
+
+TILE = 256                  # pixels across the picture of a lit sphere
 
 
 def black_scene(width, height, samples, span):
@@ -61,6 +64,28 @@ def add_sphere():
     bpy.ops.mesh.primitive_uv_sphere_add(segments=256, ring_count=128, radius=1)
     bpy.ops.object.shade_smooth()
     return bpy.context.object
+
+
+def lit_sphere(angle):
+    """A sphere under a sun that stands `angle` degrees to the left of the viewer."""
+    scene = black_scene(TILE, TILE, samples=16, span=2.15)
+    add_lamp("SUN", 1.5, rotation=(0, -math.radians(angle), 0))
+    add_sphere()
+    return scene
+
+
+def suzanne():
+    """Suzanne under an area lamp from above left and a dim world."""
+    scene = black_scene(512, 448, samples=192, span=1)
+    scene.camera.data.type, scene.camera.data.lens = "PERSP", 70
+    scene.camera.location, scene.camera.rotation_euler = (0.9, -6.2, 1.1), (math.radians(81), 0, math.radians(8))
+    scene.cycles.use_denoising = True
+    background(scene, 0.35, (0.75, 0.85, 1.0))
+    add_lamp("AREA", 420, (-2.6, -3.0, 3.4), (math.radians(50), 0, math.radians(-40)), shape="SQUARE", size=2.0)
+    bpy.ops.mesh.primitive_monkey_add(size=2, rotation=(0, 0, math.radians(12)))
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.modifiers.new("Subdivision", "SUBSURF").render_levels = 3
+    return scene
 
 
 def blank_material(name, shader):

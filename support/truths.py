@@ -1,4 +1,4 @@
-"""Analytic reflectances of kinds that no file at hand has, measured as real instruments measure: truths to judge fits by.
+"""Analytic reflectances of kinds that no file at hand has, measured as instruments measure: truths to judge fits by.
 
 Each kind has two materials, "a" and "b", of different parameters: constants of a method are chosen on the one and
 judged on the other. A `Truth` has the `evaluate` of a model, so that a fit can be compared with it everywhere.
@@ -127,7 +127,7 @@ def _interference(thickness, base, coat):
 
 
 def _velvet(kd, sheen, roughness):
-    """Fibres that shine at grazing angles (A. C. Estevez, C. Kulla: Production Friendly Microfacet Sheen BRDF, 2017)."""
+    """Fibres that shine at grazing angles (A. Estevez, C. Kulla: Production Friendly Microfacet Sheen BRDF, 2017)."""
     def function(*directions):
         at = geometry(*directions)
         power = 1 / roughness

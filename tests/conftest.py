@@ -46,6 +46,18 @@ def cornell(data):
     return lambda stem: fitter.load(data / "cornell" / f"{stem}.astm")
 
 
+@pytest.fixture(scope="session")
+def goniometer():
+    """The path of a goniometer's file, by its name."""
+    folder = checkout.measurements() / "goniometer"
+
+    def path(name):
+        if not (folder / name).is_file():
+            pytest.skip(f"{name} is absent from {folder}")
+        return folder / name
+    return path
+
+
 @pytest.fixture
 def random():
     return np.random.default_rng(2002)

@@ -7,6 +7,7 @@ of the same bytes finds; and no more than `SECONDS` and `MEMORY` times the file.
 
 import contextlib
 import io
+import math
 import random
 import re
 import struct
@@ -16,6 +17,7 @@ import time
 import tracemalloc
 import zlib
 from collections import Counter, defaultdict
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -25,9 +27,9 @@ from hypothesis import strategies as st
 import fitter
 from fitter import cli
 from fitter.cycles.bake import bake
-from fitter.formats import curet, mat5, spectra
+from fitter.formats import curet, mat5, mbsdf, merl, spectra, tensor_file, zemax
 from fitter.methods import METHODS
-from support import checkout, hostile_files, panel_work
+from support import checkout, hostile_files, mbsdf_files, merl_files, panel_work, tensor_files, zemax_files
 
 CASES = 20_000
 SECONDS = 5.0               # of processor time
@@ -55,8 +57,20 @@ def seeds():
         "pbrt, made": "\n".join(["# made", str(len(bands)), " ".join(map(str, bands)), *spectra_rows]).encode(),
         "curet, made": "\n".join(" ".join([str(n), *(f"{value:.3f}" for value in rng.random(205))])
                                  for n in (3, 1, 61)).encode(),
-        "matlab, made": _matlab(rng, deflated=False), "matlab, deflated": _matlab(rng, deflated=True)}
+        "matlab, made": _matlab(rng, deflated=False), "matlab, deflated": _matlab(rng, deflated=True),
+        "rgl, made": tensor_files.pack(tensor_files.material(seed=7)),
+        "merl, made": merl_files.pack(merl_files.random_cells(4, 7)),
+        "merl, float32": merl_files.pack(merl_files.random_cells(3, 8), "<f4"),
+        "mbsdf, made": mbsdf_files.made(values=rng.random(135)),
+        "zemax, made": zemax_files.made(rng.random((1, 2, 3, 3)).round(4)).encode(),
+        "zemax, XYZ": zemax_files.made(rng.random((3, 2, 4, 3)).round(4), azimuths=(0, 60, 120, 180),
+                                       SpectralContent="XYZ").encode(),
+        "rgl, spectral": tensor_files.pack(tensor_files.spectral(tensor_files.material(seed=8), bands))}
     found["astm, without a count"] = _uncounted(found["astm, made"])
+    found["astm, other columns"] = "\n".join(["VARS\tphi_r[deg]\ttheta_r[deg]\t650nm\tphi_i[deg]\ttheta_i[deg]", *(
+        "\t".join(f"{number:.4f}" for number in row[:5] * [57, 57, 1, 57, 57]) for row in table[:, [1, 2, 4, 3, 0]])]
+    ).encode()
+    found["astm, Light Tec"] = "\n".join(["VARS theta_i,phi_i,theta_s,465nm,525nm,630nm", *rows]).encode()
     folder = checkout.measurements()
     for path in (folder / "cornell" / "garnet_red_RGB.astm", folder / "cornell" / "krylon_blue.astm",
                  folder / "cornell" / "garnet_red.brdf", folder / "curet" / "abrdf.dat"):
@@ -216,13 +230,22 @@ def check(content, path):
     if samples is None:
         return "refused", seconds, memory
     angles, values = naive(content)
-    np.testing.assert_array_equal(np.minimum(angles, [np.pi / 2, np.inf] * 2), np.transpose(samples.directions))
+    if b"\0" in content or zemax.recognises(content):      # angles that are computed: known but for whole turns
+        np.testing.assert_allclose(_vectors(np.transpose(samples.directions)), _vectors(angles), rtol=0, atol=1e-6)
+    else:
+        np.testing.assert_array_equal(np.minimum(angles, [np.pi / 2, np.inf] * 2), np.transpose(samples.directions))
     np.testing.assert_allclose(samples.values, values, rtol=1e-9, atol=1e-9 * np.abs(values).max())
     assert shown.description.count == len(values)
     assert 0 <= shown.description.gap <= 180
     which, rest = divmod(zlib.crc32(content), _ONE_OF)
-    _fit_and_bake(samples, path, METHODS[which % len(METHODS)] if rest == 0 else None)
+    _fit_and_bake(samples, path, list(METHODS)[which % len(METHODS)] if rest == 0 else None)
     return "read", seconds, memory
+
+
+def _vectors(angles):
+    """Unit vectors of theta, phi, theta, phi: (n, 4) to (n, 6)."""
+    return np.concatenate([[np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)]
+                           for theta, phi in (angles[:, :2].T, angles[:, 2:].T)]).T
 
 
 def _measured(read, path, content, overhead):
@@ -260,14 +283,20 @@ def naive(content):
     """Angles (n, 4) and values (n, channels) of a valid file; for any other, whatever comes."""
     if content.startswith(mat5.MAGIC):
         return _naive_paint(content)
+    if content.startswith(tensor_file.MAGIC):
+        return _naive_rgl(content)
+    if merl.recognises(content):
+        return _naive_merl(content)
+    if content.startswith(mbsdf.MAGIC):
+        return _naive_mbsdf(content)
     text = content.removeprefix(b"\xef\xbb\xbf").decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
     lines = [line for line in text.split("\n") if line.split()]
+    if zemax.recognises(text.encode("latin-1")):
+        return _naive_zemax([line.split() for line in lines if not line.lstrip().startswith("#")])
     start = next((n for n, line in enumerate(lines) if line.startswith("VARS")), None)
     if start is not None:
-        names = [name.strip() for name in lines[start][4:].split(",")][4:]
-        table = np.array([line.split(",") for line in lines[start + 1:]], dtype=float)
-        bands = None if "R" in names[0].upper() else [float(name.lower().rstrip("nm ")) for name in names]
-    elif len(lines[0].split()) > 100:
+        return _naive_astm(lines[start][4:], lines[start + 1:])
+    if len(lines[0].split()) > 100:
         return (curet.geometry()[:, [2, 3, 0, 1]],
                 np.array([lines[0].split()[1:]], dtype=float).T)
     else:
@@ -276,6 +305,72 @@ def naive(content):
         table = np.array(tokens[1 + len(bands):], dtype=float).reshape(-1, 4 + len(bands))
     values = table[:, 4:]
     return table[:, :4], values if bands is None else values @ spectra.srgb_weights(np.array(bands)).T
+
+
+def _naive_astm(header, rows):
+    names = [name.strip().lower() for name in header.split("," if "," in header else None)]
+    table = np.array([row.split("," if "," in rows[0] else None) for row in rows], dtype=float)
+    if table.shape[1] > len(names):
+        theta = next(n for n, name in enumerate(names) if name.startswith("theta") and "i" not in name)
+        names.insert(theta + 1, "phi_s")
+    kinds = [(name[0] + "i" * (name.replace("_", "").removeprefix("theta").removeprefix("phi")[:1] == "i"))
+             if name.startswith(("theta", "phi")) else "" for name in names]
+    angles = table[:, [kinds.index(kind) for kind in ("ti", "pi", "t", "p")]]
+    if any("deg" in name for name, kind in zip(names, kinds, strict=True) if kind) or (
+            not any("rad" in name for name, kind in zip(names, kinds, strict=True) if kind)
+            and (np.abs(angles) > 2 * np.pi + 1e-3).sum() > (angles != 0).sum() / 2):
+        angles = np.radians(angles)
+    columns = {name: table[:, n] for n, name in enumerate(names) if not kinds[n]}
+    if len(columns) == 1:
+        return angles, np.transpose([*columns.values()])
+    if set(columns) == set("rgb"):
+        return angles, np.transpose([columns[name] for name in "rgb"])
+    bands = np.array([float(name.rstrip("nm ")) for name in columns])
+    values = np.transpose([*columns.values()])
+    if len(bands) == 3 and bands[2] - bands[0] < 200:
+        return angles, values[:, np.argsort(-bands)]
+    return angles, values @ spectra.srgb_weights(bands).T
+
+
+def _naive_zemax(lines):
+    """Out of the mirrored ray by the radial angle: towards the normal, turned by the azimuth."""
+    angles = {line[0]: [float(angle) for angle in after] for line, after in pairwise(lines)
+              if line[0] in ("AngleOfIncidence", "ScatterAzimuth", "ScatterRadial")}
+    starts = [n for n, line in enumerate(lines) if line[0].startswith("DataBegin")]
+    rows = iter([[float(number) for number in line] for start in starts for line in
+                 lines[start:next(n for n in range(start, len(lines)) if lines[n][0].startswith("DataEnd"))]
+                 if not line[0].startswith(("DataBegin", "TIS"))])
+    shape = [len(starts), *(len(angles[name]) for name in ("AngleOfIncidence", "ScatterAzimuth", "ScatterRadial"))]
+    table = np.array(list(rows)).reshape(shape)
+    found, values = [], []
+    for i, theta in enumerate(np.radians(angles["AngleOfIncidence"])):
+        mirror, normal = np.array([-math.sin(theta), 0, math.cos(theta)]), [0, 0, 1]
+        for a, azimuth in enumerate(np.radians(angles["ScatterAzimuth"])):
+            for r, radial in enumerate(np.radians(angles["ScatterRadial"])):
+                value = table[:, i, a, r]
+                if radial == 0:
+                    here = table[:, i, :, r][:, table[:, i, :, r].any(axis=0)]
+                    value = here.mean(axis=1) if a == 0 and here.size else np.zeros(len(value))
+                level = np.array([math.cos(theta), 0, math.sin(theta)])         # from the mirrored ray to the normal
+                side = np.cross(mirror, level)
+                out = (math.cos(radial) * mirror
+                       + math.sin(radial) * (math.cos(azimuth) * level + math.sin(azimuth) * side))
+                if value.any() and out @ normal > 1e-9:
+                    found.append([theta, 0, math.atan2(math.hypot(*out[:2]), out[2]), math.atan2(out[1], out[0])])
+                    values.append(value)
+    values = np.array(values)
+    return np.array(found), values if len(starts) == 1 else values @ spectra.XYZ_TO_SRGB.T
+
+
+def _naive_mbsdf(content):
+    start = min(content.find(mark) + len(mark) for mark in (b"MBSDF_DATA=\n", b"MBSDF_DATA_REFLECTION=\n")
+                if b"\n" + mark in content)
+    kind, n, m = struct.unpack("<3I", content[start:start + 12])
+    channels = 3 if kind else 1
+    table = np.array(struct.unpack_from(f"<{n * n * m * channels}f", content, start + 12)).reshape(n, n, m, channels)
+    cells = [(i, j, k) for i in range(n) for j in range(n) for k in range(m if i and j else 1)]
+    return (np.array([[i * math.pi / 2 / n, 0, j * math.pi / 2 / n, k * math.pi / (m - 1)] for i, j, k in cells]),
+            np.array([table[i, j, k] if i and j else table[i, j].mean(axis=0) for i, j, k in cells]))
 
 
 def _naive_paint(content):
@@ -290,6 +385,88 @@ def _naive_paint(content):
         x, y, z = (vectors / np.linalg.norm(vectors, axis=1)[:, None]).T
         angles += [np.arccos(np.clip(z, -1, 1)), np.arctan2(y, x)]
     return np.transpose(angles), fr @ spectra.srgb_weights(wavelength).T
+
+
+def _naive_merl(content):
+    """Cell by cell: the frame of the half vector, turned from that of the normal about the y axis."""
+    n_h, n_d, n_p = struct.unpack("<3i", content[:12])
+    count = n_h * n_d * n_p
+    kind = {8: "d", 4: "f", 2: "e"}[(len(content) - 12) // (3 * count)]
+    numbers = struct.unpack(f"<{3 * count}{kind}", content[12:])
+    angles, values = [], []
+    for cell in range(count):
+        color = [numbers[cell + channel * count] for channel in range(3)]
+        theta_h = (cell // n_p // n_d / n_h) ** 2 * math.pi / 2
+        theta_d, phi_d = cell // n_p % n_d / n_d * math.pi / 2, cell % n_p / n_p * math.pi
+        turn = np.array([[math.cos(theta_h), 0, math.sin(theta_h)], [0, 1, 0],
+                         [-math.sin(theta_h), 0, math.cos(theta_h)]])
+        wi = turn @ [math.sin(theta_d) * math.cos(phi_d), math.sin(theta_d) * math.sin(phi_d), math.cos(theta_d)]
+        wo = 2 * (wi @ turn[:, 2]) * turn[:, 2] - wi
+        if min(color) >= 0 and min(wi[2], wo[2]) > 1e-12:
+            angles.append([math.acos(min(wi[2], 1)), math.atan2(wi[1], wi[0]), math.acos(min(wo[2], 1)),
+                           math.atan2(wo[1], wo[0])])
+            values.append(np.multiply(color, [1, 1.15, 1.66]) / 1500)
+    return np.array(angles), np.array(values)
+
+
+def _naive_rgl(content):
+    """Node by node: the half vector below which the share s of the density is, found by halving."""
+    fields = tensor_file.read(content, "naive")
+    theta_i, vndf = fields["theta_i"].astype(float), fields["vndf"][0].astype(float)
+    if "spectra" in fields:
+        weights = spectra.srgb_weights(fields["wavelengths"].astype(float))
+        rgb = np.einsum("tbyx,cb->tcyx", fields["spectra"][0].astype(float), weights)
+    else:
+        rgb = fields["rgb"][0].astype(float)
+    size = rgb.shape[-1]
+    angles, values = [], []
+    for t, angle in enumerate(np.minimum(theta_i, np.pi / 2)):
+        for row in range(size - 1):
+            y = _where([_area(line) for line in vndf[t]], row / (size - 1))
+            line = [_at(column, y) for column in vndf[t].T]
+            for column in range(0 if row == 0 else 1, size):
+                x = _where(line, column / (size - 1)) if column else 0.0
+                theta_h, phi_h = x * x * math.pi / 2, (2 * y - 1) * math.pi
+                half = np.array([math.sin(theta_h) * math.cos(phi_h), math.sin(theta_h) * math.sin(phi_h),
+                                 math.cos(theta_h)])
+                wi = np.array([math.sin(angle), 0, math.cos(angle)])
+                wo = 2 * (half @ wi) * half - wi
+                theta_o = math.atan2(math.hypot(wo[0], wo[1]), wo[2])
+                if math.cos(theta_o) <= 1e-6:
+                    continue
+                value = rgb[t, :, row, column] if column else rgb[t, :, :-1, 0].mean(axis=1)
+                if fields["jacobian"][0]:
+                    ndf = _at([_at(line, x) for line in fields["ndf"].astype(float)], y)
+                    sigma = _at([_at(line, math.sqrt(2 * angle / math.pi)) for line in fields["sigma"].astype(float)],
+                                0.5)
+                    value = value * ndf / (4 * sigma)
+                angles.append([angle, 0, theta_o, math.atan2(wo[1], wo[0])])
+                values.append(value / math.cos(theta_o))
+    return np.array(angles), np.array(values)
+
+
+def _at(values, place):
+    """Interpolate equidistant values over 0 to 1."""
+    return float(np.interp(place * (len(values) - 1), range(len(values)), values))
+
+
+def _area(values):
+    return sum(values[:-1] + values[1:]) / 2
+
+
+def _where(density, share):
+    """Where, over 0 to 1, a density has this share of its integral below."""
+    density = np.array(density)
+    parts = (density[1:] + density[:-1]) / 2
+    target = share * parts.sum()
+    before = np.append(0, np.cumsum(parts))
+    index = next((index for index in range(len(parts)) if target <= before[index + 1]), len(parts) - 1)
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        middle = (low + high) / 2
+        reached = before[index] + middle * (density[index] + middle / 2 * (density[index + 1] - density[index]))
+        low, high = (middle, high) if reached < target else (low, middle)
+    return (index + low) / len(parts)
 
 
 def run(count, folder):

@@ -58,8 +58,9 @@ class HalfDifference:
 
     def decode(self, x: ArrayLike) -> Directions:
         """Call `directions` with the half vector as it was."""
-        d, x, y = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
-        return directions((np.stack([d, *stretch.unstretched(x, y, self.stretch)], axis=-1) + 1) / 2, self.softening)
+        d, along, across = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
+        unstretched = stretch.unstretched(along, across, self.stretch)
+        return directions((np.stack([d, *unstretched], axis=-1) + 1) / 2, self.softening)
 
 
 def half_difference(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike,

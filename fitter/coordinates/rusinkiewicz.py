@@ -12,8 +12,8 @@ highlight that was measured at some incidences is predicted well at those betwee
 `half_difference`.
 
 phi_d has no value where the directions coincide. With i and o their unit vectors, sin theta_d = |i - o| / 2 and
-sin theta_h cos phi_d = (o_z - i_z) / (2 sin theta_d); sin theta_d is replaced by a length s that is at least a softening
-radius delta ::
+sin theta_h cos phi_d = (o_z - i_z) / (2 sin theta_d); sin theta_d is replaced by a length s that is at least a
+softening radius delta ::
 
     s^4 = delta^4 + (1 - delta^4) sin^4 theta_d,    x = (o_z - i_z) / (2 s (1 + 2 cos theta_h)),
     y^2 = r^2(theta_h) - x^2
@@ -91,8 +91,8 @@ class Rusinkiewicz:
         >>> float(theta_i), float(theta_o), float(phi_o - phi_i)
         (0.3, 1.2, 2.0)
         """
-        d, x, y = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
-        x, y = stretch.unstretched(x, y, self.stretch)
+        d, along, across = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
+        x, y = stretch.unstretched(along, across, self.stretch)
         delta2 = self.softening ** 2
         s = np.sin(half_difference.unproject(np.abs(d)))
         sin_d = np.minimum((np.maximum(s ** 4 - delta2 ** 2, 0) / (1 - delta2 ** 2)) ** 0.25, 1)

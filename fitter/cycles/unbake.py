@@ -103,7 +103,7 @@ def _log_relative(constants: dict[str, str], stored: int, columns: tuple[int, ..
         numbers = numbers * len(columns) if len(numbers) == 1 else numbers
         return np.array([numbers[columns.index(column)] for column in range(stored)])
 
-    lobes = re.findall(rf"(LOBE|RETRO|SHEEN)\(((?:color)?\([^)]*\)), ([^)]*)\)", constants["PRIOR_LOBES"])
+    lobes = re.findall(r"(LOBE|RETRO|SHEEN)\(((?:color)?\([^)]*\)), ([^)]*)\)", constants["PRIOR_LOBES"])
     if len(lobes) != len(re.findall(r"[A-Z]+\(", constants["PRIOR_LOBES"])):
         raise ValueError("the shader has lobes of an unknown kind")
     numbers = [[float(number) for number in lobe[2].split(", ")] for lobe in lobes]

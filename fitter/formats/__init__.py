@@ -9,12 +9,13 @@ from pathlib import Path
 from ..arrays import BoolArray
 from ..errors import DatasetError
 from ..samples import Samples
-from . import astm, cornell_mat, curet, pbrt_brdf
+from . import astm, cornell_mat, curet, mbsdf, merl, pbrt_brdf, rgl, zemax
 from .format import Format
 from .text import plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
-FORMATS: tuple[Format, ...] = (cornell_mat.FORMAT, astm.FORMAT, pbrt_brdf.FORMAT, curet.FORMAT)
+FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, zemax.FORMAT, astm.FORMAT,
+                               pbrt_brdf.FORMAT, curet.FORMAT)
 EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
 FORMAT_NAMES = tuple(dict.fromkeys(known.name for known in FORMATS[::-1]))
 KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
@@ -81,6 +82,9 @@ def _recognised(path: str | Path) -> tuple[Format, bytes]:
     content = read_bytes(path, max(known.largest for known in FORMATS))
     known = next((known for known in FORMATS if not known.is_text and known.recognises(content)), None)
     if known is None:
+        largest = max(known.largest for known in FORMATS if known.is_text)
+        if len(content) > largest:          # not searched for the marks of text formats
+            raise DatasetError(f"{len(content):,} bytes, expected at most {largest:,} for text", path)
         content = plain_text(content, path)
         known = next((known for known in FORMATS if known.is_text and known.recognises(content)), None)
     if known is None:

@@ -1,22 +1,29 @@
-"""Cornell's gonioreflectometer files, text in the style of ASTM E1392.
+"""Tables of goniometers, text in the style of ASTM E1392: Cornell's, Light Tec's and others.
 
-Measured by the Cornell Program of Computer Graphics: S. C. Foo: A Gonioreflectometer for Measuring the Bidirectional
-Reflectance of Material for Use in Illumination Computation, Master's thesis, Cornell University, 1997. Owner's page:
-https://www.graphics.cornell.edu/online/measurements/reflectance/
+Measured first by the Cornell Program of Computer Graphics: S. C. Foo: A Gonioreflectometer for Measuring the
+Bidirectional Reflectance of Material for Use in Illumination Computation, Master's thesis, Cornell University, 1997.
+Owner's page: https://www.graphics.cornell.edu/online/measurements/reflectance/
 
-Layout: lines of a keyword and text; a line VARS, which names four angles in radians and then the channels, R,G,B or
-wavelengths; and rows of as many numbers, separated by commas. The keywords SAMPLE_NAME and NUM_POINTS are used ::
+Layout: lines of a keyword and text; a line VARS, which names the columns; and rows of as many numbers, separated by
+commas or white space. The keywords SAMPLE_NAME and NUM_POINTS are used ::
 
     SAMPLE_NAME Krylon Blue
     VARS theta_i,phi_i,theta_s,phi_s,R,G,B
     0.872665,0.000000,0.573513,0.000000,-0.000794,0.005163,0.030536
 
-Limits: at most 1,000 variables. The owners warn of noise at short wavelengths and grazing angles, and of unreliable
-mirror peaks of smooth surfaces; values in RGB may be negative.
+Columns may be in any order. The outgoing direction is theta_s and phi_s, or _r, _o, _v. Angles are radians; degrees
+where a name says so, theta_i[deg], or where more than half of those that are not zero are beyond 2 pi. The other
+columns are R,G,B; or wavelengths, 400nm; or one wavelength, or BRDF, which is grey. Light Tec's VARS leaves out phi_s,
+whose column comes after theta_s.
+
+Limits: at most 1,000 variables. Three wavelengths, one of them red, one green and one blue, as of an instrument with
+three lamps, are taken as R, G and B where they do not span enough for a spectrum. Cornell warns of noise at short
+wavelengths and grazing angles, and of unreliable mirror peaks of smooth surfaces; values in RGB may be negative.
 """
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -25,11 +32,14 @@ from ..arrays import FloatArray
 from ..errors import DatasetError
 from ..samples import RGB, Samples
 from .format import Format
-from .spectra import to_linear_srgb
-from .text import check_thetas, decode, line_number, nth_line, parse_number, parse_rows
+from .spectra import SPAN, to_linear_srgb
+from .text import check_thetas, decode, line_number, lines, nth_line, parse_number, parse_rows
 
 ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
+GREY = ("brdf", "fr", "f_r", "grey", "gray")
 MOST_VARIABLES = 1000
+_ANGLE = re.compile(r"(theta|phi)_?(in|out|[isrov])(?:[ _]*[\[(]?[ ]*(deg|rad)[a-z]*[ ]*[\])]?)?", re.IGNORECASE)
+_LAMPS = (580, 700), (500, 580), (400, 500)         # nm, of red, green and blue
 _BAND = re.compile(r"(\d+(?:\.\d+)?)\s*nm", re.IGNORECASE)
 _VARS = re.compile(rb"(?:\A|(?<=[\r\n]))VARS\b([^\r\n]*)")
 _KEYWORD = re.compile(rb"(?:\A|(?<=[\r\n]))[ \t]*(SAMPLE_NAME|NUM_POINTS)[ \t]([^\r\n]*)")
@@ -58,16 +68,18 @@ def read(path: str | Path, content: bytes) -> Samples:
     DatasetError
         If the file is malformed.
     """
-    variables, start, where = _variables(path, content)
-    table = parse_rows(content, start, len(variables), "the variables of the VARS line", path)
+    columns = _columns(path, content)
+    table = _table(columns, path, content)
     if not len(table):
-        raise DatasetError("no rows after VARS, expected measurements", path, where)
-    header = {keyword[1]: keyword for keyword in _KEYWORD.finditer(content, 0, start)}
+        raise DatasetError("no rows after VARS, expected measurements", path, columns.line)
+    header = {keyword[1]: keyword for keyword in _KEYWORD.finditer(content, 0, columns.start)}
     _check_count(header.get(b"NUM_POINTS"), len(table), path, content)
-    check_thetas(table[:, [0, 2]], lambda row: nth_line(content, start, row), path)
-    channels, reflectance = _reflectance(variables[4:], table[:, 4:], path, where)
+    angles = table[:, columns.angles]
+    in_degrees = columns.unit == "deg" or (columns.unit is None and _look_like_degrees(angles))
+    check_thetas(angles[:, [0, 2]], lambda row: nth_line(content, columns.start, row), path, in_degrees)
+    channels, reflectance = _reflectance(columns.channels, table[:, columns.values], path, columns.line)
     name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else Path(path).stem
-    theta_i, phi_i, theta_o, phi_o = table[:, :4].T
+    theta_i, phi_i, theta_o, phi_o = (np.radians(angles) if in_degrees else angles).T
     return Samples(theta_i, phi_i, theta_o, phi_o, reflectance, channels, name, str(path))
 
 
@@ -81,24 +93,93 @@ def read_spectrum(path: str | Path, content: bytes) -> tuple[FloatArray | None, 
     values : (n, bands) float64
         1/sr.
     """
-    variables, start, _ = _variables(path, content)
-    table = parse_rows(content, start, len(variables), "the variables of the VARS line", path)
-    return _wavelengths(variables[4:]), table[:, 4:]
+    columns = _columns(path, content)
+    return _wavelengths(columns.channels), _table(columns, path, content)[:, columns.values]
 
 
-def _variables(path: str | Path, content: bytes) -> tuple[list[str], int, int]:
-    """The variables of the VARS line, the position of its end, and its line number."""
+@dataclass(frozen=True)
+class _Columns:
+    """What the VARS line says.
+
+    Attributes
+    ----------
+    angles, values : list of int
+        The columns of `ANGLES`, and those of the channels.
+    channels : list of str
+    unit : str, or None
+        "deg" or "rad", if the names say it.
+    start, line : int
+        The end of the VARS line, and its number.
+    """
+
+    angles: list[int]
+    values: list[int]
+    channels: list[str]
+    unit: str | None
+    start: int
+    line: int
+
+
+def _columns(path: str | Path, content: bytes) -> _Columns:
+    """Read the VARS line."""
     found = _VARS.search(content)
     if found is None:
         raise DatasetError("no VARS line", path)
-    where = line_number(content, found.start())
-    names = found[1].count(b",") + 1
-    if names > MOST_VARIABLES:
-        raise DatasetError(f"{names} variables found, expected at most {MOST_VARIABLES}", path, where)
-    variables = [decode(name).strip() for name in found[1].split(b",")]
-    if tuple(variables[:4]) != ANGLES or len(variables) < 5:
-        raise DatasetError(f"VARS must begin with {','.join(ANGLES)} and go on with channels", path, where)
-    return variables, found.end(), where
+    line = line_number(content, found.start())
+    separator = b"," if b"," in found[1] else None
+    count = found[1].count(b",") + 1 if separator else len(found[1].split(None, MOST_VARIABLES))
+    if count > MOST_VARIABLES:
+        raise DatasetError(f"{count} variables found, expected at most {MOST_VARIABLES}", path, line)
+    names = [decode(name).strip() for name in found[1].split(separator)]
+    kinds = [_angle(name) for name in names]
+    roles = [kind[0] for kind in kinds]
+    if _row_length(content, found.end()) == len(names) + 1 and _without_phi(roles):
+        after = roles.index("theta_s") + 1
+        names[after:after], roles[after:after] = ["phi_s"], ["phi_s"]
+    units = {unit for role, unit in kinds if role}
+    if sorted(filter(None, roles)) != sorted(ANGLES) or len(roles) <= len(ANGLES) or len(units) > 1:
+        raise DatasetError(f"VARS must name {', '.join(ANGLES)} once each, in one unit, and channels", path, line)
+    values = [column for column, role in enumerate(roles) if not role]
+    return _Columns([roles.index(angle) for angle in ANGLES], values, [names[column] for column in values], units.pop(),
+                    found.end(), line)
+
+
+def _angle(name: str) -> tuple[str, str | None]:
+    """Which of `ANGLES` a variable is, or "", and "deg" or "rad" if the name says it."""
+    found = _ANGLE.fullmatch(name)
+    if found is None:
+        return "", None
+    side = "i" if found[2].lower() in ("i", "in") else "s"
+    return f"{found[1].lower()}_{side}", found[3] and found[3].lower()
+
+
+def _without_phi(roles: Sequence[str]) -> bool:
+    """Whether all angles but phi_s are there."""
+    return sorted(filter(None, roles)) == sorted(set(ANGLES) - {"phi_s"})
+
+
+def _row_length(content: bytes, start: int) -> int:
+    """The number of entries of the first row."""
+    row = next(lines(content, start), None)
+    return 0 if row is None else len(row[0].split(_separator(content, start), MOST_VARIABLES + 1))
+
+
+def _separator(content: bytes, start: int) -> bytes | None:
+    """What separates the numbers of the first row, and so of all: commas, or None for white space."""
+    row = next(lines(content, start), None)
+    return b"," if row is not None and b"," in row[0] else None
+
+
+def _table(columns: _Columns, path: str | Path, content: bytes) -> FloatArray:
+    """The rows: (n, variables)."""
+    count = len(columns.angles) + len(columns.values)
+    return parse_rows(content, columns.start, count, "the variables of the VARS line", path,
+                      _separator(content, columns.start))
+
+
+def _look_like_degrees(angles: FloatArray) -> bool:
+    """Whether more than half of the angles that are not zero are too large for radians."""
+    return bool(2 * np.count_nonzero(np.abs(angles) > 2 * np.pi + 1e-3) > np.count_nonzero(angles))
 
 
 def _check_count(keyword: re.Match[bytes] | None, rows: int, path: str | Path, content: bytes) -> None:
@@ -113,12 +194,18 @@ def _check_count(keyword: re.Match[bytes] | None, rows: int, path: str | Path, c
 def _reflectance(names: Sequence[str], values: FloatArray, path: str | Path,
                  line: int) -> tuple[tuple[str, ...], FloatArray]:
     """The channels, and the values converted to them."""
-    if tuple(name.upper() for name in names) == RGB:
-        return RGB, values
+    upper = [name.upper() for name in names]
+    if sorted(upper) == sorted(RGB):
+        return RGB, values[:, [upper.index(channel) for channel in RGB]]
     wavelengths = _wavelengths(names)
+    if len(names) == 1 and (wavelengths is not None or names[0].lower() in GREY):
+        return ("grey",), values
     if wavelengths is None:
-        raise DatasetError(f"channels {','.join(names[:4])}... found, expected R,G,B or wavelengths such as 400nm",
-                           path, line)
+        shown = ",".join(names[:4]) + "..." * (len(names) > 4)
+        raise DatasetError(f"channels {shown} found, expected R,G,B, or wavelengths such as 400nm, or BRDF", path, line)
+    lamps = [np.flatnonzero((wavelengths >= low) & (wavelengths < high)) for low, high in _LAMPS]
+    if len(names) == 3 and np.ptp(wavelengths) < SPAN and all(len(lamp) == 1 for lamp in lamps):
+        return RGB, values[:, np.concatenate(lamps)]
     return RGB, to_linear_srgb(wavelengths, values, path, line)
 
 
@@ -128,4 +215,4 @@ def _wavelengths(names: Sequence[str]) -> FloatArray | None:
     return np.array([float(match[1]) for match in matches]) if len(matches) == len(names) else None
 
 
-FORMAT = Format("Cornell", "Cornell ASTM (.astm)", (".astm",), recognises, read)
+FORMAT = Format("Cornell", "Cornell or Light Tec ASTM (.astm)", (".astm",), recognises, read)

@@ -12,6 +12,7 @@ import numpy as np
 from ..arrays import ArrayLike, FloatArray
 from ..errors import DatasetError
 
+SPAN = 200                  # nm that the bands of a spectrum must span
 XYZ_TO_SRGB = np.array([[3.2404542, -1.5371385, -0.4985314],
                         [-0.9692660, 1.8760108, 0.0415560],
                         [0.0556434, -0.2040259, 1.0572252]])
@@ -75,6 +76,7 @@ def to_linear_srgb(wavelengths: ArrayLike, values: ArrayLike, path: str | Path |
     """
     wavelengths = np.asarray(wavelengths, dtype=float)
     visible = wavelengths[(wavelengths >= 400) & (wavelengths <= 700)]
-    if not (np.diff(wavelengths) > 0).all() or len(visible) < 3 or np.ptp(visible) < 200:
-        raise DatasetError("wavelengths must rise, with at least three from 400 to 700 nm that span 200 nm", path, line)
+    if not (np.diff(wavelengths) > 0).all() or len(visible) < 3 or np.ptp(visible) < SPAN:
+        raise DatasetError(f"wavelengths must rise, with at least three from 400 to 700 nm that span {SPAN} nm", path,
+                           line)
     return np.asarray(values, dtype=float) @ srgb_weights(wavelengths).T

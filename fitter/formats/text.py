@@ -81,8 +81,9 @@ def line_number(content: bytes, position: int) -> int:
     return 1 + ends - content.count(b"\r\n", 0, position)
 
 
-def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Path) -> FloatArray:
-    r"""Parse lines of numbers that are separated by commas.
+def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Path,
+               separator: bytes | None = b",", end: int = sys.maxsize) -> FloatArray:
+    r"""Parse lines of numbers that are separated by commas, or by another character, or None: by white space.
 
     Parameters
     ----------
@@ -94,6 +95,9 @@ def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Pa
     what : str
         What the numbers are, for errors.
     path : path-like
+    separator : bytes, optional
+    end : int
+        Position after the last line.
 
     Returns
     -------
@@ -110,13 +114,14 @@ def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Pa
     data.astm:4: 1 entries found, expected 2: a and b
     """
     values = array("d")
-    for piece in _LINES.finditer(content, start):
+    for piece in _LINES.finditer(content, start, end):
         rows = [line for line in piece[0].splitlines() if line.strip()]
-        regular = all(line.count(b",") == count - 1 for line in rows)
-        numbers = _floats(piece[0], b",".join(rows).split(b",")) if regular else None
+        regular = all(len(line.split()) == count if separator is None else line.count(separator) == count - 1
+                      for line in rows)
+        numbers = _floats(piece[0], (separator or b" ").join(rows).split(separator)) if regular else None
         if numbers is None:
-            numbers = [number for line in lines(piece[0])
-                       for number in parse_row(line[0], b",", count, what, path, content, piece.start() + line.start())]
+            numbers = [number for line in lines(piece[0]) for number in
+                       parse_row(line[0], separator, count, what, path, content, piece.start() + line.start())]
         values.extend(numbers)
     return np.frombuffer(values).reshape(-1, count)
 
@@ -196,22 +201,24 @@ def parse_number(token: bytes, path: str | Path, content: bytes = b"", position:
     raise DatasetError(f"{_quote(token)} found, expected {expected}", path, line)
 
 
-def check_thetas(thetas: FloatArray, line: Callable[[int], int | None], path: str | Path) -> None:
+def check_thetas(thetas: FloatArray, line: Callable[[int], int | None], path: str | Path,
+                 in_degrees: bool = False) -> None:
     """Raise `DatasetError` for the first row with a polar angle outside 0 to pi/2.
 
     Parameters
     ----------
     thetas : (n, k) array
-        Radians.
+        Radians, or degrees.
     line : callable
         Maps a row to its line number, or None if there is none.
     path : path-like
+    in_degrees : bool
     """
-    bad = np.argwhere((thetas < 0) | (thetas > HORIZON + 1e-5))
+    most, expected = (90 + 5e-4, "90 degrees") if in_degrees else (HORIZON + 1e-5, "pi/2 radians")
+    bad = np.argwhere((thetas < 0) | (thetas > most))
     if len(bad):
         row, column = bad[0]
-        raise DatasetError(f"a polar angle of {thetas[row, column]:g} found, expected 0 to pi/2 radians", path,
-                           line(row))
+        raise DatasetError(f"a polar angle of {thetas[row, column]:g} found, expected 0 to {expected}", path, line(row))
 
 
 def _floats(text: bytes, tokens: Sequence[bytes]) -> list[float] | None:

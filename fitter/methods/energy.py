@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import FloatArray
-from ..coordinates.half_difference import project, unproject
+from ..coordinates.half_difference import unproject
 from ..model.fit import Fit
 from ..model.transform import LogRelative
 from ..samples import Samples
@@ -82,7 +82,7 @@ def _integrals(fit: Fit, theta: FloatArray, cells: tuple[int, int], farthest: fl
 
 def _damping(total: FloatArray, beyond: FloatArray, farthest: float) -> FloatArray:
     """The control points of `LogRelative.damping`: (DAMPING_KNOTS, channels)."""
-    within = VIEWS <= farthest
+    within = farthest >= VIEWS
     # beyond the measurement: as much as brings the albedos within it to 1, if that alone can
     excess = np.maximum(total - (1 - _MARGIN), 0)[within]
     share = 1 - np.divide(excess, beyond[within], out=np.zeros_like(excess), where=excess > 0).clip(0, 1).max(axis=0)
@@ -91,8 +91,10 @@ def _damping(total: FloatArray, beyond: FloatArray, farthest: float) -> FloatArr
     factor[~within] = np.minimum(factor[~within], share)
     # a control point of the spline takes the least factor of the four intervals that it influences
     knots = unproject(np.linspace(0, 1, DAMPING_KNOTS))
-    return np.stack([factor[(knots[max(k - 2, 0)] - 0.02 <= VIEWS) & (knots[min(k + 2, DAMPING_KNOTS - 1)] + 0.02 >= VIEWS)
-                            ].min(axis=0) for k in range(DAMPING_KNOTS)])
+    low = np.concatenate([[0, 0], knots[:-2]]) - np.radians(1)
+    high = np.concatenate([knots[2:], [np.pi / 2] * 2]) + np.radians(1)
+    return np.stack([factor[(first <= VIEWS) & (last >= VIEWS)].min(axis=0)
+                     for first, last in zip(low, high, strict=True)])
 
 
 def _description(fit: Fit, damped: Fit, before: FloatArray, farthest: float, samples: Samples) -> str:
@@ -104,5 +106,5 @@ def _description(fit: Fit, damped: Fit, before: FloatArray, farthest: float, sam
     lost = 100 * (1 - kept / all_of_it) if all_of_it else 0.0
     where = f"from {over.min():.0f} degrees" if over.max() >= 89 else f"at {over.min():.0f} to {over.max():.0f} degrees"
     measured = f"measured up to {np.degrees(farthest):.0f} degrees"
-    return (f"directional albedo {where} ({measured}), at most {before.max():.3g} at {worst:.0f} degrees, lowered to 1; "
-            f"the measured directions lost {lost:.2g} % of their light")
+    return (f"directional albedo {where} ({measured}), at most {before.max():.3g} at {worst:.0f} degrees, "
+            f"lowered to 1; the measured directions lost {lost:.2g} % of their light")

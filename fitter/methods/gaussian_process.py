@@ -13,10 +13,11 @@ their likelihood. The variance of the field has its most likely value in each ch
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, SingleArray
 
 RECIPROCITY = 0.9           # correlation between a pair of directions and its reciprocal
 MOST_SAMPLES = 2000         # larger sets are subsampled at random: the cost grows with the cube of the number
@@ -62,9 +63,9 @@ class Kernel:
     share: float = 0.2
     noise: float = 1e-4
 
-    def correlation(self, mu: FloatArray, other: FloatArray) -> FloatArray:
+    def correlation(self, mu: FloatArray | SingleArray, other: FloatArray | SingleArray) -> Any:
         """Correlation of the field between points: (n, 3) and (m, 3) to (n, m), in their precision."""
-        scale = (self.length * np.array([self.elongation, 1, 1])).astype(mu.dtype)
+        scale: Any = (self.length * np.array([self.elongation, 1, 1])).astype(mu.dtype)
         a, b = mu / scale, other / scale
         total = np.zeros((len(a), len(b)), mu.dtype)
         for image in _IMAGES:
@@ -97,11 +98,14 @@ class Field:
         The samples' coordinates.
     weights : (n, channels) float64
         K^-1 z, with the samples' covariance K and values z.
+    at_samples : (n, channels) float64
+        The field at the samples: their values without what counts as noise.
     """
 
     kernel: Kernel
     mu: FloatArray
     weights: FloatArray
+    at_samples: FloatArray
 
     def at(self, mu: FloatArray) -> FloatArray:
         """The field at points: (m, 3) to (m, channels)."""
@@ -139,7 +143,7 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, noise: FloatArray) -> t
     """
     inverse = np.linalg.inv(_covariance(mu, kernel, noise))
     weights = inverse @ z
-    return Field(kernel, mu, weights), z - weights / np.diag(inverse)[:, None]
+    return Field(kernel, mu, weights, z - noise[:, None] * weights), z - weights / np.diag(inverse)[:, None]
 
 
 def log_likelihood(covariance: FloatArray, z: FloatArray) -> float:
@@ -213,7 +217,7 @@ class Search:
             noiseless = replace(kernel, noise=0.0)
             if noiseless not in self._shared:       # the last one only: each is large
                 self._shared.clear()
-                mu = self.encode(kernel.stretch).astype(np.float32)     # quicker, and exact enough to compare
+                mu = self.encode(kernel.stretch).astype(np.float32)    # quicker, and exact enough to compare
                 self._shared[noiseless] = _covariance(mu, noiseless, np.zeros(len(mu))).astype(float)
             covariance = self._shared[noiseless] + np.diag(kernel.noise + self.noise)
             self._found[kernel, prior] = log_likelihood(covariance, self.candidates[prior]) - self.penalties[prior]
@@ -235,7 +239,7 @@ def choice(count: int, most: int = MOST_SAMPLES, seed: int = 0) -> IntArray:
     return np.sort(np.random.default_rng(seed).choice(count, most, replace=False))
 
 
-def _covariance(mu: FloatArray, kernel: Kernel, noise: FloatArray) -> FloatArray:
+def _covariance(mu: FloatArray | SingleArray, kernel: Kernel, noise: FloatArray) -> Any:
     covariance = np.empty((len(mu), len(mu)), mu.dtype)
     for start in range(0, len(mu), _CHUNK):                  # `correlation` needs several times its result's memory
         covariance[start:start + _CHUNK] = kernel.correlation(mu[start:start + _CHUNK], mu)
@@ -243,12 +247,12 @@ def _covariance(mu: FloatArray, kernel: Kernel, noise: FloatArray) -> FloatArray
     return covariance
 
 
-def _distance(a: FloatArray, b: FloatArray) -> FloatArray:
+def _distance(a: FloatArray | SingleArray, b: FloatArray | SingleArray) -> Any:
     """Distances between points: (n, 3) and (m, 3) to (n, m)."""
     return np.sqrt(np.maximum((a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T, 0))
 
 
-def _matern(distance: FloatArray) -> FloatArray:
+def _matern(distance: FloatArray | SingleArray) -> Any:
     """The Matern kernel of smoothness 5/2 and length 1 (equation 4.17)."""
     r = math.sqrt(5) * distance
     return (1 + r * (1 + r / 3)) * np.exp(-r)

@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import FloatArray
-from ..model.microfacet import MAX_LOBES, NARROWEST, NO_GAMMA, STEEPEST_TAIL, Geometry, Kind, Microfacet, \
-    geometry, lobe
+from ..model.microfacet import MAX_LOBES, NARROWEST, NO_GAMMA, STEEPEST_TAIL, Geometry, Kind, Microfacet, geometry, lobe
 from ..model.transform import bounded_log
 from ..samples import Samples
 
@@ -49,8 +48,8 @@ def parameter_count(model: Microfacet) -> int:
 def candidates(samples: Samples, offset: float, most: int = MAX_LOBES) -> list[Microfacet]:
     """The Lambertian, and the best models found with one lobe, two lobes, and so on.
 
-    Each is a least-squares fit of log(f + offset). A model that has more parameters than a quarter of the values is left
-    out.
+    Each is a least-squares fit of log(f + offset). A model that has more parameters than a quarter of the values is
+    left out.
 
     Parameters
     ----------
@@ -77,7 +76,7 @@ def candidates(samples: Samples, offset: float, most: int = MAX_LOBES) -> list[M
     if not np.ptp(samples.values):
         return found
     problem = _Problem(geometry(*samples.directions), samples.values / offset)
-    current = Microfacet(np.maximum(np.quantile(problem.values, 0.3, axis=0), 1e-4), *_none(samples))
+    current = replace(found[0], kd=np.maximum(np.quantile(problem.values, 0.3, axis=0), 1e-4))
     for _ in range(most):
         larger = [_with_lobe(current, problem, *start) for start in _STARTS]
         if parameter_count(larger[0]) > samples.values.size / 4:
@@ -85,10 +84,6 @@ def candidates(samples: Samples, offset: float, most: int = MAX_LOBES) -> list[M
         current = min((problem.solved(start) for start in larger), key=lambda result: result[1])[0]
         found.append(replace(current, kd=current.kd * offset, ks=current.ks * offset))
     return found
-
-
-def _none(samples: Samples) -> tuple[FloatArray, ...]:
-    return np.zeros((0, samples.values.shape[1])), np.zeros(0), np.zeros(0), np.zeros(0)
 
 
 def _with_lobe(model: Microfacet, problem: "_Problem", kind: Kind, alpha: float, f0: float) -> Microfacet:

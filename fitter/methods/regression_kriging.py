@@ -65,8 +65,8 @@ class Expert:
 class Estimate:
     """The prior and the interpolated field of samples: most of the work, which fits of several levels share.
 
-    There is an expert for each system of coordinates. The one that predicts each sample best from the others gives prior
-    and coordinates; the field is its own, or the mean of both where that predicts better.
+    There is an expert for each system of coordinates. The one that predicts each sample best from the others gives
+    prior and coordinates; the field is its own, or the mean of both where that predicts better.
 
     Parameters
     ----------
@@ -78,6 +78,8 @@ class Estimate:
     ----------
     transform : LogRelative
     coordinates : HalfDifference or Rusinkiewicz
+    at_samples : (n, channels) float64, or None
+        The field at the samples, without their noise; None if there are too many.
     """
 
     def __init__(self, samples: Samples, softening: float = SOFTENING) -> None:
@@ -107,6 +109,10 @@ class Estimate:
             found.append((expert, left_out + expert.log_prior(used.directions)))
         best, self._other = _best_experts(found, used, noise == 0)
         self.coordinates, self.transform, self._own = best.coordinates, best.transform, best
+        self.at_samples = self._own.field.at_samples if len(used) == len(samples) else None
+        if self._other is not None and self.at_samples is not None:
+            own, other = (each.field.at_samples + each.log_prior(used.directions) for each in (best, self._other))
+            self.at_samples = self.at_samples + 0.5 * (other - own)
         self._farthest = max(used.theta_i.max(), used.theta_o.max())
         self._at_nodes: dict[int, FloatArray] = {}
 
@@ -137,8 +143,8 @@ class Estimate:
     def _azimuthal_mean(self, mu: FloatArray) -> FloatArray:
         """The mean of the field over all azimuths of the half vector: (b, c, 3) to (b, c, channels).
 
-        For the nodes at d = 0, which no pair of directions reaches. They only influence how the fit interpolates between
-        samples near retro-reflection; equal values at all azimuths keep it from oscillating there.
+        For the nodes at d = 0, which no pair of directions reaches. They only influence how the fit interpolates
+        between samples near retro-reflection; equal values at all azimuths keep it from oscillating there.
         """
         radius, which = np.unique(np.round(np.hypot(mu[..., 1], mu[..., 2]), 9), return_inverse=True)
         angle = (np.arange(_AZIMUTHS) + 0.5) * (np.pi / 2 / _AZIMUTHS)  # a quarter turn: the field is even in x and y
@@ -213,8 +219,10 @@ def _specular(samples: Samples, estimated: Estimate, transform: LogRelative, dif
     used = subset(samples, gaussian_process.choice(len(samples), _MOST_SAMPLES))
     between = _between(samples)
     x = [estimated.coordinates.encode(*directions) for directions in (used.directions, between)]
-    measured = transform.field(used.values, *used.directions)
-    field = np.concatenate([measured, estimated.field_at(between)])
+    at_samples = estimated.at_samples
+    if at_samples is None:
+        at_samples = transform.field(used.values, *used.directions)
+    field = np.concatenate([at_samples, estimated.field_at(between)])
     directions = [np.concatenate(pair) for pair in zip(used.directions, between, strict=True)]
     trust = np.concatenate([np.ones(len(used)), np.full(len(x[1]), np.sqrt(_BETWEEN_SHARE * len(used) / len(x[1])))])
     x_all = np.concatenate(x)

@@ -163,7 +163,8 @@ def _coordinates(header: dict[str, Any]) -> Coordinates:
     _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not a number from 0 to 1")
     _check(softening >= LEAST_SOFTENING or name == HalfDifference.name,
            f"its softening radius is below {LEAST_SOFTENING:g}")
-    _check(isinstance(stretched, float) and (stretched == stretch.NONE or stretch.LEAST <= stretched <= stretch.LARGEST),
+    _check(isinstance(stretched, float)
+           and (stretched == stretch.NONE or stretch.LEAST <= stretched <= stretch.LARGEST),
            f"its stretch is not 0, nor a number from {stretch.LEAST:g} to {stretch.LARGEST:g}")
     return systems[name](softening, stretched)
 

@@ -6,8 +6,8 @@ Each lobe is of one of three kinds:
 
 - "mirror", microfacets that reflect: L = D(tan^2 theta_h) S V with g = (1 - cos theta_d)^5. D is a generalised
   Trowbridge-Reitz distribution (B. Burley: Physically Based Shading at Disney, 2012), V the height-correlated Smith
-  visibility (E. Heitz: Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, JCGT 3(2), 2014) and S the
-  Fresnel term of C. Schlick: An Inexpensive BRDF Model for Physically-based Rendering, 1994.
+  visibility (E. Heitz: Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, JCGT 3(2), 2014) and S
+  the Fresnel term of C. Schlick: An Inexpensive BRDF Model for Physically-based Rendering, 1994.
 - "retro", which shines back at the light: L = D(tan^2 theta_b) S with g = cos^2 theta_r. These are the half and the
   difference angle after one direction has been turned about the normal by 180 degrees (the back vector of L. Belcour,
   R. Pacanowski, M. Delahaie, A. Laville-Geay, L. Eupherte: BRDF Measurements and Analysis of Retroreflective Materials,

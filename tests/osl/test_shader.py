@@ -38,7 +38,7 @@ def direction_pairs(random):
     z[1, 1700:2000], phi[1, 1700:2000] = z[0, 1700:2000], phi[0, 1700:2000]     # retro-reflection, and about it
     z[1, 1800:2000] += np.repeat([1e-6, 1e-4, 1e-3, 1e-2], 50) * (0.5 - z[1, 1800:2000])
     phi[1, 1800:2000] += np.repeat([1e-6, 1e-4, 1e-3, 1e-2], 50) * random.standard_normal(200)
-    z[1, 2000:2300], phi[1, 2000:2300] = z[0, 2000:2300], phi[0, 2000:2300] + np.pi     # mirror reflection, and about it
+    z[1, 2000:2300], phi[1, 2000:2300] = z[0, 2000:2300], phi[0, 2000:2300] + np.pi     # mirror, and about it
     z[1, 2100:2300] += np.repeat([1e-6, 1e-4, 1e-3, 1e-2], 50) * (0.5 - z[1, 2100:2300])
     phi[1, 2100:2300] += np.repeat([1e-6, 1e-4, 1e-3, 1e-2], 50) * random.standard_normal(200)
     r = np.sqrt(1 - z**2)

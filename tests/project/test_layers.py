@@ -14,6 +14,9 @@ ADDON = (("annotations", "manual", "versions"), ("transaction",), ("scene",), ("
          ("jobs",), ("library",), ("operators",), ("ui",), ("command",), ("__init__",))
 LAYERS = {"fitter": FITTER, "addon": ADDON}
 FORBIDDEN = {"fitter": {"addon", "bpy", "bpy_extras", "bmesh", "mathutils", "cycles", "_cycles"}, "addon": set()}
+# what is run, by those who run it, is not a library for the others; what they share is in `support`
+NOT_SHARED = {"support": {"tools", "benchmarks", "demo_scenes", "tests"}, "benchmarks": {"demo_scenes"},
+              "tools": {"demo_scenes"}}
 
 
 def imports(path, source):
@@ -52,6 +55,12 @@ def violations(path, source):
     return wrong
 
 
+def not_shared(path, source):
+    """The imports of a file from a package that it should know nothing of."""
+    forbidden = NOT_SHARED[path.split("/")[0]]
+    return [".".join(imported) for imported in imports(path, source) if imported[0] in forbidden]
+
+
 SOURCES = sorted(str(path.relative_to(ROOT).as_posix()) for package in LAYERS
                  for path in (ROOT / package).rglob("*.py"))
 
@@ -75,6 +84,12 @@ def test_a_format_knows_samples_and_no_fit(path):
     assert imported <= known
 
 
+@pytest.mark.parametrize("path", sorted(path.relative_to(ROOT).as_posix() for package in NOT_SHARED
+                                        for path in (ROOT / package).rglob("*.py")))
+def test_what_is_shared_is_imported_from_support(path):
+    assert not_shared(path, (ROOT / path).read_text("utf-8")) == []
+
+
 @pytest.mark.parametrize("name", ["job", "tasks", "worker"])
 def test_what_worker_processes_import_does_not_need_blender(name):
     path = f"addon/jobs/{name}.py"
@@ -95,3 +110,14 @@ def test_what_worker_processes_import_does_not_need_blender(name):
 ])
 def test_an_import_of_a_higher_layer_is_noticed(path, source, wrong):
     assert violations(path, source) == wrong
+
+
+@pytest.mark.parametrize(("path", "source", "wrong"), [
+    ("benchmarks/figures.py", "from demo_scenes.__main__ import suzanne", ["demo_scenes.__main__"]),
+    ("tools/fuzz.py", "def f():\n    import demo_scenes.title", ["demo_scenes.title"]),
+    ("support/stage.py", "from benchmarks import reference", ["benchmarks"]),
+    ("support/stage.py", "from tests.conftest import glossy", ["tests.conftest"]),
+    ("tools/mutants.py", "from tools.shader_guards import SHADER_GUARDS\nfrom support import stage", []),
+])
+def test_an_import_of_what_is_not_shared_is_noticed(path, source, wrong):
+    assert not_shared(path, source) == wrong

@@ -46,7 +46,8 @@ def test_the_coordinates_are_the_papers_angles(pairs, softening):
     np.testing.assert_allclose(x ** 2 + y ** 2, project(theta_h) ** 2, atol=1e-10)
     far = np.sin(theta_d) > 30 * softening              # without regard to the softening
     assert np.count_nonzero(far) > (400 if softening < 0.1 else -1)
-    unsoftened = np.stack([project(theta_d), project(theta_h) * np.cos(phi_d), (project(theta_h) * np.sin(phi_d)) ** 2])
+    radius = project(theta_h)
+    unsoftened = np.stack([project(theta_d), radius * np.cos(phi_d), radius ** 2 * np.sin(phi_d) ** 2])
     np.testing.assert_allclose(np.stack([d, x, y ** 2])[:, far], unsoftened[:, far], atol=1e-5)
 
 
@@ -81,7 +82,7 @@ def test_the_same_direction_twice_is_a_point_of_its_own(theta, softening):
 @softened
 def test_coordinates_that_no_directions_have_are_taken_for_some_that_are_near(softening, random):
     """All of the part of the cube that lattices store is decoded, for the nodes of a lattice are."""
-    mu = random.random((2000, 3)) * [1, 2, 1] - [0, 1, 0]
+    mu = random.random((20_000, 3)) * [1, 2, 1] - [0, 1, 0]
     system = Rusinkiewicz(softening)
     theta_i, phi_i, theta_o, phi_o = system.decode((mu + 1) / 2)
     for theta in (theta_i, theta_o):

@@ -40,6 +40,70 @@ def test_astm_in_latin_1(tmp_path):
     assert fitter.load(write(tmp_path, astm_text(ROWS).encode("latin-1"))).name == "Grün 7"
 
 
+TURNED = np.array(ROWS)[:, [6, 1, 3, 4, 0, 2, 5]]         # B, phi_i, phi_o, R, theta_i, theta_o, G
+
+
+@pytest.mark.parametrize(("names", "columns"), [
+    ("theta_i,phi_i,theta_r,phi_r,R,G,B", ROWS), ("theta_i,phi_i,theta_o,phi_o,R,G,B", ROWS),
+    ("Theta_in, Phi_in, Theta_out, Phi_out, r, g, b", ROWS), ("thetai\tphii\tthetav\tphiv\tR\tG\tB", ROWS),
+    ("theta_i[rad] phi_i(radians) theta_s_rad phi_s_rad R G B".replace(" ", "\t"), ROWS),
+    ("B,phi_i,phi_s,R,theta_i,theta_s,G", TURNED), ("B\tphi_i\tphi_s\tR\ttheta_i\ttheta_s\tG", TURNED)])
+@pytest.mark.parametrize("separator", [",", "\t", "   ", " , "])
+def test_astm_with_other_names_orders_and_separators(tmp_path, names, columns, separator):
+    rows = "\n".join(separator.join(map(str, row)) for row in columns)
+    samples = fitter.load(write(tmp_path, f"SAMPLE_NAME\tPaint\nNUM_POINTS\t2\nVARS\t{names}\n{rows}\n"))
+    np.testing.assert_array_equal(np.column_stack([*samples.directions, samples.values]), ROWS)
+    assert (samples.name, samples.channels) == ("Paint", ("R", "G", "B"))
+
+
+DEGREES = [[30, 0, 15, -180, 0.1, 0.2, 0.3], [0, 0, 2, 180, 0.01, 0.25, 0.35], [90, 0, 45, 90, 0, 0, 0]]
+
+
+@pytest.mark.parametrize("names", [
+    "theta_i,phi_i,theta_s,phi_s", "theta_i[deg],phi_i[deg],theta_s[deg],phi_s[deg]",
+    "theta_i (degrees),phi_i (degrees),theta_s (degrees),phi_s (degrees)"])
+def test_degrees_are_told_by_the_names_or_by_their_size(tmp_path, names):
+    rows = "\n".join(",".join(map(str, row)) for row in DEGREES)
+    samples = fitter.load(write(tmp_path, f"VARS {names},R,G,B\n{rows}"))
+    np.testing.assert_allclose(samples.directions, np.array(DEGREES)[:, :4].T * np.pi / 180, rtol=1e-12)
+
+
+def test_small_angles_are_radians_unless_the_names_say_degrees(tmp_path):
+    row = "1,2,0.5,3,0.1,0.2,0.3\n"
+    assert fitter.load(write(tmp_path, f"VARS theta_i,phi_i,theta_s,phi_s,R,G,B\n{row}")).theta_i[0] == 1
+    names = "theta_i[deg],phi_i[deg],theta_s[deg],phi_s[deg]"
+    assert fitter.load(write(tmp_path, f"VARS {names},R,G,B\n{row}")).phi_o[0] == pytest.approx(np.pi / 60)
+
+
+@pytest.mark.parametrize("name", ["650nm", "650 nm", "BRDF", "brdf", "fr"])
+def test_a_single_channel_is_grey(tmp_path, name):
+    samples = fitter.load(write(tmp_path, astm_text([row[:5] for row in ROWS], name)))
+    assert samples.channels == ("grey",)
+    np.testing.assert_array_equal(samples.values, [[0.1], [-0.01]])
+
+
+def test_light_tec_leaves_out_the_name_of_phi_s(tmp_path):
+    text = astm_text([[0.5, 3.141593, 0.3, 1.5, 0.1, 0.2, 0.3]], "465nm,525nm,630nm").replace(",phi_s", "")
+    samples = fitter.load(write(tmp_path, text))
+    np.testing.assert_array_equal(samples.directions, [[0.5], [3.141593], [0.3], [1.5]])
+    assert samples.channels == ("R", "G", "B")
+    np.testing.assert_array_equal(samples.values, [[0.3, 0.2, 0.1]])
+
+
+@pytest.mark.parametrize("stem", ["C1_White", "C9_Gold"])
+def test_light_tecs_own_files(goniometer, stem):
+    """Light mirrors to where phi_s is 0, half a turn from phi_i, or above that, as off rough metal."""
+    samples = fitter.load(goniometer(f"lighttec_{stem}.astm"))
+    assert (len(samples), samples.channels) == (12964, ("R", "G", "B"))
+    np.testing.assert_allclose(np.unique(samples.theta_i.round(6)), np.radians([0, 20, 40, 60]), atol=1e-6)
+    assert len(np.unique(samples.phi_o.round(6))) == 36
+    oblique = fitter.samples.subset(samples, samples.theta_i > 0.3)
+    brightest = np.argmax(oblique.values[:, 0])
+    assert np.cos(oblique.phi_o - oblique.phi_i)[brightest] == pytest.approx(-1)
+    assert 0 <= (oblique.theta_o - oblique.theta_i)[brightest] < np.radians(16)
+    assert -3e-4 < samples.values.min() < 0
+
+
 def test_a_flat_spectrum_is_grey_of_the_same_reflectance(tmp_path):
     channels = ",".join(f"{band}nm" for band in BANDS)
     samples = fitter.load(write(tmp_path, astm_text([[0.5, 0, 0.3, 0, *[0.25] * 31]], channels)))
@@ -205,9 +269,19 @@ def test_pbrt_rows_may_break_anywhere(tmp_path):
     (astm_text(ROWS).replace("1.2,", "2.2,"), 7, "polar angle of 2.2"),
     (astm_text(ROWS).replace("POINTS 2", "POINTS 3"), 3, "2 rows found, expected 3"),
     (astm_text([], points=False), 3, "no rows after VARS"),
-    (astm_text(ROWS, "X,Y,Z"), 4, "expected R,G,B or wavelengths"),
+    (astm_text(ROWS, "X,Y,Z"), 4, "expected R,G,B, or wavelengths"),
     (astm_text(ROWS, "700nm,600nm,500nm"), 4, "wavelengths must rise"),
-    (astm_text(ROWS).replace("theta_i", "angle"), 4, "VARS must begin with"),
+    (astm_text(ROWS).replace("theta_i", "angle"), 4, "VARS must name theta_i, phi_i"),
+    (astm_text(ROWS).replace("theta_s", "theta_r,theta_o"), 4, "once each"),
+    (astm_text(ROWS).replace("theta_i", "theta_i[deg]"), 4, "in one unit"),
+    (astm_text(ROWS).replace("phi_i,", ""), 4, "VARS must name"),
+    (astm_text(ROWS).replace(",R,G,B", ""), 4, "and channels"),
+    (astm_text([row[:6] for row in ROWS], "R,G"), 4, "channels R,G found"),
+    (astm_text([row[:5] for row in ROWS], "BRDF*cos"), 4, "channels BRDF*cos found"),
+    (astm_text(ROWS, "R,G"), 6, "more than 6 entries found, expected 6"),
+    (astm_text(DEGREES).replace("\n30,", "\n95,"), 6, "a polar angle of 95 found, expected 0 to 90 degrees"),
+    (astm_text(ROWS).replace(",", "\t").replace("0.25", ""), 7, "6 entries found, expected 7"),
+    (astm_text(ROWS).replace("0.3,-3", "0.3 -3"), 6, "6 entries found, expected 7"),
     (PBRT + "1 2", 8, "rows of 7"),
     (PBRT.replace("0.3", "-0.3"), 6, "polar angle of -0.3"),
     (PBRT.replace("-1", "x"), 6, "'x' found"),
@@ -269,6 +343,15 @@ def test_samples_that_make_no_sense_are_refused(change):
 def test_samples_cannot_be_changed_by_accident(curet):
     with pytest.raises(ValueError, match="read-only"):
         curet("felt").values[0] = 0
+
+
+def test_read_only_arrays_are_not_copied_and_others_are():
+    values, angle = np.ones((3, 1)), np.zeros(3)
+    values.flags.writeable = False
+    samples = fitter.Samples(angle, angle, angle, angle, values)
+    assert samples.values is values
+    angle[:] = 1
+    assert not samples.theta_i.any()
 
 
 def test_the_source_is_recorded(tmp_path):

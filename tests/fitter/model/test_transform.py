@@ -71,4 +71,5 @@ def test_a_damping_is_reciprocal_and_changes_nothing_where_it_is_1(directions, r
 
 
 def test_the_logarithm_is_bounded_below_minus_the_offset():
-    np.testing.assert_allclose(np.exp(bounded_log(np.array([-1.0, -0.05, 0.0, 1.0]), 0.05)), [0.0025, 0.0025, 0.05, 1.05])
+    values = np.array([-1.0, -0.05, 0.0, 1.0])
+    np.testing.assert_allclose(np.exp(bounded_log(values, 0.05)), [0.0025, 0.0025, 0.05, 1.05])

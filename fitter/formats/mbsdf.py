@@ -1,0 +1,93 @@
+"""NVIDIA's measured materials of the Material Definition Language (.mbsdf), isotropic.
+
+Defined by the MDL SDK, `IBsdf_isotropic_data`. Owner's page: https://github.com/NVIDIA/MDL-SDK
+
+Layout: lines of text; a line ``MBSDF_DATA=`` or ``MBSDF_DATA_REFLECTION=``; and then, little-endian, uint32 type (0:
+one value, 1: red, green and blue), uint32 n, uint32 m, and float32 values [theta_in][theta_out][phi][channel], 1/sr ::
+
+    theta_in = i / n pi / 2         theta_out = j / n pi / 2        phi = k / (m - 1) pi
+
+phi is the angle between the azimuths, pi for mirror reflection. A second such block, after MBSDF_DATA_TRANSMISSION=, is
+transmitted light, which is not read.
+
+Limits: the SDK says "uniformly distributed in [0, pi/2) and [0, pi]", and measured files are in keeping with that; its
+own renderers place phi up to one cell off. Where theta_in or theta_out is 0 all phi are one direction: the sample is
+their mean. Values may be negative.
+"""
+
+import math
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import DatasetError
+from ..samples import HORIZON, RGB, Samples
+from .format import Format
+
+MAGIC = b"NVIDIA ARC MBSDF V"
+_BLOCKS = b"\nMBSDF_DATA=\n", b"\nMBSDF_DATA_REFLECTION=\n"
+_TRANSMISSION = b"MBSDF_DATA_TRANSMISSION=\n"
+_HEADER = struct.Struct("<3I")
+_LARGEST = 32 << 20
+
+
+def recognises(content: bytes) -> bool:
+    r"""Whether the file begins with NVIDIA's mark.
+
+    Examples
+    --------
+    >>> recognises(b"NVIDIA ARC MBSDF V1\nMBSDF_DATA=\n"), recognises(b"tensor_file\0")
+    (True, False)
+    """
+    return content.startswith(MAGIC)
+
+
+def read(path: str | Path, content: bytes) -> Samples:
+    """Read the reflection of an .mbsdf file.
+
+    Returns
+    -------
+    Samples
+
+    Raises
+    ------
+    DatasetError
+        If the file is damaged, or holds transmitted light only.
+    """
+    found = [content.find(block) + len(block) for block in _BLOCKS if block in content]
+    if not found:
+        what = "transmitted light only" if _TRANSMISSION in content else "no line MBSDF_DATA= or MBSDF_DATA_REFLECTION="
+        raise DatasetError(f"{what}, expected reflection", path)
+    start = min(found)
+    if len(content) < start + _HEADER.size:
+        raise DatasetError("it ends before the table", path)
+    kind, thetas, phis = _HEADER.unpack_from(content, start)
+    if kind not in (0, 1) or thetas < 2 or phis < 2:
+        raise DatasetError(f"type {kind}, {thetas} x {thetas} x {phis} values found, expected type 0 or 1 and at least "
+                           f"2 values along each axis", path)
+    shape = thetas, thetas, phis, 3 if kind else 1
+    start += _HEADER.size
+    end = start + 4 * math.prod(shape)
+    if end > len(content) or (end < len(content) and not content.startswith(_TRANSMISSION, end)):
+        raise DatasetError(f"{len(content) - start:,} bytes of values found, expected {end - start:,} for "
+                           f"{' x '.join(map(str, shape))} float32", path)
+    values = np.frombuffer(content, "<f4", math.prod(shape), start).reshape(shape).astype(float)
+    if not np.isfinite(values).all():
+        raise DatasetError("holds numbers that are not finite", path)
+    kept = np.ones(shape[:3], dtype=bool)
+    kept[0, :, 1:] = kept[:, 0, 1:] = False
+    for at_normal in (values[0], values[:, 0]):
+        at_normal[:] = at_normal.mean(axis=1, keepdims=True)
+    values[0, 0] = values[0, 0].mean(axis=0)
+    theta = np.arange(thetas) / thetas * HORIZON
+    phi = np.arange(phis) / (phis - 1) * np.pi
+    angles = [np.broadcast_to(axis, kept.shape)[kept] for axis in (theta[:, None, None], 0.0, theta[:, None], phi)]
+    values = values[kept]
+    for array in (*angles, values):
+        array.flags.writeable = False           # so that `Samples` need not copy them
+    theta_i, phi_i, theta_o, phi_o = angles
+    return Samples(theta_i, phi_i, theta_o, phi_o, values, RGB if kind else ("grey",), Path(path).stem, str(path))
+
+
+FORMAT = Format("NVIDIA", "NVIDIA .mbsdf", (".mbsdf",), recognises, read, is_text=False, largest=_LARGEST)

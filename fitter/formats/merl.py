@@ -1,0 +1,127 @@
+"""MERL's reflectance database, 100 materials (.binary), tabulated by half and difference angles.
+
+Measured by W. Matusik, H. Pfister, M. Brand, L. McMillan: A Data-Driven Reflectance Model, ACM TOG 22(3), 2003. Owner's
+page: https://www.merl.com/research/downloads/BRDF. Angles: S. Rusinkiewicz: A New Change of Variables for Efficient
+BRDF Representation, 1998.
+
+Layout, little-endian: three int32, the numbers of cells n_h, n_d, n_p of theta_h, theta_d and phi_d (90, 90, 180), and
+as many numbers for red, for green and for blue; phi_d changes fastest. The BRDF in 1/sr is the number times 1, 1.15 or
+1.66 over 1500. A cell's number holds at its lower edges ::
+
+    theta_h = (i / n_h)^2 pi / 2        half vector and normal
+    theta_d = j / n_d pi / 2            half vector and light
+    phi_d   = k / n_p pi                azimuth of the light about the half vector, 0 away from the normal
+
+Reciprocity gives the other half turn of phi_d. Files of half the size (45, 45, 90), and of float32 or float16 instead
+of float64, have the same layout.
+
+Limits: a cell with a negative number in any channel was not measured, and is left out, as are those whose directions
+are below the horizon. Near theta_d = 90 degrees the authors have extrapolated.
+"""
+
+import math
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from ..arrays import BoolArray, FloatArray
+from ..errors import DatasetError
+from ..samples import HORIZON, RGB, Samples
+from .format import Format
+
+CELLS = 90, 90, 180
+SCALE = np.array([1.0, 1.15, 1.66]) / 1500
+_HEADER = 12
+_LOWEST = 1e-12             # cosine below which a direction is on the horizon, but for rounding
+_TYPES = {8: "<f8", 4: "<f4", 2: "<f2"}
+_LARGEST = _HEADER + 3 * 8 * math.prod(CELLS)
+
+
+def recognises(content: bytes) -> bool:
+    r"""Whether the file begins with the numbers n, n, 2n, up to MERL's own; in the wrong byte order too.
+
+    Examples
+    --------
+    >>> recognises(struct.pack("<3i", 90, 90, 180)), recognises(b"# a text\n1 2")
+    (True, False)
+    """
+    return _is_merl(_cells(content, "<")) or _is_merl(_cells(content, ">"))
+
+
+def read(path: str | Path, content: bytes) -> Samples:
+    """Read a .binary file: the cells that were measured.
+
+    Returns
+    -------
+    Samples
+
+    Raises
+    ------
+    DatasetError
+        If the file is damaged.
+    """
+    cells = _cells(content, "<")
+    if not _is_merl(cells):
+        raise DatasetError("numbers in big-endian order, expected little-endian ones, as MERL's files have them", path)
+    numbers = 3 * math.prod(cells)
+    size, rest = divmod(len(content) - _HEADER, numbers)
+    if rest or size not in _TYPES:
+        sizes = ", ".join(f"{_HEADER + numbers * size:,} (float{8 * size})" for size in _TYPES)
+        raise DatasetError(f"{len(content):,} bytes found for {' x '.join(map(str, cells))} cells of three channels, "
+                           f"expected {sizes}", path)
+    planes = np.frombuffer(content, _TYPES[size], offset=_HEADER).reshape(3, *cells)
+    if not all(np.isfinite(part).all() for part in np.moveaxis(planes, 1, 0)):
+        raise DatasetError("holds numbers that are not finite", path)
+    measured = [(planes[:, i] >= 0).all(axis=0) & _above(i, cells) for i in range(cells[0])]
+    count = sum(map(np.count_nonzero, measured))
+    if not count:
+        raise DatasetError("no cell was measured: all are negative or below the horizon", path)
+    angles, values = [np.empty(count) for _ in range(4)], np.empty((count, 3))
+    at = 0
+    for i, kept in enumerate(measured):         # one theta_h at a time, to save memory
+        after = at + int(np.count_nonzero(kept))
+        for angle, part in zip(angles, _directions(i, kept), strict=True):
+            angle[at:after] = part
+        values[at:after] = planes[:, i][:, kept].T * SCALE
+        at = after
+    for array in (*angles, values):
+        array.flags.writeable = False           # so that `Samples` need not copy them
+    theta_i, phi_i, theta_o, phi_o = angles
+    return Samples(theta_i, phi_i, theta_o, phi_o, values, RGB, Path(path).stem, str(path))
+
+
+def _cells(content: bytes, order: str) -> tuple[int, ...]:
+    """The numbers of cells; `order` is "<" or ">", the byte order."""
+    return struct.unpack_from(order + "3i", content) if len(content) >= _HEADER else ()
+
+
+def _is_merl(cells: tuple[int, ...]) -> bool:
+    return len(cells) == 3 and 2 <= cells[0] <= CELLS[0] and cells[1] == cells[0] and cells[2] == 2 * cells[0]
+
+
+def _above(i: int, cells: tuple[int, ...]) -> BoolArray:
+    """Whether both directions of each cell of a theta_h are above the horizon: (n_d, n_p)."""
+    theta_h, theta_d, phi_d = _edges(i, cells)
+    return np.cos(theta_d) * np.cos(theta_h) > _LOWEST + np.abs(np.sin(theta_d) * np.cos(phi_d) * np.sin(theta_h))
+
+
+def _directions(i: int, kept: BoolArray) -> FloatArray:
+    """theta_i, phi_i, theta_o, phi_o of the cells of a theta_h that are kept: (4, n) radians. phi_h is 0."""
+    cells = len(kept), *kept.shape
+    theta_h, theta_d, phi_d = _edges(i, cells)
+    x, y = ((np.sin(theta_d) * across)[kept] for across in (np.cos(phi_d), np.sin(phi_d)))
+    z = np.broadcast_to(np.cos(theta_d), kept.shape)[kept]
+    out, up = z * np.sin(theta_h), z * np.cos(theta_h)
+    sideways, down = x * np.cos(theta_h), x * np.sin(theta_h)
+    return np.stack([np.arctan2(np.hypot(out + sideways, y), up - down), np.arctan2(y, out + sideways),
+                     np.arctan2(np.hypot(out - sideways, y), up + down), np.arctan2(-y, out - sideways)])
+
+
+def _edges(i: int, cells: tuple[int, ...]) -> tuple[float, FloatArray, FloatArray]:
+    """theta_h, theta_d (n_d, 1) and phi_d (n_p,) of the cells of a theta_h."""
+    return ((i / cells[0]) ** 2 * HORIZON, np.arange(cells[1])[:, None] / cells[1] * HORIZON,
+            np.arange(cells[2]) / cells[2] * np.pi)
+
+
+FORMAT = Format("MERL", "MERL .binary", (".binary",), recognises, read, is_text=False, largest=_LARGEST)

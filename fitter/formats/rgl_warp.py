@@ -1,0 +1,136 @@
+"""The map between half vectors and the grid of an RGL table: that which makes a tabulated density uniform.
+
+J. Dupuy, W. Jakob: An Adaptive Parameterization for Efficient Material Acquisition and Rendering, ACM TOG 37(6), 2018,
+section 4. A density p over the unit square is tabulated for each angle of incidence, bilinear between its nodes and
+linear between the angles. With the marginal density m(y) = int p(x, y) dx, the point u belongs to ::
+
+    s_x = int_0^{u_x} p(x, u_y) dx / m(u_y),    s_y = int_0^{u_y} m(y) dy
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Warp:
+    """Densities over the unit square, in units of a cell, and their integrals.
+
+    Attributes
+    ----------
+    density : (slices, ny, nx) float64
+        Each slice integrates to 1.
+    along : (slices, ny, nx) float64
+        Integral along x from the row's start.
+    marginal : (slices, ny) float64
+        Integral over the rows up to this one.
+    """
+
+    density: FloatArray
+    along: FloatArray
+    marginal: FloatArray
+
+
+def warp(density: FloatArray) -> Warp:
+    """Normalise densities (slices, ny, nx) and integrate them; every slice must have a positive sum.
+
+    Examples
+    --------
+    >>> uniform = warp(np.ones((2, 3, 3)))
+    >>> to_grid(uniform, np.array([0]), np.array([0.5]), np.array([0.3]), np.array([0.8]))
+    (array([0.3]), array([0.8]))
+    """
+    along = _integral(density)
+    marginal = _integral(along[..., -1])
+    total = marginal[:, -1]
+    return Warp(density / total[:, None, None], along / total[:, None, None], marginal / total[:, None])
+
+
+def to_grid(warp: Warp, index: IntArray, weight: FloatArray, x: FloatArray,
+            y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The place in the grid, s, of points u = (x, y); both in the unit square.
+
+    Parameters
+    ----------
+    warp : Warp
+    index, weight : (n,) arrays
+        The density is that of slice ``index``, blended with the next one's by ``weight``, 0 to 1.
+    x, y : (n,) arrays
+
+    Returns
+    -------
+    s_x, s_y : (n,) float64
+        0 where the density of a whole row is 0.
+    """
+    rows, columns = warp.density.shape[1:]
+    j, b = cell(y, rows)
+    i, a = cell(x, columns)
+    after = np.minimum(index + 1, len(warp.density) - 1)
+
+    def blended(table: FloatArray, *place: IntArray) -> FloatArray:
+        return (1 - weight) * table[(index, *place)] + weight * table[(after, *place)]
+
+    def between(table: FloatArray, column: IntArray) -> FloatArray:
+        return (1 - b) * blended(table, j, column) + b * blended(table, j + 1, column)
+
+    last = np.full_like(i, columns - 1)
+    left, right = between(warp.density, i), between(warp.density, i + 1)
+    row = between(warp.along, last)
+    part = between(warp.along, i) + a * (left + a * (right - left) / 2)
+    low, high = blended(warp.along, j, last), blended(warp.along, j + 1, last)
+    s_y = blended(warp.marginal, j) + b * (low + b * (high - low) / 2)
+    return np.divide(part, row, out=np.zeros_like(part), where=row > 0), s_y
+
+
+def from_grid(warp: Warp, index: int, s_x: FloatArray, s_y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The points u of a grid of places s, for one slice; the inverse of `to_grid`.
+
+    Parameters
+    ----------
+    warp : Warp
+    index : int
+    s_x : (columns,) array
+    s_y : (rows,) array
+
+    Returns
+    -------
+    u_x : (rows, columns) float64
+    u_y : (rows,) float64
+
+    Examples
+    --------
+    >>> slope = warp(np.array([[[0.0, 1.0], [0.0, 1.0]]]))
+    >>> from_grid(slope, 0, np.array([0.0, 0.25, 1.0]), np.array([0.5]))
+    (array([[0. , 0.5, 1. ]]), array([0.5]))
+    """
+    density, along, marginal = warp.density[index], warp.along[index], warp.marginal[index]
+    j = np.clip(np.searchsorted(marginal, s_y) - 1, 0, len(marginal) - 2)
+    b = _crossing(along[j, -1], along[j + 1, -1], s_y - marginal[j])
+    density, along = ((1 - b)[:, None] * table[j] + b[:, None] * table[j + 1] for table in (density, along))
+    part = s_x * along[:, -1:]
+    i = np.clip((along[:, None, :] < part[..., None]).sum(axis=-1) - 1, 0, along.shape[1] - 2)
+    start, end, before = (np.take_along_axis(table, column, axis=1)
+                          for table, column in ((density, i), (density, i + 1), (along, i)))
+    return (i + _crossing(start, end, part - before)) / (along.shape[1] - 1), (j + b) / (len(marginal) - 1)
+
+
+def cell(x: FloatArray, nodes: int) -> tuple[IntArray, FloatArray]:
+    """The cell of a row of nodes over 0 to 1 in which x is, and the place in it, 0 to 1."""
+    x = x * (nodes - 1)
+    index = np.clip(x.astype(np.int64), 0, nodes - 2)
+    return index, x - index
+
+
+def _integral(density: FloatArray) -> FloatArray:
+    """The integral of a linear interpolation along the last axis, up to each node."""
+    return np.concatenate([np.zeros((*density.shape[:-1], 1)),
+                           np.cumsum((density[..., 1:] + density[..., :-1]) / 2, axis=-1)], axis=-1)
+
+
+def _crossing(start: FloatArray, end: FloatArray, integral: FloatArray) -> FloatArray:
+    """How far into a cell, 0 to 1, a density that is linear from start to end has a given integral."""
+    root = np.sqrt(np.maximum(start ** 2 + 2 * (end - start) * integral, 0))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.clip(np.nan_to_num(2 * integral / (start + root)), 0, 1)

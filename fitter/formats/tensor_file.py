@@ -1,0 +1,72 @@
+"""Reading the container of RGL's files: named arrays of numbers.
+
+Layout, little-endian: ``tensor_file`` and a zero byte; the version, 1 and 0, a byte each; uint32, the number of arrays;
+for each array uint16 and as many bytes, its name; uint16, its number of dimensions; uint8, the type of its numbers;
+uint64, where they begin in the file; uint64 for each dimension. Owner's page: https://rgl.epfl.ch/materials
+"""
+
+import math
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import DatasetError
+from .text import decode
+
+MAGIC = b"tensor_file\0"
+_VERSION = b"\1\0"
+_TYPES = dict(enumerate(("<u1", "<i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8"), 1))
+_MOST_DIMENSIONS = 8
+
+
+def read(content: bytes, path: str | Path) -> dict[str, NDArray[Any]]:
+    """Read the table of arrays; the arrays look into the content, so that nothing is copied.
+
+    Returns
+    -------
+    dict
+        Arrays of the type that the file has them in, read-only, by name.
+
+    Raises
+    ------
+    DatasetError
+        If the file is damaged.
+    """
+    start = len(MAGIC) + len(_VERSION)
+    if content[:start] != MAGIC + _VERSION:
+        raise DatasetError(f"tensor file of version {tuple(content[len(MAGIC):start])}, expected (1, 0)", path)
+    arrays: dict[str, NDArray[Any]] = {}
+    try:
+        count, = struct.unpack_from("<I", content, start)
+        at = start + 4
+        for _ in range(count):
+            size, = struct.unpack_from("<H", content, at)
+            at += 2 + size
+            name = decode(content[at - size:at])
+            dimensions, kind, offset = struct.unpack_from("<HBQ", content, at)
+            if dimensions > _MOST_DIMENSIONS:
+                raise ValueError(f"{name!r:.40} has {dimensions} dimensions, expected at most {_MOST_DIMENSIONS}")
+            shape = struct.unpack_from(f"<{dimensions}Q", content, at + 11)
+            at += 11 + 8 * dimensions
+            if name in arrays:
+                raise ValueError(f"two arrays are named {name!r:.40}")
+            arrays[name] = _array(content, name, kind, offset, shape)
+    except struct.error:
+        raise DatasetError(f"a damaged tensor file: {len(content):,} bytes end within the table of its arrays",
+                           path) from None
+    except ValueError as error:
+        raise DatasetError(f"a damaged tensor file: {error}", path) from None
+    return arrays
+
+
+def _array(content: bytes, name: str, kind: int, offset: int, shape: tuple[int, ...]) -> NDArray[Any]:
+    if kind not in _TYPES:
+        raise ValueError(f"{name!r:.40} is of the type {kind}, expected 1 to {len(_TYPES)}")
+    size = math.prod(shape)
+    end = offset + size * np.dtype(_TYPES[kind]).itemsize
+    if end > len(content):
+        raise ValueError(f"{name!r:.40} should end at byte {end:,}, and the file has {len(content):,}")
+    return np.frombuffer(content, _TYPES[kind], size, offset).reshape(shape)

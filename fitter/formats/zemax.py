@@ -1,0 +1,227 @@
+"""Zemax's table of scattered light (.bsdf), as Radiant's Imaging Sphere and other scatterometers write it.
+
+Defined by R. Rykowski: BSDF Data Interchange File Format Specification, Radiant Imaging, 2008; now
+https://support.zemax.com, "Zemax Tabular BSDF data file format".
+
+Layout: text with comments from # to the end of the line; four lines of a keyword and a word; four of a keyword and a
+number, each with a line of as many angles in degrees; and the tables, one for SpectralContent Monochrome, three for
+XYZ. A table has for each angle of incidence a line TIS and for each azimuth a line of a value for each radial angle,
+1/sr ::
+
+    Source	Measured
+    Symmetry	PlaneSymmetrical
+    SpectralContent	Monochrome
+    ScatterType	BRDF
+    SampleRotation	1
+    0
+    AngleOfIncidence	2
+    10	30
+    ScatterAzimuth	3
+    0	90	180
+    ScatterRadial	2
+    0	40
+
+    Monochrome
+    DataBegin
+    TIS	0.0386
+    3.48	0.0213
+    ...
+    DataEnd
+
+Azimuth and radial angle are about the direction of specular reflection: radial is the angle from it, and azimuth 0 goes
+towards the normal.
+
+Limits: isotropic materials in reflection. A value of 0 stands for a direction that was not measured, most often one
+below the horizon, and is left out. All lines at radial 0 are one direction: the sample is their mean. XYZ are taken to
+be relative to D65.
+"""
+
+import re
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from ..arrays import BoolArray, FloatArray
+from ..errors import DatasetError
+from ..samples import HORIZON, RGB, Samples
+from .format import Format
+from .spectra import XYZ_TO_SRGB
+from .text import decode, line_number, lines, parse_number, parse_row, parse_rows
+
+_WORDS = "Symmetry", "SpectralContent", "ScatterType"
+_ANGLES = {"SampleRotation": (-360, 360), "AngleOfIncidence": (0, 90), "ScatterAzimuth": (-360, 360),
+           "ScatterRadial": (0, 180)}            # and their range, degrees
+_TABLE = "AngleOfIncidence", "ScatterAzimuth", "ScatterRadial"
+_START = rb"(?:\A|(?<=[\r\n]))[ \t]*"
+_MARK = re.compile(_START + rb"(?:ScatterAzimuth|ScatterRadial)[ \t]")
+_KEYWORD = re.compile(_START + rb"(%b)[ \t]+([^\s#]+)" % "|".join((*_WORDS, *_ANGLES)).encode())
+_BEGIN = re.compile(_START + rb"DataBegin\b[^\r\n]*")
+_END = re.compile(_START + rb"DataEnd\b[^\r\n]*")
+_TIS = re.compile(_START + rb"TIS\b([^\r\n]*)")
+_LARGEST = 4 << 20          # bytes; a file of 37 rotations has a million
+_LOWEST = 1e-9              # cosine below which a direction is on the horizon, but for rounding
+
+
+@dataclass(frozen=True)
+class _Header:
+    """What stands before the tables: the words, and the angles in degrees."""
+
+    words: dict[str, str]
+    angles: dict[str, FloatArray]
+
+
+def recognises(content: bytes) -> bool:
+    r"""Whether a line starts with one of Zemax's angles.
+
+    Examples
+    --------
+    >>> recognises(b"# made\nScatterAzimuth\t19\n"), recognises(b"tensor_file\0")
+    (True, False)
+    """
+    return _MARK.search(content) is not None
+
+
+def read(path: str | Path, content: bytes) -> Samples:
+    """Read a Zemax file.
+
+    Returns
+    -------
+    Samples
+        Monochrome is grey, XYZ becomes linear sRGB.
+
+    Raises
+    ------
+    DatasetError
+        If the file is malformed, of an anisotropic material, or of transmitted light.
+    """
+    header = _header(path, content)
+    tables = _tables(path, content, header)
+    expected = 3 if header.words["SpectralContent"] == "XYZ" else 1
+    if len(tables) != expected:
+        raise DatasetError(f"{len(tables)} tables found, expected {expected} for the SpectralContent "
+                           f"{header.words['SpectralContent']}", path)
+    values = np.stack(tables, axis=-1) if expected > 1 else tables[0][..., None]    # (incidence, azimuth, radial, ...)
+    kept = _measured(values, header.angles["ScatterRadial"] == 0)
+    angles = _directions(header, kept)
+    if not kept.any():
+        raise DatasetError("no measurement above the horizon: all values are 0", path)
+    values = values[kept]
+    channels: tuple[str, ...] = ("grey",)
+    if expected == 3:
+        channels, values = RGB, values @ XYZ_TO_SRGB.T
+    for array in (*angles, values):
+        array.flags.writeable = False           # so that `Samples` need not copy them
+    theta_i, phi_i, theta_o, phi_o = angles
+    return Samples(theta_i, phi_i, theta_o, phi_o, values, channels, Path(path).stem, str(path))
+
+
+def _measured(values: FloatArray, mirrored: BoolArray) -> BoolArray:
+    """Which values are not 0: (incidence, azimuth, radial); of the mirrored ray only one, to which their mean goes."""
+    measured = np.asarray(values.any(axis=-1))
+    for radial in np.flatnonzero(mirrored):
+        here = measured[:, :, radial]
+        count = np.maximum(here.sum(axis=1), 1)[:, None]
+        values[:, 0, radial] = values[:, :, radial].sum(axis=1) / count
+        here[:, 0] = here.any(axis=1)
+        here[:, 1:] = False
+    return measured
+
+
+def _directions(header: _Header, kept: BoolArray) -> list[FloatArray]:
+    """theta_i, phi_i, theta_o and phi_o of the values that are kept, radians; those below the horizon are no longer."""
+    theta, azimuth, radial = np.meshgrid(*(np.radians(header.angles[name]) for name in _TABLE), indexing="ij",
+                                         sparse=True)
+    z = np.cos(theta) * np.cos(radial) + np.sin(theta) * (np.sin(radial) * np.cos(azimuth))
+    kept &= z > _LOWEST
+    z = z[kept]
+    x = (np.cos(theta) * (np.sin(radial) * np.cos(azimuth)) - np.sin(theta) * np.cos(radial))[kept]
+    y = np.broadcast_to(np.sin(radial) * np.sin(azimuth), kept.shape)[kept]
+    theta_i = np.broadcast_to(np.minimum(theta, HORIZON), kept.shape)[kept]
+    return [theta_i, np.zeros_like(theta_i), np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)]
+
+
+def _header(path: str | Path, content: bytes) -> _Header:
+    """Read what stands before the tables, and refuse what is not an isotropic BRDF."""
+    begin = _BEGIN.search(content)
+    if begin is None:
+        raise DatasetError("no line DataBegin", path)
+    words: dict[str, str] = {}
+    angles: dict[str, FloatArray] = {}
+    for found in _KEYWORD.finditer(content, 0, begin.start()):
+        keyword = decode(found[1])
+        if keyword in words or keyword in angles:
+            raise DatasetError(f"{keyword} a second time", path, line_number(content, found.start(1)))
+        if keyword in _WORDS:
+            words[keyword] = decode(found[2])
+        else:
+            angles[keyword] = _angles(path, content, found, begin.start(), _ANGLES[keyword])
+    missing = [keyword for keyword in (*_WORDS, *_ANGLES) if keyword not in words and keyword not in angles]
+    if missing:
+        raise DatasetError(f"no line {', '.join(missing)} before DataBegin", path)
+    _check_words(words, len(angles["SampleRotation"]), path)
+    return _Header(words, angles)
+
+
+def _angles(path: str | Path, content: bytes, found: re.Match[bytes], end: int, limits: tuple[int, int]) -> FloatArray:
+    """The angles in degrees on the line after a keyword and their number."""
+    keyword = decode(found[1])
+    count = parse_number(found[2], path, content, found.start(2))
+    row = next(lines(content[:end], found.end()), None)
+    if not 1 <= count <= len(content) or count != int(count) or row is None:
+        raise DatasetError(f"{keyword} {count:g} found, expected a number of angles, and these on the next line", path,
+                           line_number(content, found.start(1)))
+    numbers = np.array(parse_row(row[0], None, int(count), f"the angles of {keyword}", path, content, row.start()))
+    if numbers.min() < limits[0] or numbers.max() > limits[1]:
+        raise DatasetError(f"{keyword} from {numbers.min():g} to {numbers.max():g} found, expected {limits[0]} to "
+                           f"{limits[1]} degrees", path, line_number(content, row.start()))
+    return numbers
+
+
+def _check_words(words: dict[str, str], rotations: int, path: str | Path) -> None:
+    symmetry, spectrum, scatter = (words[name] for name in _WORDS)
+    if scatter.upper() != "BRDF":
+        raise DatasetError(f"ScatterType {scatter} found, expected BRDF: transmitted light cannot be used", path)
+    if rotations > 1 or not symmetry.lower().startswith("planesymmetrical"):
+        raise DatasetError(f"an anisotropic material (Symmetry {symmetry}, {rotations} sample rotations found, "
+                           f"expected PlaneSymmetrical and 1): anisotropic measurements cannot be used yet", path)
+    if spectrum not in ("Monochrome", "XYZ"):
+        raise DatasetError(f"SpectralContent {spectrum} found, expected Monochrome or XYZ", path)
+
+
+def _tables(path: str | Path, content: bytes, header: _Header) -> list[FloatArray]:
+    """The values of each channel: (incidence, azimuth, radial) each."""
+    tables = []
+    begin = _BEGIN.search(content)
+    while begin is not None:
+        end = _END.search(content, begin.end())
+        if end is None:
+            raise DatasetError("no line DataEnd after DataBegin", path, line_number(content, begin.start()))
+        tables.append(_table(path, content, begin.end(), end.start(), header))
+        begin = _BEGIN.search(content, end.end()) if len(tables) < 4 else None
+    return tables
+
+
+def _table(path: str | Path, content: bytes, start: int, end: int, header: _Header) -> FloatArray:
+    """The values between DataBegin and DataEnd."""
+    incidences, azimuths, radials = (header.angles[name] for name in _TABLE)
+    most = len(incidences)
+    totals = [found.span() for found in islice(_TIS.finditer(content, start, end), most + 1)]
+    if len(totals) != most:
+        shown = f"{len(totals)}" if len(totals) < most else f"more than {most}"
+        raise DatasetError(f"{shown} lines TIS found, expected {most}, one for each angle of incidence", path,
+                           line_number(content, start))
+    if content[start:totals[0][0]].strip():
+        raise DatasetError("expected a line TIS after DataBegin", path, line_number(content, start))
+    blocks = []
+    for (_, first), (last, _) in zip(totals, [*totals[1:], (end, end)], strict=True):
+        block = parse_rows(content, first, len(radials), "a value for each angle of ScatterRadial", path, None, last)
+        if len(block) != len(azimuths):
+            raise DatasetError(f"{len(block)} rows found, expected {len(azimuths)}, one for each angle of "
+                               f"ScatterAzimuth", path, line_number(content, first))
+        blocks.append(block)
+    return np.array(blocks) if len(blocks) > 1 else blocks[0][None]
+
+
+FORMAT = Format("Zemax", "Zemax .bsdf", (".bsdf",), recognises, read, largest=_LARGEST)

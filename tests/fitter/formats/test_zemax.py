@@ -1,0 +1,123 @@
+"""Zemax's .bsdf: directions worked out by hand, and files of two instruments, one at a time of transmission."""
+
+import re
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter import DatasetError
+from support.zemax_files import made
+
+
+def load(tmp_path, text, name="paint.bsdf"):
+    path = tmp_path / name
+    path.write_text(text, newline="")
+    return fitter.load(path)
+
+
+@pytest.mark.parametrize("gap", ["\t", "  "])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_directions_are_about_the_mirrored_ray(tmp_path, gap, end):
+    """Azimuth 0 goes to the normal and past it, 180 to the horizon and below it, 90 sideways."""
+    samples = load(tmp_path, made(gap=gap, end=end))
+    assert (samples.channels, samples.name) == (("grey",), "paint")
+    sideways = np.degrees(np.arccos(np.cos(np.radians(30)) * np.cos(np.radians(30))))
+    expected = {                                    # value: theta_i, theta_o, phi_o
+        1 + 3: (30, 30, 180), 2: (30, 0, None), 3: (30, 10, 0), 5: (30, sideways, None), 8: (30, 60, 180),
+        9: (30, 70, 180), 9 + 4: (60, 60, 180), 9 + 2: (60, 30, 180), 9 + 3: (60, 20, 180)}
+    found = {round(value): index for index, value in enumerate(samples.values[:, 0])}
+    for value, (theta_i, theta_o, phi_o) in expected.items():
+        index = found[value]
+        assert np.degrees(samples.theta_i[index]) == pytest.approx(theta_i)
+        assert np.degrees(samples.theta_o[index]) == pytest.approx(theta_o, abs=1e-6)
+        if phi_o is not None:
+            assert abs(np.degrees(samples.phi_o[index])) == pytest.approx(phi_o, abs=1e-6)
+    assert 9 + 9 not in found                       # 60 + 40 degrees: below the horizon
+    assert 9 + 8 not in found                       # 60 + 30 degrees: on it
+    assert len(samples) == 2 * 7 - 2
+
+
+def test_zeros_are_not_measurements_and_the_mirrored_ray_is_one(tmp_path):
+    values = np.ones((1, 1, 3, 3))
+    values[0, 0, :, 0] = 4, 0, 2
+    values[0, 0, 1, 1] = 0
+    samples = load(tmp_path, made(values, incidences=(20,)))
+    assert len(samples) == 1 + 5
+    mirrored = np.isclose(samples.theta_o, np.radians(20)) & np.isclose(abs(samples.phi_o), np.pi)
+    assert samples.values[mirrored].tolist() == [[3]]
+
+
+def test_tristimulus_values_become_srgb(tmp_path):
+    """The white of D65 is white, and a colour is that of the matrix of IEC 61966-2-1."""
+    white, red = np.array([0.9505, 1, 1.089]), np.array([0.4124, 0.2126, 0.0193])
+    values = np.stack([np.full((1, 1, 3), channel) for channel in white])
+    values[:, :, :, 2] = red[:, None, None]
+    samples = load(tmp_path, made(values, (0,), (0,), (0, 30, 40), SpectralContent="XYZ"))
+    assert samples.channels == ("R", "G", "B")
+    np.testing.assert_allclose(samples.values, [[1, 1, 1], [1, 1, 1], [1, 0, 0]], atol=1e-3)
+
+
+@pytest.mark.parametrize(("name", "count", "incidences", "most"), [
+    ("AnoBlackEC1onAlum.zemax.bsdf", 647, [10, 30, 50, 70], 80.001),
+    ("ansys_planesymmetric_brdf_zemax.bsdf", 2043, list(range(15, 80, 5)), 86)])
+def test_real_files(goniometer, name, count, incidences, most):
+    path = goniometer(name)
+    samples = fitter.load(path)
+    assert (len(samples), samples.channels) == (count, ("grey",))
+    np.testing.assert_allclose(np.unique(samples.theta_i.round(9)), np.radians(incidences), atol=1e-8)
+    assert np.degrees(samples.theta_o.max()) < most         # the instruments see no more
+    # nothing but repetitions at radial 0 is lost: no value that was measured comes out below the horizon
+    rows = [line.split() for line in path.read_text().split("DataBegin")[1].splitlines()
+            if line[:1].isdigit()]
+    numbers = np.array(rows, dtype=float)
+    assert np.count_nonzero(numbers[:, 1:]) + len(incidences) == count
+
+
+def test_totals_of_a_real_file_come_out(goniometer):
+    """The file gives the light in total for each incidence: integrals of f cos theta_o about the normal reach it."""
+    path = goniometer("ansys_planesymmetric_brdf_zemax.bsdf")
+    samples = fitter.load(path)
+    totals = [float(total) for total in re.findall(r"TIS\s+(\S+)", path.read_text())]
+    from scipy.interpolate import griddata
+
+    theta, phi = np.meshgrid(np.radians(np.arange(0.5, 80)), np.radians(np.arange(1.5, 180, 3)), indexing="ij")
+    for angle, total in list(zip(np.unique(samples.theta_i), totals, strict=True))[:8]:
+        here = samples.theta_i == angle
+        x, y = (samples.theta_o * turn(abs(samples.phi_o)) for turn in (np.cos, np.sin))
+        x, y = np.r_[x[here], x[here]], np.r_[y[here], -y[here]]
+        value = griddata((x, y), np.tile(samples.values[here, 0], 2), (theta * np.cos(phi), theta * np.sin(phi)))
+        integral = 2 * np.nansum(value * np.cos(theta) * np.sin(theta)) * np.radians(1) * np.radians(3)
+        assert integral == pytest.approx(total, rel=0.2)
+
+
+def test_a_real_anisotropic_file_is_refused_by_name(goniometer):
+    with pytest.raises(DatasetError, match=r"anisotropic material \(Symmetry Asymmetrical4D, 37 sample rotations"):
+        fitter.load(goniometer("IMX455.bsdf"))
+
+
+@pytest.mark.parametrize(("text", "line", "expected"), [
+    (made(ScatterType="BTDF"), None, "ScatterType BTDF found, expected BRDF"),
+    (made(Symmetry="Asymmetrical"), None, "anisotropic material (Symmetry Asymmetrical, 1 sample rotations"),
+    (made().replace("SampleRotation\t1\n0", "SampleRotation\t2\n0\t90"), None, "2 sample rotations found"),
+    (made(SpectralContent="XYZ"), None, "1 tables found, expected 3"),
+    (made(SpectralContent="RGB"), None, "SpectralContent RGB found, expected Monochrome or XYZ"),
+    (made().replace("Symmetry\tPlaneSymmetrical\n", ""), None, "no line Symmetry before DataBegin"),
+    (made().replace("DataBegin", ""), None, "no line DataBegin"),
+    (made().replace("DataEnd", ""), 16, "no line DataEnd"),
+    (made() + "DataBegin\nDataEnd\n", 26, "0 lines TIS found, expected 2"),
+    (made().replace("ScatterRadial\t3", "ScatterRadial\t4"), 13, "3 entries found, expected 4"),
+    (made().replace("ScatterRadial\t3", "ScatterRadial\tx"), 12, "'x' found, expected a number"),
+    (made().replace("ScatterRadial\t3", "ScatterRadial\t-1"), 12, "expected a number of angles"),
+    (made(incidences=(30, 95)), 9, "AngleOfIncidence from 30 to 95 found, expected 0 to 90 degrees"),
+    (made().replace("TIS 0.5", "", 1), 16, "1 lines TIS found, expected 2"),
+    (made().replace("TIS 0.5", "1 2 3\nTIS 0.5", 1), 16, "expected a line TIS"),
+    (made().replace("4.0\t5.0\t6.0\n", ""), 17, "2 rows found, expected 3"),
+    (made().replace("5.0", "5.O"), 19, "'5.O' found, expected a number"),
+    (made().replace("\t5.0", ""), 19, "2 entries found, expected 3"),
+    (made(np.zeros((1, 2, 3, 3))), None, "all values are 0"),
+])
+def test_a_malformed_file_is_refused(tmp_path, text, line, expected):
+    where = f"bad.bsdf:{line}: " if line else "bad.bsdf: "
+    with pytest.raises(DatasetError, match=re.escape(where) + ".*" + re.escape(expected)):
+        load(tmp_path, text, "bad.bsdf")
