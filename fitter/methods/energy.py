@@ -17,11 +17,11 @@ from ..model.transform import LogRelative
 from ..samples import Samples
 from ..shader_constants import DAMPING_KNOTS
 
-VIEWS = np.radians(np.arange(91.0))
+VIEWS = np.radians([*range(0, 80, 2), *range(80, 91)])
 """Polar angles at which the albedo is checked, radians."""
 TOLERANCE = 2e-3            # by which an albedo may exceed 1
 _FEW = np.radians([*range(0, 75, 15), *range(75, 91, 3)])
-_FAR_FROM_1 = 0.8           # a fit whose albedos at these few angles are lower is not looked at closer
+_FAR_FROM_1 = 0.9           # a fit whose albedos at these few angles are lower is not looked at closer
 _CELLS, _FINE_CELLS = (64, 32), (256, 64)       # of the integral along theta and azimuth: of all, and of large albedos
 _LARGE = 0.97               # an albedo that is integrated in finer steps
 _MARGIN = 1e-3              # by which damped albedos stay below 1: for what the integral misses
@@ -91,8 +91,8 @@ def _damping(total: FloatArray, beyond: FloatArray, farthest: float) -> FloatArr
     factor[~within] = np.minimum(factor[~within], share)
     # a control point of the spline takes the least factor of the four intervals that it influences
     knots = unproject(np.linspace(0, 1, DAMPING_KNOTS))
-    low = np.concatenate([[0, 0], knots[:-2]]) - np.radians(1)
-    high = np.concatenate([knots[2:], [np.pi / 2] * 2]) + np.radians(1)
+    low = np.concatenate([[0, 0], knots[:-2]]) - np.radians(2)
+    high = np.concatenate([knots[2:], [np.pi / 2] * 2]) + np.radians(2)
     return np.stack([factor[(first <= VIEWS) & (last >= VIEWS)].min(axis=0)
                      for first, last in zip(low, high, strict=True)])
 
