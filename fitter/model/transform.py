@@ -103,21 +103,31 @@ class LogRelative:
         reference = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o) + self.offset
         value = np.clip(reference * np.exp(np.minimum(field, STEEPEST)) - self.offset, self.floor, self.ceiling)
         if len(self.damping):
-            value = value * self._damping(theta_i) * self._damping(theta_o)
+            value = value * damping_at(self.damping, theta_i) * damping_at(self.damping, theta_o)
         return value
-
-    def _damping(self, theta: ArrayLike) -> FloatArray:
-        last = len(self.damping) - 1
-        at = np.atleast_1d(project(theta) * last)
-        first = np.minimum(at.astype(int), last - 1)
-        taps = np.minimum(np.abs(first[:, None] + np.arange(-1, 3)), last)
-        return np.asarray(np.einsum("nk,nkc->nc", dense.weights(at - first), self.damping[taps]))
 
     def field(self, values: FloatArray, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike,
               phi_o: ArrayLike) -> FloatArray:
         """The inverse of `reflectance`, without the bounds: (n, channels), 1/sr, to (n, channels)."""
         reference = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o)
         return bounded_log(values, self.offset) - bounded_log(reference, self.offset)
+
+
+def damping_at(control_points: FloatArray, theta: ArrayLike) -> FloatArray:
+    """The factor of a polar angle in `LogRelative`: (DAMPING_KNOTS, n) and (m,) radians to (m, n).
+
+    Examples
+    --------
+    It is nowhere larger than its control points.
+
+    >>> damping_at(np.array([[1.0], [1], [0.4], [1]]), [0, np.pi / 2]).round(9).tolist()
+    [[1.0], [0.9]]
+    """
+    last = len(control_points) - 1
+    at = np.atleast_1d(project(theta) * last)
+    first = np.minimum(at.astype(int), last - 1)
+    taps = np.minimum(np.abs(first[:, None] + np.arange(-1, 3)), last)
+    return np.einsum("mk,mkn->mn", dense.weights(at - first), control_points[taps])
 
 
 def bounded_log(values: FloatArray, offset: float) -> FloatArray:
