@@ -187,7 +187,7 @@ def test_the_lit_sphere_of_a_lambertian_follows_the_cosine():
     picture = pictures.lit_sphere(Lambertian(), 101)
     assert picture[0, 0, 3] == 0                                        # around the sphere
     assert picture[50, 50, 3] == 1
-    expected = sum(strength * toward[2] / np.linalg.norm(toward) for toward, strength in pictures._LIGHTS) / 2
+    expected = sum(strength * toward[2] / np.linalg.norm(toward) for toward, strength in pictures.LIGHTS) / 2
     assert picture[50, 50, 0] == pytest.approx(pictures.srgb(np.array(expected)), abs=0.01)
     assert picture[70, 30, 0] > picture[30, 30, 0]                      # the key light is at the upper left
 
