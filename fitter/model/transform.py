@@ -73,7 +73,8 @@ class LogRelative:
     damping : (DAMPING_KNOTS, channels) or (0, channels) float64
         A factor of the reflectance for each of the two polar angles, which conserves energy: the control points, from 0
         to 1, of a cubic B-spline whose knots are even in the projection r(theta) of `coordinates.half_difference`. They
-        are continued beyond the normal by their mirror images, beyond the horizon by the last. By default there are none.
+        are continued beyond the normal by their mirror images, beyond the horizon by the last. By default there
+        are none.
 
     Examples
     --------

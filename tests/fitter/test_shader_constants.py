@@ -13,7 +13,7 @@ from support.checkout import ROOT
 SOURCES = {path.name: re.sub(r"/\*.*?\*/", "", path.read_text(), flags=re.DOTALL)
            for path in sorted((ROOT / "osl").glob("*"))}
 TABLE = shader_constants.shader_constants()
-OF_FORMULAS = {0, 0.25, 0.5, 1, 2, 3, 4, 5, 6}       # B-splines, Schlick's approximation, halves, quarters, thirds and squares
+OF_FORMULAS = {0, 0.25, 0.5, 1, 2, 3, 4, 5, 6}       # B-splines, Schlick's approximation, halves, thirds, squares
 
 
 @pytest.mark.parametrize("name", TABLE)

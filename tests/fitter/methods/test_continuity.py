@@ -21,7 +21,7 @@ from fitter.samples import subset
 from support import checkout
 from support.made_fits import made_fit
 
-STEPS = 3e-4, 3e-5          # radians: far below the softening radius, and a cell of the finest lattice where it is stretched
+STEPS = 3e-4, 3e-5          # radians: far below the softening radius, and a cell of the finest stretched lattice
 KRIGED = "Draft", "Standard", "Reference"
 ANGLES = np.radians([3, 20, 45, 70, 85])
 REAL = [("leather", preset) for preset in KRIGED] + [("aluminum foil", preset) for preset in KRIGED] + [
@@ -117,8 +117,8 @@ def remainders(fit, pairs):
 def smooth(fit, seam):
     """Whether a fit is twice differentiable, for every pair of a seam and channel that no clip is near: (m,) bool.
 
-    Where both directions graze, once: a lobe there is the power 2 gamma > 2 of the distance. Left out is where they also
-    coincide, if there is a retro-reflective lobe: its back vector vanishes, and the lobe has no limit.
+    Where both directions graze, once: a lobe there is the power 2 gamma > 2 of the distance. Left out is where they
+    also coincide, if there is a retro-reflective lobe: its back vector vanishes, and the lobe has no limit.
     """
     pairs, order = SEAMS[seam], 1 if seam == "both graze" else 2
     free = ~clipped(fit, around(pairs, STEPS[0])[0]).any(axis=1)

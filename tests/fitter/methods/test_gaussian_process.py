@@ -34,7 +34,8 @@ def brute_correlation(a, b, kernel):
             other = b[0] * image[0], b[1] * image[1] * exchange, b[2] * image[2]
             lengths = kernel.length * kernel.elongation, kernel.length, kernel.length
             distance = sum(((p - q) / length) ** 2 for p, q, length in zip(a, other, lengths, strict=True)) ** 0.5
-            total += weight / 4 * (kernel.share * matern(distance) + (1 - kernel.share) * matern(distance / kernel.ratio))
+            far = (1 - kernel.share) * matern(distance / kernel.ratio)
+            total += weight / 4 * (kernel.share * matern(distance) + far)
     return total
 
 

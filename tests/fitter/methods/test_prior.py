@@ -1,5 +1,7 @@
 """Priors by forward selection, against the models that made the samples."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -61,7 +63,7 @@ def test_each_candidate_has_one_lobe_more_and_is_closer(directions):
     found, values, offset = found_of(model(MIRROR, COAT, RETRO), directions)
     assert [len(each.kinds) for each in found] == list(range(MAX_LOBES + 1))
     errors = [error(each, directions, values, offset) for each in found]
-    assert all(after < 0.9 * before for before, after in zip(errors, errors[1:], strict=False))
+    assert all(after < 0.9 * before for before, after in itertools.pairwise(errors))
     np.testing.assert_array_equal(found[0].kd, np.median(values, axis=0))
     for each in found:                          # what a file may hold
         for name, (low, high) in RANGES.items():

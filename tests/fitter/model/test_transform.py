@@ -34,7 +34,7 @@ def test_a_reflectance_is_the_field_of_the_formula_within_its_bounds(directions,
 
 
 def test_damping_multiplies_the_reflectance_by_a_factor_of_each_angle(directions, random):
-    """SciPy's uniform cubic B-spline in the projected radius, even about the normal, the last control point repeated."""
+    """SciPy's uniform cubic B-spline in the projected radius, even about the normal, the last point repeated."""
     damping = random.random((DAMPING_KNOTS, 2))
     plain = LogRelative(GREY, 0.05, np.array([9.0, 9.0]), 0.0)
     damped = LogRelative(GREY, 0.05, np.array([9.0, 9.0]), 0.0, damping)
