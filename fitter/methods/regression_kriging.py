@@ -40,7 +40,8 @@ _AZIMUTHS = 16              # averaged over at exact retro-reflection
 _ROUNDS = 3                 # of weighted least squares
 _MOST_SAMPLES = 20_000      # fitted by the sparse lattice; larger sets are subsampled at random
 _BETWEEN = 3000             # directions between the samples at which the sparse lattice follows the field
-_BETWEEN_SHARE = 0.65       # weight of all these directions, relative to that of all samples
+_NOISY = 1e-3               # noise from which on the fit follows the field at the samples, and not their values
+_BETWEEN_SHARE = 0.2       # weight of all these directions, relative to that of all samples
 _WEIGHT = 0.7               # errors of the field weigh (f + offset) to this power: 1 would minimise those of f, 1/3
                             # those of its cube root
 
@@ -79,7 +80,7 @@ class Estimate:
     transform : LogRelative
     coordinates : HalfDifference or Rusinkiewicz
     at_samples : (n, channels) float64, or None
-        The field at the samples, without their noise; None if there are too many.
+        The field at the samples, without their noise; None if there is little noise, or too many samples.
     """
 
     def __init__(self, samples: Samples, softening: float = SOFTENING) -> None:
@@ -109,7 +110,8 @@ class Estimate:
             found.append((expert, left_out + expert.log_prior(used.directions)))
         best, self._other = _best_experts(found, used, noise == 0)
         self.coordinates, self.transform, self._own = best.coordinates, best.transform, best
-        self.at_samples = self._own.field.at_samples if len(used) == len(samples) else None
+        noisy = best.field.kernel.noise >= _NOISY and len(used) == len(samples)
+        self.at_samples = best.field.at_samples if noisy else None
         if self._other is not None and self.at_samples is not None:
             own, other = (each.field.at_samples + each.log_prior(used.directions) for each in (best, self._other))
             self.at_samples = self.at_samples + 0.5 * (other - own)
