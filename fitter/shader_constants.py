@@ -72,6 +72,11 @@ HASH_HIGH_MULTIPLIER = 40503
 HASH_FOLD = 13
 # Low bits of the result that choose the bucket only, and not the slot: the two are less alike then.
 HASH_SKIP = 4
+# A word of the table that tells which keys are stored is about 2 to this power of them, and of the ROW_TAPS - 1 next:
+# one look tells of a row of ROW_TAPS keys wherever it begins.
+OCCUPANCY_SHIFT = 4
+# Control points of a cubic B-spline along one axis.
+ROW_TAPS = 4
 
 # Lamps (osl/lamps.h, addon/scene/lamps).
 

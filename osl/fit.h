@@ -18,8 +18,8 @@
 
 /* The tables of a fit as parameters of a function, and as its arguments. */
 #if SPARSE
-#  define SPARSE_PARAMETERS , float SPECULAR[], int KEYS[], int DISPLACEMENT[]
-#  define SPARSE_TABLES , SPECULAR, KEYS, DISPLACEMENT
+#  define SPARSE_PARAMETERS , float SPECULAR[], int OCCUPANCY[], int DISPLACEMENT[]
+#  define SPARSE_TABLES , SPECULAR, OCCUPANCY, DISPLACEMENT
 #else
 #  define SPARSE_PARAMETERS
 #  define SPARSE_TABLES
@@ -55,7 +55,7 @@ color eval_fit(FIT_PARAMETERS, vector wi, vector wo)
   vector mu = coordinates(wi, wo);
   VALUE f = eval_dense_lattice(DIFFUSE, DIFFUSE_CELLS, mu);
 #if SPARSE
-  f += eval_sparse_lattice(SPECULAR, KEYS, DISPLACEMENT, SPECULAR_CELLS, mu);
+  f += eval_sparse_lattice(SPECULAR, OCCUPANCY, DISPLACEMENT, SPECULAR_CELLS, mu);
 #endif
 #if LOG_RELATIVE
   f = min((eval_prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(STEEPEST))) - PRIOR_OFFSET, VALUE(PRIOR_CEILING));

@@ -53,7 +53,7 @@ VALUE eval_dense_lattice(float points[], int cells, vector mu)
 }
 
 #if SPARSE
-VALUE eval_sparse_lattice(float points[], int keys[], int displacement[], int cells, vector mu)
+VALUE eval_sparse_lattice(float points[], int occupancy[], int displacement[], int cells, vector mu)
 {
   float wa[4], wb[4], wc[4];
   int tap = first_tap(mu, cells, wa, wb, wc);
@@ -61,11 +61,13 @@ VALUE eval_sparse_lattice(float points[], int keys[], int displacement[], int ce
   for (int i = 0; i < 4; i++) {
     for (int j = 0; j < 4; j++) {
       int key = tap + (i * ROWS(cells) + j) * COLUMNS(cells);
-      float w = wa[i] * wb[j];
-      for (int k = 0; k < 4; k++) {
-        int slot = find_slot(keys, displacement, key + k);
-        if (slot >= 0) {
-          total += w * wc[k] * READ(points, slot);
+      int stored = stored_keys(occupancy, key);
+      if (stored != 0) {
+        float w = wa[i] * wb[j];
+        for (int k = 0; k < ROW_TAPS; k++) {
+          if (stored & (1 << k)) {
+            total += w * wc[k] * READ(points, find_slot(displacement, key + k));
+          }
         }
       }
     }

@@ -30,8 +30,7 @@ def _of(path, tests, *guards):
 
 SHADER_GUARDS = [
     *_of("osl/perfect_hash.h", _FIT,
-         ("if (slot >= KEY_COUNT)", "if (0)", "displaced slots wrap around"),
-         ("keys[slot] == key ? slot : -1", "slot", "keys that are not stored")),
+         ("slot >= KEY_COUNT ? slot - KEY_COUNT : slot", "slot", "displaced slots wrap around")),
     *_of("osl/prior.h", _FIT,
          ("max(h[2] * h[2], LEAST_HEIGHT_2)", "h[2] * h[2]", "both directions grazing"),
          ("min(0.5 * length(h), 1.0)", "0.5 * length(h)", "rounding at retro-reflection"),
@@ -45,7 +44,7 @@ SHADER_GUARDS = [
          ("clamp((int)floor(u), -half, cells - 1 - half)", "(int)floor(u)", "coordinates of 1 are in the last cell"),
          ("max(locate_cell(mu[0], cells, wa), 0)", "locate_cell(mu[0], cells, wa)", "the half that is stored"),
          ("max(locate_cell(mu[2], cells, wc), 0)", "locate_cell(mu[2], cells, wc)", "the half that is stored"),
-         ("if (slot >= 0)", "if (1)", "control points that are not stored")),
+         ("if (stored & (1 << k))", "if (1)", "control points that are not stored")),
     *_of("osl/fit.h", _FIT,
          ("exp(min(f, VALUE(STEEPEST)))", "exp(f)", "overflow between the samples"),
          ("min((eval_prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(STEEPEST))) - PRIOR_OFFSET, "

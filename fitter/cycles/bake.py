@@ -4,6 +4,7 @@ Arrays that a shader initialises and never writes become constants of the compil
 numbers and the project's own sources: no name or path from the data.
 """
 
+import math
 import re
 from pathlib import Path
 from typing import Any, cast
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
 from ..coordinates.rusinkiewicz import Rusinkiewicz
-from ..lattice import dense
+from ..lattice import dense, perfect_hash
 from ..model import microfacet
 from ..model.fit import Fit
 from ..model.transform import IDENTITY, LogRelative
@@ -108,7 +109,8 @@ def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         index = specular.index
         constants |= {"SPECULAR_CELLS": dense.cells(specular.level), "KEY_COUNT": len(index),
                       "BUCKET_COUNT": len(index.displacement), "MULTIPLIER": index.multiplier}
-        tables |= {"SPECULAR": specular.coefficients, "KEYS": index.keys, "DISPLACEMENT": index.displacement}
+        count = math.prod(dense.shape(specular.level))
+        tables |= {"OCCUPANCY": perfect_hash.occupancy(index.keys, count)} | {"SPECULAR": specular.coefficients, "DISPLACEMENT": index.displacement}
     constants["DAMPED"] = 0
     if fit.transform.name == LogRelative.name and len(cast(LogRelative, fit.transform).damping):
         constants["DAMPED"] = 1

@@ -4,6 +4,7 @@ A .blend keeps the source of each shader, so that a measured material can get th
 measurements. `bake` writes nine digits of every number, enough to give each back in single precision.
 """
 
+import math
 import re
 from dataclasses import replace
 from typing import Any
@@ -21,7 +22,8 @@ from ..model import microfacet
 from ..model.fit import Fit
 from ..model.transform import IDENTITY, LogRelative, Transform
 from ..samples import RGB
-from ..shader_constants import DAMPING_KNOTS
+from ..shader_constants import DAMPING_KNOTS, OCCUPANCY_SHIFT
+from .bake import shader_version
 
 _CONSTANT = re.compile(r"^#define (\w+) (.*)$", re.MULTILINE)
 _TABLE = r"^  (?:int|float) {}\[(\d+)\] = \{{\n([^}}]*)\}};$"
@@ -85,13 +87,20 @@ def _fit(source: str, constants: dict[str, str], name: str, compression: float) 
 
 def _specular(source: str, constants: dict[str, str], stored: int) -> SparseLattice:
     level, count = _level(constants["SPECULAR_CELLS"]), int(constants["KEY_COUNT"])
-    keys = _table(source, "KEYS", np.uint32, (count,))
     displacement = _table(source, "DISPLACEMENT", np.uint32, (int(constants["BUCKET_COUNT"]),))
     if displacement.max(initial=0) < 1 << 16:
         displacement = displacement.astype(np.uint16)
-    index = perfect_hash.PerfectHash(keys, displacement, int(constants["MULTIPLIER"]))
-    if keys.max(initial=0) >= np.prod(dense.shape(level)) or not (index.slots(keys) == np.arange(count)).all():
-        raise ValueError("the hash table of the shader does not find its keys")
+    if shader_version(source) < 3:      # stored the keys themselves
+        keys = _table(source, "KEYS", np.int64, (count,))
+    else:
+        words = -(-math.prod(dense.shape(level)) >> OCCUPANCY_SHIFT)
+        keys = perfect_hash.keys_of(_table(source, "OCCUPANCY", np.int32, (words,)))
+    if len(keys) != count or keys.max(initial=0) >= math.prod(dense.shape(level)):
+        raise ValueError("the hash table of the shader does not have the keys that it counts")
+    try:
+        index = perfect_hash.restored(keys, displacement, int(constants["MULTIPLIER"]))
+    except ValueError as error:
+        raise ValueError(f"the hash table of the shader does not find its keys: {error}") from error
     return SparseLattice(level, index, _table(source, "SPECULAR", np.float32, (count, stored)))
 
 

@@ -10,8 +10,9 @@ free slots ::
 
 with the key split into its HASH_LOW_BITS low bits and the high ones.
 
-Keys that are not stored hash to some slot too, so each slot keeps its key for comparison. All intermediate values are
-below 2^31, so that `osl/perfect_hash.h` finds the same slots with OSL's signed 32-bit integers. Buckets are placed in
+Keys that are not stored hash to some slot too, so each slot keeps its key for comparison; the shader has a table of
+bits instead, which tells of several keys at once (`occupancy`). All intermediate values are below 2^31, so that
+`osl/perfect_hash.h` finds the same slots with OSL's signed 32-bit integers. Buckets are placed in
 descending order of size; buckets of one key take the slots that remain.
 """
 
@@ -22,11 +23,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import BoolArray, IntArray
-from ..shader_constants import HASH_FOLD, HASH_HIGH_MULTIPLIER, HASH_LOW_BITS, HASH_SKIP
+from ..shader_constants import (
+    HASH_FOLD,
+    HASH_HIGH_MULTIPLIER,
+    HASH_LOW_BITS,
+    HASH_SKIP,
+    OCCUPANCY_SHIFT,
+    ROW_TAPS,
+)
 
 MAX_KEY = (1 << 23) - 1     # low * multiplier + high * HASH_HIGH_MULTIPLIER < 2^31
 MULTIPLIERS = 1 << 18
 _KEYS_PER_BUCKET = 3.0
+_WORD = 1 << OCCUPANCY_SHIFT
 _TRIALS_AT_ONCE = 1 << 19   # bounds the memory of `_try_displacements`
 
 
@@ -107,6 +116,63 @@ def build(keys: ArrayLike) -> PerfectHash:
         buckets += 1 + buckets // 64        # try another multiplier, with slightly more buckets
     found = PerfectHash(np.zeros(n, np.uint32), displacement.astype(width), multiplier)
     found.keys[(home + displacement[bucket]) % n] = keys
+    return found
+
+
+def occupancy(keys: ArrayLike, count: int) -> NDArray[np.int32]:
+    """A table that tells which of the keys 0 to count - 1 are stored: (words,) int32.
+
+    Bit b of word w is 1 for a stored key ``b + (w << OCCUPANCY_SHIFT)``, with b up to that of the last of a row of
+    `ROW_TAPS` keys that begins in the word.
+
+    Examples
+    --------
+    Key 17 is bit 1 of the second word, and bit 17 of the first.
+
+    >>> [f"{word:b}" for word in occupancy([2, 17], 32)]
+    ['100000000000000100', '10']
+    """
+    stored = np.zeros((-(-count // _WORD) + 1) * _WORD, dtype=bool)
+    stored[np.asarray(keys, dtype=np.int64)] = True
+    starts = np.arange(0, count, _WORD)
+    bits = np.arange(_WORD + ROW_TAPS - 1)
+    return np.asarray(stored[starts[:, None] + bits] @ (1 << bits), dtype=np.int32)
+
+
+def keys_of(table: NDArray[np.int32]) -> IntArray:
+    """The keys of an `occupancy` table, in ascending order.
+
+    Examples
+    --------
+    >>> keys_of(occupancy([2, 17], 32)).tolist()
+    [2, 17]
+    """
+    return np.flatnonzero((table[:, None] >> np.arange(_WORD)) & 1)
+
+
+def restored(keys: IntArray, displacement: NDArray[np.unsignedinteger[Any]], multiplier: int) -> PerfectHash:
+    """The hash of keys in any order, given its displacements and multiplier.
+
+    Raises
+    ------
+    ValueError
+        If they do not give each key a slot of its own.
+
+    Examples
+    --------
+    >>> found = build([300, 7, 42])
+    >>> bool((restored(np.array([7, 42, 300]), found.displacement, found.multiplier).keys == found.keys).all())
+    True
+    """
+    n = len(keys)
+    if n == 0 or len(displacement) == 0:
+        raise ValueError("no keys, or no displacements")
+    bucket, home = _hash(keys.astype(np.int64), multiplier, len(displacement), n)
+    slot = (home + displacement[bucket].astype(np.int64)) % n
+    if len(np.unique(slot)) < n:
+        raise ValueError("two keys in one slot")
+    found = PerfectHash(np.zeros(n, np.uint32), displacement, multiplier)
+    found.keys[slot] = keys
     return found
 
 

@@ -1,9 +1,16 @@
 """Conservation of energy: damps a fit at the polar angles at which it reflects more light than it receives.
 
-With the directional albedo A(theta), the larger one of both directions of light, the factor ``a(theta_i) a(theta_o)``
-with ``a = min(1, 1 / A)`` brings every albedo to at most 1, whatever the fit is: the integral of f a(theta_i) over the
-incident directions is at most A(theta_o). The factor is reciprocal, and 1 wherever both albedos are at most 1. Angles
-beyond the largest measured one give way first.
+A fit is multiplied by ``a(theta_i) a(theta_o)`` with one factor a of at most 1, a spline in the polar angle
+(`LogRelative.damping`). Its directional albedo is then ``a(theta) integral f a cos``, of light that arrives at the angle
+theta and of light that leaves there; both are linear in the control points of the integrand's factor, so that the light
+at each control point is all that has to be known of a fit. The factor is lowered in three steps:
+
+1. Where angles beyond the largest measured one alone can bring the albedos within it to at most 1, they give way.
+2. The factor is lowered where an albedo exceeds 1, by the square root of the excess, as both directions have it, until
+   none does.
+3. What is left is taken away at once: the excess itself, which suffices because the factor grows nowhere.
+
+The factor is reciprocal, and 1 at a distance from all angles of too large an albedo.
 """
 
 from dataclasses import replace
@@ -11,20 +18,23 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import FloatArray
-from ..coordinates.half_difference import unproject
+from ..coordinates.half_difference import project, unproject
 from ..model.fit import Fit
-from ..model.transform import LogRelative
+from ..model.transform import LogRelative, damping_at
 from ..samples import Samples
 from ..shader_constants import DAMPING_KNOTS
 
-VIEWS = np.radians([*range(0, 80, 2), *range(80, 91)])
+VIEWS = np.radians(np.arange(91.0))
 """Polar angles at which the albedo is checked, radians."""
 TOLERANCE = 2e-3            # by which an albedo may exceed 1
 _FEW = np.radians([*range(0, 75, 15), *range(75, 91, 3)])
-_FAR_FROM_1 = 0.9           # a fit whose albedos at these few angles are lower is not looked at closer
-_CELLS, _FINE_CELLS = (64, 32), (256, 64)       # of the integral along theta and azimuth: of all, and of large albedos
+_FAR_FROM_1 = 0.8           # a fit whose albedos at these few angles are lower is not looked at closer
+_CELLS, _FINE_CELLS = (32, 16), (96, 32)        # of the integral on either side of the angle, and of either half of the
+                                                # azimuths: of all, and of large albedos
 _LARGE = 0.97               # an albedo that is integrated in finer steps
 _MARGIN = 1e-3              # by which damped albedos stay below 1: for what the integral misses
+_ROUNDS = 30                # of the second step, each of which halves the excess or better
+_INFLUENCE = 2              # knots on both sides of a control point, which it has an influence on
 
 
 def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
@@ -38,63 +48,73 @@ def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
     samples : Samples
         What was fitted: tells how far the measurement reaches, and what it lost.
     """
-    farthest = max(float(samples.theta_i.max()), float(samples.theta_o.max()))
-    if _integrals(fit, _FEW, _CELLS, farthest)[0].max() < _FAR_FROM_1:
+    if _light(fit, _FEW, _CELLS).sum(axis=2).max() < _FAR_FROM_1:
         return fit
-    total, beyond = albedo(fit, farthest)
+    light = _light_at_views(fit)
+    total = light.sum(axis=2).max(axis=0)
     if total.max() <= 1 + TOLERANCE:
         return fit
-    damped = replace(fit, transform=replace(transform, damping=_damping(total, beyond, farthest)))
+    farthest = max(float(samples.theta_i.max()), float(samples.theta_o.max()))
+    damped = replace(fit, transform=replace(transform, damping=_damping(light, farthest)))
     return replace(damped, changes=(_description(fit, damped, total, farthest, samples),))
 
 
-def albedo(fit: Fit, farthest: float = np.pi / 2) -> tuple[FloatArray, FloatArray]:
-    """The directional albedo of a fit at `VIEWS`, and the part of it from beyond a polar angle: (views, channels) each.
+def albedo(fit: Fit) -> FloatArray:
+    """The directional albedo of a fit at `VIEWS`: (views, channels).
 
-    The larger one for light that arrives at the angle and for light that leaves there.
+    The larger one of light that arrives at the angle and of light that leaves there.
     """
-    result = _integrals(fit, VIEWS, _CELLS, farthest)
-    large = result[0].max(axis=1) > _LARGE
+    return np.asarray(_light_at_views(fit).sum(axis=2).max(axis=0))
+
+
+def _light_at_views(fit: Fit) -> FloatArray:
+    light = _light(fit, VIEWS, _CELLS)
+    large = light.sum(axis=2).max(axis=(0, 2)) > _LARGE
     if large.any():
-        result[:, large] = _integrals(fit, VIEWS[large], _FINE_CELLS, farthest)
-    return result[0], result[1]
+        light[:, large] = _light(fit, VIEWS[large], _FINE_CELLS)
+    return light
 
 
-def _integrals(fit: Fit, theta: FloatArray, cells: tuple[int, int], farthest: float) -> FloatArray:
-    """The integrals of `albedo` by the midpoint rule: (2, angles, channels).
+def _light(fit: Fit, theta: FloatArray, cells: tuple[int, int]) -> FloatArray:
+    """The light that leaves at an angle, and that arrives there, by the control points of the damping that it would
+    have: (2, angles, DAMPING_KNOTS, channels); the albedo is the sum over the control points.
 
-    The azimuths are dense at the plane of incidence, where mirror reflection and retro-reflection are.
+    The midpoint rule, dense about the angle and about the plane of incidence: there are mirror and retro-reflection.
     """
-    other = (np.arange(cells[0]) + 0.5) / cells[0] * (np.pi / 2)
-    u = (np.arange(cells[1]) + 0.5) / cells[1]
-    turn, step = np.pi * u * u * (3 - 2 * u), 6 * np.pi * u * (1 - u) / cells[1]
-    grid, turns = (axis.ravel() for axis in np.meshgrid(other, turn, indexing="ij"))
-    solid_angle = (2 * np.sin(other) * np.cos(other) * (np.pi / 2 / cells[0]))[:, None] * step
-    beyond = grid > farthest
-    result = np.zeros((2, len(theta), len(fit.columns)))
+    u, v = ((np.arange(count) + 0.5) / count for count in cells)
+    turn, step = np.pi / 2 * np.concatenate([v ** 3, 2 - v ** 3]), np.tile(1.5 * np.pi * v * v / cells[1], 2)
+    light = np.empty((2, len(theta), DAMPING_KNOTS, len(fit.columns)))
     for number, angle in enumerate(theta):
-        for pair in ((grid, angle), (angle, grid)):
-            light = np.maximum(fit.evaluate(pair[0], 0, pair[1], turns), 0) * solid_angle.reshape(-1, 1)
-            sums = np.stack([light.sum(axis=0), light[beyond].sum(axis=0)])
-            result[:, number] = np.where(sums[0] > result[0, number], sums, result[:, number])
-    return result
+        other = np.concatenate([angle - angle * u ** 3, angle + (np.pi / 2 - angle) * u ** 3])
+        width = 3 * np.concatenate([angle * u * u, (np.pi / 2 - angle) * u * u]) / cells[0]
+        solid_angle = (2 * np.sin(other) * np.cos(other) * width)[:, None] * step
+        at_control_points = damping_at(np.eye(DAMPING_KNOTS), other)
+        for way, pair in enumerate(((other[:, None], angle), (angle, other[:, None]))):
+            value = np.maximum(fit.evaluate(pair[0], 0, pair[1], turn), 0)
+            light[way, number] = at_control_points.T @ np.einsum("itc,it->ic", value, solid_angle)
+    return light
 
 
-def _damping(total: FloatArray, beyond: FloatArray, farthest: float) -> FloatArray:
+def _damping(light: FloatArray, farthest: float) -> FloatArray:
     """The control points of `LogRelative.damping`: (DAMPING_KNOTS, channels)."""
+    knots = np.linspace(0, 1, DAMPING_KNOTS)
+    most, reach = 1 - _MARGIN, _INFLUENCE / (DAMPING_KNOTS - 1)
+    control_points = np.ones((DAMPING_KNOTS, light.shape[-1]))
+
+    unmeasured = knots - reach >= project(farthest)
     within = farthest >= VIEWS
-    # beyond the measurement: as much as brings the albedos within it to 1, if that alone can
-    excess = np.maximum(total - (1 - _MARGIN), 0)[within]
-    share = 1 - np.divide(excess, beyond[within], out=np.zeros_like(excess), where=excess > 0).clip(0, 1).max(axis=0)
-    remaining = total - beyond * (1 - share)
-    factor = np.minimum(1, (1 - _MARGIN) / np.maximum(remaining, 1e-9))
-    factor[~within] = np.minimum(factor[~within], share)
-    # a control point of the spline takes the least factor of the four intervals that it influences
-    knots = unproject(np.linspace(0, 1, DAMPING_KNOTS))
-    low = np.concatenate([[0, 0], knots[:-2]]) - np.radians(2)
-    high = np.concatenate([knots[2:], [np.pi / 2] * 2]) + np.radians(2)
-    return np.stack([factor[(first <= VIEWS) & (last >= VIEWS)].min(axis=0)
-                     for first, last in zip(low, high, strict=True)])
+    excess = np.maximum(light[:, within].sum(axis=2) - most, 0)
+    beyond = light[:, within][:, :, unmeasured].sum(axis=2)
+    share = np.divide(excess, beyond, out=(excess > 0) * 1.0, where=beyond > excess).max(axis=(0, 1))
+    control_points[unmeasured] = np.where(share < 1, 1 - share, 1)
+
+    low, high = (unproject(np.clip(knots + side, 0, 1)) + np.sign(side) * np.radians(1) for side in (-reach, reach))
+    influences = (low[:, None] <= VIEWS) & (high[:, None] >= VIEWS)
+    for power in [0.5] * _ROUNDS + [1.0]:
+        albedos = (damping_at(control_points, VIEWS) * np.einsum("wvkc,kc->wvc", light, control_points)).max(axis=0)
+        over = np.maximum(albedos / most, 1)
+        control_points *= np.stack([over[at].max(axis=0) for at in influences]) ** -power
+    return control_points
 
 
 def _description(fit: Fit, damped: Fit, before: FloatArray, farthest: float, samples: Samples) -> str:

@@ -7,35 +7,41 @@ steps:
 1. Fit priors of none to three lobes to the samples (`prior`).
 2. In each of two systems of coordinates, choose the prior and the kernel under which the samples are likeliest, and
    interpolate the field of `LogRelative`, the samples' log-ratio to the prior, by a Gaussian process
-   (`gaussian_process`). Take the system that predicts left-out samples better, or the mean of both.
+   (`gaussian_process`). Beside these two experts, a thin-plate spline of the samples' logarithm (`thin_plate`) assumes
+   neither lobes nor a length. Take the mean of the three whose weights predict left-out samples best.
 3. Interpolate that field by the dense lattice, which so has values where there are no samples.
 4. Fit the sparse lattice to what the dense one lacks, at the samples and at directions between them, by weighted least
    squares (`lattice.least_squares`).
 5. Where the fit reflects more light than it receives, lower the field (`energy`).
 """
 
+import itertools
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray
+from ..arrays import BoolArray, Directions, FloatArray, IntArray
 from ..coordinates.half_difference import SOFTENING, HalfDifference
 from ..coordinates.rusinkiewicz import Rusinkiewicz
 from ..lattice import dense, least_squares
 from ..lattice.dense import DenseLattice
 from ..lattice.sparse import SparseLattice
 from ..model.fit import Fit
-from ..model.transform import LEAST_OFFSET, LogRelative
+from ..model.transform import LEAST_OFFSET, LogRelative, bounded_log
 from ..quality import cross_validation
 from ..samples import Samples, subset
-from . import energy, gaussian_process, prior
+from . import energy, gaussian_process, prior, thin_plate
 from .levels import Levels
 
 CEILING = 4.0               # a fit is at most 4 times the largest sample
 _DROPOUT_NOISE = 10.0       # variance, relative to the field's: a dropout hardly influences the field
 _SEARCHED = 450             # samples of which the likelihood is computed
 _PENALTY = 3.0              # of the log-likelihood, for each parameter of a prior
+_STEPS = 4                  # of the weights of the experts
+_OFFSET_OF_SPLINE = 0.1     # of the thin-plate spline's logarithm, relative to that of the others
+_LARGEST_LOG = 80.0         # beyond any reflectance
 _AZIMUTHS = 16              # averaged over at exact retro-reflection
 _ROUNDS = 3                 # of weighted least squares
 _MOST_SAMPLES = 20_000      # fitted by the sparse lattice; larger sets are subsampled at random
@@ -46,8 +52,16 @@ _WEIGHT = 0.7               # errors of the field weigh (f + offset) to this pow
                             # those of its cube root
 
 
+class Expert(Protocol):
+    """A prediction of the reflectance."""
+
+    def log_value(self, directions: Directions) -> FloatArray:
+        """log(f + offset) at directions (n,): (n, channels)."""
+        ...
+
+
 @dataclass(frozen=True)
-class Expert:
+class Kriged:
     """A prior and the interpolated field above it, in one system of coordinates."""
 
     coordinates: HalfDifference | Rusinkiewicz
@@ -63,11 +77,29 @@ class Expert:
         return self.field.at(2 * self.coordinates.encode(*directions) - 1) + self.log_prior(directions)
 
 
+@dataclass(frozen=True)
+class Smoothed:
+    """A thin-plate spline of log(f + own_offset), in half and difference coordinates without a stretch."""
+
+    coordinates: HalfDifference
+    spline: thin_plate.Spline
+    own_offset: float
+    offset: float
+
+    def log_value(self, directions: Directions) -> FloatArray:
+        """log(f + offset) at directions (n,): (n, channels)."""
+        return self.converted(self.spline.at(2 * self.coordinates.encode(*directions) - 1))
+
+    def converted(self, field: FloatArray) -> FloatArray:
+        """log(f + offset), given log(f + own_offset)."""
+        return np.asarray(np.log(np.exp(np.minimum(field, _LARGEST_LOG)) + (self.offset - self.own_offset)))
+
+
 class Estimate:
     """The prior and the interpolated field of samples: most of the work, which fits of several levels share.
 
-    There is an expert for each system of coordinates. The one that predicts each sample best from the others gives
-    prior and coordinates; the field is its own, or the mean of both where that predicts better.
+    Of the experts that are Gaussian processes, the one that predicts each sample best from the others gives prior and
+    coordinates; the field is that of the mean of all experts whose weights predict best.
 
     Parameters
     ----------
@@ -92,11 +124,12 @@ class Estimate:
         noise = np.zeros(len(used))
         if richest.kinds:
             noise[_dropouts(used.values, richest.evaluate(*used.directions))] = _DROPOUT_NOISE
+        judge = _Judge(used, transforms[0], noise == 0)
         some = gaussian_process.choice(len(used), _SEARCHED)
         searched = subset(used, some)
         fields = [transform.field(searched.values, *searched.directions) for transform in transforms]
         penalties = [_PENALTY * prior.parameter_count(each.prior) / searched.values.size for each in transforms]
-        kernel, found = gaussian_process.Kernel(), []
+        kernel, kriged = gaussian_process.Kernel(), []
         for system in (HalfDifference, Rusinkiewicz):
             def encode(stretch: float, system: type[HalfDifference | Rusinkiewicz] = system) -> FloatArray:
                 return 2 * system(softening, stretch).encode(*searched.directions) - 1
@@ -106,16 +139,17 @@ class Estimate:
             field, left_out = gaussian_process.krige(
                 2 * coordinates.encode(*used.directions) - 1, transform.field(used.values, *used.directions), kernel,
                 kernel.noise + noise)
-            expert = Expert(coordinates, transform, field)
-            found.append((expert, left_out + expert.log_prior(used.directions)))
-        best, self._other = _best_experts(found, used, noise == 0)
-        self.coordinates, self.transform, self._own = best.coordinates, best.transform, best
-        noisy = best.field.kernel.noise >= _NOISY and len(used) == len(samples)
-        self.at_samples = best.field.at_samples if noisy else None
-        if self._other is not None and self.at_samples is not None:
-            own, other = (each.field.at_samples + each.log_prior(used.directions) for each in (best, self._other))
-            self.at_samples = self.at_samples + 0.5 * (other - own)
+            expert = Kriged(coordinates, transform, field)
+            kriged.append((expert, left_out + expert.log_prior(used.directions)))
+        kriged.sort(key=lambda each: judge.error(each[1]))
+        found: list[tuple[Expert, FloatArray]] = [*kriged, _smoothed(used, judge, some, noise, softening)]
+        self._own = kriged[0][0]
+        self.coordinates, self.transform = self._own.coordinates, self._own.transform
+        weights = judge.weights([left_out for _, left_out in found])
+        self._others = [(weight, expert) for weight, (expert, _) in list(zip(weights, found, strict=True))[1:] if weight]
         self._farthest = max(used.theta_i.max(), used.theta_o.max())
+        noisy = self._own.field.kernel.noise >= _NOISY and len(used) == len(samples)
+        self.at_samples = self.field_at(used.directions) if noisy else None
         self._at_nodes: dict[int, FloatArray] = {}
 
     def field_at(self, directions: Directions) -> FloatArray:
@@ -135,12 +169,13 @@ class Estimate:
         return self._at_nodes[level]
 
     def _blended(self, own: FloatArray, directions: Directions) -> FloatArray:
-        """The mean of both experts, given the field of one; beyond the samples they differ as at the last of them."""
-        if self._other is None:
+        """The mean of the experts, given the field of the first; beyond the samples they differ as at the last."""
+        if not self._others:
             return own
         theta_i, phi_i, theta_o, phi_o = directions
         near = (np.minimum(theta_i, self._farthest), phi_i, np.minimum(theta_o, self._farthest), phi_o)
-        return own + 0.5 * (self._other.log_value(near) - self._own.log_value(near))
+        log_value = self._own.log_value(near)
+        return np.asarray(own + sum(weight * (other.log_value(near) - log_value) for weight, other in self._others))
 
     def _azimuthal_mean(self, mu: FloatArray) -> FloatArray:
         """The mean of the field over all azimuths of the half vector: (b, c, 3) to (b, c, channels).
@@ -157,22 +192,61 @@ class Estimate:
         return np.asarray(mean[which.reshape(mu.shape[:-1])])
 
 
-def _best_experts(found: list[tuple[Expert, FloatArray]], used: Samples, counts: BoolArray,
-                  ) -> tuple[Expert, Expert | None]:
-    """The expert whose predictions of left-out samples are best; and the other one, if the mean of both is better.
+@dataclass(frozen=True)
+class _Judge:
+    """Judges predictions of left-out samples by the error of the cube root of cosine-weighted values.
 
-    The predictions are of log(f + offset); their error is that of the cube root of cosine-weighted values.
+    Attributes
+    ----------
+    samples : Samples
+    transform : LogRelative
+        Its offset is that of the predictions, log(f + offset), and its ceiling bounds them.
+    counted : (n,) bool
+        The samples that are believed.
     """
-    transform = found[0][0].transform
-    measured = cross_validation.cube_root(used.theta_o, used.values)
 
-    def error(log_value: FloatArray) -> float:
-        value = np.exp(np.minimum(log_value, np.log(transform.ceiling + transform.offset))) - transform.offset
-        cubes = cross_validation.cube_root(used.theta_o, np.maximum(value, 0))
-        return float(np.mean((cubes - measured)[counts] ** 2))
+    samples: Samples
+    transform: LogRelative
+    counted: BoolArray
 
-    (first, one), (second, other) = sorted(found, key=lambda each: error(each[1]))
-    return first, second if error(0.5 * (one + other)) < error(one) else None
+    def error(self, log_value: FloatArray) -> float:
+        """The mean square of the errors of predictions (n, channels)."""
+        offset, ceiling = self.transform.offset, self.transform.ceiling
+        value = np.clip(np.exp(np.minimum(log_value, _LARGEST_LOG)) - offset, 0, ceiling)
+        cubes = cross_validation.cube_root(self.samples.theta_o, value)
+        return float(np.mean((cubes - self._measured)[self.counted] ** 2))
+
+    def weights(self, predictions: list[FloatArray]) -> tuple[float, ...]:
+        """The weights whose mean of the predictions has the least error: multiples of 1 / `_STEPS`."""
+        steps = [each for each in itertools.product(range(_STEPS + 1), repeat=len(predictions)) if sum(each) == _STEPS]
+        best = min(steps, key=lambda each: self.error(
+            sum((step / _STEPS * one for step, one in zip(each, predictions, strict=True)), np.zeros(1))))
+        return tuple(step / _STEPS for step in best)
+
+    @cached_property
+    def _measured(self) -> FloatArray:
+        return cross_validation.cube_root(self.samples.theta_o, self.samples.values)
+
+
+def _smoothed(used: Samples, judge: _Judge, some: IntArray, noise: FloatArray, softening: float,
+              ) -> tuple[Smoothed, FloatArray]:
+    """The expert that is a thin-plate spline, and its predictions of left-out samples.
+
+    Its smoothing is the one that predicts best of some of the samples.
+    """
+    offset = judge.transform.offset
+    own_offset = max(_OFFSET_OF_SPLINE * offset, LEAST_OFFSET)
+    coordinates = HalfDifference(softening)
+    mu, z = 2 * coordinates.encode(*used.directions) - 1, bounded_log(used.values, own_offset)
+    part = _Judge(subset(used, some), judge.transform, judge.counted[some])
+
+    def fitted(at: IntArray, smoothing: float) -> tuple[Smoothed, FloatArray]:
+        spline, left_out = thin_plate.fit(mu[at], z[at], smoothing, noise[at])
+        expert = Smoothed(coordinates, spline, own_offset, offset)
+        return expert, expert.converted(left_out)
+
+    smoothing = min(thin_plate.SMOOTHINGS, key=lambda each: part.error(fitted(some, each)[1]))
+    return fitted(np.arange(len(used)), smoothing)
 
 
 def prepare(samples: Samples) -> dict[str, Any]:

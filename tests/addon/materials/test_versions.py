@@ -158,7 +158,7 @@ def test_equal_channels_come_back_as_one_column(glossy):
 @pytest.mark.parametrize("damage", [("DIFFUSE[", "DIFFUSION["), ("#define STORED 3", "#define STORED 2"),
                                     ("#define DIFFUSE_CELLS 8", "#define DIFFUSE_CELLS 9"),
                                     ("#define LOG_RELATIVE 1", ""),
-                                    ("KEYS[", "KEYS[1"), ("shader", "x")])
+                                    ("OCCUPANCY[", "OCCUPANCY[1"), ("shader", "x")])
 def test_damaged_sources_are_refused(glossy, damage):
     source = bake(fitter.fit(glossy, **fitter.PRESETS["Draft"]))
     assert damage[0] in source
