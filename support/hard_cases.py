@@ -72,6 +72,7 @@ def hard_cases():
     hole = _outside_hole(theta_o, phi)
     geometry = curet.geometry()
     noise = rng.standard_normal(300)
+    decades = 10 ** (10 * rng.random(300) - 10)
     single = [angle.astype(np.float32) for angle in (theta_i, theta_o, phi, smooth)]
     cases = {
         "one sample": Case(_samples([0.5], [0.7], [2.0], [0.3]), 1e-5),
@@ -83,7 +84,7 @@ def hard_cases():
                                                           gloss(from_normal, to_normal, phi))),
         "half of them at grazing angles": Case(_samples(grazing_i, grazing_o, phi, gloss(grazing_i, grazing_o, phi))),
         "values in single precision": Case(_samples(*single)),
-        "values over 10 orders of magnitude": Case(_samples(theta_i, theta_o, phi, 10 ** (10 * rng.random(300) - 10)), 0.5),
+        "values over 10 orders of magnitude": Case(_samples(theta_i, theta_o, phi, decades), 0.5),
         "one value 10,000 times the others": Case(_samples(theta_i, theta_o, phi, spike), plausible=False),
         "retro-reflection only": Case(_samples(theta_i, theta_i, np.zeros(300), 0.03 + 0.25 * np.cos(theta_i))),
         "negative values and zeros": Case(_samples(theta_i, theta_o, phi, np.where(noise > 1, 0, noise)), 1.0, False),

@@ -110,7 +110,8 @@ def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         constants |= {"SPECULAR_CELLS": dense.cells(specular.level), "KEY_COUNT": len(index),
                       "BUCKET_COUNT": len(index.displacement), "MULTIPLIER": index.multiplier}
         count = math.prod(dense.shape(specular.level))
-        tables |= {"OCCUPANCY": perfect_hash.occupancy(index.keys, count)} | {"SPECULAR": specular.coefficients, "DISPLACEMENT": index.displacement}
+        tables |= {"SPECULAR": specular.coefficients, "OCCUPANCY": perfect_hash.occupancy(index.keys, count),
+                   "DISPLACEMENT": index.displacement}
     constants["DAMPED"] = 0
     if fit.transform.name == LogRelative.name and len(cast(LogRelative, fit.transform).damping):
         constants["DAMPED"] = 1

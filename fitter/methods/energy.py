@@ -1,9 +1,9 @@
 """Conservation of energy: damps a fit at the polar angles at which it reflects more light than it receives.
 
 A fit is multiplied by ``a(theta_i) a(theta_o)`` with one factor a of at most 1, a spline in the polar angle
-(`LogRelative.damping`). Its directional albedo is then ``a(theta) integral f a cos``, of light that arrives at the angle
-theta and of light that leaves there; both are linear in the control points of the integrand's factor, so that the light
-at each control point is all that has to be known of a fit. The factor is lowered in three steps:
+(`LogRelative.damping`). Its directional albedo is then ``a(theta) integral f a cos``, of light that arrives at the
+angle theta and of light that leaves there; both are linear in the control points of the integrand's factor, so that the
+light at each control point is all that has to be known of a fit. The factor is lowered in three steps:
 
 1. Where angles beyond the largest measured one alone can bring the albedos within it to at most 1, they give way.
 2. The factor is lowered where an albedo exceeds 1, by the square root of the excess, as both directions have it, until

@@ -47,9 +47,12 @@ _ROUNDS = 3                 # of weighted least squares
 _MOST_SAMPLES = 20_000      # fitted by the sparse lattice; larger sets are subsampled at random
 _BETWEEN = 3000             # directions between the samples at which the sparse lattice follows the field
 _NOISY = 1e-3               # noise from which on the fit follows the field at the samples, and not their values
-_BETWEEN_SHARE = 0.2       # weight of all these directions, relative to that of all samples
-_WEIGHT = 0.7               # errors of the field weigh (f + offset) to this power: 1 would minimise those of f, 1/3
+_BETWEEN_SHARE = 200.0      # weight of all these directions, in samples; at most that of all samples
+_WEIGHT = 0.5               # errors of the field weigh (f + offset) to this power: 1 would minimise those of f, 1/3
                             # those of its cube root
+_FEW = 500                  # samples, up to which their left-out errors alone do not decide between experts ...
+_SPLINES_SHARE = 0.5        # ... but the spline has at least this weight ...
+_FAR_WORSE = 4.0            # ... unless its error is as many times larger
 
 
 class Expert(Protocol):
@@ -145,8 +148,8 @@ class Estimate:
         found: list[tuple[Expert, FloatArray]] = [*kriged, _smoothed(used, judge, some, noise, softening)]
         self._own = kriged[0][0]
         self.coordinates, self.transform = self._own.coordinates, self._own.transform
-        weights = judge.weights([left_out for _, left_out in found])
-        self._others = [(weight, expert) for weight, (expert, _) in list(zip(weights, found, strict=True))[1:] if weight]
+        weights = judge.weights([left_out for _, left_out in found], _least_share(judge, found))
+        self._others = [(weight, expert) for weight, (expert, _) in zip(weights[1:], found[1:], strict=True) if weight]
         self._farthest = max(used.theta_i.max(), used.theta_o.max())
         noisy = self._own.field.kernel.noise >= _NOISY and len(used) == len(samples)
         self.at_samples = self.field_at(used.directions) if noisy else None
@@ -216,9 +219,13 @@ class _Judge:
         cubes = cross_validation.cube_root(self.samples.theta_o, value)
         return float(np.mean((cubes - self._measured)[self.counted] ** 2))
 
-    def weights(self, predictions: list[FloatArray]) -> tuple[float, ...]:
-        """The weights whose mean of the predictions has the least error: multiples of 1 / `_STEPS`."""
-        steps = [each for each in itertools.product(range(_STEPS + 1), repeat=len(predictions)) if sum(each) == _STEPS]
+    def weights(self, predictions: list[FloatArray], least: float) -> tuple[float, ...]:
+        """The weights whose mean of the predictions has the least error: multiples of 1 / `_STEPS`.
+
+        The last is not smaller than `least`.
+        """
+        steps = [each for each in itertools.product(range(_STEPS + 1), repeat=len(predictions))
+                 if sum(each) == _STEPS and each[-1] >= least * _STEPS]
         best = min(steps, key=lambda each: self.error(
             sum((step / _STEPS * one for step, one in zip(each, predictions, strict=True)), np.zeros(1))))
         return tuple(step / _STEPS for step in best)
@@ -226,6 +233,17 @@ class _Judge:
     @cached_property
     def _measured(self) -> FloatArray:
         return cross_validation.cube_root(self.samples.theta_o, self.samples.values)
+
+
+def _least_share(judge: _Judge, found: list[tuple[Expert, FloatArray]]) -> float:
+    """The least weight of the spline, the last expert.
+
+    Of few samples each is far from the others, and a peak may be one sample alone. Left-out errors hardly tell then how
+    well an expert continues what it has seen; lobes and kernels of greatest likelihood overdo it more than a spline.
+    """
+    kriged, spline = judge.error(found[0][1]), judge.error(found[-1][1])
+    trusted = len(judge.samples) <= _FEW and spline < _FAR_WORSE ** 2 * kriged
+    return _SPLINES_SHARE if trusted else 0.0
 
 
 def _smoothed(used: Samples, judge: _Judge, some: IntArray, noise: FloatArray, softening: float,
@@ -300,7 +318,8 @@ def _specular(samples: Samples, estimated: Estimate, transform: LogRelative, dif
         at_samples = transform.field(used.values, *used.directions)
     field = np.concatenate([at_samples, estimated.field_at(between)])
     directions = [np.concatenate(pair) for pair in zip(used.directions, between, strict=True)]
-    trust = np.concatenate([np.ones(len(used)), np.full(len(x[1]), np.sqrt(_BETWEEN_SHARE * len(used) / len(x[1])))])
+    share = min(_BETWEEN_SHARE, len(used)) / len(x[1])
+    trust = np.concatenate([np.ones(len(used)), np.full(len(x[1]), np.sqrt(share))])
     x_all = np.concatenate(x)
     coarse = diffuse.evaluate(x_all)
     residual = field - coarse

@@ -54,3 +54,21 @@ def test_regular_spacing_does_not_swell_the_table(keys):
 def test_keys_out_of_range_are_refused(keys):
     with pytest.raises(ValueError, match="expected 0 to"):
         perfect_hash.build(keys)
+
+
+@given(st.sets(st.integers(0, 999), max_size=60), st.integers(0, 996))
+@settings(max_examples=60, deadline=None)
+def test_a_word_of_the_occupancy_tells_which_of_a_row_of_keys_are_stored(keys, first):
+    """As `stored_keys` of osl/perfect_hash.h reads it."""
+    table = perfect_hash.occupancy(sorted(keys), 1000)
+    bits = int(table[first >> 4]) >> (first & 15) & 15
+    assert bits == sum(1 << k for k in range(4) if first + k in keys)
+    assert perfect_hash.keys_of(table).tolist() == sorted(keys)
+
+
+def test_a_hash_is_restored_from_its_keys_in_any_order_and_wrong_displacements_are_noticed(random):
+    index = perfect_hash.build(random.choice(50_000, 700, replace=False))
+    restored = perfect_hash.restored(np.sort(index.keys).astype(int), index.displacement, index.multiplier)
+    np.testing.assert_array_equal(restored.keys, index.keys)
+    with pytest.raises(ValueError, match="slot"):
+        perfect_hash.restored(np.sort(index.keys).astype(int), index.displacement[::-1], index.multiplier)

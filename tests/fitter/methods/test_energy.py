@@ -1,4 +1,4 @@
-"""Conservation of energy: directional albedos by SciPy's adaptive cubature, of light that arrives and of light that leaves.
+"""Conservation of energy: directional albedos by SciPy's adaptive cubature, for light arriving and light leaving.
 
 Some fits are fitted; others are made, so that they are narrower and more unphysical than samples would have them.
 """
@@ -169,12 +169,12 @@ def test_far_from_where_an_albedo_exceeds_1_nothing_is_damped():
     over = np.degrees(energy.VIEWS[before > 0.99])
     assert 40 < over.max() < 65
     factor = damping_at(found.transform.damping, energy.VIEWS)[:, 0]
-    np.testing.assert_allclose(factor[energy.VIEWS > np.radians(over.max() + 15)], 1, rtol=1e-15)
+    np.testing.assert_allclose(factor[np.radians(over.max() + 15) < energy.VIEWS], 1, rtol=1e-15)
     assert (factor[before > 1.01] < 1).all()
 
 
 def test_what_was_not_measured_gives_way_first():
-    """Too bright only with directions beyond 60 degrees, where there are no samples; the factor is smooth about there."""
+    """Too bright only with directions beyond 60 degrees, where there are no samples; the factor is smooth there."""
     grazing = random_fit(HalfDifference(), lobes(0.2, ("sheen", 1.3, 0.9, 2.0, 0.2)), 0.0)
     samples = up_to(60)
     before = energy.albedo(grazing)[:, 0]
