@@ -8,6 +8,7 @@ from ..arrays import BoolArray, FloatArray
 from ..samples import Samples
 from .coverage import widest_hole
 
+_GRAZING = 88.0             # degrees: beyond, a surface fills next to nothing of a picture
 WIDE_GAP = 25.0             # degrees: no fit is reliable across a wider hole
 
 
@@ -49,6 +50,11 @@ class Description:
     mean: tuple[float, ...]
     highest: tuple[float, ...]
 
+    @property
+    def farthest(self) -> float:
+        """The largest measured angle, degrees: what a fit is beyond it is a guess."""
+        return max(self.theta_i[1], self.theta_o[1])
+
     def rows(self) -> list[tuple[str, str, bool]]:
         """The description in words: a list of (label, text, whether the user should be warned)."""
         values = len(self.channels) * self.count
@@ -59,6 +65,8 @@ class Description:
                 ("Widest hole", f"{self.gap:.0f}° at {at}", self.gap > WIDE_GAP),
                 ("Negative", f"{self.negative:,} of {values:,} values", self.negative > 0),
                 ("Saturated", f"{self.saturated:,} of {values:,} values", self.saturated > 0)]
+        if self.farthest < _GRAZING:
+            rows.insert(3, ("Guessed", f"beyond {self.farthest:.0f}°, where nothing was measured", False))
         rows += [(f"Range {channel}", f"{low:.4g} to {high:.4g} / sr, mean {mean:.4g}", False)
                  for channel, low, mean, high in zip(self.channels, self.lowest, self.mean, self.highest, strict=True)]
         return rows
