@@ -147,23 +147,30 @@ def evaluate(control_points: FloatArray | SingleArray, level: int, x: FloatArray
     >>> evaluate(np.full((*shape(2), 1), 0.3), 2, np.array([[0.5, 0.1, 0.9], [1, 1, 1]])).round(9).tolist()
     [[0.3], [0.3]]
     """
-    flat = control_points.reshape(-1, control_points.shape[-1]).astype(np.float64, copy=False)
-    result = np.empty((len(x), flat.shape[1]))
+    flat = np.ascontiguousarray(control_points.reshape(-1, control_points.shape[-1]).T, dtype=np.float64)
+    result = np.empty((len(flat), len(x)))
     for start in range(0, len(x), _CHUNK):
-        result[start:start + _CHUNK] = _evaluate_chunk(flat, level, x[start:start + _CHUNK])
-    return result
+        part = slice(start, start + _CHUNK)
+        result[:, part] = _evaluate_chunk(flat, level, x[part])
+    return result.T
 
 
 def _evaluate_chunk(flat: FloatArray, level: int, x: FloatArray) -> FloatArray:
+    """The spline of control points (channels, points) at a few points (n, 3): (channels, n)."""
     _, rows, columns = shape(level)
-    first, (wa, wb, wc) = locate(x, level)
+    first, w = locate(x, level)
+    wa, wb, wc = (np.ascontiguousarray(axis.T) for axis in w)
     base = (first[:, 0] * rows + first[:, 1]) * columns + first[:, 2]
-    total = np.zeros((len(x), flat.shape[1]))
+    total = np.zeros((len(flat), len(x)))
     for a in range(4):
         for b in range(4):
             tap = base + (a * rows + b) * columns
-            along_c = sum(wc[:, c, None] * flat[tap + c] for c in range(4))
-            total += (wa[:, a] * wb[:, b])[:, None] * along_c
+            wab = wa[a] * wb[b]
+            for channel, points in enumerate(flat):     # by itself: indices of one axis are read quickest
+                along_c = wc[0] * points.take(tap)
+                for c in range(1, 4):
+                    along_c += wc[c] * points.take(tap + c)
+                total[channel] += wab * along_c
     return total
 
 

@@ -24,14 +24,14 @@ from ..model.transform import LogRelative, damping_at
 from ..samples import Samples
 from ..shader_constants import DAMPING_KNOTS
 
-VIEWS = np.radians(np.arange(91.0))
+VIEWS = np.radians([*range(0, 80, 2), *range(80, 91)])
 """Polar angles at which the albedo is checked, radians."""
 TOLERANCE = 2e-3            # by which an albedo may exceed 1
 _FEW = np.radians([*range(0, 75, 15), *range(75, 91, 3)])
 _FAR_FROM_1 = 0.8           # a fit whose albedos at these few angles are lower is not looked at closer
-_CELLS, _FINE_CELLS = (32, 16), (96, 32)        # of the integral on either side of the angle, and of either half of the
+_CELLS, _FINE_CELLS = (32, 16), (64, 24)        # of the integral on either side of the angle, and of either half of the
                                                 # azimuths: of all, and of large albedos
-_LARGE = 0.97               # an albedo that is integrated in finer steps
+_LARGE = 0.93               # an albedo that is integrated in finer steps
 _MARGIN = 1e-3              # by which damped albedos stay below 1: for what the integral misses
 _ROUNDS = 30                # of the second step, each of which halves the excess or better
 _INFLUENCE = 2              # knots on both sides of a control point, which it has an influence on
@@ -108,7 +108,7 @@ def _damping(light: FloatArray, farthest: float) -> FloatArray:
     share = np.divide(excess, beyond, out=(excess > 0) * 1.0, where=beyond > excess).max(axis=(0, 1))
     control_points[unmeasured] = np.where(share < 1, 1 - share, 1)
 
-    low, high = (unproject(np.clip(knots + side, 0, 1)) + np.sign(side) * np.radians(1) for side in (-reach, reach))
+    low, high = (unproject(np.clip(knots + side, 0, 1)) + np.sign(side) * np.radians(2) for side in (-reach, reach))
     influences = (low[:, None] <= VIEWS) & (high[:, None] >= VIEWS)
     for power in [0.5] * _ROUNDS + [1.0]:
         albedos = (damping_at(control_points, VIEWS) * np.einsum("wvkc,kc->wvc", light, control_points)).max(axis=0)

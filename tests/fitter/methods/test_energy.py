@@ -169,7 +169,7 @@ def test_far_from_where_an_albedo_exceeds_1_nothing_is_damped():
     over = np.degrees(energy.VIEWS[before > 0.99])
     assert 40 < over.max() < 65
     factor = damping_at(found.transform.damping, energy.VIEWS)[:, 0]
-    np.testing.assert_allclose(factor[np.radians(over.max() + 15) < energy.VIEWS], 1, rtol=1e-15)
+    np.testing.assert_allclose(factor[np.radians(over.max() + 17) < energy.VIEWS], 1, rtol=1e-15)
     assert (factor[before > 1.01] < 1).all()
 
 
@@ -179,12 +179,12 @@ def test_what_was_not_measured_gives_way_first():
     samples = up_to(60)
     before = energy.albedo(grazing)[:, 0]
     assert before.max() > 1.2
-    assert before[:61].max() > 1.01
+    assert before[energy.VIEWS <= np.radians(60)].max() > 1.01
     found = conserved(grazing, samples)
     theta = np.radians(np.linspace(0, 45, 30))
     some = theta, 0, theta[::-1], 2.0
     np.testing.assert_allclose(found.evaluate(*some), grazing.evaluate(*some), rtol=1e-12)
-    assert albedos(found, ANGLES[::8]).max() <= AT_MOST
+    assert albedos(found, ANGLES[::20]).max() <= AT_MOST
 
 
 def test_where_what_was_not_measured_does_not_suffice_it_is_not_made_black():
@@ -197,7 +197,7 @@ def test_where_what_was_not_measured_does_not_suffice_it_is_not_made_black():
 def test_the_albedo_is_that_of_an_independent_integral(narrow, farthest):
     prior = lobes(0.1, ("mirror", 0.2 / narrow ** 2, narrow, 2.0, 0.7), ("retro", 2.0, 0.2, 2.0, 1.0))
     fit = random_fit(Rusinkiewicz(), prior, 0.2)
-    some = slice(0, farthest, 6)
+    some = np.flatnonzero(energy.VIEWS < np.radians(farthest))[::3]
     np.testing.assert_allclose(energy.albedo(fit)[some, 0], albedos(fit, energy.VIEWS[some]).max(axis=0), rtol=0.02)
 
 
