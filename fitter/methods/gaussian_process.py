@@ -239,6 +239,22 @@ def choice(count: int, most: int = MOST_SAMPLES, seed: int = 0) -> IntArray:
     return np.sort(np.random.default_rng(seed).choice(count, most, replace=False))
 
 
+def spread(points: FloatArray, most: int) -> IntArray:
+    """Indices of at most `most` of points (n, axes), each in turn the farthest from those before, in ascending order.
+
+    Examples
+    --------
+    >>> spread(np.array([[0.0], [0.1], [1.0], [0.4]]), 3).tolist()
+    [0, 2, 3]
+    """
+    chosen = np.zeros(min(most, len(points)), dtype=int)
+    distance = np.full(len(points), np.inf)
+    for k in range(1, len(chosen)):
+        distance = np.minimum(distance, ((points - points[chosen[k - 1]]) ** 2).sum(axis=1))
+        chosen[k] = np.argmax(distance)
+    return np.unique(chosen)
+
+
 def _covariance(mu: FloatArray | SingleArray, kernel: Kernel, noise: FloatArray) -> Any:
     covariance = np.empty((len(mu), len(mu)), mu.dtype)
     for start in range(0, len(mu), _CHUNK):                  # `correlation` needs several times its result's memory

@@ -16,6 +16,7 @@ steps:
 """
 
 import itertools
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
@@ -42,6 +43,11 @@ _PENALTY = 3.0              # of the log-likelihood, for each parameter of a pri
 _STEPS = 4                  # of the weights of the experts
 _OFFSET_OF_SPLINE = 0.1     # of the thin-plate spline's logarithm, relative to that of the others
 _LARGEST_LOG = 80.0         # beyond any reflectance
+_FARTHEST_APART = math.log(4)   # by which another expert can differ from the first: between far samples of a narrow
+                                # peak a spline has no bounds
+_CHUNK = 1024               # points at a time: bounds the memory
+_TYPICAL = 200              # samples, far from each other, whose median is the offset
+_REACH = 0.15               # from the nearest sample, in coordinates from -1 to 1, in which the spline is trusted
 _AZIMUTHS = 16              # averaged over at exact retro-reflection
 _ROUNDS = 3                 # of weighted least squares
 _MOST_SAMPLES = 20_000      # fitted by the sparse lattice; larger sets are subsampled at random
@@ -120,7 +126,7 @@ class Estimate:
 
     def __init__(self, samples: Samples, softening: float = SOFTENING) -> None:
         used = subset(samples, gaussian_process.choice(len(samples)))
-        offset = _offset(used.values)
+        offset = _offset(used)
         ceiling = CEILING * np.maximum(samples.values.max(axis=0), 1e-6 * offset)
         transforms = [LogRelative(model, offset, ceiling) for model in prior.candidates(used, offset)]
         richest = transforms[-1].prior
@@ -150,6 +156,7 @@ class Estimate:
         self.coordinates, self.transform = self._own.coordinates, self._own.transform
         weights = judge.weights([left_out for _, left_out in found], _least_share(judge, found))
         self._others = [(weight, expert) for weight, (expert, _) in zip(weights[1:], found[1:], strict=True) if weight]
+        self._places = 2 * HalfDifference().encode(*used.directions) - 1
         self._farthest = max(used.theta_i.max(), used.theta_o.max())
         noisy = self._own.field.kernel.noise >= _NOISY and len(used) == len(samples)
         self.at_samples = self.field_at(used.directions) if noisy else None
@@ -178,7 +185,15 @@ class Estimate:
         theta_i, phi_i, theta_o, phi_o = directions
         near = (np.minimum(theta_i, self._farthest), phi_i, np.minimum(theta_o, self._farthest), phi_o)
         log_value = self._own.log_value(near)
-        return np.asarray(own + sum(weight * (other.log_value(near) - log_value) for weight, other in self._others))
+        difference = sum(weight * _FARTHEST_APART * np.tanh((other.log_value(near) - log_value) / _FARTHEST_APART)
+                         for weight, other in self._others)
+        return np.asarray(own + self._trust(near)[:, None] * difference)
+
+    def _trust(self, directions: Directions) -> FloatArray:
+        """How far the mean of the experts is trusted at directions (n,): 1 near samples or their reciprocals, else less."""
+        mu = 2 * HalfDifference().encode(*directions) - 1
+        distance = np.sqrt(np.minimum(_nearest(mu, self._places), _nearest(mu * [1, -1, 1], self._places)))
+        return np.asarray(np.exp(-np.maximum(distance / _REACH - 1, 0) ** 2))
 
     def _azimuthal_mean(self, mu: FloatArray) -> FloatArray:
         """The mean of the field over all azimuths of the half vector: (b, c, 3) to (b, c, channels).
@@ -233,6 +248,14 @@ class _Judge:
     @cached_property
     def _measured(self) -> FloatArray:
         return cross_validation.cube_root(self.samples.theta_o, self.samples.values)
+
+
+def _nearest(points: FloatArray, places: FloatArray) -> FloatArray:
+    """The squared distance of each point to the nearest of some places: (n, 3) and (m, 3) to (n,)."""
+    squares = (places ** 2).sum(axis=1)
+    return np.concatenate([
+        ((part ** 2).sum(axis=1)[:, None] + squares - 2 * part @ places.T).min(axis=1).clip(0)
+        for part in (points[start:start + _CHUNK] for start in range(0, len(points), _CHUNK))])
 
 
 def _least_share(judge: _Judge, found: list[tuple[Expert, FloatArray]]) -> float:
@@ -360,7 +383,13 @@ def _dropouts(values: FloatArray, lobes: FloatArray) -> BoolArray:
     return dark & (lobes.max(axis=1) > 3 * median)
 
 
-def _offset(values: FloatArray) -> float:
-    """The offset of `LogRelative`: the median of the samples, at least a millionth of the largest; 1/sr."""
-    largest = np.abs(values).max()
-    return float(max(np.median(np.abs(values)), 1e-6 * largest, LEAST_OFFSET)) if largest else 1.0
+def _offset(samples: Samples) -> float:
+    """The offset of `LogRelative`: the median over the directions, at least a millionth of the largest sample; 1/sr.
+
+    Not the median of the samples, of which most may lie in a peak.
+    """
+    largest = np.abs(samples.values).max()
+    if not largest:
+        return 1.0
+    typical = samples.values[gaussian_process.spread(2 * HalfDifference().encode(*samples.directions) - 1, _TYPICAL)]
+    return float(max(np.median(np.abs(typical)), 1e-6 * largest, LEAST_OFFSET))
