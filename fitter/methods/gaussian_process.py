@@ -247,12 +247,14 @@ def spread(points: FloatArray, most: int) -> IntArray:
     >>> spread(np.array([[0.0], [0.1], [1.0], [0.4]]), 3).tolist()
     [0, 2, 3]
     """
-    chosen = np.zeros(min(most, len(points)), dtype=int)
+    if len(points) <= most:
+        return np.arange(len(points))
+    chosen = np.zeros(most, dtype=int)
     distance = np.full(len(points), np.inf)
-    for k in range(1, len(chosen)):
+    for k in range(1, most):
         distance = np.minimum(distance, ((points - points[chosen[k - 1]]) ** 2).sum(axis=1))
         chosen[k] = np.argmax(distance)
-    return np.unique(chosen)
+    return np.sort(chosen)
 
 
 def _covariance(mu: FloatArray | SingleArray, kernel: Kernel, noise: FloatArray) -> Any:

@@ -190,7 +190,7 @@ class Estimate:
         return np.asarray(own + self._trust(near)[:, None] * difference)
 
     def _trust(self, directions: Directions) -> FloatArray:
-        """How far the mean of the experts is trusted at directions (n,): 1 near samples or their reciprocals, else less."""
+        """How far the others are trusted at directions (n,): 1 near samples or their reciprocals, elsewhere less."""
         mu = 2 * HalfDifference().encode(*directions) - 1
         distance = np.sqrt(np.minimum(_nearest(mu, self._places), _nearest(mu * [1, -1, 1], self._places)))
         return np.asarray(np.exp(-np.maximum(distance / _REACH - 1, 0) ** 2))

@@ -23,6 +23,7 @@ import numpy as np
 
 from ...arrays import ArrayLike, FloatArray, IntArray
 from ...coordinates.half_difference import SOFTENING, half_difference
+from ...methods import gaussian_process
 from ...model.transform import LEAST_OFFSET, bounded_log
 from ...quality.cross_validation import held_out
 from ...samples import Samples, subset
@@ -148,13 +149,7 @@ def spread(points: FloatArray, most: int) -> IntArray:
     candidates = np.arange(len(points))
     if len(points) > _CANDIDATES:
         candidates = np.sort(np.random.default_rng(0).choice(len(points), _CANDIDATES, replace=False))
-    points = points[candidates]
-    chosen = np.zeros(most, dtype=int)
-    distance = np.full(len(points), np.inf)
-    for k in range(1, most):
-        distance = np.minimum(distance, ((points - points[chosen[k - 1]]) ** 2).sum(axis=1))
-        chosen[k] = np.argmax(distance)
-    return candidates[np.sort(chosen)]
+    return candidates[gaussian_process.spread(points[candidates], most)]
 
 
 def places(samples: Samples) -> FloatArray:
