@@ -53,7 +53,8 @@ _ROUNDS = 3                 # of weighted least squares
 _MOST_SAMPLES = 20_000      # fitted by the sparse lattice; larger sets are subsampled at random
 _BETWEEN = 3000             # directions between the samples at which the sparse lattice follows the field
 _NOISY = 1e-3               # noise from which on the fit follows the field at the samples, and not their values
-_BETWEEN_SHARE = 200.0      # weight of all these directions, in samples; at most that of all samples
+_BETWEEN_WEIGHT = 200.0     # of all these directions, in samples; at most a share of that of all samples
+_BETWEEN_SHARE = 0.05
 _WEIGHT = 0.5               # errors of the field weigh (f + offset) to this power: 1 would minimise those of f, 1/3
                             # those of its cube root
 _FEW = 500                  # samples, up to which their left-out errors alone do not decide between experts ...
@@ -341,7 +342,7 @@ def _specular(samples: Samples, estimated: Estimate, transform: LogRelative, dif
         at_samples = transform.field(used.values, *used.directions)
     field = np.concatenate([at_samples, estimated.field_at(between)])
     directions = [np.concatenate(pair) for pair in zip(used.directions, between, strict=True)]
-    share = min(_BETWEEN_SHARE, len(used)) / len(x[1])
+    share = min(_BETWEEN_WEIGHT, _BETWEEN_SHARE * len(used)) / len(x[1])
     trust = np.concatenate([np.ones(len(used)), np.full(len(x[1]), np.sqrt(share))])
     x_all = np.concatenate(x)
     coarse = diffuse.evaluate(x_all)
