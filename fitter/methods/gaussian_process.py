@@ -155,8 +155,8 @@ def log_likelihood(covariance: FloatArray, z: FloatArray) -> float:
     --------
     Of independent values it is minus the logarithm of their root mean square.
 
-    >>> round(log_likelihood(np.eye(4), np.array([[0.5], [-0.5], [0.5], [0.5]])) / -np.log(0.5), 9)
-    1.0
+    >>> float(np.exp(-log_likelihood(np.eye(4), np.array([[0.5], [-0.5], [0.5], [0.5]]))).round(9))
+    0.5
     """
     try:
         root = np.linalg.cholesky(covariance)
