@@ -33,6 +33,7 @@ CHOICES: dict[str, tuple[float, ...]] = {
     "share": (0.05, 0.2, 0.5),
     "noise": (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)}
 _LEAST_GAIN = 1e-4          # of a step's log-likelihood, for each value
+_CANDIDATES = 50_000        # points among which the farthest are looked for
 _ROUNDS = 2                 # over all numbers of a kernel
 
 
@@ -249,12 +250,14 @@ def spread(points: FloatArray, most: int) -> IntArray:
     """
     if len(points) <= most:
         return np.arange(len(points))
+    candidates = choice(len(points), _CANDIDATES)
+    points = points[candidates]
     chosen = np.zeros(most, dtype=int)
     distance = np.full(len(points), np.inf)
     for k in range(1, most):
         distance = np.minimum(distance, ((points - points[chosen[k - 1]]) ** 2).sum(axis=1))
         chosen[k] = np.argmax(distance)
-    return np.sort(chosen)
+    return np.asarray(candidates[np.sort(chosen)])
 
 
 def _covariance(mu: FloatArray | SingleArray, kernel: Kernel, noise: FloatArray) -> Any:

@@ -21,7 +21,7 @@ from functools import partial
 
 import numpy as np
 
-from ...arrays import ArrayLike, FloatArray, IntArray
+from ...arrays import ArrayLike, FloatArray
 from ...coordinates.half_difference import SOFTENING, half_difference
 from ...methods import gaussian_process
 from ...model.transform import LEAST_OFFSET, bounded_log
@@ -34,7 +34,6 @@ OFFSET = 0.1                # of the logarithm, over the median of the samples: 
 SMOOTHINGS = (1e-6, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)       # the first for one that no rounding can make singular
 INNER_FOLDS = 5
 _SEED = 1977                # of the inner folds
-_CANDIDATES = 50_000        # samples among which the farthest are looked for
 _FLAT = 1e-6                # extent of a coordinate, over the largest, below which the samples do not determine it
 
 
@@ -111,7 +110,7 @@ def fit(samples: Samples) -> ThinPlate:
     >>> fit(white).evaluate(0.5, 0, 0.2, 1).round(9).tolist()
     [0.3]
     """
-    samples = subset(samples, spread(places(samples), MOST))
+    samples = subset(samples, gaussian_process.spread(places(samples), MOST))
     if len(samples) < INNER_FOLDS:
         return fit_smoothed(samples, SMOOTHINGS[0])
     errors = [held_out(samples, partial(fit_smoothed, smoothing=choice), INNER_FOLDS, _SEED).cube_root_rmse
@@ -136,24 +135,8 @@ def fit_smoothed(samples: Samples, smoothing: float) -> ThinPlate:
     return ThinPlate(spline, centre, axes, len(samples), offset, ceiling(samples.values), smoothing)
 
 
-def spread(points: FloatArray, most: int) -> IntArray:
-    """Indices of at most `most` of points (n, axes), each in turn the farthest from those before.
-
-    Examples
-    --------
-    >>> spread(np.array([[0.0], [0.1], [1.0], [0.4]]), 3).tolist()
-    [0, 2, 3]
-    """
-    if len(points) <= most:
-        return np.arange(len(points))
-    candidates = np.arange(len(points))
-    if len(points) > _CANDIDATES:
-        candidates = np.sort(np.random.default_rng(0).choice(len(points), _CANDIDATES, replace=False))
-    return candidates[gaussian_process.spread(points[candidates], most)]
-
-
 def places(samples: Samples) -> FloatArray:
-    """Where samples are, for `spread`: coordinates and height, which keeps a peak among many samples: (n, 4)."""
+    """Where samples are: coordinates and height, which keeps a peak among many samples: (n, 4)."""
     height = bounded_log(samples.values, _offset(samples.values)).mean(axis=1)
     return np.column_stack([_coordinates(*samples.directions), height / max(float(np.ptp(height)), 1.0)])
 
