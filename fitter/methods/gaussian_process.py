@@ -270,7 +270,18 @@ def _covariance(mu: FloatArray | SingleArray, kernel: Kernel, noise: FloatArray)
 
 def _distance(a: FloatArray | SingleArray, b: FloatArray | SingleArray) -> Any:
     """Distances between points: (n, 3) and (m, 3) to (n, m)."""
-    return np.sqrt(np.maximum((a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T, 0))
+    return np.sqrt(squared_distance(a, b))
+
+
+def squared_distance(a: FloatArray | SingleArray, b: FloatArray | SingleArray) -> Any:
+    """Squared distances between points: (n, 3) and (m, 3) to (n, m).
+
+    Examples
+    --------
+    >>> squared_distance(np.array([[0.0, 0, 0]]), np.array([[3.0, 4, 0]])).tolist()
+    [[25.0]]
+    """
+    return np.maximum((a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T, 0)
 
 
 def _matern(distance: FloatArray | SingleArray) -> Any:

@@ -253,10 +253,8 @@ class _Judge:
 
 def _nearest(points: FloatArray, places: FloatArray) -> FloatArray:
     """The squared distance of each point to the nearest of some places: (n, 3) and (m, 3) to (n,)."""
-    squares = (places ** 2).sum(axis=1)
-    return np.concatenate([
-        ((part ** 2).sum(axis=1)[:, None] + squares - 2 * part @ places.T).min(axis=1).clip(0)
-        for part in (points[start:start + _CHUNK] for start in range(0, len(points), _CHUNK))])
+    return np.concatenate([gaussian_process.squared_distance(points[start:start + _CHUNK], places).min(axis=1)
+                           for start in range(0, len(points), _CHUNK)])
 
 
 def _least_share(judge: _Judge, found: list[tuple[Expert, FloatArray]]) -> float:

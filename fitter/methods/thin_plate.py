@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FloatArray
+from .gaussian_process import squared_distance
 
 SMOOTHINGS = (1e-6, 1e-4, 1e-3, 1e-2, 3e-2, 1e-1, 0.3, 1.0)
 _LOOSE = 1e-8               # of the polynomial, instead of 0: the samples need not determine it
@@ -80,7 +81,7 @@ def fit(mu: FloatArray, z: FloatArray, smoothing: float, noise: FloatArray) -> t
 
 def _kernel(a: FloatArray, b: FloatArray) -> FloatArray:
     """r^2 log r: (n, 3) and (m, 3) to (n, m)."""
-    r2 = np.maximum((a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T, 0)
+    r2 = squared_distance(a, b)
     return np.asarray(0.5 * r2 * np.log(np.maximum(r2, np.finfo(float).tiny)))
 
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray
 from ..samples import Samples
+from ..shader_constants import GRAZING
 from .coverage import widest_hole
 
-_GRAZING = 88.0             # degrees: beyond, a surface fills next to nothing of a picture
 WIDE_GAP = 25.0             # degrees: no fit is reliable across a wider hole
 
 
@@ -65,7 +65,7 @@ class Description:
                 ("Widest hole", f"{self.gap:.0f}° at {at}", self.gap > WIDE_GAP),
                 ("Negative", f"{self.negative:,} of {values:,} values", self.negative > 0),
                 ("Saturated", f"{self.saturated:,} of {values:,} values", self.saturated > 0)]
-        if self.farthest < _GRAZING:
+        if self.farthest < np.degrees(GRAZING):
             rows.insert(3, ("Guessed", f"beyond {self.farthest:.0f}°, where nothing was measured", False))
         rows += [(f"Range {channel}", f"{low:.4g} to {high:.4g} / sr, mean {mean:.4g}", False)
                  for channel, low, mean, high in zip(self.channels, self.lowest, self.mean, self.highest, strict=True)]

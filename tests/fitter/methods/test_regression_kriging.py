@@ -7,6 +7,7 @@ from scipy import integrate, interpolate
 import fitter
 from fitter import Samples
 from fitter.lattice import dense, least_squares
+from fitter.methods import regression_kriging
 from fitter.model import microfacet
 from fitter.quality import cross_validation
 from fitter.report import ringing
@@ -168,3 +169,13 @@ def test_the_gradient_is_continuous_across_the_plane_of_incidence_and_through_no
     f = [fit.evaluate(abs(k * h), 0 if k >= 0 else np.pi, theta, 2.0)[:, 0] for k in (-2, -1, 0, 1, 2)]
     before, behind = (f[1] - f[0]) / h, (f[4] - f[3]) / h
     assert (np.abs(behind - before) < 0.05 * np.abs(f[2]) + 1e-3).all()
+
+
+def test_the_offset_is_typical_of_the_directions_though_most_samples_are_in_a_peak(random):
+    """As in files whose samples follow the peak: 1,800 of 2,000 are within half a degree of one mirror direction."""
+    few = scattered(random, 200)
+    near = 0.8 + np.radians(0.5) * random.random((2, 1800))
+    peak = (near[0], np.zeros(1800), near[1], np.full(1800, np.pi))
+    values = np.concatenate([np.full((200, 1), 0.1), np.full((1800, 1), 500.0)])
+    samples = Samples(*map(np.concatenate, zip(few, peak, strict=True)), values)
+    assert regression_kriging._offset(samples) == pytest.approx(0.1)
