@@ -23,6 +23,8 @@ RECIPROCITY = 0.9           # correlation between a pair of directions and its r
 MOST_SAMPLES = 2000         # larger sets are subsampled at random: the cost grows with the cube of the number
 _IMAGES = ([1, 1, 1], [1, 1, -1], [-1, -1, 1], [-1, -1, -1])
 _CHUNK = 256                # rows of the kernel matrix at a time: bounds the memory
+_AROUND = 12                # samples that bound the field at a point
+_BEYOND = math.log(2)       # by which it can exceed their values
 
 # the kernels among which the likelihood decides: each number of a kernel is one of these, in ascending order
 CHOICES: dict[str, tuple[float, ...]] = {
@@ -66,15 +68,28 @@ class Kernel:
 
     def correlation(self, mu: FloatArray | SingleArray, other: FloatArray | SingleArray) -> Any:
         """Correlation of the field between points: (n, 3) and (m, 3) to (n, m), in their precision."""
+        total = np.zeros((len(mu), len(other)), mu.dtype)
+        for weight, squared in self._squared_distances(mu, other):
+            distance = np.sqrt(squared)
+            total += weight * (self.share * _matern(distance) + (1 - self.share) * _matern(distance / self.ratio))
+        return total
+
+    def nearest(self, mu: FloatArray, other: FloatArray, count: int) -> IntArray:
+        """Indices of the samples nearest to points, in any of their images: (n, 3) and (m, 3) to (n, count)."""
+        nearest = np.full((len(mu), len(other)), np.inf, np.float32)
+        for _, squared in self._squared_distances(mu.astype(np.float32), other.astype(np.float32)):
+            nearest = np.minimum(nearest, squared)
+        return np.asarray(np.argpartition(nearest, count - 1, axis=1)[:, :count])
+
+    def _squared_distances(self, mu: FloatArray | SingleArray, other: FloatArray | SingleArray,
+                           ) -> Iterator[tuple[float, Any]]:
+        """The weight of each image of the other points, and squared distances to it: (n, 3) and (m, 3) to (n, m)."""
         scale: Any = (self.length * np.array([self.elongation, 1, 1])).astype(mu.dtype)
         a, b = mu / scale, other / scale
-        total = np.zeros((len(a), len(b)), mu.dtype)
         for image in _IMAGES:
             for exchange, weight in (([1, 1, 1], 1 - 0.5 * RECIPROCITY), ([1, -1, 1], 0.5 * RECIPROCITY)):
-                distance = _distance(a, b * (np.array(image) * exchange).astype(mu.dtype))
-                total += weight / len(_IMAGES) * (self.share * _matern(distance)
-                                                  + (1 - self.share) * _matern(distance / self.ratio))
-        return total
+                factor: Any = (np.array(image) * exchange).astype(mu.dtype)
+                yield weight / len(_IMAGES), squared_distance(a, b * factor)
 
     def neighbours(self) -> Iterator[tuple[str, int]]:
         """The steps of a search: a number's name, and the direction in which to change it."""
@@ -90,7 +105,10 @@ class Kernel:
 
 @dataclass(frozen=True)
 class Field:
-    """The mean of a Gaussian process given samples.
+    """The mean of a Gaussian process given samples, bounded by those around.
+
+    Between samples of very different values the mean overshoots. It is kept from exceeding the values of the nearest
+    samples, and 0, by more than log 2.
 
     Attributes
     ----------
@@ -110,8 +128,12 @@ class Field:
 
     def at(self, mu: FloatArray) -> FloatArray:
         """The field at points: (m, 3) to (m, channels)."""
-        return np.concatenate([self.kernel.correlation(mu[start:start + _CHUNK], self.mu) @ self.weights
-                               for start in range(0, len(mu), _CHUNK)])
+        return np.concatenate([self._bounded(mu[start:start + _CHUNK]) for start in range(0, len(mu), _CHUNK)])
+
+    def _bounded(self, mu: FloatArray) -> FloatArray:
+        mean = self.kernel.correlation(mu, self.mu) @ self.weights
+        around = self.at_samples[self.kernel.nearest(mu, self.mu, min(_AROUND, len(self.mu)))]
+        return np.clip(mean, np.minimum(around.min(axis=1), 0) - _BEYOND, np.maximum(around.max(axis=1), 0) + _BEYOND)
 
 
 def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, noise: FloatArray) -> tuple[Field, FloatArray]:
@@ -266,11 +288,6 @@ def _covariance(mu: FloatArray | SingleArray, kernel: Kernel, noise: FloatArray)
         covariance[start:start + _CHUNK] = kernel.correlation(mu[start:start + _CHUNK], mu)
     covariance[np.diag_indices(len(mu))] += noise
     return covariance
-
-
-def _distance(a: FloatArray | SingleArray, b: FloatArray | SingleArray) -> Any:
-    """Distances between points: (n, 3) and (m, 3) to (n, m)."""
-    return np.sqrt(squared_distance(a, b))
 
 
 def squared_distance(a: FloatArray | SingleArray, b: FloatArray | SingleArray) -> Any:

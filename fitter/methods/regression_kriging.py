@@ -38,6 +38,7 @@ from .levels import Levels
 
 CEILING = 4.0               # a fit is at most 4 times the largest sample
 _DROPOUT_NOISE = 10.0       # variance, relative to the field's: a dropout hardly influences the field
+_MOST_DROPOUTS = 0.01       # of the samples: of more, the lobes are wrong and not the samples
 _SEARCHED = 450             # samples of which the likelihood is computed
 _PENALTY = 3.0              # of the log-likelihood, for each parameter of a prior
 _STEPS = 4                  # of the weights of the experts
@@ -376,10 +377,11 @@ def _between(samples: Samples) -> Directions:
 
 
 def _dropouts(values: FloatArray, lobes: FloatArray) -> BoolArray:
-    """Samples that are nearly 0 where the lobes are bright, as if the detector had failed: (n,) bool."""
+    """The few samples that are nearly 0 where the lobes are bright, as if the detector had failed: (n,) bool."""
     median = np.median(np.abs(values))
     dark = np.abs(values).max(axis=1) < 0.1 * median
-    return dark & (lobes.max(axis=1) > 3 * median)
+    found = dark & (lobes.max(axis=1) > 3 * median)
+    return np.asarray(found & (np.mean(found) <= _MOST_DROPOUTS))
 
 
 def _offset(samples: Samples) -> float:

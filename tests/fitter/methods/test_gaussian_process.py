@@ -189,3 +189,28 @@ def test_large_sets_are_subsampled_without_repetition():
     assert len(set(chosen.tolist())) == most
     assert (np.diff(chosen) > 0).all()
     np.testing.assert_array_equal(chosen, gaussian_process.choice(most + 1000))
+
+
+def test_between_samples_of_very_different_values_a_field_does_not_overshoot(random):
+    """A step from -3 to 11, as at a peak of 3,000 / sr: the plain mean exceeds both by more than log 2."""
+    mu = random.random((150, 3))
+    z = np.where(np.linalg.norm(mu - 0.5, axis=1) < 0.3, 11.0, -3.0)[:, None]
+    kernel = Kernel(length=0.8, elongation=1.0, share=0.05, noise=1e-6)
+    field, _ = krige(mu, z, kernel, np.full(len(mu), kernel.noise))
+    probe = random.random((2000, 3))
+    plain, bounded = kernel.correlation(probe, mu) @ field.weights, field.at(probe)
+    highest, lowest = field.at_samples.max() + np.log(2), field.at_samples.min() - np.log(2)
+    assert bounded.max() < highest + 1e-9 < plain.max()
+    assert bounded.min() > lowest - 1e-9 > plain.min()
+    moderate = (plain > -3) & (plain < 0)
+    assert moderate.any()
+    np.testing.assert_allclose(bounded[moderate], plain[moderate], atol=1e-9)
+
+
+def test_the_nearest_samples_are_those_of_a_brute_search_over_their_images(mu, random):
+    kernel, probe = Kernel(length=0.3, elongation=2.5), random.random((9, 3)) * [1, 2, 1] - [0, 1, 0]
+    scale = kernel.length * np.array([kernel.elongation, 1, 1])
+    images = [np.array(image) * [1, exchange, 1] for image in IMAGES for exchange in (1, -1)]
+    for point, found in zip(probe, kernel.nearest(probe, mu, 5), strict=True):
+        distance = [min(np.linalg.norm((point - sample * image) / scale) for image in images) for sample in mu]
+        assert set(found) == set(np.argsort(distance)[:5])

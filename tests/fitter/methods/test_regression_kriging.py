@@ -7,8 +7,10 @@ from scipy import integrate, interpolate
 import fitter
 from fitter import Samples
 from fitter.lattice import dense, least_squares
-from fitter.methods import regression_kriging
+from fitter.methods import prior, regression_kriging
+from fitter.methods.levels import Levels
 from fitter.model import microfacet
+from fitter.model.transform import LogRelative
 from fitter.quality import cross_validation
 from fitter.report import ringing
 from fitter.samples import subset
@@ -179,3 +181,89 @@ def test_the_offset_is_typical_of_the_directions_though_most_samples_are_in_a_pe
     values = np.concatenate([np.full((200, 1), 0.1), np.full((1800, 1), 500.0)])
     samples = Samples(*map(np.concatenate, zip(few, peak, strict=True)), values)
     assert regression_kriging._offset(samples) == pytest.approx(0.1)
+
+
+@pytest.fixture
+def narrow():
+    """A clear coat, alpha = 0.02, on a matte base: a peak that a measurement every few degrees meets or misses."""
+    return microfacet.Microfacet(np.array([0.1]), np.array([[400.0]]), np.array([0.02]), np.array([2.0]),
+                                 np.array([0.04]))
+
+
+def test_a_failed_detector_is_not_followed_but_darkness_is(random, narrow):
+    """Three samples are 0 amid a peak; or all are, beyond 60 degrees."""
+    directions = scattered(random, 600)
+    theta = np.radians(np.linspace(20, 40, 12))
+    directions = tuple(np.concatenate([a, b]) for a, b in zip(directions, (theta, 0 * theta, theta, 0 * theta + np.pi),
+                                                              strict=True))
+    values = narrow.evaluate(*directions)
+    failed = values.copy()
+    failed[[602, 605, 608]] = 0
+    lobes = narrow.evaluate(*directions)
+    assert regression_kriging._dropouts(failed, lobes).nonzero()[0].tolist() == [602, 605, 608]
+    dark = np.where(directions[2][:, None] > np.radians(60), 0, values)
+    assert (dark == 0).mean() > 0.1
+    assert not regression_kriging._dropouts(dark, 100 * lobes).any()
+
+
+class Wild:
+    """An expert that is e^9 times too bright."""
+
+    def __init__(self, first):
+        self.first = first
+
+    def log_value(self, directions):
+        return self.first.log_value(directions) + 9
+
+
+def test_an_expert_that_runs_away_is_bounded_and_counts_only_near_the_samples(random, narrow):
+    """Samples are below 45 degrees; the mean of experts may differ from the first by log 4 there, and not beyond."""
+    directions = scattered(random, 500)
+    directions = (directions[0] / 2, directions[1], directions[2] / 2, directions[3])
+    estimate = regression_kriging.Estimate(Samples(*directions, narrow.evaluate(*directions)))
+    estimate._others = []
+    alone = [estimate.field_at(at) for at in (directions, tuple(np.full(1, angle) for angle in (1.5, 0, 1.5, 0.1)))]
+    estimate._others = [(1.0, Wild(estimate._own))]
+    beside = estimate.field_at(directions) - alone[0]
+    np.testing.assert_allclose(beside, np.log(4), rtol=1e-2)
+    estimate._farthest = np.pi / 2
+    far = tuple(np.full(1, angle) for angle in (1.5, 0, 1.5, 0.1))
+    assert abs(estimate.field_at(far) - alone[1]).max() < 1e-3
+
+
+def test_among_few_samples_the_spline_has_a_share_unless_it_is_far_worse(random):
+    few, many = (Samples(*scattered(random, count), np.full((count, 1), 0.3)) for count in (200, 600))
+
+    def share(samples, of_spline):
+        judge = regression_kriging._Judge(samples, _one(samples), np.ones(len(samples), bool))
+        right = np.log(samples.values + 0.1)
+        found = [(None, right + 0.1), (None, right + 0.1), (None, right + of_spline)]
+        return judge.weights([left_out for _, left_out in found], regression_kriging._least_share(judge, found))
+
+    assert share(few, 0.15)[2] == 0.5           # a little worse
+    assert share(few, 0.6)[2] == 0              # more than four times worse
+    assert share(many, 0.15)[2] == 0
+    assert share(many, -0.1)[2] == 0.5          # the errors cancel
+
+
+def _one(samples):
+    """A transform whose offset is 0.1."""
+    return LogRelative(prior.lambertian(samples.values), 0.1, np.array([10.0]))
+
+
+def test_between_the_samples_the_lattice_follows_the_field(monkeypatch, curet):
+    """Closer than if it were fitted to the samples alone, in directions that neither fit was shown."""
+    samples = curet("aluminum foil")
+    estimate = regression_kriging.Estimate(samples)
+    ridge = np.radians(np.arange(15, 76, 2.5))
+    at = tuple(np.concatenate(pair) for pair in zip((ridge, 0 * ridge, ridge, np.full(len(ridge), np.pi)),
+                                                    scattered(np.random.default_rng(1), 400), strict=True))
+    field = estimate.transform.reflectance(estimate.field_at(at), *at)
+
+    def error():
+        fit = regression_kriging.fit(samples, Levels(4, 5, 98.2), True, estimate)
+        return np.sqrt(np.mean((np.cbrt(fit.evaluate(*at)) - np.cbrt(np.maximum(field, 0))) ** 2))
+
+    followed = error()
+    monkeypatch.setattr(regression_kriging, "_BETWEEN_WEIGHT", 1e-6)
+    assert followed < 0.9 * error()
