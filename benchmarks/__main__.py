@@ -3,7 +3,7 @@
 Machines are noisy: each figure is the median of several runs, printed beside the project's limit and never asserted.
 ``python -m benchmarks rendering [--materials ...] [--shapes ...] [--lights ...]`` prints that table or a part of it
 alone, and ``--pictures FOLDER`` renders its pictures instead. ``python -m benchmarks denoising`` prints the error of 64
-samples before and after OpenImageDenoise.
+samples before and after OpenImageDenoise, and ``python -m benchmarks ordinary [--scenes ...]`` the table of `ordinary`.
 """
 
 import argparse
@@ -73,17 +73,21 @@ def fitting():
 
 def main():
     parser = argparse.ArgumentParser(prog="benchmarks", description=__doc__.split("\n")[0])
-    parser.add_argument("part", nargs="?", choices=("fitting", "rendering", "denoising"),
+    parser.add_argument("part", nargs="?", choices=("fitting", "rendering", "ordinary", "denoising"),
                         help="all, unless one is named")
     for name in ("materials", "shapes", "lights"):
         parser.add_argument(f"--{name}", nargs="+", default=(), help="rows of the rendering table; all by default")
-    parser.add_argument("--pictures", metavar="FOLDER", help="render the pictures of docs/rendering.md into it instead")
+    parser.add_argument("--scenes", nargs="+", default=(), help="of the table of ordinary scenes; all by default")
+    parser.add_argument("--pictures", metavar="FOLDER",
+                        help="render the pictures of docs/rendering.md into it instead; with `ordinary`, as well")
     arguments = parser.parse_args()
     if arguments.part in (None, "fitting"):
         fitting()
-    from . import rendering
+    from . import ordinary, rendering
 
-    if arguments.pictures:
+    if arguments.part in (None, "ordinary"):
+        ordinary.main(arguments.scenes, pictures=arguments.pictures if arguments.part else None)
+    if arguments.pictures and arguments.part != "ordinary":
         rendering.pictures(Path(arguments.pictures))
     elif arguments.part in (None, "rendering"):
         rendering.main(arguments.materials, arguments.shapes, arguments.lights)

@@ -1,0 +1,356 @@
+"""Ordinary scenes, of several measured materials: noise, time, dark specks and fireflies beside a Principled BSDF.
+
+``python -m benchmarks ordinary`` prints the table of docs/rendering.md. Each scene is rendered with Principled BSDFs of
+like appearance and with measured materials: of the presets Standard and Paper, Exact, and of Standard, Fast. Figures
+but the counts are ratios to Principled's in the same run.
+
+noise, median
+    Standard deviation at 64 samples over the picture's mean, from pictures of several seeds: the root mean square over
+    all pixels, and that of the median pixel.
+time
+    The processor's, for the samples alone: the difference between two sample counts.
+noise at equal time
+    The first by the root of the third.
+below 0
+    Pixels with a negative channel, in one picture of 16, of 64 and of 256 samples; and the least value over the mean.
+largest
+    The largest value of 64 samples over the largest of the 5 x 5 pixels around it in all samples together.
+denoised
+    Error of 64 samples after OpenImageDenoise, as a ratio.
+"""
+
+import functools
+import math
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+import fitter
+from fitter.cycles import stand_in
+from support import checkout, stage, synthetic
+
+WIDTH, HEIGHT = 160, 135
+SAMPLES, SEEDS = 64, 4
+COUNTED = (16, 64, 256)
+AROUND = 2                  # pixels on each side
+BOUNCES = 4
+FILES = {"foil": ("curet/abrdf.dat", "15"), "felt": ("curet/abrdf.dat", "1"), "leather": ("curet/abrdf.dat", "5"),
+         "velvet": ("curet/abrdf.dat", "7"), "plaster": ("curet/abrdf.dat", "11"),
+         "krylon": ("cornell/krylon_blue_RGB.astm", None), "garnet": ("cornell/garnet_red_RGB.astm", None),
+         "cayman": ("cornell/cayman.astm", None)}
+
+
+def _camera(location, target, lens=50):
+    camera = bpy.context.scene.camera
+    camera.data.type, camera.data.lens = "PERSP", lens
+    away = [a - b for a, b in zip(location, target, strict=True)]
+    across = math.hypot(away[0], away[1])
+    camera.location, camera.rotation_euler = location, (math.atan2(across, away[2]), 0, math.atan2(away[0], -away[1]))
+
+
+def _toward(location, target=(0, 0, 0)):
+    """The rotation of a lamp that shines from a place to another."""
+    away = [a - b for a, b in zip(location, target, strict=True)]
+    return math.atan2(math.hypot(away[0], away[1]), away[2]), 0, math.atan2(away[0], -away[1])
+
+
+def _area(energy, location, target=(0, 0, 0), size=2.0):
+    return stage.add_lamp("AREA", energy, location, _toward(location, target), shape="SQUARE", size=size)
+
+
+def _sphere(material, location, radius=1.0):
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=96, ring_count=48, radius=radius, location=location)
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.data.materials.append(material)
+
+
+def _plane(material, size=20.0, location=(0, 0, 0), rotation=(0, 0, 0)):
+    bpy.ops.mesh.primitive_plane_add(size=size, location=location, rotation=rotation)
+    bpy.context.object.data.materials.append(material)
+
+
+def _suzanne(material, location=(0, 0, 1), turn=0.5):
+    bpy.ops.mesh.primitive_monkey_add(size=2, location=location, rotation=(0, 0, turn))
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.modifiers.new("Subdivision", "SUBSURF").render_levels = 2
+    bpy.context.object.data.materials.append(material)
+
+
+def spheres(of):
+    """Three spheres on a floor; an area lamp, a point lamp and a dim sky."""
+    stage.background(bpy.context.scene, 0.1, (0.7, 0.8, 1.0))
+    _area(300, (-3, -2, 4), (0, 0, 1))
+    stage.add_lamp("POINT", 150, (3, -3, 3), shadow_soft_size=0.15)
+    for name, x in (("krylon", -2.2), ("velvet", 0), ("cayman", 2.2)):
+        _sphere(of(name), (x, 0, 1))
+    _plane(of("foil"))
+    _camera((0, -9, 3.2), (0, 0, 0.9), 55)
+
+
+def interior(of):
+    """A room lit through a window: floor and walls are measured."""
+    stage.background(bpy.context.scene, 3, (0.8, 0.9, 1.0))
+    stage.add_lamp("SUN", 3, rotation=(math.radians(55), 0, math.radians(75)), angle=0.00918)
+    wall = of("plaster")
+    _plane(of("leather"), 6)
+    _plane(wall, 6, (0, 0, 3), (math.pi, 0, 0))
+    for location, turn in (((0, 3, 1.5), 0), ((0, -3, 1.5), math.pi), ((-3, 0, 1.5), math.pi / 2)):
+        _plane(wall, 6, location, (math.pi / 2, 0, turn))
+    for z, size in ((0.25, 0.5), (2.6, 0.8)):      # the wall with the window, below and above it
+        bpy.ops.mesh.primitive_plane_add(size=1, location=(3, 0, z), rotation=(math.pi / 2, 0, -math.pi / 2))
+        bpy.context.object.scale = (6, size, 1)
+        bpy.context.object.data.materials.append(wall)
+    for y in (-2, 2):                               # and beside it
+        bpy.ops.mesh.primitive_plane_add(size=1, location=(3, y, 1.35), rotation=(math.pi / 2, 0, -math.pi / 2))
+        bpy.context.object.scale = (2, 1.7, 1)
+        bpy.context.object.data.materials.append(wall)
+    _sphere(of("krylon"), (0.4, 0.6, 0.6), 0.6)
+    _sphere(of("foil"), (-1.2, 1.2, 0.5), 0.5)
+    _camera((-1.5, -2.7, 1.5), (0.1, 1, 0.9), 24)
+
+
+def product(of):
+    """Three area lamps and a gradient around the product."""
+    scene = bpy.context.scene
+    tree = scene.world.node_tree
+    coordinates, gradient = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeTexGradient")
+    mapping = tree.nodes.new("ShaderNodeMapping")
+    mapping.inputs["Rotation"].default_value = (0, math.pi / 2, 0)
+    tree.links.new(coordinates.outputs["Generated"], mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs["Vector"], gradient.inputs["Vector"])
+    tree.links.new(gradient.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+    tree.nodes["Background"].inputs["Strength"].default_value = 0.4
+    _area(250, (-4, -3, 4), (0, 0, 1), 1.5)
+    _area(120, (4, -2, 3), (0, 0, 1), 1.0)
+    _area(200, (0, 4, 4), (0, 0, 1), 2.5)
+    _suzanne(of("garnet"), (-1.3, 0, 1))
+    _sphere(of("cayman"), (1.4, -0.2, 0.8), 0.8)
+    _plane(of("felt"))
+    _camera((0, -8, 2.6), (0, 0, 0.9), 60)
+
+
+def outdoor(of):
+    """A Sky Texture over measured ground."""
+    world = bpy.context.scene.world
+    sky = world.node_tree.nodes.new("ShaderNodeTexSky")
+    kinds = [item.identifier for item in sky.bl_rna.properties["sky_type"].enum_items]
+    sky.sky_type = "NISHITA" if "NISHITA" in kinds else "MULTIPLE_SCATTERING"
+    sky.sun_elevation, sky.sun_rotation = math.radians(35), math.radians(120)
+    world.node_tree.links.new(sky.outputs["Color"], world.node_tree.nodes["Background"].inputs["Color"])
+    world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.1
+    _plane(of("plaster"), 200)
+    _suzanne(of("leather"), (-1.3, 0, 1))
+    _sphere(of("krylon"), (1.3, 0, 0.9), 0.9)
+    _camera((0, -8, 2), (0, 0, 0.9), 50)
+
+
+def studio(of):
+    """Car paint under an image of a studio: soft boxes in a dark room."""
+    longitude, latitude = np.meshgrid((np.arange(512) + 0.5) / 512 * 360 - 180, (np.arange(256) + 0.5) / 256 * 180 - 90)
+    radiance = np.full(longitude.shape, 0.05)
+    for at, up, wide, high, strength in ((-60, 35, 40, 20, 8), (50, 45, 15, 50, 12), (150, 20, 60, 8, 5),
+                                         (0, 80, 360, 14, 3)):
+        away = (longitude - at + 180) % 360 - 180
+        radiance += strength * (np.abs(away) < wide / 2) * (np.abs(latitude - up) < high / 2)
+    image = bpy.data.images.new("Studio", 512, 256, float_buffer=True, is_data=True)
+    image.pixels.foreach_set(np.repeat(radiance.ravel(), 4).astype(np.float32))
+    image.pack()
+    world = bpy.context.scene.world
+    texture = world.node_tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.image = image
+    world.node_tree.links.new(texture.outputs["Color"], world.node_tree.nodes["Background"].inputs["Color"])
+    world.node_tree.nodes["Background"].inputs["Strength"].default_value = 1
+    _suzanne(of("cayman"), (-1.2, 0, 1))
+    _sphere(of("garnet"), (1.3, 0, 1))
+    _plane(of("felt"))
+    _camera((0, -8, 2.4), (0, 0, 0.9), 55)
+
+
+def beads(of):
+    """A thousand instanced beads in a heap, an area lamp and a sun."""
+    stage.background(bpy.context.scene, 0.2)
+    _area(300, (-3, -3, 4))
+    stage.add_lamp("SUN", 1.5, rotation=_toward((2, -1, 2)), angle=0.00918)
+    names = ("krylon", "garnet", "foil", "cayman")
+    meshes = []
+    for name in names:
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, radius=0.12, location=(0, 0, -50))
+        bpy.ops.object.shade_smooth()
+        bpy.context.object.data.materials.append(of(name))
+        meshes.append(bpy.context.object.data)
+    random = np.random.default_rng(0)
+    for number, (x, y) in enumerate(random.normal(0, 0.9, (1000, 2))):
+        stage.add(meshes[number % len(meshes)], (x, y, 0.12 + 0.8 * random.random() * math.exp(-x * x - y * y)))
+    _plane(of("felt"))
+    _camera((0, -6, 3), (0, 0, 0.3), 60)
+
+
+def grazing(of):
+    """A close-up of surfaces at grazing angles under the area lamp."""
+    stage.background(bpy.context.scene, 0.1)
+    _area(300, (0, 4, 3), (0, 0, 0))
+    for name, x in (("krylon", -1.5), ("cayman", 0), ("foil", 1.5)):
+        bpy.ops.mesh.primitive_plane_add(size=1, location=(x, 0, 0))
+        bpy.context.object.scale = (1.5, 12, 1)
+        bpy.context.object.data.materials.append(of(name))
+    _camera((0, -5, 0.5), (0, 0, 0), 50)
+
+
+SCENES = {each.__name__: each for each in (spheres, interior, product, outdoor, studio, beads, grazing)}
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What pictures of few samples tell.
+
+    Attributes
+    ----------
+    noise, median : float
+        Standard deviation over the mean: the root mean square over the pixels, and that of the median pixel.
+    below : tuple of int
+        Pixels below 0 in one picture of each of COUNTED.
+    least : float
+        The least value of one picture of SAMPLES over the mean.
+    largest : float
+        The largest value of that picture over the largest around it in the mean of all pictures.
+    """
+
+    noise: float
+    median: float
+    below: tuple
+    least: float
+    largest: float
+
+
+def figures(few, noisy, many):
+    """Figures of pictures of COUNTED samples, each (height, width, 3), and `noisy` (SEEDS, ...)."""
+    mean = converged(noisy, many)
+    deviation = np.sqrt(noisy.var(axis=0, ddof=1).mean(axis=-1))
+    first = noisy[0].max(axis=-1)
+    row, column = np.unravel_index(first.argmax(), first.shape)
+    around = mean[max(row - AROUND, 0):row + AROUND + 1, max(column - AROUND, 0):column + AROUND + 1]
+    return Figures(
+        float(np.sqrt((deviation ** 2).mean()) / mean.mean()), float(np.median(deviation) / mean.mean()),
+        tuple(int((picture < 0).any(axis=-1).sum()) for picture in (few, noisy[0], many)),
+        float(noisy[0].min() / mean.mean()), float(first.max() / around.max()))
+
+
+def converged(noisy, many):
+    """The mean of all samples of the pictures of SAMPLES and of the one of the largest count."""
+    counts = SAMPLES * len(noisy), COUNTED[-1]
+    return (counts[0] * noisy.mean(axis=0) + counts[1] * many) / sum(counts)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a way of rendering a scene gives.
+
+    Attributes
+    ----------
+    figures : Figures
+    seconds : float
+        Processor time of SAMPLES samples.
+    denoised : float
+        Relative error of SAMPLES samples after the denoiser.
+    noisy, picture : (height, width, 3)
+        Of SAMPLES samples, and of all.
+    """
+
+    figures: Figures
+    seconds: float
+    denoised: float
+    noisy: np.ndarray
+    picture: np.ndarray
+
+
+def build(scene, of):
+    """Build a scene of materials: `of` makes one, given its name."""
+    opened = stage.black_scene(WIDTH, HEIGHT, SAMPLES, span=1)
+    opened.render.film_transparent = False
+    opened.cycles.max_bounces = opened.cycles.diffuse_bounces = opened.cycles.glossy_bounces = BOUNCES
+    SCENES[scene](functools.cache(of))
+    return opened
+
+
+def measure(scene, of):
+    """Render a scene."""
+    opened = build(scene, of)
+
+    def rendered(samples, seed, denoised=False):
+        opened.cycles.samples, opened.cycles.seed, opened.cycles.use_denoising = samples, seed, denoised
+        start = time.process_time()
+        picture = stage.render(opened)[..., :3].astype(float)
+        return picture, time.process_time() - start
+
+    few, seconds_few = rendered(COUNTED[0], 1)
+    noisy, seconds = map(np.array, zip(*(rendered(SAMPLES, seed) for seed in range(2, 2 + SEEDS)), strict=True))
+    many, _ = rendered(COUNTED[-1], 2 + SEEDS)
+    denoised, _ = rendered(SAMPLES, 2, denoised=True)
+    picture = converged(noisy, many)
+    error = math.sqrt(((denoised - picture) ** 2).mean()) / picture.mean()
+    per_sample = (np.median(seconds) - seconds_few) / (SAMPLES - COUNTED[0])
+    return Measured(figures(few, noisy, many), SAMPLES * per_sample, error, noisy[0], picture)
+
+
+def ways():
+    """The ways of making materials: by name, a function of a material's name."""
+    checkout.extension().register()
+    data = synthetic.measurements_or_synthetic()[0]
+    samples = functools.cache(lambda name: fitter.load(data / FILES[name][0], FILES[name][1]))
+    fit = functools.cache(lambda name, preset: fitter.fit(samples(name), **fitter.PRESETS[preset]))
+
+    def principled(name):
+        like = stand_in.principled(samples(name))
+        material, shader, surface = stage.blank_material(name, "ShaderNodeBsdfPrincipled")
+        for socket, value in (("Base Color", (*like.base_color, 1)), ("Metallic", like.metallic),
+                              ("Roughness", like.roughness), ("Specular IOR Level", like.specular_level)):
+            shader.inputs[socket].default_value = value
+        material.node_tree.links.new(shader.outputs[0], surface)
+        return material
+
+    def measured(name, preset, exact):
+        material = stage.material_for(fit(name, preset))
+        stage.set_input(material, "Exact", exact)
+        return material
+
+    return {"Principled": principled, "Standard": functools.partial(measured, preset="Standard", exact=True),
+            "Fast": functools.partial(measured, preset="Standard", exact=False),
+            "Paper": functools.partial(measured, preset="Paper", exact=True)}
+
+
+def main(scenes=(), only=(), pictures=None):
+    """Print the table, or the part of it that is named."""
+    print(f"{'':19}{'noise':>7}{'median':>8}{'time':>7}{'at equal time':>15}{'denoised':>10}{'largest':>9}   below 0")
+    found = ways()
+    for scene in scenes or SCENES:
+        shown = {}
+        for way in ("Principled", *(only or [each for each in found if each != "Principled"])):
+            shown[way] = measure(scene, found[way])
+            _row(scene, way, shown[way], shown["Principled"])
+        if pictures:
+            _draw(scene, shown, Path(pictures))
+
+
+def _row(scene, way, found, like):
+    noise, seconds = found.figures.noise / like.figures.noise, found.seconds / like.seconds
+    print(f"{scene:9}{way:10}{noise:7.2f}{found.figures.median / like.figures.median:8.2f}{seconds:7.2f}"
+          f"{noise * math.sqrt(seconds):15.2f}{found.denoised / like.denoised:10.2f}{found.figures.largest:9.2f}   "
+          f"{' '.join(f'{count:4}' for count in found.figures.below)}  {found.figures.least:7.2f}", flush=True)
+
+
+def _draw(scene, shown, folder):
+    """64 samples and all of them, side by side."""
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(2, len(shown), figsize=(2.6 * len(shown), 4.5), layout="constrained", squeeze=False)
+    for column, (way, found) in enumerate(shown.items()):
+        white = np.quantile(found.picture, 0.99)
+        for line, picture in enumerate((found.noisy, found.picture)):
+            axes[line, column].imshow((picture / white).clip(0, 1) ** (1 / 2.2))
+            axes[line, column].set(xticks=[], yticks=[])
+        axes[0, column].set_title(way, fontsize=8)
+    folder.mkdir(parents=True, exist_ok=True)
+    figure.savefig(folder / f"ordinary_{scene}.png", dpi=110)
