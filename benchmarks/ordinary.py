@@ -46,13 +46,11 @@ FILES = {"foil": ("curet/abrdf.dat", "15"), "felt": ("curet/abrdf.dat", "1"), "l
 def _camera(location, target, lens=50):
     camera = bpy.context.scene.camera
     camera.data.type, camera.data.lens = "PERSP", lens
-    away = [a - b for a, b in zip(location, target, strict=True)]
-    across = math.hypot(away[0], away[1])
-    camera.location, camera.rotation_euler = location, (math.atan2(across, away[2]), 0, math.atan2(away[0], -away[1]))
+    camera.location, camera.rotation_euler = location, _toward(location, target)
 
 
 def _toward(location, target=(0, 0, 0)):
-    """The rotation of a lamp that shines from a place to another."""
+    """The rotation of a lamp or a camera that looks from a place to another."""
     away = [a - b for a, b in zip(location, target, strict=True)]
     return math.atan2(math.hypot(away[0], away[1]), away[2]), 0, math.atan2(away[0], -away[1])
 
@@ -99,14 +97,10 @@ def interior(of):
     _plane(wall, 6, (0, 0, 3), (math.pi, 0, 0))
     for location, turn in (((0, 3, 1.5), 0), ((0, -3, 1.5), math.pi), ((-3, 0, 1.5), math.pi / 2)):
         _plane(wall, 6, location, (math.pi / 2, 0, turn))
-    for z, size in ((0.25, 0.5), (2.6, 0.8)):      # the wall with the window, below and above it
-        bpy.ops.mesh.primitive_plane_add(size=1, location=(3, 0, z), rotation=(math.pi / 2, 0, -math.pi / 2))
-        bpy.context.object.scale = (6, size, 1)
-        bpy.context.object.data.materials.append(wall)
-    for y in (-2, 2):                               # and beside it
-        bpy.ops.mesh.primitive_plane_add(size=1, location=(3, y, 1.35), rotation=(math.pi / 2, 0, -math.pi / 2))
-        bpy.context.object.scale = (2, 1.7, 1)
-        bpy.context.object.data.materials.append(wall)
+    # the wall with the window: below, above and beside it
+    for y, z, width, height in ((0, 0.25, 6, 0.5), (0, 2.6, 6, 0.8), (-2, 1.35, 2, 1.7), (2, 1.35, 2, 1.7)):
+        _plane(wall, 1, (3, y, z), (math.pi / 2, 0, -math.pi / 2))
+        bpy.context.object.scale = (width, height, 1)
     _sphere(of("krylon"), (0.4, 0.6, 0.6), 0.6)
     _sphere(of("foil"), (-1.2, 1.2, 0.5), 0.5)
     _camera((-1.5, -2.7, 1.5), (0.1, 1, 0.9), 24)
@@ -155,14 +149,7 @@ def studio(of):
                                          (0, 80, 360, 14, 3)):
         away = (longitude - at + 180) % 360 - 180
         radiance += strength * (np.abs(away) < wide / 2) * (np.abs(latitude - up) < high / 2)
-    image = bpy.data.images.new("Studio", 512, 256, float_buffer=True, is_data=True)
-    image.pixels.foreach_set(np.repeat(radiance.ravel(), 4).astype(np.float32))
-    image.pack()
-    world = bpy.context.scene.world
-    texture = world.node_tree.nodes.new("ShaderNodeTexEnvironment")
-    texture.image = image
-    world.node_tree.links.new(texture.outputs["Color"], world.node_tree.nodes["Background"].inputs["Color"])
-    world.node_tree.nodes["Background"].inputs["Strength"].default_value = 1
+    stage.sky_image(radiance)
     _suzanne(of("cayman"), (-1.2, 0, 1))
     _sphere(of("garnet"), (1.3, 0, 1))
     _plane(of("felt"))
@@ -193,9 +180,8 @@ def grazing(of):
     stage.background(bpy.context.scene, 0.1)
     _area(300, (0, 4, 3), (0, 0, 0))
     for name, x in (("krylon", -1.5), ("cayman", 0), ("foil", 1.5)):
-        bpy.ops.mesh.primitive_plane_add(size=1, location=(x, 0, 0))
+        _plane(of(name), 1, (x, 0, 0))
         bpy.context.object.scale = (1.5, 12, 1)
-        bpy.context.object.data.materials.append(of(name))
     _camera((0, -5, 0.5), (0, 0, 0), 50)
 
 

@@ -53,15 +53,7 @@ def bright_spot():
     toward = (SPOT[0] * np.cos(longitude) + SPOT[1] * np.sin(longitude)) * np.cos(latitude) + SPOT[2] * np.sin(latitude)
     edge = math.cos(math.radians(3))
     radiance = 0.5 + 800 * np.maximum(0, (toward - edge) / (1 - edge))
-    image = bpy.data.images.new("Sky", 2048, 1024, float_buffer=True, is_data=True)
-    image.pixels.foreach_set(np.repeat(radiance, 4).astype(np.float32))
-    image.pack()
-    world = bpy.context.scene.world
-    texture = world.node_tree.nodes.new("ShaderNodeTexEnvironment")
-    texture.image = image
-    background = world.node_tree.nodes["Background"]
-    background.inputs["Strength"].default_value = 1
-    world.node_tree.links.new(texture.outputs["Color"], background.inputs["Color"])
+    world = stage.sky_image(radiance)
     world.cycles.sampling_method, world.cycles.sample_map_resolution = "MANUAL", 2048
     return reference.bright_spot(SPOT, math.radians(3), 800, 0.5)
 

@@ -42,6 +42,20 @@ def background(scene, strength, color=(1, 1, 1)):
     inputs["Color"].default_value = (*color, 1)
 
 
+def sky_image(radiance):
+    """A world lit by an image, as grey radiance (height, width), the lowest row first. Returns the world."""
+    image = bpy.data.images.new("Sky", *radiance.shape[::-1], float_buffer=True, is_data=True)
+    image.pixels.foreach_set(np.repeat(radiance, 4).astype(np.float32))
+    image.pack()
+    world = bpy.context.scene.world
+    texture = world.node_tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.image = image
+    background = world.node_tree.nodes["Background"]
+    background.inputs["Strength"].default_value = 1
+    world.node_tree.links.new(texture.outputs["Color"], background.inputs["Color"])
+    return world
+
+
 def add(data, location=(0, 0, 0), rotation=(0, 0, 0)):
     """An object in the scene."""
     item = bpy.data.objects.new(data.name, data)

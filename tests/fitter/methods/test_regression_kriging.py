@@ -222,12 +222,12 @@ def test_an_expert_that_runs_away_is_bounded_and_counts_only_near_the_samples(ra
     directions = (directions[0] / 2, directions[1], directions[2] / 2, directions[3])
     estimate = regression_kriging.Estimate(Samples(*directions, narrow.evaluate(*directions)))
     estimate._others = []
-    alone = [estimate.field_at(at) for at in (directions, tuple(np.full(1, angle) for angle in (1.5, 0, 1.5, 0.1)))]
+    far = tuple(np.full(1, angle) for angle in (1.5, 0, 1.5, 0.1))
+    alone = [estimate.field_at(at) for at in (directions, far)]
     estimate._others = [(1.0, Wild(estimate._own))]
     beside = estimate.field_at(directions) - alone[0]
     np.testing.assert_allclose(beside, np.log(4), rtol=1e-2)
     estimate._farthest = np.pi / 2
-    far = tuple(np.full(1, angle) for angle in (1.5, 0, 1.5, 0.1))
     assert abs(estimate.field_at(far) - alone[1]).max() < 1e-3
 
 
