@@ -14,6 +14,7 @@ from fitter.model.transform import LogRelative
 from fitter.quality import cross_validation
 from fitter.report import ringing
 from fitter.samples import subset
+from support import truths
 
 STANDARD = fitter.PRESETS["Standard"]
 
@@ -267,3 +268,14 @@ def test_between_the_samples_the_lattice_follows_the_field(monkeypatch, curet):
     followed = error()
     monkeypatch.setattr(regression_kriging, "_BETWEEN_WEIGHT", 1e-6)
     assert followed < 0.9 * error()
+
+
+@pytest.mark.parametrize("name", ["interference a", "interference b"])
+def test_between_measured_incidences_a_coat_keeps_its_energy_and_its_colour(name):
+    """Half way between incidences 10 degrees apart, in the mirror direction, each channel is true within 10 %."""
+    truth = truths.TRUTHS[name]
+    samples = truth.measured("Cornell")
+    assert set(np.degrees(samples.theta_i).round(6)) == set(range(10, 81, 10))
+    ridge = np.radians(np.arange(15, 76, 10))
+    mirror = ridge, 0 * ridge, ridge, np.full(len(ridge), np.pi)
+    np.testing.assert_allclose(fitter.fit(samples, **STANDARD).evaluate(*mirror), truth.evaluate(*mirror), rtol=0.1)
