@@ -18,6 +18,7 @@ _HEAD = """
 #include "baked_constants.h"
 #include "random.h"
 #include "fit.h"
+#include "mixture.h"
 #include "sampling_table.h"
 
 shader reference(output closure color Result = 0)
@@ -27,7 +28,7 @@ shader reference(output closure color Result = 0)
   float facing = dot(N, I);
   vector z = facing < 1e-3 ? normalize(N + (1e-3 - facing) * I) : N;
   float theta_o = acos(clamp(dot(I, z), 0.0, 1.0));
-  int view = clamp((int)((VIEWS - 1) * (1.0 - pow(max(0.0, 1.0 - theta_o / GRAZING), 2.0 / 3.0))), 0, VIEWS - 1);
+  int view = nearby_view(theta_o, 1.0);
   vector x = normalize(I - dot(I, z) * z);
   vector y = cross(z, x);
   vector wo = vector(dot(I, x), dot(I, y), dot(I, z));
@@ -52,10 +53,10 @@ _INTEGRATE = _HEAD + """
 """
 
 _DRAW = _HEAD + """
-  vector wi = sample_table(SAMPLING_REFLECTED, view, P);
+  vector wi = sample_table(SAMPLING_REFLECTED, view, wo, P);
   vector w = wi[0] * x + wi[1] * y + wi[2] * z;
   if (wi[2] > 0.0 && dot(w, Ng) > 0.0) {
-    color weight = eval_fit(FIT, wi, wo) * (wi[2] / pdf_table(SAMPLING_REFLECTED, view, wi));
+    color weight = eval_fit(FIT, wi, wo) * (wi[2] / pdf_table(SAMPLING_REFLECTED, view, wo, wi));
     Result = weight * reflection(normalize(I + w));
   }
 }
@@ -78,9 +79,9 @@ def _cone(axis, cosine):
 def world(strength=1.0):
     """An even world: drawn from the table, since highlights are narrow."""
     return f"""
-    vector even = sample_table(SAMPLING_REFLECTED, view, P + 17.3 * k);
+    vector even = sample_table(SAMPLING_REFLECTED, view, wo, P + 17.3 * k);
     w = even[0] * x + even[1] * y + even[2] * z;
-    light = {strength} / pdf_table(SAMPLING_REFLECTED, view, even);"""
+    light = {strength} / pdf_table(SAMPLING_REFLECTED, view, wo, even);"""
 
 
 def bright_spot(axis, half_angle, strength, around):

@@ -13,19 +13,22 @@ from math import radians
 
 # Values of a colour ramp; Cycles fixes it for diffuse_ramp and phong_ramp.
 KNOTS = 8
-# Ramp closures of the mixture: a diffuse_ramp and two phong_ramps.
-RAMPS = 3
-# A row of the table holds, for one view, the knots of all ramps; then the weights of the ramps...
-WEIGHTS = RAMPS * KNOTS
-# ... the weight of the microfacet closure...
-MICROFACET = WEIGHTS + RAMPS
-# ... the sum of these weights, which scales the weight of the closure for the remainder...
-TOTAL_WEIGHT = MICROFACET + 1
-# ... and the share of the reflected light that the mixture has in the wrong place, from which the shader decides how
-# often to sample the remainder.
-REMAINDER_SHARE = TOTAL_WEIGHT + 1
+# Lobes of the mixture beside its diffuse_ramp, and their kinds.
+LOBES = 3
+PHONG = 0
+GGX = 1
+# A row of the table holds, for one view, the knots of the diffuse_ramp and of each lobe; then their weights, ...
+WEIGHTS = (LOBES + 1) * KNOTS
+# ... and the factor that gives the mixture the albedo of the fit.
+ALBEDO_SCALE = WEIGHTS + LOBES + 1
 # Entries of a row.
-ROW = REMAINDER_SHARE + 1
+ROW = ALBEDO_SCALE + 1
+# Numbers of a view that are equal in all channels: kind, shape and angle of each lobe; ...
+LOBE_NUMBERS = 3
+# ... the probability of sampling the remainder, and the share of its closure in the weights then.
+REMAINDER_PROBABILITY = LOBES * LOBE_NUMBERS
+REMAINDER_WEIGHT = REMAINDER_PROBABILITY + 1
+NUMBERS = REMAINDER_WEIGHT + 1
 # Tabulated viewing angles: with one of the two nearest taken at random, more make no visible difference.
 VIEWS = 32
 # The last tabulated viewing angle: beyond 88 degrees a surface fills next to nothing of a picture.
@@ -40,8 +43,7 @@ LEAST_PHONG = 1e-7
 
 # The sampling tables (cycles/sampling_table.py, osl/sampling_table.h).
 
-# Cells of the half hemisphere from the normal to the horizon, and from the mirror direction to the viewer's: cells of
-# about 3 by 6 degrees, narrower than the lobes that the mixture leaves over.
+# Cells by the angle from the mirror direction, and by the turn about it: 0.2 degrees wide there, 8 far from it.
 RINGS = 32
 SECTORS = 24
 
@@ -97,25 +99,30 @@ LEAST_DISTANCE = 1e-6
 MAX_LOBES = 4
 # ... this many in the mean: each costs evaluations of the fit, and one more closure for Cycles.
 SAMPLED_LOBES = 2
-# Up to this angular radius, that of the sun, the fit counts as constant over a lamp, and is evaluated at its centre.
+# Below this angular radius, that of the sun, the fit counts as constant over a lamp, and its lobe alone renders it,
+# since sampled directions would seldom hit it; at a larger one directions are sampled.
 SMALL_LAMP_RADIUS = 0.005
-# A lamp below this angular radius, 3.4 degrees, is rendered by its lobe alone, since sampled directions would seldom
-# hit it; at a larger one directions are sampled.
-MAX_HIDDEN_RADIUS = 0.06
 # A lamp above this angular radius has no lobe: the mixture is right in the mean over so much of the hemisphere.
 MAX_LOBE_RADIUS = 0.6
-# The least angular radius of a lobe, 0.7 degrees: the exponent of a narrower one is too large for single precision.
-MIN_LOBE_RADIUS = 0.0122
-# The knot of the ramp, of 0 to 7, that lies at the lamp's edge: the lobe is flat well beyond it, and still narrow.
-LOBE_EDGE_KNOT = 3
-# A lobe is flat from its axis to where it has fallen to this knot of the ramp.
-LOBE_FLAT_KNOT = 1
-# Random points on the disk of a lamp that is rendered by its lobe alone: two, since each is an evaluation of the fit.
-HIDDEN_LAMP_POINTS = 2
+# The least angular radius of a lobe, 1.1 degrees: the exponent of a narrower one is too large for single precision.
+MIN_LOBE_RADIUS = 0.0185
+# The knot of the ramp, of 0 to 7, that lies at the lamp's edge: the lobe is flat up to there, and ends soon after.
+LOBE_EDGE_KNOT = 1
+# Probability that the fit is evaluated at a small lamp where the camera does not see the surface itself: there an
+# evaluation is worth less than its time.
+INDIRECT_PROBABILITY = 0.25
 # Points on the disk of any other lamp: a triangle integrates quadratic functions exactly.
 LAMP_POINTS = 3
-# Closure weight of a lobe. Cycles finds lamps by sampling them, and should hardly ever follow a lobe instead; a closure
-# below 1e-5 would be dropped.
+# The change over a lamp, in the least value of the fit there, up to which a lobe has the mean.
+SMOOTH_CHANGE = 0.2
+# The most that the lobe of a small lamp subtracts of the mixture: rounding must not leave less than nothing there.
+NEARLY_ALL = 0.99
+# Where a lobe has fallen to less it counts as 0.
+LEAST_FALLOFF = 1e-6
+# What a lobe reflects where its height is 1, times its exponent: 2 pi ln 7 for the flat part, and the rest beyond it.
+LOBE_SOLID_ANGLE = 15.0
+# Least closure weight of a lobe. Cycles finds lamps by sampling them, and should hardly ever follow a lobe instead; a
+# closure below 1e-5 would be dropped.
 LAMP_LOBE_WEIGHT = 2e-4
 
 # The sampled remainder (osl/remainder.h).
@@ -123,18 +130,18 @@ LAMP_LOBE_WEIGHT = 2e-4
 # Exponent of the phong_ramp that sends a path in the sampled direction: about 0.08 degrees wide, as narrow as single
 # precision evaluates well.
 REMAINDER_EXPONENT = 1e6
-# Probability of sampling the remainder, per REMAINDER_SHARE of the table: between 10 and 70 %.
-REMAINDER_RATE = 2.0
-# Probability that a sampled direction stands in for the mixture where the light is even: half makes the two kinds of
-# sample equally noisy.
-REPLACING_PROBABILITY = 0.5
-# Share of the sampled directions that are taken within a large lamp, where there is one: most of the light is there.
-LARGE_LAMP_SHARE = 0.8
-# The least probability of sampling the remainder where there is a large lamp.
-LARGE_LAMP_PROBABILITY = 0.6
-# Factor on the closure weight of the remainder where there is a large lamp: it then carries more than the table says,
-# and Cycles should follow it more often.
-LARGE_LAMP_WEIGHT = 1.5
+# Exponent of the directions that are sampled about a lamp, in that of its lobe: three quarters of them are within the
+# lamp, and those beyond its edge are no rarer than the lobe is low.
+CONE_EXPONENT = 0.7
+# Share of the sampled directions that are taken about a lamp of no size, ...
+LEAST_LAMP_SHARE = 0.3
+# ... and about one of this angular radius, 3.4 degrees, and above: most of the light is there, ...
+LARGE_LAMP_RADIUS = 0.06
+LARGE_LAMP_SHARE = 0.6
+# ... so that directions are sampled at least with this probability, ...
+LARGE_LAMP_PROBABILITY = 1.0
+# ... and have at least this share of the closure weights, with which Cycles follows them.
+LARGE_LAMP_WEIGHT = 0.33
 
 # The shading frame, and the horizon (osl/shading_frame.h).
 
@@ -149,7 +156,7 @@ HORIZON = 1e-4
 # From this cosine on an axis counts as nearly parallel to the normal (numerical).
 NEARLY_PARALLEL = 0.9
 
-# Streams of random numbers (osl/random.h): each number of a shading point has its own. The last three have one for each
+# Streams of random numbers (osl/random.h): each number of a shading point has its own. The last two have one for each
 # lamp, and so lie MAX_LAMPS or more apart.
 RANDOM_VIEW = 1.0
 RANDOM_CELL = 2.0
@@ -161,9 +168,8 @@ RANDOM_REMAINDER = 7.0
 RANDOM_TOWARD_LAMP = 7.5
 RANDOM_CONE_HEIGHT = 8.0
 RANDOM_CONE_AZIMUTH = 9.0
-RANDOM_DISK_RADIUS = 50.0
-RANDOM_LARGE_LAMP = 100.0
-RANDOM_DISK_AZIMUTH = 150.0
+RANDOM_LAMP = 50.0
+RANDOM_LAMP_POINT = 100.0
 
 
 def shader_constants() -> dict[str, str]:

@@ -36,43 +36,67 @@ void add_lamp(vector lamp, vector extent, point at, ShadingFrame frame, output L
   }
 }
 
-/* A cone of directions; its radius is an angle, and 0 stands for no cone. */
-struct Cone {
-  vector axis;
-  float radius;
-};
-
-/* One of the large lamps, with a probability in proportion to its light. */
-Cone sample_large_lamp(LampList lamps, point seed)
+/* The exponent with which cos(angle from the axis) ^ exponent falls to the edge knot of a lamp's lobe at its edge. */
+float lobe_exponent(float radius)
 {
-  Cone chosen;
-  chosen.axis = 0.0;
-  chosen.radius = 0.0;
+  return log(LOBE_EDGE_KNOT / (KNOTS - 1.0)) / log(cos(clamp(radius, MIN_LOBE_RADIUS, MAX_LOBE_RADIUS)));
+}
+
+/* Directions about the lamps that are not small. About each, the density is in proportion to cos(angle from its middle) ^
+ * exponent: it follows the lamp's lobe, which reaches beyond its edge. */
+
+float cone_exponent(float radius)
+{
+  return CONE_EXPONENT * lobe_exponent(radius);
+}
+
+/* The radius of the largest lamp, and 0 if all are small. */
+float largest_radius(LampList lamps)
+{
+  float largest = 0.0;
+  for (int i = 0; i < lamps.count; i++) {
+    largest = max(largest, lamps.radius[i]);
+  }
+  return largest < SMALL_LAMP_RADIUS ? 0.0 : largest;
+}
+
+/* One of the lamps that are not small, with a probability in proportion to its light; -1 if there is none. */
+int sample_lamp(LampList lamps, point seed)
+{
+  int chosen = -1;
   float light = 0.0;
   for (int i = 0; i < lamps.count; i++) {
-    if (lamps.radius[i] >= MAX_HIDDEN_RADIUS) {
+    if (lamps.radius[i] >= SMALL_LAMP_RADIUS) {
       light += lamps.light[i];
-      if (random(seed, RANDOM_LARGE_LAMP + i) * light <= lamps.light[i]) {
-        chosen.axis = lamps.direction[i];
-        chosen.radius = min(lamps.radius[i], M_PI_2);
+      if (random(seed, RANDOM_LAMP + i) * light <= lamps.light[i]) {
+        chosen = i;
       }
     }
   }
   return chosen;
 }
 
-/* A direction within a cone, uniform in solid angle. */
-vector sample_cone(Cone cone, point seed)
+/* A direction about a lamp. It may be below the horizon. */
+vector sample_cone(vector axis, float radius, point seed)
 {
-  float z = 1.0 - random(seed, RANDOM_CONE_HEIGHT) * (1.0 - cos(cone.radius));
+  float z = pow(1.0 - random(seed, RANDOM_CONE_HEIGHT), 1.0 / (cone_exponent(radius) + 1.0));
   float r = sqrt(max(0.0, 1.0 - z * z));
   float azimuth = M_2PI * random(seed, RANDOM_CONE_AZIMUTH);
-  vector u = perpendicular(cone.axis);
-  return z * cone.axis + r * (cos(azimuth) * u + sin(azimuth) * cross(cone.axis, u));
+  vector u = perpendicular(axis);
+  return z * axis + r * (cos(azimuth) * u + sin(azimuth) * cross(axis, u));
 }
 
-/* The density, per solid angle, with which `sample_cone` returns a direction. */
-float pdf_cone(Cone cone, vector w)
+/* The density, per solid angle, of a direction from `sample_cone` about a lamp from `sample_lamp`. */
+float pdf_lamps(LampList lamps, vector w)
 {
-  return dot(w, cone.axis) >= cos(cone.radius) ? 1.0 / (M_2PI * (1.0 - cos(cone.radius))) : 0.0;
+  float density = 0.0;
+  float light = 0.0;
+  for (int i = 0; i < lamps.count; i++) {
+    if (lamps.radius[i] >= SMALL_LAMP_RADIUS) {
+      float exponent = cone_exponent(lamps.radius[i]);
+      light += lamps.light[i];
+      density += lamps.light[i] * (exponent + 1.0) / M_2PI * pow(max(dot(w, lamps.direction[i]), 0.0), exponent);
+    }
+  }
+  return light > 0.0 ? density / light : 0.0;
 }

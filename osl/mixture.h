@@ -1,6 +1,6 @@
 /* The closure mixture: a sum of closures that is close to the fit, and its value in any direction.
  *
- * fitter/cycles/closure_mixture.py fits it, and fitter/shader_constants.py describes a row of its table. The knots of a
+ * fitter/cycles/closure_mixture.py fits it, and fitter/shader_constants.py describes a row of its tables. The knots of a
  * row are divided by the weight of their ramp. */
 
 #if CHANNELS == 3
@@ -10,16 +10,26 @@
 #  define MIXTURE_VALUE float
 #  define MIXTURE_READ(i) MIXTURE[i]
 #endif
-#define MIXTURE_NUMBER(i) MIXTURE[CHANNELS * (i)]      /* of an entry that is equal in all channels */
+#define MIXTURE_PARAMETERS float MIXTURE[], float MIXTURE_NUMBERS[]
+#define MIXTURE_TABLES MIXTURE, MIXTURE_NUMBERS
 
 /* The mixture for one viewing direction. */
 struct MixtureView {
-  int view;         /* the tabulated viewing angle */
-  int row;          /* where its row begins */
-  vector wo;        /* the viewing direction */
-  vector axis;      /* of the phong_ramps */
-  vector half;      /* the half vector of wo and axis: the normal that gives a phong_ramp this axis */
+  int view;                 /* the tabulated viewing angle */
+  int row;                  /* where its row begins */
+  vector wo;                /* the viewing direction */
+  color scale;              /* factor of the whole mixture */
+  int kind[LOBES];          /* PHONG or GGX */
+  float shape[LOBES];       /* the exponent, or the roughness */
+  vector axis[LOBES];       /* of a phong_ramp; of a microfacet lobe, the normal */
+  vector half[LOBES];       /* the normal that gives a phong_ramp its axis */
 };
+
+/* A number of a view; `i` counts those of `shader_constants`. */
+float view_number(float MIXTURE_NUMBERS[], int view, int i)
+{
+  return MIXTURE_NUMBERS[view * NUMBERS + i];
+}
 
 /* One of the two tabulated views next to theta_o, by a random number. */
 int nearby_view(float theta_o, float u)
@@ -39,22 +49,32 @@ vector mirror_side(float theta)
   return vector(-sin(theta), 0.0, cos(theta));
 }
 
-/* The mixture of a tabulated view, seen from wo. `OFFSET` is how far the axes lean from the mirror direction. */
-MixtureView mixture_view(float OFFSET[], int view, float theta_o, vector wo)
+/* The mixture of a tabulated view, seen from wo. */
+void mixture_view(float MIXTURE_NUMBERS[], int view, float theta_o, vector wo, output MixtureView found)
 {
-  MixtureView found;
   found.view = view;
   found.row = view * ROW;
   found.wo = wo;
-  found.axis = mirror_side(min(theta_o + OFFSET[view], STEEPEST_AXIS));
-  found.half = normalize(wo + found.axis);
-  return found;
+  found.scale = 1.0;
+  for (int k = 0; k < LOBES; k++) {
+    found.kind[k] = (int)view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k);
+    found.shape[k] = view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k + 1);
+    float angle = view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k + 2);
+    if (found.kind[k] == GGX) {
+      found.axis[k] = mirror_side(angle);
+      found.half[k] = found.axis[k];
+    }
+    else {
+      found.axis[k] = mirror_side(min(theta_o + angle, STEEPEST_AXIS));
+      found.half[k] = normalize(wo + found.axis[k]);
+    }
+  }
 }
 
-MixtureView sample_view(float OFFSET[], vector wo, point seed)
+void sample_view(float MIXTURE_NUMBERS[], vector wo, point seed, output MixtureView found)
 {
   float theta_o = acos(clamp(wo[2], 0.0, 1.0));
-  return mixture_view(OFFSET, nearby_view(theta_o, random(seed, RANDOM_VIEW)), theta_o, wo);
+  mixture_view(MIXTURE_NUMBERS, nearby_view(theta_o, random(seed, RANDOM_VIEW)), theta_o, wo, found);
 }
 
 /* A ramp at c in [0, 1]; `first` is the entry of its first knot. */
@@ -65,57 +85,89 @@ MIXTURE_VALUE eval_ramp(float MIXTURE[], int first, float c)
   return (1.0 - t) * MIXTURE_READ(first + j) + t * MIXTURE_READ(first + j + 1);
 }
 
-MIXTURE_VALUE eval_phong_ramp(float MIXTURE[], MixtureView view, int ramp, float exponent, vector wi)
+MIXTURE_VALUE eval_phong_ramp(float MIXTURE[], MixtureView view, int k, vector wi)
 {
-  float falloff = pow(clamp(dot(view.axis, wi), 0.0, 1.0), exponent);
-  float height = max(dot(view.half, wi), 0.0) * (exponent + 2.0) / M_2PI * falloff;
+  float exponent = view.shape[k];
+  float falloff = pow(clamp(dot(view.axis[k], wi), 0.0, 1.0), exponent);
+  float height = max(dot(view.half[k], wi), 0.0) * (exponent + 2.0) / M_2PI * falloff;
   if (height < LEAST_PHONG) {
     return 0.0;
   }
-  return height * MIXTURE_READ(view.row + WEIGHTS + ramp) * eval_ramp(MIXTURE, view.row + KNOTS * ramp, falloff);
+  return height * eval_ramp(MIXTURE, view.row + KNOTS * (k + 1), falloff);
 }
 
-/* GGX reflection without a Fresnel factor, times cos theta_i. */
-float eval_ggx(float alpha, vector wo, vector wi)
+/* GGX reflection about a normal without a Fresnel factor, times the cosine of that normal and wi. */
+float eval_ggx(float alpha, vector about, vector wo, vector wi)
 {
-  vector h = normalize(wo + wi);
-  float a2 = alpha * alpha;
-  float bottom = h[2] * h[2] * (a2 - 1.0) + 1.0;
-  float masking_o = sqrt(1.0 + a2 * (1.0 / (wo[2] * wo[2]) - 1.0));
-  float masking_i = sqrt(1.0 + a2 * (1.0 / (wi[2] * wi[2]) - 1.0));
-  return a2 / (2.0 * M_PI * bottom * bottom * wo[2] * (masking_o + masking_i));
+  float cos_o = dot(about, wo);
+  float cos_i = dot(about, wi);
+  float value = 0.0;
+  if (cos_o > HORIZON && cos_i > HORIZON) {
+    float cos_h = dot(about, normalize(wo + wi));
+    float a2 = alpha * alpha;
+    float bottom = cos_h * cos_h * (a2 - 1.0) + 1.0;
+    float masking_o = sqrt(1.0 + a2 * (1.0 / (cos_o * cos_o) - 1.0));
+    float masking_i = sqrt(1.0 + a2 * (1.0 / (cos_i * cos_i) - 1.0));
+    value = a2 / (2.0 * M_PI * bottom * bottom * cos_o * (masking_o + masking_i));
+  }
+  return value;
 }
 
 /* The mixture in a direction wi above the horizon, times cos theta_i: what Cycles makes of `mixture_closures`. */
 color eval_mixture(float MIXTURE[], MixtureView view, vector wi)
 {
-  MIXTURE_VALUE sum = MIXTURE_READ(view.row + WEIGHTS) * eval_ramp(MIXTURE, view.row, wi[2]) * (1.0 / M_PI) +
-                      eval_phong_ramp(MIXTURE, view, 1, EXPONENT_0, wi) +
-                      eval_phong_ramp(MIXTURE, view, 2, EXPONENT_1, wi) +
-                      MIXTURE_READ(view.row + MICROFACET) * eval_ggx(ROUGHNESS, view.wo, wi);
-  return color(sum);
+  MIXTURE_VALUE sum = MIXTURE_READ(view.row + WEIGHTS) * eval_ramp(MIXTURE, view.row, wi[2]) * (1.0 / M_PI);
+  for (int k = 0; k < LOBES; k++) {
+    MIXTURE_VALUE lobe;
+    if (view.kind[k] == GGX) {
+      lobe = eval_ggx(view.shape[k], view.axis[k], view.wo, wi);
+    }
+    else {
+      lobe = eval_phong_ramp(MIXTURE, view, k, wi);
+    }
+    sum += MIXTURE_READ(view.row + WEIGHTS + 1 + k) * lobe;
+  }
+  return view.scale * color(sum);
+}
+
+/* What the fit reflects: the sum of the mixture's closure weights, raised to the albedo of the fit. */
+color reflected_albedo(float MIXTURE[], MixtureView view)
+{
+  MIXTURE_VALUE sum = 0.0;
+  for (int k = 0; k <= LOBES; k++) {
+    sum += MIXTURE_READ(view.row + WEIGHTS + k);
+  }
+  return color(MIXTURE_READ(view.row + ALBEDO_SCALE) * sum);
 }
 
 /* The colours of a ramp closure; `first` is the entry of its first knot. */
-void ramp_colors(float MIXTURE[], int first, color tint, output color ramp[KNOTS])
+void ramp_colors(float MIXTURE[], int first, color scale, output color ramp[KNOTS])
 {
   for (int j = 0; j < KNOTS; j++) {
-    ramp[j] = tint * MIXTURE_READ(first + j);
+    ramp[j] = scale * MIXTURE_READ(first + j);
   }
 }
 
-/* The mixture, for Cycles to evaluate and to sample. */
-closure color mixture_closures(float MIXTURE[], MixtureView view, ShadingFrame frame, color tint)
+/* The mixture, for Cycles to evaluate and to sample. Its closure weights add to about `share` of the albedo, which they
+ * tell a denoiser. */
+closure color mixture_closures(float MIXTURE[], MixtureView view, ShadingFrame frame, float share)
 {
-  vector half = view.half[0] * frame.x + view.half[2] * frame.z;
+  color raised = share * MIXTURE_READ(view.row + ALBEDO_SCALE);
+  color scale = view.scale / raised;
   color ramp[KNOTS];
-  ramp_colors(MIXTURE, view.row, tint, ramp);
-  closure color sum = color(MIXTURE_READ(view.row + WEIGHTS)) * diffuse_ramp(frame.z, ramp);
-  ramp_colors(MIXTURE, view.row + KNOTS, tint, ramp);
-  sum += color(MIXTURE_READ(view.row + WEIGHTS + 1)) * phong_ramp(half, EXPONENT_0, ramp);
-  ramp_colors(MIXTURE, view.row + 2 * KNOTS, tint, ramp);
-  sum += color(MIXTURE_READ(view.row + WEIGHTS + 2)) * phong_ramp(half, EXPONENT_1, ramp);
-  sum += tint * color(MIXTURE_READ(view.row + MICROFACET)) *
-         microfacet("ggx", frame.z, vector(0.0), ROUGHNESS, ROUGHNESS, MICROFACET_IOR, 0);
+  ramp_colors(MIXTURE, view.row, scale, ramp);
+  closure color sum = raised * MIXTURE_READ(view.row + WEIGHTS) * diffuse_ramp(frame.z, ramp);
+  for (int k = 0; k < LOBES; k++) {
+    color weight = MIXTURE_READ(view.row + WEIGHTS + 1 + k);
+    vector about = view.half[k][0] * frame.x + view.half[k][2] * frame.z;
+    if (view.kind[k] == GGX) {
+      sum += view.scale * weight *
+             microfacet("ggx", about, vector(0.0), view.shape[k], view.shape[k], MICROFACET_IOR, 0);
+    }
+    else {
+      ramp_colors(MIXTURE, view.row + KNOTS * (k + 1), scale, ramp);
+      sum += raised * weight * phong_ramp(about, view.shape[k], ramp);
+    }
+  }
   return sum;
 }

@@ -5,3 +5,10 @@ float random(point seed, float stream)
   float u = (float)hashnoise(seed, stream);
   return u;
 }
+
+/* The seed of a shading point. Far from the origin P is too coarse to differ from sample to sample, but the viewing
+ * direction I is not. */
+point random_seed(point at, vector toward)
+{
+  return 1000.0 * point((float)hashnoise(at, 0.0), (float)hashnoise(at, 0.5), (float)hashnoise(point(toward), 0.0));
+}

@@ -5,61 +5,58 @@
 #define SAMPLING_PARAMETERS float SAMPLING_REMAINDER[], float SAMPLING_REFLECTED[]
 #define SAMPLING SAMPLING_REMAINDER, SAMPLING_REFLECTED
 
-/* A direction, from the table or toward a large lamp. */
-vector sample_remainder(SAMPLING_PARAMETERS, int view, RemainderPlan plan, Cone large, point seed)
+/* A direction, from the table or within a lamp. */
+vector sample_remainder(SAMPLING_PARAMETERS, MixtureView view, LampList lamps, RemainderPlan plan, point seed)
 {
   vector wi;
-  if (large.radius > 0.0 && random(seed, RANDOM_TOWARD_LAMP) < LARGE_LAMP_SHARE) {
-    wi = sample_cone(large, seed);
+  if (random(seed, RANDOM_TOWARD_LAMP) < plan.toward_lamp) {
+    wi = sample_cone(lamps.direction[plan.lamp], lamps.radius[plan.lamp], seed);
   }
-  else if (plan.replaces) {
-    wi = sample_table(SAMPLING_REFLECTED, view, seed);
+  else if (!plan.mixture) {
+    wi = sample_table(SAMPLING_REFLECTED, view.view, view.wo, seed);
   }
   else {
-    wi = sample_table(SAMPLING_REMAINDER, view, seed);
+    wi = sample_table(SAMPLING_REMAINDER, view.view, view.wo, seed);
   }
   return wi;
 }
 
 /* The density, per solid angle, with which `sample_remainder` returns a direction. */
-float pdf_remainder(SAMPLING_PARAMETERS, int view, RemainderPlan plan, Cone large, vector wi)
+float pdf_remainder(SAMPLING_PARAMETERS, MixtureView view, LampList lamps, RemainderPlan plan, vector wi)
 {
-  float table_share = 1.0;
-  float in_cone = 0.0;
-  if (large.radius > 0.0) {
-    table_share = 1.0 - LARGE_LAMP_SHARE;
-    in_cone = LARGE_LAMP_SHARE * pdf_cone(large, wi);
+  float in_table = !plan.mixture ? pdf_table(SAMPLING_REFLECTED, view.view, view.wo, wi) :
+                                   pdf_table(SAMPLING_REMAINDER, view.view, view.wo, wi);
+  float density = (1.0 - plan.toward_lamp) * in_table;
+  if (plan.toward_lamp > 0.0) {
+    density += plan.toward_lamp * pdf_lamps(lamps, wi);
   }
-  float in_table = plan.replaces ? pdf_table(SAMPLING_REFLECTED, view, wi) : pdf_table(SAMPLING_REMAINDER, view, wi);
-  return table_share * in_table + in_cone;
+  return density;
 }
 
-/* The fit less the expected mixture and lobes, times cos theta_i. */
-color eval_remainder(FIT_PARAMETERS, float MIXTURE[], MixtureView view, LampLobes lobes, RemainderPlan plan, vector wi)
+/* The fit less the mixture and the lobes, times cos theta_i. */
+color eval_remainder(FIT_PARAMETERS, float MIXTURE[], float FLAT_RAMP[], MixtureView view, LampLobes lobes, RemainderPlan plan, vector wi)
 {
-  color value = eval_fit(FIT, wi, view.wo) * wi[2] - plan.mean_mixture * eval_mixture(MIXTURE, view, wi);
-  for (int i = 0; i < lobes.count; i++) {
-    value -= lobes.mean_height[i] * eval_lobe_of(lobes, i, view.wo, wi);
+  color value = eval_fit(FIT, wi, view.wo) * wi[2] - eval_lobes(FLAT_RAMP, lobes, view.wo, wi);
+  if (plan.mixture) {
+    value -= eval_mixture(MIXTURE, view, wi);
   }
   return value;
 }
 
 /* A phong_ramp so narrow that it sends a path in the sampled direction, and no closure where the lobe of a small lamp
  * carries everything. */
-closure color remainder_closure(FIT_PARAMETERS, float MIXTURE[], SAMPLING_PARAMETERS, MixtureView view, LampList lamps,
-                                LampLobes lobes, RemainderPlan plan, Cone large, ShadingFrame frame, color tint,
-                                point seed)
+closure color remainder_closure(FIT_PARAMETERS, float MIXTURE[], float FLAT_RAMP[], SAMPLING_PARAMETERS, MixtureView view, LampList lamps,
+                                LampLobes lobes, RemainderPlan plan, ShadingFrame frame, point seed)
 {
   closure color made = 0;
-  vector wi = sample_remainder(SAMPLING, view.view, plan, large, seed);
+  vector wi = sample_remainder(SAMPLING, view, lamps, plan, seed);
   if (wi[2] >= HORIZON && !covered_by_lobe(lamps, wi)) {
-    color value = eval_remainder(FIT, MIXTURE, view, lobes, plan, wi);
-    float density = pdf_remainder(SAMPLING, view.view, plan, large, wi);
+    color value = eval_remainder(FIT, MIXTURE, FLAT_RAMP, view, lobes, plan, wi);
+    float density = pdf_remainder(SAMPLING, view, lamps, plan, wi);
     vector half = normalize(view.wo + wi);
-    float weight = MIXTURE_NUMBER(view.row + TOTAL_WEIGHT) * (large.radius > 0.0 ? LARGE_LAMP_WEIGHT : 1.0);
-    color colour = tint * value *
-                   ((REMAINDER_EXPONENT + 1.0) /
-                    ((REMAINDER_EXPONENT + 2.0) * weight * plan.probability * density * dot(half, wi)));
+    color weight = plan.weight * reflected_albedo(MIXTURE, view);
+    color colour = value / weight * ((REMAINDER_EXPONENT + 1.0) /
+                                     ((REMAINDER_EXPONENT + 2.0) * plan.probability * density * dot(half, wi)));
     color ramp[KNOTS];
     for (int j = 0; j < KNOTS; j++) {
       ramp[j] = colour;

@@ -1,31 +1,37 @@
-/* Whether a sample of a shading point includes a direction for the remainder, which costs an evaluation of the fit. */
+/* How a sample of a shading point carries what Cycles' own sampling leaves. */
 
 struct RemainderPlan {
-  int sampled;              /* whether this sample has such a direction */
-  int replaces;             /* whether the direction stands in for the mixture, rather than adding to it */
-  float probability;        /* with which `sampled` is 1 */
-  float mixture;            /* the factor of the mixture in this sample, 0 or 1 */
-  float mean_mixture;       /* and its expectation */
+  int mixture;              /* whether there is a mixture */
+  int sampled;              /* whether this sample has a direction */
+  float probability;        /* with which it has */
+  int lamp;                 /* the lamp about which directions are taken, or -1 */
+  float toward_lamp;        /* the share of the directions that are taken about a lamp */
+  float weight;             /* share of a direction in the closure weights of the sample */
 };
 
-/* In even light the direction carries all of the fit and the mixture is left out, which gives both kinds of sample the
- * same expected value. Elsewhere the mixture stays, since Cycles samples it where the light is bright, and the
- * direction carries the difference to the fit. */
-RemainderPlan plan_remainder(float MIXTURE[], MixtureView view, LampList lamps, Cone large, int exact, int even,
-                             point seed)
+/* Where all light but that of a few small lamps is even, sampled directions carry all that the lobes leave of the fit, and
+ * there is no mixture. Elsewhere there is one, since Cycles samples it where the light is bright, and some samples have a
+ * direction, for the difference to the fit. */
+RemainderPlan plan_remainder(float MIXTURE_NUMBERS[], int view, LampList lamps, int exact, int even, point seed)
 {
   RemainderPlan plan;
-  plan.replaces = even && large.radius == 0.0 && lamps.count <= MAX_LOBES;
+  plan.lamp = sample_lamp(lamps, seed);
+  plan.mixture = !(exact && even && plan.lamp < 0 && lamps.count <= MAX_LOBES);
   plan.probability = 0.0;
+  plan.toward_lamp = 0.0;
+  plan.weight = 0.0;
   if (exact) {
-    plan.probability = plan.replaces ? REPLACING_PROBABILITY :
-                                       REMAINDER_RATE * MIXTURE_NUMBER(view.row + REMAINDER_SHARE);
-    if (large.radius > 0.0) {
-      plan.probability = max(plan.probability, LARGE_LAMP_PROBABILITY);
+    float size = min(largest_radius(lamps) / LARGE_LAMP_RADIUS, 1.0);
+    if (!plan.mixture) {
+      plan.probability = 1.0;
+      plan.weight = 1.0;
+    }
+    else {
+      plan.probability = max(view_number(MIXTURE_NUMBERS, view, REMAINDER_PROBABILITY), size * LARGE_LAMP_PROBABILITY);
+      plan.weight = max(view_number(MIXTURE_NUMBERS, view, REMAINDER_WEIGHT), size * LARGE_LAMP_WEIGHT);
+      plan.toward_lamp = plan.lamp >= 0 ? mix(LEAST_LAMP_SHARE, LARGE_LAMP_SHARE, size) : 0.0;
     }
   }
   plan.sampled = random(seed, RANDOM_REMAINDER) < plan.probability;
-  plan.mixture = plan.sampled && plan.replaces ? 0.0 : 1.0;
-  plan.mean_mixture = plan.replaces ? 1.0 - plan.probability : 1.0;
   return plan;
 }

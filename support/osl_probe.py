@@ -16,8 +16,8 @@ PROBE = """
 #include "mixture.h"
 #include "lamps.h"
 #include "remainder_plan.h"
-#include "lamp_lobes.h"
 #include "sampling_table.h"
+#include "lamp_lobes.h"
 #include "remainder.h"
 %s
 shader probe(output closure color Result = 0)

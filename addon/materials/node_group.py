@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 NAME = "Measured BRDF"
 SCRIPT_NODE = "Measured BRDF Shader"
-FAST_ERROR = "fast_error"           # custom property of the group: closure_mixture.Mixture.error
+FAST_ERROR = "fast_error"           # custom properties of the group: closure_mixture.Mixture.error ...
+FAST_WORST = "fast_worst"           # ... and worst, which versions before 0.2.0 did not set
 _VERSION = "shader_version"         # custom property of the group; version 0.1.0 did not set it
 
 
@@ -36,7 +37,7 @@ def create(shader: Shader) -> bpy.types.NodeTree:
         text = bpy.data.texts.new(f"{NAME}.osl")
         tree = bpy.data.node_groups.new(NAME, "ShaderNodeTree")
         _fill(tree, text, shader)
-        tree[FAST_ERROR] = fast_error(shader.source)
+        tree[FAST_ERROR], tree[FAST_WORST] = fast_error(shader.source)
         tree[_VERSION] = shader_version(shader.source)
     return tree
 

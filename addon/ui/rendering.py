@@ -21,14 +21,17 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
         return context.material is not None and materials.exact_input(context.material) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, material = self.layout, present(context.material)
+        layout, material = present(self.layout), present(context.material)
         exact = present(materials.exact_input(material)).default_value
         row = layout.row(align=True)
         for key, label, _ in METHODS:
             row.operator(MEASUREDBRDF_OT_use_method.bl_idname, text=label,
                          depress=exact == (key == "EXACT")).method = key
-        misplaced = present(materials.group_node(material)).node_tree.get(node_group.FAST_ERROR, 0)
-        layout.label(text=f"Fast reflects {misplaced:.1%} of the light in wrong directions")
+        tree = present(materials.group_node(material)).node_tree
+        misplaced = tree.get(node_group.FAST_ERROR, 0)
+        worst = tree.get(node_group.FAST_WORST, misplaced)
+        draw_wrapped(layout, f"Fast reflects {misplaced:.1%} of the light in wrong directions, seen at the worst angle "
+                             f"{worst:.1%}")
         findings = checks.check(present(context.scene))
         if not findings:
             layout.label(text="No setting of this scene changes the look", icon="CHECKMARK")

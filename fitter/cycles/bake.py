@@ -20,19 +20,16 @@ from ..model import microfacet
 from ..model.fit import Fit
 from ..model.transform import IDENTITY, LogRelative
 from ..samples import RGB
-from ..shader_constants import MAX_LAMPS, shader_constants
-from . import direction_grid
+from ..shader_constants import KNOTS, MAX_LAMPS, shader_constants
 from .closure_mixture import Mixture, closure_mixture
-from .sampling_table import sampling_table
 
 SHADER = "measured_brdf.osl"
-SHADER_VERSION = 3          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
+SHADER_VERSION = 4          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
 _NUMBER = re.compile(r"inf|nan|\d+\.?\d*(?:e[-+]?\d+)?")
 _LARGEST = np.finfo(np.float32).max
 _SOURCES = Path(__file__).parents[2] / "osl"
 MAX_ARRAY = 1_500_000       # numbers of a table: the OSL compiler takes 1,000,000 in one array, and refuses 3,000,000
-_UNIFORM_REMAINDER, _UNIFORM_REFLECTED = 0.1, 0.02         # the even share of each table; see `sampling_table`
 
 
 def bake(fit: Fit, template: str | None = None, mixture: Mixture | None = None) -> str:
@@ -64,7 +61,7 @@ def bake(fit: Fit, template: str | None = None, mixture: Mixture | None = None) 
     constants |= shader_constants() | {"SHADER_VERSION": SHADER_VERSION}
     mixture_constants, mixture_tables = _mixture(closure_mixture(fit) if mixture is None else mixture)
     constants |= mixture_constants
-    tables |= mixture_tables
+    tables |= mixture_tables | {"FLAT_RAMP": _flat_ramp()}
     generated = {
         "lamp_parameters.h": _lamp_parameters(),
         "baked_constants.h": "".join(f"#define {name} {_constant(name, value)}\n" for name, value in constants.items()),
@@ -77,12 +74,24 @@ def bake(fit: Fit, template: str | None = None, mixture: Mixture | None = None) 
     return _INCLUDE.sub(include, (_SOURCES / SHADER).read_text("utf-8") if template is None else template)
 
 
-def fast_error(source: str) -> float:
-    """The error of Fast rendering, `closure_mixture.Mixture.error`, read from baked OSL source."""
-    found = re.search(r"^#define FAST_ERROR (\S+)$", source, re.MULTILINE)
-    if found is None:
+def fast_error(source: str) -> tuple[float, float]:
+    """The errors of Fast rendering, read from baked OSL source.
+
+    Returns
+    -------
+    error, worst : float
+        As `closure_mixture.Mixture` has them. A shader of an older version states one, which is in both places.
+
+    Raises
+    ------
+    ValueError
+        If the source is not a baked shader.
+    """
+    error, worst = (re.search(rf"^#define {name} (\S+)$", source, re.MULTILINE)
+                    for name in ("FAST_ERROR", "FAST_WORST"))
+    if error is None:
         raise ValueError("not a baked shader: it does not state the error of Fast")
-    return float(found[1])
+    return float(error[1]), float((worst or error)[1])
 
 
 def shader_version(source: str) -> int:
@@ -169,14 +178,23 @@ def _log_relative(transform: LogRelative, columns: tuple[int, ...]) -> dict[str,
 
 def _mixture(mixture: Mixture) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """What `osl/mixture.h` and `osl/sampling_table.h` read: (constants, tables)."""
-    constants = {"CHANNELS": mixture.table.shape[-1], "ROUGHNESS": mixture.roughness,
-                 "EXPONENT_0": float(mixture.exponents[0]), "EXPONENT_1": float(mixture.exponents[1]),
-                 "FAST_ERROR": f"{mixture.error:.6g}"}
-    solid_angle = direction_grid.grid().solid_angle
-    return constants, {
-        "MIXTURE": mixture.table, "OFFSET": mixture.offset,
-        "SAMPLING_REMAINDER": sampling_table(mixture.remainder, solid_angle, _UNIFORM_REMAINDER),
-        "SAMPLING_REFLECTED": sampling_table(mixture.reflected, solid_angle, _UNIFORM_REFLECTED)}
+    constants = {"CHANNELS": mixture.table.shape[-1], "FAST_ERROR": f"{mixture.error:.6g}",
+                 "FAST_WORST": f"{mixture.worst:.6g}"}
+    return constants, {"MIXTURE": mixture.table, "MIXTURE_NUMBERS": mixture.numbers, "MISSING": mixture.missing,
+                       "SAMPLING_REMAINDER": mixture.remainder, "SAMPLING_REFLECTED": mixture.reflected}
+
+
+def _flat_ramp() -> NDArray[np.float64]:
+    """The ramp over c = cos^e of an angle that makes c ramp(c) flat from c = 1 down to the first knot: (KNOTS,).
+
+    It is piecewise linear, with knots at j / 7, and its mean between two knots, weighted by solid angle, is 1: from the
+    axis outward, knot[j] = 14 ln((j + 1) / j) - knot[j + 1]. At c = 0 it is 0.
+    """
+    ramp = np.zeros(KNOTS)
+    ramp[-1] = 1
+    for j in range(KNOTS - 2, 0, -1):
+        ramp[j] = 2 * (KNOTS - 1) * math.log((j + 1) / j) - ramp[j + 1]
+    return ramp
 
 
 def _lamp_parameters() -> str:

@@ -12,9 +12,19 @@ from mathutils import Matrix, Vector
 
 import fitter
 from fitter.cycles import closure_mixture, direction_grid
+from fitter.shader_constants import RINGS, SECTORS
 from support.osl_probe import probe_osl
 from support.spheres import normals, reflected
-from support.stage import add_lamp, add_sphere, background, black_scene, material_for, render, set_input
+from support.stage import (
+    add_lamp,
+    add_sphere,
+    background,
+    black_scene,
+    blank_material,
+    material_for,
+    render,
+    set_input,
+)
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -63,8 +73,8 @@ def colours(scene):
     return render(scene)[..., :3].reshape(-1, 3).astype(float)
 
 
-def over_disk(fit, normal, toward, radius):
-    """Mean of what is reflected over a sun's disk, of which what is below the horizon gives nothing: (channels,)."""
+def over_disk(fit, normal, toward, radius, seen=lambda w: np.ones(len(w))):
+    """Mean of what is reflected over a sun's disk, of which only a part may be seen: (channels,)."""
     across = np.cross(toward, leaning(37, 20))
     across /= np.linalg.norm(across)
     r = radius * np.sqrt((np.arange(60) + 0.5) / 60)[:, None]
@@ -72,7 +82,7 @@ def over_disk(fit, normal, toward, radius):
     w = toward + (np.tan(r) * np.cos(turn))[..., None] * across + (np.tan(r) * np.sin(turn))[..., None] * np.cross(
         toward, across)
     w = (w / np.linalg.norm(w, axis=-1, keepdims=True)).reshape(-1, 3)
-    return reflected(fit, np.broadcast_to(normal, w.shape), w).mean(axis=0)
+    return (reflected(fit, np.broadcast_to(normal, w.shape), w) * seen(w)[:, None]).mean(axis=0)
 
 
 @pytest.mark.parametrize("turned", [Matrix(), Matrix(((0, 0, 1, 0), (0, 1, 0, 0), (-1, 0, 0, 0), (0, 0, 0, 1)))])
@@ -115,7 +125,7 @@ def test_a_lamp_that_stands_half_below_the_horizon_gives_what_is_above_it(blende
 
 
 def test_a_lamp_on_the_normal_is_reflected_from_all_of_its_disk(blender, foil):
-    scene = plane(foil, 64)
+    scene = plane(foil, 512)
     viewer = leaning(30, 0)
     scene.camera.location, scene.camera.rotation_euler = 10 * viewer, (0, math.radians(30), 0)
     add_sun(UP, angle=0.11)
@@ -123,6 +133,48 @@ def test_a_lamp_on_the_normal_is_reflected_from_all_of_its_disk(blender, foil):
     expected = over_disk(foil, normal, normal, 0.055)
     assert abs(expected / reflected(foil, normal[None], normal[None])[0] - 1).max() > 0.1, "its middle would do"
     assert colours(scene).mean(axis=0) == pytest.approx(np.broadcast_to(expected, 3), rel=0.01)
+
+
+@pytest.mark.parametrize("radius", [0.95, 3.2])
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_lamp_that_is_half_hidden_is_reflected_from_the_half_that_is_seen(blender, cornell, radius, side):
+    """On the flank of a highlight, where the halves differ. A far wall hides one of them."""
+    fit = fitter.fit(cornell("krylon_blue_RGB"))
+    normal, toward, radius = leaning(20), leaning(47), math.radians(radius)
+    scene = plane(fit, 1024, normal, size=8)
+    scene.camera.data.ortho_scale = 0.1
+    across = np.array([toward[2], 0, -toward[0]])           # in the plane of incidence, perpendicular to `toward`
+
+    def seen(w):
+        return side * (w @ across) > 0
+
+    half = over_disk(fit, normal, toward, radius, seen)
+    whole = over_disk(fit, normal, toward, radius)
+    if radius > 0.05:
+        assert np.abs(half / (whole / 2) - 1).max() > 0.05, "the halves are alike"
+    add_sun(toward, angle=2 * radius)
+    frame = Matrix.Identity(4)
+    for column, axis in enumerate((across, np.cross(toward, across), toward)):
+        frame.col[column][:3] = axis
+    bpy.ops.mesh.primitive_plane_add(size=2000)
+    wall = bpy.context.object
+    wall.matrix_world = Matrix.Translation(5000 * toward - side * 1000 * across) @ frame
+    wall.visible_camera = False
+    wall.data.materials.append(blank_material("Wall", "ShaderNodeBsdfDiffuse")[0])
+    found = colours(scene).mean(axis=0)
+    assert found == pytest.approx(half, rel=0.02)
+
+
+def test_nothing_is_subtracted_under_even_light_and_small_lamps(blender, foil, cornell):
+    for fit in (foil, fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"])):
+        scene = black_scene(64, 64, 4, span=2)
+        add_sphere().data.materials.append(material_for(fit))
+        background(scene, 0.2)
+        add_sun(leaning(50))
+        add_lamp("POINT", 50, (2, -2, 2), shadow_soft_size=0)
+        picture = render(scene)[..., :3]
+        assert picture.min() >= 0
+        assert picture.mean() > 0.01
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.2])
@@ -176,13 +228,13 @@ def test_a_lamp_without_a_size_adds_no_noise(blender, foil):
     assert noise[1] < 1.2 * noise[0]
 
 
-def test_a_lamp_with_a_lobe_is_not_drawn_at_as_well(blender, foil):
+def test_a_small_lamp_is_not_drawn_at_as_well(blender, foil):
     """The remainder is 0 there: it would add nothing in the mean, and fireflies to a picture."""
     scene = black_scene(96, 96, 64, span=2)
     scene.cycles.max_bounces = 0
     add_sphere().data.materials.append(material_for(foil))
     toward = leaning(60)
-    add_sun(toward, angle=0.02)
+    add_sun(toward, angle=0.009)
     picture = render(scene)[..., 0]
     n = normals(96)
     brightest = reflected(foil, n, np.broadcast_to(toward, n.shape)).max()
@@ -192,10 +244,13 @@ def test_a_lamp_with_a_lobe_is_not_drawn_at_as_well(blender, foil):
 def test_fast_is_the_mixture_and_nothing_drawn(blender, foil):
     """Under a lamp that is too large for a lobe, where the mixture differs from the fit."""
     view, cone = 20, 0.7
-    theta_o, to = direction_grid.views()[view], direction_grid.grid()
+    theta_o = direction_grid.views()[view]
+    to = direction_grid.grid(theta_o)
     toward = math.degrees(theta_o) - 45                     # 45 degrees from the normal, on the viewer's side
     lit = np.where(to.unit @ leaning(45, 0) > math.cos(cone), to.solid_angle, 0)
-    mixture = closure_mixture.evaluate(closure_mixture.closure_mixture(foil), view, theta_o, to.unit)[:, 0] @ lit
+    closures = closure_mixture.closure_mixture(foil)
+    mixture = (closure_mixture.evaluate(closures, view, theta_o, to.unit)[:, 0] @ lit
+               * closures.table[view, closure_mixture.ALBEDO_SCALE, 0])
     fitted = (foil.evaluate(to.theta, to.phi, theta_o, 0)[:, 0] * np.cos(to.theta)) @ lit
     assert mixture < 0.95 * fitted
     means = []
@@ -208,19 +263,27 @@ def test_fast_is_the_mixture_and_nothing_drawn(blender, foil):
 
 
 def test_every_direction_has_a_cell(probe, foil):
-    """Also on the edges of the table: on the normal, on the horizon, and in the plane of incidence."""
-    theta = np.radians([0, 20, 45, 70, 90])[:, None]
-    phi = np.radians([0, 30, 90, 150, 180, -180, -150, -90])
-    w = np.stack(np.broadcast_arrays(np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)),
-                 axis=-1).reshape(-1, 3).astype(np.float32)
-    w[w[:, 2] < 1e-6, 2] = 0
-    found = probe(foil, """if (pixel < 40) {
+    """Also on the edges of the table: in the mirror direction, on the horizon, and in the plane of incidence."""
+    theta_o = 0.7
+    delta = np.radians([0, 0.1, 5, 40, 80, 130])[:, None]
+    psi = np.radians([0, 30, 90, 150, 180, -180, -150, -90])
+    axis, onward = np.array([-np.sin(theta_o), 0, np.cos(theta_o)]), np.array([-np.cos(theta_o), 0, -np.sin(theta_o)])
+    w = (np.cos(delta)[..., None] * axis + (np.sin(delta) * np.cos(psi))[..., None] * onward
+         + (np.sin(delta) * np.sin(psi))[..., None] * np.array([0, 1, 0])).reshape(-1, 3).astype(np.float32)
+    found = probe(foil, f"""if (pixel < 48) {{
         vector w = vector(W[3 * pixel], W[3 * pixel + 1], W[3 * pixel + 2]);
-        out = color(table_cell(w), SECTORS, RINGS); }""", len(w), W=w)
-    cell, sectors, rings = found[:, 0], found[0, 1], found[0, 2]
-    ring = np.clip(np.sqrt(1 - w[:, 2]) * rings, 0, rings - 1e-3)
-    sector = np.clip((np.abs(np.arctan2(w[:, 1], -w[:, 0])) / np.pi) ** (2 / 3) * sectors, 0, sectors - 1e-3)
-    assert (np.abs(ring - (cell // sectors + 0.5)) < 0.5 + 2e-3).all()
-    tilted = w[:, 2] < 1                # on the normal any sector will do
-    assert (np.abs(sector - (cell % sectors + 0.5)) < 0.5 + 2e-3)[tilted].all()
-    assert (cell < sectors * rings).all()
+        vector wo = vector(sin({theta_o}), 0.0, cos({theta_o}));
+        MixtureView view;
+        mixture_view(MIXTURE_NUMBERS, 15, {theta_o}, wo, view);
+        out = color(table_cell(15, wo, w) - 15 * CELLS, pdf_table(SAMPLING_REFLECTED, 15, wo, w), 0.0);
+        color missing = eval_missing(MISSING, view, w);
+        out[2] = missing[0] + 10.0; }}""", len(w), W=w)
+    cell, density, missing = found.T
+    rings, sectors = RINGS, SECTORS
+    ring = np.clip(np.sqrt(np.broadcast_to(delta, (6, 8)).ravel() / (np.pi / 2 + theta_o)) * rings, 0, rings - 1e-3)
+    sector = np.clip(np.abs(np.broadcast_to(psi, (6, 8)).ravel()) / np.pi * sectors, 0, sectors - 1e-3)
+    assert (np.abs(ring - (cell // sectors + 0.5)) < 0.5 + 0.02).all()
+    beside = np.arange(48) >= 8                # in the mirror direction any sector will do
+    assert (np.abs(sector - (cell % sectors + 0.5)) < 0.5 + 0.02)[beside].all()
+    assert (density > 0)[w[:, 2] >= 0].all()
+    assert np.isfinite(missing).all()

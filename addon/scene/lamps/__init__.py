@@ -89,7 +89,9 @@ def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
     is_even = even.light_is_even(depsgraph.scene_eval.world)
     found = sorted(_lamps(depsgraph, changed), key=lambda pair: pair[0].rank)
     for tree in trees:
-        _write(tree, found[:group.capacity(tree)], is_even, present(depsgraph.view_layer))
+        room = group.capacity(tree)
+        # a lamp that materials do not know is light that is not even
+        _write(tree, found[:room], is_even and len(found) <= room, present(depsgraph.view_layer))
 
 
 def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Found:

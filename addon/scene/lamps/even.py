@@ -1,4 +1,4 @@
-"""Whether the light besides that of the lamps is even: a world of one colour, and no material that emits."""
+"""Whether the light besides that of the lamps is even: a world of one colour or none, and no material that emits."""
 
 import bpy
 
@@ -6,7 +6,7 @@ _emits_by_tree: dict[int, bool] = {}        # by session_uid of a node tree; cle
 
 
 def light_is_even(world: bpy.types.World | None) -> bool:
-    """Whether there is light from the world (evaluated), and it is even.
+    """Whether no light but that of the lamps is uneven, with a world (evaluated).
 
     Any emitting material in use counts, wherever it is used. Light that is wrongly taken for uneven only adds noise.
     """
@@ -20,15 +20,10 @@ def forget() -> None:
 
 
 def _is_even(world: bpy.types.World | None) -> bool:
-    if world is None:
-        return False
-    if world.node_tree is None:
-        return max(*world.color) > 0
-    links = world.node_tree.links
-    return len(links) > 0 and all(
-        link.to_node.type == "OUTPUT_WORLD" and link.to_socket.name == "Surface" and link.from_node.type == "BACKGROUND"
-        and link.from_node.inputs["Strength"].default_value * max(link.from_node.inputs["Color"].default_value[:3]) > 0
-        for link in links)
+    if world is None or world.node_tree is None:
+        return True
+    return all(link.to_node.type == "OUTPUT_WORLD" and link.to_socket.name == "Surface"
+               and link.from_node.type == "BACKGROUND" for link in world.node_tree.links)
 
 
 def _emits(tree: bpy.types.NodeTree | None) -> bool:

@@ -695,6 +695,7 @@ def test_a_group_has_as_many_lamps_as_it_has_nodes_for_them(blender, lamps, scen
     blender.context.view_layer.update()
     for tree, held in zip(trees, (4, 34, 32), strict=True):
         assert sorted(known(tree)[:, 0]) == pytest.approx(range(40 - held, 40))
+        assert tree.nodes["Even"].outputs[0].default_value == 0, "of the other lamps only the mixture knows"
     assert lamps.node_tree() == trees[2]
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.cycles import bake as baker
 from fitter.cycles import closure_mixture
 from fitter.cycles.bake import SHADER_VERSION, bake, shader_version
 from fitter.cycles.unbake import unbake
@@ -14,12 +13,6 @@ from support.checkout import ROOT
 from support.made_fits import MADE_FITS
 
 DATA = ROOT / "tests" / "data"
-
-
-@pytest.fixture(autouse=True)
-def without_sampling_tables(monkeypatch):
-    """They take most of a second."""
-    monkeypatch.setattr(baker, "sampling_table", lambda *_: np.zeros(3, np.float32))
 
 
 @pytest.fixture(scope="module")
