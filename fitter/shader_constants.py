@@ -38,6 +38,8 @@ GRAZING = radians(88)
 STEEPEST_AXIS = radians(86)
 # Index of refraction of the microfacet closure; Cycles takes no notice of it for reflection without a Fresnel factor.
 MICROFACET_IOR = 1.5
+# The least share of the albedo in the closure weights of ramps, so that each is sampled.
+LEAST_RAMP_SHARE = 0.1
 # Cycles evaluates a phong_ramp to 0 where its value, 1/sr, is below this; so does the shader.
 LEAST_PHONG = 1e-7
 
@@ -158,6 +160,10 @@ NEARLY_PARALLEL = 0.9
 
 # Streams of random numbers (osl/random.h): each number of a shading point has its own. The last two have one for each
 # lamp, and so lie MAX_LAMPS or more apart.
+# The first two make the seed of a shading point; it is scaled so that its hash changes with all of its digits.
+RANDOM_SEED_X = 0.0
+RANDOM_SEED_Y = 0.5
+SEED_SCALE = 1000.0
 RANDOM_VIEW = 1.0
 RANDOM_CELL = 2.0
 RANDOM_RING = 3.0

@@ -60,13 +60,13 @@ void mixture_view(float MIXTURE_NUMBERS[], int view, float theta_o, vector wo, o
     found.kind[k] = (int)view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k);
     found.shape[k] = view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k + 1);
     float angle = view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k + 2);
-    if (found.kind[k] == GGX) {
-      found.axis[k] = mirror_side(angle);
-      found.half[k] = found.axis[k];
-    }
-    else {
+    if (found.kind[k] == PHONG) {
       found.axis[k] = mirror_side(min(theta_o + angle, STEEPEST_AXIS));
       found.half[k] = normalize(wo + found.axis[k]);
+    }
+    else {
+      found.axis[k] = mirror_side(angle);
+      found.half[k] = found.axis[k];
     }
   }
 }
@@ -149,10 +149,22 @@ void ramp_colors(float MIXTURE[], int first, color scale, output color ramp[KNOT
 }
 
 /* The mixture, for Cycles to evaluate and to sample. Its closure weights add to about `share` of the albedo, which they
- * tell a denoiser. */
+ * tell a denoiser. That of a microfacet lobe is its value, so that the others make up for it. */
 closure color mixture_closures(float MIXTURE[], MixtureView view, ShadingFrame frame, float share)
 {
-  color raised = share * MIXTURE_READ(view.row + ALBEDO_SCALE);
+  color ramps = MIXTURE_READ(view.row + WEIGHTS);
+  color microfacets = 0.0;
+  for (int k = 0; k < LOBES; k++) {
+    color weight = MIXTURE_READ(view.row + WEIGHTS + 1 + k);
+    if (view.kind[k] == GGX) {
+      microfacets += weight;
+    }
+    else {
+      ramps += weight;
+    }
+  }
+  color raised = MIXTURE_READ(view.row + ALBEDO_SCALE) * (ramps + microfacets);
+  raised = max((share * raised - view.scale * microfacets) / ramps, LEAST_RAMP_SHARE * raised / ramps);
   color scale = view.scale / raised;
   color ramp[KNOTS];
   ramp_colors(MIXTURE, view.row, scale, ramp);

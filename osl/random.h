@@ -10,5 +10,5 @@ float random(point seed, float stream)
  * direction I is not. */
 point random_seed(point at, vector toward)
 {
-  return 1000.0 * point((float)hashnoise(at, 0.0), (float)hashnoise(at, 0.5), (float)hashnoise(point(toward), 0.0));
+  return SEED_SCALE * point(random(at, RANDOM_SEED_X), random(at, RANDOM_SEED_Y), random(point(toward), RANDOM_SEED_X));
 }

@@ -1,0 +1,75 @@
+"""The denoiser's albedo and the passes of a render, of a plane seen at 45 degrees."""
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+
+import fitter
+from support.stage import add_lamp, background, black_scene, material_for, set_input
+
+SEEN_AT = math.radians(45)
+
+
+def passes(scene, path):
+    """The passes of a scene, by the name of each: (height, width, channels)."""
+    import OpenImageIO
+
+    layer = scene.view_layers[0]
+    scene.cycles.use_denoising = layer.cycles.denoising_store_passes = True
+    layer.use_pass_diffuse_direct = layer.use_pass_glossy_direct = True
+    settings = scene.render.image_settings
+    if hasattr(settings, "media_type"):             # Blender 5
+        settings.media_type = "MULTI_LAYER_IMAGE"
+    settings.file_format, settings.color_depth = "OPEN_EXR_MULTILAYER", "32"
+    scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True)
+    file, found, part = OpenImageIO.ImageInput.open(str(path)), {}, 0
+    while file.seek_subimage(part, 0):
+        spec = file.spec()
+        values = file.read_image(part, 0, 0, spec.nchannels, OpenImageIO.FLOAT)
+        for channel, name in enumerate(spec.channelnames):
+            found.setdefault(name.split(".")[1], []).append(values[..., channel])
+        part += 1
+    return {name: np.stack(channels, axis=-1) for name, channels in found.items()}
+
+
+def plane(fit, exact):
+    scene = black_scene(16, 16, 128, span=1)
+    scene.cycles.max_bounces = 0
+    scene.camera.location = 0, -10 * math.sin(SEEN_AT), 10 * math.cos(SEEN_AT)
+    scene.camera.rotation_euler = SEEN_AT, 0, 0
+    bpy.ops.mesh.primitive_plane_add(size=8)
+    material = material_for(fit)
+    set_input(material, "Exact", exact)
+    set_input(material, "Tint", (0.5, 1, 1, 1))
+    bpy.context.object.data.materials.append(material)
+    return scene
+
+
+def albedo(fit):
+    """The reflected share of even light, by a sum over the hemisphere: (channels,)."""
+    theta, phi = np.meshgrid((np.arange(180) + 0.5) * math.pi / 360, (np.arange(120) + 0.5) * math.pi / 60)
+    value = np.maximum(fit.evaluate(theta.ravel(), phi.ravel(), SEEN_AT, 0.0), 0)
+    return (value * (np.cos(theta) * np.sin(theta)).ravel()[:, None]).sum(axis=0) * (math.pi / 360) * (math.pi / 60)
+
+
+@pytest.mark.parametrize("light", ["world", "point", "area"])
+@pytest.mark.parametrize("exact", [True, False])
+def test_the_denoiser_is_told_the_albedo_and_no_pass_is_negative(blender, curet, tmp_path, light, exact):
+    fit = fitter.fit(curet("aluminum foil"))
+    scene = plane(fit, exact)
+    if light == "world":
+        background(scene, 1)
+    elif light == "point":
+        add_lamp("POINT", 100, (-2, 2, 3), shadow_soft_size=0.15)
+    else:
+        add_lamp("AREA", 300, (0, 3, 3.5), (-math.atan2(3, 3.5), 0, 0), shape="SQUARE", size=2)
+    found = passes(scene, tmp_path / "passes.exr")
+    guide = found["Denoising Albedo"].mean(axis=(0, 1))
+    # beside a lamp that has a size, its lobe and a sampled direction are counted too
+    beside_lamp = exact and light != "world"
+    np.testing.assert_allclose(guide, albedo(fit) * [0.5, 1, 1], rtol=0.3 if beside_lamp else 0.1)
+    for name in ("Diffuse Direct", "Glossy Direct"):
+        assert found[name].min() >= 0, name
