@@ -13,6 +13,10 @@ from .. import versions
 from ..scene.lamps import instances, light_objects, sky_moves
 from . import material as materials
 
+# Cycles has 64 closure slots. A measured material fills up to 27: its mixture 12, each of four lamps 3, a sampled
+# direction 3.
+_MOST_MIXED = 2
+
 
 class Finding(NamedTuple):
     """A setting that changes the picture.
@@ -83,6 +87,11 @@ def _lamps(scene: bpy.types.Scene) -> Iterator[Finding]:
 
 
 def _materials() -> Iterator[Finding]:
+    for material in bpy.data.materials:
+        if material.users > material.use_fake_user and (count := materials.mixed(material.node_tree)) > _MOST_MIXED:
+            yield Finding(f"mixed:{material.name}", f"{material.name} mixes {count} measured materials: Cycles has "
+                          f"room for the closures of {_MOST_MIXED}, and where there are several lamps, light of the "
+                          "others is lost. Mix fewer, or give faces materials of their own")
     outdated = [material.name for material in bpy.data.materials if material.measured_brdf.coefficients
                 and material.is_editable and versions.made_by(material) != versions.CURRENT
                 and materials.is_outdated(material)]

@@ -121,6 +121,14 @@ def group_node(material: bpy.types.Material) -> bpy.types.Node | None:
                  and node_group.script_node(node.node_tree) is not None), None)
 
 
+def mixed(tree: bpy.types.NodeTree | None) -> int:
+    """How many measured BRDFs a node tree holds, also inside of node groups."""
+    if tree is None:
+        return 0
+    groups = [node.node_tree for node in tree.nodes if node.type == "GROUP" and node.node_tree is not None]
+    return sum(1 if node_group.script_node(group) is not None else mixed(group) for group in groups)
+
+
 def exact_input(material: bpy.types.Material) -> bpy.types.NodeSocket | None:
     """The input of a measured material that chooses between Exact and Fast; None if there is none."""
     node = group_node(material)

@@ -50,6 +50,24 @@ def test_more_lamps_without_a_size_than_can_be_known_are_reported(blender, scene
     assert keys(scene) == ["pointlike"]
 
 
+def test_materials_that_mix_more_than_cycles_has_room_for_are_reported(blender, scene, glossy):
+    import fitter
+    from support.stage import blank_material, material_for
+
+    measured = material_for(fitter.fit(glossy, 2, None)).node_tree.nodes
+    tree = next(node for node in measured if node.type == "GROUP").node_tree
+    material, group, _ = blank_material("Patina", "ShaderNodeGroup")
+    inner = blender.data.node_groups.new("Two of them", "ShaderNodeTree")
+    for _ in range(2):
+        inner.nodes.new("ShaderNodeGroup").node_tree = tree
+    group.node_tree = inner
+    blender.ops.mesh.primitive_plane_add()
+    blender.context.object.data.materials.append(material)
+    assert "mixed:Patina" not in keys(scene)
+    material.node_tree.nodes.new("ShaderNodeGroup").node_tree = tree
+    assert "mixed:Patina" in keys(scene)
+
+
 def test_the_command_reports_what_it_finds(blender, scene, capfd):
     scene.cycles.sample_clamp_indirect = 10
     assert blender.ops.measured_brdf.check_scene() == {"FINISHED"}
