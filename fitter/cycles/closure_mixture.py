@@ -45,12 +45,16 @@ _FLOOR = 0.1                    # relative errors count in full above this fract
 _OVER = 5.0                     # weight of errors where the mixture exceeds the fit
 _STRIDE = 3                     # of the points that are looked at in the search
 _TRIED = 6                      # candidates for a lobe that are looked at closer
+_GGX_COST = 1.15                # factor on the error of a choice, per microfacet lobe: they take Cycles longer
 _STEPS, _LAST_STEPS = 40, 150   # of the least squares, in the search and at last
 _REWEIGHTINGS = 6               # of the errors where the mixture exceeds the fit
 _PROBABILITY = 6.0              # REMAINDER_PROBABILITY per share of the light that the mixture misplaces ...
 _PROBABILITIES = (0.2, 1.0)     # ... and its bounds
 _ITERATIONS = 30                # of the weights, which then change by less than a percent
 _LEAST_WEIGHT = 0.01            # minimum share of the weights, so that every lobe gets sampled
+_ALBEDOS = (0.95, 1.05)         # bounds of the sum of the weights, in albedos, where microfacet lobes fix a part ...
+_LEAST_FREE = 1.02              # ... and the least sum, in weights that are fixed
+_LEAST_COLOUR = 0.02            # of a lobe in a channel, in the largest of them: no channel is lost
 _MOST_PICKED = 0.5              # probability of following a sampled direction, where there is one
 _ALBEDO_SCALES = (0.7, 1.5)     # bounds of the factor that gives the mixture the albedo of the fit
 _LAST_SHOWN = np.radians(80)    # the last view whose error the panel states
@@ -147,7 +151,8 @@ class _View(NamedTuple):
     @classmethod
     def of(cls, at: int, angles: NDArray[np.float64], grids: list[direction_grid.Directions],
            targets: list[NDArray[np.float64]]) -> "_View":
-        """The view of `angles[at]`; its neighbours there are views half way to the next ones."""
+        """The view of `angles[at]`. The others are half a step apart: one and two steps to each side are seen with its
+        lobes too."""
         target, to = targets[at], grids[at]
         lobes = _choose(angles[at], target, to)
         coefficients = _solve(_basis(angles[at], lobes, to.unit), target, to.solid_angle)
@@ -238,7 +243,7 @@ def _choose(theta_o: float, target: NDArray[np.float64], to: direction_grid.Dire
             basis = _basis(theta_o, tried, unit)
             remaining = mean - basis @ _solve(basis, mean, solid_angle, _STEPS, 2)
             error = float(weight @ remaining[:, 0] ** 2)
-            error *= 1.15 ** sum(lobe.kind == GGX for lobe in tried)
+            error *= _GGX_COST ** sum(lobe.kind == GGX for lobe in tried)
             if error < best:
                 best, found, left = error, tried, remaining[:, 0]
         chosen = found
@@ -257,7 +262,7 @@ def _lobe(theta_o: float, lobe: Lobe, wi: NDArray[np.float64]) -> NDArray[np.flo
     wo = _in_plane(theta_o)
     if lobe.kind == GGX:
         return _ggx(wo, wi, lobe.shape, lobe.angle)[:, None]
-    axis = _in_plane(-min(theta_o + lobe.angle, STEEPEST_AXIS))
+    axis = _axis(theta_o, lobe)
     half = (wo + axis) / np.linalg.norm(wo + axis)
     falloff = np.maximum(wi @ axis, 0) ** lobe.shape
     height = np.maximum(wi @ half, 0) * (lobe.shape + 2) / (2 * np.pi) * falloff
@@ -268,8 +273,12 @@ def _outline(theta_o: float, lobe: Lobe, wi: NDArray[np.float64]) -> NDArray[np.
     """A lobe with a ramp of 1: (n,)."""
     if lobe.kind == GGX:
         return _ggx(_in_plane(theta_o), wi, lobe.shape, lobe.angle)
-    axis = _in_plane(-min(theta_o + lobe.angle, STEEPEST_AXIS))
-    return np.asarray(np.maximum(wi @ axis, 0) ** lobe.shape)
+    return np.asarray(np.maximum(wi @ _axis(theta_o, lobe), 0) ** lobe.shape)
+
+
+def _axis(theta_o: float, lobe: Lobe) -> NDArray[np.float64]:
+    """The axis of a phong_ramp."""
+    return _in_plane(-min(theta_o + lobe.angle, STEEPEST_AXIS))
 
 
 def _in_plane(theta: float) -> NDArray[np.float64]:
@@ -286,12 +295,18 @@ def _ggx(wo: NDArray[np.float64], wi: NDArray[np.float64], alpha: float, tilt: f
     """GGX reflection about a tilted normal, with height-correlated masking and no Fresnel factor, times the cosine of
     that normal and wi (Walter et al. 2007; Heitz 2014): (n,)."""
     normal = _in_plane(-tilt)
-    cos_o, cos_i, half = float(wo @ normal), wi @ normal, wi + wo
-    cos_h = (half @ normal) / np.linalg.norm(half, axis=1)
-    distribution = alpha**2 / (np.pi * (cos_h**2 * (alpha**2 - 1) + 1) ** 2)
+    cos_o, cos_i = float(wo @ normal), wi @ normal
     seen, least = (cos_i > HORIZON) & (cos_o > HORIZON), max(cos_o, HORIZON)
     masking = 1 + _smith(least, alpha) + _smith(np.maximum(cos_i, HORIZON), alpha)
-    return np.where(seen, distribution / (4 * least * masking), 0)
+    return np.where(seen, _ggx_distribution(normal, wo, wi, alpha) / (4 * least * masking), 0)
+
+
+def _ggx_distribution(normal: NDArray[np.float64], wo: NDArray[np.float64], wi: NDArray[np.float64],
+                      alpha: float) -> NDArray[np.float64]:
+    """The density of microfacets that reflect wi toward wo: (n,)."""
+    half = wi + wo
+    cos_h = (half @ normal) / np.linalg.norm(half, axis=1)
+    return np.asarray(alpha**2 / (np.pi * (cos_h**2 * (alpha**2 - 1) + 1) ** 2))
 
 
 def _smith(z: NDArray[np.float64] | float, alpha: float) -> NDArray[np.float64]:
@@ -305,13 +320,11 @@ def _densities(theta_o: float, lobes: list[Lobe], wi: NDArray[np.float64]) -> ND
     for lobe in lobes:
         if lobe.kind == GGX:        # Cycles samples the microfacets that are visible from wo
             normal = _in_plane(-lobe.angle)
-            cos_o, half = max(float(wo @ normal), HORIZON), wi + wo
-            cos_h = (half @ normal) / np.linalg.norm(half, axis=1)
-            distribution = lobe.shape**2 / (np.pi * (cos_h**2 * (lobe.shape**2 - 1) + 1) ** 2)
-            densities.append(np.where(wi @ normal > 0, distribution / (4 * cos_o * (1 + _smith(cos_o, lobe.shape))), 0))
+            cos_o = max(float(wo @ normal), HORIZON)
+            visible = _ggx_distribution(normal, wo, wi, lobe.shape) / (4 * cos_o * (1 + _smith(cos_o, lobe.shape)))
+            densities.append(np.where(wi @ normal > 0, visible, 0))
         else:
-            axis = _in_plane(-min(theta_o + lobe.angle, STEEPEST_AXIS))
-            densities.append((lobe.shape + 1) / (2 * np.pi) * np.maximum(wi @ axis, 0) ** lobe.shape)
+            densities.append((lobe.shape + 1) / (2 * np.pi) * _outline(theta_o, lobe, wi))
     return np.stack(densities)
 
 
@@ -376,9 +389,11 @@ def _row(theta_o: float, lobes: list[Lobe], coefficients: NDArray[np.float64], s
         parts.append(coefficients[start:start + (1 if k in fixed else KNOTS)])
         start += len(parts[-1])
     taken = sum(float(parts[k].mean()) for k in fixed)
-    total = max(albedo, 1.02 * taken, 1e-6)
+    total = max(albedo, 1e-6)
     if taken > 0:
-        total = max(float(np.clip(taken / shares[fixed].sum(), 0.95 * albedo, 1.05 * albedo)), 1.02 * taken)
+        least, most = (bound * albedo for bound in _ALBEDOS)
+        total = float(np.clip(taken / shares[fixed].sum(), least, most))
+    total = max(total, _LEAST_FREE * taken)
     for k in fixed:
         row[WEIGHTS + k] = parts[k][0]
     for k in free:
@@ -391,6 +406,6 @@ def _row(theta_o: float, lobes: list[Lobe], coefficients: NDArray[np.float64], s
 
 
 def _colours(reflected: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What a lobe reflects, (channels,), scaled to a colour of mean 1. No channel is lost."""
-    reflected = np.maximum(reflected, 0.02 * reflected.max()) + 1e-9
+    """What a lobe reflects, (channels,), scaled to a colour of mean 1."""
+    reflected = np.maximum(reflected, _LEAST_COLOUR * reflected.max()) + 1e-9
     return np.asarray(reflected / reflected.mean())
