@@ -71,6 +71,10 @@ def test_the_denoiser_is_told_the_albedo_and_no_pass_is_negative(blender, curet,
     # beside a lamp that has a size, its lobe and a sampled direction are counted too
     beside_lamp = exact and light != "world"
     np.testing.assert_allclose(guide, albedo(fit) * [0.5, 1, 1], rtol=0.3 if beside_lamp else 0.1)
+    normal = found["Denoising Normal"].mean(axis=(0, 1))
+    away = normal @ [0, math.sin(SEEN_AT), -math.cos(SEEN_AT)] / np.linalg.norm(normal)
+    # in even light all is in sampled directions, whose normals are half vectors
+    assert math.degrees(math.acos(away)) < (17 if exact and light == "world" else 3)
     names = {"Diffuse Direct", "Glossy Direct", "DiffDir", "GlossDir"}         # of Blender 5, and of 4
     direct = [values for name, values in found.items() if name in names]
     assert len(direct) == 2, list(found)
