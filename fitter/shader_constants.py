@@ -89,6 +89,9 @@ MAX_LAMPS = 32
 # The least cosine of incidence by which a lamp's light is scaled when lamps are chosen by it: a large lamp whose centre
 # is on the horizon still lights a surface.
 LEAST_LAMP_COSINE = 0.1
+# The least light of a lamp by which it is chosen: one of strength 0, which may be lit in the next frame, is known too
+# (numerical).
+LEAST_LAMP_LIGHT = 1e-12
 # A lamp is left out where the sum of the directions to it and to the viewer is shorter: they have no half vector
 # (numerical).
 LEAST_HALF_VECTOR = 1e-3
@@ -108,6 +111,9 @@ SMALL_LAMP_RADIUS = 0.005
 MAX_LOBE_RADIUS = 0.6
 # The least angular radius of a lobe, 1.1 degrees: the exponent of a narrower one is too large for single precision.
 MIN_LOBE_RADIUS = 0.0185
+# The angle of the axis of a small lamp's lobe from the lamp. On the axis Cycles' cosine may round to more than 1, which
+# its power makes 0.3 % and no ramp makes up for; where the cosine's power is 0.903, the lobe is as high, and flattest.
+LOBE_TILT = 0.00423
 # The knot of the ramp, of 0 to 7, that lies at the lamp's edge: the lobe is flat up to there, and ends soon after.
 LOBE_EDGE_KNOT = 1
 # Probability that the fit is evaluated at a small lamp where the camera does not see the surface itself: there an
@@ -117,8 +123,8 @@ INDIRECT_PROBABILITY = 0.25
 LAMP_POINTS = 3
 # The change over a lamp, in the least value of the fit there, up to which a lobe has the mean.
 SMOOTH_CHANGE = 0.2
-# The most that the lobe of a small lamp subtracts of the mixture: rounding must not leave less than nothing there.
-NEARLY_ALL = 0.99
+# The least value of the fit in the middle of a small lamp, in the mixture's: rounding must not leave less than nothing.
+LEAST_OF_MIXTURE = 0.01
 # Where a lobe has fallen to less it counts as 0.
 LEAST_FALLOFF = 1e-6
 # What a lobe reflects where its height is 1, times its exponent: 2 pi ln 7 for the flat part, and the rest beyond it.

@@ -11,6 +11,13 @@ struct LampLobes {
   int count;
 };
 
+/* The axis of the lobe at a lamp: its middle, or beside a small lamp. */
+vector lobe_axis(LampList lamps, int lamp)
+{
+  vector axis = lamps.direction[lamp];
+  return lamps.radius[lamp] < SMALL_LAMP_RADIUS ? normalize(axis + LOBE_TILT * perpendicular(axis)) : axis;
+}
+
 /* cos(angle from the axis) ^ exponent. */
 float lobe_falloff(vector axis, float exponent, vector w)
 {
@@ -39,16 +46,17 @@ int covered_by_lobe(LampList lamps, vector w)
 {
   for (int i = 0; i < lamps.count; i++) {
     if (lamps.radius[i] < SMALL_LAMP_RADIUS &&
-        lobe_falloff(lamps.direction[i], lobe_exponent(lamps.radius[i]), w) > LOBE_FLAT) {
+        lobe_falloff(lobe_axis(lamps, i), lobe_exponent(lamps.radius[i]), w) > LOBE_FLAT) {
       return 1;
     }
   }
   return 0;
 }
 
-/* What the mixture misses of the fit over a lamp's disk, by its value in the middle and by the table. The mean; or, where
- * it varies much and sampled directions correct the lobe, the least, so that nothing has to be subtracted. */
-color missing_over_lamp(float MISSING[], MixtureView view, vector l, float radius, color in_middle, color mixed, int exact)
+/* What the mixture misses of the fit over a lamp's disk, by its value in the middle and by the table. The mean; or,
+ * where it varies much and sampled directions correct the lobe, the least, so that nothing has to be subtracted. */
+color missing_over_lamp(float MISSING[], MixtureView view, vector l, float radius, color in_middle, color mixed,
+                        int exact)
 {
   vector across = perpendicular(l);
   vector along = cross(l, across);
@@ -72,9 +80,10 @@ color missing_over_lamp(float MISSING[], MixtureView view, vector l, float radiu
   return mean;
 }
 
-/* The fit in the middle of a lamp, times cos theta_i, where the mixture as fitted is `mixed`. It is evaluated where the camera sees the surface; elsewhere the
- * table and the mixture have it nearly. At a small lamp, which its lobe alone renders, some samples make up for that. */
-color fit_at_lamp(FIT_PARAMETERS, float MISSING[], MixtureView view, vector l, int small, color mixed,
+/* The fit in the middle of a lamp, times cos theta_i, but no less than `least`; the mixture as fitted is `mixed` there.
+ * The fit is evaluated where the camera sees the surface; elsewhere the table and the mixture have it nearly. At a
+ * small lamp, which its lobe alone renders, some samples make up for that. */
+color fit_at_lamp(FIT_PARAMETERS, float MISSING[], MixtureView view, vector l, int small, color mixed, color least,
                   float u)
 {
   float probability = raytype("camera") ? 1.0 : small ? INDIRECT_PROBABILITY : 0.0;
@@ -83,7 +92,7 @@ color fit_at_lamp(FIT_PARAMETERS, float MISSING[], MixtureView view, vector l, i
     fitted = eval_missing(MISSING, view, l) + mixed;
   }
   if (u < probability) {
-    fitted += (eval_fit(FIT, l, view.wo) * l[2] - fitted) / probability;
+    fitted += (max(eval_fit(FIT, l, view.wo) * l[2], least) - fitted) / probability;
   }
   return fitted;
 }
@@ -92,8 +101,8 @@ color fit_at_lamp(FIT_PARAMETERS, float MISSING[], MixtureView view, vector l, i
  * lobe is divided by the expected number of times that its lamp is taken. No lobe takes more than there is: where the
  * mixture exceeds the fit, only that of a small lamp subtracts, since elsewhere the mixture may soon be less; or as
  * much as the mixture was raised by. */
-void fit_lamp_lobes(FIT_PARAMETERS, float MIXTURE[], float MISSING[], float FLAT_RAMP[], MixtureView view, LampList lamps,
-                    int mixture, int exact, point seed, output LampLobes lobes)
+void fit_lamp_lobes(FIT_PARAMETERS, float MIXTURE[], float MISSING[], float FLAT_RAMP[], MixtureView view,
+                    LampList lamps, int mixture, int exact, point seed, output LampLobes lobes)
 {
   lobes.count = 0;
   float all_light = 0.0;
@@ -125,18 +134,21 @@ void fit_lamp_lobes(FIT_PARAMETERS, float MIXTURE[], float MISSING[], float FLAT
       mixed = eval_mixture(MIXTURE, view, l);
     }
     color unscaled = mixed / view.scale;
-    color height = fit_at_lamp(FIT, MISSING, view, l, small, unscaled, random(seed, RANDOM_LAMP_POINT + i));
+    mixed *= mixture;
+    color height = fit_at_lamp(FIT, MISSING, view, l, small, unscaled, LEAST_OF_MIXTURE * mixed,
+                               random(seed, RANDOM_LAMP_POINT + i));
     if (!small) {
-      height = unscaled + missing_over_lamp(MISSING, view, l, radius, height - unscaled, unscaled, exact);
+      color missing = missing_over_lamp(MISSING, view, l, radius, height - unscaled, unscaled, exact);
+      height = unscaled + max(missing, color(0.0));
     }
-    if (mixture) {
-      height = max(height - mixed, small ? -NEARLY_ALL * mixed : unscaled - mixed);
-    }
+    height -= mixed;
     /* near other lamps, the lobes before this one carry a part already */
     height -= eval_lobes(FLAT_RAMP, lobes, view.wo, l);
-    lobes.axis[lobes.count] = l;
+    vector axis = lobe_axis(lamps, i);
+    vector half = view.wo + axis;
+    lobes.axis[lobes.count] = axis;
     lobes.exponent[lobes.count] = lobe_exponent(radius);
-    lobes.height[lobes.count] = times * height;
+    lobes.height[lobes.count] = times * height * dot(half, axis) / dot(half, l);
     lobes.count++;
   }
 }

@@ -31,7 +31,7 @@ void add_lamp(vector lamp, vector extent, point at, ShadingFrame frame, output L
   if (w[2] > -sin(radius) && length(frame.wo + w) > LEAST_HALF_VECTOR) {
     lamps.direction[lamps.count] = w;
     lamps.radius[lamps.count] = radius;
-    lamps.light[lamps.count] = light * max(w[2], LEAST_LAMP_COSINE);
+    lamps.light[lamps.count] = max(light * max(w[2], LEAST_LAMP_COSINE), LEAST_LAMP_LIGHT);
     lamps.count++;
   }
 }
@@ -42,8 +42,8 @@ float lobe_exponent(float radius)
   return log(LOBE_EDGE_KNOT / (KNOTS - 1.0)) / log(cos(clamp(radius, MIN_LOBE_RADIUS, MAX_LOBE_RADIUS)));
 }
 
-/* Directions about the lamps that are not small. About each, the density is in proportion to cos(angle from its middle) ^
- * exponent: it follows the lamp's lobe, which reaches beyond its edge. */
+/* Directions about the lamps that are not small. About each, the density is in proportion to
+ * cos(angle from its middle) ^ exponent: it follows the lamp's lobe, which reaches beyond its edge. */
 
 float cone_exponent(float radius)
 {
@@ -60,10 +60,10 @@ float largest_radius(LampList lamps)
   return largest < SMALL_LAMP_RADIUS ? 0.0 : largest;
 }
 
-/* One of the lamps that are not small, with a probability in proportion to its light; -1 if there is none. */
+/* One of the lamps that are not small, of which there must be one, with a probability in proportion to its light. */
 int sample_lamp(LampList lamps, point seed)
 {
-  int chosen = -1;
+  int chosen = 0;
   float light = 0.0;
   for (int i = 0; i < lamps.count; i++) {
     if (lamps.radius[i] >= SMALL_LAMP_RADIUS) {
@@ -98,5 +98,5 @@ float pdf_lamps(LampList lamps, vector w)
       density += lamps.light[i] * (exponent + 1.0) / M_2PI * pow(max(dot(w, lamps.direction[i]), 0.0), exponent);
     }
   }
-  return light > 0.0 ? density / light : 0.0;
+  return density / light;
 }

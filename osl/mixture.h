@@ -1,7 +1,7 @@
 /* The closure mixture: a sum of closures that is close to the fit, and its value in any direction.
  *
- * fitter/cycles/closure_mixture.py fits it, and fitter/shader_constants.py describes a row of its tables. The knots of a
- * row are divided by the weight of their ramp. */
+ * fitter/cycles/closure_mixture.py fits it, and fitter/shader_constants.py describes a row of its tables. The knots of
+ * a row are divided by the weight of their ramp. */
 
 #if CHANNELS == 3
 #  define MIXTURE_VALUE color

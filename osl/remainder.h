@@ -5,12 +5,13 @@
 #define SAMPLING_PARAMETERS float SAMPLING_REMAINDER[], float SAMPLING_REFLECTED[]
 #define SAMPLING SAMPLING_REMAINDER, SAMPLING_REFLECTED
 
-/* A direction, from the table or within a lamp. */
+/* A direction, from the table or about a lamp. */
 vector sample_remainder(SAMPLING_PARAMETERS, MixtureView view, LampList lamps, RemainderPlan plan, point seed)
 {
   vector wi;
   if (random(seed, RANDOM_TOWARD_LAMP) < plan.toward_lamp) {
-    wi = sample_cone(lamps.direction[plan.lamp], lamps.radius[plan.lamp], seed);
+    int lamp = sample_lamp(lamps, seed);
+    wi = sample_cone(lamps.direction[lamp], lamps.radius[lamp], seed);
   }
   else if (!plan.mixture) {
     wi = sample_table(SAMPLING_REFLECTED, view.view, view.wo, seed);
@@ -34,7 +35,8 @@ float pdf_remainder(SAMPLING_PARAMETERS, MixtureView view, LampList lamps, Remai
 }
 
 /* The fit less the mixture and the lobes, times cos theta_i. */
-color eval_remainder(FIT_PARAMETERS, float MIXTURE[], float FLAT_RAMP[], MixtureView view, LampLobes lobes, RemainderPlan plan, vector wi)
+color eval_remainder(FIT_PARAMETERS, float MIXTURE[], float FLAT_RAMP[], MixtureView view, LampLobes lobes,
+                     RemainderPlan plan, vector wi)
 {
   color value = eval_fit(FIT, wi, view.wo) * wi[2] - eval_lobes(FLAT_RAMP, lobes, view.wo, wi);
   if (plan.mixture) {
@@ -45,8 +47,9 @@ color eval_remainder(FIT_PARAMETERS, float MIXTURE[], float FLAT_RAMP[], Mixture
 
 /* A phong_ramp so narrow that it sends a path in the sampled direction, and no closure where the lobe of a small lamp
  * carries everything. */
-closure color remainder_closure(FIT_PARAMETERS, float MIXTURE[], float FLAT_RAMP[], SAMPLING_PARAMETERS, MixtureView view, LampList lamps,
-                                LampLobes lobes, RemainderPlan plan, ShadingFrame frame, point seed)
+closure color remainder_closure(FIT_PARAMETERS, float MIXTURE[], float FLAT_RAMP[], SAMPLING_PARAMETERS,
+                                MixtureView view, LampList lamps, LampLobes lobes, RemainderPlan plan,
+                                ShadingFrame frame, point seed)
 {
   closure color made = 0;
   vector wi = sample_remainder(SAMPLING, view, lamps, plan, seed);

@@ -1,5 +1,5 @@
-/* Tables over incident directions for a tabulated view: two to sample them, which fitter/cycles/sampling_table.py makes,
- * and one of what the mixture misses.
+/* Tables over incident directions for a tabulated view: two to sample them, which fitter/cycles/sampling_table.py
+ * makes, and one of what the mixture misses.
  *
  * For each view the first hold the cumulative probabilities of RINGS x SECTORS cells about the mirror direction of wo,
  * evenly spaced in the square root of the angle from it, up to the horizon beyond the viewer, and in the turn about it.
@@ -24,7 +24,7 @@ void table_place(vector wo, vector w, output float x, output float y)
 {
   float mirror = table_mirror(wo);
   vector axis = mirror_side(mirror);
-  vector onward = vector(-axis[2], 0.0, axis[0]);
+  vector onward = mirror_side(mirror + M_PI_2);
   float delta = 2.0 * asin(clamp(0.5 * length(w - axis), 0.0, 1.0));
   x = sqrt(delta / (M_PI_2 + mirror)) * RINGS;
   y = fabs(atan2(w[1], dot(w, onward))) / M_PI * SECTORS;
@@ -72,7 +72,7 @@ vector sample_table(float table[], int view, vector wo, point seed)
   float side = random(seed, RANDOM_SIDE) < 0.5 ? -1.0 : 1.0;
   float r = sqrt(max(0.0, 1.0 - z * z));
   vector axis = mirror_side(mirror);
-  vector onward = vector(-axis[2], 0.0, axis[0]);
+  vector onward = mirror_side(mirror + M_PI_2);
   return z * axis + r * (cos(turn) * onward + vector(0.0, side * sin(turn), 0.0));
 }
 

@@ -5,10 +5,20 @@ import math
 import bpy
 import numpy as np
 import pytest
+from mathutils import Vector
 
 import fitter
 from support.spheres import normals, reflected
-from support.stage import add_lamp, add_sphere, background, black_scene, material_for, render, set_input
+from support.stage import (
+    add_lamp,
+    add_sphere,
+    background,
+    black_scene,
+    blank_material,
+    material_for,
+    render,
+    set_input,
+)
 
 SIZE = 96
 FROM_THE_LEFT = math.radians(60)
@@ -153,6 +163,28 @@ def stored(tree):
     count = round(tree.nodes["Lamps"].outputs[0].default_value)
     return [(tuple(round(x, 6) for x in value[f"Lamp{number}"]),
              *(round(x, 6) for x in value[f"Extent{number}"][:2])) for number in range(1, count + 1)]
+
+
+@pytest.mark.parametrize("material", ["foil", "krylon"])
+@pytest.mark.parametrize("exact", [True, False])
+def test_a_sphere_in_a_mirror_is_as_bright_as_the_sphere(blender, fits, material, exact):
+    """There the fit is evaluated at a small lamp in some of the samples only."""
+    fit = fits[material]
+    scene = black_scene(SIZE, SIZE, 64, span=2)
+    scene.cycles.max_bounces = scene.cycles.glossy_bounces = 1
+    mirror, shader, surface = blank_material("Mirror", "ShaderNodeBsdfAnisotropic")
+    shader.inputs["Color"].default_value, shader.inputs["Roughness"].default_value = (1, 1, 1, 1), 0
+    mirror.node_tree.links.new(shader.outputs[0], surface)
+    blender.ops.mesh.primitive_plane_add(size=4, rotation=(0, math.pi / 4, 0))      # shows what is at +x
+    blender.context.object.data.materials.append(mirror)
+    sphere = add_sphere()
+    sphere.location = 10, 0, 0
+    sphere.data.materials.append(material_for(fit))
+    set_input(sphere.data.materials[0], "Exact", exact)
+    toward = -math.cos(FROM_THE_LEFT), math.sin(FROM_THE_LEFT), 0
+    add_lamp("SUN", 1, rotation=Vector(toward).to_track_quat("Z", "Y").to_euler(), angle=0)
+    ratio = render(scene)[..., :3].mean(axis=(0, 1)) / mean_under_sun(fit)
+    assert ratio == pytest.approx([1, 1, 1], abs=0.01)
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.005, 0.03])

@@ -189,6 +189,16 @@ def test_two_lamps_in_one_place_give_twice_the_light_where_the_mixture_is_not_th
     assert colours(scene).mean(axis=0) == pytest.approx(np.broadcast_to(expected, 3), rel=0.02)
 
 
+@pytest.mark.parametrize("angle", [0.002, 0.005, 0.0093])
+def test_a_sun_is_rendered_in_the_mean_over_its_disk(blender, foil, angle):
+    """Its lobe alone renders it, and a picture has the same error everywhere."""
+    scene = plane(foil, 256)
+    toward = leaning(40, 130)
+    add_sun(toward, angle=angle)
+    expected = over_disk(foil, UP, toward, angle / 2)
+    assert colours(scene).mean(axis=0) == pytest.approx(expected, rel=1e-3)
+
+
 def test_lamps_are_known_as_long_as_a_part_of_them_is_above_the_horizon(probe, foil):
     """Suns and balls at elevations about their radius; a point inside a ball sees it everywhere."""
     radius = np.tile([0.0, 0.05, 0.3], 7)
@@ -215,6 +225,11 @@ def test_lamps_are_known_as_long_as_a_part_of_them_is_above_the_horizon(probe, f
         add_lamp(point(1.3, 1.0, 0.5), vector(1.0, 2.0, 0.0), point(1.0), frame, lamps);
         out = color(lamps.count, lamps.radius[0], 0.0);"""
     np.testing.assert_allclose(probe(foil, upright + inside, 1)[0, :2], [1, np.pi / 2], rtol=1e-6)
+    dark = """LampList lamps;
+        lamps.count = 0;
+        add_lamp(vector(0.0, 0.0, 1.0), vector(-0.3, 0.0, 0.0), point(1.0), frame, lamps);
+        out = pdf_lamps(lamps, vector(0.0, 0.0, 1.0));"""
+    assert probe(foil, upright + dark, 1)[0, 0] > 1, "directions are sampled about a lamp while its strength is 0 too"
 
 
 def test_a_lamp_without_a_size_adds_no_noise(blender, foil):
