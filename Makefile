@@ -1,5 +1,5 @@
-# make demo | test | test-matrix | test-slurm | fuzz | stability | mutants | lint | bench | bench-scale | held-out | report
-# | results | zip | title
+# make demo | test | test-matrix | test-mitsuba | test-slurm | fuzz | stability | mutants | lint | bench | bench-scale
+# | held-out | report | results | zip | title
 # PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))
@@ -14,8 +14,8 @@ DATA := $(or $(MEASURED_BRDF_DATA),../shared/data)
 MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
-.PHONY: demo test test-matrix test-slurm fuzz stability mutants lint bench bench-scale held-out report results zip title \
-	clean
+.PHONY: demo test test-matrix test-mitsuba test-slurm fuzz stability mutants lint bench bench-scale held-out report results \
+	zip title clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
@@ -25,6 +25,11 @@ test: $(ENV)/ready
 
 test-matrix: $(ENV)/ready
 	$(RUN) -m tools.test_matrix
+
+# a second renderer's pictures; it needs LLVM (on Debian: apt-get install libllvm15)
+test-mitsuba: $(ENV)/ready
+	$(RUN) -m pip install --quiet --group mitsuba
+	$(RUN) -m pytest tests/mitsuba
 
 # as root, on Debian: installs Slurm and runs it for as long as the test takes
 test-slurm: $(ENV)/ready

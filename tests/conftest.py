@@ -10,11 +10,12 @@ collect_ignore = ["project/habits.py"]           # a script of its own; doctests
 MEASUREMENTS = ("curet/abrdf.dat", "curet/table.txt", "cornell/cayman.astm", "cornell/garnet_red.astm",
                 "cornell/garnet_red.brdf", "cornell/garnet_red_RGB.astm", "cornell/krylon_blue.astm",
                 "cornell/krylon_blue_RGB.astm")
+APART = {"test_slurm": "test_slurm", "test_mitsuba": "tests/mitsuba"}     # and what a command names to run them
 
 
 def pytest_ignore_collect(collection_path, config):
-    """Leave out the test that installs and starts a Slurm, unless the command names it, as `make test-slurm` does."""
-    if collection_path.name == "test_slurm.py" and not any("test_slurm" in argument for argument in config.args):
+    """Leave out the tests that install something or take long, unless the command names them."""
+    if collection_path.stem in APART and not any(APART[collection_path.stem] in argument for argument in config.args):
         return True
     return None
 

@@ -301,3 +301,47 @@ def test_light_from_below_the_horizon_does_not_leak(blender, fits):
     blender.context.object.data.materials.append(material_for(fits["foil"]))
     add_lamp("SUN", 1, rotation=(-math.radians(95), 0, 0), angle=0.1)
     assert render(scene)[..., :3].mean() < 1e-3
+
+
+def sphere_far_away(fit, distance):
+    """The mean of a sphere in an even world, (channels,), `distance` from the origin."""
+    scene = black_scene(SIZE, SIZE, 64, span=2)
+    scene.camera.data.type, scene.camera.data.lens, scene.camera.location = "PERSP", 100, (distance, 0, 8)
+    background(scene, 1)
+    sphere = add_sphere()
+    sphere.location = distance, 0, 0
+    sphere.data.materials.append(material_for(fit))
+    return render(scene)[..., :3].mean(axis=(0, 1))
+
+
+def test_ten_kilometres_from_the_origin_a_sphere_is_what_it_is_there(blender, fits):
+    assert sphere_far_away(fits["foil"], 1e4) == pytest.approx(sphere_far_away(fits["foil"], 0), rel=3e-3)
+
+
+def catcher_noise(make_material):
+    """The noise of the shadow that a plane of a material catches from a sphere: of alpha."""
+    scene = black_scene(SIZE, SIZE, 64, span=6)
+    bpy.ops.mesh.primitive_plane_add(size=20)
+    bpy.context.object.data.materials.append(make_material())
+    bpy.context.object.is_shadow_catcher = True
+    diffuse, shader, surface = blank_material("Diffuse", "ShaderNodeBsdfDiffuse")
+    diffuse.node_tree.links.new(shader.outputs[0], surface)
+    sphere = add_sphere()
+    sphere.location = 0, 0, 1
+    sphere.data.materials.append(diffuse)
+    background(scene, 0.3)
+    add_lamp("AREA", 300, (3, 0, 4), (0, math.atan2(3, 4), 0), shape="SQUARE", size=2)
+    alpha = []
+    for scene.cycles.seed in (0, 1):
+        alpha.append(render(scene)[..., 3].astype(float))
+    assert np.mean(alpha) > 0.05, "it catches a shadow"
+    return np.sqrt(np.mean((alpha[0] - alpha[1]) ** 2) / 2)
+
+
+def test_a_shadow_catcher_is_nearly_as_quiet_as_a_principled_one(blender, fits):
+    def principled():
+        material, shader, surface = blank_material("Principled", "ShaderNodeBsdfPrincipled")
+        material.node_tree.links.new(shader.outputs[0], surface)
+        return material
+
+    assert catcher_noise(lambda: material_for(fits["krylon"])) < 1.5 * catcher_noise(principled)

@@ -1,0 +1,211 @@
+"""Pictures of measured materials beside those of Mitsuba 3, which evaluates the same fits: `make test-mitsuba`.
+
+Both renderers make two pictures of each scene. Their difference in blocks of 8 x 8 pixels, less the noise that the two
+pictures of each show, is what is wrong.
+"""
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Vector
+
+import fitter
+from support import stage
+
+pytest.importorskip("mitsuba", reason="Mitsuba is absent; `make test-mitsuba` installs it")
+SIZE, BLOCK, SEEDS = 64, 8, (1, 2)
+
+
+@pytest.fixture(scope="module")
+def fits(curet, cornell):
+    """Two fits of the preset Standard, one of Paper, and the albedo of a Lambertian surface."""
+    return {"krylon": fitter.fit(cornell("krylon_blue_RGB")), "cayman": fitter.fit(cornell("cayman")),
+            "foil": fitter.fit(curet("aluminum foil"), 4, 6, 95), "white": 0.8}
+
+
+def material(fits, name):
+    if name in bpy.data.materials:
+        return bpy.data.materials[name]
+    if name == "white":
+        made, shader, surface = stage.blank_material(name, "ShaderNodeBsdfDiffuse")
+        shader.inputs["Color"].default_value = (fits[name],) * 3 + (1,)
+        made.node_tree.links.new(shader.outputs[0], surface)
+        return made
+    made = stage.material_for(fits[name])
+    made.name = name
+    return made
+
+
+def scene_of(samples=256, bounces=0, span=2.2):
+    scene = stage.black_scene(SIZE, SIZE, samples, span)
+    cycles = scene.cycles
+    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = bounces
+    cycles.pixel_filter_type = "BOX"
+    return scene
+
+
+def look(location, target=(0, 0, 0), lens=60):
+    camera = bpy.context.scene.camera
+    camera.data.type, camera.data.lens = "PERSP", lens
+    camera.location, camera.rotation_euler = location, toward(location, target)
+
+
+def toward(location, target=(0, 0, 0)):
+    return (Vector(location) - Vector(target)).to_track_quat("Z", "Y").to_euler()
+
+
+def point_lamp(energy, location, radius):
+    lamp = stage.add_lamp("POINT", energy, location, shadow_soft_size=radius)
+    lamp.data.use_soft_falloff = False          # a ball, as in Mitsuba
+    return lamp
+
+
+def image(*windows):
+    """A dim world with windows: (longitude, latitude, width, height, radiance), degrees."""
+    longitude, latitude = np.meshgrid((np.arange(1024) + 0.5) / 1024 * 360 - 180,
+                                      (np.arange(512) + 0.5) / 512 * 180 - 90)
+    radiance = np.full(longitude.shape, 0.05)
+    for at, up, width, height, strength in windows:
+        radiance[(np.abs(longitude - at) < width / 2) & (np.abs(latitude - up) < height / 2)] = strength
+    stage.sky_image(radiance)
+
+
+def sphere(fits, name):
+    stage.add_sphere().data.materials.append(material(fits, name))
+
+
+def suzanne(fits, name):
+    """Flat faces: where interpolated normals and faces disagree, renderers differ."""
+    bpy.ops.mesh.primitive_monkey_add(size=1.5, rotation=(-1.2, 0, 0.3))
+    modifier = bpy.context.object.modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels = modifier.render_levels = 2
+    bpy.context.object.data.materials.append(material(fits, name))
+
+
+def plane(fits, name, size=8, location=(0, 0, 0), rotation=(0, 0, 0)):
+    bpy.ops.mesh.primitive_plane_add(size=size, location=location, rotation=rotation)
+    bpy.context.object.data.materials.append(material(fits, name))
+
+
+def even_world(fits, name):
+    scene_of()
+    sphere(fits, name)
+    stage.background(bpy.context.scene, 1, (1, 0.7, 0.4))
+
+
+def sun(fits, name):
+    scene_of()
+    suzanne(fits, name)
+    stage.add_lamp("SUN", 2, rotation=(0.5, 0.7, 0))
+
+
+def ball_lamp(fits, name):
+    scene_of()
+    suzanne(fits, name)
+    point_lamp(100, (3, 2, 4), 0.3)
+
+
+def area_lamp(fits, name):
+    scene_of()
+    suzanne(fits, name)
+    stage.add_lamp("AREA", 100, (3, 1, 4), toward((3, 1, 4)), shape="RECTANGLE", size=2, size_y=1)
+
+
+def window_in_an_image(fits, name):
+    """Of 1.2 x 5.2 degrees."""
+    scene_of()
+    sphere(fits, name)
+    image((-60, 40, 1.2, 5.2, 300))
+
+
+def grazing_under_a_spot(fits, name):
+    """Seen at about 80 degrees, under an image with a spot of 3 degrees."""
+    scene_of()
+    plane(fits, name)
+    image((90, 12, 3, 3, 300))
+    look((0, -6, 1.05), (0, 0, 0), 150)
+
+
+def strip_lamp(fits, name):
+    """Of .34 x .01 m, at 3 m."""
+    scene_of()
+    sphere(fits, name)
+    at = Vector((1.5, 1, 2.4))
+    stage.add_lamp("AREA", 30, at, toward(at), shape="RECTANGLE", size=0.34, size_y=0.01)
+
+
+def half_hidden_lamp(fits, name):
+    """Of 1.9 degrees, reflected, and half behind a black board."""
+    scene_of(1024)
+    plane(fits, name)
+    look((-4, 0, 6), lens=200)
+    at = Vector((2, 0, 3))
+    point_lamp(50, at, at.length * math.sin(math.radians(1.9)))
+    board, _, _ = stage.blank_material("black", "ShaderNodeEmission")
+    bpy.ops.mesh.primitive_plane_add(size=1, rotation=toward(at))
+    bpy.context.object.location = at * 0.9 + Vector((0, 0.5, 0))
+    bpy.context.object.data.materials.append(board)
+
+
+def grazing_under_an_area_lamp(fits, name):
+    """Seen at about 80 degrees, under a lamp of 2 m."""
+    scene_of(512)
+    plane(fits, name)
+    stage.add_lamp("AREA", 300, (0, 4, 3), toward((0, 4, 3)), shape="SQUARE", size=2)
+    look((0, -6, 1.05), (0, 0, 0), 150)
+
+
+def room(fits, name):
+    """Measured floor and walls, a white ceiling, light from where the fourth wall is missing, and six bounces."""
+    scene_of(256, 6)
+    plane(fits, name, 4)
+    plane(fits, "white", 4, (0, 0, 4), (math.pi, 0, 0))
+    for angle in (-math.pi / 2, 0, math.pi / 2):
+        plane(fits, name, 4, (2 * math.sin(angle), 2 * math.cos(angle), 2), (math.pi / 2, 0, -angle))
+    stage.background(bpy.context.scene, 1, (0.7, 0.85, 1))
+    stage.add_lamp("SUN", 3, rotation=toward((0.5, -1, 0.9)))
+    look((0, -5, 2), (0, 0, 2), 40)
+
+
+CASES = [(even_world, "krylon"), (even_world, "foil"), (sun, "krylon"), (ball_lamp, "krylon"), (area_lamp, "krylon"),
+         (area_lamp, "foil"), (window_in_an_image, "krylon"), (window_in_an_image, "cayman"),
+         (grazing_under_a_spot, "krylon"), (grazing_under_a_spot, "cayman"), (strip_lamp, "krylon"),
+         (strip_lamp, "cayman"), (half_hidden_lamp, "krylon"), (half_hidden_lamp, "cayman"),
+         (grazing_under_an_area_lamp, "krylon"), (grazing_under_an_area_lamp, "cayman"), (room, "krylon"),
+         (room, "foil")]
+
+
+def blocks(picture):
+    """Means over blocks of pixels: (rows, columns, 3)."""
+    count = SIZE // BLOCK
+    return picture[..., :3].astype(float).reshape(count, BLOCK, count, BLOCK, 3).mean(axis=(1, 3))
+
+
+@pytest.mark.parametrize(("build", "name"), CASES, ids=lambda item: getattr(item, "__name__", item))
+def test_pictures_are_those_of_another_renderer(blender, fits, capsys, build, name):
+    from support import mitsuba_scene
+
+    build(fits, name)
+    scene = bpy.context.scene
+    bounces = scene.cycles.max_bounces
+    ours, theirs = [], []
+    for seed in SEEDS:
+        scene.cycles.seed = seed
+        ours.append(blocks(stage.render(scene)))
+        samples = min(4 * scene.cycles.samples, 1024)
+        theirs.append(blocks(mitsuba_scene.render(scene, fits | {"black": 0.0}, samples, bounces, seed)))
+    ours, theirs = np.array(ours), np.array(theirs)
+    mean = theirs.mean()
+    wrong = ours.mean(axis=0) - theirs.mean(axis=0)
+    variance = (np.diff(ours, axis=0)[0] ** 2 + np.diff(theirs, axis=0)[0] ** 2) / 4
+    excess = math.sqrt(max((wrong**2).mean() - variance.mean(), 0)) / mean
+    noise = math.sqrt(variance.mean()) / mean
+    bias = wrong.mean() / mean
+    error = math.sqrt(variance.sum()) / variance.size / mean
+    with capsys.disabled():
+        print(f"\n{build.__name__:28s}{name:8s} mean {100 * bias:+6.2f} % +- {100 * error:.2f}   "
+              f"blocks {100 * excess:5.2f} %, noise {100 * noise:5.2f} %", end=" ", flush=True)
+    assert abs(bias) < 0.002 + 3 * error
+    assert excess < 0.01 + noise
