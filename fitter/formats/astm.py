@@ -30,17 +30,12 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import DatasetError
-from ..samples import RGB, Samples
+from ..samples import Samples
+from .columns import ANGLES, angle, look_like_degrees, reflectance, wavelengths
 from .format import Format
-from .spectra import SPAN, to_linear_srgb
 from .text import check_thetas, decode, line_number, lines, nth_line, parse_number, parse_rows
 
-ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
-GREY = ("brdf", "fr", "f_r", "grey", "gray")
 MOST_VARIABLES = 1000
-_ANGLE = re.compile(r"(theta|phi)_?(in|out|[isrov])(?:[ _]*[\[(]?[ ]*(deg|rad)[a-z]*[ ]*[\])]?)?", re.IGNORECASE)
-_LAMPS = (580, 700), (500, 580), (400, 500)         # nm, of red, green and blue
-_BAND = re.compile(r"(\d+(?:\.\d+)?)\s*nm", re.IGNORECASE)
 _VARS = re.compile(rb"(?:\A|(?<=[\r\n]))VARS\b([^\r\n]*)")
 _KEYWORD = re.compile(rb"(?:\A|(?<=[\r\n]))[ \t]*(SAMPLE_NAME|NUM_POINTS)[ \t]([^\r\n]*)")
 
@@ -75,12 +70,12 @@ def read(path: str | Path, content: bytes) -> Samples:
     header = {keyword[1]: keyword for keyword in _KEYWORD.finditer(content, 0, columns.start)}
     _check_count(header.get(b"NUM_POINTS"), len(table), path, content)
     angles = table[:, columns.angles]
-    in_degrees = columns.unit == "deg" or (columns.unit is None and _look_like_degrees(angles))
+    in_degrees = columns.unit == "deg" or (columns.unit is None and look_like_degrees(angles))
     check_thetas(angles[:, [0, 2]], lambda row: nth_line(content, columns.start, row), path, in_degrees)
-    channels, reflectance = _reflectance(columns.channels, table[:, columns.values], path, columns.line)
+    channels, values = reflectance(columns.channels, table[:, columns.values], path, columns.line)
     name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else Path(path).stem
     theta_i, phi_i, theta_o, phi_o = (np.radians(angles) if in_degrees else angles).T
-    return Samples(theta_i, phi_i, theta_o, phi_o, reflectance, channels, name, str(path))
+    return Samples(theta_i, phi_i, theta_o, phi_o, values, channels, name, str(path))
 
 
 def read_spectrum(path: str | Path, content: bytes) -> tuple[FloatArray | None, FloatArray]:
@@ -94,7 +89,7 @@ def read_spectrum(path: str | Path, content: bytes) -> tuple[FloatArray | None, 
         1/sr.
     """
     columns = _columns(path, content)
-    return _wavelengths(columns.channels), _table(columns, path, content)[:, columns.values]
+    return wavelengths(columns.channels), _table(columns, path, content)[:, columns.values]
 
 
 @dataclass(frozen=True)
@@ -131,7 +126,7 @@ def _columns(path: str | Path, content: bytes) -> _Columns:
     if count > MOST_VARIABLES:
         raise DatasetError(f"{count} variables found, expected at most {MOST_VARIABLES}", path, line)
     names = [decode(name).strip() for name in found[1].split(separator)]
-    kinds = [_angle(name) for name in names]
+    kinds = [angle(name) for name in names]
     roles = [kind[0] for kind in kinds]
     if _row_length(content, found.end()) == len(names) + 1 and _without_phi(roles):
         after = roles.index("theta_s") + 1
@@ -140,17 +135,8 @@ def _columns(path: str | Path, content: bytes) -> _Columns:
     if sorted(filter(None, roles)) != sorted(ANGLES) or len(roles) <= len(ANGLES) or len(units) > 1:
         raise DatasetError(f"VARS must name {', '.join(ANGLES)} once each, in one unit, and channels", path, line)
     values = [column for column, role in enumerate(roles) if not role]
-    return _Columns([roles.index(angle) for angle in ANGLES], values, [names[column] for column in values], units.pop(),
+    return _Columns([roles.index(role) for role in ANGLES], values, [names[column] for column in values], units.pop(),
                     found.end(), line)
-
-
-def _angle(name: str) -> tuple[str, str | None]:
-    """Which of `ANGLES` a variable is, or "", and "deg" or "rad" if the name says it."""
-    found = _ANGLE.fullmatch(name)
-    if found is None:
-        return "", None
-    side = "i" if found[2].lower() in ("i", "in") else "s"
-    return f"{found[1].lower()}_{side}", found[3] and found[3].lower()
 
 
 def _without_phi(roles: Sequence[str]) -> bool:
@@ -177,11 +163,6 @@ def _table(columns: _Columns, path: str | Path, content: bytes) -> FloatArray:
                       _separator(content, columns.start))
 
 
-def _look_like_degrees(angles: FloatArray) -> bool:
-    """Whether more than half of the angles that are not zero are too large for radians."""
-    return bool(2 * np.count_nonzero(np.abs(angles) > 2 * np.pi + 1e-3) > np.count_nonzero(angles))
-
-
 def _check_count(keyword: re.Match[bytes] | None, rows: int, path: str | Path, content: bytes) -> None:
     """Compare the number of rows with NUM_POINTS, if the header has it."""
     if keyword is not None:
@@ -189,30 +170,6 @@ def _check_count(keyword: re.Match[bytes] | None, rows: int, path: str | Path, c
         if parse_number(text, path, content, keyword.start(1)) != rows:
             raise DatasetError(f"{rows} rows found, expected {decode(text)} as NUM_POINTS says", path,
                                line_number(content, keyword.start(1)))
-
-
-def _reflectance(names: Sequence[str], values: FloatArray, path: str | Path,
-                 line: int) -> tuple[tuple[str, ...], FloatArray]:
-    """The channels, and the values converted to them."""
-    upper = [name.upper() for name in names]
-    if sorted(upper) == sorted(RGB):
-        return RGB, values[:, [upper.index(channel) for channel in RGB]]
-    wavelengths = _wavelengths(names)
-    if len(names) == 1 and (wavelengths is not None or names[0].lower() in GREY):
-        return ("grey",), values
-    if wavelengths is None:
-        shown = ",".join(names[:4]) + "..." * (len(names) > 4)
-        raise DatasetError(f"channels {shown} found, expected R,G,B, or wavelengths such as 400nm, or BRDF", path, line)
-    lamps = [np.flatnonzero((wavelengths >= low) & (wavelengths < high)) for low, high in _LAMPS]
-    if len(names) == 3 and np.ptp(wavelengths) < SPAN and all(len(lamp) == 1 for lamp in lamps):
-        return RGB, values[:, np.concatenate(lamps)]
-    return RGB, to_linear_srgb(wavelengths, values, path, line)
-
-
-def _wavelengths(names: Sequence[str]) -> FloatArray | None:
-    """Wavelengths in nm, or None if the names are anything else."""
-    matches = [match for name in names if (match := _BAND.fullmatch(name))]
-    return np.array([float(match[1]) for match in matches]) if len(matches) == len(names) else None
 
 
 FORMAT = Format("Cornell", "Cornell or Light Tec ASTM (.astm)", (".astm",), recognises, read)
