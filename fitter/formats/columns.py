@@ -1,0 +1,83 @@
+"""What the columns of a table of measurements mean, by their names: angles and their unit, and channels."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..errors import DatasetError
+from ..samples import RGB
+from .spectra import SPAN, to_linear_srgb
+
+ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
+GREY = ("brdf", "fr", "f_r", "grey", "gray")
+_ANGLE = re.compile(r"(theta|polar|zenith|phi|azimuth)[ _]?"
+                    r"(incident|inc|in|out|reflected|refl|scattered|scat|viewing|view|[isrov])"
+                    r"(?:[ _]*[\[(]?[ ]*(deg|rad)[a-z]*[ ]*[\])]?)?", re.IGNORECASE)
+_LAMPS = (580, 700), (500, 580), (400, 500)         # nm, of red, green and blue
+_BAND = re.compile(r"(\d+(?:\.\d+)?)\s*nm", re.IGNORECASE)
+
+
+def angle(name: str) -> tuple[str, str | None]:
+    """Which of `ANGLES` a column is, or "", and "deg" or "rad" if the name says it.
+
+    Examples
+    --------
+    >>> angle("theta_o[deg]"), angle("PhiIn"), angle("R")
+    (('theta_s', 'deg'), ('phi_i', None), ('', None))
+    """
+    found = _ANGLE.fullmatch(name)
+    if found is None:
+        return "", None
+    kind = "phi" if found[1].lower() in ("phi", "azimuth") else "theta"
+    return f"{kind}_{'i' if found[2][0].lower() == 'i' else 's'}", found[3] and found[3].lower()
+
+
+def look_like_degrees(angles: FloatArray) -> bool:
+    """Whether more than half of the angles that are not zero are too large for radians."""
+    return bool(2 * np.count_nonzero(np.abs(angles) > 2 * np.pi + 1e-3) > np.count_nonzero(angles))
+
+
+def reflectance(names: Sequence[str], values: FloatArray, path: str | Path,
+                line: int) -> tuple[tuple[str, ...], FloatArray]:
+    """The channels, and the values converted to them; spectra become linear sRGB.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the columns: R, G and B in any order; wavelengths; or one of `GREY`.
+    values : (n, columns) float64
+    path, line
+        Where the names are from, for the error.
+
+    Returns
+    -------
+    channels : tuple of str
+    values : (n, channels) float64
+
+    Raises
+    ------
+    DatasetError
+        If the names are anything else.
+    """
+    upper = [name.upper() for name in names]
+    if sorted(upper) == sorted(RGB):
+        return RGB, values[:, [upper.index(channel) for channel in RGB]]
+    bands = wavelengths(names)
+    if len(names) == 1 and (bands is not None or names[0].lower() in GREY):
+        return ("grey",), values
+    if bands is None:
+        shown = ",".join(names[:4]) + "..." * (len(names) > 4)
+        raise DatasetError(f"channels {shown} found, expected R,G,B, or wavelengths such as 400nm, or BRDF", path, line)
+    lamps = [np.flatnonzero((bands >= low) & (bands < high)) for low, high in _LAMPS]
+    if len(names) == 3 and np.ptp(bands) < SPAN and all(len(lamp) == 1 for lamp in lamps):
+        return RGB, values[:, np.concatenate(lamps)]
+    return RGB, to_linear_srgb(bands, values, path, line)
+
+
+def wavelengths(names: Sequence[str]) -> FloatArray | None:
+    """Wavelengths in nm, or None if the names are anything else."""
+    matches = [match for name in names if (match := _BAND.fullmatch(name))]
+    return np.array([float(match[1]) for match in matches]) if len(matches) == len(names) else None
