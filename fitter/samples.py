@@ -32,6 +32,8 @@ class Samples:
         What was measured.
     source : str
         Where the data came from: a path, or how they were made.
+    notes : tuple of str
+        What reading made of the file, for its description.
 
     Raises
     ------
@@ -59,6 +61,7 @@ class Samples:
     channels: tuple[str, ...] = ("grey",)
     name: str = "untitled"
     source: str = ""
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         values = _own(self.values)

@@ -104,6 +104,11 @@ CONTENTS = {
                                                                           b"DataEnd\n",
     "Zemax: lines TIS": lambda: _filled(b"TIS 1\n", _zemax(1, 1)[:-12], b"DataEnd\n", 4 * MEGABYTE),
     "MBSDF: a million values": lambda: mbsdf_files.made((100, 100, 100, 1), values=np.ones(1_000_000)),
+    "table: rows": lambda: _filled(_ROW, b"#angles:rad\n" + _VARS[5:], size=LARGE // 2),
+    "table: empty cells": lambda: _filled(b",,,,,,\n", b"#angles:rad\n" + _VARS[5:], size=LARGE // 2),
+    "table: empty lines, the last row not a number": lambda: _filled(b"\n", _VARS[5:], b"1,1,1,1,1,1,x\n", LARGE // 2),
+    "table: a comment with each row": lambda: _filled(b"#\n", _VARS[5:], size=LARGE // 2),
+    "table: a million names": lambda: _filled(b"R,", b"theta_i,", b"\n1\n", LARGE // 2),
     "UTF-16": lambda: _filled(_ROW, _VARS, size=MEGABYTE).decode().encode("utf-16"),
     "noise": lambda: os.urandom(LARGE),
 }

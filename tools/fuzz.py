@@ -27,7 +27,7 @@ from hypothesis import strategies as st
 import fitter
 from fitter import cli
 from fitter.cycles.bake import bake
-from fitter.formats import curet, mat5, mbsdf, merl, spectra, tensor_file, zemax
+from fitter.formats import curet, mat5, mbsdf, merl, spectra, table, tensor_file, zemax
 from fitter.methods import METHODS
 from support import checkout, hostile_files, mbsdf_files, merl_files, panel_work, tensor_files, zemax_files
 
@@ -47,10 +47,10 @@ _PANEL = panel_work.load()
 def seeds():
     """Whole files to start from: {name: content}."""
     rng = np.random.default_rng(7)
-    table = rng.random((40, 7)) * [1.5, 0, 1.5, 6, 1, 1, 1]
-    rows = [",".join(f"{number:.6f}" for number in row) for row in table]
+    numbers = rng.random((40, 7)) * [1.5, 0, 1.5, 6, 1, 1, 1]
+    rows = [",".join(f"{number:.6f}" for number in row) for row in numbers]
     bands = np.arange(400, 701, 20)
-    spectra_rows = [" ".join(f"{number:.5g}" for number in [*row[:4], *np.full(len(bands), row[4])]) for row in table]
+    spectra_rows = [" ".join(f"{number:.5g}" for number in [*row[:4], *np.full(len(bands), row[4])]) for row in numbers]
     found = {
         "astm, made": "\n".join(["SAMPLE_NAME Made", f"NUM_POINTS {len(rows)}",
                                  "VARS theta_i,phi_i,theta_s,phi_s,R,G,B", *rows]).encode(),
@@ -68,8 +68,14 @@ def seeds():
         "rgl, spectral": tensor_files.pack(tensor_files.spectral(tensor_files.material(seed=8), bands))}
     found["astm, without a count"] = _uncounted(found["astm, made"])
     found["astm, other columns"] = "\n".join(["VARS\tphi_r[deg]\ttheta_r[deg]\t650nm\tphi_i[deg]\ttheta_i[deg]", *(
-        "\t".join(f"{number:.4f}" for number in row[:5] * [57, 57, 1, 57, 57]) for row in table[:, [1, 2, 4, 3, 0]])]
+        "\t".join(f"{number:.4f}" for number in row[:5] * [57, 57, 1, 57, 57]) for row in numbers[:, [1, 2, 4, 3, 0]])]
     ).encode()
+    found["table, made"] = "\n".join(["# angles: radians", "theta_i;theta_o;phi;R;G;B", *(
+        ";".join(f"{number:.6f}" for number in row[[0, 2, 3, 4, 5, 6]]).replace(".", ",") for row in numbers)]).encode()
+    found["table, a cosine and a standard"] = "\n".join(
+        ["# standard: 0.9", "theta_i[deg],phi_i[deg],theta_r[deg],phi_r[deg],BRDF*cos_o,standard", *(
+            ",".join(f"{number:.4f}" for number in row[:6] * [57, 57, 57, 57, 1, 1] + [0, 0, 0, 0, 0, 0.1])
+            for row in numbers)]).encode()
     found["astm, Light Tec"] = "\n".join(["VARS theta_i,phi_i,theta_s,465nm,525nm,630nm", *rows]).encode()
     folder = checkout.measurements()
     for path in (folder / "cornell" / "garnet_red_RGB.astm", folder / "cornell" / "krylon_blue.astm",
@@ -296,15 +302,17 @@ def naive(content):
     start = next((n for n, line in enumerate(lines) if line.startswith("VARS")), None)
     if start is not None:
         return _naive_astm(lines[start][4:], lines[start + 1:])
+    if table.recognises(text.encode("latin-1")):
+        return _naive_table(lines)
     if len(lines[0].split()) > 100:
         return (curet.geometry()[:, [2, 3, 0, 1]],
                 np.array([lines[0].split()[1:]], dtype=float).T)
     else:
         tokens = " ".join(line.partition("#")[0] for line in lines).split()
         bands = np.array(tokens[1:1 + int(tokens[0])], dtype=float)
-        table = np.array(tokens[1 + len(bands):], dtype=float).reshape(-1, 4 + len(bands))
-    values = table[:, 4:]
-    return table[:, :4], values if bands is None else values @ spectra.srgb_weights(np.array(bands)).T
+        numbers = np.array(tokens[1 + len(bands):], dtype=float).reshape(-1, 4 + len(bands))
+    values = numbers[:, 4:]
+    return numbers[:, :4], values if bands is None else values @ spectra.srgb_weights(np.array(bands)).T
 
 
 def _naive_astm(header, rows):
@@ -330,6 +338,44 @@ def _naive_astm(header, rows):
     if len(bands) == 3 and bands[2] - bands[0] < 200:
         return angles, values[:, np.argsort(-bands)]
     return angles, values @ spectra.srgb_weights(bands).T
+
+
+def _naive_table(lines):
+    """One dictionary a row."""
+    said = dict(line.lstrip("# \t").lower().replace("=", ":").split(":", 1) for line in lines
+                if line.lstrip().startswith("#") and (":" in line or "=" in line))
+    names, *rows = [line.strip() for line in lines if not line.lstrip().startswith("#")]
+    separator = next((mark for mark in "\t;," if mark in names), None)
+    if separator != ",":
+        rows = [row.replace(",", ".") for row in rows]
+    names = [name.strip(" \t'\"").lower() for name in names.split(separator)]
+    found = {}
+    for row in rows:
+        cells = dict(zip(names, (cell.strip(" \t'\"") for cell in row.split(separator)), strict=False))
+        empty = ("", "-", "--", "*", "na", "n/a", "nan", "null", "none")
+        if any(cells.get(name, "").lower() in empty for name in names):
+            continue
+        of = {}
+        for name, cell in cells.items():
+            kind = name.replace("_", "").removeprefix("theta")
+            if name.startswith("theta"):
+                of["ti" if kind[:1] == "i" else "to"] = float(cell)
+            elif name.startswith("phi"):
+                of["pi" if name[3:].replace("_", "")[:1] == "i" else "po"] = float(cell)
+        angles = [of["ti"], of.get("pi", 0.0), of["to"], of["po"]]
+        if "deg" in names[0] or ("rad" not in names[0] and not said.get("angles", "d").strip().startswith("r")):
+            angles = np.radians(angles).tolist()
+        values = [float(cells[name]) for name in (("r", "g", "b") if "r" in cells else ("brdf*cos_o",))]
+        if "standard" in cells:
+            values = [value / float(cells["standard"]) * float(said.get("standard", 1)) / np.pi for value in values]
+        if "brdf*cos_o" in cells:
+            if math.cos(angles[2]) < 1e-3:
+                continue
+            values = [value / math.cos(angles[2]) for value in values]
+        same = tuple(round(number / 1e-6) for number in np.mod(angles, 2 * np.pi))
+        found.setdefault(same, (angles, []))[1].append(values)
+    return (np.array([angles for angles, _ in found.values()]),
+            np.array([np.mean(values, axis=0) for _, values in found.values()]))
 
 
 def _naive_zemax(lines):

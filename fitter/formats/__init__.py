@@ -9,15 +9,16 @@ from pathlib import Path
 from ..arrays import BoolArray
 from ..errors import DatasetError
 from ..samples import Samples
-from . import astm, cornell_mat, curet, mbsdf, merl, pbrt_brdf, rgl, zemax
+from . import astm, cornell_mat, curet, mbsdf, merl, pbrt_brdf, rgl, table, zemax
 from .format import Format
 from .text import plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
 FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, zemax.FORMAT, astm.FORMAT,
-                               pbrt_brdf.FORMAT, curet.FORMAT)
+                               pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
 EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
 FORMAT_NAMES = tuple(dict.fromkeys(known.name for known in FORMATS[::-1]))
+PLAIN = (".txt",)           # extensions of which most files are no measurements
 KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
 
 
@@ -70,6 +71,15 @@ def overflowed(path: str | Path, sample: str | int | None = None) -> BoolArray |
     """Which measurements overflowed the camera: (n,) bool, or None if that is not known."""
     known, content = _recognised(path)
     return None if known.overflowed is None else known.overflowed(path, content, sample)
+
+
+def is_recognised(path: str | Path) -> bool:
+    """Whether a file can be read, and is in one of `FORMATS`."""
+    try:
+        _recognised(path)
+    except DatasetError:
+        return False
+    return True
 
 
 def is_read_with_another(path: Path, files: Collection[Path]) -> bool:

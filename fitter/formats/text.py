@@ -118,7 +118,7 @@ def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Pa
         rows = [line for line in piece[0].splitlines() if line.strip()]
         regular = all(len(line.split()) == count if separator is None else line.count(separator) == count - 1
                       for line in rows)
-        numbers = _floats(piece[0], (separator or b" ").join(rows).split(separator)) if regular else None
+        numbers = floats(piece[0], (separator or b" ").join(rows).split(separator)) if regular else None
         if numbers is None:
             numbers = [number for line in lines(piece[0]) for number in
                        parse_row(line[0], separator, count, what, path, content, piece.start() + line.start())]
@@ -133,7 +133,7 @@ def parse_row(line: bytes, separator: bytes | None, count: int, what: str, path:
     if len(tokens) != count:
         found = f"{len(tokens)}" if len(tokens) < count else f"more than {count}"
         raise DatasetError(f"{found} entries found, expected {count}: {what}", path, line_number(content, position))
-    numbers = _floats(line, tokens)
+    numbers = floats(line, tokens)
     if numbers is None:
         numbers = [parse_number(token, path, content, position) for token in tokens]
     return numbers
@@ -167,7 +167,7 @@ def parse_numbers(content: bytes, path: str | Path) -> tuple[FloatArray, Callabl
         starts.append(piece.start())
         text = _COMMENT.sub(b"", piece[0]) if b"#" in piece[0] else piece[0]
         for some in _TOKENS.finditer(text):
-            numbers = _floats(some[0], some[0].split())
+            numbers = floats(some[0], some[0].split())
             if numbers is None:         # parse_number raises at the token that is wrong
                 for token in _tokens(content, *piece.span()):
                     parse_number(token[0], path, content, token.start())
@@ -221,7 +221,7 @@ def check_thetas(thetas: FloatArray, line: Callable[[int], int | None], path: st
         raise DatasetError(f"a polar angle of {thetas[row, column]:g} found, expected 0 to {expected}", path, line(row))
 
 
-def _floats(text: bytes, tokens: Sequence[bytes]) -> list[float] | None:
+def floats(text: bytes, tokens: Sequence[bytes]) -> list[float] | None:
     """The numbers of a piece of text, or None if a token is not a finite number; quicker than `parse_number`."""
     if b"_" in text:            # float() would read 1_000
         return None

@@ -35,6 +35,8 @@ class Description:
         overflowed.
     lowest, mean, highest : (channels,) tuple of float
         1/sr.
+    notes : tuple of str
+        What reading made of the file.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Description:
     lowest: tuple[float, ...]
     mean: tuple[float, ...]
     highest: tuple[float, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def farthest(self) -> float:
@@ -69,7 +72,7 @@ class Description:
             rows.insert(3, ("Guessed", f"beyond {self.farthest:.0f}°, where nothing was measured", False))
         rows += [(f"Range {channel}", f"{low:.4g} to {high:.4g} / sr, mean {mean:.4g}", False)
                  for channel, low, mean, high in zip(self.channels, self.lowest, self.mean, self.highest, strict=True)]
-        return rows
+        return rows + [("Read", note, False) for note in self.notes]
 
 
 def describe(samples: Samples, overflowed: BoolArray | None = None) -> Description:
@@ -95,7 +98,7 @@ def describe(samples: Samples, overflowed: BoolArray | None = None) -> Descripti
     gap, at = widest_hole(samples)
     return Description(samples.name, samples.channels, len(samples), _range(samples.theta_i), _range(samples.theta_o),
                        gap, at, int(np.count_nonzero(values < 0)), _saturated(values, overflowed),
-                       _floats(values.min(0)), _floats(values.mean(0)), _floats(values.max(0)))
+                       _floats(values.min(0)), _floats(values.mean(0)), _floats(values.max(0)), samples.notes)
 
 
 def _floats(values: FloatArray) -> tuple[float, ...]:

@@ -41,10 +41,16 @@ def paint():
     return stream.getvalue()
 
 
+def table():
+    rows = "".join(f"{i};{o};{po - pi};0,1;0,2;0,3\n" for i, pi, o, po in ANGLES)
+    return f"# made\ntheta_i[rad];theta_o[rad];phi[rad];R;G;B\n{rows}".encode()
+
+
 # by `Format.files`; a format without an example fails the first test
 EXAMPLES = {"Cornell or Light Tec ASTM (.astm)": astm(), "pbrt-v2 .brdf": pbrt(), "CURET abrdf.dat": curet(),
             "Cornell paint.reformat.mat": paint(), "RGL .bsdf": tensor_files.pack(tensor_files.material()),
             "MERL .binary": merl_files.pack(merl_files.random_cells(3, 1)),
+            "table with column names (.csv, .tsv, .txt)": table(),
             "NVIDIA .mbsdf": mbsdf_files.made(), "Zemax .bsdf": zemax_files.made().encode()}
 every_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.files)
 

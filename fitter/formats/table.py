@@ -1,0 +1,331 @@
+"""A table of one's own: text with a line of column names, as spreadsheets and instruments export it.
+
+Layout: one line of names, then rows of as many cells. The separator is the first of tab, semicolon, comma and blanks
+that the line of names has. Lines that begin with # are comments; some of them say what the names do not ::
+
+    # name: Gold foil
+    # angles: degrees
+    # values: BRDF * cos_o
+    theta_i, phi_i, theta_o, phi_o, R, G, B
+    30, 0, 30, 180, 0.21, 0.18, 0.11
+    30, 0, 45, 180, 0.09, , 0.05
+
+Columns may be in any order:
+
+theta_i, phi_i, theta_o, phi_o
+    The polar angle from the normal and the azimuth; toward the light and toward the detector. Also theta_in, theta_r,
+    theta_v, zenith_out, azimuth_i and the like. Instead of two azimuths there may be one between the directions, phi:
+    180 degrees to the mirror direction. The unit stands in the name, theta_i[deg], or in a comment ``angles: degrees``;
+    where neither does, and no angle is too large for radians, reading asks for it.
+R, G, B; or wavelengths, 550nm or 550; or one value, BRDF
+    1/sr. ``R*cos_i``, or a comment ``values: BRDF * cos_o``, says that the cosine is in them, and which.
+standard
+    What the detector read of a reflectance standard. Values are then divided by it, and by pi; a comment
+    ``standard: 0.98`` has the standard's reflectance, which is 1 by default.
+
+Where a cell is empty, or NaN, or NA, the row is left out. Measurements of one pair of directions are averaged. With any
+separator but commas, numbers may have decimal commas. Limits: 8 MB, 1,000 columns.
+"""
+
+import re
+from array import array
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..errors import DatasetError
+from ..samples import RGB, Samples
+from .columns import ANGLES, GREY, angle, look_like_degrees, reflectance
+from .format import Format
+from .text import check_thetas, decode, floats, line_number, lines, parse_number
+
+MOST_COLUMNS = 1000
+_LONGEST_NAMES = 1 << 16        # bytes of the line of names
+_SEPARATORS = b"\t", b";", b","
+_MISSING = frozenset((b"", b"na", b"n/a", b"nan", b"null", b"none", b"-", b"--", b"*"))
+_RELATIVE = re.compile(r"(?:d|delta_?|relative_?)?(?:phi|azimuth)(?:_?d)?(?:[ _]*[\[(]?[ ]*(deg|rad)[a-z]*[ ]*[\])]?)?",
+                       re.IGNORECASE)
+_COSINE = re.compile(r"(.*?)[ ]*(?:\*|_|times)[ ]*cos[ ]*[_(]?[ ]*(?:theta_?)?([iosrv]?)[ ]*\)?", re.IGNORECASE)
+_COMMENT = re.compile(rb"#+[ \t]*(\w+)[ \t]*[:=][ \t]*(.*?)[ \t]*\Z")
+_NUMBER = re.compile(r"\d+(?:\.\d+)?")
+_COLOURS = {"red": "R", "green": "G", "blue": "B"}
+_STANDARD = ("standard", "reference")
+_ONE_VALUE = (*GREY, "bsdf", "value", "f", "y")
+_LEAST_COSINE = 1e-3            # values that have a smaller cosine in them are left out
+_SAME = 1e-6                    # radians between directions that count as one
+
+
+def recognises(content: bytes) -> bool:
+    r"""Whether the first line that is no comment names a polar angle, and two other columns.
+
+    Examples
+    --------
+    >>> recognises(b"# mine\ntheta_i;theta_o;phi;BRDF\n"), recognises(b"VARS theta_i,phi_i,theta_s,phi_s,R\n")
+    (True, False)
+    """
+    names = _names_line(content)
+    if names is None or names[0].startswith(b"VARS"):
+        return False
+    columns = _split(names[0], _separator(names[0]))
+    return len(columns) > 2 and any(angle(decode(name))[0].startswith("theta") for name in columns[:MOST_COLUMNS])
+
+
+def read(path: str | Path, content: bytes) -> Samples:
+    """Read a table; spectra become linear sRGB.
+
+    Returns
+    -------
+    Samples
+        Its `notes` say what was made of the table.
+
+    Raises
+    ------
+    DatasetError
+        If the table is malformed, or says too little.
+    """
+    names = _names_line(content)
+    if names is None:
+        raise DatasetError("no line of column names", path)
+    line = line_number(content, names.start())
+    separator = _separator(names[0])
+    said = _comments(content, names.start())
+    columns = _columns([decode(name) for name in _split(names[0], separator)], said, path, line)
+    cells, at, left_out = _cells(content, names.end(), columns.count, separator, path)
+    if not len(cells):
+        raise DatasetError(f"{left_out} rows found, none of them complete, expected measurements", path, line)
+    notes = []
+    if left_out:
+        notes.append(f"{left_out:,} of {len(cells) + left_out:,} rows have empty cells and are left out")
+
+    def line_of(row: int) -> int:
+        return line_number(content, at[row])
+
+    angles = columns.angles_of(cells)
+    in_degrees = _in_degrees(columns.unit, angles, path, line)
+    check_thetas(angles[:, [0, 2]], line_of, path, in_degrees)
+    directions = np.radians(angles) if in_degrees else angles
+    notes.append(f"Angles in {'degrees' if in_degrees else 'radians'}")
+    values = cells[:, columns.values]
+    if columns.standard is not None:
+        values = _by_standard(values, cells[:, columns.standard], columns.reflectance, line_of, path)
+        notes.append(f"Divided by a standard of reflectance {columns.reflectance:g}")
+    if columns.cosine:
+        cosine = np.cos(directions[:, ANGLES.index(f"theta_{columns.cosine}")])
+        grazing = cosine < _LEAST_COSINE
+        directions, values, cosine = directions[~grazing], values[~grazing], cosine[~grazing]
+        if not len(values):
+            raise DatasetError("all values are at the horizon, where their cosine is 0", path, line)
+        values = values / cosine[:, None]
+        without = f"; {np.count_nonzero(grazing):,} at the horizon are left out" if grazing.any() else ""
+        notes.append(f"Divided by the cosine of theta_{'i' if columns.cosine == 'i' else 'o'}{without}")
+    channels, values = reflectance(columns.channels, values, path, line)
+    directions, values, repeated = _averaged(directions, values)
+    theta_i, phi_i, theta_o, phi_o = directions.T
+    return Samples(theta_i, phi_i, theta_o, phi_o, values, channels, said.get("name") or Path(path).stem, str(path),
+                   (*notes, *repeated))
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """What the line of names and the comments say.
+
+    Attributes
+    ----------
+    count : int
+        Of the columns.
+    angles : dict
+        The column of each of `ANGLES` that is there.
+    values : list of int
+    channels : list of str
+        The name of each of `values`.
+    unit : str, or None
+        "deg" or "rad", if it is said.
+    cosine : str
+        "i" or "s" if that angle's cosine is in the values, or "".
+    standard : int, or None
+        The column of the standard, ...
+    reflectance : float
+        ... and what it reflects.
+    """
+
+    count: int
+    angles: dict[str, int]
+    values: list[int]
+    channels: list[str]
+    unit: str | None
+    cosine: str
+    standard: int | None
+    reflectance: float
+
+    def angles_of(self, cells: FloatArray) -> FloatArray:
+        """(n, 4); azimuths that the table does not have are 0."""
+        found = np.zeros((len(cells), len(ANGLES)))
+        for role, column in self.angles.items():
+            found[:, ANGLES.index(role)] = cells[:, column]
+        return found
+
+
+def _names_line(content: bytes) -> re.Match[bytes] | None:
+    """The first line that is no comment, unless it is very long."""
+    found = next((line for line in lines(content) if not line[0].startswith(b"#")), None)
+    return found if found is not None and len(found[0]) <= _LONGEST_NAMES else None
+
+
+def _separator(names: bytes) -> bytes | None:
+    return next((separator for separator in _SEPARATORS if separator in names.strip()), None)
+
+
+def _split(line: bytes, separator: bytes | None) -> list[bytes]:
+    """The cells of a line, without quotes; empty ones at its end, as spreadsheets leave them, do not count."""
+    cells = [cell.strip().strip(b"\"'").strip() for cell in line.split(separator, MOST_COLUMNS + 1)]
+    while cells and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def _comments(content: bytes, end: int) -> dict[str, str]:
+    """What comments before the line of names say, by keyword in lower case."""
+    found = (_COMMENT.match(line[0]) for line in lines(content[:end]))
+    return {decode(match[1]).lower(): decode(match[2]) for match in found if match}
+
+
+def _columns(names: list[str], said: dict[str, str], path: str | Path, line: int) -> _Columns:
+    """The meaning of the columns."""
+    if len(names) > MOST_COLUMNS:
+        raise DatasetError(f"more than {MOST_COLUMNS} columns found", path, line)
+    angles: dict[str, int] = {}
+    units, cosines, values, channels, standard = set(), set(), [], [], None
+    for column, name in enumerate(names):
+        role, unit = angle(name)
+        relative = _RELATIVE.fullmatch(name)
+        if not role and relative:
+            role, unit = "phi_s", relative[1] and relative[1].lower()
+        if role:
+            if role in angles:
+                raise DatasetError(f"'{name}' is the second column of its kind", path, line)
+            angles[role] = column
+            units.add(unit)
+        elif name.lower() in _STANDARD:
+            standard = column
+        else:
+            channel, cosine = _channel(name)
+            values.append(column)
+            channels.append(channel)
+            cosines.add(cosine)
+    missing = [name for role, name in (("theta_i", "theta_i"), ("theta_s", "theta_o"), ("phi_s", "phi_o or phi"))
+               if role not in angles]
+    if missing or not values:
+        missing += [] if values else ["values, such as R, G and B"]
+        raise DatasetError(f"columns {', '.join(names[:8])} found, expected also {', '.join(missing)}", path, line)
+    if len(channels) == 1 and channels[0].lower() in _ONE_VALUE:
+        channels = ["BRDF"]
+    if "angles" in said:
+        units.add({"d": "deg", "r": "rad"}.get(said["angles"][:1].lower(), said["angles"]))
+    if "values" in said:
+        cosines = {*(cosines - {""}), _channel(said["values"])[1]}
+    units -= {None}
+    if len(units) > 1 or not units <= {"deg", "rad"}:
+        raise DatasetError("angles must all be in degrees, or all in radians", path, line)
+    if len(cosines) > 1 or not cosines <= {"", "i", "s"}:
+        raise DatasetError("values with a cosine must name it, one for all: BRDF*cos_i or BRDF*cos_o", path, line)
+    reflected = parse_number(said.get("standard", "1").encode(), path)
+    if not 0 < reflected <= 2:
+        raise DatasetError(f"a standard of reflectance {reflected:g} found, expected 0 to 1", path)
+    return _Columns(len(names), angles, values, channels, next(iter(units), None), next(iter(cosines)), standard,
+                    reflected)
+
+
+def _channel(name: str) -> tuple[str, str]:
+    """The channel that a column's name says, as `reflectance` knows it, and the angle whose cosine is in the values.
+
+    Examples
+    --------
+    >>> _channel("550"), _channel("green"), _channel("BRDF * cos(theta_o)"), _channel("R*cos")
+    (('550nm', ''), ('G', ''), ('BRDF', 's'), ('R', '?'))
+    """
+    cosine = ""
+    found = _COSINE.fullmatch(name)
+    if found:
+        name = found[1]
+        cosine = "?" if not found[2] else "i" if found[2].lower() == "i" else "s"
+    name = _COLOURS.get(name.lower(), name)
+    if name[:5].lower() == "brdf_" and name[5:].upper() in RGB:
+        name = name[5:]
+    return (f"{name}nm" if _NUMBER.fullmatch(name) else name), cosine
+
+
+def _cells(content: bytes, start: int, count: int, separator: bytes | None,
+           path: str | Path) -> tuple[FloatArray, "array[int]", int]:
+    """The complete rows, (n, count); where in the content each begins; and the number of the others."""
+    numbers, at, left_out = array("d"), array("q"), 0
+    for row in lines(content, start):
+        line = row[0]
+        if line.startswith(b"#"):
+            continue
+        if b"," in line and separator != b",":
+            line = line.replace(b",", b".")
+        # an empty first cell is white space, which `lines` leaves out
+        if separator == b"\t" and content[content.rfind(b"\n", 0, row.start()) + 1:row.start()].count(b"\t"):
+            line = b"\t" + line
+        cells = line.split(separator, count)
+        values = floats(line, cells) if len(cells) == count else None
+        if values is None:          # empty cells, quotes, or a mistake
+            cells = _split(line, separator)
+            if len(cells) > count:
+                raise DatasetError(f"more than {count} cells found, expected one for each name", path,
+                                   line_number(content, row.start()))
+            if len(cells) < count or not _MISSING.isdisjoint(cell.lower() for cell in cells):
+                left_out += 1
+                continue
+            values = [parse_number(cell, path, content, row.start()) for cell in cells]
+        numbers.extend(values)
+        at.append(row.start())
+    return np.frombuffer(numbers).reshape(-1, count), at, left_out
+
+
+def _in_degrees(unit: str | None, angles: FloatArray, path: str | Path, line: int) -> bool:
+    """Whether angles are degrees; `DatasetError` if that is not known."""
+    if unit is None and not look_like_degrees(angles):
+        raise DatasetError("the angles may be degrees or radians: write theta_i[deg] or theta_i[rad], or before this "
+                           "line '# angles: degrees'", path, line)
+    return unit != "rad"
+
+
+def _by_standard(values: FloatArray, standard: FloatArray, reflected: float, line_of: Callable[[int], int],
+                 path: str | Path) -> FloatArray:
+    """The BRDF, from what the detector read of the sample and of a diffuse standard: a ratio times its BRDF."""
+    dark = np.flatnonzero(standard <= 0)
+    if len(dark):
+        raise DatasetError(f"the standard reads {standard[dark[0]]:g}, expected more than 0", path, line_of(dark[0]))
+    return np.asarray(values / standard[:, None] * (reflected / np.pi))
+
+
+def _averaged(directions: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
+    """One sample for each pair of directions: (directions, values, notes)."""
+    keys = [np.round((np.mod(column, 2 * np.pi) if name.startswith("phi") else column) / _SAME)
+            for name, column in zip(ANGLES, directions.T, strict=True)]
+    order = np.lexsort(keys)        # of equal ones, in the order of the table
+    starts = np.ones(len(order), bool)
+    starts[1:] = np.any([key[order[1:]] != key[order[:-1]] for key in keys], axis=0)
+    if starts.all():
+        return directions, values, ()
+    first = order[starts]
+    group = np.empty(len(order), np.int64)
+    group[order] = np.cumsum(starts) - 1
+    count = np.bincount(group)
+    mean = np.stack([np.bincount(group, column) / count for column in values.T], axis=1)
+    squares = np.stack([np.bincount(group, column) for column in ((values - mean[group]) ** 2).T], axis=1)
+    several = count > 1
+    scatter = np.sqrt(squares[several].sum() / ((count[several] - 1).sum() * values.shape[1]))
+    size = np.sqrt((mean[several] ** 2).mean())
+    relative = f", with a scatter of {100 * scatter / size:.2g} %" if size > 0 else ""
+    note = f"{np.count_nonzero(several):,} pairs of directions were measured more than once: averaged{relative}"
+    as_written = np.argsort(first)
+    return directions[first[as_written]], mean[as_written], (note,)
+
+
+FORMAT = Format("Table", "table with column names (.csv, .tsv, .txt)", (".csv", ".tsv", ".txt"), recognises, read,
+                largest=8 << 20)

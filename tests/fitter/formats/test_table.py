@@ -1,0 +1,171 @@
+"""Tables of one's own: the same measurements, written as people write them, are read as the same numbers."""
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter import DatasetError
+from fitter.quality.describe import describe
+
+DIRECTIONS = np.array([[30, 0, 10, 180], [30, 0, 45, 170], [60, 20, 20, 200], [0, 0, 70, 90], [15, 350, 85, 10]], float)
+VALUES = np.array([[0.21, 0.18, 0.11], [0.09, 0.08, 0.05], [0.3, 0.25, 0.2], [0.02, 0.01, 0.04], [1.5, 1.25, 1]])
+
+
+@pytest.fixture
+def load(tmp_path):
+    def load(text, name="table.csv"):
+        path = tmp_path / name
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return fitter.load(path)
+    return load
+
+
+def write(names, columns, separator=",", number="{:.10g}".format, before=""):
+    rows = [separator.join(number(cell) for cell in row) for row in np.column_stack(columns)]
+    return before + "\n".join([separator.join(names), *rows]) + "\n"
+
+
+def assert_is(samples, directions=DIRECTIONS, values=VALUES, channels=("R", "G", "B")):
+    np.testing.assert_allclose(np.column_stack(samples.directions), np.radians(directions), atol=1e-8)
+    np.testing.assert_allclose(samples.values, values, rtol=1e-8)
+    assert samples.channels == channels
+
+
+NAMES = ["theta_i", "phi_i", "theta_o", "phi_o", "R", "G", "B"]
+
+
+@pytest.mark.parametrize(("separator", "number"), [
+    (",", "{:.10g}".format), (", ", "{:.10g}".format), ("\t", "{:.10g}".format), ("  ", "{:.10g}".format),
+    (";", "{:.10g}".format), (";", lambda x: f"{x:.10g}".replace(".", ",")),
+    ("\t", lambda x: f"{x:.10g}".replace(".", ",")), (",", '"{:.10g}"'.format)])
+def test_any_separator_and_decimal_commas(load, separator, number):
+    assert_is(load(write(NAMES, [DIRECTIONS, VALUES], separator, number)))
+
+
+@pytest.mark.parametrize("names", [
+    ["theta_in", "phi_in", "theta_r", "phi_r", "red", "green", "blue"],
+    ["ThetaI", "PhiI", "ThetaV", "PhiV", "r", "g", "b"],
+    ["theta_i[deg]", "phi_i[deg]", "theta_s[deg]", "phi_s[deg]", "BRDF_R", "BRDF_G", "BRDF_B"],
+    ["zenith_in (degrees)", "azimuth_in (degrees)", "zenith_out (degrees)", "azimuth_out (degrees)", "R", "G", "B"]])
+def test_the_columns_by_other_names_and_in_another_order(load, names):
+    assert_is(load(write(names, [DIRECTIONS, VALUES])))
+    order = [5, 2, 0, 6, 1, 3, 4]
+    table = np.column_stack([DIRECTIONS, VALUES])
+    assert_is(load(write([names[k] for k in order], [table[:, order]])))
+
+
+def test_radians_are_declared_in_the_names_or_in_a_comment(load):
+    columns = [np.radians(DIRECTIONS), VALUES]
+    assert_is(load(write(["theta_i_rad", "phi_i_rad", "theta_o_rad", "phi_o_rad", "R", "G", "B"], columns)))
+    assert_is(load(write(NAMES, columns, before="# angles: radians\n")))
+
+
+def test_degrees_that_could_be_radians_are_asked_for(load):
+    columns = [DIRECTIONS[:1] / [30, 1, 10, 180], VALUES[:1]]
+    with pytest.raises(DatasetError, match=r"table\.csv:2: .*degrees or radians.*\[deg\]"):
+        load(write(NAMES, columns, before="# mine\n"))
+    assert_is(load(write(NAMES, columns, before="# angles: degrees\n")), DIRECTIONS[:1] / [30, 1, 10, 180], VALUES[:1])
+
+
+def test_one_azimuth_is_that_between_the_directions(load):
+    relative = DIRECTIONS[:, 3] - DIRECTIONS[:, 1]
+    samples = load(write(["theta_i", "theta_o", "phi", "BRDF"], [DIRECTIONS[:, [0, 2]], relative, VALUES[:, 0]]))
+    expected = np.column_stack([DIRECTIONS[:, 0], 0 * relative, DIRECTIONS[:, 2], relative])
+    assert_is(samples, expected, VALUES[:, :1], ("grey",))
+
+
+@pytest.mark.parametrize("names", [["400nm", "450 nm", "500nm", "550nm", "600nm", "650nm", "700nm"],
+                                   ["400", "450", "500", "550", "600", "650", "700"]])
+def test_wavelengths_become_colours(load, names):
+    flat = np.repeat(VALUES[:, :1], 7, axis=1)
+    assert_is(load(write(NAMES[:4] + names, [DIRECTIONS, flat])), values=np.repeat(VALUES[:, :1], 3, axis=1))
+
+
+@pytest.mark.parametrize(("of", "column"), [("i", 0), ("o", 2)])
+@pytest.mark.parametrize("way", ["{0}*cos_{1}", "{0} * cos(theta_{1})", "comment"])
+def test_a_cosine_in_the_values_is_divided_out(load, of, column, way):
+    values = VALUES * np.cos(np.radians(DIRECTIONS[:, column]))[:, None]
+    names = [*NAMES[:4], *("RGB" if way == "comment" else [way.format(channel, of) for channel in "RGB"])]
+    before = f"# values: BRDF * cos_{of}\n" if way == "comment" else ""
+    samples = load(write(names, [DIRECTIONS, values], before=before))
+    assert_is(samples)
+    assert f"Divided by the cosine of theta_{of}" in samples.notes
+
+
+def test_whose_cosine_it_is_must_be_said(load):
+    with pytest.raises(DatasetError, match="BRDF\\*cos_i or BRDF\\*cos_o"):
+        load(write([*NAMES[:4], "BRDF*cos"], [DIRECTIONS, VALUES[:, :1]]))
+
+
+@pytest.mark.parametrize(("before", "reflected"), [("", 1), ("# standard: 0.98\n", 0.98)])
+def test_values_are_divided_by_a_standard(load, before, reflected):
+    standard = np.array([100, 90, 80, 120, 60.0])
+    counts = VALUES * np.pi / reflected * standard[:, None]
+    samples = load(write([*NAMES, "standard"], [DIRECTIONS, counts, standard], before=before))
+    assert_is(samples)
+    assert f"standard of reflectance {reflected:g}" in " ".join(samples.notes)
+
+
+@pytest.mark.parametrize("empty", ["", " ", "NaN", "NA", "n/a", "-", '""'])
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+@pytest.mark.parametrize("column", [0, 4, 6])
+def test_rows_with_empty_cells_are_left_out_and_told(load, empty, separator, column):
+    table = np.column_stack([DIRECTIONS, VALUES]).astype(str).tolist()
+    table[1][column] = empty
+    samples = load("\n".join(separator.join(row) for row in [NAMES, *table]))
+    assert_is(samples, np.delete(DIRECTIONS, 1, 0), np.delete(VALUES, 1, 0))
+    assert "1 of 5 rows have empty cells and are left out" in samples.notes
+
+
+def test_what_was_measured_again_is_averaged_and_its_scatter_told(load):
+    again = DIRECTIONS[2] + [0, 360, 0, 0]
+    directions = np.vstack([DIRECTIONS, again, again])
+    values = np.vstack([VALUES, VALUES[2] * 1.1, VALUES[2] * 0.9])
+    samples = load(write(NAMES, [directions, values]))
+    assert_is(samples)
+    note = next(note for note in samples.notes if "more than once" in note)
+    assert note.startswith("1 pairs of directions")
+    assert note.endswith("a scatter of 10 %")
+    assert ("Read", note, False) in describe(samples).rows()
+
+
+def test_comments_byte_order_marks_and_line_ends(load):
+    text = write(NAMES, [DIRECTIONS, VALUES], before="# name: Gold foil\n\n# measured on Monday\n")
+    lines = text.splitlines()
+    samples = load(b"\xef\xbb\xbf" + "\r\n".join([*lines[:6], "# a break", *lines[6:]]).encode() + b"\r\n\r\n")
+    assert_is(samples)
+    assert samples.name == "Gold foil"
+
+
+def test_trailing_separators_do_not_count(load):
+    text = write(NAMES, [DIRECTIONS, VALUES], ";")
+    assert_is(load("\n".join(line + ";;" for line in text.splitlines())))
+
+
+@pytest.mark.parametrize(("names", "rows", "expected"), [
+    ("theta_i,phi_i,R,G,B", "30,0,1,1,1", r":1: .*expected also theta_o, phi_o or phi"),
+    ("theta_i,theta_o,phi", "30,0,1", r":1: .*expected also values"),
+    ("theta_i,theta_o,theta_r,phi,R", "30,30,30,180,1", r":1: 'theta_r' is the second"),
+    ("theta_i,theta_o,phi,R,humidity", "30,30,180,1,40", r":1: channels R,humidity found, expected R,G,B"),
+    ("theta_i,theta_o,phi,BRDF", "30,30,180,1\n30,x,180,1", r":3: 'x' found, expected a number"),
+    ("theta_i,theta_o,phi,BRDF", "30,30,180,1\n30,40,180,1,2", r":3: more than 4 cells found, expected one for each"),
+    ("theta_i,theta_o,phi,BRDF", "30,30,180,1\n\n30,95,180,1", r":4: a polar angle of 95 found"),
+    ("theta_i,theta_o,phi,BRDF", "30,30,180,1e999", r":2: '1e999' found, expected a finite number"),
+    ("theta_i,theta_o,phi,BRDF", "30,30,180,", r":1: 1 rows found, none of them complete"),
+    ("theta_i,theta_o,phi,BRDF", "", r":1: 0 rows found, none of them complete"),
+    ("theta_i,theta_o,phi,R;G;B", "30,30,180,1;2;3", r"expected"),
+    ("theta_i,theta_o,phi,BRDF,standard", "30,30,180,1,0", r":2: the standard reads 0"),
+    ("theta_i[deg],theta_o[rad],phi,BRDF", "30,1,180,1", r"all be in degrees, or all in radians")])
+def test_a_bad_table_is_refused_with_its_line(load, names, rows, expected):
+    with pytest.raises(DatasetError, match=r"table\.csv.*" + expected):
+        load(f"{names}\n{rows}\n")
+
+
+def test_real_measurements_written_as_a_table_are_the_same(load, cornell):
+    samples = cornell("garnet_red_RGB")
+    table = load(write(["theta_i[rad]", "phi_i[rad]", "theta_o[rad]", "phi_o[rad]", "R", "G", "B"],
+                       [*samples.directions, samples.values], ";", lambda x: repr(float(x)).replace(".", ",")))
+    unique = np.unique(np.round(np.column_stack(samples.directions), 6), axis=0)
+    assert len(table) == len(unique)
+    if len(unique) == len(samples):
+        np.testing.assert_array_equal(table.values, samples.values)
