@@ -9,7 +9,7 @@ from pathlib import Path
 from ..arrays import BoolArray
 from ..errors import DatasetError
 from ..samples import Samples
-from . import astm, cornell_mat, curet, mbsdf, merl, pbrt_brdf, rgl, table, zemax
+from . import astm, cornell_mat, curet, foreign, mbsdf, merl, pbrt_brdf, rgl, table, zemax
 from .format import Format
 from .text import plain_text, read_bytes
 
@@ -93,12 +93,16 @@ def _recognised(path: str | Path) -> tuple[Format, bytes]:
     known = next((known for known in FORMATS if not known.is_text and known.recognises(content)), None)
     if known is None:
         largest = max(known.largest for known in FORMATS if known.is_text)
-        if len(content) > largest:          # not searched for the marks of text formats
-            raise DatasetError(f"{len(content):,} bytes, expected at most {largest:,} for text", path)
-        content = plain_text(content, path)
-        known = next((known for known in FORMATS if known.is_text and known.recognises(content)), None)
-    if known is None:
-        raise DatasetError(f"in no known format; expected one of: {KNOWN_FILES}", path)
+        text = b"" if b"\0" in content or len(content) > largest else plain_text(content, path)
+        known = next((known for known in FORMATS if known.is_text and known.recognises(text)), None)
+        if known is None:
+            if (what := foreign.describe(content)) is not None:
+                raise DatasetError(what, path)
+            if len(content) > largest:          # not searched for the marks of text formats
+                raise DatasetError(f"{len(content):,} bytes, expected at most {largest:,} for text", path)
+            plain_text(content, path)
+            raise DatasetError(f"in no known format; expected one of: {KNOWN_FILES}", path)
+        content = text
     if len(content) > known.largest:
         raise DatasetError(f"{len(content):,} bytes, expected at most {known.largest:,}", path)
     return known, content

@@ -51,7 +51,7 @@ def test_several_files_dropped_become_materials_and_the_first_is_assigned(blende
     (tmp_path / "broken.astm").write_text("nonsense")
     handler = blender.types.FileHandler.bl_rna_get_subclass_py("MEASUREDBRDF_FH_measurements")
     assert set(handler.bl_file_extensions.split(";")) == {
-        ".dat", ".astm", ".brdf", ".mat", ".bsdf", ".binary", ".mbsdf"}
+        ".dat", ".astm", ".brdf", ".mat", ".bsdf", ".binary", ".mbsdf", ".csv", ".tsv", ".txt"}
     assert handler.bl_import_operator == "measured_brdf.import_data"
     # as Blender calls it for files that are dropped
     blender.ops.measured_brdf.import_data("INVOKE_DEFAULT", directory=str(tmp_path), **CHEAP, files=[
@@ -68,8 +68,11 @@ def test_a_folder_becomes_materials_and_a_curet_file_one_a_sample(blender, data,
     rows = (data / "curet" / "abrdf.dat").read_text().splitlines()[:2]
     (tmp_path / "abrdf.dat").write_text("\n".join(rows))
     write_astm(tmp_path / "glossy.astm", glossy)
+    astm = (tmp_path / "glossy.astm").read_text()
+    (tmp_path / "mine.txt").write_text("# angles: radians\n# name: mine\n" + astm[astm.index("theta_i"):])
+    (tmp_path / "README.txt").write_text("Measured on Monday.\n")
     assert blender.ops.measured_brdf.import_folder(directory=str(tmp_path), **CHEAP) == {"FINISHED"}
-    assert sorted(item.name for item in blender.data.materials) == ["felt", "glossy", "polyester"]
+    assert sorted(item.name for item in blender.data.materials) == ["felt", "glossy", "mine", "polyester"]
     assert blender.data.materials["polyester"].measured_brdf.sample == "polyester"
 
 

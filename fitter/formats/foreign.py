@@ -1,0 +1,75 @@
+"""Files that users take for measurements of reflectance, or that hold some that cannot be read: what they are, and what
+to do about it."""
+
+import re
+from typing import NamedTuple
+
+_BEGINNING = 4096           # bytes in which a mark is looked for
+_UTIA = 3 * 288 * 288 * 8   # bytes: the only mark of a file that is nothing but numbers
+_AS_TABLE = "write its reflectance as a table with column names (see the manual, A table of your own)"
+_NUMBERS = re.compile(rb"[-+.\deE]+(?:(?:[ \t]*[,;][ \t]*|[ \t]+)[-+.\deE]+){3,}[ \t]*[\r\n]")
+
+
+class _Kind(NamedTuple):
+    """What begins like `mark` is `what`, and `advice` says what to do."""
+
+    mark: re.Pattern[bytes]
+    what: str
+    advice: str
+
+
+def _begins(mark: bytes, what: str, advice: str, anywhere: bool = False) -> _Kind:
+    return _Kind(re.compile((rb".*?" if anywhere else rb"\s*") + mark, re.DOTALL | re.IGNORECASE), what, advice)
+
+
+# in the order in which they are looked for
+_KINDS = (
+    _begins(rb"\x89HDF\r\n\x1a\n", "an HDF5 file, as X-Rite's AxF and MATLAB's newer files are",
+            "of AxF, the layout is not public: " + _AS_TABLE + " with the program that made it"),
+    _begins(rb"OPTIS\b", "a surface file of Ansys Speos", _AS_TABLE),
+    _begins(rb"<WindowElement|<Optical>|<WavelengthDataDirection", "a BSDF of Radiance and LBNL Window, in XML",
+            "query it with Radiance's bsdfquery and " + _AS_TABLE, anywhere=True),
+    _begins(rb"<!DOCTYPE html|<html|<head", "a web page", "the download failed, or has to be agreed to in a browser"),
+    _begins(rb"<materialx", "a MaterialX document", "a model, not measurements", anywhere=True),
+    _begins(rb"(?:<\?xml[^>]*>\s*)?(?:<!--.*?-->\s*)?<scene\b", "a scene of Mitsuba",
+            "the measurements are in a file that it names"),
+    _begins(rb"<\?xml", "an XML document", _AS_TABLE),
+    _begins(rb"version https://git-lfs", "the pointer that Git LFS leaves for a file",
+            "fetch the file itself with git lfs pull"),
+    _begins(rb"IESNA", "the photometry of a lamp (IES)", "a lamp, not a surface"),
+    _begins(rb"mdl \d", "source of NVIDIA's MDL", "the measurements are in an .mbsdf file beside it"),
+    _begins(rb"%PDF-", "a PDF document", _AS_TABLE),
+    _begins(rb"\{\s*\"", "a JSON document", _AS_TABLE),
+    _begins(rb"\x89PNG\r\n|\xff\xd8\xff|II\*\0|MM\0\*|\x76\x2f\x31\x01|#\?RADIANCE|#\?RGBE|BM.{4}\0\0\0\0|8BPS",
+            "a picture", "pictures say nothing of directions"),
+    _begins(rb"BLENDER|\x28\xb5\x2f\xfd", "a .blend file, or another compressed with Zstandard",
+            "append materials with File > Append"),
+    _begins(rb"PK\x03\x04.{0,2000}(?:xl/|\[Content_Types\]\.xml)", "a workbook of Excel", "save the sheet as CSV"),
+    _begins(rb"PK\x03\x04.{0,200}\.npy", "a fit that this extension saved, or other arrays of NumPy",
+            "python -m fitter info FILE describes a fit"),
+    _begins(rb"PK\x03\x04|\x1f\x8b|7z\xbc\xaf|Rar!|BZh|\xfd7zXZ", "an archive", "unpack it first"),
+)
+
+
+def describe(content: bytes) -> str | None:
+    r"""What a file in no known format is, and what to do, as a part of a message; None if that is not known.
+
+    Examples
+    --------
+    >>> describe(b"%PDF-1.7 ...").split(";")[0], describe(b"anything")
+    ('a PDF document', None)
+    >>> describe(b"0.5 0.0 0.5 3.14 0.2\n0.5 0.0 0.6 3.14 0.1\n").split(";")[0]
+    'numbers without a line of column names'
+    """
+    beginning = content[:_BEGINNING].removeprefix(b"\xef\xbb\xbf")
+    if beginning.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "text in UTF-16; save it as UTF-8"
+    for kind in _KINDS:
+        if kind.mark.match(beginning):
+            return f"{kind.what}; {kind.advice}"
+    if len(content) == _UTIA and b"\0" in content:
+        return "as large as the anisotropic measurements of UTIA; only isotropic ones are read"
+    if any(_NUMBERS.match(line) for line in beginning.lstrip().splitlines(keepends=True)[:3]):
+        return ("numbers without a line of column names; write one before them, such as "
+                "theta_i[deg],theta_o[deg],phi[deg],R,G,B")
+    return None

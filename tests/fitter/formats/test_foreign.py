@@ -1,0 +1,67 @@
+"""Files that users drop and that cannot be read are named in the message, and none that can be read is refused."""
+
+import gzip
+import io
+import zipfile
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter import DatasetError
+from fitter.formats import foreign
+from support import hostile_fits
+
+
+def zipped(**members):
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as file:
+        for name, content in members.items():
+            file.writestr(name.replace("__", "/").replace("_dot_", "."), content)
+    return stream.getvalue()
+
+
+def png():
+    from matplotlib import image
+
+    stream = io.BytesIO()
+    image.imsave(stream, np.zeros((2, 2, 3)), format="png")
+    return stream.getvalue()
+
+
+def matlab_7_3():
+    return b"\x89HDF\r\n\x1a\n" + bytes(200)
+
+
+@pytest.mark.parametrize(("content", "expected"), [
+    (matlab_7_3(), "HDF5"), (b"OPTIS - Anisotropic BSDF surface file v7.0\n0 1\n", "Speos"),
+    (b'<?xml version="1.0"?>\n<WindowElement xmlns="http://windows.lbl.gov">', "Radiance"),
+    (b"\n<!DOCTYPE html>\n<html><body>Log in</body></html>", "a web page"),
+    (b'<?xml version="1.0"?>\n<materialx version="1.38">', "MaterialX"),
+    (b'<?xml version="1.0"?>\n<scene version="3.0.0">', "Mitsuba"), (b"<?xml version='1.0'?><a/>", "XML"),
+    (b"version https://git-lfs.github.com/spec/v1\noid sha256:1\n", "Git LFS"), (b"IESNA:LM-63-2002\n", "lamp"),
+    (b"mdl 1.7;\nimport df::*;\n", "MDL"), (b"%PDF-1.7\n%\xe2\xe3", "PDF"),
+    (b'{\n  "asset": {"version": "2.0"}}', "JSON"),
+    (png(), "a picture"), (b"\x76\x2f\x31\x01\x02\0\0\0", "a picture"),
+    (b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n", "picture"),
+    (b"BLENDER-v420RENDH\0\0", r"\.blend"),
+    (zipped(**{"_Content_Types__dot_": "", "xl__workbook_dot_xml": "<x/>"}), "Excel"),
+    (hostile_fits.in_order(), "a fit that this extension saved"), (zipped(readme="x"), "an archive"),
+    (gzip.compress(b"theta_i,theta_o,phi,BRDF\n"), "an archive"), (bytes(3 * 288 * 288 * 8), "UTIA"),
+    ("theta_i,theta_o,phi,BRDF\n".encode("utf-16"), "UTF-16"),
+    (b"0.5 0.0 0.5 3.14 0.2\n0.5 0.0 0.6 3.14 0.1\n", "without a line of column names"),
+    (b"30;0;45,5;180;0,2\r\n", "without a line of column names")])
+def test_a_foreign_file_is_named(tmp_path, content, expected):
+    path = tmp_path / "dropped.bsdf"
+    path.write_bytes(content)
+    with pytest.raises(DatasetError, match=rf"dropped\.bsdf: .*{expected}") as refused:
+        fitter.load(path)
+    assert "in no known format" not in str(refused.value)
+
+
+def test_what_is_really_unknown_is_said_to_be(tmp_path):
+    path = tmp_path / "dropped.txt"
+    path.write_text("Dear diary,\ntoday I measured nothing.\n")
+    assert foreign.describe(path.read_bytes()) is None
+    with pytest.raises(DatasetError, match="in no known format; expected one of"):
+        fitter.load(path)
