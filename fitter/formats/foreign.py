@@ -69,7 +69,8 @@ def describe(content: bytes) -> str | None:
             return f"{kind.what}; {kind.advice}"
     if len(content) == _UTIA and b"\0" in content:
         return "as large as the anisotropic measurements of UTIA; only isotropic ones are read"
-    if any(_NUMBERS.match(line) for line in beginning.lstrip().splitlines(keepends=True)[:3]):
+    rows = (line for line in beginning.splitlines(keepends=True) if line.strip() and not line.startswith(b"#"))
+    if _NUMBERS.match(next(rows, b"").lstrip()):
         return ("numbers without a line of column names; write one before them, such as "
                 "theta_i[deg],theta_o[deg],phi[deg],R,G,B")
     return None
