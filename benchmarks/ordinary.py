@@ -43,20 +43,8 @@ FILES = {"foil": ("curet/abrdf.dat", "15"), "felt": ("curet/abrdf.dat", "1"), "l
          "cayman": ("cornell/cayman.astm", None)}
 
 
-def _camera(location, target, lens=50):
-    camera = bpy.context.scene.camera
-    camera.data.type, camera.data.lens = "PERSP", lens
-    camera.location, camera.rotation_euler = location, _toward(location, target)
-
-
-def _toward(location, target=(0, 0, 0)):
-    """The rotation of a lamp or a camera that looks from a place to another."""
-    away = [a - b for a, b in zip(location, target, strict=True)]
-    return math.atan2(math.hypot(away[0], away[1]), away[2]), 0, math.atan2(away[0], -away[1])
-
-
 def _area(energy, location, target=(0, 0, 0), size=2.0):
-    return stage.add_lamp("AREA", energy, location, _toward(location, target), shape="SQUARE", size=size)
+    return stage.add_lamp("AREA", energy, location, stage.rotation_toward(location, target), shape="SQUARE", size=size)
 
 
 def _sphere(material, location, radius=1.0):
@@ -85,7 +73,7 @@ def spheres(of):
     for name, x in (("krylon", -2.2), ("velvet", 0), ("cayman", 2.2)):
         _sphere(of(name), (x, 0, 1))
     _plane(of("foil"))
-    _camera((0, -9, 3.2), (0, 0, 0.9), 55)
+    stage.look((0, -9, 3.2), (0, 0, 0.9), 55)
 
 
 def interior(of):
@@ -103,7 +91,7 @@ def interior(of):
         bpy.context.object.scale = (width, height, 1)
     _sphere(of("krylon"), (0.4, 0.6, 0.6), 0.6)
     _sphere(of("foil"), (-1.2, 1.2, 0.5), 0.5)
-    _camera((-1.5, -2.7, 1.5), (0.1, 1, 0.9), 24)
+    stage.look((-1.5, -2.7, 1.5), (0.1, 1, 0.9), 24)
 
 
 def product(of):
@@ -123,7 +111,7 @@ def product(of):
     _suzanne(of("garnet"), (-1.3, 0, 1))
     _sphere(of("cayman"), (1.4, -0.2, 0.8), 0.8)
     _plane(of("felt"))
-    _camera((0, -8, 2.6), (0, 0, 0.9), 60)
+    stage.look((0, -8, 2.6), (0, 0, 0.9), 60)
 
 
 def outdoor(of):
@@ -138,7 +126,7 @@ def outdoor(of):
     _plane(of("plaster"), 200)
     _suzanne(of("leather"), (-1.3, 0, 1))
     _sphere(of("krylon"), (1.3, 0, 0.9), 0.9)
-    _camera((0, -8, 2), (0, 0, 0.9), 50)
+    stage.look((0, -8, 2), (0, 0, 0.9), 50)
 
 
 def studio(of):
@@ -153,14 +141,14 @@ def studio(of):
     _suzanne(of("cayman"), (-1.2, 0, 1))
     _sphere(of("garnet"), (1.3, 0, 1))
     _plane(of("felt"))
-    _camera((0, -8, 2.4), (0, 0, 0.9), 55)
+    stage.look((0, -8, 2.4), (0, 0, 0.9), 55)
 
 
 def beads(of):
     """A thousand instanced beads in a heap, an area lamp and a sun."""
     stage.background(bpy.context.scene, 0.2)
     _area(300, (-3, -3, 4))
-    stage.add_lamp("SUN", 1.5, rotation=_toward((2, -1, 2)), angle=0.00918)
+    stage.add_lamp("SUN", 1.5, rotation=stage.rotation_toward((2, -1, 2)), angle=0.00918)
     names = ("krylon", "garnet", "foil", "cayman")
     meshes = []
     for name in names:
@@ -172,7 +160,7 @@ def beads(of):
     for number, (x, y) in enumerate(random.normal(0, 0.9, (1000, 2))):
         stage.add(meshes[number % len(meshes)], (x, y, 0.12 + 0.8 * random.random() * math.exp(-x * x - y * y)))
     _plane(of("felt"))
-    _camera((0, -6, 3), (0, 0, 0.3), 60)
+    stage.look((0, -6, 3), (0, 0, 0.3), 60)
 
 
 def grazing(of):
@@ -182,7 +170,7 @@ def grazing(of):
     for name, x in (("krylon", -1.5), ("cayman", 0), ("foil", 1.5)):
         _plane(of(name), 1, (x, 0, 0))
         bpy.context.object.scale = (1.5, 12, 1)
-    _camera((0, -5, 0.5), (0, 0, 0), 50)
+    stage.look((0, -5, 0.5), (0, 0, 0), 50)
 
 
 SCENES = {each.__name__: each for each in (spheres, interior, product, outdoor, studio, beads, grazing)}

@@ -73,6 +73,19 @@ def add_lamp(kind, energy, location=(0, 0, 0), rotation=(0, 0, 0), **settings):
     return add(data, location, rotation)
 
 
+def rotation_toward(location, target=(0, 0, 0)):
+    """The rotation of a lamp or a camera that looks from a place to another."""
+    away = [a - b for a, b in zip(location, target, strict=True)]
+    return math.atan2(math.hypot(away[0], away[1]), away[2]), 0, math.atan2(away[0], -away[1])
+
+
+def look(location, target=(0, 0, 0), lens=50):
+    """Make the camera of the scene one with perspective, that looks from a place to another."""
+    camera = bpy.context.scene.camera
+    camera.data.type, camera.data.lens = "PERSP", lens
+    camera.location, camera.rotation_euler = location, rotation_toward(location, target)
+
+
 def add_sphere():
     """A unit sphere, round to a thousandth, as the active object."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=256, ring_count=128, radius=1)

@@ -46,16 +46,6 @@ def scene_of(samples=256, bounces=0, span=2.2):
     return scene
 
 
-def look(location, target=(0, 0, 0), lens=60):
-    camera = bpy.context.scene.camera
-    camera.data.type, camera.data.lens = "PERSP", lens
-    camera.location, camera.rotation_euler = location, toward(location, target)
-
-
-def toward(location, target=(0, 0, 0)):
-    return (Vector(location) - Vector(target)).to_track_quat("Z", "Y").to_euler()
-
-
 def point_lamp(energy, location, radius):
     lamp = stage.add_lamp("POINT", energy, location, shadow_soft_size=radius)
     lamp.data.use_soft_falloff = False          # a ball, as in Mitsuba
@@ -110,7 +100,7 @@ def ball_lamp(fits, name):
 def area_lamp(fits, name):
     scene_of()
     suzanne(fits, name)
-    stage.add_lamp("AREA", 100, (3, 1, 4), toward((3, 1, 4)), shape="RECTANGLE", size=2, size_y=1)
+    stage.add_lamp("AREA", 100, (3, 1, 4), stage.rotation_toward((3, 1, 4)), shape="RECTANGLE", size=2, size_y=1)
 
 
 def window_in_an_image(fits, name):
@@ -125,7 +115,7 @@ def grazing_under_a_spot(fits, name):
     scene_of()
     plane(fits, name)
     image((90, 12, 3, 3, 300))
-    look((0, -6, 1.05), (0, 0, 0), 150)
+    stage.look((0, -6, 1.05), (0, 0, 0), 150)
 
 
 def strip_lamp(fits, name):
@@ -133,18 +123,18 @@ def strip_lamp(fits, name):
     scene_of()
     sphere(fits, name)
     at = Vector((1.5, 1, 2.4))
-    stage.add_lamp("AREA", 30, at, toward(at), shape="RECTANGLE", size=0.34, size_y=0.01)
+    stage.add_lamp("AREA", 30, at, stage.rotation_toward(at), shape="RECTANGLE", size=0.34, size_y=0.01)
 
 
 def half_hidden_lamp(fits, name):
     """Of 1.9 degrees, reflected, and half behind a black board."""
     scene_of(1024)
     plane(fits, name)
-    look((-4, 0, 6), lens=200)
+    stage.look((-4, 0, 6), lens=200)
     at = Vector((2, 0, 3))
     point_lamp(50, at, at.length * math.sin(math.radians(1.9)))
     board, _, _ = stage.blank_material("black", "ShaderNodeEmission")
-    bpy.ops.mesh.primitive_plane_add(size=1, rotation=toward(at))
+    bpy.ops.mesh.primitive_plane_add(size=1, rotation=stage.rotation_toward(at))
     bpy.context.object.location = at * 0.9 + Vector((0, 0.5, 0))
     bpy.context.object.data.materials.append(board)
 
@@ -153,8 +143,8 @@ def grazing_under_an_area_lamp(fits, name):
     """Seen at about 80 degrees, under a lamp of 2 m."""
     scene_of(512)
     plane(fits, name)
-    stage.add_lamp("AREA", 300, (0, 4, 3), toward((0, 4, 3)), shape="SQUARE", size=2)
-    look((0, -6, 1.05), (0, 0, 0), 150)
+    stage.add_lamp("AREA", 300, (0, 4, 3), stage.rotation_toward((0, 4, 3)), shape="SQUARE", size=2)
+    stage.look((0, -6, 1.05), (0, 0, 0), 150)
 
 
 def room(fits, name):
@@ -165,8 +155,8 @@ def room(fits, name):
     for angle in (-math.pi / 2, 0, math.pi / 2):
         plane(fits, name, 4, (2 * math.sin(angle), 2 * math.cos(angle), 2), (math.pi / 2, 0, -angle))
     stage.background(bpy.context.scene, 1, (0.7, 0.85, 1))
-    stage.add_lamp("SUN", 3, rotation=toward((0.5, -1, 0.9)))
-    look((0, -5, 2), (0, 0, 2), 40)
+    stage.add_lamp("SUN", 3, rotation=stage.rotation_toward((0.5, -1, 0.9)))
+    stage.look((0, -5, 2), (0, 0, 2), 40)
 
 
 CASES = [(even_world, "krylon"), (even_world, "foil"), (sun, "krylon"), (ball_lamp, "krylon"), (area_lamp, "krylon"),

@@ -5,7 +5,6 @@ import math
 import bpy
 import numpy as np
 import pytest
-from mathutils import Vector
 
 import fitter
 from support.spheres import normals, reflected
@@ -17,6 +16,7 @@ from support.stage import (
     blank_material,
     material_for,
     render,
+    rotation_toward,
     set_input,
 )
 
@@ -181,8 +181,7 @@ def test_a_sphere_in_a_mirror_is_as_bright_as_the_sphere(blender, fits, material
     sphere.location = 10, 0, 0
     sphere.data.materials.append(material_for(fit))
     set_input(sphere.data.materials[0], "Exact", exact)
-    toward = -math.cos(FROM_THE_LEFT), math.sin(FROM_THE_LEFT), 0
-    add_lamp("SUN", 1, rotation=Vector(toward).to_track_quat("Z", "Y").to_euler(), angle=0)
+    add_lamp("SUN", 1, rotation=rotation_toward((-math.cos(FROM_THE_LEFT), math.sin(FROM_THE_LEFT), 0)), angle=0)
     ratio = render(scene)[..., :3].mean(axis=(0, 1)) / mean_under_sun(fit)
     assert ratio == pytest.approx([1, 1, 1], abs=0.01)
 

@@ -8,7 +8,7 @@ import math
 import bpy
 import numpy as np
 import pytest
-from mathutils import Matrix, Vector
+from mathutils import Matrix
 
 import fitter
 from fitter.cycles import closure_mixture, direction_grid
@@ -23,6 +23,7 @@ from support.stage import (
     blank_material,
     material_for,
     render,
+    rotation_toward,
     set_input,
 )
 
@@ -48,8 +49,8 @@ def leaning(degrees, azimuth=180.0):
     return np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
 
 
-def add_sun(toward, strength=1.0, angle=0.0):
-    add_lamp("SUN", strength, rotation=Vector(toward).to_track_quat("Z", "Y").to_euler(), angle=angle)
+def add_sun(direction, strength=1.0, angle=0.0):
+    add_lamp("SUN", strength, rotation=rotation_toward(direction), angle=angle)
 
 
 def plane(fit, samples, normal=None, size=8):
