@@ -267,12 +267,9 @@ def _cells(content: bytes, start: int, count: int, separator: bytes | None,
             continue
         if b"," in line and separator != b",":
             line = line.replace(b",", b".")
-        # an empty first cell is white space, which `lines` leaves out
-        if separator == b"\t" and content[content.rfind(b"\n", 0, row.start()) + 1:row.start()].count(b"\t"):
-            line = b"\t" + line
         cells = line.split(separator, count)
         values = floats(line, cells) if len(cells) == count else None
-        if values is None:          # empty cells, quotes, or a mistake
+        if values is None:          # empty cells (a first one that is white space is not there), quotes, or a mistake
             cells = _split(line, separator)
             if len(cells) > count:
                 raise DatasetError(f"more than {count} cells found, expected one for each name", path,
