@@ -16,7 +16,7 @@ A table of measurements is made here; `load` reads one from a file.
 True
 """
 
-from .errors import DatasetError
+from .errors import DatasetError, UnitsUnknownError
 from .formats import load
 from .methods import fit
 from .methods.tolerance import fit_within
@@ -25,5 +25,5 @@ from .presets import PRESETS
 from .quality.metrics import ErrorMetrics, channel_metrics, error_metrics
 from .samples import Samples
 
-__all__ = ["PRESETS", "DatasetError", "ErrorMetrics", "Fit", "Samples", "channel_metrics", "error_metrics", "fit",
-           "fit_within", "load"]
+__all__ = ["PRESETS", "DatasetError", "ErrorMetrics", "Fit", "Samples", "UnitsUnknownError", "channel_metrics",
+           "error_metrics", "fit", "fit_within", "load"]

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load
 from . import fit as fit_samples
+from .colours import COLOURS
+from .colours import DEFAULT as DEFAULT_COLOURS
 from .cycles.bake import bake
 from .files import replacing
-from .formats import KNOWN_FILES, list_samples, overflowed
+from .formats import KNOWN_FILES, illuminants, list_samples, overflowed, reading
 from .methods import METHODS
 from .quality.describe import describe
 
@@ -61,11 +63,13 @@ def _parser() -> argparse.ArgumentParser:
     info = commands.add_parser("info", help="describe a file of measurements, or a saved fit")
     info.add_argument("file", help=f"{KNOWN_FILES}, or a fit (.npz)")
     info.add_argument("--sample", help="which of several samples in a file, by number or name")
+    add_reading(info)
     info.set_defaults(run=_info)
 
     fit = commands.add_parser("fit", help="fit measurements and save the fit")
     fit.add_argument("file", help="measurements")
     fit.add_argument("--sample", help="which of several samples in a file, by number or name")
+    add_reading(fit)
     fit.add_argument("--preset", choices=PRESETS, default="Standard", help="default: %(default)s")
     fit.add_argument("--method", choices=METHODS, help="instead of the preset's")
     fit.add_argument("--diffuse-level", type=int, metavar="D", help="level of the dense lattice, 0 to 8")
@@ -94,6 +98,23 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def add_reading(parser: argparse.ArgumentParser, colours: str | None = DEFAULT_COLOURS) -> None:
+    """Add the options of reading, keyword arguments of `load`, to a command; `colours` is the default of that one."""
+    parser.add_argument("--angles", choices=reading.ANGLES, help="the unit of a table's angles, whatever the file says")
+    parser.add_argument("--quantity", choices=reading.QUANTITIES,
+                        help="what a table's values are, whatever the file says: the BRDF, or it times the cosine of "
+                             "theta_o, or of theta_i")
+    parser.add_argument("--illuminant", choices=illuminants.ILLUMINANTS, default=illuminants.DEFAULT,
+                        help="the light under which spectra become colours, default: %(default)s")
+    parser.add_argument("--colours", choices=COLOURS, default=colours,
+                        help=f"the linear colour space of the values, default: {colours or 'that of the open file'}")
+
+
+def reading_of(options: argparse.Namespace) -> dict[str, Any]:
+    """The keyword arguments of `load` that `add_reading` asked for."""
+    return {name: getattr(options, name) for name in ("angles", "quantity", "illuminant", "colours")}
+
+
 def _level_or_none(text: str) -> int | None:
     return None if text.lower() == "none" else int(text)
 
@@ -108,7 +129,7 @@ def _info(options: argparse.Namespace) -> None:
         for number, name in samples:
             print(f"{number:4d}  {name}")
         return
-    _describe_samples(options.file, options.sample)
+    _describe_samples(options.file, options.sample, reading_of(options))
 
 
 def _is_fit(path: str) -> bool:
@@ -119,8 +140,8 @@ def _is_fit(path: str) -> bool:
         return stream.read(2) == b"PK"
 
 
-def _describe_samples(path: str, sample: str | None) -> None:
-    samples = load(path, sample)
+def _describe_samples(path: str, sample: str | None, how: dict[str, Any]) -> None:
+    samples = load(path, sample, **how)
     print(samples.name)
     for label, text, warning in describe(samples, overflowed(path, sample)).rows():
         print(f"  {label:12} {text}{'  (!)' if warning else ''}")
@@ -139,7 +160,7 @@ def _fit(options: argparse.Namespace) -> None:
             arguments[name] = getattr(options, name)
     if options.specular_level is not _NOT_GIVEN:
         arguments["specular_level"] = options.specular_level
-    samples = load(options.file, options.sample)
+    samples = load(options.file, options.sample, **reading_of(options))
     start = time.perf_counter()
     fit = (fit_samples(samples, **arguments) if options.tolerance is None
            else fit_within(samples, options.tolerance, options.held_out))

@@ -24,3 +24,7 @@ class DatasetError(ValueError):
         super().__init__(where + message)
         self.path = path
         self.line = line
+
+
+class UnitsUnknownError(DatasetError):
+    """A file does not say what its numbers mean; the options `angles` and `quantity` of reading do."""

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .arrays import ArrayLike, BoolArray, FloatArray, SingleArray
+from .colours import DEFAULT, conversion
 from .model import Reflectance
 from .samples import Samples
 
@@ -24,7 +25,8 @@ _FONT = {   # rows of 3 bits
          "e": (0, 7, 5, 6, 7), "-": (0, 0, 7, 0, 0), "+": (0, 2, 7, 2, 0), ".": (0, 0, 0, 0, 2)}
 
 
-def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIGHTS) -> SingleArray:
+def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIGHTS,
+               colours: str = DEFAULT) -> SingleArray:
     """A sphere of the material, lit by a key and a fill light, in orthographic view on a transparent background.
 
     Parameters
@@ -34,6 +36,8 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIG
         Pixels.
     lights : sequence of (direction, strength)
         Far away: the direction to each, and its irradiance / pi. The view is (0, 0, 1).
+    colours : str
+        One of `colours.COLOURS`: that of the fit.
 
     Returns
     -------
@@ -51,7 +55,7 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIG
     for direction, strength in lights:
         radiance += np.pi * strength * reflected(fit, normal, direction)
     picture = np.zeros((size, size, 4), dtype=np.float32)
-    picture[inside, :3] = srgb(radiance)
+    picture[inside, :3] = srgb(radiance @ conversion(colours, DEFAULT).T)
     picture[..., 3] = cover
     return picture
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .arrays import ArrayLike, BoolArray, Directions, FloatArray, IntArray
+from .colours import COLOURS, DEFAULT
 from .errors import DatasetError
 
 RGB = ("R", "G", "B")
@@ -34,12 +35,14 @@ class Samples:
         Where the data came from: a path, or how they were made.
     notes : tuple of str
         What reading made of the file, for its description.
+    colours : str
+        One of `colours.COLOURS`: what R, G and B are. Of grey samples it means nothing.
 
     Raises
     ------
     DatasetError
         If the arrays do not have these shapes, or hold a number that is not finite, a direction below the horizon, or
-        a value above `LARGEST_VALUE`.
+        a value above `LARGEST_VALUE`; or if the colour space is not known.
 
     Examples
     --------
@@ -62,6 +65,7 @@ class Samples:
     name: str = "untitled"
     source: str = ""
     notes: tuple[str, ...] = ()
+    colours: str = DEFAULT
 
     def __post_init__(self) -> None:
         values = _own(self.values)
@@ -74,6 +78,9 @@ class Samples:
                                self.source or None)
         if len(self.channels) != values.shape[1]:
             raise DatasetError(f"{values.shape[1]} columns of values for the channels {self.channels}",
+                               self.source or None)
+        if self.colours not in COLOURS:
+            raise DatasetError(f"the colour space {self.colours!r} found, expected one of {', '.join(COLOURS)}",
                                self.source or None)
         self._freeze("values", values)
         for field in ("theta_i", "phi_i", "theta_o", "phi_o"):

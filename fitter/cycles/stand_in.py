@@ -20,7 +20,7 @@ class Principled:
     Attributes
     ----------
     base_color : (3,) float64
-        Linear sRGB.
+        Linear, in the colour space of the samples.
     roughness, metallic : float
     specular_level : float
         0.5 for a reflectance of 4 % at normal incidence.
@@ -33,10 +33,10 @@ class Principled:
 
 
 def albedo(fit: Reflectance, steps: int = 24) -> FloatArray:
-    """The bihemispherical albedo: the share of uniform light that is reflected, (3,) float64, linear, in 0 to 1.
+    """The bihemispherical albedo: the share of uniform light that is reflected, (3,) float64, in 0 to 1.
 
     1 / pi times the integral of f cos(theta_i) cos(theta_o) over both hemispheres, by the midpoint rule in sin^2 theta
-    and azimuth; negative values count as 0.
+    and azimuth; negative values count as 0. Linear, in the colour space of the fit.
 
     Examples
     --------

@@ -5,12 +5,16 @@ To add a format, write a module that ends with its `Format`, and enter it in `FO
 
 from collections.abc import Collection
 from pathlib import Path
+from typing import Any
 
 from ..arrays import BoolArray
+from ..colours import COLOURS, DEFAULT
 from ..errors import DatasetError
 from ..samples import Samples
-from . import astm, cornell_mat, curet, foreign, mbsdf, merl, pbrt_brdf, rgl, table, zemax
+from . import astm, cornell_mat, curet, foreign, illuminants, mbsdf, merl, pbrt_brdf, rgl, table, zemax
 from .format import Format
+from .gamut import converted
+from .reading import Reading, one_of
 from .text import plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
@@ -22,25 +26,36 @@ PLAIN = (".txt",)           # extensions of which most files are no measurements
 KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
 
 
-def load(path: str | Path, sample: str | int | None = None) -> Samples:
+def load(path: str | Path, sample: str | int | None = None, *, angles: str | None = None, quantity: str | None = None,
+         illuminant: str = illuminants.DEFAULT, colours: str = DEFAULT) -> Samples:
     r"""Read a measured BRDF.
 
     Parameters
     ----------
     path : path-like
-        A file in one of `FORMATS`. Spectra become linear sRGB under D65.
+        A file in one of `FORMATS`.
     sample : int or str, optional
         For files with several samples (CURET): the number or the name of one. The first one by default.
+    angles : {"degrees", "radians"}, optional
+        The unit of the angles of a table or an ASTM file, whatever it says. The other formats define theirs.
+    quantity : {"brdf", "brdf_cos", "brdf_cos_i"}, optional
+        What such a file holds, whatever it says: the BRDF, or the BRDF times the cosine of theta_o, which goniometers
+        usually print, or times that of theta_i. The other formats define that, too.
+    illuminant : {"D65", "D50", "A", "E"}
+        The light under which spectra become colours. White stays white.
+    colours : {"Rec.709", "Rec.2020", "ACEScg"}
+        The linear colour space of the values. R, G and B of a file are taken to be linear Rec.709.
 
     Returns
     -------
     Samples
+        Their `notes` say which options were followed, and how many samples lie outside of the colour space.
 
     Raises
     ------
     DatasetError
-        If the file is not there, is in no known format, or is malformed; the message says file, line and what was
-        expected.
+        If the file is not there, is in no known format, or is malformed, or an option is none of these; the message
+        says file, line and what was expected. `UnitsUnknownError` where `angles` or `quantity` is needed.
 
     Examples
     --------
@@ -53,12 +68,15 @@ def load(path: str | Path, sample: str | int | None = None) -> Samples:
     >>> samples.name, samples.channels, samples.values.tolist()
     ('Blue paint', ('R', 'G', 'B'), [[0.1, 0.2, 0.6]])
     """
+    reading = Reading(angles, quantity, illuminant)
+    one_of("colours", colours, COLOURS)
     known, content = _recognised(path)
+    options: dict[str, Any] = {"reading": reading} if known.options else {}
     if known.list_samples is not None:
-        return known.read(path, content, sample)
-    if sample not in (None, ""):
+        options["sample"] = sample
+    elif sample not in (None, ""):
         raise DatasetError(f"holds a single sample, so there is no sample {sample!r} to choose", path)
-    return known.read(path, content)
+    return converted(known.read(path, content, **options), colours)
 
 
 def list_samples(path: str | Path) -> list[tuple[int, str]]:

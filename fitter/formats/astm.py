@@ -12,7 +12,8 @@ commas or white space. The keywords SAMPLE_NAME and NUM_POINTS are used ::
     0.872665,0.000000,0.573513,0.000000,-0.000794,0.005163,0.030536
 
 Columns may be in any order. The outgoing direction is theta_s and phi_s, or _r, _o, _v. Angles are radians; degrees
-where a name says so, theta_i[deg], or where more than half of those that are not zero are beyond 2 pi. The other
+where a name says so, theta_i[deg], or where more than half of those that are not zero are beyond 2 pi; or as `Reading`
+says. Values are the BRDF, unless `Reading` says that a cosine is in them, as E1392 calls cosine-corrected. The other
 columns are R,G,B; or wavelengths, 400nm; or one wavelength, or BRDF, which is grey. Light Tec's VARS leaves out phi_s,
 whose column comes after theta_s.
 
@@ -31,8 +32,9 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import DatasetError
 from ..samples import Samples
-from .columns import ANGLES, angle, look_like_degrees, reflectance, wavelengths
+from .columns import ANGLES, angle, angles_note, look_like_degrees, reflectance, wavelengths, without_cosine
 from .format import Format
+from .reading import BY_DEFAULT, QUANTITIES, Reading
 from .text import check_thetas, decode, line_number, lines, nth_line, parse_number, parse_rows
 
 MOST_VARIABLES = 1000
@@ -51,7 +53,7 @@ def recognises(content: bytes) -> bool:
     return _VARS.search(content) is not None
 
 
-def read(path: str | Path, content: bytes) -> Samples:
+def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read an ASTM file; spectra become linear sRGB.
 
     Returns
@@ -70,12 +72,18 @@ def read(path: str | Path, content: bytes) -> Samples:
     header = {keyword[1]: keyword for keyword in _KEYWORD.finditer(content, 0, columns.start)}
     _check_count(header.get(b"NUM_POINTS"), len(table), path, content)
     angles = table[:, columns.angles]
-    in_degrees = columns.unit == "deg" or (columns.unit is None and look_like_degrees(angles))
+    in_degrees = reading.angles == "degrees" if reading.angles else (
+        columns.unit == "deg" or (columns.unit is None and look_like_degrees(angles)))
     check_thetas(angles[:, [0, 2]], lambda row: nth_line(content, columns.start, row), path, in_degrees)
-    channels, values = reflectance(columns.channels, table[:, columns.values], path, columns.line)
+    directions, values = np.radians(angles) if in_degrees else angles, table[:, columns.values]
+    notes = [angles_note(in_degrees, columns.unit, reading)] if reading.angles else []
+    if cosine := QUANTITIES[reading.quantity or "brdf"]:
+        directions, values, note = without_cosine(directions, values, cosine, path, columns.line)
+        notes.append(f"{note}, as asked")
+    channels, values, more = reflectance(columns.channels, values, path, columns.line, reading)
     name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else Path(path).stem
-    theta_i, phi_i, theta_o, phi_o = (np.radians(angles) if in_degrees else angles).T
-    return Samples(theta_i, phi_i, theta_o, phi_o, values, channels, name, str(path))
+    theta_i, phi_i, theta_o, phi_o = directions.T
+    return Samples(theta_i, phi_i, theta_o, phi_o, values, channels, name, str(path), (*notes, *more))
 
 
 def read_spectrum(path: str | Path, content: bytes) -> tuple[FloatArray | None, FloatArray]:
@@ -172,4 +180,5 @@ def _check_count(keyword: re.Match[bytes] | None, rows: int, path: str | Path, c
                                line_number(content, keyword.start(1)))
 
 
-FORMAT = Format("Cornell", "Cornell or Light Tec ASTM (.astm)", (".astm",), recognises, read)
+FORMAT = Format("Cornell", "Cornell or Light Tec ASTM (.astm)", (".astm",), recognises, read,
+                ("angles", "quantity", "illuminant"))

@@ -1,4 +1,4 @@
-"""What the columns of a table of measurements mean, by their names: angles and their unit, and channels."""
+"""What the columns of a table of measurements mean, by their names: angles and their unit, channels, and cosines."""
 
 import re
 from collections.abc import Sequence
@@ -9,6 +9,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import DatasetError
 from ..samples import RGB
+from .reading import Reading
 from .spectra import SPAN, to_linear_srgb
 
 ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
@@ -17,6 +18,7 @@ _ANGLE = re.compile(r"(theta|polar|zenith|phi|azimuth)[ _]?"
                     r"(incident|inc|in|out|reflected|refl|scattered|scat|viewing|view|[isrov])"
                     r"(?:[ _]*[\[(]?[ ]*(deg|rad)[a-z]*[ ]*[\])]?)?", re.IGNORECASE)
 _LAMPS = (580, 700), (500, 580), (400, 500)         # nm, of red, green and blue
+_LEAST_COSINE = 1e-3            # values that have a smaller cosine in them are left out
 _BAND = re.compile(r"(\d+(?:\.\d+)?)\s*nm", re.IGNORECASE)
 
 
@@ -40,8 +42,52 @@ def look_like_degrees(angles: FloatArray) -> bool:
     return bool(2 * np.count_nonzero(np.abs(angles) > 2 * np.pi + 1e-3) > np.count_nonzero(angles))
 
 
-def reflectance(names: Sequence[str], values: FloatArray, path: str | Path,
-                line: int) -> tuple[tuple[str, ...], FloatArray]:
+def angles_note(in_degrees: bool, said: str | None, reading: Reading) -> str:
+    """What to say of the unit of angles: which it is, and if a user chose it, what the file says."""
+    unit = "degrees" if in_degrees else "radians"
+    if reading.angles is None:
+        return f"Angles in {unit}"
+    against = f"; the file says {said}" if said is not None and said != unit[:3] else ""
+    return f"Angles in {unit}, as asked{against}"
+
+
+def without_cosine(directions: FloatArray, values: FloatArray, cosine: str, path: str | Path,
+                   line: int) -> tuple[FloatArray, FloatArray, str]:
+    """Divide values by the cosine that is in them; those at the horizon, which hold nothing, are left out.
+
+    Parameters
+    ----------
+    directions : (n, 4) float64
+        As in `ANGLES`, radians.
+    values : (n, channels) float64
+    cosine : str
+        "i" or "s": whose cosine.
+    path, line
+        Where the names are from, for the error.
+
+    Returns
+    -------
+    directions, values
+        Of the rows that are left.
+    note : str
+
+    Raises
+    ------
+    DatasetError
+        If no row is left.
+    """
+    factor = np.cos(directions[:, ANGLES.index(f"theta_{cosine}")])
+    grazing = factor < _LEAST_COSINE
+    directions, values, factor = directions[~grazing], values[~grazing], factor[~grazing]
+    if not len(values):
+        raise DatasetError("all values are at the horizon, where their cosine is 0", path, line)
+    without = f"; {np.count_nonzero(grazing):,} at the horizon are left out" if grazing.any() else ""
+    return (directions, values / factor[:, None],
+            f"Divided by the cosine of theta_{'i' if cosine == 'i' else 'o'}{without}")
+
+
+def reflectance(names: Sequence[str], values: FloatArray, path: str | Path, line: int,
+                reading: Reading) -> tuple[tuple[str, ...], FloatArray, tuple[str, ...]]:
     """The channels, and the values converted to them; spectra become linear sRGB.
 
     Parameters
@@ -51,11 +97,13 @@ def reflectance(names: Sequence[str], values: FloatArray, path: str | Path,
     values : (n, columns) float64
     path, line
         Where the names are from, for the error.
+    reading : Reading
 
     Returns
     -------
     channels : tuple of str
     values : (n, channels) float64
+    notes : tuple of str
 
     Raises
     ------
@@ -64,17 +112,17 @@ def reflectance(names: Sequence[str], values: FloatArray, path: str | Path,
     """
     upper = [name.upper() for name in names]
     if sorted(upper) == sorted(RGB):
-        return RGB, values[:, [upper.index(channel) for channel in RGB]]
+        return RGB, values[:, [upper.index(channel) for channel in RGB]], ()
     bands = wavelengths(names)
     if len(names) == 1 and (bands is not None or names[0].lower() in GREY):
-        return ("grey",), values
+        return ("grey",), values, ()
     if bands is None:
         shown = ",".join(names[:4]) + "..." * (len(names) > 4)
         raise DatasetError(f"channels {shown} found, expected R,G,B, or wavelengths such as 400nm, or BRDF", path, line)
     lamps = [np.flatnonzero((bands >= low) & (bands < high)) for low, high in _LAMPS]
     if len(names) == 3 and np.ptp(bands) < SPAN and all(len(lamp) == 1 for lamp in lamps):
-        return RGB, values[:, np.concatenate(lamps)]
-    return RGB, to_linear_srgb(bands, values, path, line)
+        return RGB, values[:, np.concatenate(lamps)], ()
+    return RGB, to_linear_srgb(bands, values, path, line, reading.illuminant), reading.notes
 
 
 def wavelengths(names: Sequence[str]) -> FloatArray | None:

@@ -22,6 +22,7 @@ from ..errors import DatasetError
 from ..samples import RGB, Samples
 from . import mat5
 from .format import Format
+from .reading import BY_DEFAULT, Reading
 from .spectra import to_linear_srgb
 from .text import check_thetas
 
@@ -39,7 +40,7 @@ def recognises(content: bytes) -> bool:
     return content.startswith(mat5.MAGIC)
 
 
-def read(path: str | Path, content: bytes) -> Samples:
+def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read the paint file; spectra become linear sRGB.
 
     Returns
@@ -62,8 +63,8 @@ def read(path: str | Path, content: bytes) -> Samples:
     if not np.isfinite(fr).all():
         raise DatasetError("fr holds numbers that are not finite", path)
     check_thetas(np.stack([theta_i, theta_o], axis=1), lambda row: None, path)
-    return Samples(theta_i, phi_i, theta_o, phi_o, to_linear_srgb(wavelength, fr, path), RGB, Path(path).stem,
-                   str(path))
+    values = to_linear_srgb(wavelength, fr, path, illuminant=reading.illuminant)
+    return Samples(theta_i, phi_i, theta_o, phi_o, values, RGB, Path(path).stem, str(path), reading.notes)
 
 
 def _oriented(array: FloatArray, columns: int, name: str, path: str | Path) -> FloatArray:
@@ -87,4 +88,4 @@ def _angles(vectors: FloatArray, count: int, name: str, path: str | Path) -> tup
     return np.arccos(np.clip(z, -1, 1)), np.arctan2(y, x)
 
 
-FORMAT = Format("Cornell", "Cornell paint.reformat.mat", (".mat",), recognises, read, is_text=False)
+FORMAT = Format("Cornell", "Cornell paint.reformat.mat", (".mat",), recognises, read, ("illuminant",), is_text=False)

@@ -25,8 +25,10 @@ class Format:
     recognises : callable
         Takes the content; returns whether it is in this format. Exactly one format recognises an undamaged file.
     read : callable
-        Takes path and content, and ``sample`` if the format has `list_samples`; returns `Samples` or raises
-        `DatasetError`.
+        Takes path and content, ``sample`` if the format has `list_samples`, and ``reading`` if it has `options`;
+        returns `Samples`, colours in linear Rec.709, or raises `DatasetError`.
+    options : tuple of str
+        The fields of `Reading` that matter to the format; of the others it has a definition of its own.
     is_text : bool
         Whether the format is text. Its functions then take content without a byte-order mark and zero bytes.
     largest : int
@@ -44,6 +46,7 @@ class Format:
     extensions: tuple[str, ...]
     recognises: Callable[[bytes], bool]
     read: Callable[..., Samples]
+    options: tuple[str, ...] = ()
     is_text: bool = True
     largest: int = LARGEST_TEXT
     list_samples: Callable[[str | Path, bytes], list[tuple[int, str]]] | None = None

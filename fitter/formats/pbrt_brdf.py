@@ -21,6 +21,7 @@ from pathlib import Path
 from ..errors import DatasetError
 from ..samples import RGB, Samples
 from .format import Format
+from .reading import BY_DEFAULT, Reading
 from .spectra import to_linear_srgb
 from .text import check_thetas, parse_numbers
 
@@ -42,7 +43,7 @@ def recognises(content: bytes) -> bool:
     return count is not None and _FEWEST <= int(count[1]) <= _MOST
 
 
-def read(path: str | Path, content: bytes) -> Samples:
+def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read a .brdf file; spectra become linear sRGB.
 
     Returns
@@ -63,10 +64,11 @@ def read(path: str | Path, content: bytes) -> Samples:
                            f"theta_i phi_i theta_s phi_s and a value for each wavelength", path, line(len(values) - 1))
     table = values[1 + bands:].reshape(rows, columns)
     check_thetas(table[:, [0, 2]], lambda row: line(1 + bands + row * columns), path)
-    reflectance = to_linear_srgb(values[1:1 + bands], table[:, 4:], path, line(1))
+    reflectance = to_linear_srgb(values[1:1 + bands], table[:, 4:], path, line(1), reading.illuminant)
     theta_i, phi_i, theta_o, phi_o = table[:, :4].T.copy()
     del values, table           # they may take more memory than the file
-    return Samples(theta_i, phi_i, theta_o, phi_o, reflectance, RGB, Path(path).stem, str(path))
+    return Samples(theta_i, phi_i, theta_o, phi_o, reflectance, RGB, Path(path).stem, str(path),
+                   reading.notes)
 
 
-FORMAT = Format("pbrt-v2", "pbrt-v2 .brdf", (".brdf",), recognises, read)
+FORMAT = Format("pbrt-v2", "pbrt-v2 .brdf", (".brdf",), recognises, read, ("illuminant",))

@@ -36,6 +36,7 @@ from ..errors import DatasetError
 from ..samples import HORIZON, LARGEST_VALUE, RGB, Samples
 from . import rgl_warp, tensor_file
 from .format import Format
+from .reading import BY_DEFAULT, Reading
 from .rgl_warp import Warp, cell
 from .spectra import srgb_weights, to_linear_srgb
 from .text import decode
@@ -62,6 +63,8 @@ class RglTable:
     has_jacobian : bool
     name : str
         What was measured.
+    notes : tuple of str
+        What reading made of the file.
     """
 
     theta_i: FloatArray
@@ -71,6 +74,7 @@ class RglTable:
     values: FloatArray
     has_jacobian: bool
     name: str
+    notes: tuple[str, ...] = ()
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """The BRDF: (n,) radians each to (n, 3), 1/sr, without the cosine; 0 below the horizon.
@@ -141,7 +145,7 @@ def recognises(content: bytes) -> bool:
     return content.startswith(tensor_file.MAGIC)
 
 
-def read(path: str | Path, content: bytes) -> Samples:
+def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read a .bsdf file: the values at the nodes of its grid; spectra become linear sRGB.
 
     Returns
@@ -153,14 +157,15 @@ def read(path: str | Path, content: bytes) -> Samples:
     DatasetError
         If the file is damaged, lacks an array, or holds an anisotropic material.
     """
-    table = read_table(path, content)
+    table = read_table(path, content, reading)
     theta_i, theta_o, phi_o, values = table.nodes()
     if not len(values):
         raise DatasetError("no measurement above the horizon", path)
-    return Samples(theta_i, np.zeros_like(theta_i), theta_o, phi_o, values, RGB, table.name, str(path))
+    return Samples(theta_i, np.zeros_like(theta_i), theta_o, phi_o, values, RGB, table.name, str(path),
+                   table.notes)
 
 
-def read_table(path: str | Path, content: bytes) -> RglTable:
+def read_table(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> RglTable:
     """Read a .bsdf file as the function that it defines; raises `DatasetError` as `read` does."""
     fields = tensor_file.read(content, path)
     colour = "spectra" if "spectra" in fields else "rgb"
@@ -178,10 +183,10 @@ def read_table(path: str | Path, content: bytes) -> RglTable:
                           ("luminance", (azimuths, angles, None, None)), ("jacobian", (1,)),
                           (colour, (azimuths, angles, None, None, None))):
         _check_shape(fields[name], name, leading, path)
-    return _table(path, fields, colour)
+    return _table(path, fields, colour, reading)
 
 
-def _table(path: str | Path, fields: dict[str, NDArray[Any]], colour: str) -> RglTable:
+def _table(path: str | Path, fields: dict[str, NDArray[Any]], colour: str, reading: Reading) -> RglTable:
     """The table of arrays whose shapes have been checked."""
     theta_i = _finite(fields["theta_i"], "theta_i", path)
     if len(theta_i) < 2 or (np.diff(theta_i) <= 0).any() or theta_i[0] < 0 or theta_i[-1] > HORIZON + 1e-5:
@@ -198,13 +203,15 @@ def _table(path: str | Path, fields: dict[str, NDArray[Any]], colour: str) -> Rg
         if not np.array_equal(fields[name][0], fields[name][-1]):
             raise DatasetError(f"an anisotropic material ({name} differs with the azimuth phi_i): anisotropic "
                                f"measurements cannot be used yet", path)
-    weights = np.eye(len(RGB)) if colour == "rgb" else _weights(fields["wavelengths"], channels, path)
+    weights = np.eye(len(RGB)) if colour == "rgb" else _weights(fields["wavelengths"], channels, path,
+                                                                         reading.illuminant)
     values = np.zeros((len(theta_i), size, size, len(RGB)))
     for band, plane in enumerate(np.moveaxis(fields[colour][0], 1, 0)):     # one at a time, to save memory
         values += _finite(plane, colour, path)[..., None] * weights[:, band]
     name = decode(fields["description"].tobytes()).strip() if "description" in fields else ""
     return RglTable(theta_i, ndf, sigma, rgl_warp.warp(density[0]), values, bool(fields["jacobian"][0]),
-                    name if name and name.isprintable() else Path(path).stem)
+                    name if name and name.isprintable() else Path(path).stem,
+                    reading.notes if colour == "spectra" else ())
 
 
 def _check_shape(array: NDArray[Any], name: str, expected: tuple[int | None, ...], path: str | Path) -> None:
@@ -222,12 +229,12 @@ def _finite(array: NDArray[Any], name: str, path: str | Path) -> FloatArray:
     return numbers
 
 
-def _weights(wavelengths: NDArray[Any], bands: int, path: str | Path) -> FloatArray:
+def _weights(wavelengths: NDArray[Any], bands: int, path: str | Path, illuminant: str) -> FloatArray:
     """The matrix from spectra to linear sRGB: (3, bands)."""
     _check_shape(wavelengths, "wavelengths", (bands,), path)
     wavelengths = _finite(wavelengths, "wavelengths", path)
     to_linear_srgb(wavelengths, np.zeros((1, bands)), path)         # refuses wavelengths that make no colour
-    return srgb_weights(wavelengths)
+    return srgb_weights(wavelengths, illuminant)
 
 
 def _square(theta: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -255,4 +262,4 @@ def _reflected(theta_i: FloatArray, theta_h: FloatArray, phi_h: FloatArray) -> t
     return np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)
 
 
-FORMAT = Format("RGL", "RGL .bsdf", (".bsdf",), recognises, read, is_text=False, largest=LARGEST)
+FORMAT = Format("RGL", "RGL .bsdf", (".bsdf",), recognises, read, ("illuminant",), is_text=False, largest=LARGEST)

@@ -1,16 +1,17 @@
-"""Conversion of spectral reflectance to linear sRGB under the illuminant D65.
+"""Conversion of spectral reflectance to linear sRGB under an illuminant.
 
-Colour matching functions: CIE 1931 2-degree standard observer (CIE 018:2019). D65: CIE 15:2018. Primaries and white
-point: IEC 61966-2-1.
+Colour matching functions: CIE 1931 2-degree standard observer (CIE 018:2019). Primaries and white point: IEC 61966-2-1.
+Colours seen under another illuminant than D65 are adapted to it (`colours.adaptation`).
 """
 
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
+from ..colours import adaptation
 from ..errors import DatasetError
+from .illuminants import DEFAULT, cie, power, white
 
 SPAN = 200                  # nm that the bands of a spectrum must span
 XYZ_TO_SRGB = np.array([[3.2404542, -1.5371385, -0.4985314],
@@ -18,14 +19,7 @@ XYZ_TO_SRGB = np.array([[3.2404542, -1.5371385, -0.4985314],
                         [0.0556434, -0.2040259, 1.0572252]])
 
 
-@cache
-def _cie() -> FloatArray:
-    """Wavelength in nm, x-bar, y-bar, z-bar and D65: (rows, 5)."""
-    table = Path(__file__).parent / "data" / "cie_1931_d65.csv"
-    return np.loadtxt(table, delimiter=",", comments="#", skiprows=3)
-
-
-def srgb_weights(wavelengths: FloatArray) -> FloatArray:
+def srgb_weights(wavelengths: FloatArray, illuminant: str = DEFAULT) -> FloatArray:
     """The matrix that converts a reflectance spectrum to linear sRGB: (bands,) nm to (3, bands).
 
     Bands are integrated by the trapezoidal rule; those outside the tables, 380 to 780 nm, have weight 0. Each row is
@@ -37,20 +31,21 @@ def srgb_weights(wavelengths: FloatArray) -> FloatArray:
     >>> weights.shape, weights.sum(axis=1).round(9).tolist()
     ((3, 31), [1.0, 1.0, 1.0])
     """
-    wavelength, *xyz, d65 = _cie().T
+    wavelength, *xyz, _ = cie().T
     visible = (wavelengths >= wavelength[0]) & (wavelengths <= wavelength[-1])
     width = np.zeros(len(wavelengths))
     width[visible] = np.gradient(wavelengths[visible])
     width[np.flatnonzero(visible)[[0, -1]]] /= 2
-    light = width * np.interp(wavelengths, wavelength, d65, left=0, right=0)
+    light = width * np.interp(wavelengths, wavelength, power(illuminant), left=0, right=0)
     matching = np.array([np.interp(wavelengths, wavelength, bar, left=0, right=0) for bar in xyz])
-    weights = XYZ_TO_SRGB @ (matching * light)
+    adapted = np.eye(3) if illuminant == DEFAULT else adaptation(white(illuminant), white(DEFAULT))
+    weights = XYZ_TO_SRGB @ adapted @ (matching * light)
     return weights / weights.sum(axis=1, keepdims=True)
 
 
 def to_linear_srgb(wavelengths: ArrayLike, values: ArrayLike, path: str | Path | None = None,
-                   line: int | None = None) -> FloatArray:
-    """Convert spectra to linear sRGB under D65. Saturated colours may have negative components.
+                   line: int | None = None, illuminant: str = DEFAULT) -> FloatArray:
+    """Convert spectra to linear sRGB under an illuminant. Saturated colours may have negative components.
 
     Parameters
     ----------
@@ -59,6 +54,8 @@ def to_linear_srgb(wavelengths: ArrayLike, values: ArrayLike, path: str | Path |
     values : (n, bands) array_like
     path, line
         Where the spectra are from, for the error.
+    illuminant : str
+        One of `illuminants.ILLUMINANTS`.
 
     Returns
     -------
@@ -79,4 +76,4 @@ def to_linear_srgb(wavelengths: ArrayLike, values: ArrayLike, path: str | Path |
     if not (np.diff(wavelengths) > 0).all() or len(visible) < 3 or np.ptp(visible) < SPAN:
         raise DatasetError(f"wavelengths must rise, with at least three from 400 to 700 nm that span {SPAN} nm", path,
                            line)
-    return np.asarray(values, dtype=float) @ srgb_weights(wavelengths).T
+    return np.asarray(values, dtype=float) @ srgb_weights(wavelengths, illuminant).T

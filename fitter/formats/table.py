@@ -16,9 +16,10 @@ theta_i, phi_i, theta_o, phi_o
     The polar angle from the normal and the azimuth; toward the light and toward the detector. Also theta_in, theta_r,
     theta_v, zenith_out, azimuth_i and the like. Instead of two azimuths there may be one between the directions, phi:
     180 degrees to the mirror direction. The unit stands in the name, theta_i[deg], or in a comment ``angles: degrees``;
-    where neither does, and no angle is too large for radians, reading asks for it.
+    where neither does, and no angle is too large for radians, reading asks for it: `Reading.angles`.
 R, G, B; or wavelengths, 550nm or 550; or one value, BRDF
-    1/sr. ``R*cos_i``, or a comment ``values: BRDF * cos_o``, says that the cosine is in them, and which.
+    1/sr. ``R*cos_i``, or a comment ``values: BRDF * cos_o``, says that the cosine is in them, and which; or
+    `Reading.quantity` does.
 standard
     What the detector read of a reflectance standard. Values are then divided by it, and by pi; a comment
     ``standard: 0.98`` has the standard's reflectance, which is 1 by default.
@@ -36,10 +37,11 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import FloatArray
-from ..errors import DatasetError
+from ..errors import DatasetError, UnitsUnknownError
 from ..samples import RGB, Samples
-from .columns import ANGLES, GREY, angle, look_like_degrees, reflectance
+from .columns import ANGLES, GREY, angle, angles_note, look_like_degrees, reflectance, without_cosine
 from .format import Format
+from .reading import BY_DEFAULT, QUANTITIES, Reading
 from .text import check_thetas, decode, floats, line_number, lines, parse_number
 
 MOST_COLUMNS = 1000
@@ -54,7 +56,6 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 _COLOURS = {"red": "R", "green": "G", "blue": "B"}
 _STANDARD = ("standard", "reference")
 _ONE_VALUE = (*GREY, "bsdf", "value", "f", "y")
-_LEAST_COSINE = 1e-3            # values that have a smaller cosine in them are left out
 _SAME = 1e-6                    # radians between directions that count as one
 
 
@@ -73,8 +74,8 @@ def recognises(content: bytes) -> bool:
     return len(columns) > 2 and any(angle(decode(name))[0].startswith("theta") for name in columns[:MOST_COLUMNS])
 
 
-def read(path: str | Path, content: bytes) -> Samples:
-    """Read a table; spectra become linear sRGB.
+def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
+    """Read a table; spectra become linear sRGB. What `reading` says is true, whatever the table says.
 
     Returns
     -------
@@ -84,7 +85,7 @@ def read(path: str | Path, content: bytes) -> Samples:
     Raises
     ------
     DatasetError
-        If the table is malformed, or says too little.
+        If the table is malformed; `UnitsUnknownError` if it says too little, and `reading` does not say it.
     """
     names = _names_line(content)
     if names is None:
@@ -92,7 +93,7 @@ def read(path: str | Path, content: bytes) -> Samples:
     line = line_number(content, names.start())
     separator = _separator(names[0])
     said = _comments(content, names.start())
-    columns = _columns([decode(name) for name in _split(names[0], separator)], said, path, line)
+    columns = _columns([decode(name) for name in _split(names[0], separator)], said, reading, path, line)
     cells, at, left_out = _cells(content, names.end(), columns.count, separator, path)
     if not len(cells):
         raise DatasetError(f"{left_out} rows found, none of them complete, expected measurements", path, line)
@@ -104,28 +105,26 @@ def read(path: str | Path, content: bytes) -> Samples:
         return line_number(content, at[row])
 
     angles = columns.angles_of(cells)
-    in_degrees = _in_degrees(columns.unit, angles, path, line)
+    in_degrees = _in_degrees(columns.unit, angles, reading, path, line)
     check_thetas(angles[:, [0, 2]], line_of, path, in_degrees)
     directions = np.radians(angles) if in_degrees else angles
-    notes.append(f"Angles in {'degrees' if in_degrees else 'radians'}")
+    notes.append(angles_note(in_degrees, columns.unit, reading))
     values = cells[:, columns.values]
     if columns.standard is not None:
         values = _by_standard(values, cells[:, columns.standard], columns.reflectance, line_of, path)
         notes.append(f"Divided by a standard of reflectance {columns.reflectance:g}")
-    if columns.cosine:
-        cosine = np.cos(directions[:, ANGLES.index(f"theta_{columns.cosine}")])
-        grazing = cosine < _LEAST_COSINE
-        directions, values, cosine = directions[~grazing], values[~grazing], cosine[~grazing]
-        if not len(values):
-            raise DatasetError("all values are at the horizon, where their cosine is 0", path, line)
-        values = values / cosine[:, None]
-        without = f"; {np.count_nonzero(grazing):,} at the horizon are left out" if grazing.any() else ""
-        notes.append(f"Divided by the cosine of theta_{'i' if columns.cosine == 'i' else 'o'}{without}")
-    channels, values = reflectance(columns.channels, values, path, line)
+    cosine = columns.cosine if reading.quantity is None else QUANTITIES[reading.quantity]
+    asked = _as_asked(columns.cosine, reading)
+    if cosine:
+        directions, values, note = without_cosine(directions, values, cosine, path, line)
+        notes.append(note + asked)
+    elif asked:
+        notes.append("Values are the BRDF" + asked)
+    channels, values, more = reflectance(columns.channels, values, path, line, reading)
     directions, values, repeated = _averaged(directions, values)
     theta_i, phi_i, theta_o, phi_o = directions.T
     return Samples(theta_i, phi_i, theta_o, phi_o, values, channels, said.get("name") or Path(path).stem, str(path),
-                   (*notes, *repeated))
+                   (*notes, *more, *repeated))
 
 
 @dataclass(frozen=True)
@@ -142,9 +141,9 @@ class _Columns:
     channels : list of str
         The name of each of `values`.
     unit : str, or None
-        "deg" or "rad", if it is said.
+        "deg" or "rad", if it is said; anything that is said, where `Reading` has the unit.
     cosine : str
-        "i" or "s" if that angle's cosine is in the values, or "".
+        "i" or "s" if that angle's cosine is in the values, or ""; likewise.
     standard : int, or None
         The column of the standard, ...
     reflectance : float
@@ -192,7 +191,7 @@ def _comments(content: bytes, end: int) -> dict[str, str]:
     return {decode(match[1]).lower(): decode(match[2]) for match in found if match}
 
 
-def _columns(names: list[str], said: dict[str, str], path: str | Path, line: int) -> _Columns:
+def _columns(names: list[str], said: dict[str, str], reading: Reading, path: str | Path, line: int) -> _Columns:
     """The meaning of the columns."""
     if len(names) > MOST_COLUMNS:
         raise DatasetError(f"more than {MOST_COLUMNS} columns found", path, line)
@@ -226,16 +225,18 @@ def _columns(names: list[str], said: dict[str, str], path: str | Path, line: int
         units.add({"d": "deg", "r": "rad"}.get(said["angles"][:1].lower(), said["angles"]))
     if "values" in said:
         cosines = {*(cosines - {""}), _channel(said["values"])[1]}
-    units -= {None}
-    if len(units) > 1 or not units <= {"deg", "rad"}:
+    told = sorted(unit for unit in units if unit)
+    if reading.angles is None and (len(told) > 1 or not {*told} <= {"deg", "rad"}):
         raise DatasetError("angles must all be in degrees, or all in radians", path, line)
-    if len(cosines) > 1 or not cosines <= {"", "i", "s"}:
-        raise DatasetError("values with a cosine must name it, one for all: BRDF*cos_i or BRDF*cos_o", path, line)
+    if reading.quantity is None and (len(cosines) > 1 or not cosines <= {"", "i", "s"}):
+        raise UnitsUnknownError("values with a cosine must name it, one for all: BRDF*cos_i or BRDF*cos_o; or choose "
+                                "what they are (the option quantity of reading; in Blender's import, Values)", path,
+                                line)
     reflected = parse_number(said.get("standard", "1").encode(), path)
     if not 0 < reflected <= 2:
         raise DatasetError(f"a standard of reflectance {reflected:g} found, expected 0 to 1", path)
-    return _Columns(len(names), angles, values, channels, next(iter(units), None), next(iter(cosines)), standard,
-                    reflected)
+    return _Columns(len(names), angles, values, channels, " and ".join(told) or None,
+                    " and ".join(sorted(cosines)), standard, reflected)
 
 
 def _channel(name: str) -> tuple[str, str]:
@@ -283,12 +284,23 @@ def _cells(content: bytes, start: int, count: int, separator: bytes | None,
     return np.frombuffer(numbers).reshape(-1, count), at, left_out
 
 
-def _in_degrees(unit: str | None, angles: FloatArray, path: str | Path, line: int) -> bool:
-    """Whether angles are degrees; `DatasetError` if that is not known."""
+def _in_degrees(unit: str | None, angles: FloatArray, reading: Reading, path: str | Path, line: int) -> bool:
+    """Whether angles are degrees; `UnitsUnknownError` if that is not known."""
+    if reading.angles is not None:
+        return reading.angles == "degrees"
     if unit is None and not look_like_degrees(angles):
-        raise DatasetError("the angles may be degrees or radians: write theta_i[deg] or theta_i[rad], or before this "
-                           "line '# angles: degrees'", path, line)
+        raise UnitsUnknownError("the angles may be degrees or radians: choose which (the option angles of reading; in "
+                                "Blender's import, Angles), or write theta_i[deg] or theta_i[rad], or before this "
+                                "line '# angles: degrees'", path, line)
     return unit != "rad"
+
+
+def _as_asked(said: str, reading: Reading) -> str:
+    """What to add to a note of what the values are, if a user chose it; `said` as in `_Columns.cosine`."""
+    if reading.quantity is None:
+        return ""
+    against = said and said != QUANTITIES[reading.quantity]
+    return ", as asked" + ("; the file says otherwise" if against else "")
 
 
 def _by_standard(values: FloatArray, standard: FloatArray, reflected: float, line_of: Callable[[int], int],
@@ -325,4 +337,4 @@ def _averaged(directions: FloatArray, values: FloatArray) -> tuple[FloatArray, F
 
 
 FORMAT = Format("Table", "table with column names (.csv, .tsv, .txt)", (".csv", ".tsv", ".txt"), recognises, read,
-                largest=8 << 20)
+                ("angles", "quantity", "illuminant"), largest=8 << 20)

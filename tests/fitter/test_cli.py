@@ -43,6 +43,21 @@ def test_info_lists_curet_samples_and_describes_one(data):
     assert "205 direction pairs" in run("info", data / "curet" / "abrdf.dat", "--sample", "aluminum foil").stdout
 
 
+def test_a_table_that_says_too_little_is_read_by_options(tmp_path):
+    table, fit = tmp_path / "table.csv", tmp_path / "fit.npz"
+    angles = np.random.default_rng(0).random((300, 3)) * [1.5, 1.5, 3.1]
+    table.write_text("\n".join(["theta_i,theta_o,phi,R,G,B",
+                                *(f"{i:.6f},{o:.6f},{phi:.6f},{np.cos(o) / 2:.6f},0,0" for i, o, phi in angles)]))
+    assert "(the option angles of reading" in run("info", table).stderr
+    how = ["--angles", "radians", "--quantity", "brdf_cos", "--colours", "ACEScg"]
+    described = run("info", table, *how).stdout
+    assert "Angles in radians, as asked" in described
+    assert "Colours in ACEScg" in described
+    assert run("fit", table, *how, "-o", fit).returncode == 0
+    np.testing.assert_allclose(fitter.Fit.load(fit).evaluate(0.4, 0, 0.6, 2).ravel(), [0.3066, 0.0351, 0.0103], atol=0.005)
+    assert "invalid choice: 'turns'" in run("info", table, "--angles", "turns").stderr
+
+
 def test_a_fit_is_recognised_whatever_its_name(file, tmp_path):
     assert run("fit", file, "--preset", "Draft", "-o", tmp_path / "fit.out").returncode == 0
     assert run("info", tmp_path / "fit.out").stdout.startswith("White: (3,5,99), log-relative in half-difference")

@@ -1,0 +1,78 @@
+"""Linear colour spaces: what red, green and blue mean, and the matrices between them.
+
+Rec.709: ITU-R BT.709-6, 2015 (the primaries of sRGB). Rec.2020: ITU-R BT.2020-2, 2015. ACEScg: the primaries AP1 of
+Academy S-2014-004, 2014. Matrices from chromaticities: SMPTE RP 177, 1993. Where whites differ, colours are adapted by
+the Bradford transform: K. M. Lam: Metamerism and Colour Constancy, Ph.D. thesis, University of Bradford, 1985.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .arrays import ArrayLike, FloatArray
+
+_Chromaticity = tuple[float, float]
+
+DEFAULT = "Rec.709"
+_BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
+
+
+@dataclass(frozen=True)
+class _Space:
+    """Chromaticities (x, y) of the primaries and of white."""
+
+    red: _Chromaticity
+    green: _Chromaticity
+    blue: _Chromaticity
+    white: _Chromaticity
+
+
+_SPACES = {"Rec.709": _Space((0.64, 0.33), (0.30, 0.60), (0.15, 0.06), (0.3127, 0.3290)),
+           "Rec.2020": _Space((0.708, 0.292), (0.170, 0.797), (0.131, 0.046), (0.3127, 0.3290)),
+           "ACEScg": _Space((0.713, 0.293), (0.165, 0.830), (0.128, 0.044), (0.32168, 0.33767))}
+COLOURS = tuple(_SPACES)
+
+
+def conversion(source: str, target: str) -> FloatArray:
+    """The matrix from one of `COLOURS` to another: (3, 3). White stays white, since each row has the sum 1.
+
+    Examples
+    --------
+    >>> conversion("Rec.709", "ACEScg").round(4).tolist()
+    [[0.6131, 0.3395, 0.0474], [0.0702, 0.9164, 0.0134], [0.0206, 0.1096, 0.8698]]
+    """
+    if source == target:
+        return np.eye(3)
+    white, other = (_xyz(_SPACES[name].white) for name in (source, target))
+    matrix = np.linalg.solve(to_xyz(target), adaptation(white, other) @ to_xyz(source))
+    return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
+
+
+def to_xyz(name: str) -> FloatArray:
+    """The matrix from one of `COLOURS` to CIE XYZ relative to its own white, of which Y is 1: (3, 3).
+
+    Examples
+    --------
+    >>> to_xyz("Rec.709").round(4).tolist()
+    [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    """
+    space = _SPACES[name]
+    primaries = np.stack([_xyz(primary) for primary in (space.red, space.green, space.blue)], axis=1)
+    return np.asarray(primaries * np.linalg.solve(primaries, _xyz(space.white)))
+
+
+def luminance(values: FloatArray, name: str) -> FloatArray:
+    """The luminance of colours in one of `COLOURS`: (n, 3) to (n,), 1 for white."""
+    return np.asarray(values @ to_xyz(name)[1])
+
+
+def adaptation(white: ArrayLike, other: ArrayLike) -> FloatArray:
+    """The matrix that takes XYZ seen under one white, (3,), to those that look the same under another: (3, 3)."""
+    gain = (_BRADFORD @ np.asarray(other)) / (_BRADFORD @ np.asarray(white))
+    return np.asarray(np.linalg.solve(_BRADFORD, gain[:, None] * _BRADFORD))
+
+
+def _xyz(chromaticity: _Chromaticity) -> FloatArray:
+    """XYZ of a chromaticity, with Y = 1."""
+    x, y = chromaticity
+    return np.array([x, y, 1 - x - y]) / y

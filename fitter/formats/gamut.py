@@ -1,0 +1,42 @@
+"""Samples in another colour space, and how far they lie outside of it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..colours import DEFAULT, conversion, luminance
+from ..samples import RGB, Samples
+
+
+def converted(samples: Samples, colours: str) -> Samples:
+    """Samples in linear Rec.709 as those of another of `colours.COLOURS`, with notes. Grey ones stay as they are.
+
+    A colour outside of a space has a channel below 0 there. It stays so: a wider space holds it.
+
+    Examples
+    --------
+    >>> green = Samples([0], [0], [0], [0], [[-0.02, 0.4, 0.01]], RGB)
+    >>> converted(green, "Rec.709").notes
+    ('Outside of Rec.709: 1 of 1 samples, by up to 7.1 % of the mean luminance',)
+    >>> converted(green, "ACEScg").notes, converted(green, "ACEScg").values.round(3).tolist()
+    (('Colours in ACEScg',), [[0.124, 0.365, 0.052]])
+    """
+    if samples.channels != RGB:
+        return samples
+    notes: tuple[str, ...] = ()
+    if colours != DEFAULT:
+        values = samples.values @ conversion(DEFAULT, colours).T
+        samples, notes = replace(samples, values=values, colours=colours), (f"Colours in {colours}",)
+    return replace(samples, notes=(*samples.notes, *notes, *_outside(samples)))
+
+
+def _outside(samples: Samples) -> tuple[str, ...]:
+    """A note of how many samples lie outside of their space, and how far; none where all lie inside."""
+    count = int(np.count_nonzero(samples.values.min(axis=1) < 0))
+    if not count:
+        return ()
+    below, mean = -samples.values.min(), luminance(samples.values.mean(axis=0, keepdims=True), samples.colours)[0]
+    percent = 100 * below / mean if mean > 0 else 0
+    size = (f"{below:.2g} / sr" if mean <= 0 else
+            f"{percent:.2g} % of the mean luminance" if percent < 10 else f"{percent:,.0f} % of the mean luminance")
+    return (f"Outside of {samples.colours}: {count:,} of {len(samples):,} samples, by up to {size}",)

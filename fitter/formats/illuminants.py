@@ -1,0 +1,70 @@
+"""CIE illuminants: relative spectral power of the light under which spectra become colours.
+
+CIE 15:2018, Colorimetry. D65 is its table. D50 is the daylight of 5003 K by its formulas, from the components of D. B.
+Judd, D. L. MacAdam, G. Wyszecki: Spectral Distribution of Typical Daylight as a Function of Correlated Color
+Temperature, JOSA 54(8), 1964. A is Planck's law at 2848 K for the second radiation constant of 1931, 0.01435 m K. E is
+equal power at all wavelengths.
+"""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from ..arrays import FloatArray
+
+DEFAULT = "D65"
+ILLUMINANTS = (DEFAULT, "D50", "A", "E")
+_DATA = Path(__file__).parent / "data"
+_D50 = 5000 * 1.4388 / 1.4380       # K: the nominal temperature, by today's second radiation constant
+
+
+@cache
+def cie() -> FloatArray:
+    """Wavelength in nm, x-bar, y-bar, z-bar and D65: (rows, 5)."""
+    return np.loadtxt(_DATA / "cie_1931_d65.csv", delimiter=",", comments="#", skiprows=3)
+
+
+def power(name: str) -> FloatArray:
+    """The relative spectral power of one of `ILLUMINANTS` at the wavelengths of `cie`: (rows,).
+
+    Examples
+    --------
+    >>> at_560 = cie()[:, 0] == 560
+    >>> [float(power(name)[at_560][0].round(9)) for name in ILLUMINANTS]
+    [100.0, 100.0, 100.0, 100.0]
+    """
+    wavelength = cie()[:, 0]
+    if name == "D65":
+        return cie()[:, 4]
+    if name == "D50":
+        return _daylight(wavelength, _D50)
+    if name == "A":
+        return np.asarray(100 * (560 / wavelength) ** 5 * np.expm1(1.435e7 / (2848 * 560))
+                          / np.expm1(1.435e7 / (2848 * wavelength)))
+    return np.full_like(wavelength, 100)
+
+
+def white(name: str) -> FloatArray:
+    """XYZ of one of `ILLUMINANTS`, with Y = 1: (3,)."""
+    xyz = cie()[:, 1:4].T @ power(name)
+    return np.asarray(xyz / xyz[1])
+
+
+def _daylight(wavelength: FloatArray, temperature: float) -> FloatArray:
+    """The power of CIE daylight of 4000 to 7000 K; factors rounded and table interpolated as the CIE says.
+
+    Examples
+    --------
+    Of the temperature of D65, it is the table of D65:
+
+    >>> bool(np.allclose(_daylight(cie()[:, 0], 6500 * 1.4388 / 1.4380), power("D65"), atol=1e-3))
+    True
+    """
+    x = -4.6070e9 / temperature ** 3 + 2.9678e6 / temperature ** 2 + 0.09911e3 / temperature + 0.244063
+    y = -3 * x ** 2 + 2.87 * x - 0.275
+    divisor = 0.0241 + 0.2562 * x - 0.7341 * y
+    first = round((-1.3515 - 1.7703 * x + 5.9114 * y) / divisor, 3)
+    second = round((0.0300 - 31.4424 * x + 30.0717 * y) / divisor, 3)
+    table = np.loadtxt(_DATA / "cie_daylight.csv", delimiter=",", comments="#", skiprows=3).T
+    return np.interp(wavelength, table[0], table[1] + first * table[2] + second * table[3])

@@ -1,0 +1,63 @@
+"""Options of reading: what a file's numbers mean, where it does not say it, and how spectra become colours."""
+
+from dataclasses import dataclass
+
+from ..errors import DatasetError
+from .illuminants import DEFAULT, ILLUMINANTS
+
+ANGLES = ("degrees", "radians")
+QUANTITIES = {"brdf": "", "brdf_cos": "s", "brdf_cos_i": "i"}
+"""What values are, and the angle whose cosine is in them, as `columns.ANGLES` calls it."""
+
+
+def one_of(option: str, value: object, expected: tuple[str, ...]) -> None:
+    """Raise `DatasetError` unless the value of an option is one of those expected."""
+    if value not in expected:
+        raise DatasetError(f"{option} {value!r} found, expected {', '.join(expected[:-1])} or {expected[-1]}")
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Options of reading. `Format.options` says which of them matter to a format.
+
+    Attributes
+    ----------
+    angles : str, or None
+        One of `ANGLES`: the unit, whatever the file says.
+    quantity : str, or None
+        One of `QUANTITIES`, whatever the file says.
+    illuminant : str
+        One of `ILLUMINANTS`.
+
+    Raises
+    ------
+    DatasetError
+        If they are anything else.
+
+    Examples
+    --------
+    >>> try:
+    ...     Reading(angles="grad")
+    ... except DatasetError as error:
+    ...     print(error)
+    angles 'grad' found, expected degrees or radians
+    """
+
+    angles: str | None = None
+    quantity: str | None = None
+    illuminant: str = DEFAULT
+
+    def __post_init__(self) -> None:
+        if self.angles is not None:
+            one_of("angles", self.angles, ANGLES)
+        if self.quantity is not None:
+            one_of("quantity", self.quantity, tuple(QUANTITIES))
+        one_of("illuminant", self.illuminant, ILLUMINANTS)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What there is to say of spectra that were converted: nothing of the default."""
+        return () if self.illuminant == DEFAULT else (f"Spectra seen under the illuminant {self.illuminant}",)
+
+
+BY_DEFAULT = Reading()
