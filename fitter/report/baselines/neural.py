@@ -11,12 +11,14 @@ It is trained as theirs, by Adam (D. P. Kingma, J. Ba: Adam: A Method for Stocha
 mean absolute difference of log(1 + f cos theta_i). They have the million samples of a MERL material; here are few.
 Hence several networks are trained from random weights, and what is kept is the network, and the moment of its
 training, with the least error of `cube_root` at a tenth of the samples, which training does not see. A fit is clipped
-as Standard clips itself, at 4 times the largest sample of each channel. It needs NumPy alone.
+as Standard clips itself, at 4 times the largest sample of each channel. It needs NumPy alone. `published` reads the
+networks that the authors trained.
 """
 
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,6 +29,7 @@ from ...samples import LARGEST_VALUE, Samples
 from .bounds import ceiling
 
 HIDDEN = 21
+PUBLISHED = (6, HIDDEN), (HIDDEN, HIDDEN), (HIDDEN, 3)      # weights of the layers
 STARTS = 3
 STEPS = 6000
 BATCH = 256
@@ -75,8 +78,8 @@ class Neural:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the weights, the biases and the ceilings in single precision."""
-        return 4 * (self.coefficient_count + np.size(self.ceiling))
+        """Bytes of the weights, the biases and the ceilings, if they are of its own, in single precision."""
+        return 4 * (self.coefficient_count + (self.ceiling.size if isinstance(self.ceiling, np.ndarray) else 0))
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """The BRDF, 1/sr, 0 to `ceiling`: angles broadcast to (...), radians, to (..., channels) float64."""
@@ -122,6 +125,36 @@ def fit(samples: Samples) -> Neural:
                 copy[better] = array[better]
     best = int(np.argmin(least))
     return Neural(tuple(array[best] for array in kept[::2]), tuple(array[best, 0] for array in kept[1::2]), top)
+
+
+def published(path: str | Path, name: str) -> Neural:
+    """One of the networks that the authors published, for the materials of MERL and of RGL.
+
+    Parameters
+    ----------
+    path : path-like
+        An .npz of `names` (n,) and `weights` (n, 675): for each layer its weights, row by row, and its biases.
+    name : str
+
+    Returns
+    -------
+    Neural
+        Without a ceiling.
+
+    Raises
+    ------
+    ValueError
+        If there is no network of this name.
+    """
+    with np.load(path) as networks:
+        names = [str(each) for each in networks["names"]]
+        if name not in names:
+            raise ValueError(f"no network {name!r} in {path}; expected one of {', '.join(names)}")
+        flat = networks["weights"][names.index(name)]
+    sizes = [count for rows, columns in PUBLISHED for count in (rows * columns, columns)]
+    parts = np.split(flat, np.cumsum(sizes)[:-1])
+    return Neural(tuple(part.reshape(shape) for part, shape in zip(parts[::2], PUBLISHED, strict=True)),
+                  tuple(parts[1::2]))
 
 
 def half_and_difference(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:

@@ -8,7 +8,7 @@ import pytest
 import fitter
 from fitter.methods import gaussian_process
 from fitter.quality.cross_validation import held_out
-from fitter.report.baselines import bounds, ggx, koenderink, lafortune, neural, thin_plate
+from fitter.report.baselines import bounds, ggx, koenderink, lafortune, low2012, neural, thin_plate
 
 
 def directions(random, count=600):
@@ -406,3 +406,59 @@ def test_rivals_predict_what_is_held_out_of_curet_as_well_as_they_did(curet, bas
 
 def test_the_bound_of_a_dark_channel_is_0():
     assert bounds.ceiling(np.array([[0.5, -1.0], [0.2, -2.0]])).tolist() == [2.0, 0.0]
+
+
+def test_a_published_network_is_the_authors_and_unknown_names_are_told(data):
+    path, tool = data / "merl" / "nbrdf_nets.npz", data.parent / "tools" / "merl_binary.py"
+    if not path.is_file():
+        pytest.skip(f"the published networks are absent from {path.parent}")
+    model = neural.published(path, "alum-bronze")
+    assert (model.coefficient_count, model.nbytes) == (675, 2700)
+    with pytest.raises(ValueError, match=r"no network 'bronze'.*expected one of alum-bronze"):
+        neural.published(path, "bronze")
+    if not tool.is_file():
+        pytest.skip(f"{tool} is absent")
+    import runpy
+
+    weights = dict(zip(*(np.load(path)[key] for key in ("names", "weights")), strict=True))["alum-bronze"]
+    # the light at 40 degrees, the viewer at 20 degrees, both over the plane of incidence: theta_h 30, theta_d 10
+    expected = runpy.run_path(str(tool))["evaluate"](weights.astype(float), *np.radians([[30.0], [10.0], [0.0]]))
+    np.testing.assert_allclose(model.evaluate(*np.radians([[40.0], [0], [20], [0]])), expected, rtol=1e-5)
+
+
+def low_by_hand(kd, a, b, c, eta, i, o):
+    """The formula for unit vectors, one channel, with the reflectance of a dielectric by Fresnel's own equations."""
+    h = (i + o) / np.linalg.norm(i + o)
+    cosine = i @ h
+    inside = np.sqrt(1 - (1 - cosine ** 2) / eta ** 2)
+    s = (cosine - eta * inside) / (cosine + eta * inside)
+    p = (inside - eta * cosine) / (inside + eta * cosine)
+    shadowing = min(1, 2 * h[2] * i[2] / cosine, 2 * h[2] * o[2] / cosine)
+    return kd / np.pi + a * (s * s + p * p) / 2 * shadowing / (np.pi * i[2] * o[2] * (1 + b * (1 - h[2])) ** c)
+
+
+def test_the_microfacet_model_of_low_is_its_formula(random):
+    model = low2012.Low2012(np.array([0.1, 0.3]), np.array([20.0, 5.0]), 300.0, 1.4, 1.6)
+    theta_i, phi_i, theta_o, phi_o = directions(random, 50)
+    found = model.evaluate(theta_i, phi_i, theta_o, phi_o)
+    unit = [np.stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)], axis=1)
+            for t, p in ((theta_i, phi_i), (theta_o, phi_o))]
+    expected = [[low_by_hand(kd, a, 300.0, 1.4, 1.6, i, o) for kd, a in ((0.1, 20.0), (0.3, 5.0))]
+                for i, o in zip(*unit, strict=True)]
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    assert (model.coefficient_count, model.nbytes) == (5, 4 * 7)
+
+
+def test_the_published_microfacet_fits_come_close_to_the_networks(data):
+    folder = data / "merl"
+    if not (folder / "low2012_microfacet.json").is_file():
+        pytest.skip(f"the published parameters are absent from {folder}")
+    random = np.random.default_rng(1)
+    at = directions(random, 300)
+    for name in ("alum-bronze", "white-paint", "blue-acrylic"):
+        values = [of.evaluate(*at) for of in (low2012.published(folder / "low2012_microfacet.json", name),
+                                              neural.published(folder / "nbrdf_nets.npz", name))]
+        first, second = np.cbrt(values)
+        assert np.median(np.abs(first - second) / np.maximum(second, 1e-3)) < 0.15, name
+    with pytest.raises(ValueError, match="no material 'bronze'"):
+        low2012.published(folder / "low2012_microfacet.json", "bronze")
