@@ -1,5 +1,5 @@
 # make demo | test | test-matrix | test-mitsuba | test-slurm | fuzz | stability | mutants | lint | bench | bench-scale
-# | held-out | report | results | zip | title
+# | held-out | dense | report | results | zip | title
 # PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))
@@ -14,8 +14,8 @@ DATA := $(or $(MEASURED_BRDF_DATA),../shared/data)
 MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
-.PHONY: demo test test-matrix test-mitsuba test-slurm fuzz stability mutants lint bench bench-scale held-out report results \
-	zip title clean
+.PHONY: demo test test-matrix test-mitsuba test-slurm fuzz stability mutants lint bench bench-scale held-out dense report \
+	results zip title clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
@@ -59,6 +59,10 @@ bench-scale: $(ENV)/ready
 # goes on where an interrupted run of the same code stopped; `make report` shows what it wrote
 held-out: $(ENV)/ready
 	$(RUN) -m benchmarks.held_out --resume --out build/held_out
+
+# likewise
+dense: $(ENV)/ready
+	$(RUN) -m benchmarks.dense --resume --out build/dense
 
 report: $(ENV)/ready
 	@test -n "$(MEASUREMENTS)" || { echo "no measurements in $(DATA); set MEASURED_BRDF_DATA"; exit 1; }

@@ -17,6 +17,7 @@ from fitter import cli
 from fitter.report import Supplement, findings, markdown, plots
 from support.checkout import extension
 
+from .dense.supplement import dense_sets
 from .held_out.supplement import judged_sets
 
 
@@ -90,7 +91,8 @@ def main():
     options = parser.parse_args()
     if osl_support.missing():
         sys.exit(osl_support.missing())
-    cli.write_report(options.files, options.out, supplements=(judged_sets, times_in_cycles, rendered_by_cycles))
+    cli.write_report(options.files, options.out, supplements=(judged_sets, dense_sets, times_in_cycles,
+                                                              rendered_by_cycles))
 
 
 if __name__ == "__main__":

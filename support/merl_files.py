@@ -32,3 +32,21 @@ def nets():
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+def of_model(model, size=90):
+    """The bytes of a file of size, size, 2 size cells with a model's values; cells below the horizon are negative."""
+    theta_h = (np.arange(size) / size) ** 2 * np.pi / 2
+    theta_d, phi_d = (np.arange(count) / size * np.pi / 2 for count in (size, 2 * size))
+    values = np.empty((size, size, 2 * size, 3))
+    for plane, half in zip(values, theta_h, strict=True):           # one at a time, to save memory
+        x, y = (np.sin(theta_d)[:, None] * of(phi_d) for of in (np.cos, np.sin))
+        z = np.broadcast_to(np.cos(theta_d)[:, None], x.shape)
+        angles = []
+        for sign in (1, -1):                # the light, and the other side of the half vector
+            across, up = z * np.sin(half) + sign * x * np.cos(half), z * np.cos(half) - sign * x * np.sin(half)
+            angles += [np.arctan2(np.hypot(across, y), up), np.arctan2(sign * y, across)]
+        above = (np.maximum(angles[0], angles[2]) < np.pi / 2).ravel()
+        plane[...] = -SCALE
+        plane.reshape(-1, 3)[above] = model.evaluate(*(angle.ravel()[above] for angle in angles))
+    return pack(values)

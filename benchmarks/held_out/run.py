@@ -66,7 +66,7 @@ def run(sets, methods, out, jobs=1, resume=False, left_out=(), progress=print):
         progress(f"{len(sets) - len(wanted)} of {len(sets)} sets were finished before")
     with open(lines, "a", encoding="utf-8") as stream:
         work = partial(_judged, methods=tuple(methods), out=out, code=code)
-        for number, record in enumerate(_each(work, wanted, jobs), start=1):
+        for number, record in enumerate(each_of(work, wanted, jobs), start=1):
             stream.write(json.dumps(record) + "\n")
             stream.flush()
             finished[record["name"]] = record
@@ -86,9 +86,9 @@ def told(record):
     return f"{record['name']}: {found}; {sum(row['seconds'] for row in record['methods'].values()):.0f} s"
 
 
-def digest():
-    """A digest of the sources that the errors depend on."""
-    names = {path.relative_to(ROOT).as_posix() for pattern in _SOURCES for path in ROOT.glob(pattern)} - _NO_SOURCES
+def digest(sources=_SOURCES, without=_NO_SOURCES):
+    """A digest of the sources that the errors depend on: patterns of paths, and those of them that do not count."""
+    names = {path.relative_to(ROOT).as_posix() for pattern in sources for path in ROOT.glob(pattern)} - set(without)
     found = hashlib.sha256()
     for name in sorted(names):
         found.update(name.encode() + b"\0" + (ROOT / name).read_bytes() + b"\0")
@@ -129,7 +129,7 @@ def _judged(found, methods, out, code):
     return record | {"code": code}
 
 
-def _each(work, sets, jobs):
+def each_of(work, sets, jobs):
     """The results of the work on each set, as they come. Processes are spawned: Blender's threads survive no fork."""
     if jobs == 1:
         yield from map(work, sets)

@@ -1,0 +1,121 @@
+"""The size and the errors of the presets and their rivals on one material.
+
+All presets are fitted to all samples. They are judged at all of these; and between them, at the directions of
+`held_out.judging`, of which almost none is a sample, against the truth: the file's own function, or the net. Folds, as
+`held_out` has, would judge the presets at what they have not seen, but not the published models, which have seen all.
+The table's function between RGL's angles of incidence, some ten degrees apart, is its authors' interpolation.
+
+RGL's values may be negative, a fifth of chm_mint's, which no preset nor network follows: its cube roots have a floor of
+1.56. So there are errors at the samples "clipped" too, where negative ones count as 0, as in the authors' own reader;
+and between them, and in pictures, the truth is clipped.
+
+Rendered pictures are those of `sphere` under `sky.clear`. Of GGX, which searches from several starts, the fit is to
+GGX_SAMPLES of the samples at random.
+"""
+
+import time
+
+import numpy as np
+
+import fitter
+from fitter.methods import prepare
+from fitter.quality.cross_validation import cube_root
+from fitter.report.baselines import ggx
+from fitter.samples import distinct_channels, subset
+
+from ..held_out.judging import directions
+from . import image_errors, sky, sphere
+
+OWN = ("Draft", "Standard", "Reference", "Paper")
+GGX = "GGX"
+GGX_SAMPLES = 4000
+PLACES = ("samples", "clipped", "between")
+ERRORS = tuple(f"{place}_{error}" for place in PLACES for error in ("rmse", "cube_root_rmse", "cube_root_mae"))
+RENDERED = ("psnr", "mae", "flip", "delta_e_itp")
+TRUTH = "truth"
+_SEED = 2012
+
+
+def judge(material, presets=OWN, scene=None):
+    """Fit the presets and GGX to a material, and measure them and the published models.
+
+    Parameters
+    ----------
+    material : Material
+    presets : sequence of str
+    scene : sphere.Scene, optional
+        By default that of `sphere.scene` under `sky.clear`.
+
+    Returns
+    -------
+    record : dict
+        name, family; samples, channels (distinct ones), seconds; and models: for each bytes of all channels, seconds of
+        the fit in processor time, `ERRORS` and `RENDERED`, 1/sr, or to the power 1/3 where of cube roots; `_mae` is the
+        *mean* absolute difference. What is not known is None: all errors of a model that the samples are made of, and
+        of one that failed, which says why in "failed".
+    pictures : dict
+        Of the truth and the models: (size, size, 3) float32, scene-linear.
+    """
+    start = time.process_time()
+    opened = material.open()
+    samples, truth = opened.samples, opened.truth
+    scene = sphere.scene(sky.clear) if scene is None else scene
+    record = {"name": material.name, "family": material.family, "samples": len(samples),
+              "channels": len(distinct_channels(samples)[0].channels), "models": {}}
+    between = directions()
+    known = np.maximum(sphere.evaluated(truth, between), 0), sphere.render(truth, scene)
+    pictures = {TRUTH: known[1].astype(np.float32)}
+    for name, make in _makers(samples, presets, opened.rivals).items():
+        begun = time.process_time()
+        try:
+            model = make()
+            fitted = time.process_time() - begun
+            picture = sphere.render(model, scene)
+            values = sphere.evaluated(model, samples.directions)
+            row = {"bytes": model.nbytes, "seconds": fitted,
+                   **_differences("samples", samples.theta_o, samples.values, values),
+                   **_differences("clipped", samples.theta_o, np.maximum(samples.values, 0), values),
+                   **_differences("between", between[2], known[0], sphere.evaluated(model, between)),
+                   **image_errors.errors(known[1], picture, scene.inside)}
+            pictures[name] = picture.astype(np.float32)
+        except Exception as error:              # a long run goes on, and tells
+            row = _unknown(None, time.process_time() - begun) | {"failed": repr(error)}
+        record["models"][name] = row
+    record["models"] |= {name: _unknown(size, 0.0) for name, size in opened.stored.items()}
+    return record | {"seconds": time.process_time() - start}, pictures
+
+
+def _makers(samples, presets, rivals):
+    """Functions without arguments that return each model. The presets of one method share what `prepare` does."""
+    prepared = {}
+
+    def of_preset(name):
+        preset = fitter.PRESETS[name]
+        if preset["method"] not in prepared:
+            prepared[preset["method"]] = prepare(samples, preset["method"])
+        return fitter.fit(samples, **preset, **prepared[preset["method"]])
+
+    makers = {name: (lambda name=name: of_preset(name)) for name in presets}
+    return makers | {name: (lambda model=model: model) for name, model in rivals.items()} | {
+        GGX: lambda: ggx.fit(_thinned(samples))}
+
+
+def _thinned(samples):
+    if len(samples) <= GGX_SAMPLES:
+        return samples
+    kept = np.random.default_rng(_SEED).choice(len(samples), GGX_SAMPLES, replace=False)
+    return subset(samples, np.sort(kept))
+
+
+def _differences(place, theta_o, truth, found):
+    """The errors of one place."""
+    if not np.isfinite(found).all():
+        raise ArithmeticError(f"not a finite number, {place}")
+    cubes = cube_root(theta_o, found) - cube_root(theta_o, truth)
+    return {f"{place}_rmse": float(np.sqrt(np.mean((found - truth) ** 2))),
+            f"{place}_cube_root_rmse": float(np.sqrt(np.mean(cubes ** 2))),
+            f"{place}_cube_root_mae": float(np.abs(cubes).mean())}
+
+
+def _unknown(size, seconds):
+    return {"bytes": size, "seconds": seconds, **dict.fromkeys((*ERRORS, *RENDERED))}

@@ -1,0 +1,153 @@
+"""The dense measurements: RGL's files, and materials of MERL made of the nets that stand for the real ones.
+
+RGL's samples are the nodes of a file's table, and its truth is the file's own function between them (`RglTable`). The
+neural fits published with them take the difference vector of one of the two directions, and the files are not quite
+reciprocal: the authors' plugin gives the net the direction to the light where Mitsuba gives RGL's table that to the
+viewer. So is "Neural": up to 85 degrees its errors at the nodes are the smaller ones for all eight files
+(ilm_solo .24 by the cube root, and .65 the other way). "Neural, turned" is the other way, which is better at the
+authors' extrapolation to 90 degrees for some; what is said of the neural fit is of the better of both, error by error.
+
+MERL's samples are the cells of a file written from a net, whose truth is the net. The net cannot be judged by itself:
+the published rival is the microfacet model of Low and others, which was fitted to the real files.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from fitter.formats import rgl
+from fitter.formats.merl import read
+from fitter.model import Model, Reflectance
+from fitter.report.baselines import low2012, neural
+from fitter.samples import RGB, Samples
+from support import merl_files
+from support.checkout import measurements
+
+FAMILIES = ("RGL", "MERL")
+NEURAL, TURNED, MICROFACET, TABLE = "Neural", "Neural, turned", "Microfacet", "RGL table"
+RGL = ("aurora_white_rgb", "cc_green_malachite_rgb", "cc_ibiza_sunset_rgb", "chm_mint_rgb", "cm_military_green_rgb",
+       "ilm_solo_m_68_rgb", "irid_flake_paint1_rgb", "vch_silk_blue_rgb")
+# from mirror-like to dull, and why
+MERL = {
+    "chrome": "metal, a mirror: a peak of 600 / sr over almost nothing",
+    "brass": "polished coloured metal",
+    "nickel": "metal with a highlight of some degrees",
+    "alum-bronze": "metal, a narrow peak with a long tail",
+    "black-oxidized-steel": "metal, dull and dark",
+    "red-metallic-paint": "coated paint, the sharpest highlight of the paints",
+    "blue-metallic-paint": "flakes without a coat: a broad coloured lobe",
+    "color-changing-paint1": "interference: the colour turns with the angle",
+    "white-paint": "bright, with a weak highlight of eight degrees",
+    "dark-red-paint": "matte paint of one channel",
+    "specular-black-phenolic": "plastic, a sharp highlight over black",
+    "gray-plastic": "plastic with a medium highlight",
+    "pvc": "plastic, dark with a soft gloss",
+    "violet-rubber": "without a highlight, coloured",
+    "red-fabric": "fabric that shines at grazing angles",
+    "dark-specular-fabric": "fabric, dark and shining",
+    "fruitwood-241": "varnished wood",
+    "cherry-235": "wood, darker",
+    "white-marble": "polished stone, bright below its highlight",
+    "black-obsidian": "polished stone, a highlight over nothing"}
+
+
+@dataclass(frozen=True)
+class Opened:
+    """What is known of a material.
+
+    Attributes
+    ----------
+    samples : Samples
+    truth : Reflectance
+    rivals : dict
+        Published models, by name.
+    stored : dict
+        Bytes of published models that the samples themselves are made of, by name.
+    """
+
+    samples: Samples
+    truth: Reflectance
+    rivals: dict[str, Model]
+    stored: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Material:
+    """A dense measurement, which another process can open.
+
+    Attributes
+    ----------
+    name : str
+    family : one of FAMILIES
+    open : callable
+        Returns the `Opened`.
+    """
+
+    name: str
+    family: str
+    open: Callable[[], Opened]
+
+
+@dataclass(frozen=True)
+class Turned:
+    """A model with the two directions exchanged."""
+
+    model: Model
+
+    @property
+    def coefficient_count(self):
+        """Those of the model."""
+        return self.model.coefficient_count
+
+    @property
+    def nbytes(self):
+        """Those of the model."""
+        return self.model.nbytes
+
+    def evaluate(self, theta_i, phi_i, theta_o, phi_o):
+        """The model from o to i."""
+        return self.model.evaluate(theta_o, phi_o, theta_i, phi_i)
+
+
+def at_hand(names=()):
+    """The materials whose names contain one of the names, all without names; and why others are left out."""
+    found, left_out = [], []
+    folder = measurements()
+    for family, wanted, opened in (("RGL", RGL, of_rgl), ("MERL", MERL, of_merl)):
+        nets = folder / family.lower() / "nbrdf_nets.npz"
+        for name in wanted:
+            needed = [nets, *([nets.parent / f"{name}.bsdf"] if family == "RGL" else [])]
+            missing = [path for path in needed if not path.is_file()]
+            if missing:
+                left_out.append(f"{family} {name}: {missing[0]} is not there")
+            elif not names or any(part.lower() in name.lower() for part in names):
+                found.append(Material(name, family, partial(opened, name)))
+    return found, left_out
+
+
+def of_rgl(name):
+    """A file of RGL."""
+    path = measurements() / "rgl" / f"{name}.bsdf"
+    content = Path(path).read_bytes()
+    net = neural.published(path.parent / "nbrdf_nets.npz", name)
+    return Opened(rgl.read(path, content), rgl.read_table(path, content), {NEURAL: Turned(net), TURNED: net},
+                  {TABLE: len(content)})
+
+
+def of_merl(name):
+    """A material of MERL, as a file that is made of its net."""
+    folder = measurements() / "merl"
+    net = neural.published(folder / "nbrdf_nets.npz", name)
+    rivals = {}
+    if (folder / "low2012_microfacet.json").is_file():
+        rivals[MICROFACET] = low2012.published(folder / "low2012_microfacet.json", name)
+    return Opened(read(f"{name}.binary", merl_files.of_model(net)), net, rivals)
+
+
+def of_truth(truth, directions):
+    """Any reflectance at directions: for tests."""
+    values = truth.evaluate(*directions)
+    return Opened(Samples(*directions, np.asarray(values), RGB[:values.shape[1]], "made", "made"), truth, {})

@@ -1,0 +1,61 @@
+"""The contact sheet: the truth beside Standard, Draft, the published model and Paper, drawn with matplotlib."""
+
+from fitter.pictures import sphere, srgb
+from fitter.report.plots import pyplot, save
+
+from . import image_errors, run
+from .judging import TRUTH
+from .materials import MICROFACET, NEURAL
+
+NAME = "dense_spheres.png"
+SHOWN = ("aurora_white_rgb", "irid_flake_paint1_rgb", "chm_mint_rgb", "brass", "blue-metallic-paint", "white-marble")
+COLUMNS = (TRUTH, "Standard", "Draft", (NEURAL, MICROFACET), "Paper")
+_BACKGROUND, _INK = 0.16, "0.9"
+
+
+def draw(results, out, into=None):
+    """Draw `NAME`, of the materials SHOWN, or where none of them is there of the first six.
+
+    Parameters
+    ----------
+    results : dict
+        Of `run.run`.
+    out : Path
+        The folder of that run, which has the pictures.
+    into : Path, optional
+        Where to draw; `out` by default.
+
+    Returns
+    -------
+    list of str
+        The name of the picture; none if matplotlib is not installed.
+    """
+    records = {record["name"]: record for record in results["materials"]}
+    shown = [records[name] for name in SHOWN if name in records] or list(records.values())[:len(SHOWN)]
+    if pyplot() is None or not shown:
+        return []
+    save(_figure([(record, run.pictures(out, record["name"])) for record in shown]), (into or out) / NAME)
+    return [NAME]
+
+
+def _figure(shown):
+    figure, axes = pyplot().subplots(len(shown), len(COLUMNS), squeeze=False, layout="constrained",
+                                     figsize=(2.3 * len(COLUMNS), 2.55 * len(shown) + 0.6))
+    figure.set_facecolor(str(_BACKGROUND))
+    figure.suptitle("Spheres under a clear sky, with mean FLIP to the truth, and bytes", color=_INK, fontsize=12)
+    for line, (record, pictures) in zip(axes, shown, strict=True):
+        _, inside, cover = sphere(len(pictures[TRUTH]))
+        scale = image_errors.exposure(pictures[TRUTH][inside])
+        for axis, wanted in zip(line, COLUMNS, strict=True):
+            axis.set_axis_off()
+            name = next((each for each in ([wanted] if isinstance(wanted, str) else wanted) if each in pictures), None)
+            if name is None:
+                continue
+            over = cover[..., None] * inside[..., None]
+            axis.imshow(over * srgb(scale * pictures[name]) + (1 - over) * _BACKGROUND, origin="lower")
+            row = record["models"].get(name)
+            title = f"{record['name']}\n{name}" if row is None else f"{name}, {row['bytes']:,} bytes\n" + (
+                "" if row["flip"] is None else f"FLIP {row['flip']:.3f}")
+            axis.set_title(title, color=_INK, fontsize=9, pad=2)
+    return figure
+
