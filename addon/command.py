@@ -12,6 +12,7 @@ from typing import Any
 import bpy
 
 from ..fitter import PRESETS, cli
+from ..fitter.colours import DEFAULT
 from .jobs import tasks
 from .jobs.blender_process import Command, CommandError, Report
 from .library import assets, batch, library_file, studio
@@ -19,6 +20,7 @@ from .library.discovery import Failure, Source, sources_in
 from .materials import material as materials
 from .materials import osl_support
 from .materials.properties import CHOICES, LEVELS, NO_SPECULAR_LEVEL, Choices, fit_arguments, use_preset
+from .materials.reading import load_arguments, scene_colours, use_reading
 
 _TOLERANCE = 0.05           # where it is not used
 
@@ -29,7 +31,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if options.run in _OPENS_FILES and bpy.data.filepath and options.report_to is None:
             # in another Blender, so that the open file stays open
-            result = Command(*(sys.argv[1:] if arguments is None else arguments)).run()
+            given = sys.argv[1:] if arguments is None else arguments
+            for_this_file = ["--colours", scene_colours()] if options.run == _convert and not options.colours else []
+            result = Command(*given, *filter(None, for_this_file)).run()
             return _summary([batch.Row(*row) for row in result["rows"]], result["path"])
         exit_code: int = options.run(options)
         return exit_code
@@ -74,6 +78,7 @@ def _parser() -> argparse.ArgumentParser:
 
     info = commands.add_parser("info", help="describe measurements")
     info.add_argument("paths", nargs="+", metavar="PATH", help="files or folders")
+    cli.add_reading(info)
     info.set_defaults(run=_info)
     return parser
 
@@ -87,6 +92,9 @@ def _add_inputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--compression", type=float, metavar="C", help="percentage of the sparse lattice to drop")
     parser.add_argument("--tolerance", type=float, metavar="T",
                         help="choose the smallest fit with this RMSE at the samples (1/sr), instead of setting levels")
+
+
+    cli.add_reading(parser, None)
 
 
 def _level_or_none(text: str) -> int:
@@ -115,6 +123,7 @@ def _choices(options: argparse.Namespace) -> Choices:
             setattr(choices, name, getattr(options, name))
     choices.use_tolerance = options.tolerance is not None
     choices.tolerance = options.tolerance if choices.use_tolerance else _TOLERANCE
+    use_reading(choices, options.angles, options.quantity, options.illuminant)
     return choices
 
 
@@ -130,7 +139,7 @@ def _convert(options: argparse.Namespace) -> int:
     total, report = len(sources), options.report_to and Report(options.report_to)
     with _quiet():
         steps = batch.convert(bpy.context, sources, failures, _choices(options), out, options.processes, options.force,
-                              options.prune)
+                              options.prune, options.colours or scene_colours() or DEFAULT)
         while True:
             try:
                 progress = next(steps)
@@ -169,6 +178,7 @@ def _render(options: argparse.Namespace) -> int:
     _require_osl()
     sources, failures = sources_in(options.paths)
     choices, out = _choices(options), Path(options.out)
+    how = {**load_arguments(choices), **({"colours": options.colours} if options.colours else {})}
     out.mkdir(parents=True, exist_ok=True)
     rows = [batch.Row(Path(name).name, f"failed: {error}") for name, _, error in failures]
     for number, (path, sample) in enumerate(sources):
@@ -176,7 +186,8 @@ def _render(options: argparse.Namespace) -> int:
         choices.filepath, choices.sample = path, sample
         try:
             with _quiet():
-                item = materials.create(tasks.outcome(path, sample, fit_arguments(choices)), choices, bpy.context)
+                made = tasks.outcome(path, sample, fit_arguments(choices), how=how)
+                item = materials.create(made, choices, bpy.context)
                 studio.render(item, out.resolve() / f"{assets.file_name(item.name)}.png", options.size, options.samples)
         except (ValueError, RuntimeError) as error:
             rows.append(batch.Row(f"{Path(path).name} {sample}".strip(), f"failed: {error}"))
@@ -190,7 +201,8 @@ def _render(options: argparse.Namespace) -> int:
 def _info(options: argparse.Namespace) -> int:
     sources, failures = sources_in(options.paths)
     for path in dict.fromkeys(path for path, _ in sources):
-        cli.main(["info", path])
+        how = [f"--{name}={value}" for name, value in cli.reading_of(options).items() if value is not None]
+        cli.main(["info", path, *how])
     for _, _, error in failures:
         print(f"error: {error}", file=sys.stderr)
     return int(bool(failures))

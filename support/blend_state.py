@@ -3,9 +3,9 @@
 import bpy
 
 CHOICES = ("filepath", "sample", "preset", "diffuse_level", "specular_level", "compression", "use_tolerance",
-           "tolerance")
+           "tolerance", "angles", "quantity", "illuminant")
 RESULTS = ("name_of_data", "digest", "asset_key", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels",
-           "changes", "version")
+           "changes", "version", "colours")
 KINDS = ("materials", "node_groups", "texts", "images", "objects", "meshes", "lights", "scenes", "worlds", "libraries")
 
 

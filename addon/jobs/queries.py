@@ -6,6 +6,7 @@ from typing import Any
 import bpy
 
 from ..annotations import Arguments
+from ..materials.reading import load_arguments
 from . import icons, queue, tasks
 from .job import Job
 
@@ -16,7 +17,8 @@ def data(material: bpy.types.Material) -> Job[tasks.Data]:
     """The job that reads the file of a material."""
     settings = material.measured_brdf
     path = bpy.path.abspath(settings.filepath, library=material.library)
-    return queue.ask(_data_key(path, settings.sample), partial(tasks.read, path, settings.sample), "read",
+    how = load_arguments(settings)
+    return queue.ask(_data_key(path, settings.sample, how), partial(tasks.read, path, settings.sample, how=how), "read",
                      max_age=_RECHECK)
 
 
@@ -29,9 +31,9 @@ def cost(measured: tasks.Data, arguments: Arguments) -> tuple[Job[tasks.Fitted],
     return found, held
 
 
-def known_fit(path: str, sample: str, arguments: Arguments) -> tuple[str, tasks.Fitted] | None:
+def known_fit(path: str, sample: str, how: Arguments, arguments: Arguments) -> tuple[str, tasks.Fitted] | None:
     """A fit that a panel has asked for before, with the digest of its measurements; else None."""
-    measured = queue.known(_data_key(path, sample))
+    measured = queue.known(_data_key(path, sample, how))
     found = None if measured is None else queue.known(_key("fit", measured, arguments))
     return None if found is None else (measured.digest, found)
 
@@ -53,8 +55,8 @@ def errors_by_level(measured: tasks.Data, arguments: Arguments) -> tuple[int, Jo
     return icons.icon(_key("levels", measured, arguments), partial(tasks.errors_by_level, measured, arguments), "slow")
 
 
-def _data_key(path: str, sample: str) -> tuple[str, str, str]:
-    return "data", path, sample
+def _data_key(path: str, sample: str, how: Arguments) -> tuple[str, ...]:
+    return "data", path, sample, tasks.freeze(how)
 
 
 def _key(kind: str, measured: tasks.Data, arguments: Arguments) -> tuple[str, str, str]:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from ... import fitter
-from ...fitter import formats, methods, pictures
+from ...fitter import colours, formats, methods, pictures
 from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.cycles import stand_in
 from ...fitter.cycles.bake import SHADER_VERSION, bake
@@ -65,15 +65,15 @@ class Outcome(NamedTuple):
     principled: stand_in.Principled
 
 
-def read(path: str, sample: str | None, report: Report = silent) -> Data:
-    """Read and describe measurements. Raises DatasetError."""
+def read(path: str, sample: str | None, report: Report = silent, how: Arguments | None = None) -> Data:
+    """Read and describe measurements; `how` are keyword arguments of `fitter.load`. Raises DatasetError."""
     report(0.0, "Reading")
-    samples = fitter.load(path, sample or None)
+    samples = fitter.load(path, sample or None, **(how or {}))
     return Data(samples, describe.describe(samples, formats.overflowed(path, sample or None)), digest(samples))
 
 
 def outcome(path: str, sample: str | None, arguments: Arguments, report: Report = silent,
-            known: tuple[str, Fitted] | None = None) -> Outcome:
+            known: tuple[str, Fitted] | None = None, how: Arguments | None = None) -> Outcome:
     """Read measurements, fit them, and bake the shader's source.
 
     Parameters
@@ -84,6 +84,8 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
         Of the fit.
     known : (str, Fitted), optional
         The fit, if it has been made before, with the digest of its measurements.
+    how : dict, optional
+        Of reading: keyword arguments of `fitter.load`.
 
     Returns
     -------
@@ -95,21 +97,22 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
         If the measurements or the arguments are invalid.
     """
     report(0.0, "Reading")
-    samples = fitter.load(path, sample or None)
+    samples = fitter.load(path, sample or None, **(how or {}))
     key = digest(samples)
     report(0.1, "Fitting")
     found = known[1] if known is not None and known[0] == key else fitted(samples, key, arguments)
     return finish(samples, key, found, report)
 
 
-def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments,
-             report: Report = silent) -> list[tuple[str, str, Outcome | ValueError]]:
+def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: Report = silent,
+             how: Arguments | None = None) -> list[tuple[str, str, Outcome | ValueError]]:
     """Outcomes of several measurements; for those that failed, the error.
 
     Parameters
     ----------
     sources : list of (path, sample)
-    arguments : dict
+    arguments, how : dict
+        As `outcome` takes them.
 
     Returns
     -------
@@ -121,16 +124,16 @@ def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments,
             report((number + fraction) / len(sources), f"{name}: {doing}")
 
         try:
-            done.append((path, sample, outcome(path, sample, arguments, within)))
+            done.append((path, sample, outcome(path, sample, arguments, within, how=how)))
         except ValueError as error:
             done.append((path, sample, error))
     return done
 
 
-def asset(path: str, sample: str | None, arguments: Arguments, folder: str,
-          report: Report = silent) -> tuple[Outcome, SingleArray]:
+def asset(path: str, sample: str | None, arguments: Arguments, folder: str, report: Report = silent,
+          how: Arguments | None = None) -> tuple[Outcome, SingleArray]:
     """An outcome and a thumbnail. The fit is saved in a folder, and loaded from there the next time."""
-    samples = fitter.load(path, sample or None)
+    samples = fitter.load(path, sample or None, **(how or {}))
     key = digest(samples)
     keep = Path(folder) / f"{fit_key(samples.name, key, arguments)}.npz"
     if keep.is_file():
@@ -139,7 +142,7 @@ def asset(path: str, sample: str | None, arguments: Arguments, folder: str,
         found = fitted(samples, key, arguments)
         keep.parent.mkdir(parents=True, exist_ok=True)
         found.fit.save(keep)
-    return finish(samples, key, found, report), pictures.lit_sphere(found.fit)
+    return finish(samples, key, found, report), pictures.lit_sphere(found.fit, colours=samples.colours)
 
 
 def fit_key(name: str, data_digest: str, arguments: Arguments) -> str:
@@ -256,7 +259,7 @@ def errors_by_level(data: Data, arguments: Arguments, report: Report = silent) -
 
 def lit_sphere(data: Data, arguments: Arguments, _report: Report = silent) -> SingleArray:
     """The picture of a lit sphere: (size, size, 4)."""
-    return pictures.lit_sphere(fitted(data.samples, data.digest, arguments).fit)
+    return pictures.lit_sphere(fitted(data.samples, data.digest, arguments).fit, colours=data.samples.colours)
 
 
 def polar_plot(data: Data, arguments: Arguments, theta_i: float,
@@ -270,7 +273,8 @@ def digest(samples: fitter.Samples) -> str:
 
     Values are rounded, because the conversion of spectra differs in the last bits between computers.
     """
-    content = hashlib.sha256("\n".join(samples.channels).encode())
+    space = () if samples.colours == colours.DEFAULT else (samples.colours,)
+    content = hashlib.sha256("\n".join((*samples.channels, *space)).encode())
     scale = np.abs(samples.values).max() or 1.0
     for array, unit in (*((angle, 1.0) for angle in samples.directions), (samples.values, scale)):
         for start in range(0, len(array), _CHUNK):

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import bpy
 
-from ...fitter import Fit, pictures
 from ...fitter.arrays import SingleArray
 from ...fitter.files import locked, replacing
 from ..annotations import present
@@ -127,8 +126,3 @@ def catalogue_id() -> uuid.UUID:
 def file_name(name: str) -> str:
     """A name that every file system accepts."""
     return re.sub(r"[^\w.-]+", "_", name).strip("._") or "material"
-
-
-def thumbnail(fit: Fit) -> SingleArray:
-    """The lit sphere, as a thumbnail."""
-    return pictures.lit_sphere(fit)

@@ -17,11 +17,13 @@ import bpy
 
 from ... import fitter
 from ...fitter.arrays import SingleArray
+from ...fitter.colours import DEFAULT
 from ..annotations import Arguments, present
 from ..jobs import process, tasks
 from ..jobs.job import Job
 from ..materials import material as materials
 from ..materials.properties import Choices, fit_arguments
+from ..materials.reading import load_arguments
 from . import assets, library_file
 from .discovery import Failure, Source
 
@@ -75,8 +77,8 @@ _Planned = Mapping[Path | None, Sequence[_Task]]
 
 
 def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Sequence[Failure], choices: Choices,
-            path: str | Path, processes: int = PROCESSES, force: bool = False,
-            prune: bool = False) -> Generator[Progress, None, list[Row]]:
+            path: str | Path, processes: int = PROCESSES, force: bool = False, prune: bool = False,
+            colours: str = DEFAULT) -> Generator[Progress, None, list[Row]]:
     """Write an asset library, in steps that do not wait for the processes: callers should sleep between them.
 
     Parameters
@@ -96,6 +98,8 @@ def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Seq
         Keep a file that is not a library under another name, instead of raising an error.
     prune : bool
         Remove unused materials of an earlier run whose measurements are not among the sources or failures.
+    colours : str
+        The colour space of the files that will use the materials.
 
     Returns
     -------
@@ -107,13 +111,13 @@ def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Seq
     library_file.LibraryError, OSError
         If the file may not be replaced; then nothing has changed.
     """
-    path = Path(path)
+    path, how = Path(path), {**load_arguments(choices), "colours": colours}
     with library_file.writing(path, force):
         parts = library_file.parts(path)
         entries = [entry for part in parts for entry in _entries_in(part)]
         unread = list(failures)
         rows: list[Row] = []
-        planned, stale = _plan(sources, fit_arguments(choices), entries, unread, rows)
+        planned, stale = _plan(sources, how, fit_arguments(choices), entries, unread, rows)
         rows += [Row(_name(name, sample), f"failed: {error}") for name, sample, error in unread]
         given = {(Path(source.path).name, source.sample) for source in (*sources, *unread)}
         removed: defaultdict[Path, list[str]] = defaultdict(list)
@@ -125,7 +129,7 @@ def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Seq
                 removed[entry.part].append(entry.name)
             rows.append(Row(entry.name, f"{'removed' if prune and not entry.is_used else 'kept'}: its measurements are "
                                         "not among the files given"))
-        yield from _write_parts(context, path, parts, planned, removed, entries, choices, processes, rows)
+        yield from _write_parts(context, path, parts, planned, removed, entries, choices, how, processes, rows)
     return rows
 
 
@@ -140,8 +144,8 @@ def _entries_in(part: Path) -> list[_Entry]:
     return found
 
 
-def _plan(sources: Sequence[Source], arguments: Arguments, entries: Sequence[_Entry], failures: list[Failure],
-          rows: list[Row]) -> tuple[_Planned, list[_Entry]]:
+def _plan(sources: Sequence[Source], how: Arguments, arguments: Arguments, entries: Sequence[_Entry],
+          failures: list[Failure], rows: list[Row]) -> tuple[_Planned, list[_Entry]]:
     """The tasks, and the entries whose measurements are not among the sources.
 
     Appends to `rows` the materials that are up to date, and to `failures` the files that cannot be read.
@@ -152,7 +156,7 @@ def _plan(sources: Sequence[Source], arguments: Arguments, entries: Sequence[_En
     current = {entry.key: entry for entry in reversed(entries)}
     for path, sample in sources:
         try:
-            samples = fitter.load(path, sample or None)
+            samples = fitter.load(path, sample or None, **how)
         except ValueError as error:
             failures.append(Failure(path, sample, error))
             continue
@@ -188,8 +192,8 @@ def _has_same_name(task: _Task, entry: _Entry) -> bool:
 
 
 def _write_parts(context: bpy.types.Context, path: Path, parts: Sequence[Path], planned: _Planned,
-                 removed: Mapping[Path, Sequence[str]], entries: Sequence[_Entry], choices: Choices, processes: int,
-                 rows: list[Row]) -> Iterator[Progress]:
+                 removed: Mapping[Path, Sequence[str]], entries: Sequence[_Entry], choices: Choices, how: Arguments,
+                 processes: int, rows: list[Row]) -> Iterator[Progress]:
     """Change and save one part after the other."""
     total = sum(map(len, planned.values()))
     done, waiting = 0, [*planned.get(None, ())]
@@ -210,7 +214,7 @@ def _write_parts(context: bpy.types.Context, path: Path, parts: Sequence[Path], 
         for name in unwanted:
             materials.remove(bpy.data.materials[name])
         made: list[str] = []
-        for step in _in_parallel(todo, fit_arguments(choices), folder, processes,
+        for step in _in_parallel(todo, how, fit_arguments(choices), folder, processes,
                                  partial(_make_material, context, choices, made, rows)):
             yield Progress((done + step) / total, f"{done + step} of {total} fitted")
         done += len(todo)
@@ -224,7 +228,7 @@ def _write_parts(context: bpy.types.Context, path: Path, parts: Sequence[Path], 
         assets.write_catalogue(path.parent)
 
 
-def _in_parallel(todo: Sequence[_Task], arguments: Arguments, folder: Path, processes: int,
+def _in_parallel(todo: Sequence[_Task], how: Arguments, arguments: Arguments, folder: Path, processes: int,
                  function: Callable[[_Task, _Job], object]) -> Iterator[int]:
     """Do tasks in worker processes, and call `function` with each finished job: yields how many are done."""
     waiting = [*reversed(todo)]
@@ -240,7 +244,7 @@ def _in_parallel(todo: Sequence[_Task], arguments: Arguments, folder: Path, proc
                     function(task, job)
             while waiting and len(running) < processes:
                 task = waiting.pop()
-                job = Job(partial(tasks.asset, task.path, task.sample, arguments, str(folder)))
+                job = Job(partial(tasks.asset, task.path, task.sample, arguments, str(folder), how=how))
                 worker = idle.pop() if idle and idle[-1].is_alive() else process.Worker()
                 worker.begin(job)
                 running.append((job, task, worker))

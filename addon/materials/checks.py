@@ -8,10 +8,12 @@ from typing import NamedTuple
 
 import bpy
 
+from ...fitter.colours import COLOURS
 from ...fitter.shader_constants import MAX_LAMPS
 from .. import versions
 from ..scene.lamps import instances, light_objects, sky_moves
 from . import material as materials
+from . import reading
 
 # Cycles has 64 closure slots. A measured material fills up to 27: its mixture 12, each of four lamps 3, a sampled
 # direction 3.
@@ -40,7 +42,7 @@ class Finding(NamedTuple):
 
 def check(scene: bpy.types.Scene) -> list[Finding]:
     """The settings of a scene that change how measured materials look, worst first."""
-    return [*_light_paths(scene), *_lamps(scene), *_materials()]
+    return [*_light_paths(scene), *_lamps(scene), *_colours(), *_materials()]
 
 
 def _light_paths(scene: bpy.types.Scene) -> Iterator[Finding]:
@@ -84,6 +86,29 @@ def _lamps(scene: bpy.types.Scene) -> Iterator[Finding]:
         yield Finding("lock_interface", "Instanced lamps or bright places of the sky move: animations rendered from "
                       "the window follow them only with Lock Interface", "Turn Lock Interface on",
                       lambda: setattr(scene.render, "use_lock_interface", True))
+
+
+def _colours() -> Iterator[Finding]:
+    here = reading.scene_colours()
+    coloured = [material for material in bpy.data.materials
+                if material.measured_brdf.coefficients and material.measured_brdf.colours != reading.GREY]
+    if coloured and not here:
+        yield Finding("colours", f"The working space of this file is none of {', '.join(COLOURS)}: measured colours "
+                      "are wrong in it. Choose one of these, or an OpenColorIO configuration that has one")
+    for material in coloured:
+        if fitted := reading.other_colours(material.measured_brdf, here):
+            found = f"{material.name} was fitted for colours in {fitted}; those of this file are in {here}"
+            if material.is_editable and reading.has_file(material):
+                yield Finding(f"colours:{material.name}", f"{found}. It looks too pale or too saturated",
+                              f"Refit it for {here}", lambda material=material: _refit(material))
+            else:
+                yield Finding(f"colours:{material.name}", f"{found}. Refit it in the file that it belongs to, and "
+                              "where its measurements are")
+
+
+def _refit(material: bpy.types.Material) -> None:
+    with bpy.context.temp_override(material=material):
+        bpy.ops.measured_brdf.fit()
 
 
 def _materials() -> Iterator[Finding]:

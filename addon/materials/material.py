@@ -13,7 +13,7 @@ from .. import versions
 from ..annotations import present
 from ..scene import lamps
 from ..transaction import new_data_removed_on_error, restored_on_error
-from . import node_group, stand_in
+from . import node_group, reading, stand_in
 from .compiler import Shader, compile_shader
 from .properties import CHOICES, RESULTS, Choices
 
@@ -193,6 +193,7 @@ def _store(settings: Any, choices: Choices, outcome: Outcome) -> None:
     results = {"name_of_data": outcome.samples.name, "digest": outcome.digest,
                "coefficients": fit.coefficient_count, "bytes": fit.nbytes, "rmse": errors.rmse, "mre": errors.mre,
                "seconds": seconds, "changes": "; ".join(fit.changes), "version": versions.CURRENT,
-               "fitted_levels": fit.notation}
+               "fitted_levels": fit.notation,
+               "colours": outcome.samples.colours if len(outcome.samples.channels) > 1 else reading.GREY}
     for name in RESULTS:
         setattr(settings, name, results[name])

@@ -7,7 +7,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ...fitter import PRESETS
-from ...fitter.formats import KNOWN_FILES
+from ...fitter.formats import KNOWN_FILES, illuminants
 from ...fitter.lattice.dense import MAX_LEVEL
 from ...fitter.presets import PRESET_DESCRIPTIONS
 from ..annotations import Arguments
@@ -15,11 +15,25 @@ from ..annotations import Arguments
 NO_SPECULAR_LEVEL = -1
 LEVELS = ("diffuse_level", "specular_level", "compression")
 RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels", "changes",
-           "version")
-CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance")
+           "version", "colours")
+READING = ("angles", "quantity", "illuminant")
+CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", *READING)
+AS_THE_FILE_SAYS = "auto"
 PRESET_ITEMS = tuple((name, name, text) for name, text in PRESET_DESCRIPTIONS.items())
 _ARGUMENTS: dict[str, Arguments] = {name: cast(Arguments, preset) for name, preset in PRESETS.items()}
 _PAPER = _ARGUMENTS["Paper"]
+_ANGLES = ((AS_THE_FILE_SAYS, "As the File Says", "In the unit that the file names, or that its format defines"),
+           ("degrees", "Degrees", "In degrees, whatever a table or an ASTM file says"),
+           ("radians", "Radians", "In radians, whatever a table or an ASTM file says"))
+_QUANTITIES = ((AS_THE_FILE_SAYS, "As the File Says", "What the file names, or what its format defines"),
+               ("brdf", "BRDF", "Reflected radiance divided by irradiance"),
+               ("brdf_cos", "BRDF times Cosine", "Times the cosine of the outgoing angle, as goniometers usually print "
+                                                 "it (cosine-corrected)"),
+               ("brdf_cos_i", "BRDF times Incident Cosine", "Times the cosine of the incident angle"))
+_LIGHTS = (("D65", "Daylight (D65)", "Daylight of noon; white is that of screens"),
+           ("D50", "Horizon Daylight (D50)", "Warmer daylight, the standard of print"),
+           ("A", "Incandescent (A)", "A light bulb"),
+           ("E", "Equal Energy (E)", "The same power at every wavelength"))
 
 
 class Choices(Protocol):
@@ -33,6 +47,9 @@ class Choices(Protocol):
     compression: float
     use_tolerance: bool
     tolerance: float
+    angles: str
+    quantity: str
+    illuminant: str
 
 
 class FitChoices:
@@ -69,6 +86,15 @@ class FitChoices:
         name="Tolerance", default=0.05, min=1e-6, soft_max=1, precision=4,
         description="Largest RMSE at the samples, in 1/sr. Lower values follow the measurements more closely and make "
                     "larger files")
+    angles: EnumProperty(
+        name="Angles", items=_ANGLES, default=AS_THE_FILE_SAYS,
+        description="Unit of the angles of a table. Only needed where the file does not say it, or says it wrongly")
+    quantity: EnumProperty(
+        name="Values", items=_QUANTITIES, default=AS_THE_FILE_SAYS,
+        description="What the values of a table are. Only needed where the file does not say it, or says it wrongly")
+    illuminant: EnumProperty(
+        name="Illuminant", items=_LIGHTS, default=illuminants.DEFAULT,
+        description="The light under which spectra are seen when they become colours. White stays white")
 
 
 def fit_arguments(choices: Choices) -> Arguments:
@@ -123,6 +149,7 @@ class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
     mre: FloatProperty(name="MRE")
     seconds: FloatProperty(name="Seconds")
     fitted_levels: StringProperty(name="Levels")
+    colours: StringProperty(name="Colours")             # reading.GREY, or the space; 0.1.0 left it empty: Rec.709
     changes: StringProperty(name="Changes")             # that made the fit physically plausible
     shown_theta: FloatProperty(
         name="Incidence", default=math.radians(40), min=0, max=math.radians(85), subtype="ANGLE",

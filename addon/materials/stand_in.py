@@ -5,10 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import bpy
+import numpy as np
 
+from ...fitter.colours import DEFAULT, conversion
 from ..annotations import present
+from .reading import scene_colours
 
 if TYPE_CHECKING:
+    from ...fitter.arrays import FloatArray
     from .material import Outcome
 
 _NODE = "Measured BRDF Fallback"
@@ -20,16 +24,22 @@ def update(material: bpy.types.Material, outcome: Outcome) -> None:
     An EEVEE output of the user's own stays as it is.
     """
     close = outcome.principled
-    material.diffuse_color = (*outcome.albedo, 1)
+    material.diffuse_color = (*_shown(outcome, outcome.albedo), 1)
     material.roughness, material.metallic = close.roughness, close.metallic
     tree = present(material.node_tree)
     node = tree.nodes.get(_NODE)
     if node is None:
         node = _add(tree)
     if node is not None and node.bl_idname == "ShaderNodeBsdfPrincipled":
-        for name, value in (("Base Color", (*close.base_color, 1)), ("Roughness", close.roughness),
+        for name, value in (("Base Color", (*_shown(outcome, close.base_color), 1)), ("Roughness", close.roughness),
                             ("Metallic", close.metallic), ("Specular IOR Level", close.specular_level)):
             node.inputs[name].default_value = value
+
+
+def _shown(outcome: Outcome, color: FloatArray) -> FloatArray:
+    """A colour of an outcome, (3,), in the space of the open file, as Blender takes it: libraries may have another."""
+    here = scene_colours() or DEFAULT
+    return np.clip(conversion(outcome.samples.colours, here) @ color, 0, 1)
 
 
 def _add(tree: bpy.types.NodeTree) -> bpy.types.Node | None:

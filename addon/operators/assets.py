@@ -17,6 +17,7 @@ from ..jobs.modal import InBackground
 from ..library import assets, library_file
 from ..materials import material as materials
 from ..materials.properties import fit_arguments
+from ..materials.reading import load_arguments
 from .active_material import active_material
 
 
@@ -128,10 +129,10 @@ def _thumbnail(target: bpy.types.Material) -> SingleArray | None:
     """The lit sphere; None if the measurements cannot be read, so that Blender renders a preview."""
     settings = target.measured_brdf
     try:
-        data = tasks.read(bpy.path.abspath(settings.filepath), settings.sample)
+        data = tasks.read(bpy.path.abspath(settings.filepath), settings.sample, how=load_arguments(settings))
     except DatasetError:
         return None
-    return assets.thumbnail(tasks.fitted(data.samples, data.digest, fit_arguments(settings)).fit)
+    return tasks.lit_sphere(data, fit_arguments(settings))
 
 
 def _add_library(context: bpy.types.Context, folder: Path) -> None:

@@ -13,7 +13,8 @@ from ..jobs import process, queries, tasks
 from ..jobs.modal import InBackground, Steps
 from ..library.discovery import GLOB
 from ..materials import compiler, material
-from ..materials.properties import CHOICES, fit_arguments
+from ..materials.properties import CHOICES, READING, fit_arguments
+from ..materials.reading import load_arguments
 from ..transaction import by_session_uid
 from .active_material import active_material, is_editable
 
@@ -48,11 +49,16 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
         self._target = target.session_uid
         settings = target.measured_brdf
         self._choices = SimpleNamespace(**{name: getattr(settings, name) for name in CHOICES})
-        self._choices.preset = self._choices.preset or "Paper"      # a damaged .blend may name one that does not exist
+        # a damaged .blend may name some that do not exist
+        self._choices.preset = self._choices.preset or "Paper"
+        for name in READING:
+            default = settings.bl_rna.properties[name].default
+            setattr(self._choices, name, getattr(self._choices, name) or default)
         self._choices.filepath = self.filepath or settings.filepath
         path, sample, arguments = bpy.path.abspath(self._choices.filepath), settings.sample, fit_arguments(settings)
-        return process.Calculation(
-            partial(tasks.outcome, path, sample, arguments, known=queries.known_fit(path, sample, arguments)))
+        how = load_arguments(settings)
+        known = queries.known_fit(path, sample, how, arguments)
+        return process.Calculation(partial(tasks.outcome, path, sample, arguments, known=known, how=how))
 
     def prepare(self, outcome: tasks.Outcome) -> Steps:
         yield 0.95, "Compiling"
@@ -63,9 +69,9 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
         target = by_session_uid(bpy.data.materials, self._target)
         if target is None or not target.is_editable:
             raise ValueError("The material has been removed meanwhile")
-        before = target.measured_brdf.digest
+        before, space = target.measured_brdf.digest, target.measured_brdf.colours
         material.assign(target, outcome, self._choices, context, shader)
-        if before not in ("", outcome.digest):
+        if before not in ("", outcome.digest) and space == target.measured_brdf.colours:
             self.report({"INFO"}, f"{target.name}: the measurements differ from those of the previous fit")
 
 

@@ -15,6 +15,7 @@ from ..jobs.modal import InBackground, Steps
 from ..library import batch
 from ..library.discovery import GLOB, files_in, sources_in
 from ..materials.properties import NO_SPECULAR_LEVEL, FitChoices, complete, fit_arguments
+from ..materials.reading import load_arguments
 from .assets import ReplacesFile
 from .import_data import MakesMaterials, Outcomes, begin_with_preference
 
@@ -64,7 +65,7 @@ class MEASUREDBRDF_OT_import_folder(_FromFolder, MakesMaterials, bpy.types.Opera
     def work(self, context: bpy.types.Context) -> process.Calculation:
         self.remember_target(context)
         sources, self._failures = sources_in([self.checked_folder()])
-        return process.Calculation(partial(tasks.outcomes, sources, fit_arguments(self)))
+        return process.Calculation(partial(tasks.outcomes, sources, fit_arguments(self), how=load_arguments(self)))
 
     def prepare(self, outcomes: Outcomes) -> Steps:
         return super().prepare([*self._failures, *outcomes])
@@ -93,6 +94,8 @@ The open file does not change"""
                                  "--specular-level", level, "--compression", round(self.compression, 4)]
         if self.use_tolerance:
             options += ["--tolerance", round(self.tolerance, 7)]
+        for name, value in load_arguments(self).items():
+            options += [] if value is None else [f"--{name}", value]
         return Command("convert", folder, "-o", path, *options, *self.force_option())
 
     def apply(self, _context: bpy.types.Context, result: dict[str, Any]) -> None:

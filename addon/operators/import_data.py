@@ -1,5 +1,6 @@
 """Imports files of measurements as materials: with File > Import, and by drag and drop."""
 
+import textwrap
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -10,7 +11,7 @@ import bpy
 from bpy.props import CollectionProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
-from ...fitter import DatasetError
+from ...fitter import DatasetError, UnitsUnknownError
 from ...fitter.formats import EXTENSIONS, FORMAT_NAMES, list_samples
 from .. import preferences
 from ..annotations import OperatorResult, present
@@ -18,13 +19,15 @@ from ..jobs import process, tasks
 from ..jobs.modal import InBackground, Steps
 from ..library.discovery import GLOB
 from ..materials import compiler, material
-from ..materials.properties import CHOICES, LEVELS, FitChoices, complete, fit_arguments, use_preset
+from ..materials.properties import CHOICES, LEVELS, READING, FitChoices, complete, fit_arguments, use_preset
+from ..materials.reading import draw_reading, load_arguments
 from ..transaction import by_session_uid
 
 Outcomes = Sequence[tuple[str, str, tasks.Outcome | ValueError]]
 """As `tasks.outcomes` returns them."""
 _Prepared = Sequence[tuple[str, str, tasks.Outcome | ValueError, compiler.Shader | None]]
 
+_DIALOG, _CHARACTER = 480, 7       # pixels: the width of a dialog, and of a character on average
 _EDITORS = {"VIEW_3D", "PROPERTIES", "OUTLINER", "NODE_EDITOR", "FILE_BROWSER"}
 
 
@@ -104,7 +107,14 @@ class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator
     def work(self, context: bpy.types.Context) -> process.Calculation:
         self.remember_target(context)
         return process.Calculation(
-            partial(tasks.outcomes, [(path, self.sample) for path in self._paths()], fit_arguments(self)))
+            partial(tasks.outcomes, [(path, self.sample) for path in self._paths()], fit_arguments(self),
+                    how=load_arguments(self)))
+
+    def _failed(self, error: Exception) -> OperatorResult:
+        if isinstance(error, UnitsUnknownError) and self.options.is_invoke and not bpy.app.background:
+            bpy.ops.measured_brdf.say_units("INVOKE_DEFAULT", complaint=str(error), **_given(self))
+            return {"CANCELLED"}            # the other operator asks, and starts anew
+        return MakesMaterials._failed(self, error)
 
     def _paths(self) -> list[str]:
         return [str(Path(self.directory) / item.name) for item in self.files if item.name] or [
@@ -129,16 +139,44 @@ class MEASUREDBRDF_OT_browse(FitChoices, bpy.types.Operator, ImportHelper):
         return super().invoke(context, event)
 
     def draw(self, _context: bpy.types.Context) -> None:
-        layout = self.layout
+        layout = present(self.layout)
         layout.use_property_split = True
         layout.use_property_decorate = False
         for name in CHOICES[1:]:
+            if name not in READING:
+                layout.prop(self, name)
+        draw_reading(layout, self)
+
+    def execute(self, _context: bpy.types.Context) -> OperatorResult:
+        bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **_given(self))
+        return {"FINISHED"}
+
+
+class MEASUREDBRDF_OT_say_units(FitChoices, bpy.types.Operator):
+    """Choose what the numbers of a file are that does not say it, and import it"""
+
+    bl_idname = "measured_brdf.say_units"
+    bl_label = "What Are These Numbers?"
+    bl_options = {"INTERNAL"}
+
+    complaint: StringProperty(options={"HIDDEN", "SKIP_SAVE"})
+    directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        return context.window_manager.invoke_props_dialog(self, width=_DIALOG, confirm_text="Import")
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        layout = present(self.layout)
+        for number, line in enumerate(textwrap.wrap(self.complaint, _DIALOG // _CHARACTER)):
+            layout.label(text=line, icon="QUESTION" if number == 0 else "BLANK1")
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        for name in ("angles", "quantity"):
             layout.prop(self, name)
 
     def execute(self, _context: bpy.types.Context) -> OperatorResult:
-        chosen = {name: getattr(self, name) for name in CHOICES}
-        bpy.ops.measured_brdf.import_data(
-            "INVOKE_DEFAULT", directory=self.directory, files=[{"name": item.name} for item in self.files], **chosen)
+        bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **_given(self))
         return {"FINISHED"}
 
 
@@ -153,6 +191,12 @@ class MEASUREDBRDF_FH_measurements(bpy.types.FileHandler):
     @classmethod
     def poll_drop(cls, context: bpy.types.Context) -> bool:
         return context.area is not None and context.area.type in _EDITORS
+
+
+def _given(operator: Any) -> dict[str, Any]:
+    """The files and choices of an operator, for another that goes on with them."""
+    return {"directory": operator.directory, "files": [{"name": item.name} for item in operator.files],
+            **{name: getattr(operator, name) for name in CHOICES}}
 
 
 def begin_with_preference(operator: Any, context: bpy.types.Context) -> None:
@@ -180,7 +224,7 @@ def _menu_item(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
     menu.layout.operator(MEASUREDBRDF_OT_browse.bl_idname, text=f"Measured BRDF ({', '.join(FORMAT_NAMES)})")
 
 
-classes = (MEASUREDBRDF_OT_import_data, MEASUREDBRDF_OT_browse, MEASUREDBRDF_FH_measurements)
+classes = (MEASUREDBRDF_OT_import_data, MEASUREDBRDF_OT_browse, MEASUREDBRDF_OT_say_units, MEASUREDBRDF_FH_measurements)
 
 
 def register() -> None:

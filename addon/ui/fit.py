@@ -14,6 +14,7 @@ from ..jobs.job import Job
 from ..materials import material as materials
 from ..materials import osl_support
 from ..materials.properties import NO_SPECULAR_LEVEL, is_preset
+from ..materials.reading import draw_reading, other_colours, scene_colours
 from ..operators import assets, fit, import_data, presets, rendering, samples, update
 from .comparison import draw_cost
 from .layout import MaterialPanel, draw_warning, draw_wrapped
@@ -52,6 +53,7 @@ class MEASUREDBRDF_PT_material(MaterialPanel, bpy.types.Panel):
         if not settings.filepath:
             layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
             return
+        draw_reading(layout, settings)
         data = queries.data(context.material)
         _draw_version(layout, context.material)
         _draw_data_state(layout, settings, data, fitted)
@@ -98,6 +100,8 @@ def _draw_data_state(layout: bpy.types.UILayout, settings: Any, data: Job[tasks.
     elif data.error is not None:
         draw_warning(layout, str(data.error))
         layout.operator(fit.MEASUREDBRDF_OT_find_file.bl_idname, icon="FILE_FOLDER")
+    elif fitted and (space := other_colours(settings, here := scene_colours())):
+        draw_warning(layout, f"Fitted for colours in {space}; those of this file are in {here}. Refit it")
     elif fitted and data.result is not None and data.result.digest != settings.digest:
         draw_warning(layout, "The measurements have changed since the fit. Refit to use them")
 

@@ -1,0 +1,217 @@
+"""How measurements are read in Blender: by options that stay with the material, into the colour space of the file."""
+
+import math
+from types import SimpleNamespace
+from unittest.mock import MagicMock
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.colours import conversion
+from support.stage import add_lamp, black_scene, render
+
+CHEAP = {"diffuse_level": 2, "specular_level": -1}
+COLOR = np.array([0.6, 0.2, 0.1])
+HAVE_SPACES = pytest.mark.skipif("not __import__('bpy').app.version >= (5, 0, 0)",
+                                 reason="before 5.0 the OpenColorIO configuration has one space for all files")
+
+
+def table(path, values, names="R,G,B"):
+    """A table of a Lambertian that does not say its units: radians, and values times the cosine of theta_o."""
+    angles = np.random.default_rng(0).random((400, 3)) * [1.5, 1.5, math.pi]
+    rows = [",".join(f"{number:.7f}" for number in (i, o, phi, *np.multiply(values, np.cos(o) / math.pi)))
+            for i, o, phi in angles]
+    path.write_text("\n".join([f"theta_i,theta_o,phi,{names}", *rows]))
+    return str(path)
+
+
+@pytest.fixture
+def file(tmp_path):
+    return table(tmp_path / "paint.csv", COLOR)
+
+
+@pytest.fixture
+def grey(tmp_path):
+    return table(tmp_path / "grey.csv", [0.5], "BRDF")
+
+
+HOW = {"angles": "radians", "quantity": "brdf_cos"}
+
+
+@pytest.fixture
+def cube(blender):
+    black_scene(8, 8, samples=16, span=1)
+    blender.ops.mesh.primitive_plane_add(size=4)
+    return blender.context.object
+
+
+def use_space(bpy, name):
+    bpy.ops.wm.set_working_color_space(working_space=name, convert_colors=True)
+
+
+def findings(bpy):
+    from measured_brdf.addon.materials import checks
+
+    return [finding for finding in checks.check(bpy.context.scene) if finding.key.startswith("colours")]
+
+
+def test_a_file_without_units_is_refused_with_the_option_that_reads_it(blender, cube, file):
+    with pytest.raises(RuntimeError, match=r"paint\.csv:1: .*import, Angles"):
+        blender.ops.measured_brdf.import_data(filepath=file, **CHEAP)
+    assert cube.active_material is None
+    assert blender.ops.measured_brdf.import_data(filepath=file, **CHEAP, **HOW) == {"FINISHED"}
+    settings = cube.active_material.measured_brdf
+    assert (settings.angles, settings.quantity, settings.illuminant) == ("radians", "brdf_cos", "D65")
+    samples = fitter.load(file, **HOW)
+    expected = fitter.fit(samples, 2, None)
+    errors = fitter.error_metrics(samples.values, expected.evaluate(*samples.directions))
+    assert settings.rmse == pytest.approx(errors.rmse, rel=1e-4)
+    np.testing.assert_allclose(np.pi * samples.values, np.tile(COLOR, (400, 1)), rtol=1e-4)
+
+
+def test_refit_and_panel_read_as_the_import_did(blender, cube, file, extension, monkeypatch):
+    jobs, asked = extension.addon.jobs, []
+    blender.ops.measured_brdf.import_data(filepath=file, illuminant="A", **CHEAP, **HOW)
+    settings = cube.active_material.measured_brdf
+    before = settings.digest
+    assert blender.ops.measured_brdf.fit() == {"FINISHED"}
+    assert (settings.digest, settings.illuminant, settings.angles) == (before, "A", "radians")
+    monkeypatch.setattr(jobs.queue, "ask", lambda key, function, *more, **options: asked.append((key, function)))
+    jobs.queries.data(cube.active_material)
+    settings.quantity = "brdf"
+    jobs.queries.data(cube.active_material)
+    (key, function), (other, _) = asked
+    assert key != other                     # another answer is another question
+    assert function().digest == before
+
+
+@pytest.mark.parametrize("name", ["angles", "quantity", "illuminant"])
+def test_an_unknown_choice_is_refused(blender, cube, file, name):
+    with pytest.raises(TypeError, match="not found in"):
+        blender.ops.measured_brdf.import_data(filepath=file, **{name: "other"})
+
+
+class Window:
+    """Blender's module as `import_data` sees it in a window: operators that are called are noted."""
+
+    def __init__(self, bpy):
+        self.called = []
+        operators = SimpleNamespace(say_units=lambda *arguments, **options: self.called.append((arguments, options)))
+        self.ops = SimpleNamespace(measured_brdf=operators)
+        self.app = SimpleNamespace(background=False)
+        self.types, self.data, self.path = bpy.types, bpy.data, bpy.path
+
+
+@pytest.mark.parametrize(("is_invoke", "asks"), [(True, True), (False, False)])
+def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, extension, file, monkeypatch, is_invoke,
+                                                                  asks):
+    module = extension.addon.operators.import_data
+    window, reports = Window(blender), []
+    monkeypatch.setattr(module, "bpy", window)
+    operator = SimpleNamespace(options=SimpleNamespace(is_invoke=is_invoke), directory="", files=[], sample="",
+                               filepath=file, preset="Paper", diffuse_level=2, specular_level=-1, compression=0.0,
+                               use_tolerance=False, tolerance=1.0, angles="auto", quantity="auto", illuminant="D65",
+                               report=lambda kind, text: reports.append(text))
+    with pytest.raises(ValueError, match="degrees or radians") as raised:
+        extension.fitter.load(file)
+    assert module.MEASUREDBRDF_OT_import_data._failed(operator, raised.value) == {"CANCELLED"}
+    if asks:
+        (kind, given), = window.called
+        assert kind == ("INVOKE_DEFAULT",)
+        assert given["filepath"] == file
+        assert "degrees or radians" in given["complaint"]
+    else:
+        assert not window.called
+        assert "degrees or radians" in reports[0]
+
+
+def test_the_dialog_imports_with_what_was_chosen(blender, cube, file):
+    assert blender.ops.measured_brdf.say_units(filepath=file, preset="Paper", **CHEAP, **HOW) == {"FINISHED"}
+    assert cube.active_material.measured_brdf.quantity == "brdf_cos"
+
+
+def test_the_dialogs_draw_the_options(extension):
+    module = extension.addon.operators.import_data
+    for cls, expected in ((module.MEASUREDBRDF_OT_browse, {"angles", "quantity", "illuminant", "sample", "preset"}),
+                          (module.MEASUREDBRDF_OT_say_units, {"angles", "quantity"})):
+        layout, body = MagicMock(), MagicMock()
+        layout.panel.return_value = (MagicMock(), body)
+        operator = SimpleNamespace(layout=layout, complaint="the angles may be degrees or radians " * 5)
+        cls.draw(operator, None)
+        drawn = [call.args[1] for part in (layout, body) for call in part.prop.call_args_list]
+        assert expected <= set(drawn)
+        assert len(drawn) == len(set(drawn))
+
+
+@HAVE_SPACES
+@pytest.mark.parametrize(("space", "name"), [("Linear Rec.709", "Rec.709"), ("Linear Rec.2020", "Rec.2020"),
+                                             ("ACEScg", "ACEScg")])
+def test_the_space_of_the_file_is_that_of_the_picture(blender, cube, file, space, name):
+    from measured_brdf.addon.materials.reading import scene_colours
+
+    use_space(blender, space)
+    assert scene_colours() == name
+    blender.ops.measured_brdf.import_data(filepath=file, diffuse_level=4, specular_level=6, **HOW)
+    material = cube.active_material
+    assert material.measured_brdf.colours == name
+    add_lamp("SUN", math.pi, angle=0)
+    expected = conversion("Rec.709", name) @ COLOR
+    assert render(blender.context.scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.01)
+    assert material.diffuse_color[:3] == pytest.approx(expected, abs=0.02)
+    assert material.node_tree.nodes["Measured BRDF Fallback"].inputs["Base Color"].default_value[:3] == pytest.approx(
+        expected, abs=0.02)
+
+
+@HAVE_SPACES
+def test_a_material_of_another_space_is_told_and_mended(blender, cube, file, grey):
+    blender.ops.measured_brdf.import_data(filepath=file, **CHEAP, **HOW)
+    material = cube.active_material
+    assert not findings(blender)
+    use_space(blender, "ACEScg")
+    (found,) = findings(blender)
+    assert "was fitted for colours in Rec.709; those of this file are in ACEScg" in found.message
+    assert blender.ops.measured_brdf.fix_setting(key=found.key) == {"FINISHED"}
+    assert material.measured_brdf.colours == "ACEScg"
+    assert not findings(blender)
+    material.measured_brdf.filepath = "gone.csv"
+    use_space(blender, "Linear Rec.709")
+    (found,) = findings(blender)
+    assert (found.fix, "its measurements are" in found.message) == (None, True)
+    blender.data.materials.remove(material)
+    blender.ops.measured_brdf.import_data(filepath=grey, **CHEAP, **HOW)
+    assert cube.active_material.measured_brdf.colours == "grey"
+    use_space(blender, "ACEScg")
+    assert not findings(blender)
+
+
+def test_a_file_of_a_space_that_nobody_knows_is_told(blender, cube, file, extension, monkeypatch):
+    reading = extension.addon.materials.reading
+    blender.ops.measured_brdf.import_data(filepath=file, **CHEAP, **HOW)
+    monkeypatch.setattr(reading, "Color", lambda axis: SimpleNamespace(from_scene_linear_to_xyz_d65=lambda: axis))
+    assert reading.scene_colours() == ""
+    (found,) = findings(blender)
+    assert "none of Rec.709, Rec.2020, ACEScg" in found.message
+    assert blender.ops.measured_brdf.fit() == {"FINISHED"}
+    assert cube.active_material.measured_brdf.colours == "Rec.709"
+
+
+@HAVE_SPACES
+def test_a_library_may_be_of_another_space_than_its_blend(blender, file, tmp_path, capfd):
+    """What is linked from it into a file of that space has the right colours there, those of the stand-in too."""
+    from measured_brdf.addon import command
+
+    out = tmp_path / "out" / "library.blend"
+    given = ["convert", file, "-o", str(out), "--preset", "Paper", "--diffuse-level", "2", "--specular-level", "none",
+             "--processes", "1", "--angles", "radians", "--quantity", "brdf_cos", "--colours", "ACEScg"]
+    assert command.main(given) == 0, capfd.readouterr()
+    assert command.main(given) == 0
+    assert "up to date" in capfd.readouterr().out
+    blender.ops.wm.read_factory_settings(use_empty=True)
+    use_space(blender, "ACEScg")
+    with blender.data.libraries.load(str(out), link=True) as (source, target):
+        target.materials = source.materials
+    (material,) = target.materials
+    assert (material.measured_brdf.colours, material.measured_brdf.quantity) == ("ACEScg", "brdf_cos")
+    assert not findings(blender)
+    assert material.diffuse_color[:3] == pytest.approx(conversion("Rec.709", "ACEScg") @ COLOR, abs=0.02)
