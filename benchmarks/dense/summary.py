@@ -33,17 +33,18 @@ class Wish(NamedTuple):
 WISHES = (Wish("RGL", "Standard", (NEURAL, TURNED), 0.5), Wish("RGL", "Draft", (NEURAL, TURNED), 1.0),
           Wish("MERL", "Standard", (MICROFACET,), 0.5), Wish("MERL", "Standard", (MICROFACET,), 1.0),
           Wish("MERL", "Draft", (MICROFACET,), 1.0))
-CAPTION = (f"Fits to all samples: RGL's nodes, and MERL's cells of files written from the published nets, which are "
-           f"the truth there and no rival. Errors at all samples; at these "
-           f"where negative ones count as 0, which RGL's files have and no preset follows (clipped); and between "
-           f"them, at directions of which a third is "
-           f"near the mirror direction and a sixth near the light's, to 85 degrees, against the file's own function or "
-           f"the net. MAE is the *mean* absolute difference here; cube root: of cosine-weighted values. Neural is the "
-           f"published network of 675 weights (Sztrajman et al. 2021), turned: with the two directions exchanged; "
-           f"Microfacet the published fit (Low et al. 2012); RGL table the file itself, whose samples are its nodes; "
-           f"GGX our own fit to {judging.GGX_SAMPLES:,} of the samples. Pictures: a sphere of {sphere.SIZE} pixels "
-           f"under Preetham's clear sky (1999), PSNR (dB), MAE and FLIP of sRGB as shown, Delta E ITP (BT.2124) with "
-           f"white at {image_errors.WHITE:.0f} cd/m^2.\n")
+CAPTION = (f"Fits to all samples (of MERL's million, Paper to {judging.PAPER_SAMPLES:,} at random): RGL's nodes, "
+           "and MERL's cells of files written from the published nets, which are the truth there and no rival. "
+           "Errors at all samples; at these where negative ones count as 0 (clipped), as RGL's files have them "
+           "and no preset follows them; and between them, at directions to 85 degrees of which a third is near "
+           "the mirror direction and a sixth near the light's, against the file's own function or the net. MAE "
+           "is the *mean* absolute difference here; cube root: of cosine-weighted values. Neural is the "
+           "published network of 675 weights (Sztrajman et al. 2021), turned: with the two directions exchanged; "
+           "Microfacet the published fit (Low et al. 2012); RGL table the file itself, whose samples are its "
+           f"nodes; GGX our own fit to {judging.GGX_SAMPLES:,} samples to 85 degrees. Pictures: a sphere of "
+           f"{sphere.SIZE} pixels under Preetham's clear sky (1999); PSNR (dB), MAE and FLIP of sRGB as shown; "
+           f"Delta E ITP (BT.2124) with white at {image_errors.WHITE:.0f} cd/m^2. Seconds are of the processor; "
+           "the first of the presets that share a preparation bears it.\n")
 
 
 def ratios(records, wish, error):
