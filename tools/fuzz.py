@@ -26,6 +26,7 @@ from hypothesis import strategies as st
 
 import fitter
 from fitter import cli
+from fitter.colours import conversion
 from fitter.cycles.bake import bake
 from fitter.formats import curet, mat5, mbsdf, merl, spectra, table, tensor_file, zemax
 from fitter.methods import METHODS
@@ -41,6 +42,8 @@ _ODD = (b"nan", b"-nan", b"inf", b"-inf", b"1e999", b"1e300", b"-1e31", b"1e-400
         b"--1", b"1e", b"1.5708", b"-0.1", b"9" * 500, b"0." + b"3" * 5000, b"R", b"", b"\xd9\xa3", b"\xc2\xa0", b"#",
         b"400nm", b"VARS", b"2147483648", b"1e5", b"\0", b"\x85", b"\x1c", b"\xef\xbb\xbf")
 _NUMBER = re.compile(rb"[-+.\w]+")
+_OPTIONS = ({"colours": "ACEScg"}, {"angles": "radians", "quantity": "brdf_cos"}, {"angles": "degrees"},
+            {"quantity": "brdf_cos_i", "illuminant": "A", "colours": "Rec.2020"})      # of reading, one for each case
 _PANEL = panel_work.load()
 
 
@@ -212,8 +215,8 @@ def cases(draw, files):
 
 
 def check(content, path):
-    """Read a case with `fitter.load`, by the command line and as the panel does, fit it, bake some fits, and raise
-    AssertionError where it breaks a promise.
+    """Read a case with `fitter.load`, with options too, by the command line and as the panel does, fit it, bake some
+    fits, and raise AssertionError where it breaks a promise.
 
     Returns
     -------
@@ -233,6 +236,7 @@ def check(content, path):
         code = cli.main(["info", str(path)])
     assert code == 0 or (samples is None and code == 1), complaint.getvalue()     # 0 for a list of CURET samples
     seconds = max(seconds, more)
+    _read_with_options(content, path, samples)
     if samples is None:
         return "refused", seconds, memory
     angles, values = naive(content)
@@ -246,6 +250,20 @@ def check(content, path):
     which, rest = divmod(zlib.crc32(content), _ONE_OF)
     _fit_and_bake(samples, path, list(METHODS)[which % len(METHODS)] if rest == 0 else None)
     return "read", seconds, memory
+
+
+def _read_with_options(content, path, samples):
+    """Read a case, which is `samples` without options or None, with some of them."""
+    options = _OPTIONS[zlib.crc32(content) // _ONE_OF % len(_OPTIONS)]
+    found, message, _, _ = _measured(lambda path: fitter.load(path, **options), path, content, _OVERHEAD)
+    assert str(path) in message, f"the message does not name the file: {message}"
+    assert "angles" not in options or "may be degrees or radians" not in message, message
+    if [*options] == ["colours"]:
+        assert (found is None) == (samples is None), message
+        if samples is not None:
+            matrix = np.eye(1) if len(samples.channels) == 1 else conversion("Rec.709", options["colours"])
+            np.testing.assert_allclose(found.values, samples.values @ matrix.T, rtol=1e-9,
+                                       atol=1e-9 * np.abs(samples.values).max())
 
 
 def _vectors(angles):

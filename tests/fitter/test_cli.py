@@ -54,7 +54,8 @@ def test_a_table_that_says_too_little_is_read_by_options(tmp_path):
     assert "Angles in radians, as asked" in described
     assert "Colours in ACEScg" in described
     assert run("fit", table, *how, "-o", fit).returncode == 0
-    np.testing.assert_allclose(fitter.Fit.load(fit).evaluate(0.4, 0, 0.6, 2).ravel(), [0.3066, 0.0351, 0.0103], atol=0.005)
+    values = fitter.Fit.load(fit).evaluate(0.4, 0, 0.6, 2).ravel()
+    np.testing.assert_allclose(values, [0.3066, 0.0351, 0.0103], atol=0.005)
     assert "invalid choice: 'turns'" in run("info", table, "--angles", "turns").stderr
 
 

@@ -1,6 +1,8 @@
 """How measurements are read in Blender: by options that stay with the material, into the colour space of the file."""
 
 import math
+import time
+from functools import partial
 from types import SimpleNamespace
 from unittest.mock import MagicMock
 
@@ -215,3 +217,40 @@ def test_a_library_may_be_of_another_space_than_its_blend(blender, file, tmp_pat
     assert (material.measured_brdf.colours, material.measured_brdf.quantity) == ("ACEScg", "brdf_cos")
     assert not findings(blender)
     assert material.diffuse_color[:3] == pytest.approx(conversion("Rec.709", "ACEScg") @ COLOR, abs=0.02)
+
+
+def test_a_file_without_units_is_known_by_its_error_across_processes(blender, file, extension):
+    jobs = extension.addon.jobs
+    job = jobs.process.start(partial(jobs.tasks.outcomes, [(file, "")], {"diffuse_level": 1, "specular_level": None}))
+    until = time.monotonic() + 60
+    while not job.poll() and time.monotonic() < until:
+        time.sleep(0.01)
+    jobs.process.unregister()
+    ((_, _, error),) = job.result
+    assert isinstance(error, extension.fitter.UnitsUnknownError)
+
+
+def test_a_folder_is_imported_by_the_options(blender, cube, file, tmp_path):
+    assert blender.ops.measured_brdf.import_folder(directory=str(tmp_path), **CHEAP, **HOW) == {"FINISHED"}
+    assert cube.active_material.measured_brdf.angles == "radians"
+
+
+@HAVE_SPACES
+def test_a_folder_becomes_a_library_by_the_options_for_the_open_file(blender, file, tmp_path):
+    use_space(blender, "ACEScg")
+    out = tmp_path / "library.blend"
+    assert blender.ops.measured_brdf.convert_folder(directory=str(tmp_path), library=str(out), illuminant="A", **CHEAP,
+                                                    **HOW) == {"FINISHED"}
+    with blender.data.libraries.load(str(out), link=True) as (source, target):
+        target.materials = source.materials
+    settings = target.materials[0].measured_brdf
+    assert (settings.colours, settings.angles, settings.quantity, settings.illuminant) == (
+        "ACEScg", "radians", "brdf_cos", "A")
+
+
+def test_the_same_numbers_in_another_space_are_other_measurements(extension, glossy):
+    tasks, samples = extension.addon.jobs.tasks, extension.fitter.Samples
+    one, other = (samples(*glossy.directions, glossy.values, glossy.channels, colours=space)
+                  for space in ("Rec.709", "ACEScg"))
+    assert tasks.digest(one) != tasks.digest(other)
+    assert tasks.digest(one) == tasks.digest(glossy)
