@@ -26,8 +26,10 @@ def converted(samples: Samples, colours: str) -> Samples:
     notes: tuple[str, ...] = ()
     if colours != DEFAULT:
         values = samples.values @ conversion(DEFAULT, colours).T
+        values.flags.writeable = False          # so that `Samples` need not copy them
         samples, notes = replace(samples, values=values, colours=colours), (f"Colours in {colours}",)
-    return replace(samples, notes=(*samples.notes, *notes, *_outside(samples)))
+    notes += _outside(samples)
+    return replace(samples, notes=(*samples.notes, *notes)) if notes else samples
 
 
 def _outside(samples: Samples) -> tuple[str, ...]:
