@@ -18,7 +18,9 @@ The grid is one of half vectors: the place s of a half vector is what `rgl_warp`
 
 (without the last factor where jacobian is 0). So the file is a function, `RglTable`, and the samples are its values at
 the nodes of the grid that are above the horizon. All nodes of a column where the half vector is the normal are one
-direction: the sample is their mean.
+direction: the sample is their mean. The angles of incidence may be 30 degrees apart, across which a highlight changes
+more than any fit can guess, and the grid is wide where ndf is not even: further samples are the function's values
+between, at angles of incidence at most 4 degrees apart.
 
 Limits: anisotropic materials are refused. Values may be negative (out of the gamut of sRGB), and stay so; those at
 theta_i = 90 degrees are the authors' extrapolation.
@@ -31,7 +33,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import ArrayLike, FloatArray, IntArray
+from ..arrays import ArrayLike, BoolArray, FloatArray, IntArray
 from ..errors import DatasetError
 from ..samples import HORIZON, LARGEST_VALUE, RGB, Samples
 from . import rgl_warp, tensor_file
@@ -43,6 +45,7 @@ from .text import decode
 
 LARGEST = 64 << 20          # bytes; a spectral file has up to 15 million
 _NEEDED = ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "jacobian")
+_STEP = np.radians(4)        # between the angles of incidence of the samples, at most
 _LOWEST = 1e-6              # cosine of theta_o below which a direction is on the horizon, where f is not defined
 
 
@@ -115,23 +118,56 @@ class RglTable:
         values : (n, 3) float64
             1/sr.
         """
-        size = self.values.shape[1]
-        step = np.arange(size) / (size - 1)
         parts = []
         for index, theta in enumerate(np.minimum(self.theta_i, HORIZON)):
-            u_x, u_y = rgl_warp.from_grid(self.warp, index, step, step[:-1])    # the last row is the first, 2 pi on
-            u_x[:, 0] = 0
+            u_x, u_y = self._half_vectors(index)
             value = self.values[index, :-1].copy()
             value[:, 0] = value[:, 0].mean(axis=0)
-            u_y = np.broadcast_to(u_y[:, None], u_x.shape)
-            theta_i = np.full_like(u_x, theta)
-            theta_o, phi_o = _reflected(theta_i, u_x ** 2 * HORIZON, (2 * u_y - 1) * np.pi)
-            kept = np.cos(theta_o) > _LOWEST
-            kept[1:, 0] = False
-            factor = self._factor(theta_i[kept], theta_o[kept], u_x[kept], u_y[kept])
-            parts.append((theta_i[kept], theta_o[kept], phi_o[kept], value[kept] * factor[:, None]))
+            theta_i, theta_o, phi_o, kept = self._above(theta, u_x, u_y)
+            factor = self._factor(theta_i, theta_o, u_x[kept], u_y[kept])
+            parts.append((theta_i, theta_o, phi_o, value[kept] * factor[:, None]))
         theta_i, theta_o, phi_o, values = (np.concatenate(part) for part in zip(*parts, strict=True))
         return theta_i, theta_o, phi_o, values
+
+    def between(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Directions between the nodes, and between the angles of incidence, and the BRDF there; as `nodes`.
+
+        The grid is halved from the normal outward, and the half vectors are those of the nearest angle of incidence, on
+        one side of the plane of incidence.
+        """
+        theta_i, size = np.minimum(self.theta_i, HORIZON), self.values.shape[1]
+        x = np.arange(1, 2 * size - 1) / (2 * size - 2)
+        y = np.arange(size // 2) / (size - 1)
+        parts = []
+        for index, (theta, gap) in enumerate(zip(theta_i, np.append(np.diff(theta_i), 0), strict=True)):
+            count = max(int(np.ceil(gap / _STEP)), 1)
+            for step in range(count):
+                u_x, u_y = rgl_warp.from_grid(self.warp, index + (2 * step > count), x, y)
+                if not step:
+                    u_x = u_x[:, ::2]       # the others are nodes
+                parts.append(self._above(theta + step / count * gap, u_x, np.broadcast_to(u_y[:, None], u_x.shape))[:3])
+        incident, theta_o, phi_o = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return incident, theta_o, phi_o, self.evaluate(incident, np.zeros_like(incident), theta_o, phi_o)
+
+    def _half_vectors(self, index: int) -> tuple[FloatArray, FloatArray]:
+        """The nodes of the grid for an angle of incidence, in the unit square: (N - 1, N) each."""
+        size = self.values.shape[1]
+        step = np.arange(size) / (size - 1)
+        u_x, u_y = rgl_warp.from_grid(self.warp, index, step, step[:-1])    # the last row is the first, 2 pi on
+        u_x[:, 0] = 0
+        return u_x, np.broadcast_to(u_y[:, None], u_x.shape)
+
+    @staticmethod
+    def _above(theta: float, u_x: FloatArray, u_y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
+        """theta_i, theta_o and phi_o of the half vectors that reflect above the horizon, (n,); and which these are.
+
+        Of a column where the half vector is the normal, the first.
+        """
+        theta_i = np.full_like(u_x, theta)
+        theta_o, phi_o = _reflected(theta_i, u_x ** 2 * HORIZON, (2 * u_y - 1) * np.pi)
+        kept = np.cos(theta_o) > _LOWEST
+        kept[1:] &= u_x[1:] > 0
+        return theta_i[kept], theta_o[kept], phi_o[kept], kept
 
 
 def recognises(content: bytes) -> bool:
@@ -146,7 +182,7 @@ def recognises(content: bytes) -> bool:
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a .bsdf file: the values at the nodes of its grid; spectra become linear sRGB.
+    """Read a .bsdf file: the values at the nodes of its grid, and between its angles of incidence.
 
     Returns
     -------
@@ -158,11 +194,15 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         If the file is damaged, lacks an array, or holds an anisotropic material.
     """
     table = read_table(path, content, reading)
-    theta_i, theta_o, phi_o, values = table.nodes()
-    if not len(values):
+    nodes, between = table.nodes(), table.between()
+    theta_i, theta_o, phi_o, values = (np.concatenate(pair) for pair in zip(nodes, between, strict=True))
+    count = len(nodes[0])
+    if not count:
         raise DatasetError("no measurement above the horizon", path)
+    note = (f"{count:,} measured at {len(table.theta_i)} angles of incidence, {len(values) - count:,} between by the "
+            f"interpolation that the file defines")
     return Samples(theta_i, np.zeros_like(theta_i), theta_o, phi_o, values, RGB, table.name, str(path),
-                   table.notes)
+                   (note, *table.notes))
 
 
 def read_table(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> RglTable:

@@ -42,7 +42,8 @@ def sparse_fit(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, co
     """
     # control points at mirror images are equal: they are kept, and fitted, as one unknown
     representative = dense.representative(level).ravel()
-    first, keys = _largest(mba.basis_approximation(x, z * weights[:, None], level), representative, count)
+    magnitude = np.abs(mba.basis_approximation(x, z * weights[:, None], level)).max(axis=-1).ravel()
+    first, keys = largest(magnitude, representative, count)
     unknown = np.full(len(representative), -1)
     unknown[first] = np.arange(len(first))
     unknown = unknown[representative]
@@ -51,9 +52,24 @@ def sparse_fit(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, co
     return SparseLattice(level, index, solution[unknown[index.keys]].astype(np.float32))
 
 
-def _largest(control_points: FloatArray, representative: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """The representatives of the largest control points, and the keys of all that they represent."""
-    magnitude = np.abs(control_points).max(axis=-1).ravel()
+def largest(magnitude: FloatArray, representative: IntArray, count: int) -> tuple[IntArray, IntArray]:
+    """The largest of a lattice's control points that are not 0, at most `count` with their mirror images.
+
+    Parameters
+    ----------
+    magnitude : (points,) float64
+        Of the control points, in the flattened box; mirror images need not have it.
+    representative : (points,) int
+        Of `dense.representative`.
+    count : int
+
+    Returns
+    -------
+    first : (unknowns,) int
+        Their representatives.
+    keys : (k,) int
+        All that these represent, in ascending order.
+    """
     copies = np.bincount(representative, minlength=len(magnitude))
     order = np.argsort(-magnitude * (copies > 0), kind="stable")
     order = order[:np.count_nonzero(magnitude[copies > 0])]

@@ -19,7 +19,7 @@ import itertools
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -33,8 +33,9 @@ from ..model.fit import Fit
 from ..model.transform import LEAST_OFFSET, LogRelative, bounded_log
 from ..quality import cross_validation
 from ..samples import Samples, subset
-from . import energy, gaussian_process, prior, thin_plate
+from . import energy, gaussian_process, many_samples, prior, thin_plate
 from .levels import Levels
+from .many_samples import Arrangement
 
 CEILING = 4.0               # a fit is at most 4 times the largest sample
 _DROPOUT_NOISE = 10.0       # variance, relative to the field's: a dropout hardly influences the field
@@ -51,7 +52,6 @@ _TYPICAL = 200              # samples, far from each other, whose median is the 
 _REACH = 0.15               # from the nearest sample, in coordinates from -1 to 1, in which the spline is trusted
 _AZIMUTHS = 16              # averaged over at exact retro-reflection
 _ROUNDS = 3                 # of weighted least squares
-_MOST_SAMPLES = 20_000      # fitted by the sparse lattice; larger sets are subsampled at random
 _BETWEEN = 3000             # directions between the samples at which the sparse lattice follows the field
 _NOISY = 1e-3               # noise from which on the fit follows the field at the samples, and not their values
 _BETWEEN_WEIGHT = 200.0     # of all these directions, in samples; at most a share of that of all samples
@@ -123,21 +123,20 @@ class Estimate:
     transform : LogRelative
     coordinates : HalfDifference or Rusinkiewicz
     at_samples : (n, channels) float64, or None
-        The field at the samples, without their noise; None if there is little noise, or too many samples.
+        The field at the samples, without their noise; None if there is little noise.
     """
 
     def __init__(self, samples: Samples, softening: float = SOFTENING) -> None:
-        used = subset(samples, gaussian_process.choice(len(samples)))
-        offset = _offset(used)
-        ceiling = CEILING * np.maximum(samples.values.max(axis=0), 1e-6 * offset)
-        transforms = [LogRelative(model, offset, ceiling) for model in prior.candidates(used, offset)]
+        offset = _offset(samples)
+        ceiling = _ceiling(samples, offset)
+        transforms = [LogRelative(model, offset, ceiling) for model in prior.candidates(samples, offset)]
         richest = transforms[-1].prior
-        noise = np.zeros(len(used))
+        noise = np.zeros(len(samples))
         if richest.kinds:
-            noise[_dropouts(used.values, richest.evaluate(*used.directions))] = _DROPOUT_NOISE
-        judge = _Judge(used, transforms[0], noise == 0)
-        some = gaussian_process.choice(len(used), _SEARCHED)
-        searched = subset(used, some)
+            noise[_dropouts(samples.values, richest.evaluate(*samples.directions))] = _DROPOUT_NOISE
+        judge = _Judge(samples, transforms[0], noise == 0)
+        some = gaussian_process.choice(len(samples), _SEARCHED)
+        searched = subset(samples, some)
         fields = [transform.field(searched.values, *searched.directions) for transform in transforms]
         penalties = [_PENALTY * prior.parameter_count(each.prior) / searched.values.size for each in transforms]
         kernel, kriged = gaussian_process.Kernel(), []
@@ -148,20 +147,20 @@ class Estimate:
             _, kernel, number = gaussian_process.Search(encode, fields, penalties, noise[some]).best(kernel)
             coordinates, transform = system(softening, kernel.stretch), transforms[number]
             field, left_out = gaussian_process.krige(
-                2 * coordinates.encode(*used.directions) - 1, transform.field(used.values, *used.directions), kernel,
-                kernel.noise + noise)
+                2 * coordinates.encode(*samples.directions) - 1, transform.field(samples.values, *samples.directions),
+                kernel, kernel.noise + noise)
             expert = Kriged(coordinates, transform, field)
-            kriged.append((expert, left_out + expert.log_prior(used.directions)))
+            kriged.append((expert, left_out + expert.log_prior(samples.directions)))
         kriged.sort(key=lambda each: judge.error(each[1]))
-        found: list[tuple[Expert, FloatArray]] = [*kriged, _smoothed(used, judge, some, noise, softening)]
+        found: list[tuple[Expert, FloatArray]] = [*kriged, _smoothed(samples, judge, some, noise, softening)]
         self._own = kriged[0][0]
-        self.coordinates, self.transform = self._own.coordinates, self._own.transform
         weights = judge.weights([left_out for _, left_out in found], _least_share(judge, found))
         self._others = [(weight, expert) for weight, (expert, _) in zip(weights[1:], found[1:], strict=True) if weight]
-        self._places = 2 * HalfDifference().encode(*used.directions) - 1
-        self._farthest = max(used.theta_i.max(), used.theta_o.max())
-        noisy = self._own.field.kernel.noise >= _NOISY and len(used) == len(samples)
-        self.at_samples = self.field_at(used.directions) if noisy else None
+        self._places = 2 * HalfDifference().encode(*samples.directions) - 1
+        self._farthest = max(samples.theta_i.max(), samples.theta_o.max())
+        self.coordinates, self.transform = self._own.coordinates, self._own.transform
+        noisy = self._own.field.kernel.noise >= _NOISY
+        self.at_samples = self.field_at(samples.directions) if noisy else None
         self._at_nodes: dict[int, FloatArray] = {}
 
     def field_at(self, directions: Directions) -> FloatArray:
@@ -290,13 +289,17 @@ def _smoothed(used: Samples, judge: _Judge, some: IntArray, noise: FloatArray, s
     return fitted(np.arange(len(used)), smoothing)
 
 
-def prepare(samples: Samples) -> dict[str, Any]:
+def prepare(samples: Samples) -> dict[str, Estimate | Arrangement]:
     """The options of `fit` that do not depend on the levels."""
-    return {"estimated": Estimate(samples)}
+    if len(samples) <= gaussian_process.MOST_SAMPLES:
+        return {"estimated": Estimate(samples)}
+    offset = _offset(subset(samples, gaussian_process.choice(len(samples))))
+    return {"estimated": many_samples.arranged(samples, offset, _ceiling(samples, offset))}
 
 
-def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Estimate | None = None) -> Fit:
-    """Fit samples by regression kriging.
+def fit(samples: Samples, levels: Levels, plausible: bool = True,
+        estimated: Estimate | Arrangement | None = None) -> Fit:
+    """Fit samples by regression kriging, or many samples by `many_samples`.
 
     Parameters
     ----------
@@ -304,8 +307,8 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
     levels : Levels
     plausible : bool
         Make the fit nowhere negative, with a directional albedo of at most 1. `Fit.changes` says what that changed.
-    estimated : Estimate, optional
-        Of these samples, if it was made before.
+    estimated : Estimate or Arrangement, optional
+        What `prepare` returned for these samples.
 
     Returns
     -------
@@ -319,30 +322,32 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
     >>> float(fit(one, Levels(2, 3, 99.0)).evaluate(0, 0, 1.2, 2)[0])
     0.2
     """
-    estimated = estimated or Estimate(samples)
-    transform = replace(estimated.transform, floor=0.0) if plausible else estimated.transform
-    control_points = dense.interpolate(estimated.at_nodes(levels.diffuse), levels.diffuse)
-    diffuse, specular = DenseLattice(levels.diffuse, control_points.astype(np.float32)), None
-    if levels.specular is not None:
-        specular = _specular(samples, estimated, transform, diffuse, levels.specular, levels.kept)
-    fitted = Fit(estimated.coordinates, diffuse, specular, transform, levels.dropped, samples.channels,
-                 name=samples.name, source=samples.source)
+    found = estimated or prepare(samples)["estimated"]
+    transform = replace(found.transform, floor=0.0) if plausible else found.transform
+    if isinstance(found, Arrangement):
+        diffuse, specular = many_samples.lattices(samples, found, levels)
+    else:
+        control_points = dense.interpolate(found.at_nodes(levels.diffuse), levels.diffuse)
+        diffuse, specular = DenseLattice(levels.diffuse, control_points.astype(np.float32)), None
+        if levels.specular is not None:
+            specular = _specular(samples, found, transform, diffuse, levels.specular, levels.kept)
+    fitted = Fit(found.coordinates, diffuse, specular, transform, levels.dropped, samples.channels, name=samples.name,
+                 source=samples.source)
     return energy.conserved(fitted, transform, samples) if plausible else fitted
 
 
 def _specular(samples: Samples, estimated: Estimate, transform: LogRelative, diffuse: DenseLattice, level: int,
               kept: int) -> SparseLattice:
     """Fit the sparse lattice to what the dense one lacks, at the samples and between them."""
-    used = subset(samples, gaussian_process.choice(len(samples), _MOST_SAMPLES))
     between = _between(samples)
-    x = [estimated.coordinates.encode(*directions) for directions in (used.directions, between)]
+    x = [estimated.coordinates.encode(*directions) for directions in (samples.directions, between)]
     at_samples = estimated.at_samples
     if at_samples is None:
-        at_samples = transform.field(used.values, *used.directions)
+        at_samples = transform.field(samples.values, *samples.directions)
     field = np.concatenate([at_samples, estimated.field_at(between)])
-    directions = [np.concatenate(pair) for pair in zip(used.directions, between, strict=True)]
-    share = min(_BETWEEN_WEIGHT, _BETWEEN_SHARE * len(used)) / len(x[1])
-    trust = np.concatenate([np.ones(len(used)), np.full(len(x[1]), np.sqrt(share))])
+    directions = [np.concatenate(pair) for pair in zip(samples.directions, between, strict=True)]
+    share = min(_BETWEEN_WEIGHT, _BETWEEN_SHARE * len(samples)) / len(x[1])
+    trust = np.concatenate([np.ones(len(samples)), np.full(len(x[1]), np.sqrt(share))])
     x_all = np.concatenate(x)
     coarse = diffuse.evaluate(x_all)
     residual = field - coarse
@@ -394,3 +399,8 @@ def _offset(samples: Samples) -> float:
         return 1.0
     typical = samples.values[gaussian_process.spread(2 * HalfDifference().encode(*samples.directions) - 1, _TYPICAL)]
     return float(max(np.median(np.abs(typical)), 1e-6 * largest, LEAST_OFFSET))
+
+
+def _ceiling(samples: Samples, offset: float) -> FloatArray:
+    """The ceiling of `LogRelative`: (channels,), 1/sr."""
+    return np.asarray(CEILING * np.maximum(samples.values.max(axis=0), 1e-6 * offset))

@@ -75,19 +75,41 @@ def test_nodes_above_the_horizon_are_those_that_the_file_marks(path):
     size = table.values.shape[1]
     marked = np.unpackbits(fields["valid"])[:table.values.size // 3].reshape(-1, size, size)[:-1, :-1]
     marked = marked if marked.mean() > 0.5 else 1 - marked
-    samples = fitter.load(path)
+    theta_i = table.nodes()[0]
     for angle, above in zip(table.theta_i, marked, strict=False):       # but for the last, at 90 degrees
         expected = np.count_nonzero(above[:, 1:]) + above[0, 0]
-        assert np.count_nonzero(samples.theta_i == angle) == pytest.approx(expected, abs=2)
+        assert np.count_nonzero(theta_i == angle) == pytest.approx(expected, abs=2)
+
+
+@real
+@every_file
+def test_between_the_nodes_samples_leave_no_gap(path):
+    """Angles of incidence every 4 degrees, and half vectors between those of the nodes."""
+    table, samples = table_of(path), fitter.load(path)
+    angles = np.unique(samples.theta_i)
+    assert np.degrees(np.diff(angles)).max() < 4.001 < np.degrees(np.diff(table.theta_i)).max()
+    nodes = len(table.nodes()[0])
+    assert f"{nodes:,} measured at {len(table.theta_i)} angles" in samples.notes[0]
+    assert f"{len(samples) - nodes:,} between" in samples.notes[0]
+    # of the pairs in the plane of incidence beside the mirror direction, the nearest are nearer than those of the nodes
+    def nearest(at, samples_of):
+        theta_i, theta_o, phi_o = samples_of
+        here = np.isclose(theta_i, at) & (np.abs(theta_o - theta_i) > 1e-9)
+        cosine = np.cos(theta_i) * np.cos(theta_o) - np.sin(theta_i) * np.sin(theta_o) * np.cos(phi_o)
+        return np.arccos(np.clip(cosine[here], -1, 1)).min()
+
+    for at in table.theta_i[1:-1]:
+        every = nearest(at, (samples.theta_i, samples.theta_o, samples.phi_o))
+        assert every < 0.9 * nearest(at, table.nodes()[:3])
 
 
 @real
 def test_their_names_and_numbers_are_the_files():
     names = {path.stem: fitter.load(path).name for path in GOLDEN}
     assert names["chm_mint_rgb"] == "TeckWrap vinyl wrapping film (Mint CHM16E)"
-    counts = {path.stem: len(fitter.load(path)) for path in GOLDEN}
+    counts = {path.stem: len(table_of(path).nodes()[0]) for path in GOLDEN}
     assert all(6800 < count < 7500 for count in counts.values())
-    assert (fitter.load(FOLDER / "chm_mint_rgb.bsdf").values < 0).mean() == pytest.approx(0.217, abs=0.001)
+    assert (table_of(FOLDER / "chm_mint_rgb.bsdf").nodes()[-1] < 0).mean() == pytest.approx(0.217, abs=0.001)
 
 
 @real
@@ -115,8 +137,9 @@ def test_samples_of_a_table_in_closed_form(tmp_path):
     path = written(tmp_path, tensor_files.material())
     samples = fitter.load(path)
     assert samples.name == "Made of lead"
+    nodes = len(table_of(path).nodes()[0])
     for angle in np.float32([0.1, 0.7, 1.3]).astype(float):
-        here = samples.theta_i == angle
+        here = (samples.theta_i == angle) & (np.arange(len(samples)) < nodes)
         expected = [(angle, np.pi, 0.5 + 0.125 * np.mean([0, 1 / 3, 2 / 3]))]
         for x in (1 / 3, 2 / 3, 1):
             for y in (0, 1 / 3, 2 / 3):

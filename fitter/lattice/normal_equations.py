@@ -1,0 +1,271 @@
+"""Normal equations of least-squares fits of lattices to many samples.
+
+All samples in one cell of a lattice have the same 64 control points, so that a cell adds a small matrix, the product of
+its samples' basis functions, to the normal equations. Their cost is that of these products: linear in the samples, and
+independent of how many control points there are.
+"""
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import FloatArray, IntArray
+from . import dense
+
+_TOGETHER = 1 << 14         # samples whose basis functions are computed at a time
+_TINY = 1e-9                # of the mean diagonal, that makes equations solvable
+_RIM = 1e-4                 # of the mean diagonal
+
+
+class NormalEquations:
+    """The least-squares fit of a sum of lattices to samples.
+
+    Control points at mirror images are equal: they are one unknown.
+
+    Parameters
+    ----------
+    x : (n, 3) float64
+        Coordinates in the stored quarter of the lattices.
+    parts : sequence of (int, (k,) int, or None)
+        The level of each lattice, in ascending order, and the control points that it has: positions in the flattened
+        box of `dense.shape`, mirror images included; None for all of them.
+
+    Examples
+    --------
+    A cubic polynomial is a spline.
+
+    >>> x = np.random.default_rng(1).uniform([0.5, 0, 0.5], 1, (2000, 3))
+    >>> z = (2 * x[:, 1:2] - 1) ** 3 * (2 * x[:, :1] - 1)
+    >>> start = np.zeros((math.prod(dense.shape(1)), 1))
+    >>> weights = np.ones(len(x))
+    >>> equations = NormalEquations(x, [(1, None)])
+    >>> found, = equations.solve(weights, z, [[curvature(1, 1e-12 * weights)]], [start])
+    >>> bool(np.allclose(dense.evaluate(found.reshape(*dense.shape(1), 1), 1, x), z, atol=1e-4))
+    True
+    """
+
+    def __init__(self, x: FloatArray, parts: Sequence[tuple[int, IntArray | None]]) -> None:
+        self._grids, self._columns, self._sizes, images = [], [], [], []
+        size = 0
+        for level, keys in parts:
+            all_keys = np.arange(math.prod(dense.shape(level)))
+            keys = all_keys if keys is None else keys
+            column = np.full(len(all_keys), -1)
+            column[keys] = size + np.arange(len(keys))
+            images.append(column[dense.representative(level).ravel()[keys]])
+            self._grids.append(_Grid(x, level))
+            self._columns.append(column)
+            self._sizes.append(len(keys))
+            size += len(keys)
+        image_of = np.concatenate(images)
+        self._first, self._unknown = np.unique(image_of, return_inverse=True)
+        self._copies = _copies(image_of)
+        # samples in the order of the cells of the finest lattice
+        cells = self._grids[-1].first
+        self._order = np.argsort(cells, kind="stable")
+        starts = np.flatnonzero(np.diff(cells[self._order], prepend=-1)).tolist()
+        self._cells = list(zip(starts, [*starts[1:], len(x)], strict=True))
+
+    def solve(self, weights: FloatArray, z: FloatArray, penalties: Sequence[Sequence["Penalty"]],
+              points: Sequence[FloatArray]) -> list[FloatArray]:
+        """The step of control points that minimises the weighted squared error and the penalties.
+
+        Parameters
+        ----------
+        weights : (n,) float64
+            Errors are multiplied by these.
+        z : (n, channels) float64
+            What the step is to change at the samples.
+        penalties : sequence of sequences of Penalty
+            Those of each lattice.
+        points : sequence of (k, channels) float64
+            The control points of each lattice from which the step starts.
+
+        Returns
+        -------
+        list of (k, channels) float64
+            Of each lattice.
+        """
+        matrix, moment = self._assembled(weights, z)
+        first = 0
+        for of_lattice, start in zip(penalties, points, strict=True):
+            part = slice(first, first + len(start))
+            for penalty in of_lattice:
+                penalty.add_to(matrix[part, part], moment[part], start)
+            first += len(start)
+        for originals, copies in self._copies:
+            matrix[originals] += matrix[copies]
+            matrix[:, originals] += matrix[:, copies]
+            moment[originals] += moment[copies]
+        matrix, moment = matrix[self._first[:, None], self._first], moment[self._first]
+        matrix[np.diag_indices(len(matrix))] += max(_TINY * np.trace(matrix) / len(matrix), np.finfo(float).tiny)
+        found = np.linalg.solve(matrix, moment)[self._unknown]
+        return np.split(found, np.cumsum(self._sizes)[:-1])
+
+    def _assembled(self, weights: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The matrix and the right side, mirror images apart."""
+        size = len(self._unknown)
+        matrix, moment = np.zeros((size, size)), np.zeros((size, z.shape[1]))
+        for _, together in itertools.groupby(self._cells, lambda cell: cell[0] // _TOGETHER):
+            group = list(together)
+            rows = self._order[group[0][0]:group[-1][1]]
+            weight = weights[rows, None]
+            bases, wanted = [grid.basis(rows) * weight for grid in self._grids], z[rows] * weight
+            for start, stop in group:
+                part = slice(start - group[0][0], stop - group[0][0])
+                taps = np.concatenate([column[grid.taps(rows[part.start])]
+                                       for grid, column in zip(self._grids, self._columns, strict=True)])
+                kept = taps >= 0
+                taps, basis = taps[kept], np.concatenate([each[part] for each in bases], axis=1)[:, kept]
+                matrix[taps[:, None], taps] += basis.T @ basis
+                moment[taps] += basis.T @ wanted[part]
+        return matrix, moment
+
+
+@dataclass(frozen=True)
+class Penalty:
+    """A quadratic form of the control points of a lattice: weighted squares of combinations of them.
+
+    Attributes
+    ----------
+    of : (m, t) int
+        The control points of each combination.
+    factors : (t,) float64
+    weights : (m,) float64
+    """
+
+    of: IntArray
+    factors: FloatArray
+    weights: FloatArray
+
+    def value(self, points: FloatArray) -> float:
+        """The form of control points (k, channels), over all channels."""
+        combined = np.einsum("mtc,t->mc", points[self.of], self.factors)
+        return float((self.weights[:, None] * combined ** 2).sum())
+
+    def add_to(self, matrix: FloatArray, moment: FloatArray, start: FloatArray) -> None:
+        """Add the form to normal equations (k, k) and (k, channels) of a step from a start (k, channels)."""
+        combined = np.einsum("mtc,t->mc", start[self.of], self.factors) * self.weights[:, None]
+        for i, factor in enumerate(self.factors):
+            np.subtract.at(moment, self.of[:, i], factor * combined)
+            for j, other in enumerate(self.factors):
+                np.add.at(matrix, (self.of[:, i], self.of[:, j]), factor * other * self.weights)
+
+
+def curvature(level: int, weights: FloatArray) -> Penalty:
+    """The second differences of all control points of a dense lattice, along each axis.
+
+    P. H. C. Eilers, B. D. Marx: Flexible Smoothing with B-splines and Penalties, Statistical Science 11(2), 1996.
+
+    Parameters
+    ----------
+    level : int
+    weights : (points,) float64
+        Of each control point, in the flattened box.
+
+    Examples
+    --------
+    Straight control points cost nothing.
+
+    >>> straight = np.indices(dense.shape(2))[1].reshape(-1, 1) * 1.0
+    >>> penalty = curvature(2, np.ones(len(straight)))
+    >>> penalty.value(straight), penalty.value(straight ** 2) > 0
+    (0.0, True)
+    """
+    box = np.arange(math.prod(dense.shape(level))).reshape(dense.shape(level))
+    along = [np.moveaxis(box, axis, 0) for axis in range(3)]
+    of = np.concatenate([np.stack([each[:-2], each[1:-1], each[2:]], axis=-1).reshape(-1, 3) for each in along])
+    return Penalty(of, np.array([1.0, -2, 1]), weights[of[:, 1]])
+
+
+def asymmetry(level: int, weights: FloatArray) -> Penalty:
+    """The differences between control points of a dense lattice that mirror each other along the second axis.
+
+    In half and difference coordinates these are the two directions exchanged: a reciprocal reflectance has none.
+
+    Parameters
+    ----------
+    level : int
+    weights : (points,) float64
+        Of each control point, in the flattened box.
+    """
+    box = np.arange(math.prod(dense.shape(level))).reshape(dense.shape(level))
+    half = box.shape[1] // 2
+    pairs = np.stack([box[:, :half], box[:, :-half - 1:-1]], axis=-1).reshape(-1, 2)
+    return Penalty(pairs, np.array([1.0, -1]), weights[pairs[:, 0]])
+
+
+def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> FloatArray:
+    """By how much each control point alone can lower the weighted squared error: the flattened box, (points,) float64.
+
+    Its mirror images move with it.
+
+    Parameters
+    ----------
+    x : (n, 3) float64
+    level : int
+    weights : (n,) float64
+    z : (n, channels) float64
+        What the lattice is to approximate.
+    """
+    grid, size = _Grid(x, level), math.prod(dense.shape(level))
+    moment, diagonal = np.zeros((size, z.shape[1])), np.zeros(size)
+    for start in range(0, len(x), _TOGETHER):
+        rows = np.arange(start, min(start + _TOGETHER, len(x)))
+        basis = grid.basis(rows) * weights[rows, None]
+        taps = grid.taps(rows[:, None]).ravel()
+        diagonal += np.bincount(taps, (basis ** 2).ravel(), size)
+        for channel, column in enumerate((z[rows] * weights[rows, None]).T):
+            moment[:, channel] += np.bincount(taps, (basis * column[:, None]).ravel(), size)
+    representative = dense.representative(level).ravel()
+    diagonal = np.bincount(representative, diagonal, size).astype(float)
+    moment = np.stack([np.bincount(representative, column, size) for column in moment.T], axis=1)
+    # a control point at the rim of the samples would have to be huge to do anything
+    found = (moment ** 2).sum(axis=1) / (diagonal + _RIM * diagonal.mean() + np.finfo(float).tiny)
+    return np.asarray(found[representative])
+
+
+class _Grid:
+    """Where samples lie on a lattice.
+
+    Attributes
+    ----------
+    first : (n,) int
+        The first of each sample's control points, in the flattened box.
+    """
+
+    def __init__(self, x: FloatArray, level: int) -> None:
+        _, rows, columns = dense.shape(level)
+        corner, self._along = dense.locate(x, level)
+        self.first = (corner[:, 0] * rows + corner[:, 1]) * columns + corner[:, 2]
+        four = np.arange(4)
+        self._offsets = ((four[:, None, None] * rows + four[:, None]) * columns + four).ravel()
+
+    def taps(self, sample: int | IntArray) -> IntArray:
+        """The control points of samples: (...) or (..., 1) indices to (..., 64)."""
+        return np.asarray(self.first[sample] + self._offsets)
+
+    def basis(self, samples: IntArray) -> FloatArray:
+        """The weights of the control points of samples: (m,) to (m, 64)."""
+        a, b, c = (along[samples] for along in self._along)
+        return (a[:, :, None, None] * b[:, None, :, None] * c[:, None, None, :]).reshape(-1, 64)
+
+
+def _copies(image_of: IntArray) -> list[tuple[IntArray, IntArray]]:
+    """Those that are images of others, as lists of (originals, images) in which no original comes twice.
+
+    Examples
+    --------
+    >>> [(a.tolist(), b.tolist()) for a, b in _copies(np.array([0, 1, 0, 1, 0, 5]))]
+    [([0, 1], [2, 3]), ([0], [4])]
+    """
+    copies = np.flatnonzero(image_of != np.arange(len(image_of)))
+    lists: list[tuple[IntArray, IntArray]] = []
+    while len(copies):
+        originals, at = np.unique(image_of[copies], return_index=True)
+        lists.append((np.asarray(originals), copies[at]))
+        copies = np.delete(copies, at)
+    return lists

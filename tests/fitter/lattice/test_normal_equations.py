@@ -1,0 +1,99 @@
+"""Normal equations, compared with a design matrix that is written out, and solved by NumPy's least squares."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fitter.lattice import dense
+from fitter.lattice.normal_equations import NormalEquations, Penalty, asymmetry, curvature, gains
+
+
+@pytest.fixture
+def x(random):
+    """Some in clusters, some on the faces of cells and in the planes of symmetry, some in the corners."""
+    scattered = random.uniform([0.5, 0, 0.5], 1, (400, 3))
+    clustered = np.clip([0.7, 0.3, 0.6] + 0.02 * random.standard_normal((300, 3)), [0.5, 0, 0.5], 1)
+    on_faces = np.round(random.uniform([0.5, 0, 0.5], 1, (100, 3)) * 8) / 8
+    return np.concatenate([scattered, clustered, on_faces])
+
+
+def images(level):
+    """The control points of the box that are images of each other: a list of arrays."""
+    representative = dense.representative(level).ravel()
+    return [np.flatnonzero(representative == one) for one in np.unique(representative)]
+
+
+def column(x, level, points):
+    """The spline at x whose control points are 1 at some, and otherwise 0."""
+    box = np.zeros((math.prod(dense.shape(level)), 1))
+    box[points] = 1
+    return dense.evaluate(box.reshape(*dense.shape(level), 1), level, x)[:, 0]
+
+
+@pytest.fixture
+def keys(random):
+    """Some control points of level 3 with all of their images."""
+    groups = images(3)
+    return np.sort(np.concatenate([groups[k] for k in random.choice(len(groups), 60, replace=False)]))
+
+
+def test_the_step_is_that_of_least_squares(x, keys, random):
+    z, weights = random.standard_normal((len(x), 2)), random.uniform(0.1, 3, len(x))
+    every = np.arange(math.prod(dense.shape(2)))
+    starts = [random.standard_normal((len(every), 2)), random.standard_normal((len(keys), 2))]
+    for group in images(2):             # equal at the images
+        starts[0][group] = starts[0][group[0]]
+    for group in images(3):
+        starts[1][np.isin(keys, group)] = starts[1][np.isin(keys, group)][:1] if np.isin(keys, group).any() else 0
+    stiffness = random.uniform(0.5, 2, len(every))
+    penalties = [[curvature(2, stiffness), asymmetry(2, 2 * stiffness)],
+                 [Penalty(np.arange(len(keys))[:, None], np.ones(1), np.full(len(keys), 0.3))]]
+    found = NormalEquations(x, [(2, None), (3, keys)]).solve(weights, z, penalties, starts)
+
+    # one row for a sample and for each penalised combination, one column for each unknown
+    groups = [*((2, group) for group in images(2)), *((3, group) for group in images(3) if np.isin(group, keys).any())]
+    rows = [np.stack([weights * column(x, level, group) for level, group in groups], axis=1)]
+    wanted = [weights[:, None] * z]
+    box = every.reshape(dense.shape(2))
+    for axis in range(3):
+        along = np.moveaxis(box, axis, -1)
+        for line in along.reshape(-1, along.shape[-1]):
+            for a, b, c in zip(line, line[1:], line[2:], strict=False):
+                factor = np.sqrt(stiffness[b])
+                rows.append([[factor * ((a in group) - 2.0 * (b in group) + (c in group)) if level == 2 else 0
+                              for level, group in groups]])
+                wanted.append(-factor * (starts[0][a] - 2 * starts[0][b] + starts[0][c])[None])
+    for plane in box:
+        for line in plane.T:
+            for a, b in zip(line, line[:len(line) // 2:-1], strict=False):
+                factor = np.sqrt(2 * stiffness[a])
+                rows.append([[factor * ((a in group) - 1.0 * (b in group)) if level == 2 else 0
+                              for level, group in groups]])
+                wanted.append(-factor * (starts[0][a] - starts[0][b])[None])
+    for number, key in enumerate(keys):
+        rows.append([[math.sqrt(0.3) * (level == 3 and key in group) for level, group in groups]])
+        wanted.append(-math.sqrt(0.3) * starts[1][number][None])
+    expected = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=None)[0]
+    for (level, group), value in zip(groups, expected, strict=True):
+        mine = found[0][group] if level == 2 else found[1][np.isin(keys, group)]
+        assert mine == pytest.approx(np.broadcast_to(value, mine.shape), abs=1e-6)
+
+
+def test_a_gain_is_what_one_control_point_can_do(x, random):
+    z, weights = random.standard_normal((len(x), 2)), random.uniform(0.1, 3, len(x))
+    found = gains(x, 3, weights, z)
+    whole = ((weights[:, None] * z) ** 2).sum()
+    compared = 0
+    for group in images(3):
+        design = weights * column(x, 3, group)
+        # of a control point in a plane of symmetry, whose images share samples, and of one that few samples reach, the
+        # gain is less than it could be
+        alone = sum((weights * column(x, 3, one)) ** 2 for one in group).sum()
+        if (design ** 2).sum() < 1 or not math.isclose(alone, (design ** 2).sum(), rel_tol=1e-9):
+            continue
+        best = np.linalg.lstsq(design[:, None], weights[:, None] * z, rcond=None)[0]
+        left = ((weights[:, None] * z - design[:, None] * best) ** 2).sum()
+        assert found[group] == pytest.approx(whole - left, rel=0.02)
+        compared += 1
+    assert compared > 20
