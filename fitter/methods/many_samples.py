@@ -12,10 +12,9 @@ is the squared error of the cube root of f + offset times a cosine, by which fit
 Each penalty counts as a number of samples, that are spread evenly over the lattice and have the prior's brightness.
 """
 
-import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -39,8 +38,10 @@ MOST = 50_000               # samples fitted: of a few thousand control points m
 STRETCHES = 5.0, 12.0, 33.0, 100.0, 300.0, 1000.0
 STIFFNESSES = 1.0, 30.0, 1000.0
 _OF_PRIORS = 8000           # samples to which lobes are fitted
-# a lattice that tries arrangements: its level, the samples that it is fitted to, the steps, and how many are kept
-_TRIALS = (3, 3000, 4, 4), (4, 6000, 4, 1)
+_COARSE = 3                 # level of a dense lattice that tries arrangements; the best are tried by one of `_FINEST`
+_TRIED = 3000               # samples that this is fitted to
+_TRIED_AGAIN = 3            # of the arrangements
+_STEPS_TRIED = 4
 _POWER = 1 / 3              # of f + offset, whose error is minimised
 _FAR = 1.0                  # of a logarithm: where a fit is farther off, steps are those of the logarithm
 # weights of penalties: of a field's curvature, and of what it changes when the directions are exchanged, as shares of
@@ -73,33 +74,34 @@ def arranged(samples: Samples, offset: float, ceiling: FloatArray) -> Arrangemen
     ceiling : (channels,) float64
         Of the transform.
     """
-    priors = prior.candidates(subset(samples, choice(len(samples), _OF_PRIORS)), offset)
-    found = [Arrangement(coordinates, LogRelative(model, offset, ceiling))
-             for stretch, model in itertools.product(STRETCHES, priors)
-             for coordinates in (HalfDifference(stretch=stretch), Rusinkiewicz(stretch=stretch))]
-    for level, count, steps, kept in _TRIALS:
-        tried = subset(samples, choice(len(samples), count))
+    *others, richest = prior.candidates(subset(samples, choice(len(samples), _OF_PRIORS)), offset)
+    transform = LogRelative(richest, offset, ceiling)
+    systems = [Arrangement(system(stretch=stretch), transform)
+               for stretch in STRETCHES for system in (HalfDifference, Rusinkiewicz)]
+    few, some = (subset(samples, choice(len(samples), count)) for count in (_TRIED, 2 * _TRIED))
 
-        def error(arrangement: Arrangement, tried: Samples = tried, level: int = level, steps: int = steps) -> float:
-            search = _Search(_problem(tried, arrangement), arrangement, level)
-            search.improve(steps)
-            return search.error
+    def by_error(level: int, tried: Samples, arrangements: list[Arrangement]) -> list[Arrangement]:
+        def error(arrangement: Arrangement) -> float:
+            return _Search(_problem(tried, arrangement), arrangement, level).improved(_STEPS_TRIED).error
 
-        found = sorted(found, key=error)[:kept]
-    return found[0]._replace(stiffness=_stiffness(samples, found[0]))
+        return sorted(arrangements, key=error)[:_TRIED_AGAIN]
+
+    best = by_error(_COARSE, few, systems)
+    best = by_error(_COARSE, few, best + [each._replace(transform=replace(transform, prior=model))
+                                          for each in best for model in others])
+    found = by_error(_FINEST, some, best)[0]
+    return found._replace(stiffness=_stiffness(some, found))
 
 
 def _stiffness(samples: Samples, arrangement: Arrangement) -> float:
-    """The stiffness whose fit of some samples predicts others best: the larger, the more noise they have."""
-    level, count, steps, _ = _TRIALS[-1]
-    seen, unseen = np.array_split(np.random.default_rng(0).permutation(choice(len(samples), 2 * count)), 2)
-    problem, others = (_problem(subset(samples, part), arrangement) for part in (seen, unseen))
+    """The stiffness whose fit of half of the samples predicts the others best: the larger, the more noise they have."""
+    halves = np.array_split(np.random.default_rng(0).permutation(len(samples)), 2)
+    problem, others = (_problem(subset(samples, half), arrangement) for half in halves)
 
     def error(stiffness: float) -> float:
-        search = _Search(problem, arrangement._replace(stiffness=stiffness), level)
-        search.improve(steps)
+        search = _Search(problem, arrangement._replace(stiffness=stiffness), _COARSE).improved(_STEPS_TRIED)
         (_, box), = search.boxes()
-        return others.error(dense.evaluate(box, level, others.x))
+        return others.error(dense.evaluate(box, _COARSE, others.x))
 
     return min(STIFFNESSES, key=error)
 
@@ -114,15 +116,13 @@ def lattices(samples: Samples, arrangement: Arrangement, levels: Levels) -> tupl
     levels : Levels
     """
     used = subset(samples, choice(len(samples), MOST))
-    search = _Search(_problem(used, arrangement), arrangement, min(levels.diffuse, _FINEST))
-    search.improve(_STEPS)
+    search = _Search(_problem(used, arrangement), arrangement, min(levels.diffuse, _FINEST)).improved()
     if levels.diffuse > _FINEST:
         search.add(levels.diffuse, _FINER)
-        search.improve(_STEPS)
-        search.hold()
+        search.improved().hold()
     if levels.specular is not None:
         search.add(levels.specular, levels.kept)
-        search.improve(_STEPS)
+        search.improved()
     boxes = search.boxes()
     level, control_points = boxes[0]
     while level < levels.diffuse:
@@ -229,8 +229,8 @@ class _Search:
         """The control points of the lattice that was added last."""
         return np.asarray(self._parts[-1][1])
 
-    def improve(self, steps: int) -> None:
-        """Take steps, until one gains little."""
+    def improved(self, steps: int = _STEPS) -> "_Search":
+        """Take steps, until one gains little, and return this search."""
         for _ in range(steps):
             before = self.error
             held = self._points[:self._held]
@@ -248,6 +248,7 @@ class _Search:
                     break
             if self.error > (1 - _LEAST_GAIN) * before:
                 break
+        return self
 
     def _brightness(self, level: int) -> FloatArray:
         """The weight of a sample at each control point: (points,)."""
