@@ -37,6 +37,9 @@ class Samples:
         What reading made of the file, for its description.
     colours : str
         One of `colours.COLOURS`: what R, G and B are. Of grey samples it means nothing.
+    deviation : (n,) float64, or None
+        The relative standard deviation of each sample, if repeated measurements tell it. The larger, the less a fit
+        follows a sample.
 
     Raises
     ------
@@ -66,6 +69,7 @@ class Samples:
     source: str = ""
     notes: tuple[str, ...] = ()
     colours: str = DEFAULT
+    deviation: FloatArray | None = None
 
     def __post_init__(self) -> None:
         values = _own(self.values)
@@ -96,6 +100,12 @@ class Samples:
                 if len(angle) and angle.max() > HORIZON:
                     angle = np.minimum(angle, HORIZON)
             self._freeze(field, angle)
+        if self.deviation is not None:
+            deviation = _own(self.deviation)
+            if deviation.shape != (len(values),) or (deviation < 0).any():
+                raise DatasetError(f"deviation must have the shape ({len(values)},), and nothing below 0",
+                                   self.source or None)
+            self._freeze("deviation", deviation)
         object.__setattr__(self, "channels", tuple(map(str, self.channels)))
 
     def _freeze(self, field: str, array: FloatArray) -> None:
@@ -130,7 +140,8 @@ def subset(samples: Samples, which: slice | IntArray | BoolArray) -> Samples:
     [0.2, 0.3]
     """
     arrays = {name: getattr(samples, name)[which] for name in ("theta_i", "phi_i", "theta_o", "phi_o", "values")}
-    return replace(samples, **arrays)
+    deviation = None if samples.deviation is None else samples.deviation[which]
+    return replace(samples, **arrays, deviation=deviation)
 
 
 def distinct_channels(samples: Samples) -> tuple[Samples, tuple[int, ...]]:

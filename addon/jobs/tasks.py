@@ -276,7 +276,8 @@ def digest(samples: fitter.Samples) -> str:
     space = () if samples.colours == colours.DEFAULT else (samples.colours,)
     content = hashlib.sha256("\n".join((*samples.channels, *space)).encode())
     scale = np.abs(samples.values).max() or 1.0
-    for array, unit in (*((angle, 1.0) for angle in samples.directions), (samples.values, scale)):
+    scatter = [] if samples.deviation is None else [(samples.deviation, 1.0)]
+    for array, unit in (*((angle, 1.0) for angle in samples.directions), (samples.values, scale), *scatter):
         for start in range(0, len(array), _CHUNK):
             part = array[start:start + _CHUNK] / unit
             content.update(np.clip(np.round(1e7 * part), -_LARGEST, _LARGEST).astype("<i8").tobytes())

@@ -57,6 +57,8 @@ _COLOURS = {"red": "R", "green": "G", "blue": "B"}
 _STANDARD = ("standard", "reference")
 _ONE_VALUE = (*GREY, "bsdf", "value", "f", "y")
 _SAME = 1e-6                    # radians between directions that count as one
+_PRIOR_COUNT = 3                # further measurements of each pair of directions, with the scatter of all
+_DARK = 1e-3                    # of the mean: scatter is relative to no less
 
 
 def recognises(content: bytes) -> bool:
@@ -121,10 +123,10 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     elif asked:
         notes.append("Values are the BRDF" + asked)
     channels, values, more = reflectance(columns.channels, values, path, line, reading)
-    directions, values, repeated = _averaged(directions, values)
+    directions, values, deviation, repeated = _averaged(directions, values)
     theta_i, phi_i, theta_o, phi_o = directions.T
     return Samples(theta_i, phi_i, theta_o, phi_o, values, channels, said.get("name") or Path(path).stem, str(path),
-                   (*notes, *more, *repeated))
+                   (*notes, *more, *repeated), deviation=deviation)
 
 
 @dataclass(frozen=True)
@@ -312,28 +314,33 @@ def _by_standard(values: FloatArray, standard: FloatArray, reflected: float, lin
     return np.asarray(values / standard[:, None] * (reflected / np.pi))
 
 
-def _averaged(directions: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-    """One sample for each pair of directions: (directions, values, notes)."""
+def _averaged(directions: FloatArray, values: FloatArray,
+              ) -> tuple[FloatArray, FloatArray, FloatArray | None, tuple[str, ...]]:
+    """One sample for each pair of directions: directions, values, their relative standard deviations, and notes.
+
+    A few measurements hardly tell how much they scatter: each pair's variance is drawn to the mean of all.
+    """
     keys = [np.round((np.mod(column, 2 * np.pi) if name.startswith("phi") else column) / _SAME)
             for name, column in zip(ANGLES, directions.T, strict=True)]
     order = np.lexsort(keys)        # of equal ones, in the order of the table
     starts = np.ones(len(order), bool)
     starts[1:] = np.any([key[order[1:]] != key[order[:-1]] for key in keys], axis=0)
     if starts.all():
-        return directions, values, ()
+        return directions, values, None, ()
     first = order[starts]
     group = np.empty(len(order), np.int64)
     group[order] = np.cumsum(starts) - 1
     count = np.bincount(group)
     mean = np.stack([np.bincount(group, column) / count for column in values.T], axis=1)
-    squares = np.stack([np.bincount(group, column) for column in ((values - mean[group]) ** 2).T], axis=1)
-    several = count > 1
-    scatter = np.sqrt(squares[several].sum() / ((count[several] - 1).sum() * values.shape[1]))
-    size = np.sqrt((mean[several] ** 2).mean())
-    relative = f", with a scatter of {100 * scatter / size:.2g} %" if size > 0 else ""
-    note = f"{np.count_nonzero(several):,} pairs of directions were measured more than once: averaged{relative}"
+    size = np.sqrt((mean ** 2).mean(axis=1))
+    relative = (values - mean[group]) / np.maximum(size, _DARK * size.mean() + np.finfo(float).tiny)[group, None]
+    squares, several = np.bincount(group, (relative ** 2).mean(axis=1)), count > 1
+    pooled = squares.sum() / (count - 1).sum()
+    deviation = np.sqrt((squares + _PRIOR_COUNT * pooled) / (count - 1 + _PRIOR_COUNT) / count)
+    note = (f"{np.count_nonzero(several):,} pairs of directions were measured more than once: averaged, with a scatter "
+            f"of {100 * np.sqrt(pooled):.2g} %, which is used as their noise")
     as_written = np.argsort(first)
-    return directions[first[as_written]], mean[as_written], (note,)
+    return directions[first[as_written]], mean[as_written], deviation[as_written], (note,)
 
 
 FORMAT = Format("Table", "table with column names (.csv, .tsv, .txt)", (".csv", ".tsv", ".txt"), recognises, read,

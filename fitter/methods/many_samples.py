@@ -184,9 +184,11 @@ class _Problem:
 def _problem(samples: Samples, arrangement: Arrangement) -> _Problem:
     coordinates, transform, _ = arrangement
     directions = samples.directions
+    trust = np.cos(samples.theta_o) ** _POWER           # reflectance is seen times its cosine
+    if samples.deviation is not None:
+        trust /= np.hypot(1, samples.deviation / max(np.median(samples.deviation), np.finfo(float).tiny))
     return _Problem(coordinates.encode(*directions), transform.prior.evaluate(*directions) + transform.offset,
-                    np.exp(bounded_log(samples.values, transform.offset)),
-                    np.cos(samples.theta_o) ** _POWER,         # reflectance is seen times its cosine
+                    np.exp(bounded_log(samples.values, transform.offset)), trust,
                     transform.ceiling + transform.offset)
 
 

@@ -123,7 +123,7 @@ class Estimate:
     transform : LogRelative
     coordinates : HalfDifference or Rusinkiewicz
     at_samples : (n, channels) float64, or None
-        The field at the samples, without their noise; None if there is little noise.
+        The field at the samples, without the noise of those that have much; None if none has.
     """
 
     def __init__(self, samples: Samples, softening: float = SOFTENING) -> None:
@@ -131,10 +131,11 @@ class Estimate:
         ceiling = _ceiling(samples, offset)
         transforms = [LogRelative(model, offset, ceiling) for model in prior.candidates(samples, offset)]
         richest = transforms[-1].prior
-        noise = np.zeros(len(samples))
+        noise, lost = _known_noise(samples, transforms[-1]), np.zeros(len(samples), bool)
         if richest.kinds:
-            noise[_dropouts(samples.values, richest.evaluate(*samples.directions))] = _DROPOUT_NOISE
-        judge = _Judge(samples, transforms[0], noise == 0)
+            lost = _dropouts(samples.values, richest.evaluate(*samples.directions))
+            noise[lost] = _DROPOUT_NOISE
+        judge = _Judge(samples, transforms[0], ~lost)
         some = gaussian_process.choice(len(samples), _SEARCHED)
         searched = subset(samples, some)
         fields = [transform.field(searched.values, *searched.directions) for transform in transforms]
@@ -159,8 +160,11 @@ class Estimate:
         self._places = 2 * HalfDifference().encode(*samples.directions) - 1
         self._farthest = max(samples.theta_i.max(), samples.theta_o.max())
         self.coordinates, self.transform = self._own.coordinates, self._own.transform
-        noisy = self._own.field.kernel.noise >= _NOISY
-        self.at_samples = self.field_at(samples.directions) if noisy else None
+        noisy = self._own.field.kernel.noise + np.where(lost, 0, noise) >= _NOISY
+        self.at_samples = None
+        if noisy.any():
+            self.at_samples = np.where(noisy[:, None], self.field_at(samples.directions),
+                                       self.transform.field(samples.values, *samples.directions))
         self._at_nodes: dict[int, FloatArray] = {}
 
     def field_at(self, directions: Directions) -> FloatArray:
@@ -379,6 +383,16 @@ def _between(samples: Samples) -> Directions:
     theta_o[near] = np.clip(theta_i[near] + size * np.cos(angle), 0, farthest)
     turn[near] = np.pi - np.minimum(np.abs(size * np.sin(angle)) / np.maximum(np.sin(theta_i[near]), 0.1), np.pi)
     return theta_i, np.zeros(_BETWEEN), theta_o, turn
+
+
+def _known_noise(samples: Samples, transform: LogRelative) -> FloatArray:
+    """The variance of each sample's noise, as far as repeated measurements tell it, relative to the field's: (n,)."""
+    if samples.deviation is None:
+        return np.zeros(len(samples))
+    field = transform.field(samples.values, *samples.directions)
+    bright = np.abs(samples.values).mean(axis=1)
+    in_field = samples.deviation * bright / (bright + transform.offset)
+    return np.asarray(in_field ** 2 / max(np.mean(field ** 2), np.finfo(float).tiny))
 
 
 def _dropouts(values: FloatArray, lobes: FloatArray) -> BoolArray:

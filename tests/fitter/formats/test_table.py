@@ -125,8 +125,21 @@ def test_what_was_measured_again_is_averaged_and_its_scatter_told(load):
     assert_is(samples)
     note = next(note for note in samples.notes if "more than once" in note)
     assert note.startswith("1 pairs of directions")
-    assert note.endswith("a scatter of 10 %")
+    assert note.endswith("a scatter of 10 %, which is used as their noise")
+    # one of them is the mean of three; all are taken to scatter like it
+    expected = np.full(len(DIRECTIONS), 0.1)
+    expected[2] /= np.sqrt(3)
+    np.testing.assert_allclose(samples.deviation, expected, rtol=1e-9)
     assert ("Read", note, False) in describe(samples).rows()
+
+
+def test_a_pair_that_scatters_more_than_others_is_trusted_less(load, random):
+    """Of 40 measurements each the deviation is that of their mean."""
+    noise = np.array([0.01, 0.01, 0.2, 0.01, 0.01])
+    many = np.vstack([VALUES * (1 + noise[:, None] * random.standard_normal((len(VALUES), 1))) for _ in range(40)])
+    samples = load(write(NAMES, [np.vstack([DIRECTIONS] * 40), many]))
+    np.testing.assert_allclose(samples.deviation[2], 0.2 / np.sqrt(40), rtol=0.3)
+    assert (samples.deviation[[0, 1, 3, 4]] < 0.3 * samples.deviation[2]).all()
 
 
 def test_comments_byte_order_marks_and_line_ends(load):

@@ -13,7 +13,7 @@ from fitter.model import microfacet
 from fitter.model.transform import LogRelative
 from fitter.quality import cross_validation
 from fitter.report import ringing
-from fitter.samples import subset
+from fitter.samples import RGB, subset
 from support import truths
 
 STANDARD = fitter.PRESETS["Standard"]
@@ -279,3 +279,19 @@ def test_between_measured_incidences_a_coat_keeps_its_energy_and_its_colour(name
     ridge = np.radians(np.arange(15, 76, 10))
     mirror = ridge, 0 * ridge, ridge, np.full(len(ridge), np.pi)
     np.testing.assert_allclose(fitter.fit(samples, **STANDARD).evaluate(*mirror), truth.evaluate(*mirror), rtol=0.1)
+
+
+@pytest.mark.parametrize("count", [600, 6000])
+def test_samples_that_are_known_to_scatter_are_followed_less(random, count):
+    """Every third is off by 40 %, the others by 1 %; of many samples, and of few."""
+    truth = truths.TRUTHS["velvet b"]
+    directions, where = scattered(random, count), scattered(random, 4000)
+    deviation = np.where(np.arange(count) % 3 == 0, 0.4, 0.01)
+    values = truth.evaluate(*directions)
+    values = values * np.maximum(1 + deviation[:, None] * random.standard_normal(values.shape), 0.01)
+    wanted = cross_validation.cube_root(where[2], truth.evaluate(*where))
+    known, unknown = (
+        np.sqrt(np.mean((cross_validation.cube_root(where[2], fitter.fit(
+            Samples(*directions, values, RGB, deviation=each), **STANDARD).evaluate(*where)) - wanted) ** 2))
+        for each in (deviation, None))
+    assert known < 0.7 * unknown
