@@ -24,10 +24,8 @@ def data(material: bpy.types.Material) -> Job[tasks.Data]:
 
 def cost(measured: tasks.Data, arguments: Arguments) -> tuple[Job[tasks.Fitted], Job[float]]:
     """The job that fits, and the one that finds the RMSE at held-out samples."""
-    held = queue.ask(_key("held out", measured, arguments), partial(tasks.held_out, measured.samples, arguments),
-                     "slow")
-    found = queue.ask(_key("fit", measured, arguments),
-                      partial(tasks.fitted, measured.samples, measured.digest, arguments))
+    held = queue.ask(_key("held out", measured, arguments), partial(tasks.held_out_of, measured, arguments), "slow")
+    found = queue.ask(_key("fit", measured, arguments), partial(tasks.fitted_of, measured, arguments))
     return found, held
 
 

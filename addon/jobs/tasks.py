@@ -5,6 +5,7 @@ Every function takes `report(fraction, doing)`, and calls it with its progress.
 
 import hashlib
 import json
+import os
 import time
 from collections import OrderedDict
 from collections.abc import Sequence
@@ -30,7 +31,10 @@ _LEVELS = range(8)          # in the plot of errors; level 8 would take longer t
 _CHUNK = 1 << 16            # rows hashed at a time
 _KEPT = 12                  # fits in the cache, a few MB each
 _LARGEST = 2.0 ** 62        # integer of a digest: a file may hold an azimuth of 1e300
+_SMALL = 1 << 20            # bytes: smaller files are read anew whenever they are asked for
 _fits: "OrderedDict[tuple[str, str], Fitted]" = OrderedDict()
+_loaded: "dict[tuple[str, str, str], tuple[tuple[int, int], fitter.Samples, Measured]]" = {}     # the last large file
+_described: "dict[Measured, Data]" = {}                      # the last description
 _preparations: dict[tuple[str, str], Arguments] = {}         # of the samples fitted last
 
 
@@ -38,12 +42,52 @@ def silent(_fraction: float, _doing: str) -> None:
     """A `report` that does nothing."""
 
 
-class Data(NamedTuple):
-    """Measurements, their description, and the digest that identifies them."""
+class Measured(NamedTuple):
+    """Measurements in a file. Between processes go these few words; each reads the file, once while it stays the same.
 
-    samples: fitter.Samples
-    description: describe.Description
+    Attributes
+    ----------
+    path, sample : str
+    how : str
+        Keyword arguments of `fitter.load`, as JSON.
+    name, channels, colours
+        Of the samples.
+    digest : str
+        Identifies them.
+    """
+
+    path: str
+    sample: str
+    how: str
+    name: str
+    channels: tuple[str, ...]
+    colours: str
     digest: str
+
+    @property
+    def samples(self) -> fitter.Samples:
+        """The samples. Raises DatasetError if they cannot be read any more, or are others."""
+        samples, measured = _load(self.path, self.sample, json.loads(self.how))
+        if measured.digest != self.digest:
+            raise fitter.DatasetError("has changed while it was used; try again", self.path)
+        return samples
+
+
+class Data(NamedTuple):
+    """Measurements and their description."""
+
+    measured: Measured
+    description: describe.Description
+
+    @property
+    def samples(self) -> fitter.Samples:
+        """As `Measured.samples`."""
+        return self.measured.samples
+
+    @property
+    def digest(self) -> str:
+        """As `Measured.digest`."""
+        return self.measured.digest
 
 
 class Fitted(NamedTuple):
@@ -57,8 +101,7 @@ class Fitted(NamedTuple):
 class Outcome(NamedTuple):
     """Everything that a material is made from."""
 
-    samples: fitter.Samples
-    digest: str
+    measured: Measured
     fitted: Fitted
     source: str
     albedo: FloatArray
@@ -68,8 +111,36 @@ class Outcome(NamedTuple):
 def read(path: str, sample: str | None, report: Report = silent, how: Arguments | None = None) -> Data:
     """Read and describe measurements; `how` are keyword arguments of `fitter.load`. Raises DatasetError."""
     report(0.0, "Reading")
-    samples = fitter.load(path, sample or None, **(how or {}))
-    return Data(samples, describe.describe(samples, formats.overflowed(path, sample or None)), digest(samples))
+    samples, measured = _load(path, sample, how)
+    if measured in _described and _stamp(path) is not None:
+        return _described[measured]
+    found = Data(measured, describe.describe(samples, formats.overflowed(path, sample or None)))
+    _described.clear()
+    _described[measured] = found
+    return found
+
+
+def _load(path: str, sample: str | None, how: Arguments | None) -> tuple[fitter.Samples, Measured]:
+    """Read measurements; a large file only if it has changed since it was read last."""
+    asked = path, sample or "", freeze(how or {})
+    stamp = _stamp(path)
+    if stamp is None or asked not in _loaded or _loaded[asked][0] != stamp:
+        samples = fitter.load(path, sample or None, **(how or {}))
+        measured = Measured(*asked, samples.name, samples.channels, samples.colours, digest(samples))
+        if stamp is None:
+            return samples, measured
+        _loaded.clear()
+        _loaded[asked] = stamp, samples, measured
+    return _loaded[asked][1:]
+
+
+def _stamp(path: str) -> tuple[int, int] | None:
+    """Tells whether a large file has changed; None for others, which may be read together with files beside them."""
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError):
+        return None
+    return (found.st_mtime_ns, found.st_size) if found.st_size > _SMALL else None
 
 
 def outcome(path: str, sample: str | None, arguments: Arguments, report: Report = silent,
@@ -97,11 +168,11 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
         If the measurements or the arguments are invalid.
     """
     report(0.0, "Reading")
-    samples = fitter.load(path, sample or None, **(how or {}))
-    key = digest(samples)
+    samples, measured = _load(path, sample, how)
     report(0.1, "Fitting")
+    key = measured.digest
     found = known[1] if known is not None and known[0] == key else fitted(samples, key, arguments)
-    return finish(samples, key, found, report)
+    return finish(samples, measured, found, report)
 
 
 def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: Report = silent,
@@ -133,16 +204,15 @@ def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: R
 def asset(path: str, sample: str | None, arguments: Arguments, folder: str, report: Report = silent,
           how: Arguments | None = None) -> tuple[Outcome, SingleArray]:
     """An outcome and a thumbnail. The fit is saved in a folder, and loaded from there the next time."""
-    samples = fitter.load(path, sample or None, **(how or {}))
-    key = digest(samples)
-    keep = Path(folder) / f"{fit_key(samples.name, key, arguments)}.npz"
+    samples, measured = _load(path, sample, how)
+    keep = Path(folder) / f"{fit_key(samples.name, measured.digest, arguments)}.npz"
     if keep.is_file():
         found = assess(samples, fitter.Fit.load(keep), 0.0)
     else:
-        found = fitted(samples, key, arguments)
+        found = fitted(samples, measured.digest, arguments)
         keep.parent.mkdir(parents=True, exist_ok=True)
         found.fit.save(keep)
-    return finish(samples, key, found, report), pictures.lit_sphere(found.fit, colours=samples.colours)
+    return finish(samples, measured, found, report), pictures.lit_sphere(found.fit, colours=samples.colours)
 
 
 def fit_key(name: str, data_digest: str, arguments: Arguments) -> str:
@@ -180,12 +250,12 @@ def rebake(shaders: Sequence[tuple[str, float, _PassedOn]],
     return done
 
 
-def finish(samples: fitter.Samples, key: str, found: Fitted, report: Report = silent) -> Outcome:
+def finish(samples: fitter.Samples, measured: Measured, found: Fitted, report: Report = silent) -> Outcome:
     """Add to a fit what else a material needs."""
     report(0.6, "Writing the shader")
     source = bake(found.fit)
     report(0.9, "Matching the viewport colour")
-    return Outcome(samples, key, found, source, stand_in.albedo(found.fit), stand_in.principled(samples))
+    return Outcome(measured, found, source, stand_in.albedo(found.fit), stand_in.principled(samples))
 
 
 def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Report = silent) -> Fitted:
@@ -226,6 +296,16 @@ def assess(samples: fitter.Samples, made: fitter.Fit, seconds: float) -> Fitted:
     return Fitted(made, fitter.error_metrics(samples.values, made.evaluate(*samples.directions)), seconds)
 
 
+def fitted_of(data: Data, arguments: Arguments, _report: Report = silent) -> Fitted:
+    """As `fitted`."""
+    return fitted(data.samples, data.digest, arguments)
+
+
+def held_out_of(data: Data, arguments: Arguments, report: Report = silent) -> float:
+    """As `held_out`."""
+    return held_out(data.samples, arguments, report)
+
+
 def held_out(samples: fitter.Samples, arguments: Arguments, report: Report = silent) -> float:
     """RMSE at held-out samples, 1/sr. A tolerance gives the levels from all samples."""
     done = 0
@@ -244,7 +324,8 @@ def held_out(samples: fitter.Samples, arguments: Arguments, report: Report = sil
 
 def errors_by_level(data: Data, arguments: Arguments, report: Report = silent) -> SingleArray:
     """The plot of RMSE at the samples against level, with the present choice marked: (size, size, 4)."""
-    current = fitted(data.samples, data.digest, arguments)
+    samples = data.samples
+    current = fitted(samples, data.digest, arguments)
     plain = current.fit.specular_level is None
     if "tolerance" in arguments:
         arguments = tolerance.arguments_of(current.fit)
@@ -252,20 +333,20 @@ def errors_by_level(data: Data, arguments: Arguments, report: Report = silent) -
     for level in _LEVELS:
         report(level / len(_LEVELS), "Fitting every level")
         changed = {**arguments, "diffuse_level" if plain else "specular_level": level}
-        errors.append(fitted(data.samples, data.digest, changed).errors.rmse)
+        errors.append(fitted(samples, data.digest, changed).errors.rmse)
     level = current.fit.diffuse_level if plain else present(current.fit.specular_level)
     return pictures.error_plot(list(_LEVELS), errors, (level, current.errors.rmse))
 
 
 def lit_sphere(data: Data, arguments: Arguments, _report: Report = silent) -> SingleArray:
     """The picture of a lit sphere: (size, size, 4)."""
-    return pictures.lit_sphere(fitted(data.samples, data.digest, arguments).fit, colours=data.samples.colours)
+    return pictures.lit_sphere(fitted_of(data, arguments).fit, colours=data.measured.colours)
 
 
 def polar_plot(data: Data, arguments: Arguments, theta_i: float,
                _report: Report = silent) -> tuple[SingleArray, float]:
     """The polar plot, and the angle of incidence of the samples in it (radians)."""
-    return pictures.polar_plot(fitted(data.samples, data.digest, arguments).fit, data.samples, theta_i)
+    return pictures.polar_plot(fitted_of(data, arguments).fit, data.samples, theta_i)
 
 
 def digest(samples: fitter.Samples) -> str:

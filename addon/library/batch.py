@@ -268,7 +268,7 @@ def _make_material(context: bpy.types.Context, choices: Choices, made: list[str]
                 if remembered is not None:      # else a user has removed the asset mark
                     assets.renew(item, remembered, picture)
                 if is_named:
-                    item.name = outcome.samples.name
+                    item.name = outcome.measured.name
             else:
                 item = materials.create(outcome, choices, context)
                 assets.mark(item, picture)

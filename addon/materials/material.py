@@ -18,19 +18,32 @@ from .compiler import Shader, compile_shader
 from .properties import CHOICES, RESULTS, Choices
 
 if TYPE_CHECKING:
-    from ...fitter import ErrorMetrics, Fit, Samples
+    from ...fitter import ErrorMetrics, Fit
     from ...fitter.arrays import FloatArray
     from ...fitter.cycles.stand_in import Principled
+
+
+class Measured(Protocol):
+    """What was measured: `jobs.tasks.Measured`."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def channels(self) -> tuple[str, ...]: ...
+
+    @property
+    def colours(self) -> str: ...
+
+    @property
+    def digest(self) -> str: ...
 
 
 class Outcome(Protocol):
     """What a material is made from: `jobs.tasks.Outcome`."""
 
     @property
-    def samples(self) -> Samples: ...
-
-    @property
-    def digest(self) -> str: ...
+    def measured(self) -> Measured: ...
 
     @property
     def fitted(self) -> tuple[Fit, ErrorMetrics, float]: ...
@@ -67,7 +80,7 @@ def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
         If this Blender cannot compile the shader.
     """
     with new_data_removed_on_error():
-        material = bpy.data.materials.new(outcome.samples.name)
+        material = bpy.data.materials.new(outcome.measured.name)
         _use_nodes(material)
         present(material.node_tree).nodes.clear()
         assign(material, outcome, choices, context, shader)
@@ -81,7 +94,7 @@ def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, con
     with new_data_removed_on_error(), restored_on_error(material, (*CHOICES, *RESULTS)):
         _use_nodes(material)
         node, before = _show(material, node_group.create(shader))
-        node.label = outcome.samples.name
+        node.label = outcome.measured.name
         # this correction would bend the shader's directions, which are right as they are
         material.cycles.use_bump_map_correction = False
         stand_in.update(material, outcome)
@@ -190,10 +203,10 @@ def _store(settings: Any, choices: Choices, outcome: Outcome) -> None:
     for name in CHOICES:
         setattr(settings, name, getattr(choices, name))
     fit, errors, seconds = outcome.fitted
-    results = {"name_of_data": outcome.samples.name, "digest": outcome.digest,
+    results = {"name_of_data": outcome.measured.name, "digest": outcome.measured.digest,
                "coefficients": fit.coefficient_count, "bytes": fit.nbytes, "rmse": errors.rmse, "mre": errors.mre,
                "seconds": seconds, "changes": "; ".join(fit.changes), "version": versions.CURRENT,
                "fitted_levels": fit.notation,
-               "colours": outcome.samples.colours if len(outcome.samples.channels) > 1 else reading.GREY}
+               "colours": outcome.measured.colours if len(outcome.measured.channels) > 1 else reading.GREY}
     for name in RESULTS:
         setattr(settings, name, results[name])

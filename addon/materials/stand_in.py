@@ -39,7 +39,7 @@ def update(material: bpy.types.Material, outcome: Outcome) -> None:
 def _shown(outcome: Outcome, color: FloatArray) -> FloatArray:
     """A colour of an outcome, (3,), in the space of the open file, as Blender takes it: libraries may have another."""
     here = scene_colours() or DEFAULT
-    return np.clip(conversion(outcome.samples.colours, here) @ color, 0, 1)
+    return np.clip(conversion(outcome.measured.colours, here) @ color, 0, 1)
 
 
 def _add(tree: bpy.types.NodeTree) -> bpy.types.Node | None:

@@ -71,7 +71,7 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
             raise ValueError("The material has been removed meanwhile")
         before, space = target.measured_brdf.digest, target.measured_brdf.colours
         material.assign(target, outcome, self._choices, context, shader)
-        if before not in ("", outcome.digest) and space == target.measured_brdf.colours:
+        if before not in ("", outcome.measured.digest) and space == target.measured_brdf.colours:
             self.report({"INFO"}, f"{target.name}: the measurements differ from those of the previous fit")
 
 

@@ -48,7 +48,7 @@ class MakesMaterials(InBackground):
             if isinstance(outcome, Exception):
                 prepared.append((path, sample, outcome, None))
             else:
-                yield number / len(outcomes), f"Compiling {outcome.samples.name}"
+                yield number / len(outcomes), f"Compiling {outcome.measured.name}"
                 prepared.append((path, sample, outcome, compiler.compile_shader(outcome.source)))
         return prepared
 

@@ -1,6 +1,8 @@
 """Jobs in another process: results, progress, and every way to end."""
 
 import contextlib
+import os
+import pickle
 import time
 from functools import partial
 from types import SimpleNamespace
@@ -9,6 +11,7 @@ import numpy as np
 import pytest
 
 import fitter
+from support import merl_files
 
 
 @pytest.fixture
@@ -56,13 +59,13 @@ def test_an_outcome_is_the_same_as_without_the_process(process, file):
     expected = tasks.outcome(str(file), "", fitter.PRESETS["Paper"])
     assert job.error is None
     assert isinstance(job.result, tasks.Outcome)
-    assert job.result.digest == expected.digest
+    assert job.result.measured.digest == expected.measured.digest
     for line, expected_line in zip(job.result.source.splitlines(), expected.source.splitlines(), strict=True):
         if line != expected_line:           # numbers that BLAS sums in another order, on another number of threads
             there, here = (np.fromstring(each.strip("{ };"), sep=",") for each in (line, expected_line))
             assert len(here) > 0
             np.testing.assert_allclose(there, here, rtol=1e-4, atol=1e-5)
-    there, here = (each.fitted.fit.evaluate(*expected.samples.directions) for each in (job.result, expected))
+    there, here = (each.fitted.fit.evaluate(*expected.measured.samples.directions) for each in (job.result, expected))
     np.testing.assert_allclose(there, here, rtol=1e-6)
     assert job.doing != "Starting"
 
@@ -88,6 +91,31 @@ def test_cancelled_work_ends_at_once_and_the_next_is_done(process, long_work, fi
     slow.cancel()
     assert child.poll() is not None
     assert wait(process.start(partial(tasks.read, str(file), ""))).result.description.count == 1500
+
+
+def test_a_large_file_is_read_once_and_never_sent(extension, tmp_path, monkeypatch):
+    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.fitter import DatasetError, load
+
+    file = tmp_path / "made.binary"
+    file.write_bytes(merl_files.pack(merl_files.random_cells(32, 1)))
+    reads = []
+    monkeypatch.setattr(tasks.fitter, "load", lambda path, *options, **how: reads.append(path) or load(path))
+    data = tasks.read(str(file), "")
+    assert len(data.samples) == data.description.count > 10_000
+    assert len(pickle.dumps(data)) < 10_000 < 0.01 * file.stat().st_size
+    assert pickle.loads(pickle.dumps(data)).samples is data.samples
+    tasks.lit_sphere(data, {"diffuse_level": 1, "specular_level": None})
+    assert tasks.read(str(file), "") is data
+    outcome = tasks.outcome(str(file), "", {"diffuse_level": 1, "specular_level": None})
+    assert len(pickle.dumps(outcome._replace(source=""))) < 100_000
+    assert reads == [str(file)]
+    file.write_bytes(merl_files.pack(merl_files.random_cells(32, 2)))
+    os.utime(file, (1, 1))
+    with pytest.raises(DatasetError, match="has changed"):
+        _ = data.samples
+    assert tasks.read(str(file), "").digest != data.digest
+    assert len(reads) == 2
 
 
 def test_a_process_that_dies_is_an_error_not_a_wait_without_end(process, long_work):
