@@ -10,7 +10,8 @@ collect_ignore = ["project/habits.py"]           # a script of its own; doctests
 MEASUREMENTS = ("curet/abrdf.dat", "curet/table.txt", "cornell/cayman.astm", "cornell/garnet_red.astm",
                 "cornell/garnet_red.brdf", "cornell/garnet_red_RGB.astm", "cornell/krylon_blue.astm",
                 "cornell/krylon_blue_RGB.astm")
-APART = {"test_slurm": "test_slurm", "test_mitsuba": "tests/mitsuba"}     # and what a command names to run them
+# and what a command names to run them
+APART = {"test_slurm": "test_slurm", "test_mitsuba": "tests/mitsuba", "test_rgl_values": "tests/mitsuba"}
 
 
 def pytest_ignore_collect(collection_path, config):
