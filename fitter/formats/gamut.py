@@ -33,11 +33,17 @@ def converted(samples: Samples, colours: str) -> Samples:
 
 
 def _outside(samples: Samples) -> tuple[str, ...]:
-    """A note of how many samples lie outside of their space, and how far; none where all lie inside."""
-    count = int(np.count_nonzero(samples.values.min(axis=1) < 0))
+    """A note of how many samples lie outside of their space, and how far; none where all lie inside.
+
+    Samples of no or negative luminance, which are noise, do not count.
+    """
+    # what is black but for noise has no colour
+    outside = (samples.values.min(axis=1) < 0) & (luminance(samples.values, samples.colours) > 0)
+    count = int(np.count_nonzero(outside))
     if not count:
         return ()
-    below, mean = -samples.values.min(), luminance(samples.values.mean(axis=0, keepdims=True), samples.colours)[0]
+    below = -samples.values[outside].min()
+    mean = luminance(samples.values.mean(axis=0, keepdims=True), samples.colours)[0]
     percent = 100 * below / mean if mean > 0 else 0
     size = (f"{below:.2g} / sr" if mean <= 0 else
             f"{percent:.2g} % of the mean luminance" if percent < 10 else f"{percent:,.0f} % of the mean luminance")

@@ -23,7 +23,7 @@ more than any fit can guess, and the grid is wide where ndf is not even: further
 between, at angles of incidence at most 4 degrees apart.
 
 Limits: anisotropic materials are refused. Values may be negative (out of the gamut of sRGB), and stay so; those at
-theta_i = 90 degrees are the authors' extrapolation.
+theta_i = 90 degrees are the authors' extrapolation, and so are samples between it and the last measured angle.
 """
 
 from dataclasses import dataclass
@@ -46,6 +46,8 @@ from .text import decode
 LARGEST = 64 << 20          # bytes; a spectral file has up to 15 million
 _NEEDED = ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "jacobian")
 _STEP = np.radians(4)        # between the angles of incidence of the samples, at most
+_LAST_MEASURED = np.radians(89)
+_MOST_BETWEEN = 300_000     # samples between the nodes, about; a file of 48 x 48 nodes has 60,000
 _LOWEST = 1e-6              # cosine of theta_o below which a direction is on the horizon, where f is not defined
 
 
@@ -136,16 +138,17 @@ class RglTable:
         one side of the plane of incidence.
         """
         theta_i, size = np.minimum(self.theta_i, HORIZON), self.values.shape[1]
-        x = np.arange(1, 2 * size - 1) / (2 * size - 2)
-        y = np.arange(size // 2) / (size - 1)
+        steps = np.maximum(np.ceil(np.append(np.diff(theta_i), 0) / _STEP), 1).astype(int)
+        thin = max(int(np.ceil(size * np.sqrt(steps.sum() / _MOST_BETWEEN))), 1)
+        x, y = np.arange(1, 2 * size - 1, thin) / (2 * size - 2), np.arange(0, size // 2, thin) / (size - 1)
         parts = []
-        for index, (theta, gap) in enumerate(zip(theta_i, np.append(np.diff(theta_i), 0), strict=True)):
-            count = max(int(np.ceil(gap / _STEP)), 1)
+        for index, count in enumerate(steps.tolist()):
             for step in range(count):
                 u_x, u_y = rgl_warp.from_grid(self.warp, index + (2 * step > count), x, y)
-                if not step:
+                if not step and thin == 1:
                     u_x = u_x[:, ::2]       # the others are nodes
-                parts.append(self._above(theta + step / count * gap, u_x, np.broadcast_to(u_y[:, None], u_x.shape))[:3])
+                theta = theta_i[index] + (step / count * (theta_i[index + 1] - theta_i[index]) if step else 0)
+                parts.append(self._above(theta, u_x, np.broadcast_to(u_y[:, None], u_x.shape))[:3])
         incident, theta_o, phi_o = (np.concatenate(part) for part in zip(*parts, strict=True))
         return incident, theta_o, phi_o, self.evaluate(incident, np.zeros_like(incident), theta_o, phi_o)
 
@@ -199,8 +202,10 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     count = len(nodes[0])
     if not count:
         raise DatasetError("no measurement above the horizon", path)
-    note = (f"{count:,} measured at {len(table.theta_i)} angles of incidence, {len(values) - count:,} between by the "
+    note = (f"{count:,} nodes at {len(table.theta_i)} angles of incidence, {len(values) - count:,} between by the "
             f"interpolation that the file defines")
+    if table.theta_i[-1] > _LAST_MEASURED:
+        note += f"; beyond {np.degrees(table.theta_i[-2]):.0f} degrees it is the authors' extrapolation"
     return Samples(theta_i, np.zeros_like(theta_i), theta_o, phi_o, values, RGB, table.name, str(path),
                    (note, *table.notes))
 

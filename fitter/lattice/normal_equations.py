@@ -30,7 +30,7 @@ class NormalEquations:
     x : (n, 3) float64
         Coordinates in the stored quarter of the lattices.
     parts : sequence of (int, (k,) int, or None)
-        The level of each lattice, in ascending order, and the control points that it has: positions in the flattened
+        The level of each lattice, and the control points that it has: positions in the flattened
         box of `dense.shape`, mirror images included; None for all of them.
 
     Examples
@@ -63,8 +63,9 @@ class NormalEquations:
         image_of = np.concatenate(images)
         self._first, self._unknown = np.unique(image_of, return_inverse=True)
         self._copies = _copies(image_of)
-        # samples in the order of the cells of the finest lattice
-        cells = self._grids[-1].first
+        # samples in the order of the cells of the finest lattice: those in one share the cells of all
+        finest = max(range(len(parts)), key=lambda part: parts[part][0])
+        cells = self._grids[finest].first
         self._order = np.argsort(cells, kind="stable")
         starts = np.flatnonzero(np.diff(cells[self._order], prepend=-1)).tolist()
         self._cells = list(zip(starts, [*starts[1:], len(x)], strict=True))
@@ -100,6 +101,8 @@ class NormalEquations:
             matrix[originals] += matrix[copies]
             matrix[:, originals] += matrix[:, copies]
             moment[originals] += moment[copies]
+        if not len(self._first):
+            return [moment]
         matrix, moment = matrix[self._first[:, None], self._first], moment[self._first]
         matrix[np.diag_indices(len(matrix))] += max(_TINY * np.trace(matrix) / len(matrix), np.finfo(float).tiny)
         found = np.linalg.solve(matrix, moment)[self._unknown]

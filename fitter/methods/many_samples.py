@@ -5,7 +5,7 @@ Eilers, B. D. Marx: Flexible Smoothing with B-splines and Penalties, Statistical
 is the squared error of the cube root of f + offset times a cosine, by which fits are judged, by Gauss-Newton steps
 (J. Nocedal, S. J. Wright: Numerical Optimization, 2006, section 10.3) that are shortened until they help:
 
-1. Of all coordinates, stretches and priors, take those with which a dense lattice fits best.
+1. Of all coordinates and stretches, and then of all priors, take those with which a dense lattice fits best.
 2. Fit the dense lattice.
 3. Keep the control points of the sparse lattice that would help most, and fit both lattices together.
 
@@ -52,6 +52,8 @@ _LENGTHS = 1.0, 0.5, 0.25, 0.1  # of a step, that are tried
 _LEAST_GAIN = 0.02          # of the error, for another step
 _FINEST = 4                 # level of a dense lattice whose equations are solved; a finer one is refined from it, ...
 _FINER = 3000               # ... and then only as many of its control points are fitted
+_MOST_SPARSE = 4500         # control points of the sparse lattice: their equations take the square of them in memory
+_PRECISE = 0.02             # deviation of a sample, relative to it, up to which it is trusted like any other
 
 class Arrangement(NamedTuple):
     """What a field is a function of, what it is relative to, and how smooth it is."""
@@ -65,7 +67,8 @@ class Arrangement(NamedTuple):
 def arranged(samples: Samples, offset: float, ceiling: FloatArray) -> Arrangement:
     """The coordinates, stretch and prior with which a dense lattice comes closest to many samples.
 
-    A coarse lattice tries all of them, and a finer one the best. The stiffness is the one that then predicts best.
+    A coarse lattice tries coordinates and stretches, and all priors with the best of these; a finer lattice tries the
+    best of all. The stiffness is the one that then predicts best.
 
     Parameters
     ----------
@@ -114,6 +117,7 @@ def lattices(samples: Samples, arrangement: Arrangement, levels: Levels) -> tupl
     samples : Samples
     arrangement : Arrangement
     levels : Levels
+        At most `_MOST_SPARSE` control points are kept, whatever the compression.
     """
     used = subset(samples, choice(len(samples), MOST))
     search = _Search(_problem(used, arrangement), arrangement, min(levels.diffuse, _FINEST)).improved()
@@ -121,7 +125,10 @@ def lattices(samples: Samples, arrangement: Arrangement, levels: Levels) -> tupl
         search.add(levels.diffuse, _FINER)
         search.improved().hold()
     if levels.specular is not None:
-        search.add(levels.specular, levels.kept)
+        count = min(levels.kept, _MOST_SPARSE)
+        if count > _FINER:
+            search.hold()
+        search.add(levels.specular, count)
         search.improved()
     boxes = search.boxes()
     level, control_points = boxes[0]
@@ -186,7 +193,7 @@ def _problem(samples: Samples, arrangement: Arrangement) -> _Problem:
     directions = samples.directions
     trust = np.cos(samples.theta_o) ** _POWER           # reflectance is seen times its cosine
     if samples.deviation is not None:
-        trust /= np.hypot(1, samples.deviation / max(np.median(samples.deviation), np.finfo(float).tiny))
+        trust /= np.hypot(1, samples.deviation / _PRECISE)
     return _Problem(coordinates.encode(*directions), transform.prior.evaluate(*directions) + transform.offset,
                     np.exp(bounded_log(samples.values, transform.offset)), trust,
                     transform.ceiling + transform.offset)

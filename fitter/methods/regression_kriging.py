@@ -297,7 +297,7 @@ def prepare(samples: Samples) -> dict[str, Estimate | Arrangement]:
     """The options of `fit` that do not depend on the levels."""
     if len(samples) <= gaussian_process.MOST_SAMPLES:
         return {"estimated": Estimate(samples)}
-    offset = _offset(subset(samples, gaussian_process.choice(len(samples))))
+    offset = _offset(subset(samples, gaussian_process.choice(len(samples))), float(np.abs(samples.values).max()))
     return {"estimated": many_samples.arranged(samples, offset, _ceiling(samples, offset))}
 
 
@@ -403,12 +403,12 @@ def _dropouts(values: FloatArray, lobes: FloatArray) -> BoolArray:
     return np.asarray(found & (np.mean(found) <= _MOST_DROPOUTS))
 
 
-def _offset(samples: Samples) -> float:
+def _offset(samples: Samples, largest: float | None = None) -> float:
     """The offset of `LogRelative`: the median over the directions, at least a millionth of the largest sample; 1/sr.
 
-    Not the median of the samples, of which most may lie in a peak.
+    Not the median of the samples, of which most may lie in a peak. If these are some of more, `largest` is that of all.
     """
-    largest = np.abs(samples.values).max()
+    largest = np.abs(samples.values).max() if largest is None else largest
     if not largest:
         return 1.0
     typical = samples.values[gaussian_process.spread(2 * HalfDifference().encode(*samples.directions) - 1, _TYPICAL)]

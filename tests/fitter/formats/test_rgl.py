@@ -89,8 +89,9 @@ def test_between_the_nodes_samples_leave_no_gap(path):
     angles = np.unique(samples.theta_i)
     assert np.degrees(np.diff(angles)).max() < 4.001 < np.degrees(np.diff(table.theta_i)).max()
     nodes = len(table.nodes()[0])
-    assert f"{nodes:,} measured at {len(table.theta_i)} angles" in samples.notes[0]
+    assert f"{nodes:,} nodes at {len(table.theta_i)} angles" in samples.notes[0]
     assert f"{len(samples) - nodes:,} between" in samples.notes[0]
+    assert f"beyond {np.degrees(table.theta_i[-2]):.0f} degrees it is the authors' extrapolation" in samples.notes[0]
     # of the pairs in the plane of incidence beside the mirror direction, the nearest are nearer than those of the nodes
     def nearest(at, samples_of):
         theta_i, theta_o, phi_o = samples_of

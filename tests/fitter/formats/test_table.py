@@ -124,8 +124,8 @@ def test_what_was_measured_again_is_averaged_and_its_scatter_told(load):
     samples = load(write(NAMES, [directions, values]))
     assert_is(samples)
     note = next(note for note in samples.notes if "more than once" in note)
-    assert note.startswith("1 pairs of directions")
-    assert note.endswith("a scatter of 10 %, which is used as their noise")
+    assert note.startswith("1 pair of directions measured")
+    assert note.endswith("a scatter of 10 %")
     # one of them is the mean of three; all are taken to scatter like it
     expected = np.full(len(DIRECTIONS), 0.1)
     expected[2] /= np.sqrt(3)
@@ -140,6 +140,26 @@ def test_a_pair_that_scatters_more_than_others_is_trusted_less(load, random):
     samples = load(write(NAMES, [np.vstack([DIRECTIONS] * 40), many]))
     np.testing.assert_allclose(samples.deviation[2], 0.2 / np.sqrt(40), rtol=0.3)
     assert (samples.deviation[[0, 1, 3, 4]] < 0.3 * samples.deviation[2]).all()
+
+
+def test_what_an_instrument_adds_to_dark_directions_is_no_noise_of_bright_ones(load, random):
+    """400 pairs, three times each: .1 % of their value, and .0003 / sr that is most of what the darkest tenth has."""
+    directions = np.column_stack([70 * random.random(400), np.zeros(400), 70 * random.random(400), np.full(400, 90.0)])
+    values = np.where(np.arange(400) % 10 == 0, 1e-4, 0.5)[:, None] * np.ones(3)
+    again = [values * (1 + 1e-3 * random.standard_normal((400, 1))) + 3e-4 * random.standard_normal((400, 1))
+             for _ in range(3)]
+    samples = load(write(NAMES, [np.vstack([directions] * 3), np.vstack(again)]))
+    expected = np.hypot(1e-3, 3e-4 / 0.5) / np.sqrt(3)
+    bright = samples.values[:, 0] > 0.1
+    assert bright.sum() == 360
+    assert np.median(samples.deviation[bright]) == pytest.approx(expected, rel=0.3)
+    assert np.median(samples.deviation[~bright]) > 0.3
+
+
+@pytest.mark.parametrize("said", ["cosine-corrected BRDF", "BRDF * cos_o [1/sr]", "cos_o * BRDF"])
+def test_a_cosine_that_is_not_understood_is_not_passed_over(load, said):
+    with pytest.raises(DatasetError, match="values with a cosine must name it"):
+        load(write(NAMES, [DIRECTIONS, VALUES], before=f"# values: {said}\n"))
 
 
 def test_comments_byte_order_marks_and_line_ends(load):

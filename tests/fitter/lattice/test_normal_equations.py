@@ -80,6 +80,18 @@ def test_the_step_is_that_of_least_squares(x, keys, random):
         assert mine == pytest.approx(np.broadcast_to(value, mine.shape), abs=1e-6)
 
 
+def test_the_order_of_the_lattices_does_not_matter(x, keys, random):
+    """A lattice that is coarser than the one before it: samples in one of its cells lie in several of the other's."""
+    z, weights = random.standard_normal((len(x), 1)), np.ones(len(x))
+    every = np.arange(math.prod(dense.shape(2)))
+    starts = [np.zeros((len(each), 1)) for each in (every, keys)]
+    held = [[Penalty(np.arange(len(each))[:, None], np.ones(1), np.full(len(each), 0.1))] for each in (every, keys)]
+    one = NormalEquations(x, [(2, every), (3, keys)]).solve(weights, z, held, starts)
+    other = NormalEquations(x, [(3, keys), (2, every)]).solve(weights, z, held[::-1], starts[::-1])
+    for mine, theirs in zip(one, other[::-1], strict=True):
+        np.testing.assert_allclose(mine, theirs, atol=1e-9)
+
+
 def test_a_gain_is_what_one_control_point_can_do(x, random):
     z, weights = random.standard_normal((len(x), 2)), random.uniform(0.1, 3, len(x))
     found = gains(x, 3, weights, z)

@@ -130,3 +130,11 @@ def test_where_the_samples_say_nothing_the_fit_is_smooth_and_reciprocal(random):
     expected = truth.evaluate(theta_i, phi_i, theta_o, phi_o)[beyond]
     assert np.sqrt(np.mean((forth / back - 1) ** 2)) < 0.05
     assert np.sqrt(np.mean((forth / expected - 1) ** 2)) < 0.1
+
+
+def test_storage_and_memory_are_bounded_whatever_is_asked_for(random):
+    """(4,7,98.2) asks for 41,000 control points, whose equations would have 14 GB."""
+    samples = noisy(TRUTHS["matte a"], dense_goniometer(random), 0.01, random)
+    fit = fitter.fit(samples, diffuse_level=2, specular_level=7, compression=98.2, method="kriging")
+    assert len(fit.specular) <= 4500
+    assert relative(TRUTHS["matte a"], fit, between(random)) < 0.02
