@@ -20,7 +20,8 @@ The grid is one of half vectors: the place s of a half vector is what `rgl_warp`
 the nodes of the grid that are above the horizon. All nodes of a column where the half vector is the normal are one
 direction: the sample is their mean. The angles of incidence may be 30 degrees apart, across which a highlight changes
 more than any fit can guess, and the grid is wide where ndf is not even: further samples are the function's values
-between, at angles of incidence at most 4 degrees apart.
+between, at angles of incidence at most 4 degrees apart, and at outgoing directions that are spread evenly, of which the
+grid of a gloss has few.
 
 Limits: anisotropic materials are refused. Values may be negative (out of the gamut of sRGB), and stay so; those at
 theta_i = 90 degrees are the authors' extrapolation, and so are samples between it and the last measured angle.
@@ -47,6 +48,7 @@ LARGEST = 64 << 20          # bytes; a spectral file has up to 15 million
 _NEEDED = ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "jacobian")
 _STEP = np.radians(4)        # between the angles of incidence of the samples, at most
 _LAST_MEASURED = np.radians(89)
+_EVENLY = 24                # squared: directions of each angle of incidence that are spread evenly
 _MOST_BETWEEN = 300_000     # samples between the nodes, about; a file of 48 x 48 nodes has 60,000
 _LOWEST = 1e-6              # cosine of theta_o below which a direction is on the horizon, where f is not defined
 
@@ -135,7 +137,7 @@ class RglTable:
         """Directions between the nodes, and between the angles of incidence, and the BRDF there; as `nodes`.
 
         The grid is halved from the normal outward, and the half vectors are those of the nearest angle of incidence, on
-        one side of the plane of incidence.
+        one side of the plane of incidence. Besides there are outgoing directions that are spread evenly.
         """
         theta_i, size = np.minimum(self.theta_i, HORIZON), self.values.shape[1]
         steps = np.maximum(np.ceil(np.append(np.diff(theta_i), 0) / _STEP), 1).astype(int)
@@ -149,6 +151,7 @@ class RglTable:
                     u_x = u_x[:, ::2]       # the others are nodes
                 theta = theta_i[index] + (step / count * (theta_i[index + 1] - theta_i[index]) if step else 0)
                 parts.append(self._above(theta, u_x, np.broadcast_to(u_y[:, None], u_x.shape))[:3])
+                parts.append((np.full(_EVENLY ** 2, theta), *_evenly_spread()))
         incident, theta_o, phi_o = (np.concatenate(part) for part in zip(*parts, strict=True))
         return incident, theta_o, phi_o, self.evaluate(incident, np.zeros_like(incident), theta_o, phi_o)
 
@@ -280,6 +283,13 @@ def _weights(wavelengths: NDArray[Any], bands: int, path: str | Path, illuminant
     wavelengths = _finite(wavelengths, "wavelengths", path)
     to_linear_srgb(wavelengths, np.zeros((1, bands)), path)         # refuses wavelengths that make no colour
     return srgb_weights(wavelengths, illuminant)
+
+
+def _evenly_spread() -> tuple[FloatArray, FloatArray]:
+    """theta_o and phi_o of directions spread evenly by their cosine over half of the hemisphere: (_EVENLY^2,) each."""
+    step = (np.arange(_EVENLY) + 0.5) / _EVENLY
+    theta_o, phi_o = np.meshgrid(np.arcsin(np.sqrt(step)), step * np.pi, indexing="ij")
+    return theta_o.ravel(), phi_o.ravel()
 
 
 def _square(theta: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
