@@ -109,13 +109,6 @@ def _judged(material, out, code, judge):
 
 
 def _finished(path, code, out):
-    """The records of an earlier run with the same code, by material. The last line may be incomplete."""
-    records = {}
-    for line in path.read_text("utf-8").splitlines() if path.is_file() else ():
-        try:
-            record = json.loads(line)
-        except json.JSONDecodeError:
-            continue
-        if record["code"] == code and _path(out, record["name"]).is_file():
-            records[record["name"]] = record
-    return records
+    """The records of an earlier run with the same code, by material."""
+    return {record["name"]: record for record in held_out.recorded(path)
+            if record["code"] == code and _path(out, record["name"]).is_file()}

@@ -104,17 +104,20 @@ def commit():
         return "unknown"
 
 
-def _finished(path, code, methods, out):
-    """The records of an earlier run with the same code and methods, by set; without telling sets that lost their view.
-
-    The last line may be incomplete: the run was interrupted.
-    """
-    records = {}
+def recorded(path):
+    """The records in a file of JSON lines, if it is there. An interrupted run may have left the last incomplete."""
     for line in path.read_text("utf-8").splitlines() if path.is_file() else ():
         try:
-            record = json.loads(line)
+            yield json.loads(line)
         except json.JSONDecodeError:
             continue
+
+
+def _finished(path, code, methods, out):
+    """The records of an earlier run with the same code and methods, by set; without telling sets that lost their view.
+    """
+    records = {}
+    for record in recorded(path):
         viewed = record["name"] not in views.TELLING or views.path(out, record["name"]).is_file()
         if record["code"] == code and list(record["methods"]) == list(methods) and viewed:
             records[record["name"]] = record
