@@ -48,7 +48,7 @@ LARGEST = 64 << 20          # bytes; a spectral file has up to 15 million
 _NEEDED = ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "jacobian")
 _STEP = np.radians(4)        # between the angles of incidence of the samples, at most
 _LAST_MEASURED = np.radians(89)
-_EVENLY = 24                # squared: directions of each angle of incidence that are spread evenly
+_EVENLY = 24                # squared: directions of each angle of incidence that are spread evenly, at most
 _MOST_BETWEEN = 300_000     # samples between the nodes, about; a file of 48 x 48 nodes has 60,000
 _LOWEST = 1e-6              # cosine of theta_o below which a direction is on the horizon, where f is not defined
 
@@ -143,6 +143,7 @@ class RglTable:
         steps = np.maximum(np.ceil(np.append(np.diff(theta_i), 0) / _STEP), 1).astype(int)
         thin = max(int(np.ceil(size * np.sqrt(steps.sum() / _MOST_BETWEEN))), 1)
         x, y = np.arange(1, 2 * size - 1, thin) / (2 * size - 2), np.arange(0, size // 2, thin) / (size - 1)
+        evenly = _evenly_spread(min(size, _EVENLY))
         parts = []
         for index, count in enumerate(steps.tolist()):
             for step in range(count):
@@ -151,7 +152,7 @@ class RglTable:
                     u_x = u_x[:, ::2]       # the others are nodes
                 theta = theta_i[index] + (step / count * (theta_i[index + 1] - theta_i[index]) if step else 0)
                 parts.append(self._above(theta, u_x, np.broadcast_to(u_y[:, None], u_x.shape))[:3])
-                parts.append((np.full(_EVENLY ** 2, theta), *_evenly_spread()))
+                parts.append((np.full(len(evenly[0]), theta), *evenly))
         incident, theta_o, phi_o = (np.concatenate(part) for part in zip(*parts, strict=True))
         return incident, theta_o, phi_o, self.evaluate(incident, np.zeros_like(incident), theta_o, phi_o)
 
@@ -285,9 +286,9 @@ def _weights(wavelengths: NDArray[Any], bands: int, path: str | Path, illuminant
     return srgb_weights(wavelengths, illuminant)
 
 
-def _evenly_spread() -> tuple[FloatArray, FloatArray]:
-    """theta_o and phi_o of directions spread evenly by their cosine over half of the hemisphere: (_EVENLY^2,) each."""
-    step = (np.arange(_EVENLY) + 0.5) / _EVENLY
+def _evenly_spread(count: int) -> tuple[FloatArray, FloatArray]:
+    """theta_o and phi_o of directions spread evenly by their cosine over half of the hemisphere: (count^2,) each."""
+    step = (np.arange(count) + 0.5) / count
     theta_o, phi_o = np.meshgrid(np.arcsin(np.sqrt(step)), step * np.pi, indexing="ij")
     return theta_o.ravel(), phi_o.ravel()
 

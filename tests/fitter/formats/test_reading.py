@@ -68,7 +68,7 @@ def test_a_table_without_units_asks_for_the_option(load):
     with pytest.raises(UnitsUnknownError, match=r"option quantity .*import, Values"):
         load(TABLE.replace("BRDF", "BRDF*cos"), angles="radians")
     assert load(TABLE.replace("BRDF", "BRDF*cos"), angles="radians", quantity="brdf_cos").notes[-1] == (
-        "Divided by the cosine of theta_o, as asked; the file says otherwise")
+        "Divided by the cosine of theta_o, as asked")
 
 
 def test_units_that_contradict_one_another_are_settled_by_the_option(load):
