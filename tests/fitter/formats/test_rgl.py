@@ -258,3 +258,12 @@ def test_a_damaged_container_is_refused(tmp_path, place, number, expected):
     path.write_bytes(content)
     with pytest.raises(DatasetError, match=r"damaged\.bsdf: .*" + expected):
         fitter.load(path)
+
+
+def test_samples_between_the_nodes_are_bounded_whatever_the_file_has(tmp_path):
+    """Two angles of incidence 89 degrees apart, and fine grids: one sample a node and step would be 2.8 million."""
+    table = table_of(written(tmp_path, tensor_files.material(500, (0.01, 1.56))))
+    theta_i, theta_o, phi_o, values = table.between()
+    assert 10_000 < len(values) < 600_000
+    assert np.degrees(np.diff(np.unique(theta_i))).max() < 4.001
+    np.testing.assert_allclose(values, table.evaluate(theta_i, 0 * theta_i, theta_o, phi_o))
