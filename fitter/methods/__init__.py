@@ -64,7 +64,7 @@ def fit(samples: Samples, diffuse_level: int = 4, specular_level: int | None = 6
     Raises
     ------
     ValueError
-        If a level, the compression or the method is out of range.
+        If a level, the compression or the method is out of range, or there is not enough memory for the levels.
 
     Examples
     --------
@@ -79,5 +79,9 @@ def fit(samples: Samples, diffuse_level: int = 4, specular_level: int | None = 6
     if method not in METHODS:
         raise ValueError(f"method is {method!r}, expected one of {', '.join(METHODS)}")
     distinct, columns = distinct_channels(samples)
-    fitted = METHODS[method](distinct, levels, plausible=plausible, **options)
+    try:
+        fitted = METHODS[method](distinct, levels, plausible=plausible, **options)
+    except MemoryError as error:
+        raise ValueError("not enough memory for a fit of these levels: choose lower ones, or a higher "
+                         "compression") from error
     return replace(fitted, channels=samples.channels, columns=columns)

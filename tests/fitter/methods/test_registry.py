@@ -80,3 +80,12 @@ def test_the_fit_follows_its_samples(samples, method):
 def test_an_unknown_option_is_refused(samples, method):
     with pytest.raises(TypeError, match="softning"):
         fitter.fit(samples, **SIZE, method=method, softning=0.1)
+
+
+def test_a_fit_that_memory_does_not_hold_is_refused(monkeypatch, glossy):
+    def too_large(*_arguments, **_options):
+        return np.ones(1 << 50)         # 9 petabytes
+
+    monkeypatch.setitem(METHODS, "mba", too_large)
+    with pytest.raises(ValueError, match="not enough memory for a fit of these levels"):
+        fitter.fit(glossy)
