@@ -92,8 +92,6 @@ def _add_inputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--compression", type=float, metavar="C", help="percentage of the sparse lattice to drop")
     parser.add_argument("--tolerance", type=float, metavar="T",
                         help="choose the smallest fit with this RMSE at the samples (1/sr), instead of setting levels")
-
-
     cli.add_reading(parser, None)
 
 

@@ -196,7 +196,6 @@ def write_report(files: Sequence[str | Path], out: str | Path, levels: Sequence[
     """Write a report with a progress bar, and print how the paper's claim holds; arguments as for `report.write`."""
     from . import report  # it needs SciPy, and is not in the extension
 
-
     results = report.write(files, out, levels or report.LEVELS, show_progress, supplements=supplements,
                            jobs=os.cpu_count() or 1)
     for claim in results["claims"]:

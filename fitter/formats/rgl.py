@@ -46,10 +46,10 @@ from .text import decode
 
 LARGEST = 64 << 20          # bytes; a spectral file has up to 15 million
 _NEEDED = ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "jacobian")
-_STEP = np.radians(4)        # between the angles of incidence of the samples, at most
-_LAST_MEASURED = np.radians(89)
+_STEP = np.radians(4)       # between the angles of incidence of the samples, at most
+_LAST_MEASURED = np.radians(89)     # at most; what is tabulated beyond is an extrapolation
 _EVENLY = 24                # squared: directions of each angle of incidence that are spread evenly, at most
-_MOST_BETWEEN = 300_000     # samples between the nodes, about; a file of 48 x 48 nodes has 60,000
+_MOST_BETWEEN = 300_000     # samples between the nodes, about; a file of 32 x 32 nodes has 39,000
 _LOWEST = 1e-6              # cosine of theta_o below which a direction is on the horizon, where f is not defined
 
 
@@ -189,7 +189,7 @@ def recognises(content: bytes) -> bool:
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a .bsdf file: the values at the nodes of its grid, and between its angles of incidence.
+    """Read a .bsdf file: its values at the nodes of its grid and between; spectra become linear sRGB.
 
     Returns
     -------
@@ -252,8 +252,8 @@ def _table(path: str | Path, fields: dict[str, NDArray[Any]], colour: str, readi
         if not np.array_equal(fields[name][0], fields[name][-1]):
             raise DatasetError(f"an anisotropic material ({name} differs with the azimuth phi_i): anisotropic "
                                f"measurements cannot be used yet", path)
-    weights = np.eye(len(RGB)) if colour == "rgb" else _weights(fields["wavelengths"], channels, path,
-                                                                         reading.illuminant)
+    weights = (np.eye(len(RGB)) if colour == "rgb" else
+               _weights(fields["wavelengths"], channels, path, reading.illuminant))
     values = np.zeros((len(theta_i), size, size, len(RGB)))
     for band, plane in enumerate(np.moveaxis(fields[colour][0], 1, 0)):     # one at a time, to save memory
         values += _finite(plane, colour, path)[..., None] * weights[:, band]

@@ -127,6 +127,38 @@ def locate(x: FloatArray, level: int) -> tuple[IntArray, list[FloatArray]]:
     return cell.astype(np.intp) - 1 - np.array(origin(level)), w
 
 
+class Grid:
+    """Where samples lie on a lattice: their control points, and the basis functions there.
+
+    Parameters
+    ----------
+    x : (n, 3) float64
+        Coordinates in the stored quarter of the cube.
+    level : int
+
+    Attributes
+    ----------
+    first : (n,) int
+        The first of each sample's control points, in the flattened box.
+    """
+
+    def __init__(self, x: FloatArray, level: int) -> None:
+        _, rows, columns = shape(level)
+        corner, self._along = locate(x, level)
+        self.first = (corner[:, 0] * rows + corner[:, 1]) * columns + corner[:, 2]
+        four = np.arange(4)
+        self._offsets = ((four[:, None, None] * rows + four[:, None]) * columns + four).ravel()
+
+    def taps(self, sample: int | IntArray) -> IntArray:
+        """The control points of samples: (...) or (..., 1) indices to (..., 64)."""
+        return np.asarray(self.first[sample] + self._offsets)
+
+    def basis(self, samples: IntArray) -> FloatArray:
+        """The weights of the control points of samples: (m,) to (m, 64)."""
+        a, b, c = (along[samples] for along in self._along)
+        return (a[:, :, None, None] * b[:, None, :, None] * c[:, None, None, :]).reshape(-1, 64)
+
+
 def evaluate(control_points: FloatArray | SingleArray, level: int, x: FloatArray) -> FloatArray:
     """The spline at points in the stored quarter of the cube (Kameya and Lewis 2002, equation 7).
 

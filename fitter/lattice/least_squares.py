@@ -99,12 +99,9 @@ def _least_squares(x: FloatArray, z: FloatArray, weights: FloatArray, level: int
 
 def _design(x: FloatArray, weights: FloatArray, level: int, unknown: IntArray, count: int) -> FloatArray:
     """The design matrix, (n, count) float64: the weighted basis function of each unknown at the samples."""
-    _, rows, columns = dense.shape(level)
-    corner = ((np.arange(4)[:, None, None] * rows + np.arange(4)[:, None]) * columns + np.arange(4)).ravel()
-    cell, (wa, wb, wc) = dense.locate(x, level)
-    tap = unknown[((cell[:, 0] * rows + cell[:, 1]) * columns + cell[:, 2])[:, None] + corner]
-    basis = (wa[:, :, None, None] * wb[:, None, :, None] * wc[:, None, None, :]).reshape(len(tap), 64)
-    at = np.arange(len(tap))[:, None] * (count + 1) + np.where(tap < 0, count, tap)
+    grid, samples = dense.Grid(x, level), np.arange(len(x))
+    tap, basis = unknown[grid.taps(samples[:, None])], grid.basis(samples)
+    at = samples[:, None] * (count + 1) + np.where(tap < 0, count, tap)
     design = np.bincount(at.ravel(), basis.ravel(), len(tap) * (count + 1)).reshape(len(tap), -1)[:, :count]
     return design * weights[:, None]
 

@@ -1,8 +1,8 @@
 """Normal equations of least-squares fits of lattices to many samples.
 
 All samples in one cell of a lattice have the same 64 control points, so that a cell adds a small matrix, the product of
-its samples' basis functions, to the normal equations. Their cost is that of these products: linear in the samples, and
-independent of how many control points there are.
+its samples' basis functions, to the normal equations. Each sample costs the same, however many control points there
+are. The equations take the square of these in memory, and their solution the cube in time.
 """
 
 import itertools
@@ -17,7 +17,7 @@ from . import dense
 
 _TOGETHER = 1 << 14         # samples whose basis functions are computed at a time
 _TINY = 1e-9                # of the mean diagonal, that makes equations solvable
-_RIM = 1e-4                 # of the mean diagonal
+_RIM = 1e-4                 # of the mean diagonal, added to that of each control point's gain
 
 
 class NormalEquations:
@@ -30,8 +30,8 @@ class NormalEquations:
     x : (n, 3) float64
         Coordinates in the stored quarter of the lattices.
     parts : sequence of (int, (k,) int, or None)
-        The level of each lattice, and the control points that it has: positions in the flattened
-        box of `dense.shape`, mirror images included; None for all of them.
+        The level of each lattice, and the control points that it has: positions in the flattened box of `dense.shape`,
+        mirror images included; None for all of them.
 
     Examples
     --------
@@ -42,7 +42,7 @@ class NormalEquations:
     >>> start = np.zeros((math.prod(dense.shape(1)), 1))
     >>> weights = np.ones(len(x))
     >>> equations = NormalEquations(x, [(1, None)])
-    >>> found, = equations.solve(weights, z, [[curvature(1, 1e-12 * weights)]], [start])
+    >>> found, = equations.solve(weights, z, [[curvature(1, np.full(len(start), 1e-12))]], [start])
     >>> bool(np.allclose(dense.evaluate(found.reshape(*dense.shape(1), 1), 1, x), z, atol=1e-4))
     True
     """
@@ -56,7 +56,7 @@ class NormalEquations:
             column = np.full(len(all_keys), -1)
             column[keys] = size + np.arange(len(keys))
             images.append(column[dense.representative(level).ravel()[keys]])
-            self._grids.append(_Grid(x, level))
+            self._grids.append(dense.Grid(x, level))
             self._columns.append(column)
             self._sizes.append(len(keys))
             size += len(keys)
@@ -214,7 +214,7 @@ def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> Floa
     z : (n, channels) float64
         What the lattice is to approximate.
     """
-    grid, size = _Grid(x, level), math.prod(dense.shape(level))
+    grid, size = dense.Grid(x, level), math.prod(dense.shape(level))
     moment, diagonal = np.zeros((size, z.shape[1])), np.zeros(size)
     for start in range(0, len(x), _TOGETHER):
         rows = np.arange(start, min(start + _TOGETHER, len(x)))
@@ -229,32 +229,6 @@ def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> Floa
     # a control point at the rim of the samples would have to be huge to do anything
     found = (moment ** 2).sum(axis=1) / (diagonal + _RIM * diagonal.mean() + np.finfo(float).tiny)
     return np.asarray(found[representative])
-
-
-class _Grid:
-    """Where samples lie on a lattice.
-
-    Attributes
-    ----------
-    first : (n,) int
-        The first of each sample's control points, in the flattened box.
-    """
-
-    def __init__(self, x: FloatArray, level: int) -> None:
-        _, rows, columns = dense.shape(level)
-        corner, self._along = dense.locate(x, level)
-        self.first = (corner[:, 0] * rows + corner[:, 1]) * columns + corner[:, 2]
-        four = np.arange(4)
-        self._offsets = ((four[:, None, None] * rows + four[:, None]) * columns + four).ravel()
-
-    def taps(self, sample: int | IntArray) -> IntArray:
-        """The control points of samples: (...) or (..., 1) indices to (..., 64)."""
-        return np.asarray(self.first[sample] + self._offsets)
-
-    def basis(self, samples: IntArray) -> FloatArray:
-        """The weights of the control points of samples: (m,) to (m, 64)."""
-        a, b, c = (along[samples] for along in self._along)
-        return (a[:, :, None, None] * b[:, None, :, None] * c[:, None, None, :]).reshape(-1, 64)
 
 
 def _copies(image_of: IntArray) -> list[tuple[IntArray, IntArray]]:

@@ -55,6 +55,7 @@ _FINER = 3000               # ... and then only as many of its control points ar
 _MOST_SPARSE = 4500         # control points of the sparse lattice: their equations take the square of them in memory
 _PRECISE = 0.02             # deviation of a sample, relative to it, up to which it is trusted like any other
 
+
 class Arrangement(NamedTuple):
     """What a field is a function of, what it is relative to, and how smooth it is."""
 
@@ -146,7 +147,7 @@ def lattices(samples: Samples, arrangement: Arrangement, levels: Levels) -> tupl
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """Samples, and directions between them, that a field above a prior is to follow.
+    """Samples that a field above a prior is to follow.
 
     Attributes
     ----------
@@ -247,7 +248,7 @@ class _Search:
                                          self._points[self._held:])
             for length in _LENGTHS:
                 points = held + [now + length * each for now, each in zip(self._points[self._held:], move, strict=True)]
-                field = sum((dense.evaluate(box, level, self._problem.x) for level, box in self._boxes(points)),
+                field = sum((dense.evaluate(box, level, self._problem.x) for level, box in self.boxes(points)),
                             np.zeros(1))
                 error = self._problem.error(field) + sum(
                     penalty.value(each) for of_lattice, each in zip(self._penalties, points, strict=True)
@@ -266,13 +267,10 @@ class _Search:
         transform = self._arrangement.transform
         return np.asarray((transform.prior.evaluate(*directions) + transform.offset).mean(axis=1) ** (2 * _POWER))
 
-    def boxes(self) -> list[tuple[int, FloatArray]]:
-        """The level of each lattice, and all of its control points: shape(level) + (channels,)."""
-        return self._boxes(self._points)
-
-    def _boxes(self, points: Sequence[FloatArray]) -> list[tuple[int, FloatArray]]:
+    def boxes(self, points: Sequence[FloatArray] | None = None) -> list[tuple[int, FloatArray]]:
+        """The level of each lattice, and all its control points, shape(level) + (channels,); of `points` if given."""
         boxes = []
-        for (level, keys), each in zip(self._parts, points, strict=True):
+        for (level, keys), each in zip(self._parts, self._points if points is None else points, strict=True):
             box = np.zeros((math.prod(dense.shape(level)), each.shape[1]))
             box[slice(None) if keys is None else keys] = each
             boxes.append((level, box.reshape(*dense.shape(level), -1)))

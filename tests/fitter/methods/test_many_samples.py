@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter.formats import merl
 from fitter.methods import gaussian_process
 from fitter.quality.cross_validation import cube_root
 from fitter.samples import RGB, Samples, subset
 from support import merl_files
-from support.truths import TRUTHS
+from support.checkout import measurements
+from support.truths import TRUTHS, neural
 
 STANDARD = fitter.PRESETS["Standard"]
 
@@ -69,33 +71,22 @@ def test_noise_averages_out_over_many_samples(random):
 
 
 @cache
-def merl(name):
-    nets = merl_files.nets()
-    if nets is None:
+def material(name):
+    """A MERL file of 45 x 45 x 90 cells."""
+    if not (measurements() / "merl" / "nbrdf_nets.npz").is_file():
         pytest.skip("no MERL materials at hand")
-    weights = np.load(nets.NETS)
-    net = weights["weights"][list(weights["names"]).index(name)].astype(float)
-    theta_h, theta_d, phi_d = np.meshgrid((np.arange(90) / 90) ** 2 * np.pi / 2, np.radians(np.arange(0, 90, 3)),
-                                          np.radians(np.arange(0, 180, 4)), indexing="ij")
-    angles = theta_h.ravel(), theta_d.ravel(), phi_d.ravel()
-    x, y, z = (np.sin(angles[1]) * np.cos(angles[2]), np.sin(angles[1]) * np.sin(angles[2]), np.cos(angles[1]))
-    out, up = z * np.sin(angles[0]), z * np.cos(angles[0])
-    along, down = x * np.cos(angles[0]), x * np.sin(angles[0])
-    theta_i, theta_o = np.arctan2(np.hypot(out + along, y), up - down), np.arctan2(np.hypot(out - along, y), up + down)
-    kept = np.maximum(theta_i, theta_o) < 1.5
-    return Samples(theta_i[kept], np.arctan2(y, out + along)[kept], theta_o[kept], np.arctan2(-y, out - along)[kept],
-                   nets.evaluate(net, *angles)[kept], RGB)
+    return merl.read(f"{name}.binary", merl_files.of_model(neural("merl", name), 45))
 
 
 @cache
 def fitted(name, preset):
-    return fitter.fit(merl(name), **fitter.PRESETS[preset])
+    return fitter.fit(material(name), **fitter.PRESETS[preset])
 
 
 @pytest.mark.parametrize(("name", "limit"), [("chrome", 0.015), ("black-obsidian", 0.02), ("blue-fabric", 0.01)])
 def test_a_highlight_of_a_degree_is_met_at_all_samples(name, limit):
     """Relative to the root mean square of the cube roots: 2,000 samples alone leave .10 of chrome, .09 of obsidian."""
-    samples = merl(name)
+    samples = material(name)
     assert relative(Exactly(samples), fitted(name, "Standard"), samples.directions) < limit
 
 
@@ -110,7 +101,7 @@ class Exactly:
 
 
 def test_finer_presets_are_truer():
-    samples = merl("chrome")
+    samples = material("chrome")
     standard, reference = (relative(Exactly(samples), fitted("chrome", preset), samples.directions)
                            for preset in ("Standard", "Reference"))
     assert reference < 0.9 * standard
