@@ -16,9 +16,10 @@ _ROUNDING = 1e-5            # radians: files print angles to 6 decimals, and rou
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """A measured isotropic BRDF.
+    """A measured BRDF.
 
-    Directions point away from the surface. Polar angles theta are measured from the normal: 0 to pi/2. The arrays are
+    Directions point away from the surface. Polar angles theta are measured from the normal: 0 to pi/2. Azimuths are
+    measured from the tangent, toward the bitangent; of an isotropic BRDF only their difference matters. The arrays are
     copied and made read-only; those of float64 that are read-only already, and no views, are taken as they are.
 
     Attributes
@@ -40,6 +41,8 @@ class Samples:
     deviation : (n,) float64, or None
         The relative standard deviation of each sample, if repeated measurements tell it. The larger, the less a fit
         follows a sample.
+    isotropic : bool
+        Whether the BRDF is to be taken as one that does not change when both directions turn about the normal.
 
     Raises
     ------
@@ -70,6 +73,7 @@ class Samples:
     notes: tuple[str, ...] = ()
     colours: str = DEFAULT
     deviation: FloatArray | None = None
+    isotropic: bool = True
 
     def __post_init__(self) -> None:
         values = _own(self.values)
