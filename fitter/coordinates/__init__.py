@@ -13,6 +13,8 @@ from .half_difference import HalfDifference
 from .nusselt import Nusselt
 from .rusinkiewicz import Rusinkiewicz
 
+ISOTROPIC_AXES = 3          # coordinates of a pair of directions that only turning about the normal tells from another
+
 
 class Coordinates(Protocol):
     """A coordinate system: a frozen dataclass, in a module of its own, whose fields are the system's parameters."""

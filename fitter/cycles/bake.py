@@ -163,7 +163,12 @@ def _log_relative(transform: LogRelative, columns: tuple[int, ...]) -> dict[str,
         text = ", ".join(f"{number:.9g}" for number in numbers)
         return f"color({text})" if len(numbers) > 1 else f"({text})"
 
-    def lobe(kind: microfacet.Kind, ks: NDArray[np.float64], alpha: float, gamma: float, f0: float) -> str:
+    def lobe(kind: microfacet.Kind, ks: NDArray[np.float64], alpha: float, gamma: float, f0: float,
+             across: float | None = None, turn: float = 0.0) -> str:
+        if across is not None and across != alpha:
+            numbers = (math.cos(turn), math.sin(turn), 1 / alpha, 1 / across, gamma, f0, min(alpha, 1.0),
+                       min(across, 1.0))
+            return f"ANISOTROPIC_LOBE({value(ks)}, {', '.join(f'{number:.9g}' for number in numbers)})"
         shape = f"{value(ks)}, {alpha ** -2:.9g}"
         if kind == "retro":
             return f"RETRO({shape}, {gamma:.9g}, {f0:.9g})"
@@ -171,8 +176,9 @@ def _log_relative(transform: LogRelative, columns: tuple[int, ...]) -> dict[str,
             return f"SHEEN({shape}, {f0:.9g})"
         return f"LOBE({shape}, {gamma:.9g}, {f0:.9g}, {min(alpha, 1.0) ** 2:.9g})"
 
-    lobes = map(lobe, prior.kinds, prior.ks, prior.alpha, prior.gamma, prior.f0)
-    return {"PRIOR_LOBES": " ".join(lobes), "PRIOR_RETRO": int("retro" in prior.kinds), "PRIOR_KD": value(prior.kd),
+    lobes = [lobe(kind, ks, *shape) for kind, ks, shape in zip(prior.kinds, prior.ks, prior.shapes, strict=True)]
+    return {"PRIOR_LOBES": " ".join(lobes), "PRIOR_RETRO": int("retro" in prior.kinds),
+            "PRIOR_ANISOTROPIC": int(not prior.isotropic), "PRIOR_KD": value(prior.kd),
             "PRIOR_OFFSET": f"{transform.offset:.9g}", "PRIOR_CEILING": value(transform.ceiling)}
 
 

@@ -28,7 +28,8 @@ from .bake import shader_version
 _CONSTANT = re.compile(r"^#define (\w+) (.*)$", re.MULTILINE)
 _TABLE = r"^  (?:int|float) {}\[(\d+)\] = \{{\n([^}}]*)\}};$"
 _NUMBER = r"[-+.\deE]+"
-_KINDS: dict[str, microfacet.Kind] = {"LOBE": "mirror", "RETRO": "retro", "SHEEN": "sheen"}
+_KINDS: dict[str, microfacet.Kind] = {"LOBE": "mirror", "ANISOTROPIC_LOBE": "mirror", "RETRO": "retro",
+                                      "SHEEN": "sheen"}
 
 
 def unbake(source: str, name: str = "untitled", compression: float = 0.0) -> Fit:
@@ -112,19 +113,31 @@ def _log_relative(constants: dict[str, str], stored: int, columns: tuple[int, ..
         numbers = numbers * len(columns) if len(numbers) == 1 else numbers
         return np.array([numbers[columns.index(column)] for column in range(stored)])
 
-    lobes = re.findall(r"(LOBE|RETRO|SHEEN)\(((?:color)?\([^)]*\)), ([^)]*)\)", constants["PRIOR_LOBES"])
-    if len(lobes) != len(re.findall(r"[A-Z]+\(", constants["PRIOR_LOBES"])):
+    lobes = re.findall(rf"({'|'.join(_KINDS)})\(((?:color)?\([^)]*\)), ([^)]*)\)", constants["PRIOR_LOBES"])
+    if len(lobes) != len(re.findall(r"[A-Z_]+\(", constants["PRIOR_LOBES"])):
         raise ValueError("the shader has lobes of an unknown kind")
     numbers = [[float(number) for number in lobe[2].split(", ")] for lobe in lobes]
     kinds: tuple[microfacet.Kind, ...] = tuple(_KINDS[lobe[0]] for lobe in lobes)
-    # a sheen lobe has no gamma
-    shapes = np.array([(n[0], microfacet.NO_GAMMA, n[1]) if kind == "sheen" else n[:3]
-                       for kind, n in zip(kinds, numbers, strict=True)]).reshape(len(lobes), 3)
+    shapes = np.array([_shape(macro, each) for (macro, _, _), each in zip(lobes, numbers, strict=True)]
+                      ).reshape(len(lobes), 5)
     ks = np.array([values(lobe[1]) for lobe in lobes]).reshape(len(lobes), stored)
-    prior = microfacet.Microfacet(values(constants["PRIOR_KD"]), ks, shapes[:, 0] ** -0.5, shapes[:, 1], shapes[:, 2],
-                                  kinds)
+    alpha, gamma, f0, across, turn = shapes.T
+    prior = microfacet.Microfacet(values(constants["PRIOR_KD"]), ks, alpha, gamma, f0, kinds)
+    if "ANISOTROPIC_LOBE" in constants["PRIOR_LOBES"]:
+        prior = replace(prior, across=across, turn=turn)
     # the shader clips at 0, whether or not the fit does
     return LogRelative(prior, float(constants["PRIOR_OFFSET"]), values(constants["PRIOR_CEILING"]), 0.0)
+
+
+def _shape(macro: str, n: list[float]) -> tuple[float, float, float, float, float]:
+    """alpha, gamma, f0, across and turn of the numbers of a lobe's macro."""
+    if macro == "ANISOTROPIC_LOBE":
+        cosine, sine, along, across, gamma, f0 = n[:6]
+        return 1 / along, gamma, f0, 1 / across, math.atan2(sine, cosine)
+    alpha = n[0] ** -0.5
+    # a sheen lobe has no gamma
+    gamma, f0 = (microfacet.NO_GAMMA, n[1]) if macro == "SHEEN" else n[1:3]
+    return alpha, gamma, f0, alpha, 0.0
 
 
 def _level(cells: str) -> int:

@@ -88,7 +88,7 @@ def candidates(samples: Samples, offset: float, most: int = MAX_LOBES) -> list[M
 
 def _with_lobe(model: Microfacet, problem: "_Problem", kind: Kind, alpha: float, f0: float) -> Microfacet:
     """A model with another lobe, as strong as the model falls short of the samples where the lobe is brightest."""
-    shape = lobe(kind, alpha, NO_GAMMA, f0, problem.at)
+    shape = lobe(kind, problem.at, None, alpha, NO_GAMMA, f0)
     brightest = np.argsort(shape)[-max(3, len(shape) // 100):]
     lacking = np.maximum(problem.values - model.at(problem.at), 0)[brightest]
     strength = (lacking * shape[brightest, None]).sum(axis=0) / max((shape[brightest] ** 2).sum(), 1e-300)
@@ -181,7 +181,7 @@ def _numbers(p: FloatArray) -> tuple[float, float, float]:
 
 
 def _shape(kind: Kind, p: FloatArray, at: Geometry) -> FloatArray:
-    return lobe(kind, *_numbers(p), at)
+    return lobe(kind, at, None, *_numbers(p))
 
 
 def _pack(model: Microfacet) -> FloatArray:

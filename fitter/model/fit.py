@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
-from ..coordinates import Coordinates
+from ..coordinates import ISOTROPIC_AXES, Coordinates
 from ..lattice.dense import DenseLattice
 from ..lattice.sparse import SparseLattice
 from . import fit_file
@@ -73,6 +73,11 @@ class Fit:
     def __post_init__(self) -> None:
         if not self.columns:
             object.__setattr__(self, "columns", tuple(range(len(self.channels))))
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether the reflectance stays the same when both directions turn about the normal."""
+        return len(self.coordinates.axes) == ISOTROPIC_AXES and self.transform.isotropic
 
     @property
     def diffuse_level(self) -> int:

@@ -2,9 +2,9 @@
 
 The entries are `header`, a JSON text with format, version, coordinates, transform, levels, compression, channels,
 columns, changes, name and source; `diffuse`; for a bi-level fit `coefficients`, `keys` and `displacement`; and for a
-log-relative fit `prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling` and `damping`. The
-header of a fit in half and difference coordinates has `softening` and `stretch`, that of a log-relative one `offset`,
-`plausible` and `lobes`, the kinds of the prior's lobes.
+log-relative fit `prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling` and `damping`, and if
+its lobes are anisotropic `prior_across` and `prior_turn`. The header of a fit in half and difference coordinates has
+`softening` and `stretch`, that of a log-relative one `offset`, `plausible` and `lobes`, the kinds of the prior's lobes.
 """
 
 from __future__ import annotations
@@ -35,11 +35,12 @@ if TYPE_CHECKING:
     from .fit import Fit
 
 FORMAT = "measured-brdf-fit"
-VERSION = 5
-_READABLE = (2, 3, 4, 5)
+VERSION = 6
+_READABLE = (2, 3, 4, 5, 6)
 LARGEST = 100 * LARGEST_VALUE   # of any number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
 _PRIOR = ("kd", "ks", "alpha", "gamma", "f0")
+_ANISOTROPIC_PRIOR = ("across", "turn")
 _Arrays = dict[str, NDArray[Any]]
 
 
@@ -67,7 +68,8 @@ def write(fit: Fit, path: str | Path) -> None:
     if isinstance(transform, LogRelative):
         header |= {"offset": transform.offset, "plausible": bool(transform.floor == 0),
                    "lobes": list(transform.prior.kinds)}
-        arrays |= {f"prior_{name}": getattr(transform.prior, name) for name in _PRIOR}
+        names = _PRIOR if transform.prior.isotropic else (*_PRIOR, *_ANISOTROPIC_PRIOR)
+        arrays |= {f"prior_{name}": getattr(transform.prior, name) for name in names}
         arrays |= {"prior_ceiling": transform.ceiling, "damping": transform.damping}
     content = io.BytesIO()      # not the file: on a full disk, ZipFile would raise a second error when it is deleted
     entries: _Arrays = {"header": np.array(json.dumps(header)), **arrays}
@@ -180,11 +182,13 @@ def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogR
     lobes = len(ks) if ks.ndim else 0
     _check(lobes <= microfacet.MAX_LOBES, "its prior has too many lobes")
     shapes: dict[str, tuple[int, ...]] = {
-        "kd": (stored,), "ks": (lobes, stored), "alpha": (lobes,), "gamma": (lobes,), "f0": (lobes,)}
+        "kd": (stored,), "ks": (lobes, stored), "alpha": (lobes,), "gamma": (lobes,), "f0": (lobes,),
+        "across": (lobes,), "turn": (lobes,)}
+    names = _PRIOR if "prior_across" not in entries else (*_PRIOR, *_ANISOTROPIC_PRIOR)
     kinds = tuple(header["lobes"])
     _check(len(kinds) == lobes and set(kinds) <= set(microfacet.KINDS), "the lobes of its prior are unknown")
     prior = microfacet.Microfacet(**{name: _array(entries, f"prior_{name}", shapes[name], np.float64)
-                                     for name in _PRIOR}, kinds=kinds)
+                                     for name in names}, kinds=kinds)
     for name, (low, high) in microfacet.RANGES.items():
         _check_range(f"prior_{name}", getattr(prior, name), low, high)
     ceiling = _array(entries, "prior_ceiling", (stored,), np.float64)

@@ -7,7 +7,9 @@ Each lobe is of one of three kinds:
 - "mirror", microfacets that reflect: L = D(tan^2 theta_h) S V with g = (1 - cos theta_d)^5. D is a generalised
   Trowbridge-Reitz distribution (B. Burley: Physically Based Shading at Disney, 2012), V the height-correlated Smith
   visibility (E. Heitz: Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, JCGT 3(2), 2014) and S
-  the Fresnel term of C. Schlick: An Inexpensive BRDF Model for Physically-based Rendering, 1994.
+  the Fresnel term of C. Schlick: An Inexpensive BRDF Model for Physically-based Rendering, 1994. An anisotropic one has
+  two widths: in D, t / alpha^2 is replaced by the sum of (slope / width)^2 along two axes, and in V a roughness m by
+  that of the direction's azimuth, both as Heitz has them.
 - "retro", which shines back at the light: L = D(tan^2 theta_b) S with g = cos^2 theta_r. These are the half and the
   difference angle after one direction has been turned about the normal by 180 degrees (the back vector of L. Belcour,
   R. Pacanowski, M. Delahaie, A. Laville-Geay, L. Eupherte: BRDF Measurements and Analysis of Retroreflective Materials,
@@ -17,15 +19,15 @@ Each lobe is of one of three kinds:
   Microfacet-Based BRDF Generator, SIGGRAPH 2000, with the denominator of D. Neubelt, M. Pettineo: Crafting a Next-Gen
   Material Pipeline for The Order: 1886, 2013). It has no gamma.
 
-A material of three channels has at most 21 parameters.
+A material of three channels has at most 21 parameters, and 27 where lobes are anisotropic.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ..arrays import ArrayLike, FloatArray
+from ..arrays import ArrayLike, ComplexArray, FloatArray
 from ..shader_constants import DENSEST, LEAST_HEIGHT_2, LEAST_SLOPE_2
 
 Kind = Literal["mirror", "retro", "sheen"]
@@ -33,7 +35,8 @@ KINDS: tuple[Kind, ...] = ("mirror", "retro", "sheen")
 MAX_LOBES = 3
 NARROWEST, STEEPEST_TAIL = 1e-3, 32.0       # bounds of alpha and gamma - 1: beyond, single precision is visible
 NO_GAMMA = 2.0              # gamma of a sheen lobe, which does not read it
-RANGES = {"alpha": (NARROWEST, STEEPEST_TAIL), "gamma": (1 + NARROWEST, 1 + STEEPEST_TAIL), "f0": (0.0, 1.0)}
+RANGES = {"alpha": (NARROWEST, STEEPEST_TAIL), "gamma": (1 + NARROWEST, 1 + STEEPEST_TAIL), "f0": (0.0, 1.0),
+          "across": (NARROWEST, STEEPEST_TAIL), "turn": (-np.pi, np.pi)}
 
 
 class Geometry(NamedTuple):
@@ -51,6 +54,16 @@ class Geometry(NamedTuple):
     """Cosine of theta_r, the difference angle of the back vector."""
 
 
+class InSurface(NamedTuple):
+    """What anisotropic lobes depend on besides: components along the tangent and, as the imaginary part, along the
+    bitangent, each (...) complex128."""
+
+    incident: ComplexArray
+    outgoing: ComplexArray
+    slope: ComplexArray
+    """That of the half vector over its height: a microfacet's slope."""
+
+
 @dataclass(frozen=True)
 class Microfacet:
     """A Lambertian and lobes.
@@ -66,6 +79,9 @@ class Microfacet:
         where it is 1.
     kinds : tuple of str
         Of each lobe, one of `KINDS`; by default all are "mirror".
+    across, turn : (lobes,) float64
+        Of an anisotropic lobe of microfacets: alpha is its width along the azimuth `turn`, radians, and `across` that
+        at a right angle to it. The other kinds have `across` equal to alpha, and a model without any has none.
 
     Examples
     --------
@@ -83,40 +99,64 @@ class Microfacet:
     gamma: FloatArray
     f0: FloatArray
     kinds: tuple[Kind, ...] = ()
+    across: FloatArray = field(default_factory=lambda: np.zeros(0))
+    turn: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         if not self.kinds:
             object.__setattr__(self, "kinds", ("mirror",) * len(self.alpha))
 
     @property
+    def isotropic(self) -> bool:
+        """Whether no lobe has two widths."""
+        return not len(self.across) or bool((self.across == self.alpha).all())
+
+    @property
+    def shapes(self) -> list[tuple[float, ...]]:
+        """Of each lobe alpha, gamma and f0, and of a model with anisotropic lobes `across` and `turn`."""
+        numbers = (self.alpha, self.gamma, self.f0)
+        return list(zip(*numbers, *(() if self.isotropic else (self.across, self.turn)), strict=True))
+
+    @property
     def nbytes(self) -> int:
         """Bytes of the parameters of all channels in single precision, and one for the kind of each lobe."""
-        return 4 * (self.kd.size + self.ks.size + self.alpha.size + self.gamma.size + self.f0.size) + len(self.kinds)
+        shapes = (3 if self.isotropic else 5) * self.alpha.size
+        return 4 * (self.kd.size + self.ks.size + shapes) + len(self.kinds)
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """The model, 1/sr: angles broadcast to (...), radians, to (..., channels) float64."""
-        return self.at(geometry(theta_i, phi_i, theta_o, phi_o))
+        directions = theta_i, phi_i, theta_o, phi_o
+        return self.at(geometry(*directions), None if self.isotropic else in_surface(*directions))
 
-    def at(self, geometry: Geometry) -> FloatArray:
-        """The model, 1/sr, for a geometry of (...): (..., channels) float64."""
+    def at(self, geometry: Geometry, in_surface: InSurface | None = None) -> FloatArray:
+        """The model, 1/sr, for a geometry of (...): (..., channels) float64. An isotropic one needs no `InSurface`."""
         total = np.broadcast_to(self.kd, (*np.shape(geometry.tan2_h), len(self.kd)))
-        for kind, ks, alpha, gamma, f0 in zip(self.kinds, self.ks, self.alpha, self.gamma, self.f0, strict=True):
-            total = total + ks * lobe(kind, alpha, gamma, f0, geometry)[..., None]
+        for kind, ks, shape in zip(self.kinds, self.ks, self.shapes, strict=True):
+            total = total + ks * lobe(kind, geometry, in_surface, *shape)[..., None]
         return total
 
 
-def lobe(kind: Kind, alpha: float, gamma: float, f0: float, at: Geometry) -> FloatArray:
-    """A lobe of strength 1 at a geometry of (...): (...) float64."""
+def lobe(kind: Kind, at: Geometry, in_surface: InSurface | None, alpha: float, gamma: float, f0: float,
+         across: float | None = None, turn: float = 0.0) -> FloatArray:
+    """A lobe of strength 1 at a geometry of (...): (...) float64. One of a single width needs no `InSurface`."""
     cos_i, cos_o = at.cos_i, at.cos_o
     if kind == "retro":
         return (1 + at.tan2_b / alpha ** 2) ** -gamma * (f0 + (1 - f0) * at.cos_r ** 2)
     if kind == "sheen":
         fibres = np.exp(-1 / (alpha ** 2 * np.maximum(at.tan2_h, LEAST_SLOPE_2)))
         return fibres * (f0 + (1 - f0) * (1 - at.cos_d)) / (cos_i + cos_o - cos_i * cos_o + DENSEST)
-    m2 = min(alpha, 1.0) ** 2
-    visibility = 0.5 / (cos_o * np.sqrt(cos_i ** 2 * (1 - m2) + m2)
-                        + cos_i * np.sqrt(cos_o ** 2 * (1 - m2) + m2) + DENSEST)
-    return (1 + at.tan2_h / alpha ** 2) ** -gamma * (f0 + (1 - f0) * (1 - at.cos_d) ** 5) * visibility
+    if in_surface is None or across is None or across == alpha:
+        m2 = min(alpha, 1.0) ** 2
+        steep = at.tan2_h / alpha ** 2
+        long_i, long_o = (np.sqrt(cosine ** 2 * (1 - m2) + m2) for cosine in (cos_i, cos_o))
+    else:
+        incident, outgoing, slope = (each * np.exp(-1j * turn) for each in in_surface)
+        steep = (slope.real / alpha) ** 2 + (slope.imag / across) ** 2
+        m, m_across = min(alpha, 1.0), min(across, 1.0)
+        long_i, long_o = (np.sqrt(cosine ** 2 + (m * along.real) ** 2 + (m_across * along.imag) ** 2)
+                          for cosine, along in ((cos_i, incident), (cos_o, outgoing)))
+    visibility = 0.5 / (cos_o * long_i + cos_i * long_o + DENSEST)
+    return np.asarray((1 + steep) ** -gamma * (f0 + (1 - f0) * (1 - at.cos_d) ** 5) * visibility)
 
 
 def geometry(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> Geometry:
@@ -138,3 +178,20 @@ def geometry(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: Ar
     along2, back2 = np.maximum(squares + product, 0), np.maximum(squares - product, 0)
     return Geometry(cos_i, cos_o, along2 / up2, np.minimum(np.sqrt(along2 + up2) / 2, 1),
                     back2 / up2, np.minimum(np.sqrt(back2 + up2) / 2, 1))
+
+
+def in_surface(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> InSurface:
+    """The components in the surface of pairs of directions: angles broadcast to (...), radians.
+
+    Examples
+    --------
+    A mirror pair has the normal as its half vector:
+
+    >>> bool(abs(in_surface(np.pi / 3, 1.0, np.pi / 3, 1.0 + np.pi).slope) < 1e-9)
+    True
+    """
+    theta_i, theta_o = np.asarray(theta_i, dtype=float), np.asarray(theta_o, dtype=float)
+    incident, outgoing = (np.sin(theta) * np.exp(1j * np.asarray(phi)) for theta, phi in ((theta_i, phi_i),
+                                                                                          (theta_o, phi_o)))
+    up2 = np.maximum((np.cos(theta_i) + np.cos(theta_o)) ** 2, LEAST_HEIGHT_2)
+    return InSurface(incident, outgoing, (incident + outgoing) / np.sqrt(up2))

@@ -26,6 +26,11 @@ class Transform(Protocol):
         """Bytes of the parameters in single precision."""
         ...
 
+    @property
+    def isotropic(self) -> bool:
+        """Whether it stays the same when both directions turn about the normal."""
+        ...
+
     def reflectance(self, field: FloatArray, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike,
                     phi_o: ArrayLike) -> FloatArray:
         """Map a field at directions (n,) to reflectance: (n, channels) to (n, channels), 1/sr."""
@@ -42,6 +47,11 @@ class Identity:
     def nbytes(self) -> int:
         """0: there are no parameters."""
         return 0
+
+    @property
+    def isotropic(self) -> bool:
+        """True."""
+        return True
 
     def reflectance(self, field: FloatArray, *_directions: ArrayLike) -> FloatArray:
         """Return the field."""
@@ -97,6 +107,11 @@ class LogRelative:
     def nbytes(self) -> int:
         """Bytes of the parameters in single precision."""
         return self.prior.nbytes + 8 + 4 * len(self.ceiling) + 4 * self.damping.size
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether the prior is."""
+        return self.prior.isotropic
 
     def reflectance(self, field: FloatArray, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike,
                     phi_o: ArrayLike) -> FloatArray:

@@ -1,0 +1,107 @@
+"""Analytic anisotropic reflectances: truths to judge fits and pictures by.
+
+A `Truth` of `support.truths`, which depends on both azimuths. Each kind has two materials, "a" and "b", of different
+parameters: constants of a method are chosen on the one and judged on the other.
+"""
+
+import numpy as np
+
+from fitter.coordinates.rusinkiewicz import Rusinkiewicz
+from fitter.lattice import dense
+from fitter.model.fit import Fit
+from fitter.model.microfacet import Microfacet
+from fitter.model.transform import LogRelative
+from fitter.samples import RGB
+
+from .truths import Truth
+
+
+def vectors(theta_i, phi_i, theta_o, phi_o):
+    """Unit vectors of pairs of directions (n,): two (n, 3)."""
+    return [np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+            for theta, phi in ((theta_i, phi_i), (theta_o, phi_o))]
+
+
+def turned(w, angle):
+    """Vectors (n, 3) in axes that are turned by an angle about the normal."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * w[:, 0] + s * w[:, 1], c * w[:, 1] - s * w[:, 0], w[:, 2]], axis=-1)
+
+
+def ggx(wi, wo, along, across):
+    """Anisotropic GGX with height-correlated masking, without a Fresnel term (Walter et al. 2007; Heitz 2014): (n,)."""
+    h = wi + wo
+    h = h / np.linalg.norm(h, axis=1)[:, None]
+    distribution = 1 / (np.pi * along * across * ((h[:, 0] / along) ** 2 + (h[:, 1] / across) ** 2 + h[:, 2] ** 2) ** 2)
+
+    def masking(w):
+        return (np.sqrt(1 + ((along * w[:, 0]) ** 2 + (across * w[:, 1]) ** 2) / w[:, 2] ** 2) - 1) / 2
+
+    cosines = np.maximum(wi[:, 2] * wo[:, 2], 1e-9)
+    return distribution / (1 + masking(wi) + masking(wo)) / (4 * cosines)
+
+
+def ward(wi, wo, along, across):
+    """G. Ward's model (1992) with the denominator of A. Duer (2005): (n,)."""
+    h = wi + wo
+    slope2 = ((h[:, 0] / along) ** 2 + (h[:, 1] / across) ** 2) / h[:, 2] ** 2
+    return np.exp(-slope2) / (4 * np.pi * along * across * np.maximum(wi[:, 2] * wo[:, 2], 1e-3))
+
+
+def _brushed(kd, ks, along, across, turn, model=ggx):
+    def function(*directions):
+        wi, wo = (turned(w, turn) for w in vectors(*directions))
+        cos_d = np.linalg.norm(wi + wo, axis=1) / 2
+        fresnel = np.asarray(ks) + (1 - np.asarray(ks)) * ((1 - np.minimum(cos_d, 1)) ** 5)[:, None]
+        return np.asarray(kd) + fresnel * model(wi, wo, along, across)[:, None]
+    return function
+
+
+def _woven(warp, weft, width, tilt):
+    """A cloth of two threads at a right angle, that lie at a slope: each shines on a cone about its direction, as the
+    fibres of J. Kajiya and T. Kay (1989), but reciprocal."""
+    def function(*directions):
+        wi, wo = vectors(*directions)
+        total = np.full((len(wi), 3), 0.02)
+        for colour, azimuth in ((warp, 0.0), (weft, np.pi / 2)):
+            for side in (-tilt, tilt):
+                thread = np.array([np.cos(azimuth) * np.cos(side), np.sin(azimuth) * np.cos(side), np.sin(side)])
+                off = wi @ thread + wo @ thread
+                lobe = np.exp(-(off / width) ** 2) / (wi[:, 2] + wo[:, 2] + 0.1)
+                total += np.asarray(colour) * lobe[:, None]
+        return total
+    return function
+
+
+ANISOTROPIC = (
+    Truth("brushed a", "brushed metal", _brushed([0.01, 0.01, 0.01], [0.9, 0.75, 0.4], 0.12, 0.45, np.radians(20))),
+    Truth("brushed b", "brushed metal", _brushed([0.02, 0.02, 0.03], [0.7, 0.72, 0.75], 0.3, 0.06, np.radians(-35))),
+    Truth("ward a", "lacquered wood", _brushed([0.15, 0.08, 0.04], [0.05, 0.05, 0.05], 0.1, 0.25, 0.0, ward)),
+    Truth("ward b", "lacquered wood", _brushed([0.25, 0.2, 0.1], [0.1, 0.1, 0.1], 0.2, 0.08, np.radians(45), ward)),
+    Truth("woven a", "satin", _woven([0.3, 0.05, 0.06], [0.05, 0.1, 0.3], 0.15, np.radians(12))),
+    Truth("woven b", "satin", _woven([0.4, 0.35, 0.1], [0.1, 0.02, 0.02], 0.25, np.radians(20))))
+
+
+def rotations(count, turn=2 * np.pi):
+    """Pairs of directions at which an instrument measures at several rotations of the sample: four (n,), radians.
+
+    Incidences of every 15 degrees, outgoing directions on a grid of 10 by 15 degrees and about the mirror direction.
+    """
+    phi_i = np.arange(count) / count * turn
+    grid = np.array(np.meshgrid(phi_i, np.radians(np.arange(0, 76, 15)), np.radians(np.arange(0, 86, 10)),
+                                np.radians(np.arange(0, 360, 15)), indexing="ij")).reshape(4, -1)
+    near = np.array(np.meshgrid(phi_i, np.radians(np.arange(0, 76, 15)), np.radians([-12, -6, -3, 0, 3, 6, 12]),
+                                np.radians(180 + np.array([-12, -6, 0, 6, 12])), indexing="ij")).reshape(4, -1)
+    near[2] += near[1]
+    near = near[:, (near[2] >= 0) & (near[2] < np.radians(86))]
+    phi_i, theta_i, theta_o, turns = np.concatenate([grid, near], axis=1)
+    return theta_i, phi_i, theta_o, phi_i + turns
+
+
+def brushed_fit(along=0.12, across=0.45, turn=0.35):
+    """A fit that is a Lambertian and one anisotropic lobe, under a field of 0."""
+    prior = Microfacet(np.array([0.02, 0.015, 0.01]), np.array([[0.8, 0.6, 0.25]]), np.array([along]), np.array([2.0]),
+                       np.array([0.9]), ("mirror",), np.array([across]), np.array([turn]))
+    transform = LogRelative(prior, 0.05, np.full(3, 1e4), 0.0)
+    field = dense.DenseLattice(1, np.zeros((*dense.shape(1), 3), np.float32))
+    return Fit(Rusinkiewicz(), field, None, transform, channels=RGB, name="brushed")

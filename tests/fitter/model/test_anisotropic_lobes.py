@@ -1,0 +1,52 @@
+"""Anisotropic lobes: against the published model, one direction at a time."""
+
+import numpy as np
+
+from fitter.model.fit import Fit
+from fitter.quality.physics import direction_pairs
+from support.anisotropic import brushed_fit, ggx, turned, vectors
+
+
+def pairs(count=400, seed=0):
+    random = np.random.default_rng(seed)
+    theta_i, _, theta_o, _ = direction_pairs(count)
+    return theta_i, *2 * np.pi * random.random((1, count)), theta_o, *2 * np.pi * random.random((1, count))
+
+
+def test_a_lobe_is_the_published_distribution_and_masking():
+    along, across, turn = 0.12, 0.45, np.radians(20)
+    directions = pairs()
+    wi, wo = (turned(w, turn) for w in vectors(*directions))
+    h = (wi + wo) / np.linalg.norm(wi + wo, axis=1)[:, None]
+    fresnel = 0.9 + 0.1 * (1 - np.sum(wi * h, axis=1)) ** 5
+    # a lobe has its height, and no factor of the normal's cosine: D = h_z^-4 / (pi along across) (1 + ...)^-2
+    expected = ggx(wi, wo, along, across) * np.pi * along * across * h[:, 2] ** 4 * 4 * fresnel
+    found = (brushed_fit(along, across, turn).evaluate(*directions)[:, 0] - 0.02) / 0.8 * 4
+    steep = np.maximum(directions[0], directions[2]) < np.radians(80)
+    np.testing.assert_allclose(found[steep], expected[steep], rtol=0.01)
+
+
+def test_of_equal_widths_it_is_the_isotropic_lobe():
+    directions = pairs()
+    theta_i, phi_i, theta_o, phi_o = directions
+    round_lobe, nearly = brushed_fit(0.2, 0.2), brushed_fit(0.2, 0.2 * (1 + 1e-9))
+    assert round_lobe.isotropic
+    assert not nearly.isotropic
+    np.testing.assert_allclose(nearly.evaluate(*directions), round_lobe.evaluate(*directions), rtol=1e-6)
+    np.testing.assert_allclose(round_lobe.evaluate(theta_i, phi_i + 1, theta_o, phi_o + 1),
+                               round_lobe.evaluate(*directions), rtol=1e-9)
+
+
+def test_a_quarter_turn_exchanges_the_widths():
+    theta_i, phi_i, theta_o, phi_o = pairs()
+    quarter = np.pi / 2
+    np.testing.assert_allclose(brushed_fit(0.1, 0.4, 0.3).evaluate(theta_i, phi_i, theta_o, phi_o),
+                               brushed_fit(0.4, 0.1, 0.3).evaluate(theta_i, phi_i + quarter, theta_o, phi_o + quarter))
+
+
+def test_a_saved_fit_is_the_same(tmp_path):
+    fit = brushed_fit()
+    fit.save(tmp_path / "brushed.npz")
+    again = Fit.load(tmp_path / "brushed.npz")
+    assert not again.isotropic
+    np.testing.assert_array_equal(again.evaluate(*pairs()), fit.evaluate(*pairs()))
