@@ -18,6 +18,34 @@ SUBSAMPLES = (2, 1)         # points of a cell along delta and psi
 _HALF_CELL = 0.15           # sine of the angle from a point to the edge of its cell, or more
 
 
+class Cells(NamedTuple):
+    """The cells of a grid, and the points in each.
+
+    Attributes
+    ----------
+    rings, sectors : int
+    points : (int, int)
+        Of a cell, along rings and along sectors.
+    around : bool
+        Whether the last sector lies beside the first.
+    """
+
+    rings: int
+    sectors: int
+    points: tuple[int, int]
+    around: bool
+
+    def gather(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Values at the points of grids, rings first, by cells: (..., n) to (..., cells, points of a cell)."""
+        along, across = self.points
+        by_axis = values.reshape(*values.shape[:-1], self.rings, along, self.sectors, across)
+        by_cell = np.swapaxes(by_axis, -3, -2)
+        return np.asarray(by_cell.reshape(*values.shape[:-1], self.rings * self.sectors, along * across))
+
+
+CELLS = Cells(RINGS, SECTORS, SUBSAMPLES, around=False)
+
+
 class Directions(NamedTuple):
     """Points of the grid, rings first.
 

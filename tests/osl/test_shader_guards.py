@@ -12,7 +12,7 @@ from mathutils import Matrix
 
 import fitter
 from fitter.cycles import closure_mixture, direction_grid
-from fitter.shader_constants import RINGS, SECTORS
+from fitter.shader_constants import ALBEDO_SCALE, RINGS, SECTORS
 from support.osl_probe import probe_osl
 from support.spheres import normals, reflected
 from support.stage import (
@@ -266,7 +266,7 @@ def test_fast_is_the_mixture_and_nothing_drawn(blender, foil):
     lit = np.where(to.unit @ leaning(45, 0) > math.cos(cone), to.solid_angle, 0)
     closures = closure_mixture.closure_mixture(foil)
     mixture = (closure_mixture.evaluate(closures, view, theta_o, to.unit)[:, 0] @ lit
-               * closures.table[view, closure_mixture.ALBEDO_SCALE, 0])
+               * closures.table[view, ALBEDO_SCALE, 0])
     fitted = (foil.evaluate(to.theta, to.phi, theta_o, 0)[:, 0] * np.cos(to.theta)) @ lit
     assert mixture < 0.95 * fitted
     means = []

@@ -3,7 +3,8 @@ import pytest
 
 import fitter
 from fitter.cycles import closure_mixture as closures
-from fitter.cycles import direction_grid, sampling_table
+from fitter.cycles import direction_grid, nonnegative, sampling_table
+from fitter.shader_constants import ALBEDO_SCALE, GGX, PHONG, WEIGHTS
 
 
 class Analytic:
@@ -46,7 +47,7 @@ def test_a_diffuse_surface_is_all_mixture():
     mixture = closures.closure_mixture(Analytic(lambda theta_i, phi, theta_o: np.full(theta_i.shape, 0.5 / np.pi)))
     assert mixture.error < 0.01
     assert mixture.worst < 0.03
-    weights = mixture.table[:, closures.WEIGHTS:closures.ALBEDO_SCALE, 0]
+    weights = mixture.table[:, WEIGHTS:ALBEDO_SCALE, 0]
     np.testing.assert_allclose(weights.sum(axis=1), 0.5, rtol=0.06)
     assert (weights >= 0).all()
 
@@ -70,11 +71,11 @@ def test_the_mixture_is_nowhere_negative_and_seldom_above_the_fit(glossy, view):
     theta_o = direction_grid.views()[view]
     to = direction_grid.grid(theta_o + 1e-3)            # not where it was fitted
     made, wanted = closures.evaluate(mixture, view, theta_o + 1e-3, to.unit), radiance(fit, to, theta_o + 1e-3)
-    assert (mixture.table[view, :closures.WEIGHTS] >= 0).all()
+    assert (mixture.table[view, :WEIGHTS] >= 0).all()
     assert made.min() >= 0
     light = to.solid_angle @ wanted
     assert (to.solid_angle @ np.maximum(made - wanted, 0) < 0.03 * light).all()
-    scaled = mixture.table[view, closures.ALBEDO_SCALE] * made
+    scaled = mixture.table[view, ALBEDO_SCALE] * made
     np.testing.assert_allclose(to.solid_angle @ scaled, light, rtol=0.02)
 
 
@@ -100,13 +101,13 @@ def test_weights_add_to_about_the_albedo(glossy):
         theta_o = direction_grid.views()[view]
         to = direction_grid.grid(theta_o)
         albedo = to.solid_angle @ radiance(fit, to, theta_o)
-        weights = mixture.table[view, closures.WEIGHTS:closures.ALBEDO_SCALE].sum(axis=0)
-        weights *= mixture.table[view, closures.ALBEDO_SCALE]
+        weights = mixture.table[view, WEIGHTS:ALBEDO_SCALE].sum(axis=0)
+        weights *= mixture.table[view, ALBEDO_SCALE]
         np.testing.assert_allclose(weights, albedo, rtol=0.1)
 
 
-LOBES = [closures.Lobe(closures.PHONG, 8, 0.0), closures.Lobe(closures.PHONG, 60, 0.1),
-         closures.Lobe(closures.GGX, 0.2, 0.05)]
+LOBES = [closures.Lobe(PHONG, 8, 0.0), closures.Lobe(PHONG, 60, 0.1),
+         closures.Lobe(GGX, 0.2, 0.05)]
 
 
 def test_densities_are_those_of_the_directions_that_are_sampled():
@@ -124,7 +125,7 @@ def test_shares_make_sampling_quieter_than_equal_ones():
     to = direction_grid.grid(theta_o)
     density = closures._densities(theta_o, LOBES, to.unit)
     mixture = np.stack([0.1 * density[0] + 0.8 * density[2]] * 2, axis=1)
-    shares = closures._shares(mixture, density, to.solid_angle)
+    shares = nonnegative.shares(mixture, density, to.solid_angle)
     assert shares.sum() == pytest.approx(1)
     assert shares[[0, 2]] == pytest.approx([1 / 9, 8 / 9], abs=0.04)
 
@@ -142,9 +143,9 @@ def test_coefficients_are_the_least_squares_where_those_are_positive(random):
     to = direction_grid.grid(0.5)
     basis = closures._basis(0.5, LOBES, to.unit)
     target = basis @ random.random(basis.shape[1])[:, None] * 0.1
-    weight = np.sqrt(closures._weights(target, to.solid_angle))
+    weight = np.sqrt(nonnegative.weights(target, to.solid_angle))
     expected, _ = nnls(weight * basis, (weight * target)[:, 0])
-    found = closures._solve(basis, target, to.solid_angle, steps=4000, reweightings=1)[:, 0]
+    found = nonnegative.solve(basis, target, to.solid_angle, steps=4000, reweightings=1)[:, 0]
     error, floor = (np.linalg.norm(weight[:, 0] * (basis @ x - target[:, 0])) for x in (found, np.zeros_like(found)))
     assert error < 0.01 * floor
     assert np.linalg.norm(weight[:, 0] * (basis @ expected - target[:, 0])) < 0.01 * floor
