@@ -49,6 +49,17 @@ LEAST_PHONG = 1e-7
 RINGS = 32
 SECTORS = 24
 
+# The same for an anisotropic fit, in its principal axes (cycles/half_vector_grid.py, cycles/anisotropic_mixture.py,
+# osl/anisotropic_views.h, osl/half_vector_table.h).
+
+# Tabulated viewing directions: polar angles from the normal, which is one view, to GRAZING, and azimuths in half a turn
+# for each of the others.
+POLAR_VIEWS = 12
+AZIMUTH_VIEWS = 8
+# Cells by the angle of the half vector from the normal, and by its azimuth over the whole turn.
+HALF_RINGS = 16
+HALF_SECTORS = 24
+
 # The field of a fit (model/transform.py, model/microfacet.py, coordinates/; osl/fit.h, osl/prior.h,
 # osl/coordinates.h).
 
@@ -66,7 +77,7 @@ LEAST_HEIGHT_2 = 1e-12
 LEAST_SLOPE_2 = 1e-9
 
 # The perfect hash of the sparse lattice (lattice/perfect_hash.py, osl/perfect_hash.h). All intermediate values of a key
-# of 23 bits stay below 2^31.
+# of 26 bits stay below 2^31.
 
 # The bits of a key that the multiplier of the fit mixes; the others are mixed by the next number.
 HASH_LOW_BITS = 12
@@ -171,6 +182,7 @@ RANDOM_SEED_X = 0.0
 RANDOM_SEED_Y = 0.5
 SEED_SCALE = 1000.0
 RANDOM_VIEW = 1.0
+RANDOM_AZIMUTH = 1.5
 RANDOM_CELL = 2.0
 RANDOM_RING = 3.0
 RANDOM_SECTOR = 4.0

@@ -1,14 +1,17 @@
 """Coordinates of a pair of directions: the arguments of the functions that the lattices store.
 
-A coordinate system maps four angles to a point of the unit cube, and a point back to angles. All present systems have
-three coordinates, since reflectance is taken to be isotropic, and two symmetries, which `lattice.dense` relies on: the
-function does not change under ``x_3 -> 1 - x_3``, nor under ``(x_1, x_2) -> (1 - x_1, 1 - x_2)``. The part of the cube
-with ``x_1 >= 1/2`` and ``x_3 >= 1/2`` therefore represents all of it.
+A coordinate system maps four angles to a point of the unit cube, and a point back to angles. Those of isotropic
+reflectance have three coordinates and two symmetries, which `lattice.dense` relies on: the function does not change
+under ``x_3 -> 1 - x_3``, nor under ``(x_1, x_2) -> (1 - x_1, 1 - x_2)``. The part of the cube with ``x_1 >= 1/2`` and
+``x_3 >= 1/2`` therefore represents all of it. Those of anisotropic reflectance have four coordinates, and one symmetry:
+``(x_3, x_4) -> (1 - x_3, 1 - x_4)``, which is the exchange of both directions.
 """
 
 from typing import ClassVar, Protocol
 
 from ..arrays import ArrayLike, Directions, FloatArray
+from .anisotropic_nusselt import AnisotropicNusselt
+from .anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
 from .half_difference import HalfDifference
 from .nusselt import Nusselt
 from .rusinkiewicz import Rusinkiewicz
@@ -33,5 +36,6 @@ class Coordinates(Protocol):
         ...
 
 
-COORDINATES: dict[str, type[Coordinates]] = {system.name: system for system in (Nusselt, HalfDifference, Rusinkiewicz)}
+COORDINATES: dict[str, type[Coordinates]] = {system.name: system for system in (
+    Nusselt, HalfDifference, Rusinkiewicz, AnisotropicNusselt, AnisotropicRusinkiewicz)}
 """All coordinate systems, by name. Their parameters have defaults."""

@@ -1,16 +1,24 @@
 """Control lattices of uniform cubic B-splines in the unit cube: indexing, evaluation and refinement.
 
-At level h the cube is divided into M = 2^h cells along each axis. The full lattice has (M + 3)^3 control points,
-numbered -1 to M + 1 along each axis; cell i reads the points i - 1 to i + 2 (Kameya and Lewis 2002, equation 7).
+At level h the cube is divided into M = 2^h cells along each axis. The full lattice of three axes has (M + 3)^3 control
+points, numbered -1 to M + 1 along each axis; cell i reads the points i - 1 to i + 2 (Kameya and Lewis 2002, equation
+7).
 
 Two symmetries of an isotropic reflectance halve two of the axes. A lattice that is symmetric under
 ``lambda -> 1 - lambda`` (bilateral symmetry) is C2 across the plane of incidence. One that is symmetric under
 ``(kappa_i, kappa_o) -> (1 - kappa_i, 1 - kappa_o)`` (both directions rotated by 180 degrees) is C2 through normal
 incidence. All directions have ``kappa_i >= 1/2`` and ``lambda_o >= 1/2``, so only the control points that a cell in
 that quarter of the cube reads are stored: M/2 - 1 to M + 1 along those two axes, a box of
-(M/2 + 3) (M + 3) (M/2 + 3). `osl/lattice.h` reads the same box; the baker writes `shape` and `origin` into the shader.
+(M/2 + 3) (M + 3) (M/2 + 3).
+
+An anisotropic reflectance has four axes and one symmetry: exchanging the directions is
+``(x_3, x_4) -> (1 - x_3, 1 - x_4)``, and the control points that cells with ``x_4 >= 1/2`` read are stored.
+
+`osl/lattice.h` reads the same boxes.
 """
 
+import itertools
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -19,6 +27,11 @@ import numpy as np
 from ..arrays import BoolArray, FloatArray, IntArray, SingleArray
 
 MAX_LEVEL = 8
+MAX_LEVEL_OF_FOUR_AXES = 6  # of which the full lattice has 20 million control points
+MIRRORS: dict[int, tuple[tuple[int, ...], ...]] = {3: ((1, 1, -1), (-1, -1, 1), (-1, -1, -1)), 4: ((1, 1, -1, -1),)}
+"""The symmetries of lattices, by the number of axes: the sign of each coordinate, counted from the cube's middle."""
+HALVED: dict[int, tuple[bool, ...]] = {3: (True, False, True), 4: (False, False, False, True)}
+"""The axes of which half is stored."""
 _CHUNK = 8192               # points evaluated at a time: fits the processor's cache
 
 
@@ -29,11 +42,16 @@ class DenseLattice:
     Attributes
     ----------
     level : int
-    control_points : shape(level) + (channels,) float32
+    control_points : shape(level, axes) + (channels,) float32
     """
 
     level: int
     control_points: SingleArray
+
+    @property
+    def axes(self) -> int:
+        """The number of axes."""
+        return self.control_points.ndim - 1
 
     @property
     def nbytes(self) -> int:
@@ -46,7 +64,7 @@ class DenseLattice:
         return self.control_points[..., 0].size
 
     def evaluate(self, x: FloatArray) -> FloatArray:
-        """The spline at coordinates (n, 3): (n, channels)."""
+        """The spline at coordinates (n, axes): (n, channels)."""
         return evaluate(self.control_points, self.level, x)
 
 
@@ -61,33 +79,34 @@ def cells(level: int) -> int:
     return 1 << level
 
 
-def origin(level: int) -> tuple[int, int, int]:
+def origin(level: int, axes: int = 3) -> tuple[int, ...]:
     """Lattice index of the first stored control point along each axis."""
     half = cells(level) // 2 - 1
-    return half, -1, half
+    return tuple(half if halved else -1 for halved in HALVED[axes])
 
 
-def shape(level: int) -> tuple[int, int, int]:
+def shape(level: int, axes: int = 3) -> tuple[int, ...]:
     """Number of stored control points along each axis.
 
     Examples
     --------
     >>> shape(4), origin(4)
     ((11, 19, 11), (7, -1, 7))
+    >>> shape(3, 4), origin(3, 4)
+    ((11, 11, 11, 7), (-1, -1, -1, 3))
     """
-    a, b, c = (cells(level) + 2 - first for first in origin(level))
-    return a, b, c
+    return tuple(cells(level) + 2 - first for first in origin(level, axes))
 
 
-def full_size(level: int) -> int:
-    """Number of control points of the full lattice, (2^h + 3)^3, which the paper counts.
+def full_size(level: int, axes: int = 3) -> int:
+    """Number of control points of the full lattice, (2^h + 3)^3 of three axes, which the paper counts.
 
     Examples
     --------
-    >>> full_size(6)
-    300763
+    >>> full_size(6), full_size(6, 4)
+    (300763, 20151121)
     """
-    return (cells(level) + 3) ** 3
+    return (cells(level) + 3) ** axes
 
 
 def weights(s: FloatArray) -> FloatArray:
@@ -111,20 +130,33 @@ def locate(x: FloatArray, level: int) -> tuple[IntArray, list[FloatArray]]:
 
     Parameters
     ----------
-    x : (n, 3) float64
+    x : (n, axes) float64
         Coordinates in [0, 1], also of mirror images.
 
     Returns
     -------
-    first : (n, 3) int
+    first : (n, axes) int
         Array index of the first of the four control points along each axis; negative if that is not stored.
-    w : list of three (n, 4) float64
+    w : list of (n, 4) float64
         The basis along each axis.
     """
-    scaled = x * cells(level)
+    scaled, axes = x * cells(level), x.shape[1]
     cell = np.clip(np.floor(scaled), 0, cells(level) - 1)
-    w = [weights(scaled[:, axis] - cell[:, axis]) for axis in range(3)]
-    return cell.astype(np.intp) - 1 - np.array(origin(level)), w
+    w = [weights(scaled[:, axis] - cell[:, axis]) for axis in range(axes)]
+    return cell.astype(np.intp) - 1 - np.array(origin(level, axes)), w
+
+
+def strides(level: int, axes: int = 3) -> IntArray:
+    """By how much the position in the flattened box grows along each axis: (axes,) int."""
+    return np.cumprod((1, *shape(level, axes)[:0:-1]))[::-1]
+
+
+def tensor(w: Sequence[FloatArray]) -> FloatArray:
+    """Products of the weights along each axis: several (n, 4) to (n, 4^axes), the last axis fastest."""
+    total = w[0]
+    for along in w[1:]:
+        total = (total[:, :, None] * along[:, None, :]).reshape(len(total), -1)
+    return total
 
 
 class Grid:
@@ -132,8 +164,8 @@ class Grid:
 
     Parameters
     ----------
-    x : (n, 3) float64
-        Coordinates in the stored quarter of the cube.
+    x : (n, axes) float64
+        Coordinates in the stored part of the cube.
     level : int
 
     Attributes
@@ -143,29 +175,35 @@ class Grid:
     """
 
     def __init__(self, x: FloatArray, level: int) -> None:
-        _, rows, columns = shape(level)
         corner, self._along = locate(x, level)
-        self.first = (corner[:, 0] * rows + corner[:, 1]) * columns + corner[:, 2]
-        four = np.arange(4)
-        self._offsets = ((four[:, None, None] * rows + four[:, None]) * columns + four).ravel()
+        step = strides(level, x.shape[1])
+        self.first = corner @ step
+        self._offsets = tap_offsets(step)
 
     def taps(self, sample: int | IntArray) -> IntArray:
-        """The control points of samples: (...) or (..., 1) indices to (..., 64)."""
+        """The control points of samples: (...) or (..., 1) indices to (..., 4^axes)."""
         return np.asarray(self.first[sample] + self._offsets)
 
     def basis(self, samples: IntArray) -> FloatArray:
-        """The weights of the control points of samples: (m,) to (m, 64)."""
-        a, b, c = (along[samples] for along in self._along)
-        return (a[:, :, None, None] * b[:, None, :, None] * c[:, None, None, :]).reshape(-1, 64)
+        """The weights of the control points of samples: (m,) to (m, 4^axes)."""
+        return tensor([along[samples] for along in self._along])
+
+
+def tap_offsets(step: IntArray) -> IntArray:
+    """The positions of the control points that a sample reads, from the first, by those of `strides`: (4^axes,) int."""
+    offsets = np.zeros(1, dtype=step.dtype)
+    for each in step:
+        offsets = (offsets[:, None] + np.arange(4) * each).ravel()
+    return offsets
 
 
 def evaluate(control_points: FloatArray | SingleArray, level: int, x: FloatArray) -> FloatArray:
-    """The spline at points in the stored quarter of the cube (Kameya and Lewis 2002, equation 7).
+    """The spline at points in the stored part of the cube (Kameya and Lewis 2002, equation 7).
 
     Parameters
     ----------
-    control_points : shape(level) + (channels,) array
-    x : (n, 3) float64
+    control_points : shape(level, axes) + (channels,) array
+    x : (n, axes) float64
         Coordinates, as a `coordinates.Coordinates` encodes directions.
 
     Returns
@@ -188,21 +226,22 @@ def evaluate(control_points: FloatArray | SingleArray, level: int, x: FloatArray
 
 
 def _evaluate_chunk(flat: FloatArray, level: int, x: FloatArray) -> FloatArray:
-    """The spline of control points (channels, points) at a few points (n, 3): (channels, n)."""
-    _, rows, columns = shape(level)
+    """The spline of control points (channels, points) at a few points (n, axes): (channels, n)."""
+    step = strides(level, x.shape[1])
     first, w = locate(x, level)
-    wa, wb, wc = (np.ascontiguousarray(axis.T) for axis in w)
-    base = (first[:, 0] * rows + first[:, 1]) * columns + first[:, 2]
+    *outer, inner = (np.ascontiguousarray(axis.T) for axis in w)
+    base = first @ step
     total = np.zeros((len(flat), len(x)))
-    for a in range(4):
-        for b in range(4):
-            tap = base + (a * rows + b) * columns
-            wab = wa[a] * wb[b]
-            for channel, points in enumerate(flat):     # by itself: indices of one axis are read quickest
-                along_c = wc[0] * points.take(tap)
-                for c in range(1, 4):
-                    along_c += wc[c] * points.take(tap + c)
-                total[channel] += wab * along_c
+    for taps in itertools.product(range(4), repeat=len(outer)):
+        tap = base + int(step[:-1] @ taps)
+        weight = outer[0][taps[0]]
+        for along, number in zip(outer[1:], taps[1:], strict=True):
+            weight = weight * along[number]
+        for channel, points in enumerate(flat):         # by itself: indices of one axis are read quickest
+            row = inner[0] * points.take(tap)
+            for c in range(1, 4):
+                row += inner[c] * points.take(tap + c)
+            total[channel] += weight * row
     return total
 
 
@@ -211,11 +250,11 @@ def refine(control_points: FloatArray, level: int) -> FloatArray:
 
     Parameters
     ----------
-    control_points : shape(level) + (channels,) float64
+    control_points : shape(level, axes) + (channels,) float64
 
     Returns
     -------
-    shape(level + 1) + (channels,) float64
+    shape(level + 1, axes) + (channels,) float64
 
     Examples
     --------
@@ -223,20 +262,25 @@ def refine(control_points: FloatArray, level: int) -> FloatArray:
     >>> bool(np.allclose(evaluate(refine(coarse, 2), 3, x), evaluate(coarse, 2, x)))
     True
     """
-    for axis in range(3):
-        coarse = np.moveaxis(control_points, axis, 0)
-        even = (coarse[:-2] + 6 * coarse[1:-1] + coarse[2:]) / 8        # fine[2i]
-        odd = (coarse[:-1] + coarse[1:]) / 2                            # fine[2i + 1]
-        both = np.empty((2 * len(odd) - 1, *coarse.shape[1:]))
-        both[0::2], both[1::2] = odd, even                              # its first point is number 2 origin(level) + 1
-        skip = origin(level + 1)[axis] - (2 * origin(level)[axis] + 1)
-        fine = both[skip:skip + shape(level + 1)[axis]]
-        control_points = np.moveaxis(fine, 0, axis)
+    axes = control_points.ndim - 1
+    for axis in range(axes):
+        control_points = refine_along(control_points, level, axis, axes)
     return np.ascontiguousarray(control_points)
 
 
+def refine_along(control_points: FloatArray, level: int, axis: int, axes: int) -> FloatArray:
+    """Refine control points along one axis of a lattice of a level: to as many as the next level has there."""
+    coarse = np.moveaxis(control_points, axis, 0)
+    even = (coarse[:-2] + 6 * coarse[1:-1] + coarse[2:]) / 8        # fine[2i]
+    odd = (coarse[:-1] + coarse[1:]) / 2                            # fine[2i + 1]
+    both = np.empty((2 * len(odd) - 1, *coarse.shape[1:]))
+    both[0::2], both[1::2] = odd, even                              # its first point is number 2 origin(level) + 1
+    skip = origin(level + 1, axes)[axis] - (2 * origin(level, axes)[axis] + 1)
+    return np.moveaxis(both[skip:skip + shape(level + 1, axes)[axis]], 0, axis)
+
+
 def nodes(level: int) -> FloatArray:
-    """Corners of the cells in the stored quarter of the cube: (a, b, c, 3) float64 in [0, 1]."""
+    """Corners of the cells in the stored quarter of the cube of three axes: (a, b, c, 3) float64 in [0, 1]."""
     m = cells(level)
     outer, whole = np.arange((m + 1) // 2, m + 1) / m, np.arange(m + 1) / m
     return np.stack(np.meshgrid(outer, whole, outer, indexing="ij"), axis=-1)
@@ -276,25 +320,24 @@ def interpolate(values: FloatArray, level: int) -> FloatArray:
 
 
 @lru_cache(maxsize=2)
-def representative(level: int) -> IntArray:
-    """For each stored control point, the first of its mirror images in the flattened box, or itself: shape(level) int.
-    """
-    box, start = np.array(shape(level)), np.array(origin(level))
-    point = np.moveaxis(np.indices(shape(level)), 0, -1) + start
-    first = np.full(box, box.prod())
-    for signs, shift in (([1, 1, 1], [0, 0, 0]), ([1, 1, -1], [0, 0, 1]), ([-1, -1, 1], [1, 1, 0]),
-                         ([-1, -1, -1], [1, 1, 1])):
-        image = point * signs + np.array(shift) * cells(level) - start
+def representative(level: int, axes: int = 3) -> IntArray:
+    """For each stored control point, the first of its mirror images in the flattened box, or itself: shape(level, axes)
+    int."""
+    box, start = np.array(shape(level, axes)), np.array(origin(level, axes))
+    point = np.moveaxis(np.indices(tuple(box)), 0, -1) + start
+    first = np.arange(box.prod()).reshape(box)
+    for signs in MIRRORS[axes]:
+        image = np.where(np.array(signs) > 0, point, cells(level) - point) - start
         inside = ((image >= 0) & (image < box)).all(axis=-1)
-        flat = (image[..., 0] * box[1] + image[..., 1]) * box[2] + image[..., 2]
-        first = np.where(inside, np.minimum(first, flat), first)
+        first = np.where(inside, np.minimum(first, image @ strides(level, axes)), first)
     return first
 
 
-def reachable(level: int) -> BoolArray:
-    """Whether any pair of directions reads a stored control point: shape(level) bool.
+def reachable(level: int, axes: int = 3) -> BoolArray:
+    """Whether any pair of directions reads a stored control point: shape(level, axes) bool.
 
-    ``(kappa_o, lambda_o)`` lies in a disk, so the corners of the box are never read.
+    Of Nusselt coordinates: ``(kappa_o, lambda_o)`` lies in a disk; and the four half sums and half differences of two
+    points of the disk lie in a ball. So the corners of the box are never read.
 
     Examples
     --------
@@ -302,13 +345,12 @@ def reachable(level: int) -> BoolArray:
     >>> bool(around_normal), bool(corner)
     (True, False)
     """
-    m = cells(level)
-    _, rows, columns = shape(level)
-    _, first_row, first_column = origin(level)
-    row = first_row + np.arange(rows)
-    column = first_column + np.arange(columns)
-    # control point j is read over [j - 2, j + 2] / M: the least distance of that from the disk's centre, in cells
-    in_kappa = np.maximum(0, np.abs(row - m / 2) - 2)
-    in_lambda = np.maximum(0, column - 2 - m / 2)
-    disk = np.hypot(in_kappa[:, None], in_lambda) < m / 2
-    return np.broadcast_to(disk, shape(level))
+    half = cells(level) / 2
+    round_axes: Iterable[int] = (1, 2) if axes == 3 else range(axes)
+    distance2 = np.zeros(())
+    for axis in round_axes:
+        point = origin(level, axes)[axis] + np.arange(shape(level, axes)[axis])
+        # control point j is read over [j - 2, j + 2] / M: the least distance of that from the middle, in cells
+        least = np.maximum(0, np.abs(point - half) - 2)
+        distance2 = distance2[..., None] + least ** 2
+    return np.broadcast_to(distance2 < half ** 2, shape(level, axes))

@@ -1,8 +1,8 @@
-"""Multilevel B-spline approximation (MBA) of scattered data in three dimensions.
+"""Multilevel B-spline approximation (MBA) of scattered data in three and four dimensions.
 
 S. Lee, G. Wolberg, S. Y. Shin: Scattered Data Interpolation with Multilevel B-Splines, IEEE TVCG 3(3), 1997; applied to
 reflectance by Kameya and Lewis 2002. The samples are fitted together with their mirror images, so that every lattice is
-symmetric, and `dense` can store a quarter of it.
+symmetric, and `dense` can store a part of it.
 """
 
 import math
@@ -10,9 +10,11 @@ import math
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from . import dense
+from . import dense, perfect_hash, sparse
+from .sparse import SparseLattice
 
-_CHUNK = 32768              # points at a time: their 64 control points take 100 MB
+_MOST_AT_ONCE = 1 << 21     # control points of a lattice that is formed whole
+_CHUNK = 1 << 21            # control points that are read at a time: they take 100 MB
 
 
 def mirror_images(x: FloatArray, level: int) -> tuple[FloatArray, IntArray]:
@@ -20,12 +22,12 @@ def mirror_images(x: FloatArray, level: int) -> tuple[FloatArray, IntArray]:
 
     Parameters
     ----------
-    x : (n, 3) float64
-        Coordinates in the stored quarter of the cube.
+    x : (n, axes) float64
+        Coordinates in the stored part of the cube.
 
     Returns
     -------
-    points : (m, 3) float64
+    points : (m, axes) float64
         The first n are the samples.
     of : (m,) int
         Index of the sample whose image a point is.
@@ -38,13 +40,11 @@ def mirror_images(x: FloatArray, level: int) -> tuple[FloatArray, IntArray]:
     >>> points.round(9).tolist(), of.tolist()
     ([[0.9, 0.3, 0.51], [0.9, 0.3, 0.49]], [0, 0])
     """
-    bilateral = x * [1, 1, -1] + [0, 0, 1]
-    half_turn = x * [-1, -1, 1] + [1, 1, 0]
-    both = x * [-1, -1, -1] + 1
-    points = np.concatenate([x, bilateral, half_turn, both])
-    of = np.tile(np.arange(len(x)), 4)
-    first = np.floor(points * dense.cells(level)) - 1 - dense.origin(level)
-    near = (first[:, 0] > -4) & (first[:, 2] > -4)
+    axes = x.shape[1]
+    images = [x, *(np.where(np.array(signs) > 0, x, 1 - x) for signs in dense.MIRRORS[axes])]
+    points, of = np.concatenate(images), np.tile(np.arange(len(x)), len(images))
+    first = np.floor(points * dense.cells(level)) - 1 - dense.origin(level, axes)
+    near = (first[:, list(dense.HALVED[axes])] > -4).all(axis=1)
     near[:len(x)] = True
     return points[near], of[near]
 
@@ -52,18 +52,18 @@ def mirror_images(x: FloatArray, level: int) -> tuple[FloatArray, IntArray]:
 def basis_approximation(x: FloatArray, z: FloatArray, level: int) -> FloatArray:
     """B-spline approximation (BA) of samples on one level (Lee, Wolberg and Shin 1997, section 3.1).
 
-    Each sample proposes a value for the 64 control points that it reads (equation 3); a control point takes the mean of
-    its proposals with weights w^2 (equation 5), or 0 without any.
+    Each sample proposes a value for the 4^axes control points that it reads (equation 3); a control point takes the
+    mean of its proposals with weights w^2 (equation 5), or 0 without any.
 
     Parameters
     ----------
-    x : (n, 3) float64
-        Coordinates in the stored quarter of the cube.
+    x : (n, axes) float64
+        Coordinates in the stored part of the cube.
     z : (n, channels) float64
 
     Returns
     -------
-    dense.shape(level) + (channels,) float64
+    dense.shape(level, axes) + (channels,) float64
 
     Examples
     --------
@@ -74,43 +74,44 @@ def basis_approximation(x: FloatArray, z: FloatArray, level: int) -> FloatArray:
     [[0.3]]
     """
     points, of = mirror_images(x, level)
-    omega = np.zeros(math.prod(dense.shape(level)))
+    box = dense.shape(level, x.shape[1])
+    omega = np.zeros(math.prod(box))
     delta = np.zeros((len(omega), z.shape[1]))
-    for start in range(0, len(points), _CHUNK):
-        tap, w, cube = _taps(points[start:start + _CHUNK], level)
+    chunk = _CHUNK >> 2 * x.shape[1]
+    for start in range(0, len(points), chunk):
+        tap, w, cube = _taps(points[start:start + chunk], level)
         omega += np.bincount(tap, (w * w).ravel(), minlength=len(omega))
-        for channel, values in enumerate(z[of[start:start + _CHUNK]].T):
+        for channel, values in enumerate(z[of[start:start + chunk]].T):
             delta[:, channel] += np.bincount(tap, (cube * values[:, None]).ravel(), minlength=len(omega))
     inverse = np.divide(1, omega, out=np.zeros_like(omega), where=omega > 0)
-    return (delta * inverse[:, None]).reshape(*dense.shape(level), -1)
+    return (delta * inverse[:, None]).reshape(*box, -1)
 
 
 def _taps(points: FloatArray, level: int) -> tuple[IntArray, FloatArray, FloatArray]:
-    """The 64 control points of each of m points, and their weights.
+    """The t = 4^axes control points of each of m points, and their weights.
 
     Returns
     -------
-    tap : (64 m,) int
+    tap : (t m,) int
         Positions in the flattened box.
-    w : (m, 64) float64
-    cube : (m, 64) float64
+    w : (m, t) float64
+    cube : (m, t) float64
         w^3 / sum(w^2): times z, the numerator of equation 5.
     """
-    first, (wa, wb, wc) = dense.locate(points, level)
-    box = np.array(dense.shape(level))
-    index = first[:, None, :] + np.arange(4)[:, None]                   # (m, 4, 3)
-    stored = (index >= 0) & (index < box)
-    index = np.where(stored, index, 0)
+    first, along = dense.locate(points, level)
+    axes = points.shape[1]
+    index = first[:, None, :] + np.arange(4)[:, None]                   # (m, 4, axes)
+    stored = (index >= 0) & (index < np.array(dense.shape(level, axes)))
+    position = np.where(stored, index, 0) * dense.strides(level, axes)
     w_squared = np.ones(len(points))
-    for w in (wa, wb, wc):
+    for w in along:
         w_squared *= (w * w).sum(axis=1)
-
     # control points outside the box get weight 0: they are mirror images of stored ones
-    wa, wb, wc = (np.where(stored[:, :, axis], w, 0) for axis, w in enumerate((wa, wb, wc)))
-    tap = ((index[:, :, None, None, 0] * box[1] + index[:, None, :, None, 1]) * box[2]
-           + index[:, None, None, :, 2]).ravel()
-    w = (wa[:, :, None, None] * wb[:, None, :, None] * wc[:, None, None, :]).reshape(len(points), 64)
-    return tap, w, w * w * w / w_squared[:, None]
+    w = dense.tensor([np.where(stored[:, :, axis], w, 0) for axis, w in enumerate(along)])
+    tap = position[:, :, 0]
+    for axis in range(1, axes):
+        tap = (tap[:, :, None] + position[:, None, :, axis]).reshape(len(points), -1)
+    return tap.ravel(), w, w * w * w / w_squared[:, None]
 
 
 def approximate(x: FloatArray, z: FloatArray, level: int) -> tuple[FloatArray, FloatArray]:
@@ -118,14 +119,14 @@ def approximate(x: FloatArray, z: FloatArray, level: int) -> tuple[FloatArray, F
 
     Parameters
     ----------
-    x : (n, 3) float64
-        Coordinates in the stored quarter of the cube.
+    x : (n, axes) float64
+        Coordinates in the stored part of the cube.
     z : (n, channels) float64
     level : int, 0 to 8
 
     Returns
     -------
-    control_points : dense.shape(level) + (channels,) float64
+    control_points : dense.shape(level, axes) + (channels,) float64
         The sum of all levels, refined to the finest.
     residual : (n, channels) float64
         z less the spline at the samples.
@@ -146,3 +147,78 @@ def approximate(x: FloatArray, z: FloatArray, level: int) -> tuple[FloatArray, F
         residual -= dense.evaluate(correction, h, x)
         control_points = dense.refine(control_points, h - 1) + correction
     return control_points, residual
+
+
+def largest(x: FloatArray, z: FloatArray, level: int, count: int) -> SparseLattice:
+    """The largest control points of `approximate`, as `sparse.keep_largest` keeps them.
+
+    A lattice of millions of control points is never formed: those of the finest level are found slice by slice along
+    the first axis.
+
+    Parameters
+    ----------
+    x : (n, axes) float64
+    z : (n, channels) float64
+    level : int
+    count : int
+        Number of control points to keep, at most.
+    """
+    axes, channels = x.shape[1], z.shape[1]
+    if math.prod(dense.shape(level, axes)) <= _MOST_AT_ONCE:
+        return sparse.keep_largest(approximate(x, z, level)[0], level, count)
+    coarse, residual = approximate(x, z, level - 1)
+    reached = dense.reachable(level, axes)
+    points, of = mirror_images(x, level)
+    cell = np.floor(np.minimum(points[:, 0], 1 - 1e-12) * dense.cells(level)).astype(int)
+    order = np.argsort(cell, kind="stable")
+    starts = np.searchsorted(cell[order], np.arange(dense.cells(level) + 1))
+    size = math.prod(dense.shape(level, axes)[1:])
+    first_point, = dense.origin(level, axes)[:1]
+    keys, values, magnitudes = np.zeros(0, int), np.zeros((0, channels)), np.zeros(0)
+    for slab in range(dense.shape(level, axes)[0]):
+        fine = _refined_slab(coarse, level - 1, slab).reshape(size, channels)
+        number = slab + first_point
+        near = order[starts[max(number - 2, 0)]:starts[min(number + 2, dense.cells(level))]]
+        fine = fine + _slab_approximation(points[near], residual[of[near]], level, slab)
+        magnitude = np.einsum("nc,nc->n", fine, fine) * reached[slab].ravel()
+        found = np.flatnonzero(magnitude)
+        keys = np.concatenate([keys, found + slab * size])
+        values, magnitudes = np.concatenate([values, fine[found]]), np.concatenate([magnitudes, magnitude[found]])
+        if len(keys) > count:
+            best = np.argpartition(-magnitudes, count)[:count]
+            keys, values, magnitudes = keys[best], values[best], magnitudes[best]
+    index = perfect_hash.build(keys)
+    order = np.argsort(keys)
+    coefficients = values[order[np.searchsorted(keys[order], index.keys)]]
+    return SparseLattice(level, index, coefficients.astype(np.float32), axes)
+
+
+def _refined_slab(coarse: FloatArray, level: int, slab: int) -> FloatArray:
+    """One slice along the first axis of a lattice that is refined from this level."""
+    axes = coarse.ndim - 1
+    middle = (slab + dense.origin(level + 1, axes)[0]) // 2 - dense.origin(level, axes)[0]
+    near = slice(max(middle - 1, 0), middle + 2)
+    if (slab + dense.origin(level + 1, axes)[0]) % 2:
+        fine = (coarse[middle] + coarse[middle + 1]) / 2
+    else:
+        a, b, c = coarse[near]
+        fine = (a + 6 * b + c) / 8
+    for axis in range(1, axes):
+        fine = dense.refine_along(fine[None], level, axis, axes)[0]
+    return fine
+
+
+def _slab_approximation(points: FloatArray, z: FloatArray, level: int, slab: int) -> FloatArray:
+    """One slice along the first axis of `basis_approximation`, of points that may influence it: (points, channels)."""
+    axes = points.shape[1]
+    size = math.prod(dense.shape(level, axes)[1:])
+    omega, delta = np.zeros(size), np.zeros((size, z.shape[1]))
+    chunk = _CHUNK >> 2 * axes
+    for start in range(0, len(points), chunk):
+        tap, w, cube = _taps(points[start:start + chunk], level)
+        here = tap // size == slab
+        tap = tap[here] - slab * size
+        omega += np.bincount(tap, (w * w).ravel()[here], size)
+        for channel, values in enumerate(z[start:start + chunk].T):
+            delta[:, channel] += np.bincount(tap, (cube * values[:, None]).ravel()[here], size)
+    return np.asarray(delta * np.divide(1, omega, out=np.zeros_like(omega), where=omega > 0)[:, None])

@@ -1,6 +1,6 @@
 """Normal equations of least-squares fits of lattices to many samples.
 
-All samples in one cell of a lattice have the same 64 control points, so that a cell adds a small matrix, the product of
+All samples in one cell of a lattice have the same control points, so that a cell adds a small matrix, the product of
 its samples' basis functions, to the normal equations. Each sample costs the same, however many control points there
 are. The equations take the square of these in memory, and their solution the cube in time.
 """
@@ -27,8 +27,8 @@ class NormalEquations:
 
     Parameters
     ----------
-    x : (n, 3) float64
-        Coordinates in the stored quarter of the lattices.
+    x : (n, axes) float64
+        Coordinates in the stored part of the lattices.
     parts : sequence of (int, (k,) int, or None)
         The level of each lattice, and the control points that it has: positions in the flattened box of `dense.shape`,
         mirror images included; None for all of them.
@@ -51,11 +51,11 @@ class NormalEquations:
         self._grids, self._columns, self._sizes, images = [], [], [], []
         size = 0
         for level, keys in parts:
-            all_keys = np.arange(math.prod(dense.shape(level)))
+            all_keys = np.arange(math.prod(dense.shape(level, x.shape[1])))
             keys = all_keys if keys is None else keys
             column = np.full(len(all_keys), -1)
             column[keys] = size + np.arange(len(keys))
-            images.append(column[dense.representative(level).ravel()[keys]])
+            images.append(column[dense.representative(level, x.shape[1]).ravel()[keys]])
             self._grids.append(dense.Grid(x, level))
             self._columns.append(column)
             self._sizes.append(len(keys))
@@ -158,7 +158,7 @@ class Penalty:
                 np.add.at(matrix, (self.of[:, i], self.of[:, j]), factor * other * self.weights)
 
 
-def curvature(level: int, weights: FloatArray) -> Penalty:
+def curvature(level: int, weights: FloatArray, axes: int = 3) -> Penalty:
     """The second differences of all control points of a dense lattice, along each axis.
 
     P. H. C. Eilers, B. D. Marx: Flexible Smoothing with B-splines and Penalties, Statistical Science 11(2), 1996.
@@ -168,6 +168,7 @@ def curvature(level: int, weights: FloatArray) -> Penalty:
     level : int
     weights : (points,) float64
         Of each control point, in the flattened box.
+    axes : int
 
     Examples
     --------
@@ -178,14 +179,14 @@ def curvature(level: int, weights: FloatArray) -> Penalty:
     >>> penalty.value(straight), penalty.value(straight ** 2) > 0
     (0.0, True)
     """
-    box = np.arange(math.prod(dense.shape(level))).reshape(dense.shape(level))
-    along = [np.moveaxis(box, axis, 0) for axis in range(3)]
+    box = np.arange(math.prod(dense.shape(level, axes))).reshape(dense.shape(level, axes))
+    along = [np.moveaxis(box, axis, 0) for axis in range(axes)]
     of = np.concatenate([np.stack([each[:-2], each[1:-1], each[2:]], axis=-1).reshape(-1, 3) for each in along])
     return Penalty(of, np.array([1.0, -2, 1]), weights[of[:, 1]])
 
 
 def asymmetry(level: int, weights: FloatArray) -> Penalty:
-    """The differences between control points of a dense lattice that mirror each other along the second axis.
+    """The differences between control points of a dense lattice of three axes that mirror each other along the second.
 
     In half and difference coordinates these are the two directions exchanged: a reciprocal reflectance has none.
 
@@ -208,13 +209,13 @@ def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> Floa
 
     Parameters
     ----------
-    x : (n, 3) float64
+    x : (n, axes) float64
     level : int
     weights : (n,) float64
     z : (n, channels) float64
         What the lattice is to approximate.
     """
-    grid, size = dense.Grid(x, level), math.prod(dense.shape(level))
+    grid, size = dense.Grid(x, level), math.prod(dense.shape(level, x.shape[1]))
     moment, diagonal = np.zeros((size, z.shape[1])), np.zeros(size)
     for start in range(0, len(x), _TOGETHER):
         rows = np.arange(start, min(start + _TOGETHER, len(x)))
@@ -223,7 +224,7 @@ def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> Floa
         diagonal += np.bincount(taps, (basis ** 2).ravel(), size)
         for channel, column in enumerate((z[rows] * weights[rows, None]).T):
             moment[:, channel] += np.bincount(taps, (basis * column[:, None]).ravel(), size)
-    representative = dense.representative(level).ravel()
+    representative = dense.representative(level, x.shape[1]).ravel()
     diagonal = np.bincount(representative, diagonal, size).astype(float)
     moment = np.stack([np.bincount(representative, column, size) for column in moment.T], axis=1)
     # a control point at the rim of the samples would have to be huge to do anything

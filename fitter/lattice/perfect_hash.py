@@ -32,7 +32,7 @@ from ..shader_constants import (
     ROW_TAPS,
 )
 
-MAX_KEY = (1 << 23) - 1     # low * multiplier + high * HASH_HIGH_MULTIPLIER < 2^31
+MAX_KEY = (1 << 26) - 1     # low * multiplier + high * HASH_HIGH_MULTIPLIER < 2^31
 MULTIPLIERS = 1 << 18
 _KEYS_PER_BUCKET = 3.0
 _WORD = 1 << OCCUPANCY_SHIFT

@@ -9,6 +9,9 @@ import numpy as np
 from ..arrays import FloatArray, SingleArray
 from . import dense, perfect_hash
 
+_MOST_DENSE = 1 << 21       # control points of a lattice that is evaluated with its zeros
+_CHUNK = 4096               # points evaluated at a time otherwise
+
 
 @dataclass(frozen=True)
 class SparseLattice:
@@ -18,14 +21,16 @@ class SparseLattice:
     ----------
     level : int
     index : perfect_hash.PerfectHash
-        Its keys are positions in the flattened box of `dense.shape(level)`.
+        Its keys are positions in the flattened box of `dense.shape(level, axes)`.
     coefficients : (n, channels) float32
         In the order of the slots.
+    axes : int
     """
 
     level: int
     index: perfect_hash.PerfectHash
     coefficients: SingleArray
+    axes: int = 3
 
     def __len__(self) -> int:
         return len(self.coefficients)
@@ -41,13 +46,22 @@ class SparseLattice:
         return len(self)
 
     def evaluate(self, x: FloatArray) -> FloatArray:
-        """The spline at coordinates (n, 3): (n, channels)."""
-        return dense.evaluate(self.dense, self.level, x)
+        """The spline at coordinates (n, axes): (n, channels)."""
+        if math.prod(dense.shape(self.level, self.axes)) <= _MOST_DENSE:
+            return dense.evaluate(self.dense, self.level, x)
+        result = np.empty((len(x), self.coefficients.shape[1]))
+        stored = np.concatenate([self.coefficients, np.zeros((1, self.coefficients.shape[1]))])     # slot -1
+        for start in range(0, len(x), _CHUNK):
+            grid = dense.Grid(x[start:start + _CHUNK], self.level)
+            rows = np.arange(len(grid.first))
+            slots = self.index.slots(grid.taps(rows[:, None]))
+            result[start:start + _CHUNK] = np.einsum("nt,ntc->nc", grid.basis(rows), stored[slots])
+        return result
 
     @cached_property
     def dense(self) -> SingleArray:
-        """All control points, zeros included: dense.shape(level) + (channels,) float32."""
-        box = dense.shape(self.level)
+        """All control points, zeros included: dense.shape(level, axes) + (channels,) float32."""
+        box = dense.shape(self.level, self.axes)
         full = np.zeros((math.prod(box), self.coefficients.shape[1]), dtype=np.float32)
         full[self.index.keys] = self.coefficients
         return full.reshape(*box, -1)
@@ -58,7 +72,7 @@ def keep_largest(control_points: FloatArray, level: int, count: int) -> SparseLa
 
     Parameters
     ----------
-    control_points : dense.shape(level) + (channels,) float64
+    control_points : dense.shape(level, axes) + (channels,) float64
     level : int
     count : int
         Number to keep; fewer are kept if fewer are reachable and not 0.
@@ -75,9 +89,9 @@ def keep_largest(control_points: FloatArray, level: int, count: int) -> SparseLa
     >>> lattice.count, float(lattice.dense[2, 3, 2, 0]), float(lattice.dense[2, 4, 2, 0])
     (1, -5.0, 0.0)
     """
-    flat = control_points.reshape(-1, control_points.shape[-1])
-    magnitude = np.einsum("nc,nc->n", flat, flat) * dense.reachable(level).ravel()
+    flat, axes = control_points.reshape(-1, control_points.shape[-1]), control_points.ndim - 1
+    magnitude = np.einsum("nc,nc->n", flat, flat) * dense.reachable(level, axes).ravel()
     count = min(count, int(np.count_nonzero(magnitude)))
     kept = np.argpartition(-magnitude, min(count, len(magnitude) - 1))[:count]
     index = perfect_hash.build(kept)
-    return SparseLattice(level, index, flat[index.keys].astype(np.float32))
+    return SparseLattice(level, index, flat[index.keys].astype(np.float32), axes)

@@ -1,13 +1,15 @@
 """The paper's method: the reflectance itself on two lattices over Nusselt coordinates, by multilevel B-splines.
 
 Kameya and Lewis 2002, sections 3 and 4: MBA fits f_d to the samples, and f_s to the residual of f_d; of the control
-points of f_s the largest are kept.
+points of f_s the largest are kept. Anisotropic samples are fitted over four coordinates in the same way, as the paper
+proposes for future work.
 """
 
 import numpy as np
 
+from ..coordinates.anisotropic_nusselt import AnisotropicNusselt
 from ..coordinates.nusselt import Nusselt
-from ..lattice import mba, sparse
+from ..lattice import mba
 from ..lattice.dense import DenseLattice
 from ..model.fit import Fit
 from ..samples import Samples
@@ -35,12 +37,11 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True) -> Fit:
     >>> float(plain.evaluate(0, 0, 0, 0)[0])
     0.3
     """
-    coordinates = Nusselt()
+    coordinates = Nusselt() if samples.isotropic else AnisotropicNusselt()
     x = coordinates.encode(*samples.directions)
     control_points, residual = mba.approximate(x, samples.values, levels.diffuse)
     diffuse, specular = DenseLattice(levels.diffuse, control_points.astype(np.float32)), None
     if levels.specular is not None:
-        control_points, _ = mba.approximate(x, residual, levels.specular)
-        specular = sparse.keep_largest(control_points, levels.specular, levels.kept)
+        specular = mba.largest(x, residual, levels.specular, levels.kept_of(x.shape[1]))
     return Fit(coordinates, diffuse, specular, compression=levels.dropped, channels=samples.channels,
                name=samples.name, source=samples.source)

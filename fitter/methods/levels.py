@@ -7,6 +7,8 @@ import numpy as np
 
 from ..lattice import dense
 
+_FINEST_DENSE, _FINEST_SPARSE = 3, 5    # of four axes: 9,317 control points, and 815,000 to choose from
+
 
 @dataclass(frozen=True)
 class Levels:
@@ -47,8 +49,24 @@ class Levels:
 
     @property
     def kept(self) -> int:
+        """How many control points of the sparse lattice of three axes are kept."""
+        return self.kept_of(3)
+
+    def kept_of(self, axes: int) -> int:
         """How many control points of the sparse lattice are kept."""
-        return 0 if self.specular is None else round((1 - self.compression / 100) * dense.full_size(self.specular))
+        size = 0 if self.specular is None else dense.full_size(self.specular, axes)
+        return round((1 - self.compression / 100) * size)
+
+    def of_four_axes(self) -> "Levels":
+        """Levels of about the same use for an anisotropic fit: one lower, since a lattice has a fourth axis.
+
+        Examples
+        --------
+        >>> Levels(4, 5, 98.2).of_four_axes()
+        Levels(diffuse=3, specular=4, compression=98.2)
+        """
+        specular = None if self.specular is None else min(max(self.specular - 1, 0), _FINEST_SPARSE)
+        return Levels(min(max(self.diffuse - 1, 0), _FINEST_DENSE), specular, self.compression)
 
     @property
     def dropped(self) -> float:

@@ -20,6 +20,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
+from ..coordinates import ISOTROPIC_AXES
+from ..coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.rusinkiewicz import Rusinkiewicz
 from ..lattice import dense, perfect_hash
@@ -27,6 +29,7 @@ from ..lattice.dense import DenseLattice
 from ..lattice.least_squares import largest
 from ..lattice.normal_equations import NormalEquations, Penalty, asymmetry, curvature, gains
 from ..lattice.sparse import SparseLattice
+from ..model.microfacet import Microfacet
 from ..model.transform import LogRelative, bounded_log
 from ..samples import Samples, subset
 from ..shader_constants import STEEPEST
@@ -38,7 +41,10 @@ MOST = 50_000               # samples fitted: of a few thousand control points m
 STRETCHES = 5.0, 12.0, 33.0, 100.0, 300.0, 1000.0
 STIFFNESSES = 1.0, 30.0, 1000.0
 _OF_PRIORS = 8000           # samples to which lobes are fitted
-_COARSE = 3                 # level of a dense lattice that tries arrangements; the best are tried by one of `_FINEST`
+# by the number of axes: the level of a dense lattice that tries arrangements; and that of the largest whose equations
+# are solved, which tries the best. A finer one is refined from it, ...
+_COARSE = {3: 3, 4: 1}
+_FINEST = {3: 4, 4: 2}
 _TRIED = 3000               # samples that this is fitted to
 _TRIED_AGAIN = 3            # of the arrangements
 _STEPS_TRIED = 4
@@ -50,16 +56,16 @@ _STRAIGHT, _RECIPROCAL, _SMALL = 1e-4, 1e-2, 0.1
 _STEPS = 8
 _LENGTHS = 1.0, 0.5, 0.25, 0.1  # of a step, that are tried
 _LEAST_GAIN = 0.02          # of the error, for another step
-_FINEST = 4                 # level of a dense lattice whose equations are solved; a finer one is refined from it, ...
 _FINER = 3000               # ... and then only as many of its control points are fitted
 _MOST_SPARSE = 4500         # control points of the sparse lattice: their equations take the square of them in memory
+_MOST_ELONGATED = 10        # ratio of the stretches of an anisotropic half vector
 _PRECISE = 0.02             # deviation of a sample, relative to it, up to which it is trusted like any other
 
 
 class Arrangement(NamedTuple):
     """What a field is a function of, what it is relative to, and how smooth it is."""
 
-    coordinates: HalfDifference | Rusinkiewicz
+    coordinates: HalfDifference | Rusinkiewicz | AnisotropicRusinkiewicz
     transform: LogRelative
     stiffness: float = 1.0
     """By which penalties are multiplied."""
@@ -80,8 +86,10 @@ def arranged(samples: Samples, offset: float, ceiling: FloatArray) -> Arrangemen
     """
     *others, richest = prior.candidates(subset(samples, choice(len(samples), _OF_PRIORS)), offset)
     transform = LogRelative(richest, offset, ceiling)
-    systems = [Arrangement(system(stretch=stretch), transform)
-               for stretch in STRETCHES for system in (HalfDifference, Rusinkiewicz)]
+    systems = [Arrangement(system, transform) for system in (
+        [system(stretch=stretch) for stretch in STRETCHES for system in (HalfDifference, Rusinkiewicz)]
+        if samples.isotropic else _anisotropic_systems(richest))]
+    axes = len(systems[0].coordinates.axes)
     few, some = (subset(samples, choice(len(samples), count)) for count in (_TRIED, 2 * _TRIED))
 
     def by_error(level: int, tried: Samples, arrangements: list[Arrangement]) -> list[Arrangement]:
@@ -90,22 +98,35 @@ def arranged(samples: Samples, offset: float, ceiling: FloatArray) -> Arrangemen
 
         return sorted(arrangements, key=error)[:_TRIED_AGAIN]
 
-    best = by_error(_COARSE, few, systems)
-    best = by_error(_COARSE, few, best + [each._replace(transform=replace(transform, prior=model))
+    best = by_error(_COARSE[axes], few, systems)
+    best = by_error(_COARSE[axes], few, best + [each._replace(transform=replace(transform, prior=model))
                                           for each in best for model in others])
-    found = by_error(_FINEST, some, best)[0]
+    found = by_error(_FINEST[axes], some, best)[0]
     return found._replace(stiffness=_stiffness(some, found))
+
+
+def _anisotropic_systems(model: Microfacet) -> list[AnisotropicRusinkiewicz]:
+    """Coordinates along those of the axes, and along those of the narrowest anisotropic lobe of a model."""
+    systems = [AnisotropicRusinkiewicz(stretch, stretch) for stretch in STRETCHES]
+    if not model.isotropic:
+        narrowest = int(np.argmin(np.where(model.across == model.alpha, np.inf, np.minimum(model.alpha, model.across))))
+        alpha, across = model.alpha[narrowest], model.across[narrowest]
+        least = max(min(alpha, across), max(alpha, across) / _MOST_ELONGATED)
+        systems += [AnisotropicRusinkiewicz(stretch * least / max(alpha, least), stretch * least / max(across, least),
+                                            float(model.turn[narrowest])) for stretch in STRETCHES]
+    return systems
 
 
 def _stiffness(samples: Samples, arrangement: Arrangement) -> float:
     """The stiffness whose fit of half of the samples predicts the others best: the larger, the more noise they have."""
     halves = np.array_split(np.random.default_rng(0).permutation(len(samples)), 2)
     problem, others = (_problem(subset(samples, half), arrangement) for half in halves)
+    level = _COARSE[problem.x.shape[1]]
 
     def error(stiffness: float) -> float:
-        search = _Search(problem, arrangement._replace(stiffness=stiffness), _COARSE).improved(_STEPS_TRIED)
+        search = _Search(problem, arrangement._replace(stiffness=stiffness), level).improved(_STEPS_TRIED)
         (_, box), = search.boxes()
-        return others.error(dense.evaluate(box, _COARSE, others.x))
+        return others.error(dense.evaluate(box, level, others.x))
 
     return min(STIFFNESSES, key=error)
 
@@ -121,12 +142,14 @@ def lattices(samples: Samples, arrangement: Arrangement, levels: Levels) -> tupl
         At most `_MOST_SPARSE` control points are kept, whatever the compression.
     """
     used = subset(samples, choice(len(samples), MOST))
-    search = _Search(_problem(used, arrangement), arrangement, min(levels.diffuse, _FINEST)).improved()
-    if levels.diffuse > _FINEST:
+    axes = len(arrangement.coordinates.axes)
+    finest = _FINEST[axes]
+    search = _Search(_problem(used, arrangement), arrangement, min(levels.diffuse, finest)).improved()
+    if levels.diffuse > finest:
         search.add(levels.diffuse, _FINER)
         search.improved().hold()
     if levels.specular is not None:
-        count = min(levels.kept, _MOST_SPARSE)
+        count = min(levels.kept_of(axes), _MOST_SPARSE)
         if count > _FINER:
             search.hold()
         search.add(levels.specular, count)
@@ -135,13 +158,13 @@ def lattices(samples: Samples, arrangement: Arrangement, levels: Levels) -> tupl
     level, control_points = boxes[0]
     while level < levels.diffuse:
         control_points, level = dense.refine(control_points, level), level + 1
-    if levels.diffuse > _FINEST:
+    if levels.diffuse > finest:
         control_points = control_points + boxes[1][1]
     specular = None
     if levels.specular is not None:
         index = perfect_hash.build(search.keys())
         coefficients = boxes[-1][1].reshape(-1, control_points.shape[-1])[index.keys]
-        specular = SparseLattice(levels.specular, index, coefficients.astype(np.float32))
+        specular = SparseLattice(levels.specular, index, coefficients.astype(np.float32), axes)
     return DenseLattice(levels.diffuse, control_points.astype(np.float32)), specular
 
 
@@ -151,7 +174,7 @@ class _Problem:
 
     Attributes
     ----------
-    x : (n, 3) float64
+    x : (n, axes) float64
         Coordinates.
     reference : (n, channels) float64
         Of the prior, + offset; 1/sr.
@@ -211,11 +234,13 @@ class _Search:
     """
 
     def __init__(self, problem: _Problem, arrangement: Arrangement, level: int) -> None:
-        self._problem, self._arrangement = problem, arrangement
+        self._problem, self._arrangement, self._axes = problem, arrangement, problem.x.shape[1]
         self._parts: list[tuple[int, IntArray | None]] = [(level, None)]
-        self._points = [np.zeros((math.prod(dense.shape(level)), problem.wanted.shape[1]))]
+        self._points = [np.zeros((math.prod(dense.shape(level, self._axes)), problem.wanted.shape[1]))]
         bright = arrangement.stiffness * self._brightness(level) * len(problem.x) / len(self._points[0])
-        self._penalties = [[curvature(level, _STRAIGHT * bright), asymmetry(level, _RECIPROCAL * bright)]]
+        self._penalties = [[curvature(level, _STRAIGHT * bright, self._axes)]]
+        if self._axes == ISOTROPIC_AXES:        # of four, control points of exchanged directions are the same
+            self._penalties[0].append(asymmetry(level, _RECIPROCAL * bright))
         self._held = 0
         self._equations = NormalEquations(problem.x, self._parts)
         self.field = np.zeros(problem.wanted.shape)
@@ -224,7 +249,8 @@ class _Search:
     def add(self, level: int, count: int) -> None:
         """Add the control points of another lattice that help most, at most as many."""
         weights, z = self._problem.linearised(self.field)
-        _, keys = largest(gains(self._problem.x, level, weights, z), dense.representative(level).ravel(), count)
+        same = dense.representative(level, self._axes).ravel()
+        _, keys = largest(gains(self._problem.x, level, weights, z), same, count)
         self._parts.append((level, keys))
         self._points.append(np.zeros((len(keys), z.shape[1])))
         weights = _SMALL * self._arrangement.stiffness * self._brightness(level)[keys]
@@ -262,7 +288,8 @@ class _Search:
 
     def _brightness(self, level: int) -> FloatArray:
         """The weight of a sample at each control point: (points,)."""
-        at = np.moveaxis(np.indices(dense.shape(level)), 0, -1).reshape(-1, 3) + np.array(dense.origin(level))
+        shape, origin = dense.shape(level, self._axes), dense.origin(level, self._axes)
+        at = np.moveaxis(np.indices(shape), 0, -1).reshape(-1, self._axes) + np.array(origin)
         directions = self._arrangement.coordinates.decode(np.clip(at / dense.cells(level), 0, 1))
         transform = self._arrangement.transform
         return np.asarray((transform.prior.evaluate(*directions) + transform.offset).mean(axis=1) ** (2 * _POWER))
@@ -271,7 +298,8 @@ class _Search:
         """The level of each lattice, and all its control points, shape(level) + (channels,); of `points` if given."""
         boxes = []
         for (level, keys), each in zip(self._parts, self._points if points is None else points, strict=True):
-            box = np.zeros((math.prod(dense.shape(level)), each.shape[1]))
+            shape = dense.shape(level, self._axes)
+            box = np.zeros((math.prod(shape), each.shape[1]))
             box[slice(None) if keys is None else keys] = each
-            boxes.append((level, box.reshape(*dense.shape(level), -1)))
+            boxes.append((level, box.reshape(*shape, -1)))
         return boxes

@@ -11,14 +11,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import FloatArray
-from ..model.microfacet import MAX_LOBES, NARROWEST, NO_GAMMA, STEEPEST_TAIL, Geometry, Kind, Microfacet, geometry, lobe
+from ..model.microfacet import (
+    MAX_LOBES,
+    NARROWEST,
+    NO_GAMMA,
+    STEEPEST_TAIL,
+    Geometry,
+    InSurface,
+    Kind,
+    Microfacet,
+    geometry,
+    in_surface,
+    lobe,
+)
 from ..model.transform import bounded_log
 from ..samples import Samples
 
 _STARTS: tuple[tuple[Kind, float, float], ...] = (     # kind, alpha and f0 of a lobe that is added
     ("mirror", 0.01, 0.08), ("mirror", 0.03, 0.08), ("mirror", 0.12, 0.08), ("mirror", 0.4, 0.08),
     ("retro", 0.05, 0.9), ("retro", 0.3, 0.9), ("sheen", 1.0, 0.9))
-_PARAMETERS = 3             # of a lobe's shape
+_PARAMETERS = 3             # of a lobe's shape, ...
+_ANISOTROPIC_PARAMETERS = 5     # ... and of an anisotropic one's
+_TURNS = np.radians((0, 45, 90, 135))   # at which lobes start to have two widths, ...
+_ASPECT = 3.0                           # ... of this ratio
 _WEIGHT = 1 / 3             # samples weigh (f + offset) to this power: an error of the logarithm then counts as much as
                             # one of the cube root of f, by which fits are judged
 _ITERATIONS = 40
@@ -42,7 +57,7 @@ def lambertian(values: FloatArray) -> Microfacet:
 
 def parameter_count(model: Microfacet) -> int:
     """The number of parameters of a model, over all channels."""
-    return model.kd.size + model.ks.size + _PARAMETERS * len(model.kinds)
+    return model.kd.size + model.ks.size + sum(map(len, model.shapes))
 
 
 def candidates(samples: Samples, offset: float, most: int = MAX_LOBES) -> list[Microfacet]:
@@ -75,13 +90,17 @@ def candidates(samples: Samples, offset: float, most: int = MAX_LOBES) -> list[M
     found = [lambertian(samples.values)]
     if not np.ptp(samples.values):
         return found
-    problem = _Problem(geometry(*samples.directions), samples.values / offset)
+    problem = _Problem(geometry(*samples.directions), samples.values / offset,
+                       None if samples.isotropic else in_surface(*samples.directions))
     current = replace(found[0], kd=np.maximum(np.quantile(problem.values, 0.3, axis=0), 1e-4))
     for _ in range(most):
         larger = [_with_lobe(current, problem, *start) for start in _STARTS]
         if parameter_count(larger[0]) > samples.values.size / 4:
             break
-        current = min((problem.solved(start) for start in larger), key=lambda result: result[1])[0]
+        solved = [min((problem.solved(start) for start in larger), key=lambda result: result[1])]
+        if problem.in_surface is not None:
+            solved += [problem.solved(start) for start in _elongated(solved[0][0])]
+        current = min(solved, key=lambda result: result[1])[0]
         found.append(replace(current, kd=current.kd * offset, ks=current.ks * offset))
     return found
 
@@ -90,40 +109,56 @@ def _with_lobe(model: Microfacet, problem: "_Problem", kind: Kind, alpha: float,
     """A model with another lobe, as strong as the model falls short of the samples where the lobe is brightest."""
     shape = lobe(kind, problem.at, None, alpha, NO_GAMMA, f0)
     brightest = np.argsort(shape)[-max(3, len(shape) // 100):]
-    lacking = np.maximum(problem.values - model.at(problem.at), 0)[brightest]
+    lacking = np.maximum(problem.values - model.at(problem.at, problem.in_surface), 0)[brightest]
     strength = (lacking * shape[brightest, None]).sum(axis=0) / max((shape[brightest] ** 2).sum(), 1e-300)
-    return Microfacet(model.kd, np.concatenate([model.ks, [np.maximum(strength, 1e-3 * model.kd)]]),
-                      np.append(model.alpha, alpha), np.append(model.gamma, NO_GAMMA), np.append(model.f0, f0),
-                      (*model.kinds, kind))
+    widths = (model.across, model.turn) if len(model.across) else (model.alpha, np.zeros(len(model.alpha)))
+    larger = Microfacet(model.kd, np.concatenate([model.ks, [np.maximum(strength, 1e-3 * model.kd)]]),
+                        np.append(model.alpha, alpha), np.append(model.gamma, NO_GAMMA), np.append(model.f0, f0),
+                        (*model.kinds, kind))
+    if problem.in_surface is None:
+        return larger
+    return replace(larger, across=np.append(widths[0], alpha), turn=np.append(widths[1], 0.0))
+
+
+def _elongated(model: Microfacet) -> list[Microfacet]:
+    """A model whose last lobe has two widths, along several azimuths."""
+    if model.kinds[-1] != "mirror":
+        return []
+    mean = np.sqrt(model.alpha[-1] * model.across[-1])
+    return [replace(model, alpha=np.append(model.alpha[:-1], mean / np.sqrt(_ASPECT)),
+                    across=np.append(model.across[:-1], mean * np.sqrt(_ASPECT)), turn=np.append(model.turn[:-1], turn))
+            for turn in _TURNS]
 
 
 @dataclass(frozen=True)
 class _Problem:
     """The least-squares problem of samples: geometry, and values (n, channels) in units of the offset.
 
-    The parameters of the search are, for each lobe, log alpha, log(gamma - 1) and the logit of f0; then the logarithms
-    of the strengths of all lobes; then those of kd.
+    The parameters of the search are, for each lobe, log alpha, log(gamma - 1) and the logit of f0, and for an
+    anisotropic material log across and the turn; then the logarithms of the strengths of all lobes; then those of kd.
     """
 
     at: Geometry
     values: FloatArray
+    in_surface: InSurface | None = None
 
     def solved(self, start: Microfacet) -> tuple[Microfacet, float]:
         """The best model near a start, and its sum of squares."""
         channels, kinds = self.values.shape[1], start.kinds
+        count = _PARAMETERS if self.in_surface is None else _ANISOTROPIC_PARAMETERS
         target = bounded_log(self.values, 1.0)
         weight = (np.maximum(self.values.mean(axis=1), 0) + 1) ** _WEIGHT
         weight /= np.sqrt(np.mean(weight ** 2))
-        shapes = _PARAMETERS * len(kinds)
+        shapes = count * len(kinds)
         p = first = _pack(start)
-        pull = _pulls(len(kinds), channels)
+        pull = _pulls(len(kinds), count, channels)
 
         def cost(residual: FloatArray, p: FloatArray) -> float:
             return float((residual ** 2).sum() + (p - first) @ pull[0] @ (p - first) + p @ pull[1] @ p)
 
         def at(p: FloatArray) -> tuple[FloatArray, FloatArray, list[FloatArray], FloatArray]:
             strength = np.exp(np.clip(p[shapes:], -_CLIP, _CLIP)).reshape(len(kinds) + 1, channels)
-            parts = [_shape(kind, p[_PARAMETERS * k:_PARAMETERS * (k + 1)], self.at) for k, kind in enumerate(kinds)]
+            parts = [self._shape(kind, p[count * k:count * (k + 1)]) for k, kind in enumerate(kinds)]
             total = sum((part[:, None] * ks for part, ks in zip(parts, strength, strict=False)), strength[-1] + 0.0)
             total = np.broadcast_to(total, self.values.shape)
             return (np.log(total + 1) - target) * weight[:, None], total, parts, strength
@@ -134,11 +169,11 @@ class _Problem:
             jacobian = np.zeros((*self.values.shape, len(p)))
             scale = weight[:, None] / (total + 1)
             for k, (kind, part) in enumerate(zip(kinds, parts, strict=True)):
-                for j in range(_PARAMETERS):
-                    moved = p[_PARAMETERS * k:_PARAMETERS * (k + 1)].copy()
+                for j in range(count):
+                    moved = p[count * k:count * (k + 1)].copy()
                     moved[j] += _STEP
-                    slope = (_shape(kind, moved, self.at) - part) / _STEP
-                    jacobian[:, :, _PARAMETERS * k + j] = slope[:, None] * strength[k] * scale
+                    slope = (self._shape(kind, moved) - part) / _STEP
+                    jacobian[:, :, count * k + j] = slope[:, None] * strength[k] * scale
             for k, part in enumerate([*parts, np.ones(len(total))]):
                 for channel in range(channels):
                     column = shapes + k * channels + channel
@@ -159,43 +194,49 @@ class _Problem:
             residual, total, parts, strength = found
             if gain < 1e-4 * now:
                 break
-        return _unpack(p, kinds, channels), float((residual ** 2).sum())
+        return _unpack(p, kinds, count, channels), float((residual ** 2).sum())
+
+    def _shape(self, kind: Kind, p: FloatArray) -> FloatArray:
+        return lobe(kind, self.at, self.in_surface, *_numbers(p))
 
 
-def _pulls(lobes: int, channels: int) -> tuple[FloatArray, FloatArray]:
+def _pulls(lobes: int, shape: int, channels: int) -> tuple[FloatArray, FloatArray]:
     """The quadratic forms that pull all parameters toward their start, and a lobe's strengths toward their mean."""
-    count = _PARAMETERS * lobes + channels * (lobes + 1)
+    count = shape * lobes + channels * (lobes + 1)
     apart = np.eye(channels) - 1 / channels
     colour = np.zeros((count, count))
     for k in range(lobes):
-        at = slice(_PARAMETERS * lobes + k * channels, _PARAMETERS * lobes + (k + 1) * channels)
+        at = slice(shape * lobes + k * channels, shape * lobes + (k + 1) * channels)
         colour[at, at] = _COLOURLESS ** 2 * apart
     return _PULL ** 2 * np.eye(count), colour
 
 
-def _numbers(p: FloatArray) -> tuple[float, float, float]:
-    """alpha, gamma and f0 of the three parameters of a lobe."""
+def _numbers(p: FloatArray) -> tuple[float, ...]:
+    """alpha, gamma and f0 of the parameters of a lobe, and across and turn of an anisotropic one."""
     p = np.clip(p, -_CLIP, _CLIP)
-    alpha, tail = np.clip(np.exp(p[:2]), NARROWEST, STEEPEST_TAIL)
-    return float(alpha), float(1 + tail), float(1 / (1 + np.exp(-p[2])))
-
-
-def _shape(kind: Kind, p: FloatArray, at: Geometry) -> FloatArray:
-    return lobe(kind, at, None, *_numbers(p))
+    alpha, tail, across = np.clip(np.exp([*p[:2], p[-2]]), NARROWEST, STEEPEST_TAIL).tolist()
+    numbers = alpha, 1 + tail, float(1 / (1 + np.exp(-p[2])))
+    return numbers if len(p) == _PARAMETERS else (*numbers, across, float((p[-1] + np.pi) % (2 * np.pi) - np.pi))
 
 
 def _pack(model: Microfacet) -> FloatArray:
     """The parameters of the search."""
     f0 = np.clip(model.f0, 1e-9, 1 - 1e-9)
-    shapes = np.stack([np.log(model.alpha), np.log(model.gamma - 1), np.log(f0 / (1 - f0))], axis=1)
+    shapes = [np.log(model.alpha), np.log(model.gamma - 1), np.log(f0 / (1 - f0))]
+    if len(model.across):
+        shapes += [np.log(model.across), model.turn]
     strengths = np.concatenate([model.ks.ravel(), model.kd])
-    return np.concatenate([shapes.ravel(), np.log(np.maximum(strengths, 1e-9))])
+    return np.concatenate([np.stack(shapes, axis=1).ravel(), np.log(np.maximum(strengths, 1e-9))])
 
 
-def _unpack(p: FloatArray, kinds: tuple[Kind, ...], channels: int) -> Microfacet:
+def _unpack(p: FloatArray, kinds: tuple[Kind, ...], count: int, channels: int) -> Microfacet:
     """The model of parameters of the search."""
-    shapes = _PARAMETERS * len(kinds)
-    numbers = np.array([_numbers(each) for each in p[:shapes].reshape(-1, _PARAMETERS)]).reshape(-1, _PARAMETERS)
+    shapes = count * len(kinds)
+    numbers = np.array([_numbers(each) for each in p[:shapes].reshape(-1, count)]).reshape(-1, count)
     strength = np.exp(np.clip(p[shapes:], -_CLIP, _CLIP)).reshape(-1, channels)
-    gamma = np.where([kind == "sheen" for kind in kinds], NO_GAMMA, numbers[:, 1])
-    return Microfacet(strength[-1], strength[:-1], numbers[:, 0], gamma, numbers[:, 2], kinds)
+    alpha, gamma = numbers[:, 0], np.where([kind == "sheen" for kind in kinds], NO_GAMMA, numbers[:, 1])
+    model = Microfacet(strength[-1], strength[:-1], alpha, gamma, numbers[:, 2], kinds)
+    if count == _PARAMETERS:
+        return model
+    mirrors = [kind == "mirror" for kind in kinds]
+    return replace(model, across=np.where(mirrors, numbers[:, 3], alpha), turn=np.where(mirrors, numbers[:, 4], 0.0))

@@ -295,7 +295,7 @@ def _smoothed(used: Samples, judge: _Judge, some: IntArray, noise: FloatArray, s
 
 def prepare(samples: Samples) -> dict[str, Estimate | Arrangement]:
     """The options of `fit` that do not depend on the levels."""
-    if len(samples) <= gaussian_process.MOST_SAMPLES:
+    if samples.isotropic and len(samples) <= gaussian_process.MOST_SAMPLES:
         return {"estimated": Estimate(samples)}
     offset = _offset(subset(samples, gaussian_process.choice(len(samples))), float(np.abs(samples.values).max()))
     return {"estimated": many_samples.arranged(samples, offset, _ceiling(samples, offset))}
@@ -303,12 +303,13 @@ def prepare(samples: Samples) -> dict[str, Estimate | Arrangement]:
 
 def fit(samples: Samples, levels: Levels, plausible: bool = True,
         estimated: Estimate | Arrangement | None = None) -> Fit:
-    """Fit samples by regression kriging, or many samples by `many_samples`.
+    """Fit samples by regression kriging; many samples, and anisotropic ones, by `many_samples`.
 
     Parameters
     ----------
     samples : Samples
     levels : Levels
+        For anisotropic samples, `Levels.of_four_axes` of them.
     plausible : bool
         Make the fit nowhere negative, with a directional albedo of at most 1. `Fit.changes` says what that changed.
     estimated : Estimate or Arrangement, optional
@@ -329,6 +330,7 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True,
     found = estimated or prepare(samples)["estimated"]
     transform = replace(found.transform, floor=0.0) if plausible else found.transform
     if isinstance(found, Arrangement):
+        levels = levels if samples.isotropic else levels.of_four_axes()
         diffuse, specular = many_samples.lattices(samples, found, levels)
     else:
         control_points = dense.interpolate(found.at_nodes(levels.diffuse), levels.diffuse)

@@ -1,0 +1,68 @@
+"""Nusselt coordinates of a pair of directions that turns with nothing: four, for anisotropic reflectance.
+
+Kameya and Lewis (2002, section 3.2) project both directions orthogonally onto the surface. Without a turn about the
+normal the projections p_i = (x_i, y_i) and p_o = (x_o, y_o) are four coordinates. They are taken as ::
+
+    mu = ((p_i + p_o) / 2, (p_i - p_o) / 2)
+
+so that exchanging the directions, which a reciprocal reflectance does not notice, is a reflection of the last two, of
+which a lattice stores one half. The cells are as fine as those of p_i and p_o themselves, and the pairs lie in a ball,
+so that fewer are never read.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..arrays import ArrayLike, ComplexArray, Directions, FloatArray
+
+
+@dataclass(frozen=True)
+class AnisotropicNusselt:
+    """These coordinates as a `coordinates.Coordinates`."""
+
+    name: ClassVar[str] = "anisotropic_nusselt"
+    axes: ClassVar[tuple[str, ...]] = ("sum_x", "sum_y", "difference_x", "difference_y")
+
+    def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
+        """Map directions, angles broadcast to (...), radians, to (mu + 1) / 2: (..., 4) float64 in [0, 1].
+
+        Examples
+        --------
+        Exchanging the directions gives the same point:
+
+        >>> forth, back = AnisotropicNusselt().encode([0.3, 1.2], [0, 2.0], [1.2, 0.3], [2.0, 0])
+        >>> bool(np.allclose(forth, back))
+        True
+        """
+        p_i, p_o = (np.sin(np.asarray(theta, dtype=float)) * np.exp(1j * np.asarray(phi, dtype=float))
+                    for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
+        return folded((p_i + p_o) / 2, (p_i - p_o) / 2)
+
+    def decode(self, x: ArrayLike) -> Directions:
+        """Map coordinates (..., 4) to four (...) arrays of angles, radians; what is outside the disk moves to its rim.
+
+        Examples
+        --------
+        >>> theta_i, phi_i, theta_o, phi_o = AnisotropicNusselt().decode(AnisotropicNusselt().encode(0.3, 0, 1.2, 2.0))
+        >>> [round(float(angle), 9) for angle in (theta_o, phi_o, theta_i, phi_i)]
+        [0.3, 0.0, 1.2, 2.0]
+        """
+        half, difference = unfolded(x)
+        p_i, p_o = half + difference, half - difference
+        return (np.arcsin(np.minimum(np.abs(p_i), 1)), np.angle(p_i),
+                np.arcsin(np.minimum(np.abs(p_o), 1)), np.angle(p_o))
+
+
+def folded(half: ComplexArray, difference: ComplexArray) -> FloatArray:
+    """Two points of the unit disk, (...) each, as (mu + 1) / 2: (..., 4), the last of at least 1/2."""
+    half, difference = np.broadcast_arrays(half, difference)
+    difference = np.where(difference.imag < 0, -difference, difference)
+    return (np.stack([half.real, half.imag, difference.real, difference.imag], axis=-1) + 1) / 2
+
+
+def unfolded(x: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+    """The two points of coordinates (..., 4)."""
+    a, b, c, d = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
+    return a + 1j * b, c + 1j * d
