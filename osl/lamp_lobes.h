@@ -92,7 +92,7 @@ color fit_at_lamp(FIT_PARAMETERS, float MISSING[], MixtureView view, vector l, i
     fitted = eval_missing(MISSING, view, l) + mixed;
   }
   if (u < probability) {
-    fitted += (max(eval_fit(FIT, l, view.wo) * l[2], least) - fitted) / probability;
+    fitted += (max(eval_fit(FIT, to_fit(l), to_fit(view.wo)) * l[2], least) - fitted) / probability;
   }
   return fitted;
 }

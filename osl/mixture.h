@@ -15,32 +15,43 @@
 
 /* The mixture for one viewing direction. */
 struct MixtureView {
-  int view;                 /* the tabulated viewing angle */
+  int view;                 /* the tabulated viewing angle or, for an anisotropic fit, direction */
   int row;                  /* where its row begins */
   vector wo;                /* the viewing direction */
   color scale;              /* factor of the whole mixture */
   int kind[LOBES];          /* PHONG or GGX */
   float shape[LOBES];       /* the exponent, or the roughness */
+#if ANISOTROPIC
+  float across[LOBES];      /* the roughness along the second principal axis; `shape` is that along the first */
+#endif
   vector axis[LOBES];       /* of a phong_ramp; of a microfacet lobe, the normal */
   vector half[LOBES];       /* the normal that gives a phong_ramp its axis */
 };
 
+#if ANISOTROPIC
+#  define POLAR POLAR_VIEWS
+#else
+#  define POLAR VIEWS
+#endif
+
+/* One of the two tabulated polar angles next to theta_o, by a random number. */
+int nearby_view(float theta_o, float u)
+{
+  float t = max(0.0, 1.0 - theta_o / GRAZING);
+  int below = min((int)((POLAR - 1) * (1.0 - pow(t, 2.0 / 3.0))), POLAR - 2);
+  float low = 1.0 - below / (POLAR - 1.0);
+  float high = 1.0 - (below + 1) / (POLAR - 1.0);
+  low = low * sqrt(low);
+  high = high * sqrt(high);
+  return u * (low - high) < low - t ? below + 1 : below;
+}
+
+#include "anisotropic_views.h"
+#if !ANISOTROPIC
 /* A number of a view; `i` counts those of `shader_constants`. */
 float view_number(float MIXTURE_NUMBERS[], int view, int i)
 {
   return MIXTURE_NUMBERS[view * NUMBERS + i];
-}
-
-/* One of the two tabulated views next to theta_o, by a random number. */
-int nearby_view(float theta_o, float u)
-{
-  float t = max(0.0, 1.0 - theta_o / GRAZING);
-  int below = min((int)((VIEWS - 1) * (1.0 - pow(t, 2.0 / 3.0))), VIEWS - 2);
-  float low = 1.0 - below / (VIEWS - 1.0);
-  float high = 1.0 - (below + 1) / (VIEWS - 1.0);
-  low = low * sqrt(low);
-  high = high * sqrt(high);
-  return u * (low - high) < low - t ? below + 1 : below;
 }
 
 /* The direction at an angle theta from the normal, in the plane of incidence, opposite to the viewer. */
@@ -76,6 +87,7 @@ void sample_view(float MIXTURE_NUMBERS[], vector wo, point seed, output MixtureV
   float theta_o = acos(clamp(wo[2], 0.0, 1.0));
   mixture_view(MIXTURE_NUMBERS, nearby_view(theta_o, random(seed, RANDOM_VIEW)), theta_o, wo, found);
 }
+#endif
 
 /* A ramp at c in [0, 1]; `first` is the entry of its first knot. */
 MIXTURE_VALUE eval_ramp(float MIXTURE[], int first, float c)
@@ -96,6 +108,7 @@ MIXTURE_VALUE eval_phong_ramp(float MIXTURE[], MixtureView view, int k, vector w
   return height * eval_ramp(MIXTURE, view.row + KNOTS * (k + 1), falloff);
 }
 
+#if !ANISOTROPIC
 /* GGX reflection about a normal without a Fresnel factor, times the cosine of that normal and wi. */
 float eval_ggx(float alpha, vector about, vector wo, vector wi)
 {
@@ -112,6 +125,7 @@ float eval_ggx(float alpha, vector about, vector wo, vector wi)
   }
   return value;
 }
+#endif
 
 /* The mixture in a direction wi above the horizon, times cos theta_i: what Cycles makes of `mixture_closures`. */
 color eval_mixture(float MIXTURE[], MixtureView view, vector wi)
@@ -120,7 +134,11 @@ color eval_mixture(float MIXTURE[], MixtureView view, vector wi)
   for (int k = 0; k < LOBES; k++) {
     MIXTURE_VALUE lobe;
     if (view.kind[k] == GGX) {
+#if ANISOTROPIC
+      lobe = eval_ggx(view.shape[k], view.across[k], view.axis[k], view.wo, wi);
+#else
       lobe = eval_ggx(view.shape[k], view.axis[k], view.wo, wi);
+#endif
     }
     else {
       lobe = eval_phong_ramp(MIXTURE, view, k, wi);
@@ -171,10 +189,17 @@ closure color mixture_closures(float MIXTURE[], MixtureView view, ShadingFrame f
   closure color sum = raised * MIXTURE_READ(view.row + WEIGHTS) * diffuse_ramp(frame.z, ramp);
   for (int k = 0; k < LOBES; k++) {
     color weight = MIXTURE_READ(view.row + WEIGHTS + 1 + k);
+#if ANISOTROPIC
+    vector about = to_world(frame, view.half[k]);
+    vector along = frame.x;
+    float across = view.across[k];
+#else
     vector about = view.half[k][0] * frame.x + view.half[k][2] * frame.z;
+    vector along = 0.0;
+    float across = view.shape[k];
+#endif
     if (view.kind[k] == GGX) {
-      sum += view.scale * weight *
-             microfacet("ggx", about, vector(0.0), view.shape[k], view.shape[k], MICROFACET_IOR, 0);
+      sum += view.scale * weight * microfacet("ggx", about, along, view.shape[k], across, MICROFACET_IOR, 0);
     }
     else {
       ramp_colors(MIXTURE, view.row + KNOTS * (k + 1), scale, ramp);

@@ -38,7 +38,7 @@ float pdf_remainder(SAMPLING_PARAMETERS, MixtureView view, LampList lamps, Remai
 color eval_remainder(FIT_PARAMETERS, float MIXTURE[], float FLAT_RAMP[], MixtureView view, LampLobes lobes,
                      RemainderPlan plan, vector wi)
 {
-  color value = eval_fit(FIT, wi, view.wo) * wi[2] - eval_lobes(FLAT_RAMP, lobes, view.wo, wi);
+  color value = eval_fit(FIT, to_fit(wi), to_fit(view.wo)) * wi[2] - eval_lobes(FLAT_RAMP, lobes, view.wo, wi);
   if (plan.mixture) {
     value -= eval_mixture(MIXTURE, view, wi);
   }

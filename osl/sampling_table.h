@@ -1,10 +1,11 @@
 /* Tables over incident directions for a tabulated view: two to sample them, which fitter/cycles/sampling_table.py
- * makes, and one of what the mixture misses.
+ * makes, and one of what the mixture misses. Those of an anisotropic fit are in half_vector_table.h.
  *
  * For each view the first hold the cumulative probabilities of RINGS x SECTORS cells about the mirror direction of wo,
  * evenly spaced in the square root of the angle from it, up to the horizon beyond the viewer, and in the turn about it.
  * Within a cell, directions are uniform in solid angle. */
 
+#if !ANISOTROPIC
 #define CELLS (RINGS * SECTORS)
 
 /* The angle from the normal to the direction about which the cells lie. */
@@ -75,6 +76,7 @@ vector sample_table(float table[], int view, vector wo, point seed)
   vector onward = mirror_side(mirror + M_PI_2);
   return z * axis + r * (cos(turn) * onward + vector(0.0, side * sin(turn), 0.0));
 }
+#endif
 
 #if CHANNELS == 3
 #  define MISSING_READ(i) color(MISSING[3 * (i)], MISSING[3 * (i) + 1], MISSING[3 * (i) + 2])
@@ -82,6 +84,7 @@ vector sample_table(float table[], int view, vector wo, point seed)
 #  define MISSING_READ(i) MISSING[i]
 #endif
 
+#if !ANISOTROPIC
 /* About what the fit has beyond the mixture, times cos theta_i: bilinear between the middles of cells. */
 color eval_missing(float MISSING[], MixtureView view, vector w)
 {
@@ -97,3 +100,4 @@ color eval_missing(float MISSING[], MixtureView view, vector w)
   return color((1.0 - s) * ((1.0 - t) * MISSING_READ(i) + t * MISSING_READ(i + 1)) +
                s * ((1.0 - t) * MISSING_READ(i + SECTORS) + t * MISSING_READ(i + SECTORS + 1)));
 }
+#endif

@@ -17,6 +17,7 @@ PROBE = """
 #include "lamps.h"
 #include "remainder_plan.h"
 #include "sampling_table.h"
+#include "half_vector_table.h"
 #include "lamp_lobes.h"
 #include "remainder.h"
 %s

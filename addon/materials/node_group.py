@@ -22,6 +22,7 @@ NAME = "Measured BRDF"
 SCRIPT_NODE = "Measured BRDF Shader"
 FAST_ERROR = "fast_error"           # custom properties of the group: closure_mixture.Mixture.error ...
 FAST_WORST = "fast_worst"           # ... and worst, which versions before 0.2.0 did not set
+_MESH_TANGENT = "MeshTangent"       # input of the script node; the group fills it
 _VERSION = "shader_version"         # custom property of the group; version 0.1.0 did not set it
 
 
@@ -97,16 +98,35 @@ def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> Non
     script.name = script.label = SCRIPT_NODE
     script.mode = "INTERNAL"
     _store(script, text, shader)
+    names = ["Normal", "Tint", "Strength", "Exact"]
+    if _MESH_TANGENT in script.inputs:          # an anisotropic fit
+        names += _add_tangent(tree)
+        mesh = tree.nodes.new("ShaderNodeNewGeometry")
+        mesh.location = -300, -250
+        tree.links.new(mesh.outputs["Tangent"], script.inputs[_MESH_TANGENT])
     source = tree.nodes.new("NodeGroupInput")
     scene_lamps = tree.nodes.new("ShaderNodeGroup")
     scene_lamps.node_tree = lamps.node_tree()
     output = tree.nodes.new("NodeGroupOutput")
     source.location, scene_lamps.location, output.location = (-300, 100), (-300, -100), (300, 0)
-    for name in ("Normal", "Tint", "Strength", "Exact"):
+    for name in names:
         tree.links.new(source.outputs[name], script.inputs[name])
     for socket in scene_lamps.outputs:
         tree.links.new(socket, script.inputs[socket.name])
     tree.links.new(script.outputs["BSDF"], output.inputs["BSDF"])
+
+
+def _add_tangent(tree: bpy.types.NodeTree) -> list[str]:
+    """The inputs of an anisotropic fit, as Blender's anisotropic nodes have them; their names."""
+    tangent = tree.interface.new_socket("Tangent", in_out="INPUT", socket_type="NodeSocketVector")
+    tangent.hide_value = True
+    tangent.description = ("Direction in which the surface was measured at 0 degrees, from a Tangent node; by default, "
+                           "around the Z axis of the object")
+    rotation = tree.interface.new_socket("Rotation", in_out="INPUT", socket_type="NodeSocketFloat")
+    rotation.subtype = "FACTOR"
+    rotation.min_value, rotation.max_value = 0, 1
+    rotation.description = "Turns the surface about its normal, counter-clockwise; 1 is a whole turn"
+    return ["Tangent", "Rotation"]
 
 
 def _store(node: bpy.types.Node, text: bpy.types.Text, shader: Shader) -> None:

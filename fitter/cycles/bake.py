@@ -21,13 +21,20 @@ from ..model.fit import Fit
 from ..model.transform import IDENTITY, LogRelative
 from ..samples import RGB
 from ..shader_constants import KNOTS, MAX_LAMPS, shader_constants
-from .closure_mixture import Mixture, closure_mixture
+from .closure_mixture import closure_mixture
+from .mixture_table import Mixture
 
 SHADER = "measured_brdf.osl"
 SHADER_VERSION = 4          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
 _NUMBER = re.compile(r"inf|nan|\d+\.?\d*(?:e[-+]?\d+)?")
 _LARGEST = np.finfo(np.float32).max
+# where the tangent points: given, or as the mesh has it by default; and by how much of a turn it is turned
+_TANGENT_PARAMETERS = """\
+                     vector Tangent = 0.0 [[string help = "Direction of the surface; unconnected, that of the mesh"]],
+                     vector MeshTangent = 0.0,
+                     float Rotation = 0.0 [[string help = "Turns the tangent about the normal; 1 is a whole turn"]],
+"""
 _SOURCES = Path(__file__).parents[2] / "osl"
 MAX_ARRAY = 1_500_000       # numbers of a table: the OSL compiler takes 1,000,000 in one array, and refuses 3,000,000
 
@@ -59,11 +66,13 @@ def bake(fit: Fit, template: str | None = None, mixture: Mixture | None = None) 
         raise ValueError(f"a fit of {len(fit.channels)} channels; a shader takes 1 or 3")
     constants, tables = _fit(fit)
     constants |= shader_constants() | {"SHADER_VERSION": SHADER_VERSION}
-    mixture_constants, mixture_tables = _mixture(closure_mixture(fit) if mixture is None else mixture)
+    mixture = closure_mixture(fit) if mixture is None else mixture
+    mixture_constants, mixture_tables = _mixture(mixture)
     constants |= mixture_constants
     tables |= mixture_tables | {"FLAT_RAMP": _flat_ramp()}
     generated = {
         "lamp_parameters.h": _lamp_parameters(),
+        "tangent_parameters.h": _TANGENT_PARAMETERS if constants["ANISOTROPIC"] else "",
         "baked_constants.h": "".join(f"#define {name} {_constant(name, value)}\n" for name, value in constants.items()),
         "baked_tables.h": "".join(_array(name, table) for name, table in tables.items())}
 
@@ -183,9 +192,12 @@ def _log_relative(transform: LogRelative, columns: tuple[int, ...]) -> dict[str,
 
 
 def _mixture(mixture: Mixture) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """What `osl/mixture.h` and `osl/sampling_table.h` read: (constants, tables)."""
+    """What `osl/mixture.h`, `osl/sampling_table.h` and `osl/half_vector_table.h` read: (constants, tables)."""
     constants = {"CHANNELS": mixture.table.shape[-1], "FAST_ERROR": f"{mixture.error:.6g}",
-                 "FAST_WORST": f"{mixture.worst:.6g}"}
+                 "FAST_WORST": f"{mixture.worst:.6g}", "ANISOTROPIC": int(mixture.principal is not None)}
+    if mixture.principal is not None:
+        constants |= {"PRINCIPAL_TURN": f"{mixture.principal.turn:.9g}", "HALF_TURN": int(mixture.principal.half_turn),
+                      "PRINCIPAL_STRETCH": f"{mixture.principal.stretch:#.9g}"}
     return constants, {"MIXTURE": mixture.table, "MIXTURE_NUMBERS": mixture.numbers, "MISSING": mixture.missing,
                        "SAMPLING_REMAINDER": mixture.remainder, "SAMPLING_REFLECTED": mixture.reflected}
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..shader_constants import GGX, HORIZON, LOBE_NUMBERS, LOBES, PHONG, REMAINDER_PROBABILITY, STEEPEST_AXIS
 from . import direction_grid
+from .anisotropic_mixture import anisotropic_mixture
 from .mixture_table import (
     DIM,
     LAST_SHOWN,
@@ -74,12 +75,14 @@ def closure_mixture(fit: "Fit") -> Mixture:
     Parameters
     ----------
     fit : Fit
-        Only its `evaluate` is used.
+        Only its `evaluate` is used, and whether it is isotropic; an anisotropic one has a mixture of another kind.
 
     Returns
     -------
     Mixture
     """
+    if not getattr(fit, "isotropic", True):
+        return anisotropic_mixture(fit)
     angles = direction_grid.views(between=1)
     grids = [direction_grid.grid(angle) for angle in angles]
     targets = [_target(fit, angle, to) for angle, to in zip(angles, grids, strict=True)]

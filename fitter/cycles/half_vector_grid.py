@@ -1,0 +1,105 @@
+"""Tabulated viewing directions of an anisotropic surface, and half vectors for each.
+
+A highlight of a brushed surface is a streak, which lies differently for each viewing direction; the half vectors of the
+streak hardly change. So the mixture and the sampling tables of an anisotropic fit are tabulated over viewing directions
+and half vectors, both in the principal axes of the surface. Half vectors h are divided into `HALF_RINGS` x
+`HALF_SECTORS` cells about the normal, after their slopes have been divided by a stretch s along the first axis and
+multiplied by it along the second, ::
+
+    g = (h_x / s, h_y s, h_z) / |...|,
+
+which makes streaks round: rings by the angle of g from the normal, evenly spaced in its square root, so that they are
+finest there, and sectors by its azimuth, over the whole turn. A solid angle of g is one of the incident direction times
+4 (wo.h) |(h_x / s, h_y s, h_z)|^3. The outermost ring ends where no direction above the horizon has a half vector any
+more. Cells reach below the horizon, where nothing is reflected.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..shader_constants import AZIMUTH_VIEWS, GRAZING, HALF_RINGS, HALF_SECTORS, POLAR_VIEWS
+from .direction_grid import Cells, Directions
+
+CELLS = Cells(HALF_RINGS, HALF_SECTORS, (2, 1), around=True)
+_BELOW = 0.15               # sine of the angle below the horizon up to which a cell may be above it for a view nearby
+
+
+def polar_angles() -> NDArray[np.float64]:
+    """The tabulated polar angles of the viewer, radians, more closely spaced toward the horizon: (POLAR_VIEWS,)."""
+    return GRAZING * (1 - np.linspace(1, 0, POLAR_VIEWS) ** 1.5)
+
+
+def azimuths(half_turn: bool) -> NDArray[np.float64]:
+    """The tabulated azimuths of the viewer in the principal axes, radians, of half a turn or of a whole one."""
+    return np.arange(AZIMUTH_VIEWS if half_turn else 2 * AZIMUTH_VIEWS) * np.pi / AZIMUTH_VIEWS
+
+
+def views(half_turn: bool) -> NDArray[np.float64]:
+    """The tabulated viewing directions, unit vectors in the principal axes: (views, 3). The normal is the first."""
+    polar, azimuth = polar_angles(), azimuths(half_turn)
+    others = outgoing(polar[1:, None], azimuth).reshape(-1, 3)
+    return np.concatenate([[[0.0, 0.0, 1.0]], others])
+
+
+def outgoing(theta: NDArray[np.float64] | float, phi: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    """Unit vectors of polar angles and azimuths, which broadcast to (...): (..., 3)."""
+    theta, phi = np.broadcast_arrays(theta, phi)
+    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+
+
+def grid(wo: NDArray[np.float64], stretch: float) -> Directions:
+    """The incident directions at which a fit is evaluated, in the principal axes.
+
+    Parameters
+    ----------
+    wo : (views, 3)
+        Viewing directions of one polar angle.
+    stretch : float
+        s.
+
+    Returns
+    -------
+    direction_grid.Directions
+        Its arrays have an axis of views in front. A cell is reachable where a corner of it is, for a view near this
+        one.
+    """
+    farthest = _farthest(float(wo[0, 2]), stretch)
+    points, turns = HALF_RINGS * CELLS.points[0], HALF_SECTORS * CELLS.points[1]
+    edges = farthest * (np.arange(points + 1) / points) ** 2
+    ring = farthest * ((np.arange(points) + 0.5) / points) ** 2
+    unit, factor = _incident(wo, _stretched(ring, (np.arange(turns) + 0.5) / turns * 2 * np.pi, stretch), stretch)
+    size = 2 * np.pi / turns * np.repeat(-np.diff(np.cos(edges)), turns) * factor
+    corners = _incident(wo, _stretched(edges[::CELLS.points[0]], np.arange(HALF_SECTORS) / HALF_SECTORS * 2 * np.pi,
+                                       stretch), stretch)[0][..., 2].reshape(-1, HALF_RINGS + 1, HALF_SECTORS)
+    highest = np.maximum(corners, np.roll(corners, -1, axis=-1))
+    highest = np.maximum(highest[:, :-1], highest[:, 1:])
+    near = np.repeat(np.repeat(highest > -_BELOW, CELLS.points[0], axis=1), CELLS.points[1], axis=2)
+    above = unit[..., 2] > 0
+    unit[..., 2] = np.maximum(unit[..., 2], 0)
+    unit /= np.maximum(np.linalg.norm(unit, axis=-1), 1e-9)[..., None]
+    return Directions(np.arccos(np.clip(unit[..., 2], 0, 1)), np.arctan2(unit[..., 1], unit[..., 0]), unit,
+                      np.where(above, size, 0), np.where(above | near.reshape(above.shape), size, 0))
+
+
+def _farthest(cosine: float, stretch: float) -> float:
+    """The largest angle from the normal of a stretched half vector, for a viewing direction of a cosine; radians."""
+    largest = (np.pi / 2 + np.arccos(np.clip(cosine, 0, 1))) / 2
+    return float(np.arctan2(stretch * np.sin(largest), np.cos(largest)))
+
+
+def _stretched(ring: NDArray[np.float64], turn: NDArray[np.float64], stretch: float) -> NDArray[np.float64]:
+    """(g_x s, g_y / s, g_z) for all pairs of an angle and an azimuth of g, rings first: (n, 3)."""
+    ring, turn = (each.ravel() for each in np.meshgrid(ring, turn, indexing="ij"))
+    return outgoing(ring, turn) * [stretch, 1 / stretch, 1]
+
+
+def _incident(wo: NDArray[np.float64], along: NDArray[np.float64],
+              stretch: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The incident directions of half vectors along (n, 3), which `_stretched` made: (views, n, 3), with z = -1 where
+    there is none; and their solid angle over that of g, (views, n)."""
+    length = np.linalg.norm(along, axis=-1)
+    h = along / length[:, None]
+    cosine = wo @ h.T
+    unit = 2 * cosine[..., None] * h - wo[:, None]
+    unit[cosine <= 0] = [0, 0, -1]
+    return unit, 4 * np.maximum(cosine, 0) / length ** 3

@@ -1,0 +1,53 @@
+"""The principal axes of an anisotropic reflectance, its stretch, and whether half a turn changes it."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .mixture_table import Principal
+
+if TYPE_CHECKING:
+    from ..model.fit import Fit
+
+_RINGS, _SECTORS = 40, 64       # half vectors that are looked at, seen from the normal
+_WIDEST = np.radians(44)        # their largest angle from it
+_LEVEL = 0.25                   # the outline of the highlight: of its height above the least reflectance
+_ROUND = 0.1                    # a smaller harmonic counts as none
+_STRETCHES = (1.0, 2.5)         # bounds of the stretch: more makes cells across a streak coarser than its surroundings
+_PAIRS = 400                    # directions at which half a turn is looked at
+_SAME = 0.01                    # mean difference of reflected radiance, in its mean, that counts as none
+
+
+def principal(fit: "Fit") -> Principal:
+    """The principal axes of a fit, of which only `evaluate` is used.
+
+    They are those of the highlight seen from the normal: of the half vectors where the reflected radiance is above a
+    quarter of its largest value. Where that region is as long along both axes, as on a cloth of two threads, the axes
+    are those of its arms.
+    """
+    angle = _WIDEST * ((np.arange(_RINGS) + 0.5) / _RINGS) ** 2
+    size = -np.diff(np.cos(_WIDEST * (np.arange(_RINGS + 1) / _RINGS) ** 2))
+    turn = (np.arange(_SECTORS) + 0.5) / _SECTORS * 2 * np.pi
+    radiance = np.maximum(fit.evaluate(2 * angle[:, None], turn, 0.0, 0.0), 0).mean(axis=-1)
+    radiance = radiance * np.cos(2 * angle)[:, None]
+    least = np.median(radiance[-_RINGS // 4:])
+    highlight = size[:, None] * (radiance > least + _LEVEL * max(radiance.max() - least, 0.0))
+    slope = np.tan(angle)[:, None] * np.exp(1j * turn)
+    second, fourth = (complex((highlight * slope ** n).sum())
+                      / max(float((highlight * np.abs(slope) ** n).sum()), 1e-30) for n in (2, 4))
+    stretch = float(np.clip(((1 + abs(second)) / max(1 - abs(second), 1e-6)) ** 0.25, *_STRETCHES))
+    if abs(second) > _ROUND:
+        return Principal(float(np.angle(second)) / 2, stretch, _half_turn(fit))
+    return Principal(float(np.angle(fourth)) / 4 if abs(fourth) > _ROUND else 0.0, 1.0, _half_turn(fit))
+
+
+def _half_turn(fit: "Fit") -> bool:
+    random = np.random.default_rng(15)
+    theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, _PAIRS)) * np.sin(np.radians(80)) ** 2))
+    phi_i, phi_o = random.random((2, _PAIRS)) * 2 * np.pi
+    # half of them near the mirror direction
+    theta_i[::2], phi_i[::2] = np.abs(theta_o + 0.1 * random.standard_normal(_PAIRS))[::2], phi_o[::2] + np.pi
+    once, again = (np.maximum(fit.evaluate(theta_i, phi_i + turn, theta_o, phi_o + turn), 0) for turn in (0, np.pi))
+    difference: NDArray[np.float64] = np.abs(again - once)
+    return bool(difference.sum() <= _SAME * once.sum())

@@ -1,0 +1,106 @@
+/* The tabulated views of an anisotropic fit, and its microfacet lobes; fitter/cycles/anisotropic_mixture.py makes them.
+ *
+ * A view is a direction: the normal, or one of POLAR_VIEWS - 1 polar angles and of AZIMUTHS azimuths in the principal
+ * axes of the surface. Where half a turn of the surface changes nothing, only the first half of the azimuths is stored,
+ * and the others are those turned by it. */
+
+#if ANISOTROPIC
+#define AZIMUTHS (2 * AZIMUTH_VIEWS)
+
+/* Where a view is stored. */
+int stored_view(int view)
+{
+#if HALF_TURN
+  return view == 0 ? 0 : 1 + (view - 1) / AZIMUTHS * AZIMUTH_VIEWS + (view - 1) % AZIMUTH_VIEWS;
+#else
+  return view;
+#endif
+}
+
+/* Whether a view is half a turn from where it is stored. */
+int half_turned(int view)
+{
+#if HALF_TURN
+  return view > 0 && (view - 1) % AZIMUTHS >= AZIMUTH_VIEWS;
+#else
+  return 0;
+#endif
+}
+
+/* A number of a view; `i` counts those of `shader_constants`, after which come the roughnesses across of all lobes. */
+float view_number(float MIXTURE_NUMBERS[], int view, int i)
+{
+  return MIXTURE_NUMBERS[stored_view(view) * (NUMBERS + LOBES) + i];
+}
+
+/* The direction at an angle theta from the normal, in the plane of that and the viewer, opposite to it. */
+vector mirror_side(vector wo, float theta)
+{
+  float out = hypot(wo[0], wo[1]);
+  vector away = out > 0.0 ? -vector(wo[0], wo[1], 0.0) / out : vector(-1.0, 0.0, 0.0);
+  return sin(theta) * away + vector(0.0, 0.0, cos(theta));
+}
+
+/* The mixture of a tabulated view, seen from wo, whose polar angle is theta_o. */
+void mixture_view(float MIXTURE_NUMBERS[], int view, float theta_o, vector wo, output MixtureView found)
+{
+  found.view = view;
+  found.row = stored_view(view) * ROW;
+  found.wo = wo;
+  found.scale = 1.0;
+  for (int k = 0; k < LOBES; k++) {
+    found.kind[k] = (int)view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k);
+    found.shape[k] = view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k + 1);
+    found.across[k] = view_number(MIXTURE_NUMBERS, view, NUMBERS + k);
+    float angle = view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k + 2);
+    if (found.kind[k] == PHONG) {
+      found.axis[k] = mirror_side(wo, min(theta_o + angle, STEEPEST_AXIS));
+      found.half[k] = normalize(wo + found.axis[k]);
+    }
+    else {
+      found.axis[k] = mirror_side(wo, angle);
+      found.half[k] = found.axis[k];
+    }
+  }
+}
+
+/* One of the two tabulated azimuths next to that of wo, by a random number. */
+int nearby_azimuth(vector wo, float u)
+{
+  int azimuth = (int)floor(atan2(wo[1], wo[0]) / M_2PI * AZIMUTHS + u);
+  return azimuth < 0 ? azimuth + AZIMUTHS : azimuth % AZIMUTHS;
+}
+
+/* One of the four tabulated views around wo. */
+void sample_view(float MIXTURE_NUMBERS[], vector wo, point seed, output MixtureView found)
+{
+  float theta_o = acos(clamp(wo[2], 0.0, 1.0));
+  int view = nearby_view(theta_o, random(seed, RANDOM_VIEW));
+  if (view > 0) {
+    view = 1 + (view - 1) * AZIMUTHS + nearby_azimuth(wo, random(seed, RANDOM_AZIMUTH));
+  }
+  mixture_view(MIXTURE_NUMBERS, view, theta_o, wo, found);
+}
+
+/* GGX reflection of two widths about a normal without a Fresnel factor, times the cosine of that normal and wi. The
+ * first axis of the frame, projected, is that of the first width. */
+float eval_ggx(float along, float across, vector about, vector wo, vector wi)
+{
+  float cos_o = dot(about, wo);
+  float cos_i = dot(about, wi);
+  float value = 0.0;
+  if (cos_o > HORIZON && cos_i > HORIZON) {
+    vector second = normalize(vector(0.0, about[2], -about[1]));
+    vector first = cross(second, about);
+    vector h = wo + wi;
+    vector stretched = vector(dot(first, h) / along, dot(second, h) / across, dot(about, h));
+    float bottom = dot(stretched, stretched) / dot(h, h);
+    vector scaled_o = vector(along * dot(first, wo), across * dot(second, wo), cos_o);
+    vector scaled_i = vector(along * dot(first, wi), across * dot(second, wi), cos_i);
+    float masking_o = length(scaled_o) / cos_o;
+    float masking_i = length(scaled_i) / cos_i;
+    value = 1.0 / (2.0 * M_PI * along * across * bottom * bottom * cos_o * (masking_o + masking_i));
+  }
+  return value;
+}
+#endif
