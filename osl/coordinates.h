@@ -1,5 +1,5 @@
 /* The coordinates of a pair of directions in which a fit is smooth. The directions are unit vectors in a frame whose z
- * axis is the normal; each coordinate is in [-1, 1]. */
+ * axis is the normal, and whose x axis is the tangent of an anisotropic fit; each coordinate is in [-1, 1]. */
 
 #if HALF_DIFFERENCE || RUSINKIEWICZ
 /* The half vector (x, y) with more room near the mirror direction; see fitter/coordinates/stretch.py. OSL divides by 0
@@ -14,6 +14,18 @@ vector stretched(float d, float x, float y)
 #else
   return vector(d, x, y);
 #endif
+}
+#endif
+
+#if AXES == 4
+/* The second vector is reflected to its stored half. */
+void folded(float half_x, float half_y, float difference_x, float difference_y, output float mu[4])
+{
+  float side = difference_y < 0.0 ? -1.0 : 1.0;
+  mu[0] = half_x;
+  mu[1] = half_y;
+  mu[2] = side * difference_x;
+  mu[3] = side * difference_y;
 }
 #endif
 
@@ -51,6 +63,27 @@ vector coordinates(vector wi, vector wo)
   float spread = s * (sqrt(sum2) + 2.0 * sum[2]);
   return stretched(s / (1.0 + 2.0 * sqrt((1.0 - SOFTENING_2 * SOFTENING_2) * common / (1.0 + s2))),
                    0.5 * sqrt(sum2) * (wo[2] - wi[2]) / spread, hypot(hypot(sum[0], sum[1]) * over, outer) / spread);
+}
+#elif ANISOTROPIC_RUSINKIEWICZ
+/* Half and difference vectors; see fitter/coordinates/anisotropic_rusinkiewicz.py. */
+void coordinates(vector wi, vector wo, output float mu[4])
+{
+  vector sum = wi + wo;
+  float sum_length = sqrt(max(dot(sum, sum), LEAST_HEIGHT_2));
+  vector h = sum / sum_length;
+  vector d = (wi - (0.5 * sum_length + wi[2]) / (1.0 + h[2]) * h) / (1.0 + sum_length);
+  h = h / (1.0 + 2.0 * h[2]);
+  float x = STRETCH_ALONG * (TURN_COSINE * h[0] + TURN_SINE * h[1]);
+  float y = STRETCH_ACROSS * (TURN_COSINE * h[1] - TURN_SINE * h[0]);
+  float radius = hypot(x, y);
+  float factor = STRETCH_SCALE * log(radius + sqrt(1.0 + radius * radius)) / radius;
+  folded(x * factor, y * factor, TURN_COSINE * d[0] + TURN_SINE * d[1], TURN_COSINE * d[1] - TURN_SINE * d[0], mu);
+}
+#elif ANISOTROPIC_NUSSELT
+/* Half sum and half difference of projected directions; see fitter/coordinates/anisotropic_nusselt.py. */
+void coordinates(vector wi, vector wo, output float mu[4])
+{
+  folded(0.5 * (wi[0] + wo[0]), 0.5 * (wi[1] + wo[1]), 0.5 * (wi[0] - wo[0]), 0.5 * (wi[1] - wo[1]), mu);
 }
 #else
 /* Nusselt coordinates (2 kappa_i - 1, 2 kappa_o - 1, 2 lambda_o - 1); see fitter/coordinates/nusselt.py. At normal

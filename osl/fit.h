@@ -52,7 +52,12 @@ VALUE eval_damping(float DAMPING[], vector w)
 /* The fitted BRDF, 1/sr, and 0 where the fit undershoots; directions as in coordinates(). */
 color eval_fit(FIT_PARAMETERS, vector wi, vector wo)
 {
+#if AXES == 4
+  float mu[4];
+  coordinates(wi, wo, mu);
+#else
   vector mu = coordinates(wi, wo);
+#endif
   VALUE f = eval_dense_lattice(DIFFUSE, DIFFUSE_CELLS, mu);
 #if SPARSE
   f += eval_sparse_lattice(SPECULAR, OCCUPANCY, DISPLACEMENT, SPECULAR_CELLS, mu);

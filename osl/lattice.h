@@ -23,23 +23,40 @@ int locate_cell(float mu, int cells, output float w[4])
   return cell;
 }
 
-/* Control points along kappa_o and lambda_o. */
+/* Control points along an axis of which all are stored, and along one of which half is. */
 #define ROWS(cells) ((cells) + 3)
 #define COLUMNS(cells) ((cells) - (cells) / 2 + 3)
 
+#if AXES == 4
+#  define COORDINATES float mu[4]
+/* Control points from one block of 4 x 4 x 4 to the next along the first of four axes. */
+#  define BLOCK(cells) (ROWS(cells) * ROWS(cells) * COLUMNS(cells))
+
+/* The index of the first of the four blocks that mu reads, and their weights along each axis. */
+int first_tap(COORDINATES, int cells, output float w[4], output float wa[4], output float wb[4], output float wc[4])
+{
+  int block = locate_cell(mu[0], cells, w) + cells / 2;
+  int a = locate_cell(mu[1], cells, wa) + cells / 2;
+  int b = locate_cell(mu[2], cells, wb) + cells / 2;
+  int c = max(locate_cell(mu[3], cells, wc), 0);
+  return block * BLOCK(cells) + (a * ROWS(cells) + b) * COLUMNS(cells) + c;
+}
+#else
+#  define COORDINATES vector mu
+
 /* The index of the first of the 4 x 4 x 4 control points that mu reads, and their weights along each axis. */
-int first_tap(vector mu, int cells, output float wa[4], output float wb[4], output float wc[4])
+int first_tap(COORDINATES, int cells, output float wa[4], output float wb[4], output float wc[4])
 {
   int a = max(locate_cell(mu[0], cells, wa), 0);
   int b = locate_cell(mu[1], cells, wb) + cells / 2;
   int c = max(locate_cell(mu[2], cells, wc), 0);
   return (a * ROWS(cells) + b) * COLUMNS(cells) + c;
 }
+#endif
 
-VALUE eval_dense_lattice(float points[], int cells, vector mu)
+/* The weighted sum of a block of 4 x 4 x 4 control points. */
+VALUE dense_block(float points[], int cells, int tap, float wa[4], float wb[4], float wc[4])
 {
-  float wa[4], wb[4], wc[4];
-  int tap = first_tap(mu, cells, wa, wb, wc);
   VALUE total = 0.0;
   for (int i = 0; i < 4; i++) {
     for (int j = 0; j < 4; j++) {
@@ -52,11 +69,27 @@ VALUE eval_dense_lattice(float points[], int cells, vector mu)
   return total;
 }
 
-#if SPARSE
-VALUE eval_sparse_lattice(float points[], int occupancy[], int displacement[], int cells, vector mu)
+VALUE eval_dense_lattice(float points[], int cells, COORDINATES)
 {
   float wa[4], wb[4], wc[4];
+#if AXES == 4
+  float w[4];
+  int tap = first_tap(mu, cells, w, wa, wb, wc);
+  VALUE total = 0.0;
+  for (int i = 0; i < 4; i++) {
+    total += w[i] * dense_block(points, cells, tap + i * BLOCK(cells), wa, wb, wc);
+  }
+  return total;
+#else
   int tap = first_tap(mu, cells, wa, wb, wc);
+  return dense_block(points, cells, tap, wa, wb, wc);
+#endif
+}
+
+#if SPARSE
+VALUE sparse_block(float points[], int occupancy[], int displacement[], int cells, int tap, float wa[4], float wb[4],
+                   float wc[4])
+{
   VALUE total = 0.0;
   for (int i = 0; i < 4; i++) {
     for (int j = 0; j < 4; j++) {
@@ -73,5 +106,22 @@ VALUE eval_sparse_lattice(float points[], int occupancy[], int displacement[], i
     }
   }
   return total;
+}
+
+VALUE eval_sparse_lattice(float points[], int occupancy[], int displacement[], int cells, COORDINATES)
+{
+  float wa[4], wb[4], wc[4];
+#if AXES == 4
+  float w[4];
+  int tap = first_tap(mu, cells, w, wa, wb, wc);
+  VALUE total = 0.0;
+  for (int i = 0; i < 4; i++) {
+    total += w[i] * sparse_block(points, occupancy, displacement, cells, tap + i * BLOCK(cells), wa, wb, wc);
+  }
+  return total;
+#else
+  int tap = first_tap(mu, cells, wa, wb, wc);
+  return sparse_block(points, occupancy, displacement, cells, tap, wa, wb, wc);
+#endif
 }
 #endif

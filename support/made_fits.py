@@ -1,8 +1,13 @@
 """Fits with parts of every kind, made without samples: what files, shaders and Blender must carry unchanged."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from fitter import Fit
+from fitter.coordinates import ISOTROPIC_AXES
+from fitter.coordinates.anisotropic_nusselt import AnisotropicNusselt
+from fitter.coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
 from fitter.lattice import dense
@@ -36,18 +41,22 @@ def made_fit(coordinates, kinds=("mirror",), columns=(0, 1, 2), damped=False, sp
     gamma = np.where([kind == "sheen" for kind in kinds], NO_GAMMA, shapes[:, 1])
     prior = Microfacet(0.05 + 0.1 * random.random(stored), 0.2 + random.random((len(kinds), stored)), shapes[:, 0],
                        gamma, shapes[:, 2], tuple(kinds))
+    axes = len(coordinates.axes)
+    if axes > ISOTROPIC_AXES:
+        mirrors = np.array([kind == "mirror" for kind in kinds])
+        prior = replace(prior, across=np.where(mirrors, 0.4, prior.alpha), turn=np.where(mirrors, -0.6, 0.0))
     damping = 0.2 + 0.8 * random.random((DAMPING_KNOTS, stored)) if damped else np.zeros((0, stored))
     transform = LogRelative(prior, 0.1, np.linspace(8, 9, stored), 0.0, damping)
-    control_points = 0.5 * _symmetric(2, random.standard_normal((*dense.shape(2), stored)))
+    control_points = 0.5 * _symmetric(2, random.standard_normal((*dense.shape(2, axes), stored)))
     diffuse = DenseLattice(2, control_points.astype(np.float32))
-    specular = keep_largest(0.2 * _symmetric(4, random.standard_normal((*dense.shape(4), stored))), 4, 800)
+    specular = keep_largest(0.2 * _symmetric(4, random.standard_normal((*dense.shape(4, axes), stored))), 4, 800)
     return Fit(coordinates, diffuse, specular if sparse else None, transform, 90.0 if sparse else 0.0,
                RGB if len(columns) == 3 else ("grey",), columns, name="made", source="made_fits")
 
 
 def _symmetric(level, control_points):
     """Control points of which mirror images are equal."""
-    same = dense.representative(level).ravel()
+    same = dense.representative(level, control_points.ndim - 1).ravel()
     return control_points.reshape(len(same), -1)[same].reshape(control_points.shape)
 
 
@@ -70,4 +79,10 @@ MADE_FITS = {
         Rusinkiewicz(stretch=12.0), ("retro", "mirror", "mirror"), (0,)),
     "Rusinkiewicz, a Lambertian, dense, two columns, damped": made_fit(
         Rusinkiewicz(), (), (0, 1, 1), damped=True, sparse=False),
+    "anisotropic Rusinkiewicz": made_fit(AnisotropicRusinkiewicz(12.0, 3.0, 0.4)),
+    "anisotropic Rusinkiewicz, all lobes, two columns, damped": made_fit(
+        AnisotropicRusinkiewicz(1.0, 1.0), ("mirror", "retro", "sheen"), (0, 1, 0), damped=True),
+    "anisotropic Rusinkiewicz, stretched by 33, a Lambertian, dense, grey": made_fit(
+        AnisotropicRusinkiewicz(5.0, 33.0, -3.0), (), (0,), sparse=False),
+    "anisotropic Nusselt, mirror": made_fit(AnisotropicNusselt()),
 }

@@ -35,7 +35,7 @@ class AnisotropicRusinkiewicz:
     Attributes
     ----------
     along, across : float
-        The stretches k_x and k_y of the half vector, from `stretch.LEAST` to `stretch.LARGEST`.
+        The stretches k_x and k_y of the half vector, from a tenth of `stretch.LEAST` to `stretch.LARGEST`.
     turn : float
         The azimuth of the first axis, radians.
     """

@@ -12,6 +12,8 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ..coordinates.anisotropic_nusselt import AnisotropicNusselt
+from ..coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
 from ..coordinates.rusinkiewicz import Rusinkiewicz
@@ -127,7 +129,7 @@ def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         index = specular.index
         constants |= {"SPECULAR_CELLS": dense.cells(specular.level), "KEY_COUNT": len(index),
                       "BUCKET_COUNT": len(index.displacement), "MULTIPLIER": index.multiplier}
-        count = math.prod(dense.shape(specular.level))
+        count = math.prod(dense.shape(specular.level, specular.axes))
         tables |= {"SPECULAR": specular.coefficients, "OCCUPANCY": perfect_hash.occupancy(index.keys, count),
                    "DISPLACEMENT": index.displacement}
     constants["DAMPED"] = 0
@@ -142,17 +144,25 @@ def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
 
 def _coordinates(fit: Fit) -> dict[str, Any]:
     """What `osl/coordinates.h` reads."""
-    systems = {"HALF_DIFFERENCE": HalfDifference.name, "RUSINKIEWICZ": Rusinkiewicz.name}
-    constants: dict[str, Any] = {constant: int(fit.coordinates.name == name) for constant, name in systems.items()}
-    if any(constants.values()):
+    systems = {"HALF_DIFFERENCE": HalfDifference.name, "RUSINKIEWICZ": Rusinkiewicz.name,
+               "ANISOTROPIC_RUSINKIEWICZ": AnisotropicRusinkiewicz.name, "ANISOTROPIC_NUSSELT": AnisotropicNusselt.name}
+    name = fit.coordinates.name
+    constants: dict[str, Any] = {constant: int(name == each) for constant, each in systems.items()}
+    constants["AXES"] = len(fit.coordinates.axes)
+    if name in (HalfDifference.name, Rusinkiewicz.name):
         system = cast(HalfDifference | Rusinkiewicz, fit.coordinates)
         constants |= {"SOFTENING_2": f"{system.softening ** 2:.9g}", "STRETCHED": int(system.stretch > 0)}
         if system.stretch:
             constants |= {"STRETCH": f"{system.stretch:.9g}", "STRETCH_SCALE": f"{1 / np.arcsinh(system.stretch):.9g}"}
-        return constants
-    if fit.coordinates.name == Nusselt.name:
-        return constants
-    raise ValueError(f"the shader has no {fit.coordinates.name} coordinates")
+    elif name == AnisotropicRusinkiewicz.name:
+        turned = cast(AnisotropicRusinkiewicz, fit.coordinates)
+        largest = max(turned.along, turned.across)
+        constants |= {"STRETCH_ALONG": f"{turned.along:.9g}", "STRETCH_ACROSS": f"{turned.across:.9g}",
+                      "STRETCH_SCALE": f"{1 / np.arcsinh(largest):.9g}",
+                      "TURN_COSINE": f"{math.cos(turned.turn):.9g}", "TURN_SINE": f"{math.sin(turned.turn):.9g}"}
+    elif name not in (Nusselt.name, AnisotropicNusselt.name):
+        raise ValueError(f"the shader has no {name} coordinates")
+    return constants
 
 
 def _transform(fit: Fit) -> dict[str, Any]:

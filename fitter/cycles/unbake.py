@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ..coordinates import Coordinates
+from ..coordinates.anisotropic_nusselt import AnisotropicNusselt
+from ..coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
 from ..coordinates.rusinkiewicz import Rusinkiewicz
@@ -68,17 +70,12 @@ def _fit(source: str, constants: dict[str, str], name: str, compression: float) 
     if stored < 1 or set(columns) != set(range(stored)):
         raise ValueError("the channels of the shader read columns that are not there")
     level = _level(constants["DIFFUSE_CELLS"])
-    diffuse = dense.DenseLattice(level, _table(source, "DIFFUSE", np.float32, (*dense.shape(level), stored)))
-    specular = _specular(source, constants, stored) if int(constants["SPARSE"]) else None
-    # before 0.2.0 one constant said both; 0.1.0 did not soften
-    in_half_difference, is_log_relative = (int(constants[part] if part in constants else constants["PRIOR"])
-                                           for part in ("HALF_DIFFERENCE", "LOG_RELATIVE"))
-    coordinates: Coordinates = Nusselt()
-    if in_half_difference or int(constants.get("RUSINKIEWICZ", 0)):
-        system = HalfDifference if in_half_difference else Rusinkiewicz
-        coordinates = system(float(constants.get("SOFTENING_2", 0)) ** 0.5, float(constants.get("STRETCH", 0)))
+    coordinates = _coordinates(constants)
+    axes = len(coordinates.axes)
+    diffuse = dense.DenseLattice(level, _table(source, "DIFFUSE", np.float32, (*dense.shape(level, axes), stored)))
+    specular = _specular(source, constants, stored, axes) if int(constants["SPARSE"]) else None
     transform: Transform = IDENTITY
-    if is_log_relative:
+    if int(constants["LOG_RELATIVE"] if "LOG_RELATIVE" in constants else constants["PRIOR"]):
         transform = _log_relative(constants, stored, columns)
         if int(constants.get("DAMPED", 0)):
             transform = replace(transform, damping=_table(source, "DAMPING", np.float64, (DAMPING_KNOTS, stored)))
@@ -86,7 +83,21 @@ def _fit(source: str, constants: dict[str, str], name: str, compression: float) 
                channels, columns, name=name, source="a baked shader")
 
 
-def _specular(source: str, constants: dict[str, str], stored: int) -> SparseLattice:
+def _coordinates(constants: dict[str, str]) -> Coordinates:
+    # before 0.2.0 one constant told coordinates and transform; 0.1.0 did not soften
+    if int(constants["HALF_DIFFERENCE"] if "HALF_DIFFERENCE" in constants else constants["PRIOR"]):
+        return HalfDifference(float(constants.get("SOFTENING_2", 0)) ** 0.5, float(constants.get("STRETCH", 0)))
+    if int(constants.get("RUSINKIEWICZ", 0)):
+        return Rusinkiewicz(float(constants["SOFTENING_2"]) ** 0.5, float(constants.get("STRETCH", 0)))
+    if int(constants.get("ANISOTROPIC_RUSINKIEWICZ", 0)):
+        numbers = {name: float(constants[name]) for name in ("STRETCH_ALONG", "STRETCH_ACROSS", "TURN_SINE",
+                                                             "TURN_COSINE")}
+        return AnisotropicRusinkiewicz(numbers["STRETCH_ALONG"], numbers["STRETCH_ACROSS"],
+                                       math.atan2(numbers["TURN_SINE"], numbers["TURN_COSINE"]))
+    return AnisotropicNusselt() if int(constants.get("ANISOTROPIC_NUSSELT", 0)) else Nusselt()
+
+
+def _specular(source: str, constants: dict[str, str], stored: int, axes: int) -> SparseLattice:
     level, count = _level(constants["SPECULAR_CELLS"]), int(constants["KEY_COUNT"])
     displacement = _table(source, "DISPLACEMENT", np.uint32, (int(constants["BUCKET_COUNT"]),))
     if displacement.max(initial=0) < 1 << 16:
@@ -94,15 +105,15 @@ def _specular(source: str, constants: dict[str, str], stored: int) -> SparseLatt
     if shader_version(source) < 3:      # stored the keys themselves
         keys = _table(source, "KEYS", np.int64, (count,))
     else:
-        words = -(-math.prod(dense.shape(level)) >> OCCUPANCY_SHIFT)
+        words = -(-math.prod(dense.shape(level, axes)) >> OCCUPANCY_SHIFT)
         keys = perfect_hash.keys_of(_table(source, "OCCUPANCY", np.int32, (words,)))
-    if len(keys) != count or keys.max(initial=0) >= math.prod(dense.shape(level)):
+    if len(keys) != count or keys.max(initial=0) >= math.prod(dense.shape(level, axes)):
         raise ValueError("the hash table of the shader does not have the keys that it counts")
     try:
         index = perfect_hash.restored(keys, displacement, int(constants["MULTIPLIER"]))
     except ValueError as error:
         raise ValueError(f"the hash table of the shader does not find its keys: {error}") from error
-    return SparseLattice(level, index, _table(source, "SPECULAR", np.float32, (count, stored)))
+    return SparseLattice(level, index, _table(source, "SPECULAR", np.float32, (count, stored)), axes)
 
 
 def _log_relative(constants: dict[str, str], stored: int, columns: tuple[int, ...]) -> LogRelative:

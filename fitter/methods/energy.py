@@ -85,10 +85,10 @@ def _light(fit: Fit, theta: FloatArray, cells: tuple[int, int]) -> FloatArray:
     """
     u, v = ((np.arange(count) + 0.5) / count for count in cells)
     turn, step = np.pi / 2 * np.concatenate([v ** 3, 2 - v ** 3]), np.tile(1.5 * np.pi * v * v / cells[1], 2)
-    azimuths = np.zeros(1)
+    azimuths = [0.0]
     if not fit.isotropic:       # and not symmetric about the plane of incidence
         turn, step = np.concatenate([turn, -turn]), np.tile(step / 2, 2)
-        azimuths = np.arange(_AZIMUTHS) * (2 * np.pi / _AZIMUTHS)
+        azimuths = [2 * np.pi * number / _AZIMUTHS for number in range(_AZIMUTHS)]
     light = np.empty((2 * len(azimuths), len(theta), DAMPING_KNOTS, len(fit.columns)))
     for number, angle in enumerate(theta):
         other = np.concatenate([angle - angle * u ** 3, angle + (np.pi / 2 - angle) * u ** 3])
@@ -96,11 +96,11 @@ def _light(fit: Fit, theta: FloatArray, cells: tuple[int, int]) -> FloatArray:
         solid_angle = (2 * np.sin(other) * np.cos(other) * width)[:, None] * step
         at_control_points = damping_at(np.eye(DAMPING_KNOTS), other)
         for azimuth_number, azimuth in enumerate(azimuths):
-            here, there = (angle, azimuth), (other[:, None], azimuth + turn)
-            for way, pair in enumerate(((*there, *here), (*here, *there))):
-                value = np.maximum(fit.evaluate(*pair), 0)
-                light[2 * azimuth_number + way, number] = at_control_points.T @ np.einsum("itc,it->ic", value,
-                                                                                          solid_angle)
+            arrives = fit.evaluate(other[:, None], azimuth + turn, angle, azimuth)
+            leaves = fit.evaluate(angle, azimuth, other[:, None], azimuth + turn)
+            for way, value in enumerate((arrives, leaves)):
+                light[2 * azimuth_number + way, number] = at_control_points.T @ np.einsum(
+                    "itc,it->ic", np.maximum(value, 0), solid_angle)
     return light
 
 

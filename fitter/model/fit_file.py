@@ -4,7 +4,8 @@ The entries are `header`, a JSON text with format, version, coordinates, transfo
 columns, changes, name and source; `diffuse`; for a bi-level fit `coefficients`, `keys` and `displacement`; and for a
 log-relative fit `prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling` and `damping`, and if
 its lobes are anisotropic `prior_across` and `prior_turn`. The header of a fit in half and difference coordinates has
-`softening` and `stretch`, that of a log-relative one `offset`, `plausible` and `lobes`, the kinds of the prior's lobes.
+`softening` and `stretch`, or of an anisotropic one `along`, `across` and `turn`; that of a log-relative one `offset`,
+`plausible` and `lobes`, the kinds of the prior's lobes.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from .. import files
-from ..coordinates import Coordinates, stretch
+from ..coordinates import COORDINATES, ISOTROPIC_AXES, Coordinates, stretch
+from ..coordinates.anisotropic_nusselt import AnisotropicNusselt
+from ..coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
 from ..coordinates.rusinkiewicz import LEAST_SOFTENING, Rusinkiewicz
@@ -65,6 +68,8 @@ def write(fit: Fit, path: str | Path) -> None:
         arrays |= {"coefficients": fit.specular.coefficients, "keys": index.keys, "displacement": index.displacement}
     if isinstance(coordinates, HalfDifference | Rusinkiewicz):
         header |= {"softening": float(coordinates.softening), "stretch": float(coordinates.stretch)}
+    if isinstance(coordinates, AnisotropicRusinkiewicz):
+        header |= {name: float(getattr(coordinates, name)) for name in ("along", "across", "turn")}
     if isinstance(transform, LogRelative):
         header |= {"offset": transform.offset, "plausible": bool(transform.floor == 0),
                    "lobes": list(transform.prior.kinds)}
@@ -113,8 +118,10 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
                              "name": str(header["name"]), "source": str(header["source"])}
     stored = max(columns) + 1
     level = _level(header["diffuse_level"])
-    diffuse = _array(entries, "diffuse", (*dense.shape(level), stored), np.float32)
-    parts |= {"diffuse": dense.DenseLattice(level, diffuse), "coordinates": _coordinates(header),
+    coordinates = _coordinates(header)
+    axes = len(coordinates.axes)
+    diffuse = _array(entries, "diffuse", (*dense.shape(level, axes), stored), np.float32)
+    parts |= {"diffuse": dense.DenseLattice(level, diffuse), "coordinates": coordinates,
               "transform": _transform(header, entries, stored)}
     if header["specular_level"] is None:
         return parts
@@ -124,7 +131,9 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     _check(0 <= compression <= 100, "its compression is not a percentage")
     keys = entries["keys"]
     n = len(keys)
-    _check(n <= math.prod(dense.shape(level)), "more keys than its lattice has control points")
+    _check(axes == ISOTROPIC_AXES or level <= dense.MAX_LEVEL_OF_FOUR_AXES, "its sparse lattice is too large")
+    size = math.prod(dense.shape(level, axes))
+    _check(n <= size, "more keys than its lattice has control points")
     keys = _array(entries, "keys", (n,), np.uint32)
     displacement = entries["displacement"]
     _check(displacement.ndim == 1 and len(displacement) and displacement.dtype in (np.uint16, np.uint32),
@@ -132,11 +141,11 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     _check(displacement.max() < max(n, 1), "a displacement of its hash table is too large")
     multiplier = header["multiplier"]
     _check(type(multiplier) is int and 0 < multiplier < perfect_hash.MULTIPLIERS, "its hash function is unknown")
-    _check(not n or keys.max() < math.prod(dense.shape(level)), "a key lies outside its lattice")
+    _check(not n or keys.max() < size, "a key lies outside its lattice")
     index = perfect_hash.PerfectHash(keys, displacement, multiplier)
     _check((index.slots(keys) == np.arange(n)).all(), "its hash table does not find its keys")
     coefficients = _array(entries, "coefficients", (n, stored), np.float32)
-    return parts | {"specular": SparseLattice(level, index, coefficients), "compression": compression}
+    return parts | {"specular": SparseLattice(level, index, coefficients, axes), "compression": compression}
 
 
 def _upgraded(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
@@ -156,8 +165,15 @@ def _upgraded(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
 
 def _coordinates(header: dict[str, Any]) -> Coordinates:
     name = header["coordinates"]
-    if name == Nusselt.name:
-        return Nusselt()
+    if name in (Nusselt.name, AnisotropicNusselt.name):
+        return COORDINATES[name]()
+    if name == AnisotropicRusinkiewicz.name:
+        numbers = {field: header[field] for field in ("along", "across", "turn")}
+        for field, number in numbers.items():
+            low, high = (-np.pi, np.pi) if field == "turn" else (stretch.LEAST / 10, stretch.LARGEST)
+            _check(isinstance(number, float) and low <= number <= high,
+                   f"its {field} is not a number from {low:g} to {high:g}")
+        return AnisotropicRusinkiewicz(**numbers)
     systems: dict[str, type[HalfDifference] | type[Rusinkiewicz]] = {
         system.name: system for system in (HalfDifference, Rusinkiewicz)}
     _check(name in systems, "its coordinates are unknown")
