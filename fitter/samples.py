@@ -11,7 +11,13 @@ from .errors import DatasetError
 RGB = ("R", "G", "B")
 HORIZON = np.pi / 2
 LARGEST_VALUE = 1e30        # 1/sr: far above any measurement, and finite in single precision, in which fits are stored
+NO_SYMMETRY, HALF_TURN, MIRROR, HALF_TURN_AND_MIRROR = "none", "half_turn", "mirror", "half_turn_and_mirror"
+SYMMETRIES = (NO_SYMMETRY, HALF_TURN, MIRROR, HALF_TURN_AND_MIRROR)
+MOST_REPEATED = 4_000_000   # samples that symmetry makes, at most: 200 MB
+_IMAGES = {NO_SYMMETRY: (), HALF_TURN: ((1, np.pi),), MIRROR: ((-1, 0.0),),
+           HALF_TURN_AND_MIRROR: ((1, np.pi), (-1, 0.0), (-1, np.pi))}      # of an azimuth: its factor, and a turn
 _ROUNDING = 1e-5            # radians: files print angles to 6 decimals, and round pi/2 up
+_STEPS = 15_000             # in a quarter turn: directions that agree so far are one
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +152,74 @@ def subset(samples: Samples, which: slice | IntArray | BoolArray) -> Samples:
     arrays = {name: getattr(samples, name)[which] for name in ("theta_i", "phi_i", "theta_o", "phi_o", "values")}
     deviation = None if samples.deviation is None else samples.deviation[which]
     return replace(samples, **arrays, deviation=deviation)
+
+
+def repeated(samples: Samples, symmetry: str) -> Samples:
+    """Add what a symmetry of the surface says of directions that were not measured.
+
+    Parameters
+    ----------
+    samples : Samples
+    symmetry : str
+        One of `SYMMETRIES`. "half_turn": the surface is the same after half a turn about its normal; "mirror": the
+        plane of the normal and the tangent, phi = 0, is a mirror; or both.
+
+    Returns
+    -------
+    Samples
+        These first, then their images, but for those in directions that were measured. The notes say so.
+
+    Raises
+    ------
+    DatasetError
+        If it is none of these, or makes more than `MOST_REPEATED` samples.
+
+    Examples
+    --------
+    >>> quarter = Samples([0.5, 0.5], [0, 0.7], [0.3, 0.3], [0, 0.1], [[1], [2]], isotropic=False)
+    >>> repeated(quarter, "mirror").phi_i.tolist()
+    [0.0, 0.7, -0.7]
+    """
+    if symmetry not in _IMAGES:
+        raise DatasetError(f"symmetry {symmetry!r} found, expected {', '.join(SYMMETRIES)}", samples.source or None)
+    images = _IMAGES[symmetry]
+    most = len(samples) * (1 + len(images))
+    if not images:
+        return samples
+    if most > MOST_REPEATED:
+        raise DatasetError(f"{len(samples):,} samples, which the symmetry {symmetry!r} makes {most:,}, expected at "
+                           f"most {MOST_REPEATED:,}", samples.source or None)
+    known = _places(*samples.directions)
+    parts: list[tuple[Directions, IntArray]] = [(samples.directions, np.arange(len(samples)))]
+    for factor, turn in images:
+        image = (samples.theta_i, factor * samples.phi_i + turn, samples.theta_o, factor * samples.phi_o + turn)
+        places = _places(*image)
+        new = np.flatnonzero(~np.isin(places, known))
+        parts.append((_only(image, new), new))
+        known = np.concatenate([known, places[new]])
+    theta_i, phi_i, theta_o, phi_o = (np.concatenate([part[axis] for part, _ in parts]) for axis in range(4))
+    which = np.concatenate([indices for _, indices in parts])
+    values, deviation = samples.values[which], None if samples.deviation is None else samples.deviation[which]
+    for array in (theta_i, phi_i, theta_o, phi_o, values):
+        array.flags.writeable = False           # so that `Samples` need not copy them
+    note = f"Symmetry, {symmetry.replace('_', ' ')}: {len(samples):,} samples stand for {len(which):,}"
+    return replace(samples, theta_i=theta_i, phi_i=phi_i, theta_o=theta_o, phi_o=phi_o, values=values,
+                   deviation=deviation, notes=(*samples.notes, note))
+
+
+def _only(directions: Directions, which: IntArray) -> Directions:
+    theta_i, phi_i, theta_o, phi_o = (angle[which] for angle in directions)
+    return theta_i, phi_i, theta_o, phi_o
+
+
+def _places(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray) -> IntArray:
+    """A number for each pair of directions, (n,): the same where they agree. The normal has no azimuth."""
+    place = np.zeros(len(theta_i), np.int64)
+    for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)):
+        elevation = np.rint(theta * (_STEPS / HORIZON)).astype(np.int64)
+        azimuth = np.rint(np.mod(phi, 4 * HORIZON) * (_STEPS / HORIZON)).astype(np.int64) % (4 * _STEPS)
+        place = (place * (_STEPS + 1) + elevation) * (4 * _STEPS) + azimuth * (elevation > 0)
+    return place
 
 
 def distinct_channels(samples: Samples) -> tuple[Samples, tuple[int, ...]]:

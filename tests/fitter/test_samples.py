@@ -1,0 +1,80 @@
+"""Symmetries of samples: what they add, beside a naive loop; and an analytic material that has them."""
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter import DatasetError
+from fitter.samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, MOST_REPEATED, NO_SYMMETRY, SYMMETRIES, repeated
+from support import anisotropic_instruments as instruments
+
+
+def measured(directions, deviation=None):
+    values = instruments.ggx()(*directions)
+    return fitter.Samples(*directions, values, ("R", "G", "B"), deviation=deviation, isotropic=False)
+
+
+def naive(samples, symmetry):
+    """Whole degrees: {direction: value}, of which a measured one wins."""
+    images = {NO_SYMMETRY: [], HALF_TURN: [(1, 180)], MIRROR: [(-1, 0)],
+              HALF_TURN_AND_MIRROR: [(1, 180), (-1, 0), (-1, 180)]}[symmetry]
+    found = {}
+    for factor, turn in [(1, 0), *images]:
+        for *angles, value in zip(*np.rint(np.degrees(samples.directions)).astype(int), samples.values, strict=True):
+            theta_i, phi_i, theta_o, phi_o = angles
+            key = (theta_i, (factor * phi_i + turn) % 360 if theta_i else 0,
+                   theta_o, (factor * phi_o + turn) % 360 if theta_o else 0)
+            found.setdefault(key, value)
+    return found
+
+
+@pytest.mark.parametrize("symmetry", SYMMETRIES)
+@pytest.mark.parametrize("rotations", [range(0, 91, 30), range(0, 181, 45), [10, 40]])
+def test_what_a_symmetry_adds_is_what_a_loop_adds(symmetry, rotations):
+    samples = measured(instruments.grid([10, 20, 50], rotations, [15, 30, 60], range(0, 360, 60)))
+    found = repeated(samples, symmetry)
+    expected = naive(samples, symmetry)
+    seen = naive(found, NO_SYMMETRY)
+    assert seen.keys() == expected.keys()
+    assert len(found) == len(expected)
+    for key, value in expected.items():
+        np.testing.assert_array_equal(seen[key], value)
+    np.testing.assert_array_equal(found.theta_i[:len(samples)], samples.theta_i)
+
+
+def test_the_normal_has_no_azimuth():
+    samples = measured(instruments.grid([0], [0, 50], [0, 30], [0, 40]))
+    assert len(repeated(samples, "half_turn")) == 2 * 2 * 2 + 4          # nothing new where both are the normal
+    assert naive(repeated(samples, "mirror"), NO_SYMMETRY).keys() == naive(samples, MIRROR).keys()
+
+
+@pytest.mark.parametrize(("symmetry", "rotations"), [(HALF_TURN, range(0, 180, 20)), (MIRROR, range(0, 181, 20)),
+                                                     (HALF_TURN_AND_MIRROR, range(0, 91, 15))])
+def test_a_material_of_this_symmetry_has_the_values_that_it_adds(symmetry, rotations):
+    samples = measured(instruments.grid([15, 45], rotations, [10, 40, 70], range(5, 360, 50)))
+    found = repeated(samples, symmetry)
+    assert len(found) > 1.7 * len(samples)
+    np.testing.assert_allclose(found.values, instruments.ggx()(*found.directions), rtol=1e-9)
+    shown = symmetry.replace("_", " ")
+    assert found.notes == (f"Symmetry, {shown}: {len(samples):,} samples stand for {len(found):,}",)
+
+
+def test_none_adds_nothing_and_other_words_are_refused():
+    samples = measured(instruments.grid([15], [0], [10], [0]))
+    assert repeated(samples, "none") is samples
+    with pytest.raises(DatasetError, match="symmetry 'rotation' found, expected none, half_turn, mirror"):
+        repeated(samples, "rotation")
+
+
+def test_deviations_go_with_their_samples():
+    directions = instruments.grid([15], [0, 30], [10, 20], [50])
+    found = repeated(measured(directions, np.array([0.1, 0.2, 0.3, 0.4])), "half_turn")
+    np.testing.assert_array_equal(found.deviation, [0.1, 0.2, 0.3, 0.4] * 2)
+
+
+def test_more_samples_than_memory_should_hold_are_refused():
+    count = MOST_REPEATED // 4 + 1
+    angle = np.full(count, 0.5)
+    samples = fitter.Samples(angle, angle, angle, angle, np.ones((count, 1)))
+    with pytest.raises(DatasetError, match=r"1,000,001 samples, which the symmetry 'half_turn_and_mirror' makes 4,0"):
+        repeated(samples, "half_turn_and_mirror")
