@@ -1,13 +1,16 @@
-"""Options of reading: what a file's numbers mean, where it does not say it, and how spectra become colours."""
+"""Options of reading: what a file's numbers mean, where it does not say it; how spectra become colours; and what is
+known of the material's symmetry."""
 
 from dataclasses import dataclass
 
 from ..errors import DatasetError
+from ..samples import SYMMETRIES
 from .illuminants import DEFAULT, ILLUMINANTS
 
 ANGLES = ("degrees", "radians")
 QUANTITIES = {"brdf": "", "brdf_cos": "s", "brdf_cos_i": "i"}
 """What values are, and the angle whose cosine is in them, as `columns.ANGLES` calls it."""
+ENCODINGS = ("raw", "srgb", "srgb140")
 
 
 def one_of(option: str, value: object, expected: tuple[str, ...]) -> None:
@@ -28,6 +31,12 @@ class Reading:
         One of `QUANTITIES`, whatever the file says.
     illuminant : str
         One of `ILLUMINANTS`.
+    isotropic : bool, or None
+        Whether to take the material as isotropic, whatever its values tell.
+    symmetry : str, or None
+        One of `samples.SYMMETRIES`: what was measured stands for that, too, whatever the file says.
+    encoding : str, or None
+        One of `ENCODINGS`: how the values of a UTIA file are stored (`utia`).
 
     Raises
     ------
@@ -46,12 +55,21 @@ class Reading:
     angles: str | None = None
     quantity: str | None = None
     illuminant: str = DEFAULT
+    isotropic: bool | None = None
+    symmetry: str | None = None
+    encoding: str | None = None
 
     def __post_init__(self) -> None:
         if self.angles is not None:
             one_of("angles", self.angles, ANGLES)
         if self.quantity is not None:
             one_of("quantity", self.quantity, tuple(QUANTITIES))
+        if self.isotropic not in (None, True, False):
+            raise DatasetError(f"isotropic {self.isotropic!r} found, expected True, False or None")
+        if self.symmetry is not None:
+            one_of("symmetry", self.symmetry, SYMMETRIES)
+        if self.encoding is not None:
+            one_of("encoding", self.encoding, ENCODINGS)
         one_of("illuminant", self.illuminant, ILLUMINANTS)
 
     @property

@@ -1,12 +1,13 @@
 """The map between half vectors and the grid of an RGL table: that which makes a tabulated density uniform.
 
 J. Dupuy, W. Jakob: An Adaptive Parameterization for Efficient Material Acquisition and Rendering, ACM TOG 37(6), 2018,
-section 4. A density p over the unit square is tabulated for each angle of incidence, bilinear between its nodes and
+section 4. A density p over the unit square is tabulated for each direction of incidence, bilinear between its nodes and
 linear between the angles. With the marginal density m(y) = int p(x, y) dx, the point u belongs to ::
 
     s_x = int_0^{u_x} p(x, u_y) dx / m(u_y),    s_y = int_0^{u_y} m(y) dy
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,13 +65,19 @@ def to_grid(warp: Warp, index: IntArray, weight: FloatArray, x: FloatArray,
     s_x, s_y : (n,) float64
         0 where the density of a whole row is 0.
     """
+    after = np.minimum(index + 1, len(warp.density) - 1)
+    return to_grid_of(warp, [(index, 1 - weight), (after, weight)], x, y)
+
+
+def to_grid_of(warp: Warp, slices: Sequence[tuple[IntArray, FloatArray]], x: FloatArray,
+               y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """As `to_grid`, of any slices and the weights with which they are blended, (n,) each, which sum to 1."""
     rows, columns = warp.density.shape[1:]
     j, b = cell(y, rows)
     i, a = cell(x, columns)
-    after = np.minimum(index + 1, len(warp.density) - 1)
 
     def blended(table: FloatArray, *place: IntArray) -> FloatArray:
-        return (1 - weight) * table[(index, *place)] + weight * table[(after, *place)]
+        return sum_of([weight * table[(index, *place)] for index, weight in slices])
 
     def between(table: FloatArray, column: IntArray) -> FloatArray:
         return (1 - b) * blended(table, j, column) + b * blended(table, j + 1, column)
@@ -114,6 +121,14 @@ def from_grid(warp: Warp, index: int, s_x: FloatArray, s_y: FloatArray) -> tuple
     start, end, before = (np.take_along_axis(table, column, axis=1)
                           for table, column in ((density, i), (density, i + 1), (along, i)))
     return (i + _crossing(start, end, part - before)) / (along.shape[1] - 1), (j + b) / (len(marginal) - 1)
+
+
+def sum_of(arrays: Sequence[FloatArray]) -> FloatArray:
+    """The sum of arrays of one shape; there must be at least one."""
+    total = arrays[0]
+    for array in arrays[1:]:
+        total = total + array
+    return total
 
 
 def cell(x: FloatArray, nodes: int) -> tuple[IntArray, FloatArray]:

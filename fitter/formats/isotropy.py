@@ -1,0 +1,301 @@
+"""Whether measurements are of an isotropic material, found from the values at several rotations of the sample.
+
+Of an isotropic material the value depends on theta_i, theta_o and |phi_o - phi_i|. Samples that agree in these, a cell,
+then differ by noise alone, however phi_i turns. What is compared is y, the cube root of the BRDF times both cosines, in
+which a highlight and a dark direction count alike. What y differs from its cell's mean, r, is taken for a property of
+the material where it is alike at neighbours: at outgoing directions near each other and at the same rotation, or at
+rotations near each other and in the same cell. Noise is not alike there, so the mean product of r at neighbours is the
+variance that rotation makes without that of the noise, and no measure of the noise is needed. Its root over the root
+mean square of y, the effect, and the mean product over its standard error must exceed one of `_CRITERIA`.
+
+Where too few samples agree, as when directions are scattered, y is told from noise by harmonics of the azimuth of the
+half vector, which an isotropic material does not have.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import BoolArray, FloatArray, IntArray
+from ..samples import NO_SYMMETRY, Samples, repeated, subset
+from .reading import Reading
+
+FEWEST_ROTATIONS = 3        # at which a material can be seen to be anisotropic
+_EFFECT = 0.015             # a BRDF that rotation changes by 4.5 %
+_CRITERIA = (4.0, _EFFECT), (2.5, 0.08)     # standard errors and effect: of a large effect there is less doubt
+_CLEAR = 0.15               # the effect where too few samples have neighbours to tell noise: 45 %
+_REPEATED = 3.0             # or, where repeated measurements tell the noise, as many times that
+_FEWEST = 30                # neighbours, or pairs, whose mean product tells
+_ALIKE = 1e-3               # radians between polar angles, and azimuths, that agree
+_NEIGHBOURS = np.radians(25)        # between outgoing directions that are neighbours, at most
+_TURNED = np.radians(35)    # between rotations that are, likewise
+_LINE = np.radians(10)      # of directions that are sought for neighbours together
+_RING, _MOST_RINGS = 100, 12        # scattered samples whose half vectors are about as steep, at least; and such rings
+_HARMONICS = 1, 2, 4        # of a tilted surface, of a brushed one, of a weave
+_OWN = 0.8                  # of the harmonics' squares, what no polynomial explains: less where paths are few
+_SURE_OF_HARMONICS = 8.0    # standard errors: what they leave is not only noise
+_MOST = 200_000             # samples that are compared
+_TURN = 2 * np.pi
+
+
+@dataclass(frozen=True)
+class Rotations:
+    """The rotations of a sample at which it was measured.
+
+    Attributes
+    ----------
+    count : int
+        How many azimuths of incidence differ, to half a degree. At the normal there is none.
+    first, last : float
+        The range that holds them all, degrees: the complement of the widest gap.
+    """
+
+    count: int
+    first: float
+    last: float
+
+
+def rotations(theta_i: FloatArray, phi_i: FloatArray) -> Rotations:
+    """The rotations at which samples were measured; (n,) radians each.
+
+    Examples
+    --------
+    >>> rotations(np.ones(3), np.radians([350, 10, 30]))
+    Rotations(count=3, first=350.0, last=390.0)
+    """
+    found = np.unique(np.rint(np.degrees(np.mod(phi_i[theta_i > _ALIKE], _TURN)) * 2).astype(np.int64) % 720)
+    if not len(found):
+        return Rotations(1, 0.0, 0.0)
+    gaps = np.diff(found, append=found[0] + 720)
+    widest = len(found) - 1 if gaps[-1] >= gaps.max() - 1 else int(gaps.argmax())       # from 0 on, where all are alike
+    first = int(found[(widest + 1) % len(found)])
+    return Rotations(len(found), first / 2, (first + 720 - int(gaps[widest])) / 2)
+
+
+def finished(samples: Samples, reading: Reading, said: str = NO_SYMMETRY) -> Samples:
+    """Samples as a format returns them: isotropic or not, and of anisotropic ones what their symmetry adds.
+
+    Parameters
+    ----------
+    samples : Samples
+    reading : Reading
+        Its `isotropic` and `symmetry` are true, whatever the values or the file say.
+    said : str
+        The symmetry that the file says, one of `samples.SYMMETRIES`.
+    """
+    samples = decided(samples, reading.isotropic)
+    symmetry = said if reading.symmetry is None else reading.symmetry
+    if not samples.isotropic or symmetry == NO_SYMMETRY:
+        return repeated(samples, symmetry)
+    note = f"Symmetry, {symmetry.replace('_', ' ')}: adds nothing to an isotropic material"
+    return replace(samples, notes=(*samples.notes, note))
+
+
+def decided(samples: Samples, isotropic: bool | None = None) -> Samples:
+    """Samples that say whether they are isotropic: as asked, or as their values tell; with a note of it.
+
+    Those at one rotation, of which nothing can be told, stay as they are.
+
+    Parameters
+    ----------
+    samples : Samples
+    isotropic : bool, optional
+        What to take them for, whatever their values tell.
+
+    Returns
+    -------
+    Samples
+    """
+    if isotropic is not None:
+        return as_asked(samples, isotropic)
+    if not np.ptp(samples.phi_i):
+        return samples
+    found = _compared(samples)
+    if found.isotropic and found.note:
+        return replace(samples, notes=(*samples.notes, found.note))
+    return samples if found.isotropic else replace(samples, isotropic=False, notes=(
+        *samples.notes, told(samples.theta_i, samples.phi_i)))
+
+
+def as_asked(samples: Samples, isotropic: bool) -> Samples:
+    """Samples that are taken as isotropic or not, whatever they were, with a note of it."""
+    notes = [f"Taken as {'isotropic' if isotropic else 'anisotropic'}, as asked"]
+    if samples.isotropic and not isotropic:
+        notes.append(told(samples.theta_i, samples.phi_i))
+    return replace(samples, isotropic=isotropic, notes=(*samples.notes, *notes))
+
+
+def told(theta_i: FloatArray, phi_i: FloatArray) -> str:
+    """The note of an anisotropic material that was measured at these directions, (n,) radians each."""
+    at = rotations(theta_i, phi_i)
+    return (f"Anisotropic, measured at {at.count:,} rotation{'s' * (at.count > 1)} from {at.first:g} to {at.last:g} "
+            f"degrees")
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Whether samples are isotropic, and what to say of it, if anything."""
+
+    isotropic: bool
+    note: str = ""
+
+
+def _compared(samples: Samples) -> _Found:
+    """What samples at several rotations tell."""
+    apart = np.mod(samples.phi_o - samples.phi_i, _TURN)
+    side, apart = apart > np.pi, np.minimum(apart, _TURN - apart)
+    kept = _some(samples, apart)
+    y = np.cbrt(samples.values.mean(axis=1) * np.cos(samples.theta_i) * np.cos(samples.theta_o))[kept]
+    points = _Points(samples.theta_i[kept], samples.theta_o[kept], apart[kept], side[kept],
+                     np.mod(samples.phi_i[kept], _TURN))
+    rotation = _rounded(points.rotation) % int(np.rint(_TURN / _ALIKE))
+    cell = _numbered([_rounded(points.theta_i), _rounded(points.theta_o), _rounded(points.apart)])
+    shared = _at_several(cell, rotation)
+    if 10 * np.count_nonzero(shared) < len(y):
+        return _scattered(subset(samples, kept), y)
+    count = len(np.unique(rotation[shared & (points.theta_i > _ALIKE)]))
+    if count < FEWEST_ROTATIONS:
+        return _Found(True, f"Measured at {count} rotations: taken as isotropic" if count > 1 else "")
+    r = (y - (np.bincount(cell, y) / np.bincount(cell))[cell])[shared]
+    points = points.only(shared)
+    size = float(np.sqrt(np.mean(y[shared] ** 2)))
+    tests = [_alike(r, pairs) for pairs in (_in_direction(points), _in_rotation(points, cell[shared]))]
+    if sum(count for count, _, _ in tests) < _FEWEST:
+        noise = None if samples.deviation is None else (y * samples.deviation[kept] / 3)[shared]
+        least = _CLEAR * size if noise is None else max(_EFFECT * size, _REPEATED * np.sqrt(np.mean(noise ** 2)))
+        differs = np.sqrt(np.mean(r ** 2)) > least
+    else:
+        differs = any(mean > sure * error and mean > (effect * size) ** 2 for _, mean, error in tests
+                      for sure, effect in _CRITERIA)
+    return _Found(not differs, f"Measured at {count:,} rotations, which agree: taken as isotropic")
+
+
+@dataclass(frozen=True)
+class _Points:
+    """Samples in the coordinates of an isotropic material, (n,) each, radians.
+
+    Attributes
+    ----------
+    theta_i, theta_o : float64
+    apart : float64
+        Between the azimuths, 0 to pi.
+    side : bool
+        Whether phi_o is clockwise from phi_i.
+    rotation : float64
+        phi_i, 0 to 2 pi.
+    """
+
+    theta_i: FloatArray
+    theta_o: FloatArray
+    apart: FloatArray
+    side: BoolArray
+    rotation: FloatArray
+
+    def only(self, which: BoolArray) -> "_Points":
+        return _Points(self.theta_i[which], self.theta_o[which], self.apart[which], self.side[which],
+                       self.rotation[which])
+
+
+def _rounded(angle: FloatArray, step: float = _ALIKE) -> IntArray:
+    """Angles as whole steps; what is printed in round numbers is not at the edge of one."""
+    return np.floor(angle / step + 0.37).astype(np.int64)
+
+
+def _numbered(keys: list[IntArray]) -> IntArray:
+    """0, 1, 2 ... for each different combination of small numbers that are not negative: (n,)."""
+    packed = np.zeros(len(keys[0]), np.int64)
+    for key in keys:
+        packed = packed * (int(key.max(initial=0)) + 1) + key
+    return np.asarray(np.unique(packed, return_inverse=True)[1])
+
+
+def _some(samples: Samples, apart: FloatArray) -> BoolArray | slice:
+    """Of very many samples those of some patches of directions, at all rotations."""
+    if len(samples) <= _MOST:
+        return slice(None)
+    patch = (_rounded(samples.theta_i, np.radians(1)) * 1009 + _rounded(apart, _LINE)) * 2654435761 % (1 << 32)
+    return np.asarray(patch < (1 << 32) * (_MOST / len(samples)))
+
+
+def _at_several(cell: IntArray, rotation: IntArray) -> BoolArray:
+    """Which samples share their cell with one of another rotation."""
+    order = np.lexsort((rotation, cell))
+    new = np.ones(len(order), bool)
+    new[1:] = (cell[order[1:]] != cell[order[:-1]]) | (rotation[order[1:]] != rotation[order[:-1]])
+    return np.asarray(np.bincount(cell[order[new]])[cell] > 1)
+
+
+def _in_direction(points: _Points) -> tuple[IntArray, IntArray]:
+    """Pairs of samples at one rotation whose outgoing directions are neighbours."""
+    line = [_rounded(points.rotation), points.side.astype(np.int64), _rounded(points.theta_i)]
+    pairs = []
+    for across, along in ((points.apart, points.theta_o), (points.theta_o, points.apart)):
+        order = np.lexsort((along, _rounded(across, _LINE), *line))
+        a, b = order[:-1], order[1:]
+        same = np.all([key[a] == key[b] for key in line], axis=0)
+        cosine = (np.cos(points.theta_o[a]) * np.cos(points.theta_o[b])
+                  + np.sin(points.theta_o[a]) * np.sin(points.theta_o[b]) * np.cos(points.apart[a] - points.apart[b]))
+        near = same & (cosine > np.cos(_NEIGHBOURS)) & (cosine < np.cos(2 * _ALIKE))
+        pairs.append((a[near], b[near]))
+    return np.concatenate([a for a, _ in pairs]), np.concatenate([b for _, b in pairs])
+
+
+def _in_rotation(points: _Points, cell: IntArray) -> tuple[IntArray, IntArray]:
+    """Pairs of samples in one cell whose rotations are neighbours."""
+    order = np.lexsort((points.rotation, points.side, cell))
+    a, b = order[:-1], order[1:]
+    turn = points.rotation[b] - points.rotation[a]
+    near = (cell[a] == cell[b]) & (points.side[a] == points.side[b]) & (turn > 2 * _ALIKE) & (turn < _TURNED)
+    return a[near], b[near]
+
+
+def _alike(r: FloatArray, pairs: tuple[IntArray, IntArray]) -> tuple[int, float, float]:
+    """The number of pairs, the mean product of what differs, and its standard error."""
+    products = r[pairs[0]] * r[pairs[1]]
+    if len(products) < 2:
+        return len(products), 0.0, 0.0
+    return len(products), float(products.mean()), float(products.std() / np.sqrt(len(products) / 2))
+
+
+def _scattered(samples: Samples, y: FloatArray) -> _Found:
+    """What samples tell of which hardly any agree: whether y follows the azimuth of the half vector.
+
+    In rings of half vectors, a quadratic polynomial of the coordinates of an isotropic material is fitted to y, and
+    then harmonics of the azimuth as well. They must explain more than they would of noise.
+    """
+    count = rotations(samples.theta_i, samples.phi_i).count
+    few = _Found(True, f"Measured at {count:,} rotations, but too few directions in common to compare them: taken as "
+                       f"isotropic" if count >= FEWEST_ROTATIONS else "")
+    if count < FEWEST_ROTATIONS or len(y) < _RING:
+        return few
+    theta_h, phi_h, coordinates = _half_vectors(samples)
+    explained = error = own = 0.0
+    rings = np.array_split(np.argsort(theta_h, kind="stable"), min(len(y) // _RING, _MOST_RINGS))
+    for ring in rings:
+        x = coordinates[:, ring] - coordinates[:, ring].mean(axis=1, keepdims=True)
+        smooth = np.stack([np.ones(len(ring)), *x, *(x[i] * x[j] for i in range(3) for j in range(i, 3))], axis=1)
+        turning = np.stack([wave(m * phi_h[ring]) for m in _HARMONICS for wave in (np.cos, np.sin)], axis=1)
+        own += _left(smooth, turning) / np.sum(turning ** 2) / len(rings)
+        before, after = (_left(columns, y[ring]) for columns in (smooth, np.hstack([smooth, turning])))
+        noise = after / (len(ring) - smooth.shape[1] - turning.shape[1])
+        explained += before - after - 2 * len(_HARMONICS) * noise
+        error += 4 * len(_HARMONICS) * noise ** 2       # of chi squared, the variance
+    if own < _OWN:
+        return few
+    differs = explained > max(_SURE_OF_HARMONICS * np.sqrt(error), _EFFECT ** 2 * np.sum(y ** 2))
+    return _Found(not differs, f"Measured at {count:,} rotations, which agree: taken as isotropic")
+
+
+def _half_vectors(samples: Samples) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """theta_h and phi_h, (n,), and coordinates of an isotropic material, (3, n)."""
+    x, y, z = (np.sin(samples.theta_i) * turn(samples.phi_i) + np.sin(samples.theta_o) * turn(samples.phi_o)
+               for turn in (np.cos, np.sin, np.ones_like))
+    z = np.cos(samples.theta_i) + np.cos(samples.theta_o)
+    theta_h = np.arctan2(np.hypot(x, y), z)
+    return theta_h, np.arctan2(y, x), np.stack([theta_h, samples.theta_i + samples.theta_o,
+                                                np.cos(samples.phi_o - samples.phi_i)])
+
+
+def _left(columns: FloatArray, y: FloatArray) -> float:
+    """The sum of squares that a linear combination of columns leaves."""
+    return float(np.sum((y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]) ** 2))

@@ -1,0 +1,305 @@
+"""An RGL file as the function that it defines, `RglTable`, and the directions at which samples of it are taken.
+
+J. Dupuy, W. Jakob: An Adaptive Parameterization for Efficient Material Acquisition and Rendering, ACM TOG 37(6), 2018;
+`rgl` describes the file. Of an isotropic material azimuths are relative to phi_i; of an anisotropic one they are not,
+and tables are interpolated between the azimuths phi_i, too. Those that cover half a turn or a quarter are continued by
+the symmetry of the material, as the authors' own renderer does it: it is the same after half a turn; and if a quarter
+was measured, the planes of the first and of the last azimuth are mirrors.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..arrays import ArrayLike, BoolArray, Directions, FloatArray, IntArray
+from ..samples import HORIZON
+from . import rgl_warp
+from .rgl_warp import Warp, cell, sum_of
+
+FEWEST_AZIMUTHS = 3         # of an anisotropic material
+_TURN = 2 * np.pi
+_SAME = 1e-3                # radians between azimuths that are one
+_STEP = np.radians(4)       # between the angles of incidence of the samples, at most
+_STEP_AROUND = np.radians(15)       # between their azimuths, likewise
+_EVENLY = 24                # squared: directions of each angle of incidence that are spread evenly, at most
+_MOST_BETWEEN = 300_000     # samples between the nodes, about; a file of 32 x 32 nodes has 39,000
+_MOST_ANISOTROPIC = 280_000         # samples of an anisotropic material, about, the nodes included
+_FEWEST_BETWEEN = 20_000            # but for these between the nodes
+_SPREAD = 1 / 3             # of an anisotropic material's samples between the nodes: those that are spread evenly
+_GOLDEN = np.pi * (3 - np.sqrt(5))  # radians: successive turns by it never repeat
+_LOWEST = 1e-6              # cosine of theta_o below which a direction is on the horizon, where f is not defined
+_Points = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+"""theta_i, phi_i, theta_o, phi_o, (n,) radians, and values (n, 3), 1/sr."""
+
+
+@dataclass(frozen=True, eq=False)
+class RglTable:
+    """The BRDF that a file defines, between its measurements too, as the authors' reader evaluates it.
+
+    Attributes
+    ----------
+    theta_i : (T,) float64
+        Tabulated angles of incidence, radians.
+    ndf, sigma : (m, n) float64
+        Over the unit square of directions.
+    warp : Warp
+        From half vectors to the grid, a slice for each azimuth and angle of incidence; these change faster.
+    values : (P T, N, N, 3) float64
+        Linear sRGB of f cos theta_o, divided by the Jacobian if that is used; slices as those of `warp`.
+    has_jacobian : bool
+    name : str
+        What was measured.
+    notes : tuple of str
+        What reading made of the file.
+    phi_i : (P,) float64
+        Tabulated azimuths of incidence, radians; of an isotropic material one, 0.
+    """
+
+    theta_i: FloatArray
+    ndf: FloatArray
+    sigma: FloatArray
+    warp: Warp
+    values: FloatArray
+    has_jacobian: bool
+    name: str
+    notes: tuple[str, ...] = ()
+    phi_i: FloatArray = field(default_factory=lambda: np.zeros(1))
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether only the difference of the azimuths matters."""
+        return len(self.phi_i) < FEWEST_AZIMUTHS
+
+    @property
+    def reduction(self) -> int:
+        """How many times the azimuths phi_i go into a whole turn: 1, 2 or 4; others have no symmetry."""
+        return 1 if self.isotropic else reduction(self.phi_i)
+
+    def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
+        """The BRDF: (n,) radians each to (n, 3), 1/sr, without the cosine; 0 below the horizon.
+
+        Beyond the tabulated angles of incidence it is that of the nearest one. Values may be negative.
+        """
+        theta_i, phi_i, theta_o, phi_o = (np.asarray(angle, dtype=float)
+                                          for angle in np.broadcast_arrays(theta_i, phi_i, theta_o, phi_o))
+        incident, outgoing = self._tabulated(phi_i, phi_o)
+        x = np.sin(theta_i) * np.cos(incident) + np.sin(theta_o) * np.cos(outgoing)
+        y = np.sin(theta_i) * np.sin(incident) + np.sin(theta_o) * np.sin(outgoing)
+        theta_h = np.arctan2(np.hypot(x, y), np.cos(theta_i) + np.cos(theta_o))
+        u_x, u_y = _square(theta_h, np.arctan2(y, x))
+        slices = self._slices(theta_i, incident)
+        s_x, s_y = rgl_warp.to_grid_of(self.warp, slices, u_x, u_y)
+        value = sum_of([weight[:, None] * _bilinear(self.values, s_x, s_y, index) for index, weight in slices])
+        return value * self._factor(theta_i, incident, theta_o, u_x, u_y)[:, None]
+
+    def _tabulated(self, phi_i: FloatArray, phi_o: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Both azimuths turned, and mirrored, so that that of incidence is a tabulated one: (n,) each."""
+        turn = phi_o - phi_i
+        if self.isotropic:
+            return np.zeros_like(turn), turn
+        around = np.mod(phi_i - self.phi_i[0], _TURN / min(self.reduction, 2))
+        if self.reduction == 4:
+            mirrored = around > _TURN / 4
+            around, turn = np.where(mirrored, _TURN / 2 - around, around), np.where(mirrored, -turn, turn)
+        return self.phi_i[0] + around, self.phi_i[0] + around + turn
+
+    def _slices(self, theta_i: FloatArray, phi_i: FloatArray) -> list[tuple[IntArray, FloatArray]]:
+        """The slices between which (n,) directions of incidence are, and their weights."""
+        index, weight = _between(self.theta_i, theta_i)
+        pair = [(index, 1 - weight), (index + 1, weight)]
+        if self.isotropic:
+            return pair
+        row, share = _between(self.phi_i, phi_i)
+        return [(len(self.theta_i) * (row + step) + index, part * weight)
+                for step, part in ((0, 1 - share), (1, share)) for index, weight in pair]
+
+    def _factor(self, theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, u_x: FloatArray,
+                u_y: FloatArray) -> FloatArray:
+        """What the table's values are multiplied with to be f: (n,); u is the half vector's."""
+        cosine = np.cos(theta_o)
+        above = (cosine > _LOWEST) & (theta_i <= HORIZON)
+        factor = np.divide(1, cosine, out=np.zeros_like(cosine), where=above)
+        if self.has_jacobian:
+            factor *= _bilinear(self.ndf, u_x, u_y) / (4 * _bilinear(self.sigma, *_square(theta_i, phi_i)))
+        return factor
+
+    def nodes(self) -> _Points:
+        """The measured directions above the horizon, and the BRDF there.
+
+        Returns
+        -------
+        theta_i, phi_i, theta_o, phi_o : (n,) float64
+            Radians. Of an isotropic material phi_i is 0; of an anisotropic one it is a tabulated azimuth, but for the
+            last where that is the first again.
+        values : (n, 3) float64
+            1/sr.
+        """
+        parts = []
+        for index, theta, phi in self._incidences():
+            u_x, u_y = self._half_vectors(index)
+            value = self.values[index, :-1].copy()
+            value[:, 0] = value[:, 0].mean(axis=0)
+            *angles, kept = _above(theta, phi, u_x, u_y)
+            factor = self._factor(angles[0], angles[1], angles[2], u_x[kept], u_y[kept])
+            parts.append((*angles, value[kept] * factor[:, None]))
+        theta_i, phi_i, theta_o, phi_o, values = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return theta_i, phi_i, theta_o, phi_o, values
+
+    def between(self) -> _Points:
+        """Directions between the nodes, and between the directions of incidence, and the BRDF there; as `nodes`.
+
+        The grid is halved from the normal outward, and the half vectors are those of the nearest angle of incidence; of
+        an isotropic material, on one side of the plane of incidence. Besides there are outgoing directions that are
+        spread evenly. Of an anisotropic material the grid is as coarse as keeps all samples, the nodes and what
+        symmetry makes of them, below `_MOST_ANISOTROPIC`.
+        """
+        theta_i, phi_i, theta_o, phi_o = self._between_isotropic() if self.isotropic else self._between_anisotropic()
+        return theta_i, phi_i, theta_o, phi_o, self.evaluate(theta_i, phi_i, theta_o, phi_o)
+
+    def _between_isotropic(self) -> Directions:
+        theta_i, size = np.minimum(self.theta_i, HORIZON), self.values.shape[1]
+        steps = np.maximum(np.ceil(np.append(np.diff(theta_i), 0) / _STEP), 1).astype(int)
+        thin = max(int(np.ceil(size * np.sqrt(steps.sum() / _MOST_BETWEEN))), 1)
+        x, y = np.arange(1, 2 * size - 1, thin) / (2 * size - 2), np.arange(0, size // 2, thin) / (size - 1)
+        evenly = _evenly_spread(min(size, _EVENLY))
+        parts = []
+        for index, count in enumerate(steps.tolist()):
+            for step in range(count):
+                u_x, u_y = rgl_warp.from_grid(self.warp, index + (2 * step > count), x, y)
+                if not step and thin == 1:
+                    u_x = u_x[:, ::2]       # the others are nodes
+                theta = theta_i[index] + (step / count * (theta_i[index + 1] - theta_i[index]) if step else 0)
+                parts.append(_above(theta, 0, u_x, np.broadcast_to(u_y[:, None], u_x.shape))[:4])
+                parts.append((np.full(len(evenly[0]), theta), np.zeros(len(evenly[0])), *evenly))
+        return _joined(parts)
+
+    def _between_anisotropic(self) -> Directions:
+        theta_i, size = np.minimum(self.theta_i, HORIZON), self.values.shape[1]
+        rows, elevations = _divided(self.phi_i, _STEP_AROUND), _divided(theta_i, _STEP)
+        if self._closes:
+            rows.pop()
+        slices = len(rows) * len(elevations)
+        nodes = len(list(self._incidences())) * size * (size - 1)
+        each = max(_MOST_ANISOTROPIC / self.reduction - nodes, _FEWEST_BETWEEN) / slices
+        evenly = _evenly_spread(max(int(np.sqrt(_SPREAD * each)), 1))
+        thin = max(int(np.ceil(size * np.sqrt(2 / ((1 - _SPREAD) * each)))), 1)
+        x, y = np.arange(1, 2 * size - 1, thin) / (2 * size - 2), np.arange(0, size - 1, thin) / (size - 1)
+        known: dict[int, tuple[FloatArray, FloatArray]] = {}
+        parts = []
+        for row, phi in rows:
+            for column, theta in elevations:
+                index = row * len(self.theta_i) + column
+                if index not in known:
+                    known[index] = rgl_warp.from_grid(self.warp, index, x, y)
+                u_x, u_y = known[index]
+                parts.append(_above(theta, phi, u_x, np.broadcast_to(u_y[:, None], u_x.shape))[:4])
+                theta_o, phi_o = evenly
+                parts.append((np.full_like(theta_o, theta), np.full_like(theta_o, phi), theta_o,
+                              2 * phi_o + len(parts) * _GOLDEN))
+        return _joined(parts)
+
+    @property
+    def _closes(self) -> bool:
+        """Whether the last azimuth is the first again, after a turn or by a symmetry of half a turn."""
+        return (self.reduction < 4 and len(self.phi_i) > 1
+                and abs(self.reduction * (self.phi_i[-1] - self.phi_i[0]) - _TURN) < _SAME)
+
+    def _incidences(self) -> list[tuple[int, float, float]]:
+        """Slice, theta_i and phi_i of all that are different."""
+        count, theta_i = len(self.theta_i), np.minimum(self.theta_i, HORIZON).tolist()
+        azimuths = self.phi_i[:-1] if self._closes else self.phi_i
+        return [(row * count + column, theta, phi) for row, phi in enumerate(azimuths.tolist())
+                for column, theta in enumerate(theta_i)]
+
+    def _half_vectors(self, index: int) -> tuple[FloatArray, FloatArray]:
+        """The nodes of the grid for a slice, in the unit square: (N - 1, N) each."""
+        size = self.values.shape[1]
+        step = np.arange(size) / (size - 1)
+        u_x, u_y = rgl_warp.from_grid(self.warp, index, step, step[:-1])    # the last row is the first, 2 pi on
+        u_x[:, 0] = 0
+        return u_x, np.broadcast_to(u_y[:, None], u_x.shape)
+
+
+def reduction(phi_i: FloatArray) -> int:
+    """How many times the range of tabulated azimuths, radians, goes into a whole turn; 0 if it is none.
+
+    Examples
+    --------
+    >>> [reduction(np.radians(last) * np.linspace(-1, 0, 9)) for last in (360, 180, 90, 0)]
+    [1, 2, 4, 0]
+    """
+    covered = float(phi_i[-1] - phi_i[0])
+    return round(_TURN / covered) if covered > _SAME else 0
+
+
+def _above(theta: float, phi: float, u_x: FloatArray, u_y: FloatArray,
+           ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray]:
+    """The angles of incidence, and those into which half vectors u reflect above the horizon, (n,); and which these
+    are.
+
+    Of a column where the half vector is the normal, the first.
+    """
+    theta_i = np.full_like(u_x, theta)
+    theta_o, phi_o = _reflected(theta_i, u_x ** 2 * HORIZON, (2 * u_y - 1) * np.pi - phi)
+    kept = np.cos(theta_o) > _LOWEST
+    kept[1:] &= u_x[1:] > 0
+    return theta_i[kept], np.full(np.count_nonzero(kept), float(phi)), theta_o[kept], phi_o[kept] + phi, kept
+
+
+def _joined(parts: list[Directions]) -> Directions:
+    theta_i, phi_i, theta_o, phi_o = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return theta_i, phi_i, theta_o, phi_o
+
+
+def _between(nodes: FloatArray, at: FloatArray) -> tuple[IntArray, FloatArray]:
+    """The interval of rising nodes in which each number is, and how far in, 0 to 1; beyond them, the nearest node."""
+    after = np.clip(np.searchsorted(nodes, at, side="right"), 1, len(nodes) - 1)
+    index = after - 1
+    return index, np.clip((at - nodes[index]) / (nodes[after] - nodes[index]), 0, 1)
+
+
+def _divided(nodes: FloatArray, step: float) -> list[tuple[int, float]]:
+    """Rising nodes and numbers between, at most a step apart; with each the index of the nearest node.
+
+    Examples
+    --------
+    >>> _divided(np.array([0.0, 3.0, 4.0]), 2)
+    [(0, 0.0), (0, 1.5), (1, 3.0), (2, 4.0)]
+    """
+    found = []
+    for index, (start, gap) in enumerate(zip(nodes.tolist(), [*np.diff(nodes).tolist(), 0.0], strict=True)):
+        count = max(int(np.ceil(gap / step - 1e-6)), 1)
+        found += [(index + (2 * part > count), start + gap * part / count) for part in range(count)]
+    return found
+
+
+def _evenly_spread(count: int) -> tuple[FloatArray, FloatArray]:
+    """theta_o and phi_o of directions spread evenly by their cosine over half of the hemisphere: (count^2,) each."""
+    step = (np.arange(count) + 0.5) / count
+    theta_o, phi_o = np.meshgrid(np.arcsin(np.sqrt(step)), step * np.pi, indexing="ij")
+    return theta_o.ravel(), phi_o.ravel()
+
+
+def _square(theta: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The point of the unit square for a direction; phi = pi is where phi = -pi is."""
+    u_y = (phi + np.pi) / (2 * np.pi)
+    return np.sqrt(np.clip(theta / HORIZON, 0, 1)), u_y - np.floor(u_y)
+
+
+def _bilinear(table: FloatArray, u_x: FloatArray, u_y: FloatArray, index: IntArray | None = None) -> FloatArray:
+    """Interpolate a table (rows, columns, ...), or slice `index` of (slices, rows, columns, ...)."""
+    at: tuple[IntArray, ...] = () if index is None else (index,)
+    rows, columns = table.shape[len(at):len(at) + 2]
+    (i, a), (j, b) = cell(u_x, columns), cell(u_y, rows)
+    extra = (slice(None), *[None] * (table.ndim - len(at) - 2))
+    a, b = a[extra], b[extra]
+    return ((1 - b) * ((1 - a) * table[(*at, j, i)] + a * table[(*at, j, i + 1)])
+            + b * ((1 - a) * table[(*at, j + 1, i)] + a * table[(*at, j + 1, i + 1)]))
+
+
+def _reflected(theta_i: FloatArray, theta_h: FloatArray, phi_h: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The direction (theta_o, phi_o) into which half vectors mirror (theta_i, 0); theta_o up to pi."""
+    x, y, z = np.sin(theta_h) * np.cos(phi_h), np.sin(theta_h) * np.sin(phi_h), np.cos(theta_h)
+    cosine = np.sin(theta_i) * x + np.cos(theta_i) * z
+    x, y, z = 2 * cosine * x - np.sin(theta_i), 2 * cosine * y, 2 * cosine * z - np.cos(theta_i)
+    return np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)

@@ -1,0 +1,220 @@
+"""RGL's anisotropic files: Mitsuba's values, which are in the shared data, and the material's own,
+known in closed form.
+
+tests/mitsuba/test_rgl_values.py compares with Mitsuba itself.
+"""
+
+import time
+import tracemalloc
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter import DatasetError
+from fitter.formats import rgl
+from support import checkout, tensor_files
+
+FILE = checkout.measurements() / "rgl" / "synthetic_aniso_rgb.bsdf"
+real = pytest.mark.skipif(not FILE.is_file(), reason=f"{FILE} is absent")
+AZIMUTHS = np.radians(np.arange(-180, 181, 30))
+
+
+def read(path):
+    return rgl.read_table(path, path.read_bytes())
+
+
+def written(tmp_path, arrays, name="made.bsdf"):
+    path = tmp_path / name
+    path.write_bytes(tensor_files.pack(arrays))
+    return path
+
+
+def part(arrays, count):
+    """The arrays of the first `count` azimuths."""
+    return arrays | {name: np.ascontiguousarray(arrays[name][:count])
+                     for name in ("phi_i", "vndf", "luminance", "rgb")}
+
+
+@pytest.fixture(scope="module")
+def golden():
+    """theta_i, phi_i, theta_o, phi_o; f cos theta_o by Mitsuba; and of the material itself."""
+    numbers = np.loadtxt(FILE.with_name(f"golden_{FILE.stem}.csv"), delimiter=",")
+    return numbers[:, :4].T, numbers[:, 4:7], numbers[:, 7:10]
+
+
+@real
+def test_it_is_what_mitsuba_finds(golden):
+    angles, expected, truth = golden
+    found = read(FILE).evaluate(*angles) * np.cos(angles[2])[:, None]
+    bright = expected > 1e-3
+    assert np.count_nonzero(bright) > 500
+    assert (np.abs(found - expected) < 1e-4 * expected)[bright].all()
+    assert np.median((np.abs(found - truth) / truth)[bright]) < 0.012       # the tables are coarse
+
+
+@real
+def test_a_file_is_read_in_little_time_and_memory():
+    content = FILE.read_bytes()
+    start = time.process_time()
+    samples = rgl.read(FILE, content)
+    seconds = time.process_time() - start
+    tracemalloc.start()
+    rgl.read(FILE, content)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert 150_000 < len(samples) < 300_000
+    assert peak < 200e6
+    assert seconds < 10         # .4 s on an idle machine
+
+
+@real
+def test_samples_are_the_function_at_its_nodes_and_between(golden):
+    table, samples = read(FILE), fitter.load(FILE)
+    assert not samples.isotropic
+    assert samples.notes[0].startswith("110,645 nodes at 8 angles of incidence and 17 azimuths, ")
+    assert samples.notes[1] == "Anisotropic, measured at 16 rotations from 0 to 337.5 degrees"
+    some = np.random.default_rng(0).choice(len(samples), 20_000, replace=False)
+    found = table.evaluate(*(angle[some] for angle in samples.directions))
+    differs = ~np.isclose(found, samples.values[some], rtol=1e-6, atol=1e-9).all(axis=1)
+    normal = np.abs(samples.theta_i - samples.theta_o) + np.abs(np.cos(samples.phi_o - samples.phi_i) + 1) < 1e-6
+    assert (normal[some] | ~differs).all()          # of a column where the half vector is the normal, the mean
+    steps = np.unique(np.degrees(samples.phi_i).round(3))
+    assert np.diff(steps).max() < 15
+    assert np.degrees(np.diff(np.unique(samples.theta_i))).max() < 4.001
+
+
+@real
+def test_only_the_nodes_whose_half_vectors_mirror_above_the_horizon_are_samples():
+    """Node by node of one slice, with the naive inverse of its warp."""
+    from tools import fuzz
+
+    table, row, column = read(FILE), 5, 3
+    index = row * len(table.theta_i) + column
+    theta_i, phi_i, theta_o, phi_o, values = table.nodes()
+    here = np.flatnonzero((theta_i == table.theta_i[column]) & (phi_i == table.phi_i[row]))
+    density, size, found = table.warp.density[index], table.values.shape[1], []
+    angle, turn = table.theta_i[column], table.phi_i[row]
+    wi = np.array([np.sin(angle) * np.cos(turn), np.sin(angle) * np.sin(turn), np.cos(angle)])
+    for j in range(size - 1):
+        y = fuzz._where([fuzz._area(line) for line in density], j / (size - 1))
+        line = [fuzz._at(values_at, y) for values_at in density.T]
+        for i in range(0 if j == 0 else 1, size):
+            x = fuzz._where(line, i / (size - 1)) if i else 0.0
+            theta, phi = x * x * np.pi / 2, (2 * y - 1) * np.pi
+            half = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+            wo = 2 * (half @ wi) * half - wi
+            if wo[2] > 1e-6:
+                found.append(wo)
+    assert len(found) == len(here)
+    out = np.stack([np.sin(theta_o) * np.cos(phi_o), np.sin(theta_o) * np.sin(phi_o), np.cos(theta_o)], axis=1)[here]
+    np.testing.assert_allclose(out, found, atol=1e-6)
+    assert values.shape == (len(theta_i), 3)
+
+
+@real
+def test_half_a_turn_stands_for_a_whole_one(tmp_path, golden):
+    path = written(tmp_path, part(rgl.tensor_file.read(FILE.read_bytes(), FILE), 9))
+    table, whole = read(path), read(FILE)
+    theta_i, phi_i, theta_o, phi_o = golden[0]
+    turned = np.where(phi_i > 0, np.pi, 0)
+    expected = whole.evaluate(theta_i, phi_i - turned, theta_o, phi_o - turned)
+    np.testing.assert_allclose(table.evaluate(theta_i, phi_i, theta_o, phi_o), expected, rtol=1e-4)
+    samples = fitter.load(path)
+    assert samples.notes[1].startswith("Anisotropic, measured at 8 rotations from 180 to 337.5 degrees")
+    assert samples.notes[2].startswith("Symmetry, half turn: ")
+    assert 150_000 < len(samples) < 300_000
+    values = table.evaluate(*samples.directions)
+    assert np.isclose(values, samples.values, rtol=1e-4, atol=1e-4).all(axis=1).mean() > 0.99
+    assert len(np.unique(np.floor(np.mod(samples.phi_i + 0.01, 2 * np.pi) / (np.pi / 2)))) == 4
+
+
+def mirrored(seed=3, count=5, first=-180, last=-90):
+    """A material of random tables over a quarter of a turn."""
+    random = np.random.default_rng(seed)
+    arrays = tensor_files.material(seed=seed)
+    arrays["phi_i"] = np.radians(np.linspace(first, last, count)).astype("<f4")
+    for name in ("vndf", "luminance", "rgb"):
+        arrays[name] = (0.5 + random.random((count, *arrays[name].shape[1:]))).astype("<f4")
+    arrays["sigma"] = np.ones_like(arrays["sigma"])
+    return arrays
+
+
+def test_a_quarter_of_a_turn_is_mirrored(tmp_path, random):
+    """In the planes of its first and of its last azimuth: all four images have one value."""
+    table = read(written(tmp_path, mirrored()))
+    theta_i, theta_o = random.uniform(0.1, 1.3, (2, 400))
+    phi_i, phi_o = random.uniform(-np.pi, np.pi, (2, 400))
+    expected = table.evaluate(theta_i, phi_i, theta_o, phi_o)
+    for factor, turn in ((-1, 0), (1, np.pi), (-1, np.pi)):
+        found = table.evaluate(theta_i, factor * phi_i + turn, theta_o, factor * phi_o + turn)
+        np.testing.assert_allclose(found, expected, rtol=1e-5)      # azimuths are stored in single precision
+    samples = fitter.load(written(tmp_path, mirrored()))
+    assert "Symmetry, half turn and mirror" in samples.notes[-1]
+    np.testing.assert_allclose(np.unique(np.floor(np.mod(samples.phi_i + 0.01, 2 * np.pi) / (np.pi / 2))), range(4))
+
+
+def test_azimuths_are_interpolated_and_those_of_half_vectors_are_absolute(tmp_path, random):
+    """The grid is the unit square, in which the table holds its own coordinates and the azimuth of incidence."""
+    arrays = tensor_files.material(angles=(0.1, 0.7, 1.3))
+    arrays["phi_i"] = AZIMUTHS.astype("<f4")
+    for name in ("vndf", "luminance", "rgb"):
+        arrays[name] = np.repeat(arrays[name], len(AZIMUTHS), axis=0)
+    arrays["rgb"][:, :, 2] = 1 + np.cos(AZIMUTHS)[:, None, None, None]
+    table = read(written(tmp_path, arrays))
+    theta_i, theta_o = random.uniform(0.15, 1.25, (2, 500))
+    phi_i, phi_o = random.uniform(-np.pi, np.pi, (2, 500))
+    wi, wo = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+              for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
+    half = (wi + wo) / np.linalg.norm(wi + wo, axis=0)
+    x = np.sqrt(2 / np.pi * np.arccos(half[2]))
+    y = (np.arctan2(half[1], half[0]) + np.pi) / (2 * np.pi)
+    expected = np.stack([0.5 + 0.25 * x + 0.125 * y, 1 + theta_i,
+                         1 + np.interp(phi_i, AZIMUTHS, np.cos(AZIMUTHS))], axis=1) / 2 / np.cos(theta_o)[:, None]
+    np.testing.assert_allclose(table.evaluate(theta_i, phi_i, theta_o, phi_o), expected, rtol=1e-5)
+
+
+def test_azimuths_may_begin_anywhere(tmp_path, random):
+    arrays = mirrored(count=7, first=-180, last=180)
+    arrays["vndf"][-1], arrays["rgb"][-1] = arrays["vndf"][0], arrays["rgb"][0]
+    later = arrays | {"phi_i": (arrays["phi_i"] + np.pi).astype("<f4")}     # the same tables, half a turn on
+    for name in ("vndf", "luminance", "rgb"):
+        later[name] = np.concatenate([arrays[name][3:-1], arrays[name][:4]])
+    one, other = (read(written(tmp_path, some)) for some in (arrays, later))
+    angles = random.uniform(0.1, 1.3, (4, 300)) * [[1], [4], [1], [4]]
+    np.testing.assert_allclose(one.evaluate(*angles), other.evaluate(*angles), rtol=1e-5)
+
+
+def test_flat_spectra_of_several_azimuths_are_grey(tmp_path):
+    arrays = mirrored()
+    spectral = tensor_files.spectral(arrays, np.linspace(400, 700, 31))
+    samples, colours = (fitter.load(written(tmp_path, some)) for some in (spectral, arrays))
+    np.testing.assert_allclose(samples.values, np.repeat(colours.values[:, 1:2], 3, axis=1), rtol=1e-5)
+
+
+@pytest.mark.parametrize(("azimuths", "expected"), [
+    ([-180, -170, -60], "phi_i from -180 to -60 degrees found, expected rising angles over a turn, a half or a"),
+    ([-180, 0, -90], "phi_i from -180 to -90 degrees found, expected rising"),
+    ([-180, -180, 180], "expected rising"), ([-180, 0, 3600], "expected rising"),
+    ([-180, 0, np.nan], "phi_i holds numbers that are not finite"),
+    ([-180, -90, 0, 90], r"vndf has the shape \(3, 3, 5, 6\), expected \(4, 3"), ([-180, 180], "expected")])
+def test_azimuths_that_make_no_turn_are_refused(tmp_path, azimuths, expected):
+    arrays = mirrored(count=3) | {"phi_i": np.radians(azimuths).astype("<f4")}
+    with pytest.raises(DatasetError, match=rf"made\.bsdf: .*{expected}"):
+        fitter.load(written(tmp_path, arrays))
+
+
+def test_asked_for_it_is_taken_as_isotropic(tmp_path):
+    samples = fitter.load(written(tmp_path, mirrored()), isotropic=True)
+    assert samples.isotropic
+    assert samples.notes[-1] == "Taken as isotropic, as asked"
+
+
+def test_a_fine_grid_of_many_azimuths_is_thinned(tmp_path):
+    arrays = tensor_files.material(60, np.linspace(0.05, 1.5, 12))
+    arrays["phi_i"] = np.radians(np.linspace(-180, 180, 25)).astype("<f4")
+    for name in ("vndf", "luminance", "rgb"):
+        arrays[name] = np.repeat(arrays[name], 25, axis=0)
+    table = read(written(tmp_path, arrays))
+    assert len(table.nodes()[0]) > 300_000
+    assert 10_000 < len(table.between()[0]) < 50_000
