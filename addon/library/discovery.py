@@ -28,7 +28,7 @@ class Failure(NamedTuple):
 def files_in(paths: Iterable[str | Path]) -> list[Path]:
     """The files given, and those in the folders given whose names have the extension of a format.
 
-    Of plain text, only what is recognised: most of it is something else.
+    Of plain text and .bin, only what is recognised: most of it is something else.
     """
     files: list[Path] = []
     for path in map(Path, paths):

@@ -11,23 +11,24 @@ from ..arrays import BoolArray
 from ..colours import COLOURS, DEFAULT
 from ..errors import DatasetError
 from ..samples import Samples
-from . import astm, cornell_mat, curet, foreign, illuminants, mbsdf, merl, pbrt_brdf, rgl, table, zemax
+from . import astm, cornell_mat, curet, foreign, illuminants, isotropy, mbsdf, merl, pbrt_brdf, rgl, table, utia, zemax
 from .format import Format
 from .gamut import converted
 from .reading import Reading, one_of
 from .text import plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
-FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, zemax.FORMAT, astm.FORMAT,
-                               pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
+FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, utia.FORMAT, zemax.FORMAT,
+                               astm.FORMAT, pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
 EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
 FORMAT_NAMES = tuple(dict.fromkeys(known.name for known in FORMATS[::-1]))
-PLAIN = (".txt",)           # extensions of which most files are no measurements
+PLAIN = (".bin", ".txt")    # extensions of which most files are no measurements
 KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
 
 
 def load(path: str | Path, sample: str | int | None = None, *, angles: str | None = None, quantity: str | None = None,
-         illuminant: str = illuminants.DEFAULT, colours: str = DEFAULT) -> Samples:
+         illuminant: str = illuminants.DEFAULT, colours: str = DEFAULT, isotropic: bool | None = None,
+         symmetry: str | None = None, encoding: str | None = None) -> Samples:
     r"""Read a measured BRDF.
 
     Parameters
@@ -45,6 +46,14 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
         The light under which spectra become colours. White stays white.
     colours : {"Rec.709", "Rec.2020", "ACEScg"}
         The linear colour space of the values. R, G and B of a file are taken to be linear Rec.709.
+    isotropic : bool, optional
+        Whether to take the material as isotropic, whatever its values tell; by default that is found from them, where
+        the format does not define it.
+    symmetry : {"none", "half_turn", "mirror", "half_turn_and_mirror"}, optional
+        What is known of an anisotropic material that was measured over a part of a turn, whatever a table, an ASTM or a
+        Zemax file says: it is the same after half a turn; the plane phi = 0 is a mirror; or both.
+    encoding : {"raw", "srgb", "srgb140"}, optional
+        How the values of a UTIA file are stored; "raw" by default.
 
     Returns
     -------
@@ -68,7 +77,7 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
     >>> samples.name, samples.channels, samples.values.tolist()
     ('Blue paint', ('R', 'G', 'B'), [[0.1, 0.2, 0.6]])
     """
-    reading = Reading(angles, quantity, illuminant)
+    reading = Reading(angles, quantity, illuminant, isotropic, symmetry, encoding)
     one_of("colours", colours, COLOURS)
     known, content = _recognised(path)
     options: dict[str, Any] = {"reading": reading} if known.options else {}
@@ -76,7 +85,10 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
         options["sample"] = sample
     elif sample not in (None, ""):
         raise DatasetError(f"holds a single sample, so there is no sample {sample!r} to choose", path)
-    return converted(known.read(path, content, **options), colours)
+    samples = known.read(path, content, **options)
+    if isotropic is not None and "isotropic" not in known.options:
+        samples = isotropy.as_asked(samples, isotropic)
+    return converted(samples, colours)
 
 
 def list_samples(path: str | Path) -> list[tuple[int, str]]:

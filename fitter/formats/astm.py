@@ -15,7 +15,8 @@ Columns may be in any order. The outgoing direction is theta_s and phi_s, or _r,
 where a name says so, theta_i[deg], or where more than half of those that are not zero are beyond 2 pi; or as `Reading`
 says. Values are the BRDF, unless `Reading` says that a cosine is in them, as E1392 calls cosine-corrected. The other
 columns are R,G,B; or wavelengths, 400nm; or one wavelength, or BRDF, which is grey. Light Tec's VARS leaves out phi_s,
-whose column comes after theta_s.
+whose column comes after theta_s. Where phi_i takes three values or more, it is found from the values whether the
+material is isotropic (`isotropy`).
 
 Limits: at most 1,000 variables. Three wavelengths, one of them red, one green and one blue, as of an instrument with
 three lamps, are taken as R, G and B where they do not span enough for a spectrum. Cornell warns of noise at short
@@ -34,6 +35,7 @@ from ..errors import DatasetError
 from ..samples import Samples
 from .columns import ANGLES, angle, angles_note, look_like_degrees, reflectance, wavelengths, without_cosine
 from .format import Format
+from .isotropy import finished
 from .reading import BY_DEFAULT, QUANTITIES, Reading
 from .text import check_thetas, decode, line_number, lines, nth_line, parse_number, parse_rows
 
@@ -83,7 +85,8 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     channels, values, more = reflectance(columns.channels, values, path, columns.line, reading)
     name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else Path(path).stem
     theta_i, phi_i, theta_o, phi_o = directions.T
-    return Samples(theta_i, phi_i, theta_o, phi_o, values, channels, name, str(path), (*notes, *more))
+    return finished(Samples(theta_i, phi_i, theta_o, phi_o, values, channels, name, str(path), (*notes, *more)),
+                    reading)
 
 
 def read_spectrum(path: str | Path, content: bytes) -> tuple[FloatArray | None, FloatArray]:
@@ -181,4 +184,4 @@ def _check_count(keyword: re.Match[bytes] | None, rows: int, path: str | Path, c
 
 
 FORMAT = Format("Cornell", "Cornell or Light Tec ASTM (.astm)", (".astm",), recognises, read,
-                ("angles", "quantity", "illuminant"))
+                ("angles", "quantity", "illuminant", "isotropic", "symmetry"))

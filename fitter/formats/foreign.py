@@ -4,8 +4,9 @@ to do about it."""
 import re
 from typing import NamedTuple
 
+from . import utia
+
 _BEGINNING = 4096           # bytes in which a mark is looked for
-_UTIA = 3 * 288 * 288 * 8   # bytes: the only mark of a file that is nothing but numbers
 _AS_TABLE = "write its reflectance as a table with column names (see the manual, A table of your own)"
 _NUMBERS = re.compile(rb"[-+.\deE]+(?:(?:[ \t]*[,;][ \t]*|[ \t]+)[-+.\deE]+){3,}[ \t]*[\r\n]")
 
@@ -67,8 +68,9 @@ def describe(content: bytes) -> str | None:
     for kind in _KINDS:
         if kind.mark.match(beginning):
             return f"{kind.what}; {kind.advice}"
-    if len(content) == _UTIA and b"\0" in content:
-        return "as large as the anisotropic measurements of UTIA; only isotropic ones are read"
+    if len(content) == utia.SIZE and b"\0" in content:
+        return ("as large as the measurements of UTIA, but its numbers are no reflectances; expected finite float64, "
+                "few of them negative")
     rows = (line for line in beginning.splitlines(keepends=True) if line.strip() and not line.startswith(b"#"))
     if _NUMBERS.match(next(rows, b"").lstrip()):
         return ("numbers without a line of column names; write one before them, such as "

@@ -24,6 +24,11 @@ standard
     What the detector read of a reflectance standard. Values are then divided by it, and by pi; a comment
     ``standard: 0.98`` has the standard's reflectance, which is 1 by default.
 
+Where phi_i takes three values or more, it is found from the values whether the material is isotropic (`isotropy`).
+phi = 0 is the surface's tangent, and azimuths rise toward the bitangent. A comment ``symmetry: 180 degrees`` says
+that the material is the same after half a turn, so that a half was measured; ``symmetry: mirror`` that the plane of
+normal and tangent is a mirror; ``symmetry: 180 degrees and mirror`` both: a quarter was measured.
+
 Where a cell is empty, or NaN, or NA, the row is left out. Measurements of one pair of directions are averaged. With any
 separator but commas, numbers may have decimal commas. Limits: 8 MB, 1,000 columns.
 """
@@ -38,9 +43,10 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..errors import DatasetError, UnitsUnknownError
-from ..samples import RGB, Samples
+from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY, RGB, Samples
 from .columns import ANGLES, GREY, angle, angles_note, look_like_degrees, reflectance, without_cosine
 from .format import Format
+from .isotropy import finished
 from .reading import BY_DEFAULT, QUANTITIES, Reading
 from .text import check_thetas, decode, floats, line_number, lines, parse_number
 
@@ -52,6 +58,10 @@ _RELATIVE = re.compile(r"(?:d|delta_?|relative_?)?(?:phi|azimuth)(?:_?d)?(?:[ _]
                        re.IGNORECASE)
 _COSINE = re.compile(r"(.*?)[ ]*(?:\*|_|times)[ ]*cos[ ]*[_(]?[ ]*(?:theta_?)?([iosrv]?)[ ]*\)?", re.IGNORECASE)
 _COMMENT = re.compile(rb"#+[ \t]*(\w+)[ \t]*[:=][ \t]*(.*?)[ \t]*\Z")
+_SYMMETRY = re.compile(rb"#+[ \t]*symmetry[ \t]*[:=][ \t]*", re.IGNORECASE)
+_SYMMETRIES = ((NO_SYMMETRY, {"none"}), (HALF_TURN, {"180"}), (MIRROR, {"mirror"}),
+               (HALF_TURN_AND_MIRROR, {"180", "mirror"}))       # and the words that say it
+_FILLERS = {"degrees", "deg", "and", "+"}
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 _COLOURS = {"red": "R", "green": "G", "blue": "B"}
 _STANDARD = ("standard", "reference")
@@ -96,6 +106,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     line = line_number(content, names.start())
     separator = _separator(names[0])
     said = _comments(content, names.start())
+    symmetry = _symmetry(content, names.start(), reading, path)
     columns = _columns([decode(name) for name in _split(names[0], separator)], said, reading, path, line)
     cells, at, left_out = _cells(content, names.end(), columns.count, separator, path)
     if not len(cells):
@@ -126,8 +137,9 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     channels, values, more = reflectance(columns.channels, values, path, line, reading)
     directions, values, deviation, repeated = _averaged(directions, values)
     theta_i, phi_i, theta_o, phi_o = directions.T
-    return Samples(theta_i, phi_i, theta_o, phi_o, values, channels, said.get("name") or Path(path).stem, str(path),
-                   (*notes, *more, *repeated), deviation=deviation)
+    samples = Samples(theta_i, phi_i, theta_o, phi_o, values, channels, said.get("name") or Path(path).stem, str(path),
+                      (*notes, *more, *repeated), deviation=deviation)
+    return finished(samples, reading, symmetry)
 
 
 @dataclass(frozen=True)
@@ -192,6 +204,20 @@ def _comments(content: bytes, end: int) -> dict[str, str]:
     """What comments before the line of names say, by keyword in lower case."""
     found = (_COMMENT.match(line[0]) for line in lines(content[:end]))
     return {decode(match[1]).lower(): decode(match[2]) for match in found if match}
+
+
+def _symmetry(content: bytes, end: int, reading: Reading, path: str | Path) -> str:
+    """The symmetry that a comment says, one of `SYMMETRIES`; of none, if `reading` says it."""
+    found = next((line for line in lines(content[:end]) if _SYMMETRY.match(line[0])), None)
+    if found is None or reading.symmetry is not None:
+        return NO_SYMMETRY
+    words = set(decode(_SYMMETRY.sub(b"", found[0])).lower().replace("°", " ").replace(",", " ").split()) - _FILLERS
+    for symmetry, known in _SYMMETRIES:
+        if words == known:
+            return symmetry
+    shown = decode(_SYMMETRY.sub(b"", found[0]))[:40]
+    raise DatasetError(f"symmetry {shown!r} found, expected 180 degrees, or mirror, or 180 degrees and mirror, or none",
+                       path, line_number(content, found.start()))
 
 
 def _columns(names: list[str], said: dict[str, str], reading: Reading, path: str | Path, line: int) -> _Columns:
@@ -372,4 +398,4 @@ def _scatter(size: FloatArray, squares: FloatArray, freedom: IntArray) -> FloatA
 
 
 FORMAT = Format("Table", "table with column names (.csv, .tsv, .txt)", (".csv", ".tsv", ".txt"), recognises, read,
-                ("angles", "quantity", "illuminant"), largest=8 << 20)
+                ("angles", "quantity", "illuminant", "isotropic", "symmetry"), largest=8 << 20)

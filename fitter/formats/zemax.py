@@ -29,15 +29,24 @@ XYZ. A table has for each angle of incidence a line TIS and for each azimuth a l
     DataEnd
 
 Azimuth and radial angle are about the direction of specular reflection: radial is the angle from it, and azimuth 0 goes
-towards the normal.
+towards the normal; azimuths rise counter-clockwise, seen against that direction. A file of several sample rotations, of
+an anisotropic material, has the angles of incidence for each of them. Symmetry PlaneSymmetrical, and PlaneSymmetrical4D
+of several rotations, say that azimuths from 0 to 180 degrees stand for those from 180 to 360; Asymmetrical and
+Asymmetrical4D do not.
 
-Limits: isotropic materials in reflection. A value of 0 stands for a direction that was not measured, most often one
-below the horizon, and is left out. All lines at radial 0 are one direction: the sample is their mean. XYZ are taken to
-be relative to D65.
+A sample that is rotated by r, counter-clockwise seen from above, sees the light at the azimuth phi_i = -r: the tangent
+points to where the light is at rotation 0. The specification draws r as an angle between the surface's X axis and the
+normal of the plane of incidence, without its sign. This one is that of the University of Arizona's instrument, the
+origin of the one real file at hand; reciprocity speaks for it there, if not loudly (the scatter of logarithms of
+reciprocal pairs is .79, with the other sign .83).
+
+Limits: reflection only. A value of 0 stands for a direction that was not measured, most often one below the horizon,
+and is left out. All lines at radial 0 are one direction: the sample is their mean. XYZ are taken to be relative to D65.
+Whether a material of three rotations or more is anisotropic is found from the values; of fewer, it cannot be.
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 
@@ -45,8 +54,10 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError
-from ..samples import HORIZON, RGB, Samples
+from ..samples import HORIZON, RGB, Samples, subset
 from .format import Format
+from .isotropy import finished
+from .reading import BY_DEFAULT, Reading
 from .spectra import XYZ_TO_SRGB
 from .text import decode, line_number, lines, parse_number, parse_row, parse_rows
 
@@ -54,6 +65,7 @@ _WORDS = "Symmetry", "SpectralContent", "ScatterType"
 _ANGLES = {"SampleRotation": (-360, 360), "AngleOfIncidence": (0, 90), "ScatterAzimuth": (-360, 360),
            "ScatterRadial": (0, 180)}            # and their range, degrees
 _TABLE = "AngleOfIncidence", "ScatterAzimuth", "ScatterRadial"
+_TURNS = -1                 # phi_i over the rotation of the sample
 _START = rb"(?:\A|(?<=[\r\n]))[ \t]*"
 _MARK = re.compile(_START + rb"(?:ScatterAzimuth|ScatterRadial)[ \t]")
 _KEYWORD = re.compile(_START + rb"(%b)[ \t]+([^\s#]+)" % "|".join((*_WORDS, *_ANGLES)).encode())
@@ -61,6 +73,7 @@ _BEGIN = re.compile(_START + rb"DataBegin\b[^\r\n]*")
 _END = re.compile(_START + rb"DataEnd\b[^\r\n]*")
 _TIS = re.compile(_START + rb"TIS\b([^\r\n]*)")
 _LARGEST = 4 << 20          # bytes; a file of 37 rotations has a million
+_ONE_ROTATION = "Measured at 1 rotation: taken as isotropic"
 _LOWEST = 1e-9              # cosine below which a direction is on the horizon, but for rounding
 
 
@@ -83,7 +96,7 @@ def recognises(content: bytes) -> bool:
     return _MARK.search(content) is not None
 
 
-def read(path: str | Path, content: bytes) -> Samples:
+def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read a Zemax file.
 
     Returns
@@ -94,7 +107,7 @@ def read(path: str | Path, content: bytes) -> Samples:
     Raises
     ------
     DatasetError
-        If the file is malformed, of an anisotropic material, or of transmitted light.
+        If the file is malformed, or of transmitted light.
     """
     header = _header(path, content)
     tables = _tables(path, content, header)
@@ -102,7 +115,8 @@ def read(path: str | Path, content: bytes) -> Samples:
     if len(tables) != expected:
         raise DatasetError(f"{len(tables)} tables found, expected {expected} for the SpectralContent "
                            f"{header.words['SpectralContent']}", path)
-    values = np.stack(tables, axis=-1) if expected > 1 else tables[0][..., None]    # (incidence, azimuth, radial, ...)
+    shape = [len(header.angles[name]) for name in _ANGLES]      # (rotation, incidence, azimuth, radial)
+    values = (np.stack(tables, axis=-1) if expected > 1 else tables[0][..., None]).reshape(*shape, expected)
     kept = _measured(values, header.angles["ScatterRadial"] == 0)
     angles = _directions(header, kept)
     if not kept.any():
@@ -114,18 +128,25 @@ def read(path: str | Path, content: bytes) -> Samples:
     for array in (*angles, values):
         array.flags.writeable = False           # so that `Samples` need not copy them
     theta_i, phi_i, theta_o, phi_o = angles
-    return Samples(theta_i, phi_i, theta_o, phi_o, values, channels, Path(path).stem, str(path))
+    samples = finished(Samples(theta_i, phi_i, theta_o, phi_o, values, channels, Path(path).stem, str(path)), reading)
+    symmetrical = header.words["Symmetry"].lower().startswith("planesymmetrical")
+    if samples.isotropic:
+        lacks = not symmetrical and not np.ptp(samples.phi_i)
+        return replace(samples, notes=(*samples.notes, _ONE_ROTATION)) if lacks else samples
+    return _both_sides(samples) if symmetrical else samples
 
 
 def _measured(values: FloatArray, mirrored: BoolArray) -> BoolArray:
-    """Which values are not 0: (incidence, azimuth, radial); of the mirrored ray only one, to which their mean goes."""
+    """Which values are not 0: (rotation, incidence, azimuth, radial); of the mirrored ray only one, which gets their
+    mean.
+    """
     measured = np.asarray(values.any(axis=-1))
     for radial in np.flatnonzero(mirrored):
-        here = measured[:, :, radial]
-        count = np.maximum(here.sum(axis=1), 1)[:, None]
-        values[:, 0, radial] = values[:, :, radial].sum(axis=1) / count
-        here[:, 0] = here.any(axis=1)
-        here[:, 1:] = False
+        here = measured[:, :, :, radial]
+        count = np.maximum(here.sum(axis=2), 1)[..., None]
+        values[:, :, 0, radial] = values[:, :, :, radial].sum(axis=2) / count
+        here[:, :, 0] = here.any(axis=2)
+        here[:, :, 1:] = False
     return measured
 
 
@@ -135,15 +156,30 @@ def _directions(header: _Header, kept: BoolArray) -> list[FloatArray]:
                                          sparse=True)
     z = np.cos(theta) * np.cos(radial) + np.sin(theta) * (np.sin(radial) * np.cos(azimuth))
     kept &= z > _LOWEST
-    z = z[kept]
-    x = (np.cos(theta) * (np.sin(radial) * np.cos(azimuth)) - np.sin(theta) * np.cos(radial))[kept]
-    y = np.broadcast_to(np.sin(radial) * np.sin(azimuth), kept.shape)[kept]
-    theta_i = np.broadcast_to(np.minimum(theta, HORIZON), kept.shape)[kept]
-    return [theta_i, np.zeros_like(theta_i), np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)]
+    x = np.cos(theta) * (np.sin(radial) * np.cos(azimuth)) - np.sin(theta) * np.cos(radial)
+    x, y, z, theta = (np.broadcast_to(array, kept.shape)[kept] for array in
+                      (x, np.sin(radial) * np.sin(azimuth), z, np.minimum(theta, HORIZON)))
+    phi = _TURNS * np.radians(header.angles["SampleRotation"])
+    if len(phi) < 2:
+        return [theta, np.zeros_like(theta), np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)]
+    phi = np.broadcast_to(phi[:, None, None, None], kept.shape)[kept]
+    return [theta, phi, np.arctan2(np.hypot(x, y), z), np.arctan2(y, x) + phi]
+
+
+def _both_sides(samples: Samples) -> Samples:
+    """Samples on one side of the plane of incidence, and on the other as well."""
+    sideways = np.flatnonzero(np.abs(np.sin(samples.phi_o - samples.phi_i)) > _LOWEST)
+    other = subset(samples, sideways)
+    theta_i, phi_i, theta_o, values = (np.concatenate([getattr(samples, name), getattr(other, name)])
+                                       for name in ("theta_i", "phi_i", "theta_o", "values"))
+    phi_o = np.concatenate([samples.phi_o, 2 * other.phi_i - other.phi_o])
+    note = f"Symmetrical about the plane of incidence: {len(samples):,} samples stand for {len(phi_o):,}"
+    return replace(samples, theta_i=theta_i, phi_i=phi_i, theta_o=theta_o, phi_o=phi_o, values=values,
+                   notes=(*samples.notes, note))
 
 
 def _header(path: str | Path, content: bytes) -> _Header:
-    """Read what stands before the tables, and refuse what is not an isotropic BRDF."""
+    """Read what stands before the tables, and refuse what is not a BRDF."""
     begin = _BEGIN.search(content)
     if begin is None:
         raise DatasetError("no line DataBegin", path)
@@ -160,7 +196,7 @@ def _header(path: str | Path, content: bytes) -> _Header:
     missing = [keyword for keyword in (*_WORDS, *_ANGLES) if keyword not in words and keyword not in angles]
     if missing:
         raise DatasetError(f"no line {', '.join(missing)} before DataBegin", path)
-    _check_words(words, len(angles["SampleRotation"]), path)
+    _check_words(words, path)
     return _Header(words, angles)
 
 
@@ -179,19 +215,19 @@ def _angles(path: str | Path, content: bytes, found: re.Match[bytes], end: int, 
     return numbers
 
 
-def _check_words(words: dict[str, str], rotations: int, path: str | Path) -> None:
+def _check_words(words: dict[str, str], path: str | Path) -> None:
     symmetry, spectrum, scatter = (words[name] for name in _WORDS)
     if scatter.upper() != "BRDF":
         raise DatasetError(f"ScatterType {scatter} found, expected BRDF: transmitted light cannot be used", path)
-    if rotations > 1 or not symmetry.lower().startswith("planesymmetrical"):
-        raise DatasetError(f"an anisotropic material (Symmetry {symmetry}, {rotations} sample rotations found, "
-                           f"expected PlaneSymmetrical and 1): anisotropic measurements cannot be used yet", path)
+    if symmetry.lower().removesuffix("4d") not in ("planesymmetrical", "asymmetrical"):
+        raise DatasetError(f"Symmetry {symmetry} found, expected PlaneSymmetrical or Asymmetrical, or either with 4D",
+                           path)
     if spectrum not in ("Monochrome", "XYZ"):
         raise DatasetError(f"SpectralContent {spectrum} found, expected Monochrome or XYZ", path)
 
 
 def _tables(path: str | Path, content: bytes, header: _Header) -> list[FloatArray]:
-    """The values of each channel: (incidence, azimuth, radial) each."""
+    """The values of each channel: (rotation x incidence, azimuth, radial) each."""
     tables = []
     begin = _BEGIN.search(content)
     while begin is not None:
@@ -206,12 +242,12 @@ def _tables(path: str | Path, content: bytes, header: _Header) -> list[FloatArra
 def _table(path: str | Path, content: bytes, start: int, end: int, header: _Header) -> FloatArray:
     """The values between DataBegin and DataEnd."""
     incidences, azimuths, radials = (header.angles[name] for name in _TABLE)
-    most = len(incidences)
+    most = len(header.angles["SampleRotation"]) * len(incidences)
     totals = [found.span() for found in islice(_TIS.finditer(content, start, end), most + 1)]
     if len(totals) != most:
         shown = f"{len(totals)}" if len(totals) < most else f"more than {most}"
-        raise DatasetError(f"{shown} lines TIS found, expected {most}, one for each angle of incidence", path,
-                           line_number(content, start))
+        raise DatasetError(f"{shown} lines TIS found, expected {most}, one for each angle of incidence and sample "
+                           f"rotation", path, line_number(content, start))
     if content[start:totals[0][0]].strip():
         raise DatasetError("expected a line TIS after DataBegin", path, line_number(content, start))
     blocks = []
@@ -224,4 +260,4 @@ def _table(path: str | Path, content: bytes, start: int, end: int, header: _Head
     return np.array(blocks) if len(blocks) > 1 else blocks[0][None]
 
 
-FORMAT = Format("Zemax", "Zemax .bsdf", (".bsdf",), recognises, read, largest=_LARGEST)
+FORMAT = Format("Zemax", "Zemax .bsdf", (".bsdf",), recognises, read, ("isotropic", "symmetry"), largest=_LARGEST)

@@ -11,7 +11,8 @@ import fitter
 from fitter import DatasetError, formats
 from fitter.formats import FORMATS
 from fitter.formats.text import plain_text
-from support import mbsdf_files, merl_files, tensor_files, zemax_files
+from support import anisotropic_instruments as instruments
+from support import mbsdf_files, merl_files, tensor_files, utia_files, zemax_files
 
 ANGLES = [(0.2, 0.0, 0.3, 3.1), (0.9, 0.0, 0.4, -2.0), (1.2, 0.0, 1.1, 0.5)]
 WAVELENGTHS = np.arange(400, 701, 50)
@@ -51,7 +52,8 @@ EXAMPLES = {"Cornell or Light Tec ASTM (.astm)": astm(), "pbrt-v2 .brdf": pbrt()
             "Cornell paint.reformat.mat": paint(), "RGL .bsdf": tensor_files.pack(tensor_files.material()),
             "MERL .binary": merl_files.pack(merl_files.random_cells(3, 1)),
             "table with column names (.csv, .tsv, .txt)": table(),
-            "NVIDIA .mbsdf": mbsdf_files.made(), "Zemax .bsdf": zemax_files.made().encode()}
+            "NVIDIA .mbsdf": mbsdf_files.made(), "Zemax .bsdf": zemax_files.made().encode(),
+            "UTIA .bin": utia_files.pack(utia_files.values_of(instruments.ggx()))}
 every_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.files)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import fitter
 from fitter import DatasetError
+from support import anisotropic_instruments as instruments
 from support.zemax_files import made
 
 
@@ -91,15 +92,85 @@ def test_totals_of_a_real_file_come_out(goniometer):
         assert integral == pytest.approx(total, rel=0.2)
 
 
-def test_a_real_anisotropic_file_is_refused_by_name(goniometer):
-    with pytest.raises(DatasetError, match=r"anisotropic material \(Symmetry Asymmetrical4D, 37 sample rotations"):
-        fitter.load(goniometer("IMX455.bsdf"))
+def test_rotations_turn_both_directions_backwards(tmp_path):
+    """A sample that is turned by r sees the light at -r: on the truth's grid every value is the truth's."""
+    truth, rotations = instruments.ggx(turn=0.3), range(0, 360, 30)
+    grid = {"incidences": (20, 50), "azimuths": tuple(range(0, 360, 20)), "radials": (0, 10, 25, 40)}
+    expected = []
+    for rotation in rotations:
+        for incidence in grid["incidences"]:
+            turn, theta = np.radians([-rotation, incidence])
+            light, normal = instruments.unit(theta, turn), np.array([0, 0, 1])
+            mirrored = 2 * light[2] * normal - light
+            level = np.cross(np.cross(mirrored, normal), mirrored) / np.sin(theta)      # from it towards the normal
+            for azimuth in np.radians(grid["azimuths"]):
+                for radial in np.radians(grid["radials"]):
+                    out = (np.cos(radial) * mirrored + np.sin(radial)
+                           * (np.cos(azimuth) * level + np.sin(azimuth) * np.cross(mirrored, level)))
+                    value = 0.0 if out[2] < 0.01 else truth(*np.array(
+                        [[theta], [turn], [np.arccos(out[2])], [np.arctan2(out[1], out[0])]]))[0, 0]
+                    expected.append(float(value))
+    values = np.reshape(expected, (1, -1, 18, 4))
+    samples = load(tmp_path, made(values, rotations=rotations, Symmetry="Asymmetrical4D", **grid))
+    assert not samples.isotropic
+    assert samples.notes == ("Anisotropic, measured at 12 rotations from 0 to 330 degrees",)
+    assert len(samples) == np.count_nonzero(values[..., 1:]) + 24
+    np.testing.assert_allclose(truth(*samples.directions)[:, 0], samples.values[:, 0], rtol=1e-9)
+
+
+def test_the_other_side_of_a_plane_symmetrical_file_is_read_too(tmp_path):
+    """PlaneSymmetrical4D has azimuths to 180 degrees at each rotation."""
+    values = np.arange(1.0, 1 + 4 * 3 * 4 * 3).reshape(1, 12, 4, 3) ** 2
+    grid = {"incidences": (10, 30, 40), "azimuths": (0, 60, 120, 180), "radials": (0, 20, 30)}
+    samples = load(tmp_path, made(values, rotations=(0, 45, 90, 135), Symmetry="PlaneSymmetrical4D", **grid))
+    assert not samples.isotropic
+    count = 12 * (1 + 4 * 2)
+    assert len(samples) == count + 12 * 2 * 2
+    assert samples.notes[-1] == f"Symmetrical about the plane of incidence: {count} samples stand for {len(samples)}"
+    for index in range(count, len(samples)):
+        here = [k for k in range(count) if samples.values[k] == samples.values[index]]
+        assert len(here) == 1
+        for name in ("theta_i", "phi_i", "theta_o"):
+            assert getattr(samples, name)[here[0]] == getattr(samples, name)[index]
+        apart = (samples.phi_o - samples.phi_i)[[index, here[0]]]
+        assert apart[0] == pytest.approx(-apart[1])
+
+
+def test_one_rotation_tells_nothing_and_the_notes_say_so(tmp_path):
+    values = np.ones((1, 2, 5, 3))
+    samples = load(tmp_path, made(values, azimuths=(0, 90, 180, 225, 270), Symmetry="Asymmetrical"))
+    assert samples.isotropic
+    assert samples.notes == ("Measured at 1 rotation: taken as isotropic",)
+    assert not samples.phi_i.any()
+
+
+def test_tristimulus_values_of_several_rotations(tmp_path):
+    values = np.stack([np.full((6, 3, 3), channel) for channel in (0.9505, 1, 1.089)])
+    values[:, :2, 1] *= 5
+    samples = load(tmp_path, made(values, rotations=(0, 40, 80), SpectralContent="XYZ", Symmetry="Asymmetrical4D"))
+    assert samples.channels == ("R", "G", "B")
+    np.testing.assert_allclose(samples.values, np.repeat(samples.values[:, :1], 3, axis=1), atol=1e-2)
+    assert set(np.degrees(samples.phi_i).round(6)) == {0, -40, -80}
+
+
+def test_a_real_anisotropic_file(goniometer):
+    path = goniometer("IMX455.bsdf")
+    samples = fitter.load(path)
+    assert not samples.isotropic
+    assert samples.notes == ("Anisotropic, measured at 36 rotations from 0 to 350 degrees",)
+    rows = [line.split() for line in path.read_text().split("DataBegin")[1].splitlines() if line[:1].isdigit()]
+    numbers = np.array(rows, dtype=float)
+    assert np.count_nonzero(numbers[:, 1:]) + 37 * 4 == len(samples) == 50_875
+    assert samples.values.min() > 0
+    np.testing.assert_allclose(np.unique(samples.phi_i.round(9)), np.radians(np.arange(-360, 1, 10)), atol=1e-8)
+    assert fitter.load(path, isotropic=True).isotropic
 
 
 @pytest.mark.parametrize(("text", "line", "expected"), [
     (made(ScatterType="BTDF"), None, "ScatterType BTDF found, expected BRDF"),
-    (made(Symmetry="Asymmetrical"), None, "anisotropic material (Symmetry Asymmetrical, 1 sample rotations"),
-    (made().replace("SampleRotation\t1\n0", "SampleRotation\t2\n0\t90"), None, "2 sample rotations found"),
+    (made(Symmetry="Symmetrical"), None, "Symmetry Symmetrical found, expected PlaneSymmetrical or Asymmetrical"),
+    (made().replace("SampleRotation\t1\n0", "SampleRotation\t2\n0\t90"), 16, "2 lines TIS found, expected 4"),
+    (made().replace("SampleRotation\t1\n0", "SampleRotation\t2\n0\t400"), 7, "SampleRotation from 0 to 400 found"),
     (made(SpectralContent="XYZ"), None, "1 tables found, expected 3"),
     (made(SpectralContent="RGB"), None, "SpectralContent RGB found, expected Monochrome or XYZ"),
     (made().replace("Symmetry\tPlaneSymmetrical\n", ""), None, "no line Symmetry before DataBegin"),

@@ -1,0 +1,113 @@
+"""UTIA's database of anisotropic reflectance (.bin).
+
+Measured by J. Filip, R. Vavra: Template-Based Sampling of Anisotropic BRDFs, Computer Graphics Forum 33(7), 2014.
+Owner's page: http://btf.utia.cas.cz
+
+Layout: nothing but float64, little-endian: planes of red, green and blue; in each a row for each incident and a column
+for each outgoing direction, 288 of either: theta 0 to 75 degrees in steps of 15, and for each phi 0 to 352.5 degrees in
+steps of 7.5, which change faster. The size and plausible numbers are the only marks.
+
+What the numbers are is not written down, and readers differ; the option `Reading.encoding` chooses:
+
+raw
+    The BRDF, linear (the default).
+srgb
+    Encoded as sRGB, and decoded here.
+srgb140
+    Encoded as sRGB times 140, less than 0 cut; decoded, times 100.
+
+Limits: where a direction is the normal, it has no azimuth: the sample is the mean of the 48. Colours are linear sRGB.
+Whether a material is isotropic is found from its values.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..errors import DatasetError
+from ..samples import LARGEST_VALUE, RGB, Samples
+from .format import Format
+from .isotropy import finished
+from .reading import BY_DEFAULT, ENCODINGS, Reading
+
+THETAS, PHIS = 6, 48
+STEPS = np.radians(15), np.radians(7.5)         # of theta, of phi
+_DIRECTIONS = THETAS * PHIS
+SIZE = 3 * _DIRECTIONS ** 2 * 8                 # bytes
+_SMALLEST, _LARGEST = 1e-8, 1e8                 # of the numbers that are not zero, their median
+_MOST_NEGATIVE = 0.05                           # of all numbers: noise of dark directions
+_NOTES = {"raw": "Values as they are stored; UTIA's files are also taken as encoded: choose the option encoding",
+          "srgb": "Values decoded from sRGB, as asked", "srgb140": "Values / 140 decoded from sRGB, x 100, as asked"}
+
+
+def recognises(content: bytes) -> bool:
+    """Whether a file has the size, and numbers that can be reflectances.
+
+    Examples
+    --------
+    >>> recognises(np.full(SIZE // 8, 0.3).tobytes()), recognises(bytes(SIZE)), recognises(b"0.3 0.3 0.3")
+    (True, False, False)
+    """
+    if len(content) != SIZE:
+        return False
+    numbers = np.frombuffer(content, "<f8")
+    if not np.isfinite(numbers).all() or np.count_nonzero(numbers < 0) > _MOST_NEGATIVE * len(numbers):
+        return False
+    sizes = np.abs(numbers[numbers != 0])
+    return bool(len(sizes) and _SMALLEST < np.median(sizes) < _LARGEST and sizes.max() <= LARGEST_VALUE)
+
+
+def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
+    """Read a .bin file.
+
+    Returns
+    -------
+    Samples
+
+    Raises
+    ------
+    DatasetError
+        If the size or the numbers are no such file's.
+    """
+    if not recognises(content):
+        raise DatasetError(f"{len(content):,} bytes, expected {SIZE:,} of reflectances", path)
+    stored = np.frombuffer(content, "<f8").reshape(3, THETAS, PHIS, THETAS, PHIS)
+    encoding = reading.encoding or ENCODINGS[0]
+    values = np.moveaxis(_decoded(stored, encoding), 0, -1).copy()      # (theta_i, phi_i, theta_o, phi_o, 3)
+    values[0, 0] = values[0].mean(axis=0)
+    values[:, :, 0, 0] = values[:, :, 0].mean(axis=2)
+    kept = np.ones(values.shape[:-1], dtype=bool)
+    kept[0, 1:] = kept[:, :, 0, 1:] = False
+    theta, phi = np.arange(THETAS) * STEPS[0], np.arange(PHIS) * STEPS[1]
+    axes = np.meshgrid(theta, phi, theta, phi, indexing="ij", sparse=True)
+    theta_i, phi_i, theta_o, phi_o = (np.broadcast_to(axis, kept.shape)[kept] for axis in axes)
+    values = values[kept]
+    for array in (theta_i, phi_i, theta_o, phi_o, values):
+        array.flags.writeable = False           # so that `Samples` need not copy them
+    return finished(Samples(theta_i, phi_i, theta_o, phi_o, values, RGB, Path(path).stem, str(path),
+                            (_NOTES[encoding],)), reading)
+
+
+def _decoded(stored: FloatArray, encoding: str) -> FloatArray:
+    """The BRDF of what is stored, one of `ENCODINGS`; of any shape.
+
+    Examples
+    --------
+    >>> [_decoded(np.array([0.5, -0.01]), encoding).round(4).tolist() for encoding in ENCODINGS]
+    [[0.5, -0.01], [0.214, -0.0008], [0.0276, 0.0]]
+    """
+    if encoding == "raw":
+        return stored
+    if encoding == "srgb":
+        return _from_srgb(stored, 0.04045)
+    return 100 * _from_srgb(np.maximum(stored, 0) / 140, 0.0375)
+
+
+def _from_srgb(encoded: FloatArray, threshold: float) -> FloatArray:
+    """Decode sRGB (IEC 61966-2-1); readers of UTIA differ in the threshold, too."""
+    return np.where(encoded > threshold, ((np.maximum(encoded, 0) + 0.055) / 1.055) ** 2.4, encoded / 12.92)
+
+
+FORMAT = Format("UTIA", "UTIA .bin", (".bin",), recognises, read, ("isotropic", "encoding"), is_text=False,
+                largest=SIZE)
