@@ -18,7 +18,7 @@ An anisotropic reflectance has four axes and one symmetry: exchanging the direct
 """
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -336,8 +336,8 @@ def representative(level: int, axes: int = 3) -> IntArray:
 def reachable(level: int, axes: int = 3) -> BoolArray:
     """Whether any pair of directions reads a stored control point: shape(level, axes) bool.
 
-    Of Nusselt coordinates: ``(kappa_o, lambda_o)`` lies in a disk; and the four half sums and half differences of two
-    points of the disk lie in a ball. So the corners of the box are never read.
+    Of Nusselt coordinates: ``(kappa_o, lambda_o)`` lies in a disk, and so do both directions of which four coordinates
+    are the half sum and the half difference. The corners of the box are never read.
 
     Examples
     --------
@@ -346,11 +346,16 @@ def reachable(level: int, axes: int = 3) -> BoolArray:
     (True, False)
     """
     half = cells(level) / 2
-    round_axes: Iterable[int] = (1, 2) if axes == 3 else range(axes)
-    distance2 = np.zeros(())
-    for axis in round_axes:
-        point = origin(level, axes)[axis] + np.arange(shape(level, axes)[axis])
-        # control point j is read over [j - 2, j + 2] / M: the least distance of that from the middle, in cells
-        least = np.maximum(0, np.abs(point - half) - 2)
-        distance2 = distance2[..., None] + least ** 2
-    return np.broadcast_to(distance2 < half ** 2, shape(level, axes))
+    # control point j is read over [j - 2, j + 2] / M: its distance from the middle, in cells
+    along = [first + np.arange(count) - half for first, count in zip(origin(level, axes), shape(level, axes),
+                                                                     strict=True)]
+    if axes == 3:
+        _, kappa, lambda_ = (np.maximum(np.abs(each) - 2, 0) for each in along)
+        return np.broadcast_to(np.hypot(kappa[:, None], lambda_) < half, shape(level))
+    a, b, c, d = along
+    reached = np.ones((), dtype=bool)
+    for sign in (1, -1):
+        x, y = (np.maximum(np.abs(of_sum[:, None] + sign * of_difference) - 4, 0)
+                for of_sum, of_difference in ((a, c), (b, d)))
+        reached = reached & (np.hypot(x[:, None, :, None], y[None, :, None, :]) < half)
+    return reached
