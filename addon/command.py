@@ -121,7 +121,7 @@ def _choices(options: argparse.Namespace) -> Choices:
             setattr(choices, name, getattr(options, name))
     choices.use_tolerance = options.tolerance is not None
     choices.tolerance = options.tolerance if choices.use_tolerance else _TOLERANCE
-    use_reading(choices, options.angles, options.quantity, options.illuminant)
+    use_reading(choices, **{name: value for name, value in cli.reading_of(options).items() if name != "colours"})
     return choices
 
 

@@ -17,6 +17,7 @@ from .files import replacing
 from .formats import KNOWN_FILES, illuminants, list_samples, overflowed, reading
 from .methods import METHODS
 from .quality.describe import describe
+from .samples import SYMMETRIES
 
 if TYPE_CHECKING:
     from .report import MakeSupplement
@@ -106,13 +107,25 @@ def add_reading(parser: argparse.ArgumentParser, colours: str | None = DEFAULT_C
                              "theta_o, or of theta_i")
     parser.add_argument("--illuminant", choices=illuminants.ILLUMINANTS, default=illuminants.DEFAULT,
                         help="the light under which spectra become colours, default: %(default)s")
+    parser.add_argument("--isotropic", type=_yes_or_no, metavar="yes|no",
+                        help="whether to take the material as isotropic, whatever its values tell")
+    parser.add_argument("--symmetry", choices=SYMMETRIES,
+                        help="of an anisotropic material measured over a part of a turn, whatever the file says")
+    parser.add_argument("--encoding", choices=reading.ENCODINGS, help="how the values of a UTIA file are stored")
     parser.add_argument("--colours", choices=COLOURS, default=colours,
                         help=f"the linear colour space of the values, default: {colours or 'that of the open file'}")
 
 
 def reading_of(options: argparse.Namespace) -> dict[str, Any]:
     """The keyword arguments of `load` that `add_reading` asked for."""
-    return {name: getattr(options, name) for name in ("angles", "quantity", "illuminant", "colours")}
+    return {name: getattr(options, name) for name in ("angles", "quantity", "illuminant", "isotropic", "symmetry",
+                                                      "encoding", "colours")}
+
+
+def _yes_or_no(text: str) -> bool:
+    if text.lower() not in ("yes", "no", "true", "false"):
+        raise argparse.ArgumentTypeError(f"{text!r}: expected yes or no")
+    return text.lower() in ("yes", "true")
 
 
 def _level_or_none(text: str) -> int | None:

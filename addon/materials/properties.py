@@ -8,15 +8,17 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 
 from ...fitter import PRESETS
 from ...fitter.formats import KNOWN_FILES, illuminants
+from ...fitter.formats.reading import ENCODINGS
 from ...fitter.lattice.dense import MAX_LEVEL
 from ...fitter.presets import PRESET_DESCRIPTIONS
+from ...fitter.samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY
 from ..annotations import Arguments
 
 NO_SPECULAR_LEVEL = -1
 LEVELS = ("diffuse_level", "specular_level", "compression")
 RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels", "changes",
            "version", "colours")
-READING = ("angles", "quantity", "illuminant")
+READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
 CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", *READING)
 AS_THE_FILE_SAYS = "auto"
 PRESET_ITEMS = tuple((name, name, text) for name, text in PRESET_DESCRIPTIONS.items())
@@ -34,6 +36,17 @@ _LIGHTS = (("D65", "Daylight (D65)", "Daylight of noon; white is that of screens
            ("D50", "Horizon Daylight (D50)", "Warmer daylight, the standard of print"),
            ("A", "Incandescent (A)", "A light bulb"),
            ("E", "Equal Energy (E)", "The same power at every wavelength"))
+_ISOTROPIC = ((AS_THE_FILE_SAYS, "As Measured", "Found from the values, or as the format defines it"),
+              ("isotropic", "Isotropic", "The surface looks the same however it is turned, whatever its values tell"),
+              ("anisotropic", "Anisotropic", "The surface changes when it is turned, as brushed metal does"))
+_SYMMETRIES = ((AS_THE_FILE_SAYS, "As the File Says", "What the file names; most name none"),
+               (NO_SYMMETRY, "None", "Nothing stands for directions that were not measured"),
+               (HALF_TURN, "Half Turn", "The surface is the same after half a turn"),
+               (MIRROR, "Mirror", "The plane of normal and tangent is a mirror"),
+               (HALF_TURN_AND_MIRROR, "Half Turn and Mirror", "Both: a quarter of a turn was measured"))
+_ENCODINGS = ((ENCODINGS[0], "As Stored", "The BRDF"),
+              ("srgb", "sRGB", "The BRDF, encoded as sRGB"),
+              ("srgb140", "sRGB times 140", "A hundredth of the BRDF, encoded as sRGB, times 140"))
 
 
 class Choices(Protocol):
@@ -50,6 +63,9 @@ class Choices(Protocol):
     angles: str
     quantity: str
     illuminant: str
+    isotropic: str
+    symmetry: str
+    encoding: str
 
 
 class FitChoices:
@@ -95,6 +111,16 @@ class FitChoices:
     illuminant: EnumProperty(
         name="Illuminant", items=_LIGHTS, default=illuminants.DEFAULT,
         description="The light under which spectra are seen when they become colours. White stays white")
+    isotropic: EnumProperty(
+        name="Isotropic", items=_ISOTROPIC, default=AS_THE_FILE_SAYS,
+        description="Whether the surface looks the same however it is turned. Found from three rotations on")
+    symmetry: EnumProperty(
+        name="Symmetry", items=_SYMMETRIES, default=AS_THE_FILE_SAYS,
+        description="What stands for rotations of an anisotropic surface at which a table, an ASTM or a Zemax file has "
+                    "no values")
+    encoding: EnumProperty(
+        name="UTIA Values", items=_ENCODINGS, default=ENCODINGS[0],
+        description="How the values of a UTIA file are stored. Its readers differ")
 
 
 def fit_arguments(choices: Choices) -> Arguments:

@@ -9,9 +9,11 @@ from mathutils import Color
 
 from ...fitter.colours import COLOURS, DEFAULT, conversion, to_xyz
 from ...fitter.formats import illuminants
+from ...fitter.formats.reading import ENCODINGS
 from ..annotations import Arguments
 from .properties import AS_THE_FILE_SAYS, READING, Choices
 
+_ISOTROPIC = {"isotropic": True, "anisotropic": False}       # the choices, and the option of `fitter.load`
 GREY = "grey"               # in the place of a colour space: the same in every one
 _SAME = 0.01                # of the entries of two matrices to XYZ: spaces differ by 0.1, Blender's rounding by 0.0001
 
@@ -29,15 +31,20 @@ def scene_colours() -> str:
 
 def load_arguments(choices: Choices) -> Arguments:
     """The keyword arguments of `fitter.load` that choices, and the open file, ask for."""
-    said = {name: getattr(choices, name) for name in ("angles", "quantity")}
+    said = {name: getattr(choices, name) for name in ("angles", "quantity", "symmetry")}
     return {**{name: None if value in ("", AS_THE_FILE_SAYS) else value for name, value in said.items()},
-            "illuminant": choices.illuminant or illuminants.DEFAULT, "colours": scene_colours() or DEFAULT}
+            "illuminant": choices.illuminant or illuminants.DEFAULT, "colours": scene_colours() or DEFAULT,
+            "isotropic": _ISOTROPIC.get(choices.isotropic), "encoding": choices.encoding or None}
 
 
-def use_reading(choices: Choices, angles: str | None, quantity: str | None, illuminant: str) -> None:
+def use_reading(choices: Choices, angles: str | None = None, quantity: str | None = None,
+                illuminant: str = illuminants.DEFAULT, isotropic: bool | None = None, symmetry: str | None = None,
+                encoding: str | None = None) -> None:
     """Choose the options of reading as `fitter.load` has them."""
     choices.angles, choices.quantity = angles or AS_THE_FILE_SAYS, quantity or AS_THE_FILE_SAYS
+    choices.symmetry, choices.encoding = symmetry or AS_THE_FILE_SAYS, encoding or ENCODINGS[0]
     choices.illuminant = illuminant
+    choices.isotropic = next((name for name, value in _ISOTROPIC.items() if value == isotropic), AS_THE_FILE_SAYS)
 
 
 def draw_reading(layout: bpy.types.UILayout, choices: Any) -> None:

@@ -88,7 +88,28 @@ def test_refit_and_panel_read_as_the_import_did(blender, cube, file, extension, 
     assert function().digest == before
 
 
-@pytest.mark.parametrize("name", ["angles", "quantity", "illuminant"])
+def test_what_is_known_of_the_material_reaches_the_reader(blender, cube, tmp_path, extension):
+    """Options of anisotropic measurements, from the operator and from the command line: as `fitter.load` takes them."""
+    materials = extension.addon.materials
+    choices = SimpleNamespace(angles="auto", quantity="auto", illuminant="D65", isotropic="anisotropic",
+                              symmetry="half_turn", encoding="srgb")
+    asked = materials.reading.load_arguments(choices)
+    assert (asked["isotropic"], asked["symmetry"], asked["encoding"]) == (False, "half_turn", "srgb")
+    for isotropic in (None, True, False):
+        materials.reading.use_reading(choices, isotropic=isotropic)
+        asked = materials.reading.load_arguments(choices)
+        assert (asked["isotropic"], asked["symmetry"], asked["encoding"]) == (isotropic, None, "raw")
+    path = tmp_path / "turned.csv"
+    rows = [f"30,{turn},{theta},{turn + 180},{1 + turn / 100}" for turn in range(0, 180, 20)
+            for theta in range(0, 80, 5)]
+    path.write_text("\n".join(["theta_i,phi_i,theta_o,phi_o,BRDF", *rows]))
+    assert not fitter.load(path).isotropic
+    blender.ops.measured_brdf.import_data(filepath=str(path), isotropic="isotropic", **CHEAP)
+    settings = cube.active_material.measured_brdf
+    assert (settings.isotropic, settings.symmetry, settings.encoding) == ("isotropic", "auto", "raw")
+
+
+@pytest.mark.parametrize("name", ["angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding"])
 def test_an_unknown_choice_is_refused(blender, cube, file, name):
     with pytest.raises(TypeError, match="not found in"):
         blender.ops.measured_brdf.import_data(filepath=file, **{name: "other"})
@@ -114,6 +135,7 @@ def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, exten
     operator = SimpleNamespace(options=SimpleNamespace(is_invoke=is_invoke), directory="", files=[], sample="",
                                filepath=file, preset="Paper", diffuse_level=2, specular_level=-1, compression=0.0,
                                use_tolerance=False, tolerance=1.0, angles="auto", quantity="auto", illuminant="D65",
+                               isotropic="auto", symmetry="auto", encoding="raw",
                                report=lambda kind, text: reports.append(text))
     with pytest.raises(ValueError, match="degrees or radians") as raised:
         extension.fitter.load(file)
@@ -135,7 +157,8 @@ def test_the_dialog_imports_with_what_was_chosen(blender, cube, file):
 
 def test_the_dialogs_draw_the_options(extension):
     module = extension.addon.operators.import_data
-    for cls, expected in ((module.MEASUREDBRDF_OT_browse, {"angles", "quantity", "illuminant", "sample", "preset"}),
+    for cls, expected in ((module.MEASUREDBRDF_OT_browse, {"angles", "quantity", "illuminant", "isotropic",
+                                                            "symmetry", "encoding", "sample", "preset"}),
                           (module.MEASUREDBRDF_OT_say_units, {"angles", "quantity"})):
         layout, body = MagicMock(), MagicMock()
         layout.panel.return_value = (MagicMock(), body)
