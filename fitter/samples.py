@@ -17,6 +17,7 @@ MOST_REPEATED = 4_000_000   # samples that symmetry makes, at most: 200 MB
 _IMAGES = {NO_SYMMETRY: (), HALF_TURN: ((1, np.pi),), MIRROR: ((-1, 0.0),),
            HALF_TURN_AND_MIRROR: ((1, np.pi), (-1, 0.0), (-1, np.pi))}      # of an azimuth: its factor, and a turn
 _ROUNDING = 1e-5            # radians: files print angles to 6 decimals, and round pi/2 up
+_AT_NORMAL = 1e-3           # radians from the normal within which a direction has no azimuth
 _STEPS = 15_000             # in a quarter turn: directions that agree so far are one
 
 
@@ -220,6 +221,40 @@ def _places(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: 
         azimuth = np.rint(np.mod(phi, 4 * HORIZON) * (_STEPS / HORIZON)).astype(np.int64) % (4 * _STEPS)
         place = (place * (_STEPS + 1) + elevation) * (4 * _STEPS) + azimuth * (elevation > 0)
     return place
+
+
+@dataclass(frozen=True)
+class Rotations:
+    """The rotations of a sample at which it was measured.
+
+    Attributes
+    ----------
+    count : int
+        How many azimuths of incidence differ, to a quarter of a degree. At the normal there is none.
+    first, last : float
+        The range that holds them all, degrees: the complement of the widest gap.
+    """
+
+    count: int
+    first: float
+    last: float
+
+
+def rotations(theta_i: FloatArray, phi_i: FloatArray) -> Rotations:
+    """The rotations at which samples were measured; (n,) radians each.
+
+    Examples
+    --------
+    >>> rotations(np.ones(3), np.radians([350, 10, 30]))
+    Rotations(count=3, first=350.0, last=390.0)
+    """
+    found = np.unique(np.rint(np.degrees(np.mod(phi_i[theta_i > _AT_NORMAL], 2 * np.pi)) * 4).astype(np.int64) % 1440)
+    if not len(found):
+        return Rotations(1, 0.0, 0.0)
+    gaps = np.diff(found, append=found[0] + 1440)
+    widest = len(found) - 1 if gaps[-1] >= gaps.max() - 1 else int(gaps.argmax())       # from 0 on, where all are alike
+    first = int(found[(widest + 1) % len(found)])
+    return Rotations(len(found), first / 4, (first + 1440 - int(gaps[widest])) / 4)
 
 
 def distinct_channels(samples: Samples) -> tuple[Samples, tuple[int, ...]]:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray
-from ..samples import NO_SYMMETRY, Samples, repeated, subset
+from ..samples import NO_SYMMETRY, Samples, repeated, rotations, subset
 from .reading import Reading
 
 FEWEST_ROTATIONS = 3        # at which a material can be seen to be anisotropic
@@ -36,40 +36,6 @@ _OWN = 0.8                  # of the harmonics' squares, what no polynomial expl
 _SURE_OF_HARMONICS = 8.0    # standard errors: what they leave is not only noise
 _MOST = 200_000             # samples that are compared
 _TURN = 2 * np.pi
-
-
-@dataclass(frozen=True)
-class Rotations:
-    """The rotations of a sample at which it was measured.
-
-    Attributes
-    ----------
-    count : int
-        How many azimuths of incidence differ, to half a degree. At the normal there is none.
-    first, last : float
-        The range that holds them all, degrees: the complement of the widest gap.
-    """
-
-    count: int
-    first: float
-    last: float
-
-
-def rotations(theta_i: FloatArray, phi_i: FloatArray) -> Rotations:
-    """The rotations at which samples were measured; (n,) radians each.
-
-    Examples
-    --------
-    >>> rotations(np.ones(3), np.radians([350, 10, 30]))
-    Rotations(count=3, first=350.0, last=390.0)
-    """
-    found = np.unique(np.rint(np.degrees(np.mod(phi_i[theta_i > _ALIKE], _TURN)) * 2).astype(np.int64) % 720)
-    if not len(found):
-        return Rotations(1, 0.0, 0.0)
-    gaps = np.diff(found, append=found[0] + 720)
-    widest = len(found) - 1 if gaps[-1] >= gaps.max() - 1 else int(gaps.argmax())       # from 0 on, where all are alike
-    first = int(found[(widest + 1) % len(found)])
-    return Rotations(len(found), first / 2, (first + 720 - int(gaps[widest])) / 2)
 
 
 def finished(samples: Samples, reading: Reading, said: str = NO_SYMMETRY) -> Samples:

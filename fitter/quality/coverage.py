@@ -4,6 +4,10 @@ The distance between two direction pairs is the larger of the angles between the
 directions; mirror images and reciprocals of samples count as samples. The samples are sorted into cells. Those in one
 cell are within `_ACROSS` of each other, so that the first sample of each tells which cells can have the nearest one,
 and only those are searched. The result equals that of a search over all pairs of samples and probes.
+
+Of an anisotropic material, the azimuth of incidence counts as well, and there are no mirror images: the probes are
+pairs of all directions on a coarser grid. Samples are many and directions of incidence few, so that for each of these
+the outgoing directions nearest to the probes are found first. Where they are many, those within 3 degrees count as one.
 """
 
 from collections.abc import Iterator
@@ -18,10 +22,13 @@ _PROBE_AZIMUTH = np.radians(np.arange(0, 181, 15))
 _CELL = np.radians(6)
 _ACROSS = 2 * _CELL + 1e-6  # bound of the diameter of a cell: along a meridian, then along a circle of latitude
 _CELLS = 32                 # in azimuth; more than there are in polar angle
+_ANISOTROPIC_AZIMUTH = np.radians(np.arange(0, 360, 30))    # of the probes' directions
+_MOST_INCIDENT = 2000       # directions of incidence that are told apart exactly
+_MERGED = np.radians(3)     # and how far those are apart that are not
 _AT_ONCE = 1024             # samples compared with all probes at a time: fits the processor's cache
 
 
-def widest_hole(samples: Samples) -> tuple[float, tuple[float, float, float]]:
+def widest_hole(samples: Samples) -> tuple[float, tuple[float, ...]]:
     """The probe that is farthest from the nearest sample.
 
     Parameters
@@ -32,8 +39,9 @@ def widest_hole(samples: Samples) -> tuple[float, tuple[float, float, float]]:
     -------
     distance : float
         Degrees.
-    at : (float, float, float)
-        Incident and outgoing polar angle, and the azimuth between them, degrees.
+    at : (float, float, float), or (float, float, float, float)
+        Incident and outgoing polar angle, and the azimuth between them, degrees; of an anisotropic material, and the
+        azimuth of incidence.
 
     Examples
     --------
@@ -43,6 +51,8 @@ def widest_hole(samples: Samples) -> tuple[float, tuple[float, float, float]]:
     >>> distance, 80 in np.round(at[:2])
     (80.0, True)
     """
+    if not samples.isotropic:
+        return _widest_of_anisotropic(samples)
     grids = np.meshgrid(_PROBE_THETA, _PROBE_THETA, _PROBE_AZIMUTH, indexing="ij")
     probes = np.stack([grid.ravel() for grid in grids], axis=1)
     azimuth = _folded(np.remainder(samples.phi_o, 2 * np.pi) - np.remainder(samples.phi_i, 2 * np.pi))
@@ -60,6 +70,36 @@ def widest_hole(samples: Samples) -> tuple[float, tuple[float, float, float]]:
     k = nearest.argmin()
     theta_i, theta_o, delta_phi = map(float, np.degrees(probes[k]))
     return float(np.degrees(np.arccos(min(nearest[k], 1.0)))), (theta_i, theta_o, delta_phi)
+
+
+def _widest_of_anisotropic(samples: Samples) -> tuple[float, tuple[float, ...]]:
+    theta, phi = (grid.ravel() for grid in np.meshgrid(_PROBE_THETA, _ANISOTROPIC_AZIMUTH, indexing="ij"))
+    probes = _vectors(theta, phi)
+    incident, group = _directions_of_incidence(samples)
+    order = np.argsort(group, kind="stable")
+    outgoing = _vectors(samples.theta_o[order], samples.phi_o[order])
+    ends = np.searchsorted(group[order], np.arange(1, len(incident) + 1)).tolist()
+    nearest = np.full((len(probes), len(probes)), -1.0)     # cosines of distances, (incident, outgoing)
+    for start, end, toward in zip([0, *ends], ends, incident @ probes.T, strict=False):
+        reached = np.max([(outgoing[at:min(at + _AT_ONCE, end)] @ probes.T).max(axis=0)
+                          for at in range(start, end, _AT_ONCE)], axis=0)
+        np.maximum(nearest, np.minimum(toward[:, None], reached), out=nearest)
+    nearest = np.maximum(nearest, nearest.T)                # a sample's reciprocal is one
+    i, o = np.unravel_index(nearest.argmin(), nearest.shape)
+    at = theta[i], theta[o], np.mod(phi[o] - phi[i], 2 * np.pi), phi[i]
+    return float(np.degrees(np.arccos(min(nearest[i, o], 1.0)))), tuple(map(float, np.degrees(at)))
+
+
+def _directions_of_incidence(samples: Samples) -> tuple[FloatArray, IntArray]:
+    """Those that differ, unit vectors (m, 3), and for each sample which it is, (n,)."""
+    vectors = _vectors(samples.theta_i, samples.phi_i)
+    for step in (1e-6, _MERGED / np.sqrt(3)):
+        cells = np.rint(vectors / step).astype(np.int64) + round(2 / step)
+        packed = cells[:, 0] * round(4 / step) + cells[:, 1]        # z follows from x and y
+        _, first, group = np.unique(packed, return_index=True, return_inverse=True)
+        if len(first) <= _MOST_INCIDENT:
+            break
+    return vectors[first], group
 
 
 class _Cells:

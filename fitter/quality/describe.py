@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray
-from ..samples import Samples
+from ..samples import Rotations, Samples, rotations
 from ..shader_constants import GRAZING
 from .coverage import widest_hole
 
@@ -26,8 +26,9 @@ class Description:
         Smallest and largest incident and outgoing polar angle.
     gap : float
         The widest hole: the distance from `gap_at` to the nearest sample (see `coverage`).
-    gap_at : (float, float, float)
-        Incident and outgoing polar angle and the azimuth between them.
+    gap_at : (float, float, float), or (float, float, float, float)
+        Incident and outgoing polar angle and the azimuth between them; of an anisotropic material, and the azimuth of
+        incidence.
     negative : int
         Values below 0, over all channels.
     saturated : int
@@ -37,6 +38,9 @@ class Description:
         1/sr.
     notes : tuple of str
         What reading made of the file.
+    rotations : Rotations, or None
+        Of an anisotropic material, those at which it is given: measured, or by its symmetry or the file's
+        interpolation.
     """
 
     name: str
@@ -45,13 +49,14 @@ class Description:
     theta_i: tuple[float, float]
     theta_o: tuple[float, float]
     gap: float
-    gap_at: tuple[float, float, float]
+    gap_at: tuple[float, ...]
     negative: int
     saturated: int
     lowest: tuple[float, ...]
     mean: tuple[float, ...]
     highest: tuple[float, ...]
     notes: tuple[str, ...] = ()
+    rotations: Rotations | None = None
 
     @property
     def farthest(self) -> float:
@@ -61,15 +66,21 @@ class Description:
     def rows(self) -> list[tuple[str, str, bool]]:
         """The description in words: a list of (label, text, whether the user should be warned)."""
         values = len(self.channels) * self.count
-        at = "{:.0f}° in, {:.0f}° out, {:.0f}° around".format(*self.gap_at)
+        at = "{:.0f}° in, {:.0f}° out, {:.0f}° around".format(*self.gap_at[:3])
+        kind = "isotropic"
+        if self.rotations is not None:
+            kind = (f"anisotropic, given at {self.rotations.count:,} rotation{'s' * (self.rotations.count > 1)} from "
+                    f"{self.rotations.first:g}° to {self.rotations.last:g}°")
+            at += f", turned by {self.gap_at[3]:.0f}°"
         rows = [("Samples", f"{self.count:,} direction pairs, {' '.join(self.channels)}", False),
+                ("Material", kind, False),
                 ("Incident", "{:.1f}° to {:.1f}°".format(*self.theta_i), False),
                 ("Outgoing", "{:.1f}° to {:.1f}°".format(*self.theta_o), False),
                 ("Widest hole", f"{self.gap:.0f}° at {at}", self.gap > WIDE_GAP),
                 ("Negative", f"{self.negative:,} of {values:,} values", self.negative > 0),
                 ("Saturated", f"{self.saturated:,} of {values:,} values", self.saturated > 0)]
         if self.farthest < np.degrees(GRAZING):
-            rows.insert(3, ("Guessed", f"beyond {self.farthest:.0f}°, where nothing was measured", False))
+            rows.insert(4, ("Guessed", f"beyond {self.farthest:.0f}°, where nothing was measured", False))
         rows += [(f"Range {channel}", f"{low:.4g} to {high:.4g} / sr, mean {mean:.4g}", False)
                  for channel, low, mean, high in zip(self.channels, self.lowest, self.mean, self.highest, strict=True)]
         return rows + [("Read", note, False) for note in self.notes]
@@ -98,7 +109,8 @@ def describe(samples: Samples, overflowed: BoolArray | None = None) -> Descripti
     gap, at = widest_hole(samples)
     return Description(samples.name, samples.channels, len(samples), _range(samples.theta_i), _range(samples.theta_o),
                        gap, at, int(np.count_nonzero(values < 0)), _saturated(values, overflowed),
-                       _floats(values.min(0)), _floats(values.mean(0)), _floats(values.max(0)), samples.notes)
+                       _floats(values.min(0)), _floats(values.mean(0)), _floats(values.max(0)), samples.notes,
+                       None if samples.isotropic else rotations(samples.theta_i, samples.phi_i))
 
 
 def _floats(values: FloatArray) -> tuple[float, ...]:

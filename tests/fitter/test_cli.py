@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import fitter
+from support import anisotropic_instruments as instruments
 from support.checkout import ROOT
 
 
@@ -41,6 +42,22 @@ def test_info_lists_curet_samples_and_describes_one(data):
     assert len(listing.splitlines()) == 62
     assert "  15  aluminum foil" in listing
     assert "205 direction pairs" in run("info", data / "curet" / "abrdf.dat", "--sample", "aluminum foil").stdout
+
+
+def test_info_says_whether_a_material_is_isotropic(tmp_path):
+    table = tmp_path / "brushed.csv"
+    directions = instruments.grid([20, 50], range(0, 91, 15), range(10, 81, 10), range(0, 360, 30))
+    numbers = np.column_stack([*np.degrees(directions), instruments.ggx()(*directions)])
+    table.write_text("\n".join(["theta_i,phi_i,theta_o,phi_o,R,G,B", *(",".join(map(str, row)) for row in numbers)]))
+    described = run("info", table).stdout
+    assert "Material     anisotropic, given at 7 rotations from 0° to 90°" in described
+    assert "Read         Anisotropic, measured at 7 rotations from 0 to 90 degrees" in described
+    assert "Symmetry, half turn and mirror: " in run("info", table, "--symmetry", "half_turn_and_mirror").stdout
+    asked = run("info", table, "--isotropic", "yes").stdout
+    assert "Material     isotropic" in asked
+    assert "Taken as isotropic, as asked" in asked
+    assert "expected yes or no" in run("info", table, "--isotropic", "maybe").stderr
+    assert "--encoding" in run("info", table, "--encoding", "gamma").stderr
 
 
 def test_a_table_that_says_too_little_is_read_by_options(tmp_path):

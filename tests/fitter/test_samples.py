@@ -5,7 +5,17 @@ import pytest
 
 import fitter
 from fitter import DatasetError
-from fitter.samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, MOST_REPEATED, NO_SYMMETRY, SYMMETRIES, repeated
+from fitter.samples import (
+    HALF_TURN,
+    HALF_TURN_AND_MIRROR,
+    MIRROR,
+    MOST_REPEATED,
+    NO_SYMMETRY,
+    SYMMETRIES,
+    Rotations,
+    repeated,
+    rotations,
+)
 from support import anisotropic_instruments as instruments
 
 
@@ -78,3 +88,15 @@ def test_more_samples_than_memory_should_hold_are_refused():
     samples = fitter.Samples(angle, angle, angle, angle, np.ones((count, 1)))
     with pytest.raises(DatasetError, match=r"1,000,001 samples, which the symmetry 'half_turn_and_mirror' makes 4,0"):
         repeated(samples, "half_turn_and_mirror")
+
+
+def test_the_range_of_rotations_is_the_complement_of_the_widest_gap():
+    def at(*degrees):
+        found = rotations(np.ones(len(degrees)), np.radians(degrees))
+        return found.count, found.first, found.last
+
+    assert at(0, 45, 90) == (3, 0, 90)
+    assert at(350, 370, 20, -360) == (4, 350, 380)
+    assert at(*range(0, 360, 10)) == (36, 0, 350)
+    assert at(7, 7.1, 6.9) == (1, 7, 7)
+    assert rotations(np.zeros(2), np.array([1.0, 2.0])) == Rotations(1, 0, 0)

@@ -110,18 +110,6 @@ def test_directions_that_have_little_in_common_tell_nothing(curet):
                                 "isotropic",)
 
 
-def test_the_range_of_rotations_is_the_complement_of_the_widest_gap():
-    def at(*degrees):
-        found = isotropy.rotations(np.ones(len(degrees)), np.radians(degrees))
-        return found.count, found.first, found.last
-
-    assert at(0, 45, 90) == (3, 0, 90)
-    assert at(350, 370, 20, -360) == (4, 350, 380)
-    assert at(*range(0, 360, 10)) == (36, 0, 350)
-    assert at(7, 7.1, 7.2) == (1, 7, 7)
-    assert isotropy.rotations(np.zeros(2), np.array([1.0, 2.0])) == isotropy.Rotations(1, 0, 0)
-
-
 def test_repeated_measurements_tell_the_noise_of_few_directions(tmp_path):
     """Six directions at three rotations: by themselves too few, unless it is known how little they scatter."""
     directions = instruments.grid([45], [0, 40, 80], [35, 45, 60], [165, 180])

@@ -1,6 +1,7 @@
 """Descriptions and pictures of measurements, against values computed in other ways."""
 
 import math
+import re
 import tracemalloc
 from dataclasses import replace
 
@@ -86,6 +87,51 @@ def test_the_widest_hole_is_found_among_any_samples(random, kind, count):
     assert found.gap == pytest.approx(every_distance(samples), abs=1e-5)
     if len(samples) < 500:
         assert nearest(samples, *np.radians(found.gap_at)) == pytest.approx(found.gap, abs=1e-5)
+
+
+def every_distance_of_anisotropic(samples):
+    """The widest hole, degrees, by every probe against every sample and its reciprocal."""
+    probes = np.array([vector(theta, phi) for theta in np.radians(range(10, 81, 10))
+                       for phi in np.radians(range(0, 360, 30))])
+    sides = [np.array([vector(*angles) for angles in zip(theta, phi, strict=True)])
+             for theta, phi in ((samples.theta_i, samples.phi_i), (samples.theta_o, samples.phi_o))]
+    nearest = np.full((len(probes), len(probes)), 180.0)
+    for incident, outgoing in (sides, sides[::-1]):
+        for wi, wo in zip(incident, outgoing, strict=True):
+            away = [np.degrees(np.arccos(np.clip(probes @ w, -1, 1))) for w in (wi, wo)]
+            nearest = np.minimum(nearest, np.maximum(away[0][:, None], away[1][None, :]))
+    return nearest.max()
+
+
+@pytest.mark.parametrize("incidences", [1, 7, 400])
+def test_the_widest_hole_of_an_anisotropic_material_is_where_brute_force_finds_it(random, incidences):
+    which = random.integers(0, incidences, 400)
+    theta_i, phi_i = random.random((2, incidences)) * [[1.4], [6.2]]
+    samples = fitter.Samples(theta_i[which], phi_i[which], 1.4 * random.random(400), 6.2 * random.random(400),
+                             np.ones((400, 1)), isotropic=False)
+    found = describe(samples)
+    assert found.gap == pytest.approx(every_distance_of_anisotropic(samples), abs=1e-5)
+    theta_i, theta_o, apart, phi_i = np.radians(found.gap_at)
+    wi, wo = vector(theta_i, phi_i), vector(theta_o, phi_i + apart)
+    distances = [max(angle(vector(*i), wi), angle(vector(*o), wo)) for ti, pi, to, po in
+                 zip(*samples.directions, strict=True) for i, o in (((ti, pi), (to, po)), ((to, po), (ti, pi)))]
+    assert min(distances) == pytest.approx(found.gap, abs=1e-5)
+
+
+def test_very_many_directions_of_incidence_are_told_apart_to_three_degrees(random):
+    angles = random.random((4, 3000)) * [[1.4], [6.3], [1.4], [6.3]]
+    samples = fitter.Samples(*angles, np.ones((3000, 1)), isotropic=False)
+    assert describe(samples).gap == pytest.approx(every_distance_of_anisotropic(samples), abs=3)
+
+
+def test_it_says_whether_a_material_is_isotropic_and_at_how_many_rotations():
+    turned = fitter.Samples([0.5] * 3, np.radians([0, 45, 90]), [0.5] * 3, [1.0] * 3, np.ones((3, 1)), isotropic=False)
+    rows = {label: text for label, text, _ in describe(turned).rows()}
+    assert rows["Material"] == "anisotropic, given at 3 rotations from 0° to 90°"
+    assert re.fullmatch(r"\d+° at 80° in, 80° out, \d+° around, turned by \d+°", rows["Widest hole"])
+    rows = {label: text for label, text, _ in describe(replace(turned, isotropic=True)).rows()}
+    assert rows["Material"] == "isotropic"
+    assert "turned" not in rows["Widest hole"]
 
 
 def test_a_description_takes_a_few_times_the_memory_of_its_samples(random):
