@@ -98,6 +98,15 @@ CONTENTS = {
     "RGL: an array of 10^12 numbers": lambda: _rgl_of(10**12),
     "RGL: an array of 2^64 numbers": lambda: _rgl_of(2**64 - 1),
     "RGL: 16 MB of microfacets": lambda: _rgl(ndf=np.ones((2, 2 << 20), "f4")),
+    "RGL: half a million azimuths": lambda: _rgl(phi_i=np.linspace(-3.1, 3.1, 500_000, dtype="f4")),
+    "RGL: an azimuth of 1e30": lambda: tensor_files.pack(tensor_files.anisotropic(tensor_files.material())
+                                                         | {"phi_i": np.array([-1e30, 0, 1e30], "f4")}),
+    "RGL: 5,000 azimuths of two angles": lambda: tensor_files.pack(tensor_files.anisotropic(
+        tensor_files.material(angles=(0.1, 1.3)), np.linspace(-180, 180, 5000))),
+    "UTIA: numbers as large as doubles get": lambda: struct.pack("<d", 1.7e308) * (3 * 288 * 288),
+    "UTIA: a BRDF of 0.3": lambda: struct.pack("<d", 0.3) * (3 * 288 * 288),
+    "Zemax: half a million rotations": lambda: _zemax(1, 1).replace(
+        b"SampleRotation 1\n0\n", b"SampleRotation 500000\n%b\n" % (b"1 " * 500_000)),
     "Zemax: a million values": lambda: _zemax(1000, 1000),
     "Zemax: half a million azimuths": lambda: _zemax(500_000, 1),
     "Zemax: a million radial angles, the last value not a number": lambda: _zemax(1, 1_000_000, b"1 ")[:-12] + b"x\n"
@@ -105,6 +114,10 @@ CONTENTS = {
     "Zemax: lines TIS": lambda: _filled(b"TIS 1\n", _zemax(1, 1)[:-12], b"DataEnd\n", 4 * MEGABYTE),
     "MBSDF: a million values": lambda: mbsdf_files.made((100, 100, 100, 1), values=np.ones(1_000_000)),
     "table: rows": lambda: _filled(_ROW, b"#angles:rad\n" + _VARS[5:], size=LARGE // 2),
+    "table: rotations of a symmetry": lambda: (
+        b"#symmetry: 180 and mirror\n#angles: degrees\ntheta_i,phi_i,theta_o,phi_o,BRDF\n"
+        + b"".join(b"%d,%d,%d,%d,%d\n" % (20 + turn % 4, turn % 360, theta, turn % 360 + 180, 1 + turn % 90)
+                   for turn in range(6000) for theta in range(70))),
     "table: empty cells": lambda: _filled(b",,,,,,\n", b"#angles:rad\n" + _VARS[5:], size=LARGE // 2),
     "table: empty lines, the last row not a number": lambda: _filled(b"\n", _VARS[5:], b"1,1,1,1,1,1,x\n", LARGE // 2),
     "table: a comment with each row": lambda: _filled(b"#\n", _VARS[5:], size=LARGE // 2),

@@ -42,6 +42,18 @@ def material(size=4, angles=(0.1, 0.7, 1.3), seed=None):
     return {name: array.astype("<" + types.get(name, "f4")) for name, array in arrays.items()}
 
 
+def anisotropic(arrays, azimuths=(-180, -135, -90), seed=None):
+    """The arrays of an anisotropic material at these azimuths, degrees, of an isotropic one's.
+
+    With a seed each azimuth has random tables; without one they are all alike.
+    """
+    of_azimuth = {name: np.repeat(arrays[name], len(azimuths), axis=0) for name in ("vndf", "luminance", "rgb")}
+    if seed is not None:
+        random = np.random.default_rng(seed)
+        of_azimuth = {name: (0.5 + random.random(array.shape)).astype("<f4") for name, array in of_azimuth.items()}
+    return arrays | of_azimuth | {"phi_i": np.radians(azimuths).astype("<f4")}
+
+
 def spectral(arrays, wavelengths):
     """The same material with spectra instead of rgb: flat ones, of the height of its green channel."""
     green = arrays["rgb"][:, :, 1:2]

@@ -28,9 +28,19 @@ import fitter
 from fitter import cli
 from fitter.colours import conversion
 from fitter.cycles.bake import bake
-from fitter.formats import curet, mat5, mbsdf, merl, rgl, spectra, table, tensor_file, zemax
+from fitter.formats import curet, mat5, mbsdf, merl, rgl, spectra, table, tensor_file, utia, zemax
 from fitter.methods import METHODS
-from support import checkout, hostile_files, mbsdf_files, merl_files, panel_work, tensor_files, zemax_files
+from support import (
+    anisotropic_instruments,
+    checkout,
+    hostile_files,
+    mbsdf_files,
+    merl_files,
+    panel_work,
+    tensor_files,
+    utia_files,
+    zemax_files,
+)
 
 CASES = 20_000
 SECONDS = 5.0               # of processor time
@@ -38,12 +48,14 @@ MEMORY = 10                 # times the file
 _OVERHEAD = 1 << 20         # bytes: tables of colour matching and geometry, pieces being parsed
 _OVERHEAD_DESCRIBING = 32 << 20     # and as many cosines as are worked out at a time
 _ONE_OF = 50                # of the fits is baked: that takes a second
+_MOST_FITTED = 20_000       # samples
 _ODD = (b"nan", b"-nan", b"inf", b"-inf", b"1e999", b"1e300", b"-1e31", b"1e-400", b"-0", b"1_0", b"0x10", b"1,5",
         b"--1", b"1e", b"1.5708", b"-0.1", b"9" * 500, b"0." + b"3" * 5000, b"R", b"", b"\xd9\xa3", b"\xc2\xa0", b"#",
         b"400nm", b"VARS", b"2147483648", b"1e5", b"\0", b"\x85", b"\x1c", b"\xef\xbb\xbf")
 _NUMBER = re.compile(rb"[-+.\w]+")
 _OPTIONS = ({"colours": "ACEScg"}, {"angles": "radians", "quantity": "brdf_cos"}, {"angles": "degrees"},
-            {"quantity": "brdf_cos_i", "illuminant": "A", "colours": "Rec.2020"})      # of reading, one for each case
+            {"quantity": "brdf_cos_i", "illuminant": "A", "colours": "Rec.2020"}, {"isotropic": False},
+            {"isotropic": True, "symmetry": "half_turn"})      # of reading, one for each case
 _PANEL = panel_work.load()
 
 
@@ -68,6 +80,11 @@ def seeds():
         "zemax, made": zemax_files.made(rng.random((1, 2, 3, 3)).round(4)).encode(),
         "zemax, XYZ": zemax_files.made(rng.random((3, 2, 4, 3)).round(4), azimuths=(0, 60, 120, 180),
                                        SpectralContent="XYZ").encode(),
+        "rgl, anisotropic": tensor_files.pack(tensor_files.anisotropic(tensor_files.material(seed=9), seed=9)),
+        "zemax, rotations": zemax_files.made(rng.random((1, 12, 4, 3)).round(4) + 1, azimuths=(0, 60, 120, 180),
+                                             rotations=(0, 30, 60, 90, 120, 360),
+                                             Symmetry="PlaneSymmetrical4D").encode(),
+        "utia, made": utia_files.pack(utia_files.values_of(anisotropic_instruments.ggx())),
         "rgl, spectral": tensor_files.pack(tensor_files.spectral(tensor_files.material(seed=8), bands))}
     found["astm, without a count"] = _uncounted(found["astm, made"])
     found["astm, other columns"] = "\n".join(["VARS\tphi_r[deg]\ttheta_r[deg]\t650nm\tphi_i[deg]\ttheta_i[deg]", *(
@@ -79,6 +96,10 @@ def seeds():
         ["# standard: 0.9", "theta_i[deg],phi_i[deg],theta_r[deg],phi_r[deg],BRDF*cos_o,standard", *(
             ",".join(f"{number:.4f}" for number in row[:6] * [57, 57, 57, 57, 1, 1] + [0, 0, 0, 0, 0, 0.1])
             for row in numbers)]).encode()
+    turns = anisotropic_instruments.grid((20, 50), (0, 30, 60, 90), (0, 20, 40, 60), range(0, 360, 45))
+    turned = np.column_stack([*np.degrees(turns), anisotropic_instruments.ggx()(*turns)])
+    found["table, rotations"] = "\n".join(["# symmetry: 180 degrees and mirror", "theta_i,phi_i,theta_o,phi_o,R,G,B", *(
+        ",".join(f"{number:.6g}" for number in row) for row in turned)]).encode()
     found["astm, Light Tec"] = "\n".join(["VARS theta_i,phi_i,theta_s,465nm,525nm,630nm", *rows]).encode()
     folder = checkout.measurements()
     for path in (folder / "cornell" / "garnet_red_RGB.astm", folder / "cornell" / "krylon_blue.astm",
@@ -240,8 +261,9 @@ def check(content, path):
     if samples is None:
         return "refused", seconds, memory
     angles, values = naive(content)
-    # RGL's nodes come first; tests/fitter/formats/test_rgl.py has what is between
-    assert len(samples) > len(values) if rgl.recognises(content) else len(samples) == len(values)
+    # RGL's nodes come first; tests/fitter/formats/test_rgl.py has what is between, and test_samples.py images
+    more = rgl.recognises(content) or any(note.startswith("Symmetr") for note in samples.notes)
+    assert len(samples) >= len(values) if more else len(samples) == len(values)
     directions = np.transpose(samples.directions)[:len(values)]
     if b"\0" in content or zemax.recognises(content):      # angles that are computed: known but for whole turns
         np.testing.assert_allclose(_vectors(directions), _vectors(angles), rtol=0, atol=1e-6)
@@ -250,6 +272,8 @@ def check(content, path):
     np.testing.assert_allclose(samples.values[:len(values)], values, rtol=1e-9, atol=1e-9 * np.abs(values).max())
     assert shown.description.count == len(samples)
     assert 0 <= shown.description.gap <= 180
+    if len(samples) > _MOST_FITTED:
+        return "read", seconds, memory
     which, rest = divmod(zlib.crc32(content), _ONE_OF)
     _fit_and_bake(samples, path, list(METHODS)[which % len(METHODS)] if rest == 0 else None)
     return "read", seconds, memory
@@ -314,6 +338,8 @@ def naive(content):
         return _naive_rgl(content)
     if merl.recognises(content):
         return _naive_merl(content)
+    if utia.recognises(content):
+        return _naive_utia(content)
     if content.startswith(mbsdf.MAGIC):
         return _naive_mbsdf(content)
     text = content.removeprefix(b"\xef\xbb\xbf").decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
@@ -402,15 +428,19 @@ def _naive_table(lines):
 def _naive_zemax(lines):
     """Out of the mirrored ray by the radial angle: towards the normal, turned by the azimuth."""
     angles = {line[0]: [float(angle) for angle in after] for line, after in pairwise(lines)
-              if line[0] in ("AngleOfIncidence", "ScatterAzimuth", "ScatterRadial")}
+              if line[0] in ("SampleRotation", "AngleOfIncidence", "ScatterAzimuth", "ScatterRadial")}
     starts = [n for n, line in enumerate(lines) if line[0].startswith("DataBegin")]
     rows = iter([[float(number) for number in line] for start in starts for line in
                  lines[start:next(n for n in range(start, len(lines)) if lines[n][0].startswith("DataEnd"))]
                  if not line[0].startswith(("DataBegin", "TIS"))])
-    shape = [len(starts), *(len(angles[name]) for name in ("AngleOfIncidence", "ScatterAzimuth", "ScatterRadial"))]
-    table = np.array(list(rows)).reshape(shape)
+    blocks = [(turn, theta) for turn in np.radians(angles["SampleRotation"])
+              for theta in np.radians(angles["AngleOfIncidence"])]
+    table = np.array(list(rows)).reshape(len(starts), len(blocks), len(angles["ScatterAzimuth"]),
+                                         len(angles["ScatterRadial"]))
+    several = len(angles["SampleRotation"]) > 1
     found, values = [], []
-    for i, theta in enumerate(np.radians(angles["AngleOfIncidence"])):
+    for i, (turn, theta) in enumerate(blocks):
+        turn = -turn if several else 0
         mirror, normal = np.array([-math.sin(theta), 0, math.cos(theta)]), [0, 0, 1]
         for a, azimuth in enumerate(np.radians(angles["ScatterAzimuth"])):
             for r, radial in enumerate(np.radians(angles["ScatterRadial"])):
@@ -423,7 +453,8 @@ def _naive_zemax(lines):
                 out = (math.cos(radial) * mirror
                        + math.sin(radial) * (math.cos(azimuth) * level + math.sin(azimuth) * side))
                 if value.any() and out @ normal > 1e-9:
-                    found.append([theta, 0, math.atan2(math.hypot(*out[:2]), out[2]), math.atan2(out[1], out[0])])
+                    found.append([theta, turn, math.atan2(math.hypot(*out[:2]), out[2]),
+                                  math.atan2(out[1], out[0]) + turn])
                     values.append(value)
     values = np.array(values)
     return np.array(found), values if len(starts) == 1 else values @ spectra.XYZ_TO_SRGB.T
@@ -476,15 +507,38 @@ def _naive_merl(content):
     return np.array(angles), np.array(values)
 
 
+def _naive_utia(content):
+    """Entry by entry; where a direction is the normal, the mean of all its azimuths."""
+    numbers = np.array(struct.unpack(f"<{3 * 288 ** 2}d", content)).reshape(3, 288 ** 2)
+    found = {}
+    for place in range(288 ** 2):
+        row, column = divmod(place, 288)
+        ti, pi, to, po = row // 48, row % 48, column // 48, column % 48
+        found.setdefault((ti, pi * (ti > 0), to, po * (to > 0)), []).append(place)
+    return (np.radians(np.array(list(found)) * [15, 7.5, 15, 7.5]),
+            np.array([numbers[:, places].mean(axis=1) if len(places) > 1 else numbers[:, places[0]]
+                      for places in found.values()]))
+
+
 def _naive_rgl(content):
-    """Node by node: the half vector below which the share s of the density is, found by halving."""
+    """Azimuth by azimuth; of an anisotropic material the last is the first again where they make a turn or a half."""
     fields = tensor_file.read(content, "naive")
-    theta_i, vndf = fields["theta_i"].astype(float), fields["vndf"][0].astype(float)
+    phi_i = fields["phi_i"].astype(float)
+    if len(phi_i) < 3:
+        return _naive_azimuth(fields, 0, 0.0)
+    closes = min(abs(phi_i[-1] - phi_i[0] - turn) for turn in (np.pi, 2 * np.pi)) < 1e-3
+    parts = [_naive_azimuth(fields, p, turn) for p, turn in enumerate(phi_i[:-1] if closes else phi_i)]
+    return tuple(np.concatenate(part) for part in zip(*parts, strict=True))
+
+
+def _naive_azimuth(fields, p, turn):
+    """Node by node: the half vector below which the share s of the density is, found by halving."""
+    theta_i, vndf = fields["theta_i"].astype(float), fields["vndf"][p].astype(float)
     if "spectra" in fields:
         weights = spectra.srgb_weights(fields["wavelengths"].astype(float))
-        rgb = np.einsum("tbyx,cb->tcyx", fields["spectra"][0].astype(float), weights)
+        rgb = np.einsum("tbyx,cb->tcyx", fields["spectra"][p].astype(float), weights)
     else:
-        rgb = fields["rgb"][0].astype(float)
+        rgb = fields["rgb"][p].astype(float)
     size = rgb.shape[-1]
     angles, values = [], []
     for t, angle in enumerate(np.minimum(theta_i, np.pi / 2)):
@@ -496,7 +550,7 @@ def _naive_rgl(content):
                 theta_h, phi_h = x * x * math.pi / 2, (2 * y - 1) * math.pi
                 half = np.array([math.sin(theta_h) * math.cos(phi_h), math.sin(theta_h) * math.sin(phi_h),
                                  math.cos(theta_h)])
-                wi = np.array([math.sin(angle), 0, math.cos(angle)])
+                wi = np.array([math.sin(angle) * math.cos(turn), math.sin(angle) * math.sin(turn), math.cos(angle)])
                 wo = 2 * (half @ wi) * half - wi
                 theta_o = math.atan2(math.hypot(wo[0], wo[1]), wo[2])
                 if math.cos(theta_o) <= 1e-6:
@@ -505,9 +559,9 @@ def _naive_rgl(content):
                 if fields["jacobian"][0]:
                     ndf = _at([_at(line, x) for line in fields["ndf"].astype(float)], y)
                     sigma = _at([_at(line, math.sqrt(2 * angle / math.pi)) for line in fields["sigma"].astype(float)],
-                                0.5)
+                                (turn + np.pi) / (2 * np.pi) % 1)
                     value = value * ndf / (4 * sigma)
-                angles.append([angle, 0, theta_o, math.atan2(wo[1], wo[0])])
+                angles.append([angle, turn, theta_o, math.atan2(wo[1], wo[0])])
                 values.append(value / math.cos(theta_o))
     return np.array(angles), np.array(values)
 

@@ -51,6 +51,7 @@ from .text import decode
 
 LARGEST = 160 << 20         # bytes; a spectral file has up to 15 million, of an anisotropic material 17 times as many
 _NEEDED = ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "jacobian")
+_MOST_INCIDENT = 10_000     # directions of incidence of an anisotropic material; real files have 136
 _LAST_MEASURED = np.radians(89)     # at most; what is tabulated beyond is an extrapolation
 _SYMMETRIES = {1: "none", 2: HALF_TURN, 4: HALF_TURN_AND_MIRROR}    # by how often the azimuths go into a turn
 
@@ -148,6 +149,9 @@ def _azimuths(path: str | Path, fields: dict[str, NDArray[Any]], colour: str) ->
                 raise DatasetError(f"{name} differs between two azimuths phi_i, expected at least {FEWEST_AZIMUTHS} of "
                                    f"an anisotropic material", path)
         return np.zeros(1)
+    if len(phi_i) * fields["theta_i"].size > _MOST_INCIDENT:
+        raise DatasetError(f"{len(phi_i):,} azimuths and {fields['theta_i'].size:,} angles of incidence found, "
+                           f"expected at most {_MOST_INCIDENT:,} pairs", path)
     if (np.diff(phi_i) <= 0).any() or np.abs(phi_i).max() > 4 * np.pi or reduction(phi_i) not in _SYMMETRIES:
         raise DatasetError(f"phi_i from {np.degrees(phi_i[0]):g} to {np.degrees(phi_i[-1]):g} degrees found, expected "
                            f"rising angles over a turn, a half or a quarter of it", path)

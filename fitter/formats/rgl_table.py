@@ -24,8 +24,9 @@ _STEP_AROUND = np.radians(15)       # between their azimuths, likewise
 _EVENLY = 24                # squared: directions of each angle of incidence that are spread evenly, at most
 _MOST_BETWEEN = 300_000     # samples between the nodes, about; a file of 32 x 32 nodes has 39,000
 _MOST_ANISOTROPIC = 280_000         # samples of an anisotropic material, about, the nodes included
-_FEWEST_BETWEEN = 20_000            # but for these between the nodes
+_FEWEST_BETWEEN, _MORE = 20_000, 1.5        # but for these between the nodes; and of a small file, as many times these
 _SPREAD = 1 / 3             # of an anisotropic material's samples between the nodes: those that are spread evenly
+_MOST_SLICES = 10_000       # directions of incidence between which there are others
 _GOLDEN = np.pi * (3 - np.sqrt(5))  # radians: successive turns by it never repeat
 _LOWEST = 1e-6              # cosine of theta_o below which a direction is on the horizon, where f is not defined
 _Points = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
@@ -176,11 +177,13 @@ class RglTable:
     def _between_anisotropic(self) -> Directions:
         theta_i, size = np.minimum(self.theta_i, HORIZON), self.values.shape[1]
         rows, elevations = _divided(self.phi_i, _STEP_AROUND), _divided(theta_i, _STEP)
+        if len(rows) * len(elevations) > _MOST_SLICES:
+            rows, elevations = list(enumerate(self.phi_i.tolist())), list(enumerate(theta_i.tolist()))
         if self._closes:
             rows.pop()
         slices = len(rows) * len(elevations)
         nodes = len(list(self._incidences())) * size * (size - 1)
-        each = max(_MOST_ANISOTROPIC / self.reduction - nodes, _FEWEST_BETWEEN) / slices
+        each = min(max(_MOST_ANISOTROPIC / self.reduction - nodes, _FEWEST_BETWEEN), _MORE * nodes) / slices
         evenly = _evenly_spread(max(int(np.sqrt(_SPREAD * each)), 1))
         thin = max(int(np.ceil(size * np.sqrt(2 / ((1 - _SPREAD) * each)))), 1)
         x, y = np.arange(1, 2 * size - 1, thin) / (2 * size - 2), np.arange(0, size - 1, thin) / (size - 1)

@@ -55,7 +55,7 @@ def recognises(content: bytes) -> bool:
     if not np.isfinite(numbers).all() or np.count_nonzero(numbers < 0) > _MOST_NEGATIVE * len(numbers):
         return False
     sizes = np.abs(numbers[numbers != 0])
-    return bool(len(sizes) and _SMALLEST < np.median(sizes) < _LARGEST and sizes.max() <= LARGEST_VALUE)
+    return bool(len(sizes) and sizes.max() <= LARGEST_VALUE and _SMALLEST < np.median(sizes) < _LARGEST)
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:

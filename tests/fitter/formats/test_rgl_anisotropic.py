@@ -130,14 +130,9 @@ def test_half_a_turn_stands_for_a_whole_one(tmp_path, golden):
 
 
 def mirrored(seed=3, count=5, first=-180, last=-90):
-    """A material of random tables over a quarter of a turn."""
-    random = np.random.default_rng(seed)
-    arrays = tensor_files.material(seed=seed)
-    arrays["phi_i"] = np.radians(np.linspace(first, last, count)).astype("<f4")
-    for name in ("vndf", "luminance", "rgb"):
-        arrays[name] = (0.5 + random.random((count, *arrays[name].shape[1:]))).astype("<f4")
-    arrays["sigma"] = np.ones_like(arrays["sigma"])
-    return arrays
+    """A material of random tables over a quarter of a turn; sigma is 1, as it is not symmetrical by itself."""
+    arrays = tensor_files.anisotropic(tensor_files.material(seed=seed), np.linspace(first, last, count), seed)
+    return arrays | {"sigma": np.ones_like(arrays["sigma"])}
 
 
 def test_a_quarter_of_a_turn_is_mirrored(tmp_path, random):
@@ -156,10 +151,7 @@ def test_a_quarter_of_a_turn_is_mirrored(tmp_path, random):
 
 def test_azimuths_are_interpolated_and_those_of_half_vectors_are_absolute(tmp_path, random):
     """The grid is the unit square, in which the table holds its own coordinates and the azimuth of incidence."""
-    arrays = tensor_files.material(angles=(0.1, 0.7, 1.3))
-    arrays["phi_i"] = AZIMUTHS.astype("<f4")
-    for name in ("vndf", "luminance", "rgb"):
-        arrays[name] = np.repeat(arrays[name], len(AZIMUTHS), axis=0)
+    arrays = tensor_files.anisotropic(tensor_files.material(angles=(0.1, 0.7, 1.3)), np.degrees(AZIMUTHS))
     arrays["rgb"][:, :, 2] = 1 + np.cos(AZIMUTHS)[:, None, None, None]
     table = read(written(tmp_path, arrays))
     theta_i, theta_o = random.uniform(0.15, 1.25, (2, 500))
@@ -204,6 +196,19 @@ def test_azimuths_that_make_no_turn_are_refused(tmp_path, azimuths, expected):
         fitter.load(written(tmp_path, arrays))
 
 
+def test_more_directions_of_incidence_than_an_instrument_has_are_refused(tmp_path):
+    arrays = tensor_files.anisotropic(tensor_files.material(2), np.linspace(-180, 180, 3500))
+    with pytest.raises(DatasetError, match="3,500 azimuths and 3 angles of incidence found, expected at most 10,000"):
+        fitter.load(written(tmp_path, arrays))
+
+
+def test_very_many_directions_of_incidence_have_none_between_them(tmp_path):
+    table = read(written(tmp_path, tensor_files.anisotropic(tensor_files.material(3), np.linspace(-180, 180, 1500))))
+    theta_i, phi_i = table.between()[:2]
+    assert set(theta_i.tolist()) == set(table.theta_i.tolist())
+    assert set(phi_i.tolist()) == set(table.phi_i[:-1].tolist())
+
+
 def test_asked_for_it_is_taken_as_isotropic(tmp_path):
     samples = fitter.load(written(tmp_path, mirrored()), isotropic=True)
     assert samples.isotropic
@@ -211,10 +216,7 @@ def test_asked_for_it_is_taken_as_isotropic(tmp_path):
 
 
 def test_a_fine_grid_of_many_azimuths_is_thinned(tmp_path):
-    arrays = tensor_files.material(60, np.linspace(0.05, 1.5, 12))
-    arrays["phi_i"] = np.radians(np.linspace(-180, 180, 25)).astype("<f4")
-    for name in ("vndf", "luminance", "rgb"):
-        arrays[name] = np.repeat(arrays[name], 25, axis=0)
+    arrays = tensor_files.anisotropic(tensor_files.material(60, np.linspace(0.05, 1.5, 12)), np.linspace(-180, 180, 25))
     table = read(written(tmp_path, arrays))
     assert len(table.nodes()[0]) > 300_000
     assert 10_000 < len(table.between()[0]) < 50_000
