@@ -4,9 +4,10 @@
 
 Analytic truths are measured at 16 rotations with noise of half a percent, and fits judged at directions between the
 measured ones. Files are judged at a fifth of their samples, which no fit has seen. Errors are root mean squares of cube
-roots of cosine-weighted values, relative to those of the truth. Rivals are one anisotropic lobe over a Lambertian, fitted
-by least squares (GGX, Ward), and the paper's method in four dimensions, (2, 4, C) or (2, 5, C), with as many bytes as
-Standard. Materials "a" and the synthetic RGL file were looked at while constants were chosen; the others were not.
+roots of cosine-weighted values, relative to those of the truth. Rivals are one anisotropic lobe over a Lambertian,
+fitted by least squares (GGX, Ward), and the paper's method in four dimensions, (2, 4, C) or (2, 5, C), with as many
+bytes as Standard. Materials "a" and the synthetic RGL file were looked at while constants were chosen; the others were
+not.
 """
 
 import argparse
@@ -60,8 +61,8 @@ def materials():
         return subset(samples, ~held), subset(samples, held)
 
     found = {truth.name: lambda truth=truth: analytic(truth) for truth in ANISOTROPIC}
-    return found | {Path(name).stem: lambda path=measurements() / name: measured(path)
-                    for name in FILES if (measurements() / name).is_file()}
+    files = [path for path in map(measurements().joinpath, FILES) if path.is_file()]
+    return found | {path.stem: lambda path=path: measured(path) for path in files}
 
 
 def models(samples):
@@ -125,8 +126,8 @@ def markdown(table):
     """The table as text."""
     lines = ["| material | model | bytes a channel | error, samples | error, between | fit [s] |",
              "| --- | --- | ---: | ---: | ---: | ---: |"]
-    lines += [f"| {row['material']} | {row['model']} | {row['bytes']:,} | {row['samples']:.4f} | {row['between']:.4f} | "
-              f"{row['seconds']:.1f} |" for row in table]
+    lines += [f"| {row['material']} | {row['model']} | {row['bytes']:,} | {row['samples']:.4f} | "
+              f"{row['between']:.4f} | {row['seconds']:.1f} |" for row in table]
     return "\n".join(lines)
 
 

@@ -57,6 +57,19 @@ def _brushed(kd, ks, along, across, turn, model=ggx):
     return function
 
 
+def _lacquered(kd, ks, along, across, turn, coat, width):
+    """Brushed metal under a smooth coat of an index of 1.5, which lets through what its Fresnel term leaves."""
+    base = _brushed(kd, ks, along, across, turn)
+
+    def function(*directions):
+        wi, wo = vectors(*directions)
+        through = (1 - (1 - wi[:, 2]) ** 5) * (1 - (1 - wo[:, 2]) ** 5)
+        cos_d = np.minimum(np.linalg.norm(wi + wo, axis=1) / 2, 1)
+        gloss = (0.04 + 0.96 * (1 - cos_d) ** 5) * coat * ggx(wi, wo, width, width)
+        return base(*directions) * through[:, None] + gloss[:, None]
+    return function
+
+
 def _woven(warp, weft, width, tilt):
     """A cloth of two threads at a right angle, that lie at a slope: each shines on a cone about its direction, as the
     fibres of J. Kajiya and T. Kay (1989), but reciprocal."""
@@ -78,6 +91,8 @@ ANISOTROPIC = (
     Truth("brushed b", "brushed metal", _brushed([0.02, 0.02, 0.03], [0.7, 0.72, 0.75], 0.3, 0.06, np.radians(-35))),
     Truth("ward a", "lacquered wood", _brushed([0.15, 0.08, 0.04], [0.05, 0.05, 0.05], 0.1, 0.25, 0.0, ward)),
     Truth("ward b", "lacquered wood", _brushed([0.25, 0.2, 0.1], [0.1, 0.1, 0.1], 0.2, 0.08, np.radians(45), ward)),
+    Truth("lacquered a", "lacquered metal", _lacquered([0.01, 0.01, 0.02], [0.6, 0.3, 0.2], 0.4, 0.15, 0.5, 1.0, 0.05)),
+    Truth("lacquered b", "lacquered metal", _lacquered([0.02, 0.03, 0.02], [0.3, 0.5, 0.5], 0.1, 0.3, -1.0, 0.8, 0.1)),
     Truth("woven a", "satin", _woven([0.3, 0.05, 0.06], [0.05, 0.1, 0.3], 0.15, np.radians(12))),
     Truth("woven b", "satin", _woven([0.4, 0.35, 0.1], [0.1, 0.02, 0.02], 0.25, np.radians(20))))
 

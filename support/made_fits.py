@@ -18,7 +18,8 @@ from fitter.model.transform import LogRelative
 from fitter.samples import RGB
 from fitter.shader_constants import DAMPING_KNOTS
 
-_SHAPES = {"mirror": (0.15, 2.5, 0.08), "retro": (0.2, 3.0, 0.7), "sheen": (0.9, NO_GAMMA, 0.6)}
+_SHAPES = {"mirror": (0.15, 2.5, 0.08), "retro": (0.2, 3.0, 0.7), "sheen": (0.9, NO_GAMMA, 0.6),
+           "fibre": (0.2, 2.5, 0.6)}
 
 
 def made_fit(coordinates, kinds=("mirror",), columns=(0, 1, 2), damped=False, sparse=True, seed=7):
@@ -43,8 +44,8 @@ def made_fit(coordinates, kinds=("mirror",), columns=(0, 1, 2), damped=False, sp
                        gamma, shapes[:, 2], tuple(kinds))
     axes = len(coordinates.axes)
     if axes > ISOTROPIC_AXES:
-        mirrors = np.array([kind == "mirror" for kind in kinds])
-        prior = replace(prior, across=np.where(mirrors, 0.4, prior.alpha), turn=np.where(mirrors, -0.6, 0.0))
+        turned = np.array([kind in ("mirror", "fibre") for kind in kinds])
+        prior = replace(prior, across=np.where(turned, 0.4, prior.alpha), turn=np.where(turned, -0.6, 0.0))
     damping = 0.2 + 0.8 * random.random((DAMPING_KNOTS, stored)) if damped else np.zeros((0, stored))
     transform = LogRelative(prior, 0.1, np.linspace(8, 9, stored), 0.0, damping)
     control_points = 0.5 * _symmetric(2, random.standard_normal((*dense.shape(2, axes), stored)))
@@ -84,5 +85,7 @@ MADE_FITS = {
         AnisotropicRusinkiewicz(1.0, 1.0), ("mirror", "retro", "sheen"), (0, 1, 0), damped=True),
     "anisotropic Rusinkiewicz, stretched by 33, a Lambertian, dense, grey": made_fit(
         AnisotropicRusinkiewicz(5.0, 33.0, -3.0), (), (0,), sparse=False),
+    "anisotropic Rusinkiewicz, stretched by 5, fibres": made_fit(
+        AnisotropicRusinkiewicz(5.0, 5.0, 1.0), ("fibre", "mirror", "fibre")),
     "anisotropic Nusselt, mirror": made_fit(AnisotropicNusselt()),
 }

@@ -184,10 +184,13 @@ def _log_relative(transform: LogRelative, columns: tuple[int, ...]) -> dict[str,
 
     def lobe(kind: microfacet.Kind, ks: NDArray[np.float64], alpha: float, gamma: float, f0: float,
              across: float | None = None, turn: float = 0.0) -> str:
-        if across is not None and across != alpha:
-            numbers = (math.cos(turn), math.sin(turn), 1 / alpha, 1 / across, gamma, f0, min(alpha, 1.0),
-                       min(across, 1.0))
-            return f"ANISOTROPIC_LOBE({value(ks)}, {', '.join(f'{number:.9g}' for number in numbers)})"
+        if across is not None and (kind == "fibre" or across != alpha):
+            macro, numbers = "FIBRE", [1 / alpha, across, gamma, f0]
+            if kind != "fibre":
+                macro, numbers = "ANISOTROPIC_LOBE", [1 / alpha, 1 / across, gamma, f0, min(alpha, 1.0),
+                                                      min(across, 1.0)]
+            text = ", ".join(f"{number:.9g}" for number in (math.cos(turn), math.sin(turn), *numbers))
+            return f"{macro}({value(ks)}, {text})"
         shape = f"{value(ks)}, {alpha ** -2:.9g}"
         if kind == "retro":
             return f"RETRO({shape}, {gamma:.9g}, {f0:.9g})"

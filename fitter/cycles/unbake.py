@@ -31,7 +31,7 @@ _CONSTANT = re.compile(r"^#define (\w+) (.*)$", re.MULTILINE)
 _TABLE = r"^  (?:int|float) {}\[(\d+)\] = \{{\n([^}}]*)\}};$"
 _NUMBER = r"[-+.\deE]+"
 _KINDS: dict[str, microfacet.Kind] = {"LOBE": "mirror", "ANISOTROPIC_LOBE": "mirror", "RETRO": "retro",
-                                      "SHEEN": "sheen"}
+                                      "SHEEN": "sheen", "FIBRE": "fibre"}
 
 
 def unbake(source: str, name: str = "untitled", compression: float = 0.0) -> Fit:
@@ -134,7 +134,7 @@ def _log_relative(constants: dict[str, str], stored: int, columns: tuple[int, ..
     ks = np.array([values(lobe[1]) for lobe in lobes]).reshape(len(lobes), stored)
     alpha, gamma, f0, across, turn = shapes.T
     prior = microfacet.Microfacet(values(constants["PRIOR_KD"]), ks, alpha, gamma, f0, kinds)
-    if "ANISOTROPIC_LOBE" in constants["PRIOR_LOBES"]:
+    if int(constants.get("PRIOR_ANISOTROPIC", 0)):
         prior = replace(prior, across=across, turn=turn)
     # the shader clips at 0, whether or not the fit does
     return LogRelative(prior, float(constants["PRIOR_OFFSET"]), values(constants["PRIOR_CEILING"]), 0.0)
@@ -145,6 +145,9 @@ def _shape(macro: str, n: list[float]) -> tuple[float, float, float, float, floa
     if macro == "ANISOTROPIC_LOBE":
         cosine, sine, along, across, gamma, f0 = n[:6]
         return 1 / along, gamma, f0, 1 / across, math.atan2(sine, cosine)
+    if macro == "FIBRE":
+        cosine, sine, inverse, dip, gamma, f0 = n
+        return 1 / inverse, gamma, f0, dip, math.atan2(sine, cosine)
     alpha = n[0] ** -0.5
     # a sheen lobe has no gamma
     gamma, f0 = (microfacet.NO_GAMMA, n[1]) if macro == "SHEEN" else n[1:3]

@@ -31,7 +31,7 @@ _FEW = np.radians([*range(0, 75, 15), *range(75, 91, 3)])
 _FAR_FROM_1 = 0.8           # a fit whose albedos at these few angles are lower is not looked at closer
 _CELLS, _FINE_CELLS = (32, 16), (64, 24)        # of the integral on either side of the angle, and of either half of the
                                                 # azimuths: of all, and of large albedos
-_AZIMUTHS = 8               # at which an anisotropic fit is looked at
+_AZIMUTHS = 6               # at which an anisotropic fit is looked at
 _LARGE = 0.93               # an albedo that is integrated in finer steps
 _MARGIN = 1e-3              # by which damped albedos stay below 1: for what the integral misses
 _ROUNDS = 30                # of the second step, each of which halves the excess or better
@@ -80,8 +80,8 @@ def _light(fit: Fit, theta: FloatArray, cells: tuple[int, int]) -> FloatArray:
     """The light that leaves at an angle, and that arrives there, by the control points of the damping that it would
     have: (2, angles, DAMPING_KNOTS, channels); the albedo is the sum over the control points.
 
-    Of an anisotropic fit at several azimuths: (2 _AZIMUTHS, angles, ...). The midpoint rule, dense about the angle and
-    about the plane of incidence: there are mirror and retro-reflection.
+    Of an anisotropic fit at several azimuths, (_AZIMUTHS, angles, ...): it is reciprocal. The midpoint rule, dense
+    about the angle and about the plane of incidence: there are mirror and retro-reflection.
     """
     u, v = ((np.arange(count) + 0.5) / count for count in cells)
     turn, step = np.pi / 2 * np.concatenate([v ** 3, 2 - v ** 3]), np.tile(1.5 * np.pi * v * v / cells[1], 2)
@@ -89,18 +89,18 @@ def _light(fit: Fit, theta: FloatArray, cells: tuple[int, int]) -> FloatArray:
     if not fit.isotropic:       # and not symmetric about the plane of incidence
         turn, step = np.concatenate([turn, -turn]), np.tile(step / 2, 2)
         azimuths = [2 * np.pi * number / _AZIMUTHS for number in range(_AZIMUTHS)]
-    light = np.empty((2 * len(azimuths), len(theta), DAMPING_KNOTS, len(fit.columns)))
+    ways = 2 if fit.isotropic else 1
+    light = np.empty((ways * len(azimuths), len(theta), DAMPING_KNOTS, len(fit.columns)))
     for number, angle in enumerate(theta):
         other = np.concatenate([angle - angle * u ** 3, angle + (np.pi / 2 - angle) * u ** 3])
         width = 3 * np.concatenate([angle * u * u, (np.pi / 2 - angle) * u * u]) / cells[0]
         solid_angle = (2 * np.sin(other) * np.cos(other) * width)[:, None] * step
         at_control_points = damping_at(np.eye(DAMPING_KNOTS), other)
-        for azimuth_number, azimuth in enumerate(azimuths):
-            arrives = fit.evaluate(other[:, None], azimuth + turn, angle, azimuth)
-            leaves = fit.evaluate(angle, azimuth, other[:, None], azimuth + turn)
-            for way, value in enumerate((arrives, leaves)):
-                light[2 * azimuth_number + way, number] = at_control_points.T @ np.einsum(
-                    "itc,it->ic", np.maximum(value, 0), solid_angle)
+        values = [fit.evaluate(other[:, None], azimuth + turn, angle, azimuth) for azimuth in azimuths]
+        if ways == 2:
+            values.append(fit.evaluate(angle, 0.0, other[:, None], turn))
+        for way, value in enumerate(values):
+            light[way, number] = at_control_points.T @ np.einsum("itc,it->ic", np.maximum(value, 0), solid_angle)
     return light
 
 

@@ -30,6 +30,8 @@ from ..samples import Samples
 _STARTS: tuple[tuple[Kind, float, float], ...] = (     # kind, alpha and f0 of a lobe that is added
     ("mirror", 0.01, 0.08), ("mirror", 0.03, 0.08), ("mirror", 0.12, 0.08), ("mirror", 0.4, 0.08),
     ("retro", 0.05, 0.9), ("retro", 0.3, 0.9), ("sheen", 1.0, 0.9))
+_ANISOTROPIC_STARTS: tuple[tuple[Kind, float, float], ...] = (("fibre", 0.15, 0.9),)
+_DIP = 0.1                  # at which fibres start
 _PARAMETERS = 3             # of a lobe's shape, ...
 _ANISOTROPIC_PARAMETERS = 5     # ... and of an anisotropic one's
 _TURNS = np.radians((0, 45, 90, 135))   # at which lobes start to have two widths, ...
@@ -94,7 +96,8 @@ def candidates(samples: Samples, offset: float, most: int = MAX_LOBES) -> list[M
                        None if samples.isotropic else in_surface(*samples.directions))
     current = replace(found[0], kd=np.maximum(np.quantile(problem.values, 0.3, axis=0), 1e-4))
     for _ in range(most):
-        larger = [_with_lobe(current, problem, *start) for start in _STARTS]
+        starts = _STARTS if problem.in_surface is None else (*_STARTS, *_ANISOTROPIC_STARTS)
+        larger = [model for start in starts for model in _with_lobe(current, problem, *start)]
         if parameter_count(larger[0]) > samples.values.size / 4:
             break
         solved = [min((problem.solved(start) for start in larger), key=lambda result: result[1])]
@@ -105,19 +108,23 @@ def candidates(samples: Samples, offset: float, most: int = MAX_LOBES) -> list[M
     return found
 
 
-def _with_lobe(model: Microfacet, problem: "_Problem", kind: Kind, alpha: float, f0: float) -> Microfacet:
-    """A model with another lobe, as strong as the model falls short of the samples where the lobe is brightest."""
-    shape = lobe(kind, problem.at, None, alpha, NO_GAMMA, f0)
-    brightest = np.argsort(shape)[-max(3, len(shape) // 100):]
-    lacking = np.maximum(problem.values - model.at(problem.at, problem.in_surface), 0)[brightest]
-    strength = (lacking * shape[brightest, None]).sum(axis=0) / max((shape[brightest] ** 2).sum(), 1e-300)
-    widths = (model.across, model.turn) if len(model.across) else (model.alpha, np.zeros(len(model.alpha)))
-    larger = Microfacet(model.kd, np.concatenate([model.ks, [np.maximum(strength, 1e-3 * model.kd)]]),
-                        np.append(model.alpha, alpha), np.append(model.gamma, NO_GAMMA), np.append(model.f0, f0),
-                        (*model.kinds, kind))
-    if problem.in_surface is None:
-        return larger
-    return replace(larger, across=np.append(widths[0], alpha), turn=np.append(widths[1], 0.0))
+def _with_lobe(model: Microfacet, problem: "_Problem", kind: Kind, alpha: float, f0: float) -> list[Microfacet]:
+    """A model with another lobe, as strong as the model falls short of the samples where the lobe is brightest; with
+    fibres, along several azimuths."""
+    found = []
+    for turn in _TURNS if kind == "fibre" else (0.0,):
+        across = _DIP if kind == "fibre" else alpha
+        shape = lobe(kind, problem.at, problem.in_surface, alpha, NO_GAMMA, f0, across, turn)
+        brightest = np.argsort(shape)[-max(3, len(shape) // 100):]
+        lacking = np.maximum(problem.values - model.at(problem.at, problem.in_surface), 0)[brightest]
+        strength = (lacking * shape[brightest, None]).sum(axis=0) / max((shape[brightest] ** 2).sum(), 1e-300)
+        larger = Microfacet(model.kd, np.concatenate([model.ks, [np.maximum(strength, 1e-3 * model.kd)]]),
+                            np.append(model.alpha, alpha), np.append(model.gamma, NO_GAMMA), np.append(model.f0, f0),
+                            (*model.kinds, kind))
+        if problem.in_surface is not None:
+            larger = replace(larger, across=np.append(model.across, across), turn=np.append(model.turn, turn))
+        found.append(larger)
+    return found
 
 
 def _elongated(model: Microfacet) -> list[Microfacet]:
@@ -238,5 +245,5 @@ def _unpack(p: FloatArray, kinds: tuple[Kind, ...], count: int, channels: int) -
     model = Microfacet(strength[-1], strength[:-1], alpha, gamma, numbers[:, 2], kinds)
     if count == _PARAMETERS:
         return model
-    mirrors = [kind == "mirror" for kind in kinds]
-    return replace(model, across=np.where(mirrors, numbers[:, 3], alpha), turn=np.where(mirrors, numbers[:, 4], 0.0))
+    turned = [kind in ("mirror", "fibre") for kind in kinds]
+    return replace(model, across=np.where(turned, numbers[:, 3], alpha), turn=np.where(turned, numbers[:, 4], 0.0))

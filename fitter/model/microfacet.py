@@ -2,14 +2,14 @@
 
     b = kd + sum_k ks_k L_k,    D(t) = (1 + t / alpha^2)^-gamma,    S = f0 + (1 - f0) g
 
-Each lobe is of one of three kinds:
+Each lobe is of one of four kinds:
 
 - "mirror", microfacets that reflect: L = D(tan^2 theta_h) S V with g = (1 - cos theta_d)^5. D is a generalised
   Trowbridge-Reitz distribution (B. Burley: Physically Based Shading at Disney, 2012), V the height-correlated Smith
   visibility (E. Heitz: Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, JCGT 3(2), 2014) and S
   the Fresnel term of C. Schlick: An Inexpensive BRDF Model for Physically-based Rendering, 1994. An anisotropic one has
-  two widths: in D, t / alpha^2 is replaced by the sum of (slope / width)^2 along two axes, and in V a roughness m by
-  that of the direction's azimuth, both as Heitz has them.
+  two widths, a and b, along axes of its own: D = ((h_x / a)^2 + (h_y / b)^2 + h_z^2)^-gamma, as Burley has it, of the
+  half vector h (gamma = 2 is GGX), and V has the roughness of the direction's azimuth, as Heitz has it.
 - "retro", which shines back at the light: L = D(tan^2 theta_b) S with g = cos^2 theta_r. These are the half and the
   difference angle after one direction has been turned about the normal by 180 degrees (the back vector of L. Belcour,
   R. Pacanowski, M. Delahaie, A. Laville-Geay, L. Eupherte: BRDF Measurements and Analysis of Retroreflective Materials,
@@ -18,6 +18,10 @@ Each lobe is of one of three kinds:
   cos theta_o - cos theta_i cos theta_o) with g = 1 - cos theta_d (M. Ashikhmin, S. Premoze, P. Shirley: A
   Microfacet-Based BRDF Generator, SIGGRAPH 2000, with the denominator of D. Neubelt, M. Pettineo: Crafting a Next-Gen
   Material Pipeline for The Order: 1886, 2013). It has no gamma.
+- "fibre", threads that lie along an azimuth and dip to both sides, which shine on cones about their direction: with t
+  the sum of both directions along the azimuth and z its height, L is S with g = 1 - cos theta_d times the mean of
+  D((t - dip z)^2) and D((t + dip z)^2), over the denominator of sheen. The reciprocal form of J. Kajiya, T. Kay:
+  Rendering Fur with Three Dimensional Textures, SIGGRAPH 1989; an anisotropic material alone has it.
 
 A material of three channels has at most 21 parameters, and 27 where lobes are anisotropic.
 """
@@ -30,8 +34,8 @@ import numpy as np
 from ..arrays import ArrayLike, ComplexArray, FloatArray
 from ..shader_constants import DENSEST, LEAST_HEIGHT_2, LEAST_SLOPE_2
 
-Kind = Literal["mirror", "retro", "sheen"]
-KINDS: tuple[Kind, ...] = ("mirror", "retro", "sheen")
+Kind = Literal["mirror", "retro", "sheen", "fibre"]
+KINDS: tuple[Kind, ...] = ("mirror", "retro", "sheen", "fibre")
 MAX_LOBES = 3
 NARROWEST, STEEPEST_TAIL = 1e-3, 32.0       # bounds of alpha and gamma - 1: beyond, single precision is visible
 NO_GAMMA = 2.0              # gamma of a sheen lobe, which does not read it
@@ -81,7 +85,8 @@ class Microfacet:
         Of each lobe, one of `KINDS`; by default all are "mirror".
     across, turn : (lobes,) float64
         Of an anisotropic lobe of microfacets: alpha is its width along the azimuth `turn`, radians, and `across` that
-        at a right angle to it. The other kinds have `across` equal to alpha, and a model without any has none.
+        at a right angle to it. Of fibres `turn` is the azimuth, and `across` the slope at which they dip. The other
+        kinds have `across` equal to alpha, and a model without anisotropic lobes has none.
 
     Examples
     --------
@@ -108,8 +113,8 @@ class Microfacet:
 
     @property
     def isotropic(self) -> bool:
-        """Whether no lobe has two widths."""
-        return not len(self.across) or bool((self.across == self.alpha).all())
+        """Whether no lobe has a direction."""
+        return "fibre" not in self.kinds and (not len(self.across) or bool((self.across == self.alpha).all()))
 
     @property
     def shapes(self) -> list[tuple[float, ...]]:
@@ -145,18 +150,24 @@ def lobe(kind: Kind, at: Geometry, in_surface: InSurface | None, alpha: float, g
     if kind == "sheen":
         fibres = np.exp(-1 / (alpha ** 2 * np.maximum(at.tan2_h, LEAST_SLOPE_2)))
         return fibres * (f0 + (1 - f0) * (1 - at.cos_d)) / (cos_i + cos_o - cos_i * cos_o + DENSEST)
+    if kind == "fibre":
+        if in_surface is None or across is None:
+            raise ValueError("fibres without the components in the surface")
+        along, dip = ((in_surface.incident + in_surface.outgoing) * np.exp(-1j * turn)).real, across * (cos_i + cos_o)
+        cones = ((1 + ((along - dip) / alpha) ** 2) ** -gamma + (1 + ((along + dip) / alpha) ** 2) ** -gamma) / 2
+        return np.asarray(cones * (f0 + (1 - f0) * (1 - at.cos_d)) / (cos_i + cos_o - cos_i * cos_o + DENSEST))
     if in_surface is None or across is None or across == alpha:
         m2 = min(alpha, 1.0) ** 2
-        steep = at.tan2_h / alpha ** 2
+        steepness = 1 + at.tan2_h / alpha ** 2
         long_i, long_o = (np.sqrt(cosine ** 2 * (1 - m2) + m2) for cosine in (cos_i, cos_o))
     else:
         incident, outgoing, slope = (each * np.exp(-1j * turn) for each in in_surface)
-        steep = (slope.real / alpha) ** 2 + (slope.imag / across) ** 2
+        steepness = (1 + (slope.real / alpha) ** 2 + (slope.imag / across) ** 2) / (1 + at.tan2_h)
         m, m_across = min(alpha, 1.0), min(across, 1.0)
         long_i, long_o = (np.sqrt(cosine ** 2 + (m * along.real) ** 2 + (m_across * along.imag) ** 2)
                           for cosine, along in ((cos_i, incident), (cos_o, outgoing)))
     visibility = 0.5 / (cos_o * long_i + cos_i * long_o + DENSEST)
-    return np.asarray((1 + steep) ** -gamma * (f0 + (1 - f0) * (1 - at.cos_d) ** 5) * visibility)
+    return np.asarray(steepness ** -gamma * (f0 + (1 - f0) * (1 - at.cos_d) ** 5) * visibility)
 
 
 def geometry(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> Geometry:

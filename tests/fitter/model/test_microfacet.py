@@ -1,5 +1,7 @@
 """The prior's model of lobes, against its formulas written out with vectors, one pair of directions at a time."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from support.made_fits import MADE_FITS
 
 ALPHA = {"narrow": 0.02, "medium": 0.3, "wider than 1": 2.5}
 FRESNEL = 0.3
+TURN, DIP = 0.7, 0.4        # of fibres
 
 
 def unit(theta, phi):
@@ -39,7 +42,19 @@ def sheen(i, o, alpha, _gamma, f0):
     return shine * (f0 + (1 - f0) * (1 - i @ h)) / (i[2] + o[2] - i[2] * o[2] + DENSEST)
 
 
-FORMULAS = {"mirror": mirror, "retro": retro, "sheen": sheen}
+def fibre(i, o, alpha, gamma, f0):
+    """The cones of threads that dip to both sides."""
+    z = (i + o)[2]
+    cones = []
+    for side in (-1, 1):
+        # the sum's part along the thread, over the cosine of the dip
+        thread = np.array([np.cos(TURN), np.sin(TURN), side * DIP])
+        cones.append((1 + ((i + o) @ thread / alpha) ** 2) ** -gamma)
+    h = (i + o) / np.linalg.norm(i + o)
+    return np.mean(cones) * (f0 + (1 - f0) * (1 - i @ h)) / (z - i[2] * o[2] + DENSEST)
+
+
+FORMULAS = {"mirror": mirror, "retro": retro, "sheen": sheen, "fibre": fibre}
 
 
 @pytest.fixture
@@ -55,8 +70,9 @@ def pairs(random):
 
 def model(kind, alpha, gamma=2.5, f0=FRESNEL):
     """A Lambertian and one lobe, in two channels."""
-    return Microfacet(np.array([0.02, 0.05]), np.array([[2.0, 0.5]]), np.array([alpha]), np.array([gamma]),
+    made = Microfacet(np.array([0.02, 0.05]), np.array([[2.0, 0.5]]), np.array([alpha]), np.array([gamma]),
                       np.array([f0]), (kind,))
+    return replace(made, across=np.array([DIP]), turn=np.array([TURN])) if kind == "fibre" else made
 
 
 def test_every_kind_has_a_formula_here():
@@ -97,7 +113,7 @@ def test_each_kind_shines_where_it_says():
     """At 40 degrees: in the mirror direction, back at the light, and with the half vector far from the normal."""
     theta = np.radians(40)
     at = {"mirror": (theta, np.pi), "retro": (theta, 0.0), "sheen": (np.radians(85), 0.0)}
-    for kind in KINDS:
+    for kind in at:
         values = {place: float(model(kind, 0.3).evaluate(theta, 0, *angles)[0]) for place, angles in at.items()}
         assert max(values, key=values.get) == kind
 
