@@ -6,7 +6,7 @@ import numpy as np
 
 from .arrays import ArrayLike, BoolArray, FloatArray, SingleArray
 from .colours import DEFAULT, conversion
-from .model import Reflectance
+from .model import Reflectance, is_isotropic
 from .samples import Samples
 
 _Color = tuple[float, float, float]
@@ -26,8 +26,10 @@ _FONT = {   # rows of 3 bits
 
 
 def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIGHTS,
-               colours: str = DEFAULT) -> SingleArray:
+               colours: str = DEFAULT, with_tangent: bool = False) -> SingleArray:
     """A sphere of the material, lit by a key and a fill light, in orthographic view on a transparent background.
+
+    The tangent of an anisotropic material goes around the vertical axis.
 
     Parameters
     ----------
@@ -38,6 +40,8 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIG
         Far away: the direction to each, and its irradiance / pi. The view is (0, 0, 1).
     colours : str
         One of `colours.COLOURS`: that of the fit.
+    with_tangent : bool
+        Draw strokes along the tangent of an anisotropic material.
 
     Returns
     -------
@@ -57,7 +61,21 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIG
     picture = np.zeros((size, size, 4), dtype=np.float32)
     picture[inside, :3] = srgb(radiance @ conversion(colours, DEFAULT).T)
     picture[..., 3] = cover
+    if with_tangent and not is_isotropic(fit):
+        for stroke in _strokes(size):
+            _line(picture, stroke, _MARK, 1.2)
     return picture
+
+
+def _strokes(size: int) -> list[FloatArray]:
+    """Short lines along the tangent of a sphere, in pixels: (n, 2) each."""
+    strokes = []
+    for latitude in np.radians((-50, 0, 50)):
+        for middle in np.radians((-60, -20, 20, 60)):
+            longitude = middle + np.radians(np.linspace(-8, 8, 9))
+            at = np.stack([np.cos(latitude) * np.sin(longitude), np.full(9, np.sin(latitude))], axis=-1)
+            strokes.append((0.96 * at + 1) / 2 * size)
+    return strokes
 
 
 def sphere(size: int) -> tuple[FloatArray, BoolArray, FloatArray]:
@@ -105,17 +123,24 @@ def reflected(fit: Reflectance, normal: FloatArray, direction: ArrayLike) -> Flo
     toward = np.asarray(direction) / np.linalg.norm(direction)
     cos_i = normal @ toward
     lit = cos_i > 0
-    # of an isotropic BRDF, only the azimuth between light and view matters
     cos_o = normal[lit, 2]
-    sines = np.sqrt(np.maximum((1 - cos_i[lit] ** 2) * (1 - cos_o ** 2), 1e-12))
-    azimuth = np.arccos(np.clip((toward[2] - cos_i[lit] * cos_o) / sines, -1, 1))
-    value = fit.evaluate(np.arccos(np.minimum(cos_i[lit], 1)), 0 * azimuth, np.arccos(cos_o), azimuth)
+    if is_isotropic(fit):       # only the azimuth between light and view matters
+        sines = np.sqrt(np.maximum((1 - cos_i[lit] ** 2) * (1 - cos_o ** 2), 1e-12))
+        phi_o = np.arccos(np.clip((toward[2] - cos_i[lit] * cos_o) / sines, -1, 1))
+        phi_i = np.zeros_like(phi_o)
+    else:
+        tangent = np.stack([normal[lit, 2], 0 * cos_o, -normal[lit, 0]], axis=-1)       # the vertical axis x normal
+        bitangent = np.cross(normal[lit], tangent)
+        phi_i = np.arctan2(bitangent @ toward, tangent @ toward)
+        phi_o = np.arctan2(bitangent[:, 2], tangent[:, 2])
+    value = fit.evaluate(np.arccos(np.minimum(cos_i[lit], 1)), phi_i, np.arccos(cos_o), phi_o)
     found = np.zeros((len(normal), 3))
     found[lit] = np.maximum(value, 0) * cos_i[lit, None]
     return found
 
 
-def polar_plot(fit: Reflectance, samples: Samples, theta_i: float, size: int = SIZE) -> tuple[SingleArray, float]:
+def polar_plot(fit: Reflectance, samples: Samples, theta_i: float, size: int = SIZE,
+               phi_i: float = 0.0) -> tuple[SingleArray, float]:
     """Plot the fit in the plane of incidence for one angle of incidence, with the samples near that plane.
 
     Radii are cube roots, so that dark directions beside a high peak are visible. The light comes from the left.
@@ -128,6 +153,8 @@ def polar_plot(fit: Reflectance, samples: Samples, theta_i: float, size: int = S
         Radians.
     size : int
         Pixels.
+    phi_i : float
+        Azimuth of the light, radians; of an isotropic material it does not matter.
 
     Returns
     -------
@@ -136,8 +163,9 @@ def polar_plot(fit: Reflectance, samples: Samples, theta_i: float, size: int = S
         Angle of incidence of the plotted samples, radians: the measured one nearest to theta_i; nan without any.
     """
     theta = np.linspace(-np.pi / 2, np.pi / 2, 361)                 # negative on the light's side
-    curve = fit.evaluate(np.full(361, theta_i), np.zeros(361), np.abs(theta), np.where(theta < 0, 0, np.pi))
-    place, values, shown = _near_plane(samples, theta_i)
+    curve = fit.evaluate(np.full(361, theta_i), np.full(361, phi_i), np.abs(theta),
+                         phi_i + np.where(theta < 0, 0, np.pi))
+    place, values, shown = _near_plane(samples, theta_i, phi_i)
     scale = max(np.cbrt(max(curve.max(), values.max(initial=0))), 1e-6)
 
     canvas = _canvas(size)
@@ -155,6 +183,45 @@ def polar_plot(fit: Reflectance, samples: Samples, theta_i: float, size: int = S
         length = np.cbrt(np.maximum(values[:, c], 0)) / scale * radius
         _dots(canvas, origin + length[:, None] * _on_arc(place), color, 2.6)
     return canvas, shown
+
+
+def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: str = DEFAULT) -> SingleArray:
+    """The fit in the plane of incidence, for one angle of incidence, while that plane turns about the normal.
+
+    From left to right the light's azimuth goes through a full turn; from bottom to top the outgoing angle goes from
+    grazing on the light's side, through the normal, to grazing opposite the light. Cube roots of f cos theta_o are
+    shown, the largest of them as 1. Of an isotropic material all columns are equal.
+
+    Parameters
+    ----------
+    fit : Reflectance
+    theta_i : float
+        Radians.
+    size : int
+        Pixels.
+    colours : str
+        One of `colours.COLOURS`: that of the fit.
+
+    Returns
+    -------
+    (size, size, 4) float32
+
+    Examples
+    --------
+    >>> from .methods import prior
+    >>> picture = turned_plane(prior.lambertian(np.array([[0.3]])), 0.5, 32)
+    >>> picture.shape, bool((picture[:, :1] == picture).all())
+    ((32, 32, 4), True)
+    """
+    step = (np.arange(size) + 0.5) / size
+    phi, theta = np.meshgrid(2 * np.pi * step, np.pi * (step - 0.5))
+    value = fit.evaluate(np.full(phi.size, theta_i), phi.ravel(), np.abs(theta).ravel(),
+                         (phi + np.where(theta < 0, 0, np.pi)).ravel()) * np.cos(theta).reshape(-1, 1)
+    linear = np.broadcast_to(np.maximum(value, 0), (phi.size, 3)) @ conversion(colours, DEFAULT).T
+    shown = np.cbrt(np.maximum(linear, 0))
+    picture = np.ones((size, size, 4), dtype=np.float32)
+    picture[..., :3] = (shown / max(shown.max(), 1e-6)).reshape(size, size, 3)
+    return picture
 
 
 def error_plot(levels: Sequence[int], errors: Sequence[float], current: tuple[int, float],
@@ -212,8 +279,9 @@ def srgb(linear: ArrayLike) -> FloatArray:
     return np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * clipped ** (1 / 2.4) - 0.055)
 
 
-def _near_plane(samples: Samples, theta_i: float) -> tuple[FloatArray, FloatArray, float]:
-    """Samples near the plane of incidence, at the measured angle of incidence nearest to theta_i.
+def _near_plane(samples: Samples, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
+    """Samples near the plane of incidence, at the measured angle of incidence nearest to theta_i; of an anisotropic
+    material those whose light is near the azimuth phi_i.
 
     Returns
     -------
@@ -226,6 +294,9 @@ def _near_plane(samples: Samples, theta_i: float) -> tuple[FloatArray, FloatArra
     azimuth = np.abs((samples.phi_o - samples.phi_i + np.pi) % (2 * np.pi) - np.pi)
     # the direction's angle to the plane, not its azimuth, which near the normal says little
     in_plane = np.sin(samples.theta_o) * np.sin(azimuth) < np.sin(IN_PLANE)
+    if not samples.isotropic:
+        turned = np.abs((samples.phi_i - phi_i + np.pi) % (2 * np.pi) - np.pi)
+        in_plane &= np.sin(samples.theta_i) * np.sin(np.minimum(turned, np.pi / 2)) < np.sin(IN_PLANE)
     off = np.where(in_plane, np.abs(samples.theta_i - theta_i), np.inf)
     if not np.isfinite(off).any():
         return np.zeros(0), np.zeros((0, samples.values.shape[1])), float("nan")

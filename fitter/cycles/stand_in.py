@@ -10,6 +10,7 @@ from ..samples import Samples
 
 _ROUGHNESS = np.linspace(0.05, 1, 39)
 _DIELECTRIC = 0.08          # reflectance at normal incidence of a Principled BSDF with a specular level of 1
+_GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))        # azimuths that are multiples of it are spread evenly
 _GRAZING = np.radians(80)   # measurements at larger polar angles are mostly noise
 
 
@@ -47,7 +48,10 @@ def albedo(fit: Reflectance, steps: int = 24) -> FloatArray:
     sin2 = (np.arange(steps) + 0.5) / steps
     theta, azimuth = np.arcsin(np.sqrt(sin2)), (np.arange(steps) + 0.5) / steps * np.pi
     theta_i, theta_o, phi = (grid.ravel() for grid in np.meshgrid(theta, theta, azimuth, indexing="ij"))
-    mean = np.maximum(fit.evaluate(theta_i, 0 * phi, theta_o, phi), 0).mean(axis=0)
+    # light from all azimuths, and both turns: of an isotropic fit they make no difference
+    phi_i = np.arange(len(phi)) * _GOLDEN_ANGLE
+    phi_o = phi_i + np.where(np.arange(len(phi)) % 2, phi, -phi)
+    mean = np.maximum(fit.evaluate(theta_i, phi_i, theta_o, phi_o), 0).mean(axis=0)
     return np.clip(np.broadcast_to(np.pi * mean, 3), 0, 1)
 
 

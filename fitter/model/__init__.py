@@ -28,3 +28,8 @@ class Model(Reflectance, Protocol):
     def nbytes(self) -> int:
         """Bytes that must be stored to evaluate all channels."""
         ...
+
+
+def is_isotropic(model: Reflectance) -> bool:
+    """Whether a model is isotropic; one that does not say so is."""
+    return bool(getattr(model, "isotropic", True))

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import ArrayLike, Directions, FloatArray
-from ..model import Reflectance
+from ..model import Reflectance, is_isotropic
 
 PAIRS = 20_000
 SEED = 2002
@@ -25,6 +25,8 @@ class Physics(NamedTuple):
 
 def direction_pairs(count: int = PAIRS, seed: int = SEED) -> Directions:
     """Random pairs of directions with uniform density in projected solid angle: four (count,) arrays, radians.
+
+    All light comes from the azimuth 0.
 
     Examples
     --------
@@ -46,7 +48,7 @@ def measure(model: Reflectance, pairs: Directions | None = None) -> Physics:
     ----------
     model : Reflectance
     pairs : four (n,) arrays, optional
-        Pairs of directions, radians; by default `direction_pairs()`.
+        Pairs of directions, radians; by default `direction_pairs()`, turned for an anisotropic model at random.
 
     Examples
     --------
@@ -54,7 +56,13 @@ def measure(model: Reflectance, pairs: Directions | None = None) -> Physics:
     >>> tuple(measure(prior.lambertian(np.array([[0.3]]))))
     (0.0, 0.0, 0.0)
     """
-    theta_i, phi_i, theta_o, phi_o = direction_pairs() if pairs is None else pairs
+    if pairs is None:
+        theta_i, phi_i, theta_o, phi_o = direction_pairs()
+        if not is_isotropic(model):
+            phi_i = 2 * np.pi * np.random.default_rng(SEED).random(PAIRS)
+            phi_o = phi_i + np.where(np.arange(PAIRS) % 2, phi_o, -phi_o)
+    else:
+        theta_i, phi_i, theta_o, phi_o = pairs
     value = model.evaluate(theta_i, phi_i, theta_o, phi_o)
     swapped = model.evaluate(theta_o, phi_o, theta_i, phi_i)
     size, above = np.abs(value).mean(), np.maximum(value, 0).mean()
@@ -62,7 +70,8 @@ def measure(model: Reflectance, pairs: Directions | None = None) -> Physics:
                    float(np.maximum(-value, 0).mean() / above) if above else 0.0)
 
 
-def directional_albedo(model: Reflectance, theta_o: ArrayLike, cells: int = _CELLS) -> FloatArray:
+def directional_albedo(model: Reflectance, theta_o: ArrayLike, cells: int = _CELLS,
+                       phi_o: float = 0.0) -> FloatArray:
     """The directional albedo of a model: the share of light from one direction that is reflected.
 
     The integral of f cos(theta_i) over the incident hemisphere, by the midpoint rule over the disk to which that
@@ -75,6 +84,8 @@ def directional_albedo(model: Reflectance, theta_o: ArrayLike, cells: int = _CEL
         Radians.
     cells : int
         Steps of the integral, along radius and azimuth.
+    phi_o : float
+        Radians; of an isotropic model it does not matter.
 
     Returns
     -------
@@ -89,7 +100,9 @@ def directional_albedo(model: Reflectance, theta_o: ArrayLike, cells: int = _CEL
     [[0.9425], [0.9425]]
     """
     steps = (np.arange(cells) + 0.5) / cells
-    theta_i, delta_phi = (grid.ravel() for grid in np.meshgrid(np.arcsin(steps), np.pi * steps))
-    area = 2 * np.pi * np.sin(theta_i) / cells ** 2         # of a cell and its mirror image
-    return np.stack([area @ np.maximum(model.evaluate(theta_i, 0, np.full_like(theta_i, angle), delta_phi), 0)
+    turns = np.pi * steps if is_isotropic(model) else np.concatenate([np.pi * steps, -np.pi * steps])
+    theta_i, delta_phi = (grid.ravel() for grid in np.meshgrid(np.arcsin(steps), turns))
+    area = 2 * np.pi * np.sin(theta_i) / (cells * len(turns))       # with the mirror images where there is half a turn
+    phi_i = phi_o + delta_phi
+    return np.stack([area @ np.maximum(model.evaluate(theta_i, phi_i, np.full_like(theta_i, angle), phi_o), 0)
                      for angle in np.atleast_1d(theta_o)])
