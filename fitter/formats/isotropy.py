@@ -108,10 +108,10 @@ class _Found:
 
 def _compared(samples: Samples) -> _Found:
     """What samples at several rotations tell."""
-    apart = np.mod(samples.phi_o - samples.phi_i, _TURN)
+    apart = np.mod(_between(samples), _TURN)
     side, apart = apart > np.pi, np.minimum(apart, _TURN - apart)
     kept = _some(samples, apart)
-    y = np.cbrt(samples.values.mean(axis=1) * np.cos(samples.theta_i) * np.cos(samples.theta_o))[kept]
+    y = np.cbrt(samples.values[kept].mean(axis=1) * np.cos(samples.theta_i[kept]) * np.cos(samples.theta_o[kept]))
     points = _Points(samples.theta_i[kept], samples.theta_o[kept], apart[kept], side[kept],
                      np.mod(samples.phi_i[kept], _TURN))
     rotation = _rounded(points.rotation) % int(np.rint(_TURN / _ALIKE))
@@ -180,7 +180,7 @@ def _some(samples: Samples, apart: FloatArray) -> BoolArray | slice:
     if len(samples) <= _MOST:
         return slice(None)
     patch = (_rounded(samples.theta_i, np.radians(1)) * 1009 + _rounded(apart, _LINE)) * 2654435761 % (1 << 32)
-    return np.asarray(patch < (1 << 32) * (_MOST / len(samples)))
+    return np.asarray(patch <= max((1 << 32) * (_MOST / len(samples)), float(patch.min())))
 
 
 def _at_several(cell: IntArray, rotation: IntArray) -> BoolArray:
@@ -254,12 +254,17 @@ def _scattered(samples: Samples, y: FloatArray) -> _Found:
 
 def _half_vectors(samples: Samples) -> tuple[FloatArray, FloatArray, FloatArray]:
     """theta_h and phi_h, (n,), and coordinates of an isotropic material, (3, n)."""
-    x, y, z = (np.sin(samples.theta_i) * turn(samples.phi_i) + np.sin(samples.theta_o) * turn(samples.phi_o)
-               for turn in (np.cos, np.sin, np.ones_like))
+    x, y = (np.sin(samples.theta_i) * turn(samples.phi_i) + np.sin(samples.theta_o) * turn(samples.phi_o)
+            for turn in (np.cos, np.sin))
     z = np.cos(samples.theta_i) + np.cos(samples.theta_o)
     theta_h = np.arctan2(np.hypot(x, y), z)
     return theta_h, np.arctan2(y, x), np.stack([theta_h, samples.theta_i + samples.theta_o,
-                                                np.cos(samples.phi_o - samples.phi_i)])
+                                                np.cos(_between(samples))])
+
+
+def _between(samples: Samples) -> FloatArray:
+    """phi_o - phi_i, (n,) radians; azimuths may be as large as numbers get."""
+    return np.asarray(np.mod(samples.phi_o, _TURN) - np.mod(samples.phi_i, _TURN))
 
 
 def _left(columns: FloatArray, y: FloatArray) -> float:

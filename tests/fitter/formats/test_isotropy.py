@@ -207,6 +207,21 @@ def test_formats_that_define_an_isotropic_material_are_not_examined(curet, data,
     assert fitter.load(path, isotropic=True).notes[-2] == "Taken as isotropic, as asked"
 
 
+@pytest.mark.parametrize("count", [5, 300])
+def test_azimuths_may_be_as_large_as_numbers_get(random, count):
+    angles = random.random((4, count)) * [[1.5], [6], [1.5], [6]]
+    angles[1, ::2], angles[3, ::2] = -1.7e308, 1.7e308
+    for values in (np.ones((count, 1)), random.random((count, 1)) - 0.5, np.zeros((count, 1))):
+        assert isotropy.decided(Samples(*angles, values)).isotropic
+
+
+def test_of_very_many_samples_in_one_patch_all_are_compared(monkeypatch):
+    monkeypatch.setattr(isotropy, "_MOST", 10)
+    directions = instruments.grid([45], range(0, 180, 10), range(60, 80, 1), [90])
+    samples = isotropy.decided(Samples(*directions, instruments.ggx()(*directions), ("R", "G", "B")))
+    assert not samples.isotropic
+
+
 def test_very_many_samples_are_compared_in_part(monkeypatch):
     monkeypatch.setattr(isotropy, "_MOST", 5000)
     sizes = []
