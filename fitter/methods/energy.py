@@ -31,7 +31,7 @@ _FEW = np.radians([*range(0, 75, 15), *range(75, 91, 3)])
 _FAR_FROM_1 = 0.8           # a fit whose albedos at these few angles are lower is not looked at closer
 _CELLS, _FINE_CELLS = (32, 16), (64, 24)        # of the integral on either side of the angle, and of either half of the
                                                 # azimuths: of all, and of large albedos
-_AZIMUTHS = 6               # at which an anisotropic fit is looked at
+_AZIMUTHS = tuple(np.radians(range(0, 360, 45)).tolist())   # at which an anisotropic fit is looked at
 _LARGE = 0.93               # an albedo that is integrated in finer steps
 _MARGIN = 1e-3              # by which damped albedos stay below 1: for what the integral misses
 _ROUNDS = 30                # of the second step, each of which halves the excess or better
@@ -69,35 +69,41 @@ def albedo(fit: Fit) -> FloatArray:
 
 
 def _light_at_views(fit: Fit) -> FloatArray:
-    light = _light(fit, VIEWS, _CELLS)
+    azimuths: tuple[float, ...] | None = None
+    if not fit.isotropic:       # the brightest of them
+        light = _light(fit, _FEW, _CELLS).sum(axis=2).max(axis=2)
+        azimuths = tuple(_AZIMUTHS[way] for way in {*light.argmax(axis=0)})
+    light = _light(fit, VIEWS, _CELLS, azimuths)
     large = light.sum(axis=2).max(axis=(0, 2)) > _LARGE
     if large.any():
-        light[:, large] = _light(fit, VIEWS[large], _FINE_CELLS)
+        light[:, large] = _light(fit, VIEWS[large], _FINE_CELLS, azimuths)
     return light
 
 
-def _light(fit: Fit, theta: FloatArray, cells: tuple[int, int]) -> FloatArray:
+def _light(fit: Fit, theta: FloatArray, cells: tuple[int, int],
+           azimuths: tuple[float, ...] | None = None) -> FloatArray:
     """The light that leaves at an angle, and that arrives there, by the control points of the damping that it would
     have: (2, angles, DAMPING_KNOTS, channels); the albedo is the sum over the control points.
 
-    Of an anisotropic fit at several azimuths, (_AZIMUTHS, angles, ...): it is reciprocal. The midpoint rule, dense
-    about the angle and about the plane of incidence: there are mirror and retro-reflection.
+    Of an anisotropic fit at each azimuth, (azimuths, angles, ...): it is reciprocal. The midpoint rule, dense about the
+    angle and about the plane of incidence: there are mirror and retro-reflection.
     """
     u, v = ((np.arange(count) + 0.5) / count for count in cells)
     turn, step = np.pi / 2 * np.concatenate([v ** 3, 2 - v ** 3]), np.tile(1.5 * np.pi * v * v / cells[1], 2)
-    azimuths = [0.0]
-    if not fit.isotropic:       # and not symmetric about the plane of incidence
+    if fit.isotropic:
+        azimuths = 0.0,
+    else:                       # and not symmetric about the plane of incidence
         turn, step = np.concatenate([turn, -turn]), np.tile(step / 2, 2)
-        azimuths = [2 * np.pi * number / _AZIMUTHS for number in range(_AZIMUTHS)]
-    ways = 2 if fit.isotropic else 1
-    light = np.empty((ways * len(azimuths), len(theta), DAMPING_KNOTS, len(fit.columns)))
+        azimuths = azimuths or _AZIMUTHS
+    ways = 2 if fit.isotropic else len(azimuths)
+    light = np.empty((ways, len(theta), DAMPING_KNOTS, len(fit.columns)))
     for number, angle in enumerate(theta):
         other = np.concatenate([angle - angle * u ** 3, angle + (np.pi / 2 - angle) * u ** 3])
         width = 3 * np.concatenate([angle * u * u, (np.pi / 2 - angle) * u * u]) / cells[0]
         solid_angle = (2 * np.sin(other) * np.cos(other) * width)[:, None] * step
         at_control_points = damping_at(np.eye(DAMPING_KNOTS), other)
         values = [fit.evaluate(other[:, None], azimuth + turn, angle, azimuth) for azimuth in azimuths]
-        if ways == 2:
+        if fit.isotropic:
             values.append(fit.evaluate(angle, 0.0, other[:, None], turn))
         for way, value in enumerate(values):
             light[way, number] = at_control_points.T @ np.einsum("itc,it->ic", np.maximum(value, 0), solid_angle)

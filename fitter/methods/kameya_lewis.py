@@ -37,6 +37,8 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True) -> Fit:
     >>> float(plain.evaluate(0, 0, 0, 0)[0])
     0.3
     """
+    if not samples.isotropic:
+        levels.check_four_axes()
     coordinates = Nusselt() if samples.isotropic else AnisotropicNusselt()
     x = coordinates.encode(*samples.directions)
     control_points, residual = mba.approximate(x, samples.values, levels.diffuse)

@@ -68,6 +68,13 @@ class Levels:
         specular = None if self.specular is None else min(max(self.specular - 1, 0), _FINEST_SPARSE)
         return Levels(min(max(self.diffuse - 1, 0), _FINEST_DENSE), specular, self.compression)
 
+    def check_four_axes(self) -> None:
+        """Raise ValueError if a lattice of four axes of these levels would not fit in memory."""
+        for name, level, most in (("diffuse_level", self.diffuse, dense.MAX_LEVEL_OF_FOUR_AXES - 1),
+                                  ("specular_level", self.specular, dense.MAX_LEVEL_OF_FOUR_AXES)):
+            if level is not None and level > most:
+                raise ValueError(f"{name} is {level}, expected at most {most} of an anisotropic fit")
+
     @property
     def dropped(self) -> float:
         """The compression that a `Fit` states: 0 without a sparse lattice."""

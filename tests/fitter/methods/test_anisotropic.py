@@ -1,0 +1,175 @@
+"""Fits of anisotropic samples, against analytic truths between the samples and against other models."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.methods import tolerance
+from fitter.quality import physics
+from fitter.quality.cross_validation import cube_root
+from fitter.report.baselines import anisotropic
+from fitter.samples import RGB, Samples, subset
+from support.anisotropic import ANISOTROPIC, brushed_fit, rotations
+
+TRUTHS = {truth.name: truth for truth in ANISOTROPIC}
+STANDARD = fitter.PRESETS["Standard"]
+
+
+def measured(truth, directions, noise=0.005, seed=0):
+    values = truth.evaluate(*directions)
+    random = np.random.default_rng(seed)
+    return Samples(*directions, values * (1 + noise * random.standard_normal(values.shape)), RGB, isotropic=False)
+
+
+def between(count=8000, farthest=1.4, seed=1):
+    """Random pairs of directions, a third of them near the mirror direction."""
+    random = np.random.default_rng(seed)
+    theta_i, theta_o = farthest * np.sqrt(random.random((2, count)))
+    phi_i, phi_o = 2 * np.pi * random.random((2, count))
+    near = slice(0, count // 3)
+    theta_o[near] = np.clip(theta_i[near] + 0.15 * random.standard_normal(count // 3), 0, farthest)
+    phi_o[near] = phi_i[near] + np.pi + 0.3 * random.standard_normal(count // 3)
+    return theta_i, phi_i, theta_o, phi_o
+
+
+def error(model, truth, directions):
+    """Of cube roots, relative to the truth's."""
+    true = cube_root(directions[2], truth.evaluate(*directions))
+    return np.sqrt(np.mean((cube_root(directions[2], model.evaluate(*directions)) - true) ** 2) / np.mean(true ** 2))
+
+
+@cache
+def samples(name):
+    return measured(TRUTHS[name], rotations(12))
+
+
+@cache
+def standard(name):
+    return fitter.fit(samples(name), **STANDARD)
+
+
+@pytest.mark.parametrize("name", ["lacquered b", "woven b"])
+def test_between_the_samples_it_has_less_than_half_of_the_error_of_other_models(name):
+    truth, unseen = TRUTHS[name], between()
+    ours = error(standard(name), truth, unseen)
+    some = subset(samples(name), np.random.default_rng(2).permutation(len(samples(name)))[:3000])
+    others = [anisotropic.fit(some, kind) for kind in ("GGX", "Ward")]
+    others += [fitter.fit(samples(name), 2, 4, 93.0), fitter.fit(replace(samples(name), isotropic=True), **STANDARD)]
+    assert others[2].nbytes >= standard(name).nbytes
+    assert ours <= 0.5 * min(error(each, truth, unseen) for each in others)
+    assert ours < 0.03
+
+
+def test_it_is_reciprocal_and_physical_and_small():
+    fit = standard("lacquered b")
+    assert not fit.isotropic
+    assert fit.nbytes <= 3 * 64 * 1024
+    found = physics.measure(fit)
+    assert found.negative_fraction == 0
+    assert found.reciprocity_error < 1e-9
+    for phi_o in (0.0, 0.8, 2.0):
+        assert physics.directional_albedo(fit, np.radians([0, 40, 75, 88]), phi_o=phi_o).max() <= 1.01
+
+
+def test_a_frame_that_is_turned_turns_the_fit():
+    """The material is turned by 45 degrees, and so are the directions at which it is judged."""
+    held = samples("woven b")
+    turned = replace(held, phi_i=held.phi_i + np.pi / 4, phi_o=held.phi_o + np.pi / 4)
+    a, b, c, d = unseen = between()
+    found = fitter.fit(turned, **fitter.PRESETS["Draft"]).evaluate(a, b + np.pi / 4, c, d + np.pi / 4)
+    true = cube_root(c, TRUTHS["woven b"].evaluate(*unseen))
+    assert np.sqrt(np.mean((cube_root(c, found) - true) ** 2) / np.mean(true ** 2)) < 0.03
+
+
+def test_noise_and_holes_leave_a_smooth_fit(random):
+    """5 % noise, and no samples within a cone: the fit is nearer to the truth than its samples are."""
+    truth, directions = TRUTHS["lacquered b"], rotations(12)
+    noisy = measured(truth, directions, noise=0.05)
+    azimuth = (noisy.phi_o - noisy.phi_i) % (2 * np.pi)
+    hole = (np.abs(noisy.theta_o - 0.7) < 0.2) & (np.abs(azimuth - 2) < 0.4)
+    kept = subset(noisy, ~hole)
+    found = fitter.fit(kept, **STANDARD)
+    assert hole.sum() > 300
+    assert error(found, truth, kept.directions) < 0.6 * error(Measured(kept), truth, kept.directions)
+    assert error(found, truth, subset(noisy, hole).directions) < 0.03
+
+
+class Measured:
+    """A model that is the samples themselves."""
+
+    def __init__(self, held):
+        self._held = held
+
+    def evaluate(self, *_):
+        return self._held.values
+
+
+def test_half_of_the_values_may_be_zero():
+    """A detector that sees nothing below a threshold: no fit of its zeros is negative or has lobes there."""
+    full = samples("brushed b")
+    dark = full.values.max(axis=1) < np.median(full.values.max(axis=1))
+    cut = replace(full, values=np.where(dark[:, None], 0.0, full.values))
+    fit = fitter.fit(cut, **STANDARD)
+    found = fit.evaluate(*cut.directions)
+    assert np.isfinite(found).all()
+    assert (found >= 0).all()
+    assert np.median(found[dark].max(axis=1)) < 0.2 * np.median(full.values[dark].max(axis=1))
+    bright = full.values.max(axis=1) > np.quantile(full.values.max(axis=1), 0.9)
+    np.testing.assert_allclose(np.cbrt(found[bright]), np.cbrt(full.values[bright]), rtol=0.1)
+
+
+def test_isotropic_samples_fitted_as_anisotropic_give_the_isotropic_reflectance():
+    """A fit of four axes to a reflectance of three: it is the same at all rotations."""
+    truth = replace(TRUTHS["brushed a"], function=lambda *directions: brushed_fit(0.2, 0.2).evaluate(*directions))
+    found = fitter.fit(measured(truth, rotations(8)), **fitter.PRESETS["Draft"])
+    theta_i, phi_i, theta_o, phi_o = unseen = between()
+    assert error(found, truth, unseen) < 0.01
+    here, there = (cube_root(theta_o, found.evaluate(theta_i, phi_i + turn, theta_o, phi_o + turn))
+                   for turn in (0, 1.3))
+    assert np.sqrt(np.mean((here - there) ** 2) / np.mean(here ** 2)) < 0.01
+
+
+def test_few_samples_are_enough_for_a_lobe(random):
+    """150 samples at random: no lattice can be told by them, but a lobe can."""
+    truth = TRUTHS["brushed a"]
+    few = subset(samples("brushed a"), random.permutation(len(samples("brushed a")))[:150])
+    assert error(fitter.fit(few, **STANDARD), truth, between()) < 0.1
+
+
+def test_the_papers_method_in_four_dimensions_meets_its_samples():
+    """A few samples far from each other, at a level whose cells they do not share."""
+    few = subset(samples("brushed a"), np.random.default_rng(4).permutation(len(samples("brushed a")))[:12])
+    plain, both = fitter.fit(few, 5, None), fitter.fit(few, 2, 5, 0.0)
+    assert both.notation == "(2,5,0)"
+    theta_i, phi_i, theta_o, phi_o = few.directions
+    for fit in (plain, both):
+        np.testing.assert_allclose(fit.evaluate(*few.directions), few.values, rtol=2e-3, atol=1e-4)
+        np.testing.assert_allclose(fit.evaluate(theta_o, phi_o, theta_i, phi_i), fit.evaluate(*few.directions),
+                                   rtol=1e-5)
+
+
+def test_finer_levels_of_the_papers_method_are_truer_and_level_6_fits_in_memory():
+    few = subset(samples("woven b"), np.random.default_rng(5).permutation(len(samples("woven b")))[:300])
+    errors = [error(fitter.fit(few, 2, level, compression), TRUTHS["woven b"], few.directions)
+              for level, compression in ((3, 0.0), (4, 0.0), (6, 99.0))]
+    assert errors[0] > max(errors[1:])
+
+
+@pytest.mark.parametrize(("diffuse", "specular"), [(6, None), (2, 7)])
+def test_levels_that_are_too_fine_are_refused(diffuse, specular):
+    with pytest.raises(ValueError, match="of an anisotropic fit"):
+        fitter.fit(samples("brushed a"), diffuse, specular)
+
+
+def test_the_smallest_fit_within_a_tolerance_is_found_again(monkeypatch):
+    monkeypatch.setattr(tolerance, "DIFFUSE_LEVELS", (2,))
+    monkeypatch.setattr(tolerance, "KEPT", (0, 188))
+    some = subset(samples("woven b"), np.random.default_rng(5).permutation(len(samples("woven b")))[:500])
+    found = fitter.fit_within(some, 0.05)
+    assert np.sqrt(np.mean((found.evaluate(*some.directions) - some.values) ** 2)) <= 0.05
+    again = fitter.fit(some, **tolerance.arguments_of(found))
+    assert again.notation == found.notation
+    np.testing.assert_array_equal(again.evaluate(*some.directions), found.evaluate(*some.directions))
