@@ -54,8 +54,8 @@ SECTORS = 24
 
 # Tabulated viewing directions: polar angles from the normal, which is one view, to GRAZING, and azimuths in half a turn
 # for each of the others.
-POLAR_VIEWS = 12
-AZIMUTH_VIEWS = 8
+POLAR_VIEWS = 9
+AZIMUTH_VIEWS = 16
 # Cells by the angle of the half vector from the normal, and by its azimuth over the whole turn.
 HALF_RINGS = 16
 HALF_SECTORS = 24

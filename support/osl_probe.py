@@ -33,18 +33,18 @@ shader probe(output closure color Result = 0)
 """
 
 
-def probe_osl(fit, code, count, functions="", **tables):
+def probe_osl(fit, code, count, functions="", mixture=None, **tables):
     """Run OSL code inside Cycles, once a pixel; parameters are those of `probe_scene`.
 
     Returns
     -------
     (count, 3) float32
     """
-    scene = probe_scene(fit, code, count, functions, **tables)
+    scene = probe_scene(fit, code, count, functions, mixture, **tables)
     return render(scene)[::-1, :, :3].reshape(-1, 3)[:count]
 
 
-def probe_scene(fit, code, count, functions="", **tables):
+def probe_scene(fit, code, count, functions="", mixture=None, **tables):
     """A scene whose picture runs OSL code once a pixel. Replaces whatever file is open.
 
     Parameters
@@ -57,6 +57,8 @@ def probe_scene(fit, code, count, functions="", **tables):
         How many pixels are asked for.
     functions : str
         OSL functions that the code calls.
+    mixture : Mixture, optional
+        In the place of the fit's.
     tables : name to array
         More arrays for the code to read.
 
@@ -65,7 +67,8 @@ def probe_scene(fit, code, count, functions="", **tables):
     bpy.types.Scene
     """
     width = math.ceil(math.sqrt(count))
-    source = bake(fit, PROBE % (functions, "".join(_array(name, table) for name, table in tables.items()), width, code))
+    arrays = "".join(_array(name, table) for name, table in tables.items())
+    source = bake(fit, PROBE % (functions, arrays, width, code), mixture)
     scene = black_scene(width, width, samples=1, span=width)
     scene.camera.location = (width / 2, width / 2, 10)
     scene.cycles.pixel_filter_type = "BOX"

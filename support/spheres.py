@@ -18,3 +18,28 @@ def reflected(fit, n, toward):
     delta_phi = np.arctan2((np.cross(toward_t, viewer_t) * n).sum(axis=1), (toward_t * viewer_t).sum(axis=1))
     value = fit.evaluate(np.arccos(cos_i.clip(0, 1)), 0, np.arccos(cos_o.clip(0, 1)), delta_phi)
     return np.maximum(value, 0) * cos_i.clip(0)[:, None]
+
+
+def radial(n):
+    """The tangents that Blender gives a mesh by default, at points of the unit sphere (m, 3): around its z axis."""
+    return np.stack([-n[:, 1], n[:, 0], np.zeros(len(n))], axis=1)
+
+
+def turned_tangents(n, tangent, turn):
+    """Tangents and bitangents at points with normals n (m, 3), turned about these by an angle in radians."""
+    along = tangent - (tangent * n).sum(axis=1, keepdims=True) * n
+    along = along / np.linalg.norm(along, axis=1, keepdims=True)
+    across = np.cross(n, along)
+    return np.cos(turn) * along + np.sin(turn) * across, np.cos(turn) * across - np.sin(turn) * along
+
+
+def reflected_on(fit, n, tangent, toward, turn=0.0, viewer=(0, 0, 1)):
+    """f(toward, viewer) cos theta_i of an anisotropic surface at points with normals and tangents (m, 3), which are
+    turned by an angle in radians: (m, channels)."""
+    viewer = np.asarray(viewer, dtype=float)
+    along, across = turned_tangents(n, tangent, turn)
+    cos_i, cos_o = (n * toward).sum(axis=1), n @ viewer
+    phi_i = np.arctan2((across * toward).sum(axis=1), (along * toward).sum(axis=1))
+    value = fit.evaluate(np.arccos(cos_i.clip(0, 1)), phi_i, np.arccos(cos_o.clip(0, 1)),
+                         np.arctan2(across @ viewer, along @ viewer))
+    return np.maximum(value, 0) * cos_i.clip(0)[:, None]

@@ -16,7 +16,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..shader_constants import GGX, HORIZON, LOBE_NUMBERS, LOBES, NUMBERS, PHONG, STEEPEST_AXIS
+from ..shader_constants import (
+    GGX,
+    HORIZON,
+    LOBE_NUMBERS,
+    LOBES,
+    NUMBERS,
+    PHONG,
+    POLAR_VIEWS,
+    STEEPEST_AXIS,
+)
 from . import half_vector_grid
 from .direction_grid import Directions
 from .half_vector_grid import CELLS
@@ -86,18 +95,18 @@ def anisotropic_mixture(fit: "Fit") -> Mixture:
     """The closure mixture of an anisotropic fit, of which only `evaluate` is used."""
     axes = principal(fit)
     azimuths = half_vector_grid.azimuths(axes.half_turn)
-    rows = [_row(fit, axes, theta_o, azimuths) for theta_o in half_vector_grid.polar_angles()]
+    rows = [_row(fit, axes, number, azimuths) for number in range(POLAR_VIEWS)]
     lobes = [_choose(each) for each in rows]
     coefficients = [solve(basis(chosen, each.wo, each.to.unit), each.target, each.to.solid_angle)
                     for chosen, each in zip(lobes, rows, strict=True)]
-    tables, numbers, errors, missing, remainder, reflected = [], [], [], [], [], []
+    tables, numbers, errors, missing, remainder, reflected, reachable = [], [], [], [], [], [], []
     for number, (each, chosen, found) in enumerate(zip(rows, lobes, coefficients, strict=True)):
         around = _around(rows, number, axes)
         left = [there.target - basis(chosen, there.wo, there.to.unit) @ found for there in around]
         bright = np.max([np.abs(values).sum(axis=-1) for values in left], axis=0)
         light = np.mean([there.target for there in around], axis=0).sum(axis=-1)
         if number == 0:                 # the normal, which has no azimuth
-            bright, light = bright.max(axis=0, keepdims=True), light.mean(axis=0, keepdims=True)
+            bright, light = bright.max(axis=0)[None], light.mean(axis=0)[None]
         density, columns = _densities(chosen, each.wo, each.to.unit), basis(chosen, each.wo, each.to.unit)
         for view in range(len(bright)):
             to, target = each.to.solid_angle[view], each.target[view]
@@ -112,13 +121,12 @@ def anisotropic_mixture(fit: "Fit") -> Mixture:
             missing.append(CELLS.gather(left[0][view].T).mean(axis=-1).T)
             remainder.append(bright[view] + dim)
             reflected.append(light[view] + dim)
-    solid_angle, reachable = (
-        np.concatenate([getattr(rows[0].to, name)[:1], *(getattr(each.to, name) for each in rows[1:])])
-        for name in ("solid_angle", "reachable"))
+            reachable.append(each.to.reachable[view])
+    solid_angle = np.concatenate([rows[0].to.solid_angle[:1], *(each.to.solid_angle for each in rows[1:])])
+    sampling = [sampling_table(np.stack(carried), solid_angle, np.stack(reachable), uniform, CELLS)
+                for carried, uniform in ((remainder, UNIFORM), (reflected, UNIFORM_REFLECTED))]
     return Mixture(np.stack(tables), np.stack(numbers), rounded(np.stack(missing)),
-                   sampling_table(np.stack(remainder), solid_angle, reachable, UNIFORM, CELLS),
-                   sampling_table(np.stack(reflected), solid_angle, reachable, UNIFORM_REFLECTED, CELLS),
-                   *_errors(errors, len(azimuths)), axes)
+                   sampling[0], sampling[1], *_errors(errors, len(azimuths)), axes)
 
 
 def evaluate(mixture: Mixture, view: int, wo: NDArray[np.float64], wi: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -145,10 +153,12 @@ def evaluate(mixture: Mixture, view: int, wo: NDArray[np.float64], wi: NDArray[n
     return np.asarray(basis(lobes, wo[None], wi[None])[0] @ found)
 
 
-def _row(fit: "Fit", axes: Principal, theta_o: float, azimuths: NDArray[np.float64]) -> _Row:
-    """The fit, seen from one polar angle."""
+def _row(fit: "Fit", axes: Principal, number: int, azimuths: NDArray[np.float64]) -> _Row:
+    """The fit, seen from a polar angle, by its number."""
+    theta_o = float(half_vector_grid.polar_angles()[number])
     wo = half_vector_grid.outgoing(theta_o, azimuths if theta_o > 0 else azimuths[:1])
-    to = half_vector_grid.grid(wo, axes.stretch)
+    reached = half_vector_grid.reached(number, axes.half_turn, axes.stretch)
+    to = half_vector_grid.grid(wo, axes.stretch, reached[:len(wo)])
     above = to.solid_angle > 0
     phi_o = np.broadcast_to(azimuths[:len(wo), None], above.shape)[above]
     value = fit.evaluate(to.theta[above], to.phi[above] + axes.turn, theta_o, phi_o + axes.turn)

@@ -14,7 +14,8 @@ _RINGS, _SECTORS = 40, 64       # half vectors that are looked at, seen from the
 _WIDEST = np.radians(44)        # their largest angle from it
 _LEVEL = 0.25                   # the outline of the highlight: of its height above the least reflectance
 _ROUND = 0.1                    # a smaller harmonic counts as none
-_STRETCHES = (1.0, 2.5)         # bounds of the stretch: more makes cells across a streak coarser than its surroundings
+_GENTLY = 0.15                  # power of the squared ratio of the highlight's length and width that is the stretch ...
+_STRETCHES = (1.0, 1.6)         # ... and its bounds: more makes cells beside streaks, and at grazing angles, too coarse
 _PAIRS = 400                    # directions at which half a turn is looked at
 _SAME = 0.01                    # mean difference of reflected radiance, in its mean, that counts as none
 
@@ -36,7 +37,7 @@ def principal(fit: "Fit") -> Principal:
     slope = np.tan(angle)[:, None] * np.exp(1j * turn)
     second, fourth = (complex((highlight * slope ** n).sum())
                       / max(float((highlight * np.abs(slope) ** n).sum()), 1e-30) for n in (2, 4))
-    stretch = float(np.clip(((1 + abs(second)) / max(1 - abs(second), 1e-6)) ** 0.25, *_STRETCHES))
+    stretch = float(np.clip(((1 + abs(second)) / max(1 - abs(second), 1e-6)) ** _GENTLY, *_STRETCHES))
     if abs(second) > _ROUND:
         return Principal(float(np.angle(second)) / 2, stretch, _half_turn(fit))
     return Principal(float(np.angle(fourth)) / 4 if abs(fourth) > _ROUND else 0.0, 1.0, _half_turn(fit))

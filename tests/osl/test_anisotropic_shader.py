@@ -1,0 +1,141 @@
+"""The parts of the shader of an anisotropic fit, run inside Cycles, against their counterparts in NumPy."""
+
+import numpy as np
+import pytest
+
+from fitter.cycles import anisotropic_mixture, half_vector_grid
+from fitter.cycles.closure_mixture import closure_mixture
+from fitter.shader_constants import AZIMUTH_VIEWS, POLAR_VIEWS
+from support.anisotropic import ANISOTROPIC, brushed_fit
+from support.osl_probe import probe_osl
+from tests.fitter.cycles.test_anisotropic_mixture import Slanted
+
+STEP = np.pi / AZIMUTH_VIEWS
+# a polar angle, and an azimuth of the whole turn; the last is half a turn from where it is stored
+VIEWS = [(0, 0), (2, 3), (6, 9), (POLAR_VIEWS - 1, 0), (4, AZIMUTH_VIEWS + 5)]
+REFLECTANCES = {"brushed": brushed_fit, "slanted": Slanted, "woven": lambda: ANISOTROPIC[-1]}
+
+
+@pytest.fixture(scope="module", params=REFLECTANCES)
+def reflectance(request):
+    """An anisotropic reflectance, and its mixture."""
+    found = REFLECTANCES[request.param]()
+    return found, anisotropic_mixture.anisotropic_mixture(found)
+
+
+@pytest.fixture
+def probe(blender, reflectance):
+    """OSL code with the mixture of the reflectance, in a shader of some fit."""
+    from measured_brdf.addon.materials import osl_support
+
+    assert not osl_support.missing()
+    return lambda code, count, **tables: probe_osl(brushed_fit(), code, count, mixture=reflectance[1], **tables)
+
+
+def seen(polar, azimuth, beside=0.01):
+    """The number of a view, its polar angle and a direction beside it."""
+    theta_o = half_vector_grid.polar_angles()[polar] + beside
+    view = 0 if polar == 0 else 1 + (polar - 1) * 2 * AZIMUTH_VIEWS + azimuth
+    return view, theta_o, half_vector_grid.outgoing(theta_o, azimuth * STEP + beside)
+
+
+def stored(mixture, polar, azimuth):
+    """Where a view is stored."""
+    if polar == 0:
+        return 0
+    if not mixture.principal.half_turn:
+        return 1 + (polar - 1) * 2 * AZIMUTH_VIEWS + azimuth
+    return 1 + (polar - 1) * AZIMUTH_VIEWS + azimuth % AZIMUTH_VIEWS
+
+
+READ = "vector wi = vector(WI[3 * pixel], WI[3 * pixel + 1], WI[3 * pixel + 2]);"
+
+
+def code_of(view, theta_o, wo):
+    return f"""if (pixel < 2000) {{ {READ}
+      vector wo = vector({wo[0]}, {wo[1]}, {wo[2]});
+      MixtureView view;
+      mixture_view(MIXTURE_NUMBERS, {view}, {theta_o}, wo, view);"""
+
+
+@pytest.mark.parametrize("at", VIEWS)
+def test_the_mixture_and_what_it_misses_are_the_same_in_osl(probe, reflectance, random, at):
+    fit, mixture = reflectance
+    cosine, phi = 1 - 0.98 * random.random(2000), 2 * np.pi * random.random(2000)
+    wi = half_vector_grid.outgoing(np.arccos(cosine), phi)
+    view, theta_o, wo = seen(*at)
+    row = stored(mixture, *at)
+    expected = anisotropic_mixture.evaluate(mixture, row, wo, wi)
+    found = probe(code_of(view, theta_o, wo) + "out = eval_mixture(MIXTURE, view, wi) + 10.0; }", 2000, WI=wi) - 10
+    np.testing.assert_allclose(found, expected, rtol=2e-3, atol=1e-4 * expected.max())
+
+    view, theta_o, wo = seen(*at, beside=0)
+    turn = mixture.principal.turn
+    value = np.maximum(fit.evaluate(np.arccos(cosine), phi + turn, theta_o, at[1] * STEP + turn), 0) * cosine[:, None]
+    missing = value - anisotropic_mixture.evaluate(mixture, row, wo, wi)
+    found = probe(code_of(view, theta_o, wo) + "out = eval_missing(MISSING, view, wi) + 20.0; }", 2000, WI=wi) - 20
+    # between the middles of cells the table is linear, and the fit is not; the threads of a cloth are sharp
+    assert np.abs(found - missing).mean() < (0.2 if mixture.error > 0.2 else 0.05) * value.mean()
+
+
+@pytest.mark.parametrize("at", VIEWS)
+def test_drawn_directions_follow_the_density_that_is_reported(probe, at):
+    """Monte Carlo integrals over the hemisphere, against known ones."""
+    view, _, wo = seen(*at)
+    draw = f"""vector wo = vector({wo[0]}, {wo[1]}, {wo[2]});
+               vector wi = sample_table(SAMPLING_REMAINDER, {view}, wo, point(pixel, 0.5, 0.25));"""
+    count = 90_000
+    drawn = probe(draw + "out = wi + 1.0;", count) - 1
+    density = probe(draw + f"out = pdf_table(SAMPLING_REMAINDER, {view}, wo, wi);", count)[:, 0]
+    np.testing.assert_allclose(np.linalg.norm(drawn, axis=1), 1, atol=1e-5)
+    above = drawn[:, 2] > 1e-4
+    assert above.mean() > 0.9
+    integrands = {"1": (lambda x, y, z: np.ones_like(x), 2 * np.pi), "x^2": (lambda x, y, z: x**2, 2 * np.pi / 3),
+                  "x": (lambda x, y, z: x, 0), "y": (lambda x, y, z: y, 0), "z": (lambda x, y, z: z, np.pi),
+                  "x > 0": (lambda x, y, z: x > 0, np.pi), "y > x": (lambda x, y, z: y > x, np.pi)}
+    for name, (function, integral) in integrands.items():
+        weighted = function(*drawn[above].T) / density[above]
+        mean, squared = weighted.sum() / count, (weighted ** 2).sum() / count
+        assert mean == pytest.approx(integral, abs=float(5 * (squared / count) ** 0.5)), name
+
+
+def test_from_anywhere_every_direction_may_be_drawn(probe, random):
+    """With one of the views that is taken there; at least about as often as one in a thousand is."""
+    theta, phi = np.pi / 2 * random.random((2, 40_000)) * [[1], [4]]
+    wo = half_vector_grid.outgoing(theta, phi)
+    cosine = 1e-4 + (1 - 1e-4) * random.random(40_000)
+    wi = half_vector_grid.outgoing(np.arccos(cosine), random.random(40_000) * 2 * np.pi)
+    code = f"""if (pixel < 40000) {{ {READ}
+      vector wo = vector(WO[3 * pixel], WO[3 * pixel + 1], WO[3 * pixel + 2]);
+      MixtureView view;
+      sample_view(MIXTURE_NUMBERS, wo, point(pixel, 0.25, 0.75), view);
+      out = color(pdf_table(SAMPLING_REMAINDER, view.view, wo, wi), pdf_table(SAMPLING_REFLECTED, view.view, wo, wi),
+                  view.view); }}"""
+    found = probe(code, 40_000, WI=wi, WO=wo)[:40_000]
+    assert found[:, :2].min() > 1e-6
+    assert np.quantile(found[:, :2], 1e-3) > 1e-4
+    assert found[:, 2].min() == 0
+    assert found[:, 2].max() == 2 * AZIMUTH_VIEWS * (POLAR_VIEWS - 1)
+
+
+def test_views_are_taken_around_the_viewing_direction(probe, random):
+    """Of the four around it, so that its angles are right in the mean."""
+    polar = half_vector_grid.polar_angles()
+    theta_o, phi_o = 0.5 * (polar[4] + polar[5]), 7.3 * STEP
+    wo = half_vector_grid.outgoing(theta_o, phi_o)
+    code = f"""MixtureView view;
+      sample_view(MIXTURE_NUMBERS, vector({wo[0]}, {wo[1]}, {wo[2]}), point(pixel, 0.25, 0.75), view);
+      out = view.view;"""
+    view = probe(code, 40_000)[:, 0].round().astype(int) - 1
+    assert set(view // (2 * AZIMUTH_VIEWS)) == {3, 4}
+    assert set(view % (2 * AZIMUTH_VIEWS)) == {7, 8}
+    assert polar[view // (2 * AZIMUTH_VIEWS) + 1].mean() == pytest.approx(theta_o, abs=2e-3)
+    assert (view % (2 * AZIMUTH_VIEWS)).mean() == pytest.approx(7.3, abs=0.01)
+
+
+def test_the_error_that_is_baked_is_the_mixtures():
+    from fitter.cycles.bake import bake, fast_error
+
+    fit = brushed_fit()
+    mixture = closure_mixture(fit)
+    assert fast_error(bake(fit, mixture=mixture)) == pytest.approx((mixture.error, mixture.worst), rel=1e-5)
