@@ -41,11 +41,20 @@ def lit_sphere(measured: tasks.Data, arguments: Arguments) -> tuple[int, Job[Any
     return icons.icon(_key("sphere", measured, arguments), partial(tasks.lit_sphere, measured, arguments))
 
 
-def polar_plot(measured: tasks.Data, arguments: Arguments, theta_i: float) -> tuple[int, Job[Any]]:
-    """The icon of the polar plot at an angle of incidence (radians), and the job that draws it."""
+def polar_plot(measured: tasks.Data, arguments: Arguments, theta_i: float,
+               phi_i: float = 0.0) -> tuple[int, Job[Any]]:
+    """The icon of the polar plot at an angle of incidence and an azimuth of the light (radians), and the job that draws
+    it."""
+    theta_i, phi_i = round(theta_i, 3), round(phi_i, 3)
+    return icons.icon((*_key("polar", measured, arguments), theta_i, phi_i),
+                      partial(tasks.polar_plot, measured, arguments, theta_i, phi_i))
+
+
+def turned_plane(measured: tasks.Data, arguments: Arguments, theta_i: float) -> tuple[int, Job[Any]]:
+    """The icon of the plane of incidence, turned, at an angle of incidence (radians), and the job that draws it."""
     theta_i = round(theta_i, 3)
-    return icons.icon((*_key("polar", measured, arguments), theta_i),
-                      partial(tasks.polar_plot, measured, arguments, theta_i))
+    return icons.icon((*_key("turned", measured, arguments), theta_i),
+                      partial(tasks.turned_plane, measured, arguments, theta_i))
 
 
 def errors_by_level(measured: tasks.Data, arguments: Arguments) -> tuple[int, Job[Any]]:

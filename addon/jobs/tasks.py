@@ -23,11 +23,14 @@ from ...fitter.cycles.unbake import unbake
 from ...fitter.methods import tolerance
 from ...fitter.model import fit_file
 from ...fitter.quality import cross_validation, describe
-from ..annotations import Arguments, Report, present
+from ..annotations import Arguments, Report
 
 _PassedOn = TypeVar("_PassedOn")
 
 _LEVELS = range(8)          # in the plot of errors; level 8 would take longer than all others together
+# likewise of anisotropic samples: of a sparse lattice, and of a dense one alone. Level 0 is fitted as level 1 or close
+# to it, and a finer lattice of four axes takes minutes or is more than a shader holds
+_SPARSE_OF_FOUR_AXES, _DENSE_OF_FOUR_AXES = range(1, 7), range(1, 5)
 _CHUNK = 1 << 16            # rows hashed at a time
 _KEPT = 12                  # fits in the cache, a few MB each
 _LARGEST = 2.0 ** 62        # integer of a digest: a file may hold an azimuth of 1e300
@@ -323,30 +326,51 @@ def held_out(samples: fitter.Samples, arguments: Arguments, report: Report = sil
 
 
 def errors_by_level(data: Data, arguments: Arguments, report: Report = silent) -> SingleArray:
-    """The plot of RMSE at the samples against level, with the present choice marked: (size, size, 4)."""
+    """The plot of RMSE at the samples against level, with the present choice marked: (size, size, 4).
+
+    Levels are those of the settings: an anisotropic fit of the same settings may have lower ones.
+    """
     samples = data.samples
     current = fitted(samples, data.digest, arguments)
-    plain = current.fit.specular_level is None
     if "tolerance" in arguments:
         arguments = tolerance.arguments_of(current.fit)
-    errors = []
-    for level in _LEVELS:
-        report(level / len(_LEVELS), "Fitting every level")
-        changed = {**arguments, "diffuse_level" if plain else "specular_level": level}
-        errors.append(fitted(samples, data.digest, changed).errors.rmse)
-    level = current.fit.diffuse_level if plain else present(current.fit.specular_level)
-    return pictures.error_plot(list(_LEVELS), errors, (level, current.errors.rmse))
+    varied = "diffuse_level" if arguments["specular_level"] is None else "specular_level"
+    chosen, levels = arguments[varied], _levels(samples, varied)
+    errors = {chosen: current.errors.rmse}
+    for number, level in enumerate(levels):
+        report(number / len(levels), "Fitting every level")
+        found = fitted(samples, data.digest, {**arguments, varied: level})
+        if samples.isotropic or _levels_of(found.fit) != _levels_of(current.fit):
+            errors[level] = found.errors.rmse
+    shown = list(levels) if samples.isotropic else sorted(errors)
+    return pictures.error_plot(shown, [errors[level] for level in shown], (chosen, current.errors.rmse))
+
+
+def _levels(samples: fitter.Samples, varied: str) -> range:
+    """The levels that the plot of errors shows."""
+    if samples.isotropic:
+        return _LEVELS
+    return _DENSE_OF_FOUR_AXES if varied == "diffuse_level" else _SPARSE_OF_FOUR_AXES
+
+
+def _levels_of(found: fitter.Fit) -> tuple[int, int | None]:
+    return found.diffuse_level, found.specular_level
 
 
 def lit_sphere(data: Data, arguments: Arguments, _report: Report = silent) -> SingleArray:
-    """The picture of a lit sphere: (size, size, 4)."""
-    return pictures.lit_sphere(fitted_of(data, arguments).fit, colours=data.measured.colours)
+    """The picture of a lit sphere, with the tangent of an anisotropic fit: (size, size, 4)."""
+    return pictures.lit_sphere(fitted_of(data, arguments).fit, colours=data.measured.colours, with_tangent=True)
 
 
-def polar_plot(data: Data, arguments: Arguments, theta_i: float,
+def polar_plot(data: Data, arguments: Arguments, theta_i: float, phi_i: float = 0.0,
                _report: Report = silent) -> tuple[SingleArray, float]:
     """The polar plot, and the angle of incidence of the samples in it (radians)."""
-    return pictures.polar_plot(fitted_of(data, arguments).fit, data.samples, theta_i)
+    return pictures.polar_plot(fitted_of(data, arguments).fit, data.samples, theta_i, phi_i=phi_i)
+
+
+def turned_plane(data: Data, arguments: Arguments, theta_i: float, _report: Report = silent) -> SingleArray:
+    """The picture of the plane of incidence as it turns about the normal: (size, size, 4)."""
+    return pictures.turned_plane(fitted_of(data, arguments).fit, theta_i, colours=data.measured.colours)
 
 
 def digest(samples: fitter.Samples) -> str:
@@ -355,7 +379,8 @@ def digest(samples: fitter.Samples) -> str:
     Values are rounded, because the conversion of spectra differs in the last bits between computers.
     """
     space = () if samples.colours == colours.DEFAULT else (samples.colours,)
-    content = hashlib.sha256("\n".join((*samples.channels, *space)).encode())
+    kind = () if samples.isotropic else ("anisotropic",)
+    content = hashlib.sha256("\n".join((*samples.channels, *space, *kind)).encode())
     scale = np.abs(samples.values).max() or 1.0
     scatter = [] if samples.deviation is None else [(samples.deviation, 1.0)]
     for array, unit in (*((angle, 1.0) for angle in samples.directions), (samples.values, scale), *scatter):
