@@ -148,6 +148,12 @@ def exact_input(material: bpy.types.Material) -> bpy.types.NodeSocket | None:
     return node.inputs.get("Exact") if node is not None else None
 
 
+def tangent_input(material: bpy.types.Material) -> bpy.types.NodeSocket | None:
+    """The input of an anisotropic material that its direction comes from; None for other materials."""
+    node = group_node(material)
+    return node.inputs.get("Tangent") if node is not None else None
+
+
 def is_measured(material: bpy.types.Material) -> bool:
     """Whether a material shows a finished fit."""
     return bool(material.measured_brdf.coefficients) and group_node(material) is not None

@@ -180,6 +180,10 @@ class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
     shown_theta: FloatProperty(
         name="Incidence", default=math.radians(40), min=0, max=math.radians(85), subtype="ANGLE",
         description="Angle of incidence in the polar plot. Does not change the material")
+    shown_phi: FloatProperty(
+        name="Light's Azimuth", default=0, min=0, max=math.radians(360), subtype="ANGLE",
+        description="Where the light is in the polar plot, counter-clockwise from the tangent. Does not change the "
+                    "material")
 
 
 def register() -> None:

@@ -64,7 +64,7 @@ class MEASUREDBRDF_PT_material(MaterialPanel, bpy.types.Panel):
         row.enabled = modal.running is None
         row.operator(fit.MEASUREDBRDF_OT_fit.bl_idname, text="Refit" if fitted else "Fit", icon="SURFACE_DATA")
         if fitted:
-            _draw_result(layout.box(), settings)
+            _draw_result(layout.box(), settings, materials.tangent_input(context.material) is not None)
             layout.operator(assets.MEASUREDBRDF_OT_save_asset.bl_idname, icon="ASSET_MANAGER")
 
 
@@ -126,7 +126,7 @@ def _draw_choices(layout: bpy.types.UILayout, settings: Any) -> None:
     row.prop(settings, "tolerance", text="")
 
 
-def _draw_result(layout: bpy.types.UILayout, settings: Any) -> None:
+def _draw_result(layout: bpy.types.UILayout, settings: Any, anisotropic: bool) -> None:
     layout.label(text=f"{settings.name_of_data} {settings.fitted_levels}", icon="CHECKMARK")
     rows = (("Coefficients", f"{settings.coefficients:,}"),
             ("Storage", f"{settings.bytes:,} bytes"),
@@ -141,3 +141,5 @@ def _draw_result(layout: bpy.types.UILayout, settings: Any) -> None:
         split.label(text=value)
     for line in textwrap.wrap(settings.changes, 52) if settings.changes else ():
         layout.label(text=line)
+    if anisotropic:
+        layout.label(text="Its direction: the node's Tangent and Rotation", icon="ORIENTATION_LOCAL")

@@ -24,10 +24,15 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
         if data is None:
             return
         arguments = fit_arguments(settings)
+        anisotropic = data.description.rotations is not None
+        azimuth = settings.shown_phi if anisotropic else 0.0
         pictures = self.layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
         _draw_picture(pictures, "Lit sphere", *queries.lit_sphere(data, arguments))
-        polar = queries.polar_plot(data, arguments, settings.shown_theta)
+        polar = queries.polar_plot(data, arguments, settings.shown_theta, azimuth)
         job = _draw_picture(pictures, "Plane of incidence", *polar)
+        if anisotropic:
+            turned = queries.turned_plane(data, arguments, settings.shown_theta)
+            _draw_picture(pictures, "Plane of incidence, turned", *turned)
         _draw_picture(pictures, "RMSE by level", *queries.errors_by_level(data, arguments))
         column = pictures.column()
         column.label(text="Incidence")
@@ -35,6 +40,12 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
         if job.result is not None and not math.isnan(job.result[1]):
             column.label(text=f"Samples at {math.degrees(job.result[1]):.1f}°")
         column.label(text="Radius: cube root")
+        if anisotropic:
+            column = pictures.column()
+            column.label(text="Light's Azimuth")
+            column.prop(settings, "shown_phi", text="")
+            column.label(text="Turned: 0° to 360° across")
+            column.label(text="Strokes: the tangent")
 
 
 def _draw_picture(layout: bpy.types.UILayout, title: str, icon: int, job: Job[Any]) -> Job[Any]:
