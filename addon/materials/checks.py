@@ -13,7 +13,7 @@ from ...fitter.shader_constants import MAX_LAMPS
 from .. import versions
 from ..scene.lamps import instances, light_objects, sky_moves
 from . import material as materials
-from . import reading
+from . import reading, tangents
 
 # Cycles has 64 closure slots. A measured material fills up to 27: its mixture 12, each of four lamps 3, a sampled
 # direction 3.
@@ -42,7 +42,7 @@ class Finding(NamedTuple):
 
 def check(scene: bpy.types.Scene) -> list[Finding]:
     """The settings of a scene that change how measured materials look, worst first."""
-    return [*_light_paths(scene), *_lamps(scene), *_colours(), *_materials()]
+    return [*_light_paths(scene), *_lamps(scene), *_colours(), *_materials(), *_tangents(scene)]
 
 
 def _light_paths(scene: bpy.types.Scene) -> Iterator[Finding]:
@@ -129,3 +129,35 @@ def _materials() -> Iterator[Finding]:
             yield Finding(f"bump:{material.name}", f"Bump Map Correction is on for {material.name}: it shifts the "
                           "highlights", "Turn Bump Map Correction off for this material",
                           lambda material=material: setattr(material.cycles, "use_bump_map_correction", False))
+
+
+def _tangents(scene: bpy.types.Scene) -> Iterator[Finding]:
+    """Of the active object: where an anisotropic material has no direction that is worth having."""
+    item = bpy.context.object
+    if item is None or scene.objects.get(item.name) != item or not tangents.can_be_judged(item):
+        return
+    for material in tangents.anisotropic(item):
+        node, key = tangents.node_of(material), f"tangent:{material.name}"
+        if node is None and not tangents.is_turned(item.data):
+            found = (f"The direction of {material.name} runs around the Z axis of {item.name}, as a lathe leaves it, "
+                     "and the object has another shape")
+            if not tangents.has_uv(item.data):
+                what = "has no area" if item.data.uv_layers else "is missing"
+                yield Finding(key, f"{found}. Its UV map, which could give another direction, {what}: unwrap it")
+            elif material.is_editable:
+                yield Finding(key, found, "Use the UV map's tangent",
+                              lambda material=material: tangents.take_from_uv(material))
+            else:
+                yield Finding(key, f"{found}. Connect a Tangent node in the file that {material.name} belongs to")
+        elif node is not None and _of_missing_uv(node, item.data):
+            found = (f"The tangent of {material.name} is that of a UV map that {item.name} does not have, or that has "
+                     "no area")
+            if material.is_editable:
+                yield Finding(key, found, "Use the tangent around the Z axis",
+                              lambda material=material: tangents.take_around_axis(material))
+            else:
+                yield Finding(key, f"{found}. Unwrap it")
+
+
+def _of_missing_uv(node: bpy.types.Node, mesh: bpy.types.Mesh) -> bool:
+    return (node.type == "TANGENT" and node.direction_type == "UV_MAP" and not tangents.has_uv(mesh, node.uv_map))
