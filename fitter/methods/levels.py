@@ -7,7 +7,8 @@ import numpy as np
 
 from ..lattice import dense
 
-_FINEST_DENSE, _FINEST_SPARSE = 3, 5    # of four axes: 9,317 control points, and 815,000 to choose from
+_FINEST_DENSE, _FINEST_SPARSE = 3, 4    # of four axes: 9,317 control points, and 75,449 to choose from
+KEPT_OF_FOUR = 3           # times the control points of three axes are kept of four
 
 
 @dataclass(frozen=True)
@@ -58,15 +59,21 @@ class Levels:
         return round((1 - self.compression / 100) * size)
 
     def of_four_axes(self) -> "Levels":
-        """Levels of about the same use for an anisotropic fit: one lower, since a lattice has a fourth axis.
+        """Levels of about the same use for an anisotropic fit: one lower, since a lattice has a fourth axis, and with
+        three times as many control points kept.
 
         Examples
         --------
-        >>> Levels(4, 5, 98.2).of_four_axes()
-        Levels(diffuse=3, specular=4, compression=98.2)
+        >>> found = Levels(4, 5, 98.2).of_four_axes()
+        >>> found.diffuse, found.specular, found.kept_of(4) == 3 * Levels(4, 5, 98.2).kept
+        (3, 4, True)
         """
-        specular = None if self.specular is None else min(max(self.specular - 1, 0), _FINEST_SPARSE)
-        return Levels(min(max(self.diffuse - 1, 0), _FINEST_DENSE), specular, self.compression)
+        diffuse = min(max(self.diffuse - 1, 0), _FINEST_DENSE)
+        if self.specular is None:
+            return Levels(diffuse, None, self.compression)
+        specular = min(max(self.specular - 1, 0), _FINEST_SPARSE)
+        kept = min(KEPT_OF_FOUR * self.kept / dense.full_size(specular, 4), 1.0)
+        return Levels(diffuse, specular, 100 * (1 - kept))
 
     def check_four_axes(self) -> None:
         """Raise ValueError if a lattice of four axes of these levels would not fit in memory."""

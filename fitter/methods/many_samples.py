@@ -58,6 +58,7 @@ _LENGTHS = 1.0, 0.5, 0.25, 0.1  # of a step, that are tried
 _LEAST_GAIN = 0.02          # of the error, for another step
 _FINER = 3000               # ... and then only as many of its control points are fitted
 _MOST_SPARSE = 4500         # control points of the sparse lattice: their equations take the square of them in memory
+_MOST_BATCHES = 3           # of four axes, as many lots of them are fitted one after the other
 _MOST_ELONGATED = 10        # ratio of the stretches of an anisotropic half vector
 _PRECISE = 0.02             # deviation of a sample, relative to it, up to which it is trusted like any other
 
@@ -148,12 +149,14 @@ def lattices(samples: Samples, arrangement: Arrangement, levels: Levels) -> tupl
     if levels.diffuse > finest:
         search.add(levels.diffuse, _FINER)
         search.improved().hold()
+    dense_parts = len(search.boxes())
     if levels.specular is not None:
-        count = min(levels.kept_of(axes), _MOST_SPARSE)
-        if count > _FINER:
-            search.hold()
-        search.add(levels.specular, count)
-        search.improved()
+        counts = _batches(levels.kept_of(axes), axes)
+        for count in counts:
+            if len(counts) > 1 or count > _FINER:
+                search.hold()
+            search.add(levels.specular, count)
+            search.improved()
     boxes = search.boxes()
     level, control_points = boxes[0]
     while level < levels.diffuse:
@@ -162,10 +165,19 @@ def lattices(samples: Samples, arrangement: Arrangement, levels: Levels) -> tupl
         control_points = control_points + boxes[1][1]
     specular = None
     if levels.specular is not None:
-        index = perfect_hash.build(search.keys())
-        coefficients = boxes[-1][1].reshape(-1, control_points.shape[-1])[index.keys]
+        index = perfect_hash.build(np.concatenate(search.keys()[dense_parts:]))
+        every = np.sum([box for _, box in boxes[dense_parts:]], axis=0)
+        coefficients = every.reshape(-1, control_points.shape[-1])[index.keys]
         specular = SparseLattice(levels.specular, index, coefficients.astype(np.float32), axes)
     return DenseLattice(levels.diffuse, control_points.astype(np.float32)), specular
+
+
+def _batches(kept: int, axes: int) -> list[int]:
+    """The numbers of control points of the sparse lattice that are fitted together, one batch after the other."""
+    if axes == ISOTROPIC_AXES or kept <= _MOST_SPARSE:
+        return [min(kept, _MOST_SPARSE)]
+    batches = min(-(-kept // _MOST_SPARSE), _MOST_BATCHES)
+    return [min(kept // batches, _MOST_SPARSE)] * batches
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,9 +273,9 @@ class _Search:
         """Leave the lattices so far as they are."""
         self._held = len(self._parts)
 
-    def keys(self) -> IntArray:
-        """The control points of the lattice that was added last."""
-        return np.asarray(self._parts[-1][1])
+    def keys(self) -> list[IntArray]:
+        """The control points of each lattice; of one that has all, none."""
+        return [np.zeros(0, int) if keys is None else keys for _, keys in self._parts]
 
     def improved(self, steps: int = _STEPS) -> "_Search":
         """Take steps, until one gains little, and return this search."""

@@ -12,7 +12,7 @@ from ..quality import cross_validation
 from ..quality.metrics import error_metrics
 from ..samples import Samples, distinct_channels, subset
 from . import fit, prepare
-from .levels import Levels
+from .levels import KEPT_OF_FOUR, Levels
 from .method import MethodName
 
 METHOD: MethodName = "kriging"
@@ -24,7 +24,7 @@ KEPT = (0, 47, 94, 188, 376, 752, 1504, 3008, 6016)     # control points of the 
 def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plausible: bool = True) -> Fit:
     """Find the fit of fewest bytes whose error is within a tolerance.
 
-    The candidates are fits by "kriging" with a specular lattice of level 6; of anisotropic samples, with one of level 5
+    The candidates are fits by "kriging" with a specular lattice of level 6; of anisotropic samples, with one of level 4
     (`Levels.of_four_axes`). For each diffuse level, bisection finds the
     largest compression that suffices.
 
@@ -74,7 +74,7 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plaus
         low, high = 0, len(kept)                        # kept[high] suffices, if it exists
         while low < high:
             middle = (low + high) // 2
-            compression = _compression(samples, kept[middle])
+            compression = _compression(kept[middle])
             error = _rmse(samples, [fold.predicted(diffuse_level, compression, plausible) for fold in folds], parts)
             best = min(best, (error, notation(diffuse_level, SPECULAR_LEVEL, compression)))
             if error <= tolerance:
@@ -82,7 +82,7 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plaus
             else:
                 low = middle + 1
         if high < len(kept):
-            fitted = whole.fit(diffuse_level, _compression(samples, kept[high]), plausible)
+            fitted = whole.fit(diffuse_level, _compression(kept[high]), plausible)
             found = min(found or fitted, fitted, key=lambda fit: fit.nbytes)
     if found is None:
         raise ValueError(f"no fit is within {tolerance:g} 1/sr: the best, {best[1]}, has an error of {best[0]:.3g}; "
@@ -92,9 +92,12 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plaus
 
 def arguments_of(found: Fit) -> dict[str, Any]:
     """The keyword arguments with which `fit` makes the fit that `fit_within` found, of the same samples."""
-    lowered = 0 if found.isotropic else 1
-    return {"diffuse_level": found.diffuse_level + lowered, "specular_level": SPECULAR_LEVEL,
-            "compression": found.compression, "method": METHOD}
+    diffuse_level, compression = found.diffuse_level, found.compression
+    if not found.isotropic:     # the levels whose `Levels.of_four_axes` the fit has
+        kept = Levels(found.diffuse_level, found.specular_level, compression).kept_of(4)
+        diffuse_level, compression = diffuse_level + 1, _compression(round(kept / KEPT_OF_FOUR))
+    return {"diffuse_level": diffuse_level, "specular_level": SPECULAR_LEVEL, "compression": compression,
+            "method": METHOD}
 
 
 class _Fold:
@@ -123,11 +126,8 @@ def _dense_size(samples: Samples, diffuse_level: int) -> int:
     return math.prod(dense.shape(Levels(diffuse_level, None, 0.0).of_four_axes().diffuse, 4))
 
 
-def _compression(samples: Samples, kept: int) -> float:
-    """The compression with which as many control points of the specular lattice are kept."""
-    everything = Levels(0, SPECULAR_LEVEL, 0.0)
-    size = everything.kept if samples.isotropic else everything.of_four_axes().kept_of(4)
-    return 100 * (1 - kept / size)
+def _compression(kept: int) -> float:
+    return 100 * (1 - kept / dense.full_size(SPECULAR_LEVEL))
 
 
 def _rmse(samples: Samples, predictions: list[FloatArray], parts: list[IntArray | None]) -> float:
