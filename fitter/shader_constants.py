@@ -59,6 +59,8 @@ AZIMUTH_VIEWS = 16
 # Cells by the angle of the half vector from the normal, and by its azimuth over the whole turn.
 HALF_RINGS = 16
 HALF_SECTORS = 24
+# Cumulative probabilities are stored in this many parts of 1, as whole numbers: these take the fewest digits.
+PROBABILITY_UNITS = 1e7
 
 # The field of a fit (model/transform.py, model/microfacet.py, coordinates/; osl/fit.h, osl/prior.h,
 # osl/coordinates.h).

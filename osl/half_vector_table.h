@@ -7,6 +7,8 @@
 
 #if ANISOTROPIC
 #define CELLS (HALF_RINGS * HALF_SECTORS)
+/* Entries of a view in MISSING: the unit of its values, and those. */
+#define MISSING_ROW (CELLS * CHANNELS + 1)
 
 /* The angle from the normal at which the last ring ends. */
 float farthest_ring(vector wo)
@@ -46,14 +48,14 @@ float pdf_table(float table[], int view, vector wo, vector w)
   int first = stored_view(view) * CELLS;
   int i = first + ring * HALF_SECTORS + min((int)y, HALF_SECTORS - 1);
   float probability = i == first ? table[i] : table[i] - table[i - 1];
-  return probability * HALF_SECTORS /
+  return probability / PROBABILITY_UNITS * HALF_SECTORS /
          (M_2PI * (ring_cosine(farthest, ring) - ring_cosine(farthest, ring + 1)) * size);
 }
 
 /* A unit vector in the shading frame. It may be below the horizon. */
 vector sample_table(float table[], int view, vector wo, point seed)
 {
-  float u = random(seed, RANDOM_CELL);
+  float u = PROBABILITY_UNITS * random(seed, RANDOM_CELL);
   int first = stored_view(view) * CELLS;
   int low = 0;
   int high = CELLS - 1;
@@ -76,6 +78,12 @@ vector sample_table(float table[], int view, vector wo, point seed)
   return cosine > 0.0 ? 2.0 * cosine * h - wo : vector(0.0, 0.0, -1.0);
 }
 
+#if CHANNELS == 3
+#  define MISSING_CELL(i) color(MISSING[first + 3 * (i) + 1], MISSING[first + 3 * (i) + 2], MISSING[first + 3 * (i) + 3])
+#else
+#  define MISSING_CELL(i) MISSING[first + (i) + 1]
+#endif
+
 /* About what the fit has beyond the mixture, times cos theta_i: bilinear between the middles of cells. */
 color eval_missing(float MISSING[], MixtureView view, vector w)
 {
@@ -89,8 +97,11 @@ color eval_missing(float MISSING[], MixtureView view, vector w)
   float t = y - before;
   int sector = (before + HALF_SECTORS) % HALF_SECTORS;
   int next = (before + 1) % HALF_SECTORS;
-  int i = stored_view(view.view) * CELLS + ring * HALF_SECTORS;
-  return color((1.0 - s) * ((1.0 - t) * MISSING_READ(i + sector) + t * MISSING_READ(i + next)) +
-               s * ((1.0 - t) * MISSING_READ(i + HALF_SECTORS + sector) + t * MISSING_READ(i + HALF_SECTORS + next)));
+  int first = stored_view(view.view) * MISSING_ROW;
+  int i = ring * HALF_SECTORS;
+  MIXTURE_VALUE inner = (1.0 - t) * MISSING_CELL(i + sector) + t * MISSING_CELL(i + next);
+  i += HALF_SECTORS;
+  MIXTURE_VALUE outer = (1.0 - t) * MISSING_CELL(i + sector) + t * MISSING_CELL(i + next);
+  return color(MISSING[first] * mix(inner, outer, s));
 }
 #endif

@@ -22,7 +22,7 @@ from ..model import microfacet
 from ..model.fit import Fit
 from ..model.transform import IDENTITY, LogRelative
 from ..samples import RGB
-from ..shader_constants import KNOTS, MAX_LAMPS, shader_constants
+from ..shader_constants import KNOTS, MAX_LAMPS, PROBABILITY_UNITS, shader_constants
 from .closure_mixture import closure_mixture
 from .mixture_table import Mixture
 
@@ -38,6 +38,8 @@ _TANGENT_PARAMETERS = """\
                      float Rotation = 0.0 [[string help = "Turns the tangent about the normal; 1 is a whole turn"]],
 """
 _SOURCES = Path(__file__).parents[2] / "osl"
+_MISSING_UNITS = 9999       # of the largest value of a view
+_DARK = 1e-12               # a largest value below which a view has none (numerical)
 MAX_ARRAY = 1_500_000       # numbers of a table: the OSL compiler takes 1,000,000 in one array, and refuses 3,000,000
 
 
@@ -208,11 +210,25 @@ def _mixture(mixture: Mixture) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]
     """What `osl/mixture.h`, `osl/sampling_table.h` and `osl/half_vector_table.h` read: (constants, tables)."""
     constants = {"CHANNELS": mixture.table.shape[-1], "FAST_ERROR": f"{mixture.error:.6g}",
                  "FAST_WORST": f"{mixture.worst:.6g}", "ANISOTROPIC": int(mixture.principal is not None)}
+    tables: dict[str, NDArray[Any]] = {"MIXTURE": mixture.table, "MIXTURE_NUMBERS": mixture.numbers}
     if mixture.principal is not None:
         constants |= {"PRINCIPAL_TURN": f"{mixture.principal.turn:.9g}", "HALF_TURN": int(mixture.principal.half_turn),
                       "PRINCIPAL_STRETCH": f"{mixture.principal.stretch:#.9g}"}
-    return constants, {"MIXTURE": mixture.table, "MIXTURE_NUMBERS": mixture.numbers, "MISSING": mixture.missing,
-                       "SAMPLING_REMAINDER": mixture.remainder, "SAMPLING_REFLECTED": mixture.reflected}
+        return constants, tables | _whole_numbers(mixture)
+    return constants, tables | {"MISSING": mixture.missing, "SAMPLING_REMAINDER": mixture.remainder,
+                                "SAMPLING_REFLECTED": mixture.reflected}
+
+
+def _whole_numbers(mixture: Mixture) -> dict[str, NDArray[Any]]:
+    """The tables of directions of an anisotropic fit, as `osl/half_vector_table.h` reads them: many, in few digits.
+
+    What is missing is in units of its own for each view, which stand in front of the view's values.
+    """
+    unit = np.maximum(np.abs(mixture.missing).max(axis=(1, 2)), _DARK) / _MISSING_UNITS
+    missing = np.round(mixture.missing.reshape(len(unit), -1) / unit[:, None])
+    return {"MISSING": np.concatenate([unit[:, None], missing], axis=1)} | {
+        name: np.round(table.astype(np.float64) * PROBABILITY_UNITS)
+        for name, table in (("SAMPLING_REMAINDER", mixture.remainder), ("SAMPLING_REFLECTED", mixture.reflected))}
 
 
 def _flat_ramp() -> NDArray[np.float64]:
