@@ -128,11 +128,13 @@ def _draw_choices(layout: bpy.types.UILayout, settings: Any) -> None:
 
 def _draw_result(layout: bpy.types.UILayout, settings: Any, anisotropic: bool) -> None:
     layout.label(text=f"{settings.name_of_data} {settings.fitted_levels}", icon="CHECKMARK")
-    rows = (("Coefficients", f"{settings.coefficients:,}"),
+    rows = [("Coefficients", f"{settings.coefficients:,}"),
             ("Storage", f"{settings.bytes:,} bytes"),
             ("RMSE", f"{settings.rmse:.3g} / sr"),
             ("MRE", f"{settings.mre:.2%} of the peak" if not math.isnan(settings.mre) else "all values are 0"),
-            ("Fitted in", f"{settings.seconds:.2f} s"))
+            ("Fitted in", f"{settings.seconds:.2f} s")]
+    if anisotropic:
+        rows.append(("Direction", "Tangent, Rotation"))
     column = layout.column(align=True)
     for name, value in rows:
         split = column.split(factor=0.4)
@@ -141,5 +143,3 @@ def _draw_result(layout: bpy.types.UILayout, settings: Any, anisotropic: bool) -
         split.label(text=value)
     for line in textwrap.wrap(settings.changes, 52) if settings.changes else ():
         layout.label(text=line)
-    if anisotropic:
-        layout.label(text="Its direction: the node's Tangent and Rotation", icon="ORIENTATION_LOCAL")

@@ -32,7 +32,7 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
         job = _draw_picture(pictures, "Plane of incidence", *polar)
         if anisotropic:
             turned = queries.turned_plane(data, arguments, settings.shown_theta)
-            _draw_picture(pictures, "Plane of incidence, turned", *turned)
+            _draw_picture(pictures, "Plane, turned", *turned)
         _draw_picture(pictures, "RMSE by level", *queries.errors_by_level(data, arguments))
         column = pictures.column()
         column.label(text="Incidence")
@@ -44,8 +44,8 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
             column = pictures.column()
             column.label(text="Light's Azimuth")
             column.prop(settings, "shown_phi", text="")
-            column.label(text="Turned: 0° to 360° across")
-            column.label(text="Strokes: the tangent")
+            column.label(text="Turned: 0°–360°")
+            column.label(text="Strokes: tangent")
 
 
 def _draw_picture(layout: bpy.types.UILayout, title: str, icon: int, job: Job[Any]) -> Job[Any]:
