@@ -117,7 +117,7 @@ def summary(table):
     met = [name for name in names if ratios[name] <= 0.5]
     missed = ", ".join(f"{name} ({ratios[name]:.2f})" for name in names if name not in met)
     small = sum(by[name, "Standard"]["bytes"] <= _BUDGET for name in names)
-    return [f"Standard takes at most {_BUDGET['Standard']:,} bytes a channel: {small} of {len(names)}",
+    return [f"Standard takes at most {_BUDGET:,} bytes a channel: {small} of {len(names)}",
             f"Standard has at most half of the best rival's error between the samples: {len(met)} of {len(names)}"
             + (f"; not for {missed}" if missed else "")]
 
@@ -144,11 +144,15 @@ def main():
     lines = summary(table)
     print("\n".join(lines))
     if arguments.write:
-        method = " ".join(__doc__.split("\n\n", 2)[2].split())
-        text = "\n".join(f"- {line}" for line in lines)
-        arguments.write.write_text(f"# Anisotropic materials\n\nWritten by `python -m benchmarks.anisotropic --write "
-                                   f"{arguments.write}` at commit {commit()}.\n\n{text}\n\n{method}\n\n"
-                                   f"{markdown(table)}\n", encoding="utf-8")
+        arguments.write.write_text(page(table, lines), encoding="utf-8")
+
+
+def page(table, lines):
+    """The page of the documentation."""
+    method = " ".join(__doc__.split("\n\n", 2)[2].split())
+    text = "\n".join(f"- {line}" for line in lines)
+    return (f"# Anisotropic materials\n\nWritten by `python -m benchmarks.anisotropic --write docs/anisotropic.md` at "
+            f"commit {commit()}.\n\n{text}\n\n{method}\n\n{markdown(table)}\n")
 
 
 if __name__ == "__main__":
