@@ -27,10 +27,14 @@ int half_turned(int view)
 #endif
 }
 
-/* A number of a view; `i` counts those of `shader_constants`, after which come the roughnesses across of all lobes. */
+/* Numbers of a lobe besides those of `shader_constants`: the roughness along the second principal axis, and what its
+ * normal leans along both. */
+#define MORE_NUMBERS 3
+
+/* A number of a view; `i` counts those of `shader_constants`, and then more of each lobe. */
 float view_number(float MIXTURE_NUMBERS[], int view, int i)
 {
-  return MIXTURE_NUMBERS[stored_view(view) * (NUMBERS + LOBES) + i];
+  return MIXTURE_NUMBERS[stored_view(view) * (NUMBERS + MORE_NUMBERS * LOBES) + i];
 }
 
 /* The direction at an angle theta from the normal, in the plane of that and the viewer, opposite to it. */
@@ -51,14 +55,17 @@ void mixture_view(float MIXTURE_NUMBERS[], int view, float theta_o, vector wo, o
   for (int k = 0; k < LOBES; k++) {
     found.kind[k] = (int)view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k);
     found.shape[k] = view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k + 1);
-    found.across[k] = view_number(MIXTURE_NUMBERS, view, NUMBERS + k);
+    int more = NUMBERS + MORE_NUMBERS * k;
+    found.across[k] = view_number(MIXTURE_NUMBERS, view, more);
     float angle = view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k + 2);
     if (found.kind[k] == PHONG) {
       found.axis[k] = mirror_side(wo, min(theta_o + angle, STEEPEST_AXIS));
       found.half[k] = normalize(wo + found.axis[k]);
     }
     else {
-      found.axis[k] = mirror_side(wo, angle);
+      vector lean = vector(view_number(MIXTURE_NUMBERS, view, more + 1),
+                           view_number(MIXTURE_NUMBERS, view, more + 2), 0.0);
+      found.axis[k] = normalize(mirror_side(wo, angle) + (half_turned(view) ? -lean : lean));
       found.half[k] = found.axis[k];
     }
   }

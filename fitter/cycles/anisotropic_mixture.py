@@ -55,7 +55,10 @@ _TILTS = np.radians((-5, 0, 5))                                 # ... and the ti
 _EXPONENTS = (4, 12, 36, 110)                                   # candidates for the phong_ramps ...
 _AXES = np.radians((-30, -15, -7, 0, 7))                        # ... and for their angles from the mirror direction
 _RETRO_EXPONENTS = (12, 110)                                    # those that look back
-_STRIDE = 3                     # of the points that are looked at in the search
+_LEANS = np.tan(np.radians((6, 12, 20)))                        # for microfacets of threads that lie at a slope
+_NARROW, _LONG = (0.05, 0.09, 0.16, 0.28), (0.28, 0.5, 0.9)     # ... which are narrow across it, and long along it
+_HARD = 0.2                     # share of misplaced light from which on these are looked at too
+_SKIPPED, _STRIDE = 2, 3        # of the views, and of the points of each, that are looked at in the search
 _TRIED = 5                      # candidates for a lobe that are looked at closer
 _GGX_COST = 1.1                 # factor on the error of a choice, per microfacet lobe: they take Cycles longer
 _STEPS = 30                     # of the least squares, in the search
@@ -75,12 +78,17 @@ class Lobe(NamedTuple):
         horizon on the mirror side.
     across : float
         The roughness along the second principal axis.
+    lean_x, lean_y : float
+        Added to the first components of the normal of a microfacet lobe, which is then made a unit vector again: it
+        leans along the principal axes.
     """
 
     kind: int
     shape: float
     angle: float
     across: float
+    lean_x: float = 0.0
+    lean_y: float = 0.0
 
 
 class _Row(NamedTuple):
@@ -96,7 +104,9 @@ def anisotropic_mixture(fit: "Fit") -> Mixture:
     axes = principal(fit)
     azimuths = half_vector_grid.azimuths(axes.half_turn)
     rows = [_row(fit, axes, number, azimuths) for number in range(POLAR_VIEWS)]
-    lobes = [_choose(each) for each in rows]
+    lobes: list[list[Lobe]] = []
+    for each in rows:
+        lobes.append(_choose(each, [lobe for chosen in lobes for lobe in chosen]))
     coefficients = [solve(basis(chosen, each.wo, each.to.unit), each.target, each.to.solid_angle)
                     for chosen, each in zip(lobes, rows, strict=True)]
     tables, numbers, errors, missing, remainder, reflected, reachable = [], [], [], [], [], [], []
@@ -147,8 +157,8 @@ def evaluate(mixture: Mixture, view: int, wo: NDArray[np.float64], wi: NDArray[n
     (n, channels)
     """
     numbers = mixture.numbers[view]
-    lobes = [Lobe(int(kind), shape, angle, across) for (kind, shape, angle), across
-             in zip(numbers[:LOBES * LOBE_NUMBERS].reshape(LOBES, LOBE_NUMBERS), numbers[NUMBERS:], strict=True)]
+    first, more = numbers[:LOBES * LOBE_NUMBERS].reshape(LOBES, -1), numbers[NUMBERS:].reshape(LOBES, -1)
+    lobes = [Lobe(int(kind), *rest, *others) for (kind, *rest), others in zip(first, more, strict=True)]
     found = coefficients_of(mixture.table[view], [lobe.kind for lobe in lobes])
     return np.asarray(basis(lobes, wo[None], wi[None])[0] @ found)
 
@@ -204,9 +214,9 @@ def _errors(errors: list[float], azimuths: int) -> tuple[float, float]:
 
 
 def _numbers(lobes: list[Lobe], share: float) -> NDArray[np.float64]:
-    """What is equal in all channels: (NUMBERS + LOBES,)."""
+    """What is equal in all channels: (NUMBERS + 3 LOBES,)."""
     first = np.array([lobe[:LOBE_NUMBERS] for lobe in lobes]).ravel()
-    return np.concatenate([first, remainder_numbers(share), [lobe.across for lobe in lobes]])
+    return np.concatenate([first, remainder_numbers(share), np.array([lobe[LOBE_NUMBERS:] for lobe in lobes]).ravel()])
 
 
 def _candidates(theta_o: float) -> list[Lobe]:
@@ -218,11 +228,28 @@ def _candidates(theta_o: float) -> list[Lobe]:
     return lobes + [Lobe(GGX, along, float(tilt), across) for along in _WIDTHS for across in _WIDTHS for tilt in tilts]
 
 
-def _choose(at: _Row) -> list[Lobe]:
-    """The lobes for a polar angle: each in turn is the one beside which the error is smallest."""
+def _leaning() -> list[Lobe]:
+    """More of them, for a surface of threads."""
+    slopes = [float(side * lean) for lean in _LEANS for side in (-1, 1)]
+    return [lobe for narrow in _NARROW for long in _LONG for lean in slopes
+            for lobe in (Lobe(GGX, narrow, 0.0, long, lean, 0.0), Lobe(GGX, long, 0.0, narrow, 0.0, lean))]
+
+
+def _choose(at: _Row, before: list[Lobe]) -> list[Lobe]:
+    """The lobes for a polar angle, where others were chosen before. Where one of those leans, more of them may."""
     theta_o = float(np.arccos(np.clip(at.wo[0, 2], 0, 1)))
     candidates = _candidates(theta_o)
-    views = slice(None) if theta_o > 0 else slice(1)
+    if not any(lobe.lean_x or lobe.lean_y for lobe in before):
+        chosen, misplaced = _best(at, theta_o, candidates)
+        if misplaced < _HARD:
+            return chosen
+    return _best(at, theta_o, candidates + _leaning())[0]
+
+
+def _best(at: _Row, theta_o: float, candidates: list[Lobe]) -> tuple[list[Lobe], float]:
+    """The best lobes among candidates, each in turn the one beside which the error is smallest; and the share of the
+    light that they misplace."""
+    views = slice(None, None, _SKIPPED) if theta_o > 0 else slice(1)
     some = (views, slice(None, None, _STRIDE))
     wo, unit, solid_angle = at.wo[views], at.to.unit[some], at.to.solid_angle[some]
     mean = at.target[some].mean(axis=-1, keepdims=True)
@@ -243,7 +270,7 @@ def _choose(at: _Row) -> list[Lobe]:
             if error < best:
                 best, found, left = error, tried, remaining[..., 0]
         chosen = found
-    return chosen
+    return chosen, float((solid_angle * np.abs(left)).sum() / max(float((solid_angle * mean[..., 0]).sum()), 1e-12))
 
 
 def basis(lobes: list[Lobe], wo: NDArray[np.float64], wi: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -294,7 +321,8 @@ def _ggx(lobe: Lobe, wo: NDArray[np.float64],
     """GGX reflection of two widths about a tilted normal, with height-correlated masking and no Fresnel factor, times
     the cosine of that normal and wi (Walter et al. 2007; Heitz 2014); and the density with which Cycles samples it, of
     the microfacets that are visible from wo: both (views, n)."""
-    normal = _mirror_side(wo, lobe.angle)
+    normal = _mirror_side(wo, lobe.angle) + [lobe.lean_x, lobe.lean_y, 0]
+    normal /= np.linalg.norm(normal, axis=-1)[:, None]
     second = np.cross(normal, [1.0, 0.0, 0.0])
     second /= np.linalg.norm(second, axis=-1)[:, None]
     turn = np.stack([np.cross(second, normal), second, normal], axis=-1)        # (views, 3, 3)

@@ -47,7 +47,7 @@ class Mixture(NamedTuple):
     ----------
     table : (views, ROW, channels)
         Rows as `shader_constants` describes them. The knots of a ramp are divided by its weight.
-    numbers : (views, NUMBERS), or (views, NUMBERS + LOBES) where it is anisotropic
+    numbers : (views, NUMBERS), or (views, NUMBERS + 3 LOBES) where it is anisotropic
         What is equal in all channels, as `shader_constants` describes it.
     missing : (views, cells, channels)
         The reflected radiance of the fit less the mixture, in the middle of each cell of `direction_grid` or of

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 _RINGS, _SECTORS = 40, 64       # half vectors that are looked at, seen from the normal
 _WIDEST = np.radians(44)        # their largest angle from it
 _LEVEL = 0.25                   # the outline of the highlight: of its height above the least reflectance
-_ROUND = 0.1                    # a smaller harmonic counts as none
+_ROUND, _ROUND_THREADS = 0.1, 0.05      # smaller harmonics count as none
 _GENTLY = 0.15                  # power of the squared ratio of the highlight's length and width that is the stretch ...
 _STRETCHES = (1.0, 1.6)         # ... and its bounds: more makes cells beside streaks, and at grazing angles, too coarse
 _PAIRS = 400                    # directions at which half a turn is looked at
@@ -35,12 +35,24 @@ def principal(fit: "Fit") -> Principal:
     least = np.median(radiance[-_RINGS // 4:])
     highlight = size[:, None] * (radiance > least + _LEVEL * max(radiance.max() - least, 0.0))
     slope = np.tan(angle)[:, None] * np.exp(1j * turn)
-    second, fourth = (complex((highlight * slope ** n).sum())
-                      / max(float((highlight * np.abs(slope) ** n).sum()), 1e-30) for n in (2, 4))
+    second = complex((highlight * slope ** 2).sum()) / max(float((highlight * np.abs(slope) ** 2).sum()), 1e-30)
     stretch = float(np.clip(((1 + abs(second)) / max(1 - abs(second), 1e-6)) ** _GENTLY, *_STRETCHES))
     if abs(second) > _ROUND:
         return Principal(float(np.angle(second)) / 2, stretch, _half_turn(fit))
-    return Principal(float(np.angle(fourth)) / 4 if abs(fourth) > _ROUND else 0.0, 1.0, _half_turn(fit))
+    return Principal(_of_threads(radiance, size, slope), 1.0, _half_turn(fit))
+
+
+def _of_threads(radiance: NDArray[np.float64], size: NDArray[np.float64], slope: NDArray[np.complex128]) -> float:
+    """The azimuth that the edges of highlights cross most often, up to right angles, radians; 0 if there is none.
+
+    From radiance over (rings, sectors) of half vectors, whose slopes are (rings, sectors) and solid angles (rings,).
+    """
+    outward = np.gradient(radiance, np.abs(slope[:, 0]), axis=0)
+    around = (np.roll(radiance, -1, axis=1) - np.roll(radiance, 1, axis=1)) * _SECTORS / (4 * np.pi) / np.abs(slope)
+    gradient = slope / np.abs(slope) * (outward + 1j * around)
+    steep = size[:, None] * np.abs(gradient)
+    fourth = complex((steep * np.exp(4j * np.angle(gradient))).sum()) / max(float(steep.sum()), 1e-30)
+    return float(np.angle(fourth)) / 4 if abs(fourth) > _ROUND_THREADS else 0.0
 
 
 def _half_turn(fit: "Fit") -> bool:

@@ -40,12 +40,14 @@ def seen(polar, azimuth, beside=0.01):
 
 
 def stored(mixture, polar, azimuth):
-    """Where a view is stored."""
+    """Where a view is stored, and what multiplies directions there: half a turn, or none."""
+    same = np.ones(3)
     if polar == 0:
-        return 0
+        return 0, same
     if not mixture.principal.half_turn:
-        return 1 + (polar - 1) * 2 * AZIMUTH_VIEWS + azimuth
-    return 1 + (polar - 1) * AZIMUTH_VIEWS + azimuth % AZIMUTH_VIEWS
+        return 1 + (polar - 1) * 2 * AZIMUTH_VIEWS + azimuth, same
+    turned = np.array([-1.0, -1, 1]) if azimuth >= AZIMUTH_VIEWS else same
+    return 1 + (polar - 1) * AZIMUTH_VIEWS + azimuth % AZIMUTH_VIEWS, turned
 
 
 READ = "vector wi = vector(WI[3 * pixel], WI[3 * pixel + 1], WI[3 * pixel + 2]);"
@@ -64,15 +66,15 @@ def test_the_mixture_and_what_it_misses_are_the_same_in_osl(probe, reflectance, 
     cosine, phi = 1 - 0.98 * random.random(2000), 2 * np.pi * random.random(2000)
     wi = half_vector_grid.outgoing(np.arccos(cosine), phi)
     view, theta_o, wo = seen(*at)
-    row = stored(mixture, *at)
-    expected = anisotropic_mixture.evaluate(mixture, row, wo, wi)
+    row, half_turn = stored(mixture, *at)
+    expected = anisotropic_mixture.evaluate(mixture, row, wo * half_turn, wi * half_turn)
     found = probe(code_of(view, theta_o, wo) + "out = eval_mixture(MIXTURE, view, wi) + 10.0; }", 2000, WI=wi) - 10
     np.testing.assert_allclose(found, expected, rtol=2e-3, atol=1e-4 * expected.max())
 
     view, theta_o, wo = seen(*at, beside=0)
     turn = mixture.principal.turn
     value = np.maximum(fit.evaluate(np.arccos(cosine), phi + turn, theta_o, at[1] * STEP + turn), 0) * cosine[:, None]
-    missing = value - anisotropic_mixture.evaluate(mixture, row, wo, wi)
+    missing = value - anisotropic_mixture.evaluate(mixture, row, wo * half_turn, wi * half_turn)
     found = probe(code_of(view, theta_o, wo) + "out = eval_missing(MISSING, view, wi) + 20.0; }", 2000, WI=wi) - 20
     # between the middles of cells the table is linear, and the fit is not; the threads of a cloth are sharp
     assert np.abs(found - missing).mean() < (0.2 if mixture.error > 0.2 else 0.05) * value.mean()
