@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from . import osl_support
 
+_MOST_SOURCE = 1 << 24      # bytes: the OSL compiler reads no more, and finds an error in the middle of a table
 _OPTIONS = re.compile(r"^# options: .*\n", re.MULTILINE)        # holds folders of this machine
 
 
@@ -34,6 +35,10 @@ def compile_shader(source: str) -> Shader:
         raise CompileError(reason)
     import _cycles
 
+    size = len(source.encode("utf-8"))
+    if size > _MOST_SOURCE:
+        raise CompileError(f"The shader's tables take {size / 1e6:.0f} MB of text, at most {_MOST_SOURCE / 1e6:.0f} MB "
+                           "can be compiled: choose a lower level, or a compression that drops more")
     try:
         with tempfile.TemporaryDirectory(prefix="measured_brdf_") as folder:
             written, compiled = Path(folder, "shader.osl"), Path(folder, "shader.oso")

@@ -87,16 +87,15 @@ def test_one_or_two_rotations_are_fitted_as_isotropic_and_told(extension, blende
     assert any("rotation" in note for note in data.description.notes) == (count == 2)
 
 
-def test_a_fit_too_large_for_a_shader_names_the_remedy(blender, plane, file, monkeypatch, capfd):
+def test_a_fit_too_large_for_the_compiler_names_the_remedy_and_changes_nothing(blender, plane, file, monkeypatch):
     from measured_brdf.addon.jobs import tasks
 
-    def large(*arguments):
-        raise ValueError("9,000,000 numbers in one table: choose a lower level, or a compression that drops more")
-
-    monkeypatch.setattr(tasks, "bake", large)
-    with pytest.raises(RuntimeError, match="choose a lower level, or a compression that drops more"):
+    bake = tasks.bake
+    monkeypatch.setattr(tasks, "bake", lambda fit: bake(fit) + "\n" * (1 << 24))
+    with pytest.raises(RuntimeError, match="can be compiled: choose a lower level, or a compression that drops more"):
         blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
     assert plane.active_material is None
+    assert len(blender.data.materials) == len(blender.data.texts) == 0
 
 
 def test_a_folder_of_anisotropic_files_becomes_a_library(extension, blender, file, tmp_path):
