@@ -1,4 +1,4 @@
-"""``make demo``: imports measurements through the add-on and renders the paper's figures with them."""
+"""``make demo``: imports measurements through the add-on and renders the paper's figures, and anisotropic ones."""
 
 import sys
 import time
@@ -9,6 +9,8 @@ from fitter.model.fit import notation
 from support import sheet, synthetic
 from support.checkout import ROOT, extension
 from support.stage import lit_sphere, render, suzanne
+
+from . import anisotropic
 
 OUT = ROOT / "build" / "demo"
 PAPER = {"preset": "Paper"}
@@ -85,6 +87,7 @@ def main():
     demo = Demo()
     for figure in (figure_4, figure_3, figure_8):
         figure(demo)
+    anisotropic.draw(OUT / "anisotropic.png")
     print_table(demo.rows)
     for path in sorted(OUT.glob("*.png")):
         print(path.relative_to(ROOT))

@@ -23,10 +23,10 @@ def _satin(*directions):
     """Warp threads along the tangent, that float over the weft: each thread shines on a cone about its direction, as
     the fibres of J. Kajiya and T. Kay (1989), but reciprocal. Dye colours what goes through them, below."""
     wi, wo = vectors(*directions)
-    total = np.full((len(wi), 3), 0.3) * [0.16, 0.012, 0.022]
+    total = np.tile([0.018, 0.0015, 0.003], (len(wi), 1))
     heights = wi[:, 2] + wo[:, 2] + 0.1
-    for (x, y), slope, width, color in (((1, 0), np.radians(7), 0.11, [0.36, 0.075, 0.10]),
-                                        ((0, 1), np.radians(20), 0.3, [0.04, 0.004, 0.008])):
+    for (x, y), slope, width, color in (((1, 0), np.radians(3), 0.125, [0.42, 0.11, 0.135]),
+                                        ((0, 1), np.radians(20), 0.3, [0.04, 0.003, 0.007])):
         for side in (-slope, slope):
             thread = np.array([x * np.cos(side), y * np.cos(side), np.sin(side)])
             total += np.exp(-((wi + wo) @ thread / width) ** 2)[:, None] / heights[:, None] * color
