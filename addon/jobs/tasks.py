@@ -336,11 +336,11 @@ def errors_by_level(data: Data, arguments: Arguments, report: Report = silent) -
         arguments = tolerance.arguments_of(current.fit)
     varied = "diffuse_level" if arguments["specular_level"] is None else "specular_level"
     chosen, levels = arguments[varied], _levels(samples, varied)
-    errors = {chosen: current.errors.rmse}
+    errors, first = {chosen: current.errors.rmse}, {_levels_of(current.fit): chosen}
     for number, level in enumerate(levels):
         report(number / len(levels), "Fitting every level")
         found = fitted(samples, data.digest, {**arguments, varied: level})
-        if samples.isotropic or _levels_of(found.fit) != _levels_of(current.fit):
+        if samples.isotropic or first.setdefault(_levels_of(found.fit), level) == level:
             errors[level] = found.errors.rmse
     shown = list(levels) if samples.isotropic else sorted(errors)
     return pictures.error_plot(shown, [errors[level] for level in shown], (chosen, current.errors.rmse))
