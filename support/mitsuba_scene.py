@@ -5,6 +5,7 @@ hands arrays of directions to `Fit.evaluate`. It shares with the shader neither 
 """
 
 import math
+from pathlib import Path
 
 import bpy
 import mitsuba as mi
@@ -77,7 +78,8 @@ def render(scene, fits, samples, bounces, seed=0):
         Of meshes, one material each; of suns without a size, point lamps with one, and rectangular area lamps; under an
         even world or an image; with an orthographic or a perspective camera.
     fits : dict
-        By the name of a material: its `Fit`, or a number, the albedo of a Lambertian surface.
+        By the name of a material: its `Fit`, a number, the albedo of a Lambertian surface, or the path of an RGL file,
+        which Mitsuba's own BSDF `measured` reads. The tangent of that is the mesh's along its active UV map.
     samples : int
         Of a pixel.
     bounces : int
@@ -122,6 +124,10 @@ def _mesh(name, item, matrix, fits):
     mesh.corner_normals.foreach_get("vector", normals.ravel())
     of_corner = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("vertex_index", of_corner)
+    texture = np.zeros((len(mesh.loops), 2), np.float32)
+    measured = isinstance(fits[item.material_slots[0].material.name], Path)
+    if measured:
+        mesh.uv_layers.active.data.foreach_get("uv", texture.ravel())
     linear = matrix[:3, :3]
     world = positions[of_corner[corners]] @ linear.T + matrix[:3, 3]
     turned = normals[corners] @ np.linalg.inv(linear)
@@ -130,9 +136,12 @@ def _mesh(name, item, matrix, fits):
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict(_bsdf(material, fits[material]))
     item.to_mesh_clear()
-    made = mi.Mesh(name, len(corners), len(corners) // 3, has_vertex_normals=True, props=properties)
+    made = mi.Mesh(name, len(corners), len(corners) // 3, has_vertex_normals=True, has_vertex_texcoords=measured,
+                   props=properties)
     values = mi.traverse(made)
     values["vertex_positions"], values["vertex_normals"] = world.ravel(), turned.ravel()
+    if measured:
+        values["vertex_texcoords"] = texture[corners].ravel()
     values["faces"] = np.arange(len(corners), dtype=np.uint32)
     values.update()
     return made
@@ -141,6 +150,8 @@ def _mesh(name, item, matrix, fits):
 def _bsdf(material, fit):
     if isinstance(fit, (int, float)):
         return {"type": "diffuse", "reflectance": {"type": "rgb", "value": float(fit)}}
+    if isinstance(fit, Path):
+        return {"type": "measured", "filename": str(fit)}
     return {"type": "fit", "material": material}
 
 

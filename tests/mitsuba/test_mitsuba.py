@@ -12,7 +12,7 @@ import pytest
 from mathutils import Vector
 
 import fitter
-from support import stage
+from support import checkout, stage
 
 pytest.importorskip("mitsuba", reason="Mitsuba is absent; `make test-mitsuba` installs it")
 SIZE, BLOCK, SEEDS = 64, 8, (1, 2)
@@ -173,11 +173,10 @@ def blocks(picture):
     return picture[..., :3].astype(float).reshape(count, BLOCK, count, BLOCK, 3).mean(axis=(1, 3))
 
 
-@pytest.mark.parametrize(("build", "name"), CASES, ids=lambda item: getattr(item, "__name__", item))
-def test_pictures_are_those_of_another_renderer(blender, fits, capsys, build, name):
+def compared(shown, capsys, label):
+    """The relative difference of the means, its standard error, that of blocks beyond the noise, and the noise."""
     from support import mitsuba_scene
 
-    build(fits, name)
     scene = bpy.context.scene
     bounces = scene.cycles.max_bounces
     ours, theirs = [], []
@@ -185,7 +184,7 @@ def test_pictures_are_those_of_another_renderer(blender, fits, capsys, build, na
         scene.cycles.seed = seed
         ours.append(blocks(stage.render(scene)))
         samples = min(4 * scene.cycles.samples, 1024)
-        theirs.append(blocks(mitsuba_scene.render(scene, fits | {"black": 0.0}, samples, bounces, seed)))
+        theirs.append(blocks(mitsuba_scene.render(scene, shown | {"black": 0.0}, samples, bounces, seed)))
     ours, theirs = np.array(ours), np.array(theirs)
     mean = theirs.mean()
     wrong = ours.mean(axis=0) - theirs.mean(axis=0)
@@ -195,7 +194,54 @@ def test_pictures_are_those_of_another_renderer(blender, fits, capsys, build, na
     bias = wrong.mean() / mean
     error = math.sqrt(variance.sum()) / variance.size / mean
     with capsys.disabled():
-        print(f"\n{build.__name__:28s}{name:8s} mean {100 * bias:+6.2f} % +- {100 * error:.2f}   "
+        print(f"\n{label:36s} mean {100 * bias:+6.2f} % +- {100 * error:.2f}   "
               f"blocks {100 * excess:5.2f} %, noise {100 * noise:5.2f} %", end=" ", flush=True)
+    return bias, error, excess, noise
+
+
+@pytest.mark.parametrize(("build", "name"), CASES, ids=lambda item: getattr(item, "__name__", item))
+def test_pictures_are_those_of_another_renderer(blender, fits, capsys, build, name):
+    build(fits, name)
+    bias, error, excess, noise = compared(fits, capsys, f"{build.__name__:28s}{name:8s}")
     assert abs(bias) < 0.002 + 3 * error
     assert excess < 0.01 + noise
+
+
+def brushed_sphere():
+    """Its axis is turned away from the camera, so that the tangent takes every direction in the picture."""
+    made = stage.add_sphere()
+    made.rotation_euler = (1.2, 0.3, 0.5)
+    return made
+
+
+def under_a_sun():
+    stage.add_lamp("SUN", 2, rotation=(0.5, 0.7, 0))
+
+
+def under_an_area_lamp():
+    stage.add_lamp("AREA", 100, (3, 1, 4), stage.rotation_toward((3, 1, 4)), shape="RECTANGLE", size=2, size_y=1)
+
+
+def under_an_even_world():
+    stage.background(bpy.context.scene, 1, (1, 0.7, 0.4))
+
+
+@pytest.fixture(scope="module")
+def brushed():
+    """An anisotropic RGL file, and its fit of the preset Reference."""
+    path = checkout.measurements() / "rgl" / "synthetic_aniso_rgb.bsdf"
+    if not path.is_file():
+        pytest.skip(f"{path} is absent")
+    return path, fitter.fit(fitter.load(path), **fitter.PRESETS["Reference"])
+
+
+@pytest.mark.parametrize("light", [under_a_sun, under_an_area_lamp, under_an_even_world])
+def test_an_anisotropic_file_is_rendered_as_mitsuba_renders_it(blender, brushed, capsys, light):
+    """Mitsuba reads the file itself: the fit's own error is in the difference."""
+    path, fit = brushed
+    scene_of()
+    brushed_sphere().data.materials.append(material({"brushed": fit}, "brushed"))
+    light()
+    bias, error, excess, noise = compared({"brushed": path}, capsys, f"{light.__name__}, brushed")
+    assert abs(bias) < 0.005 + 3 * error
+    assert excess < 0.03 + noise
