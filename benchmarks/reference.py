@@ -17,6 +17,7 @@ DIRECTIONS = 24             # for a shading point
 _HEAD = """
 #include "baked_constants.h"
 #include "random.h"
+#include "shading_frame.h"
 #include "fit.h"
 #include "mixture.h"
 #include "sampling_table.h"

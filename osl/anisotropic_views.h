@@ -1,11 +1,15 @@
 /* The tabulated views of an anisotropic fit, and its microfacet lobes; fitter/cycles/anisotropic_mixture.py makes them.
  *
  * A view is a direction: the normal, or one of POLAR_VIEWS - 1 polar angles and of AZIMUTHS azimuths in the principal
- * axes of the surface. Where half a turn of the surface changes nothing, only the first half of the azimuths is stored,
- * and the others are those turned by it. */
+ * axes of the surface. Where half a turn of the surface changes nothing, there are twice as many azimuths as are stored,
+ * and the second half are those turned by it. */
 
 #if ANISOTROPIC
-#define AZIMUTHS (2 * AZIMUTH_VIEWS)
+#if HALF_TURN
+#  define AZIMUTHS (2 * AZIMUTH_VIEWS)
+#else
+#  define AZIMUTHS AZIMUTH_VIEWS
+#endif
 
 /* Where a view is stored. */
 int stored_view(int view)

@@ -32,8 +32,9 @@ def polar_angles() -> NDArray[np.float64]:
 
 
 def azimuths(half_turn: bool) -> NDArray[np.float64]:
-    """The tabulated azimuths of the viewer in the principal axes, radians, of half a turn or of a whole one."""
-    return np.arange(AZIMUTH_VIEWS if half_turn else 2 * AZIMUTH_VIEWS) * np.pi / AZIMUTH_VIEWS
+    """The tabulated azimuths of the viewer in the principal axes, radians, in half a turn or in a whole one:
+    (AZIMUTH_VIEWS,)."""
+    return np.arange(AZIMUTH_VIEWS) * (np.pi if half_turn else 2 * np.pi) / AZIMUTH_VIEWS
 
 
 def views(half_turn: bool) -> NDArray[np.float64]:
@@ -98,7 +99,7 @@ def reached(number: int, half_turn: bool, stretch: float) -> NDArray[np.bool_]:
                              np.arange(HALF_SECTORS) / HALF_SECTORS * 2 * np.pi, stretch)
         # the cosine of the incident direction, for the azimuth of the viewer that is nearest to that of h
         turn = np.abs((np.arctan2(h[:, 1], h[:, 0]) - azimuth[:, None] + np.pi) % (2 * np.pi) - np.pi)
-        turn = np.maximum(turn - np.pi / AZIMUTH_VIEWS, 0) if number > 0 else np.zeros_like(turn)
+        turn = np.maximum(turn - azimuth[1], 0) if number > 0 else np.zeros_like(turn)
         height = (2 * h[:, 2] * np.hypot(h[:, 0], h[:, 1]) * np.cos(turn) * np.sin(theta_o)
                   + (2 * h[:, 2] ** 2 - 1) * np.cos(theta_o))
         highest = np.maximum(highest, height.reshape(highest.shape))

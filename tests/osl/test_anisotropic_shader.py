@@ -10,9 +10,8 @@ from support.anisotropic import ANISOTROPIC, brushed_fit
 from support.osl_probe import probe_osl
 from tests.fitter.cycles.test_anisotropic_mixture import Slanted
 
-STEP = np.pi / AZIMUTH_VIEWS
-# a polar angle, and an azimuth of the whole turn; the last is half a turn from where it is stored
-VIEWS = [(0, 0), (2, 3), (6, 9), (POLAR_VIEWS - 1, 0), (4, AZIMUTH_VIEWS + 5)]
+# a polar angle, and an azimuth; where half a turn changes nothing, the last is half a turn from where it is stored
+VIEWS = [(0, 0), (2, 3), (6, 9), (POLAR_VIEWS - 1, 0), (4, AZIMUTH_VIEWS - 1), (4, AZIMUTH_VIEWS + 5)]
 REFLECTANCES = {"brushed": brushed_fit, "slanted": Slanted, "woven": lambda: ANISOTROPIC[-1]}
 
 
@@ -32,22 +31,23 @@ def probe(blender, reflectance):
     return lambda code, count, **tables: probe_osl(brushed_fit(), code, count, mixture=reflectance[1], **tables)
 
 
-def seen(polar, azimuth, beside=0.01):
-    """The number of a view, its polar angle and a direction beside it."""
-    theta_o = half_vector_grid.polar_angles()[polar] + beside
-    view = 0 if polar == 0 else 1 + (polar - 1) * 2 * AZIMUTH_VIEWS + azimuth
-    return view, theta_o, half_vector_grid.outgoing(theta_o, azimuth * STEP + beside)
+def azimuths(mixture):
+    """How many there are in the whole turn."""
+    return 2 * AZIMUTH_VIEWS if mixture.principal.half_turn else AZIMUTH_VIEWS
+
+
+def seen(mixture, polar, azimuth, beside=0.01):
+    """The number of a view, its polar angle and its azimuth, or those of a direction beside it."""
+    count = azimuths(mixture)
+    view = 0 if polar == 0 else 1 + (polar - 1) * count + azimuth % count
+    return view, half_vector_grid.polar_angles()[polar] + beside, azimuth % count * 2 * np.pi / count + beside
 
 
 def stored(mixture, polar, azimuth):
     """Where a view is stored, and what multiplies directions there: half a turn, or none."""
-    same = np.ones(3)
-    if polar == 0:
-        return 0, same
-    if not mixture.principal.half_turn:
-        return 1 + (polar - 1) * 2 * AZIMUTH_VIEWS + azimuth, same
-    turned = np.array([-1.0, -1, 1]) if azimuth >= AZIMUTH_VIEWS else same
-    return 1 + (polar - 1) * AZIMUTH_VIEWS + azimuth % AZIMUTH_VIEWS, turned
+    half_turn = polar > 0 and mixture.principal.half_turn and azimuth >= AZIMUTH_VIEWS
+    view = 0 if polar == 0 else 1 + (polar - 1) * AZIMUTH_VIEWS + azimuth % AZIMUTH_VIEWS
+    return view, np.array([-1.0, -1, 1]) if half_turn else np.ones(3)
 
 
 READ = "vector wi = vector(WI[3 * pixel], WI[3 * pixel + 1], WI[3 * pixel + 2]);"
@@ -65,15 +65,17 @@ def test_the_mixture_and_what_it_misses_are_the_same_in_osl(probe, reflectance, 
     fit, mixture = reflectance
     cosine, phi = 1 - 0.98 * random.random(2000), 2 * np.pi * random.random(2000)
     wi = half_vector_grid.outgoing(np.arccos(cosine), phi)
-    view, theta_o, wo = seen(*at)
+    view, theta_o, phi_o = seen(mixture, *at)
+    wo = half_vector_grid.outgoing(theta_o, phi_o)
     row, half_turn = stored(mixture, *at)
     expected = anisotropic_mixture.evaluate(mixture, row, wo * half_turn, wi * half_turn)
     found = probe(code_of(view, theta_o, wo) + "out = eval_mixture(MIXTURE, view, wi) + 10.0; }", 2000, WI=wi) - 10
     np.testing.assert_allclose(found, expected, rtol=2e-3, atol=1e-4 * expected.max())
 
-    view, theta_o, wo = seen(*at, beside=0)
+    view, theta_o, phi_o = seen(mixture, *at, beside=0)
+    wo = half_vector_grid.outgoing(theta_o, phi_o)
     turn = mixture.principal.turn
-    value = np.maximum(fit.evaluate(np.arccos(cosine), phi + turn, theta_o, at[1] * STEP + turn), 0) * cosine[:, None]
+    value = np.maximum(fit.evaluate(np.arccos(cosine), phi + turn, theta_o, phi_o + turn), 0) * cosine[:, None]
     missing = value - anisotropic_mixture.evaluate(mixture, row, wo * half_turn, wi * half_turn)
     found = probe(code_of(view, theta_o, wo) + "out = eval_missing(MISSING, view, wi) + 20.0; }", 2000, WI=wi) - 20
     # between the middles of cells the table is linear, and the fit is not; the threads of a cloth are sharp
@@ -81,9 +83,10 @@ def test_the_mixture_and_what_it_misses_are_the_same_in_osl(probe, reflectance, 
 
 
 @pytest.mark.parametrize("at", VIEWS)
-def test_drawn_directions_follow_the_density_that_is_reported(probe, at):
+def test_drawn_directions_follow_the_density_that_is_reported(probe, reflectance, at):
     """Monte Carlo integrals over the hemisphere, against known ones."""
-    view, _, wo = seen(*at)
+    view, *angles = seen(reflectance[1], *at)
+    wo = half_vector_grid.outgoing(*angles)
     draw = f"""vector wo = vector({wo[0]}, {wo[1]}, {wo[2]});
                vector wi = sample_table(SAMPLING_REMAINDER, {view}, wo, point(pixel, 0.5, 0.25));"""
     count = 90_000
@@ -101,7 +104,7 @@ def test_drawn_directions_follow_the_density_that_is_reported(probe, at):
         assert mean == pytest.approx(integral, abs=float(5 * (squared / count) ** 0.5)), name
 
 
-def test_from_anywhere_every_direction_may_be_drawn(probe, random):
+def test_from_anywhere_every_direction_may_be_drawn(probe, reflectance, random):
     """With one of the views that is taken there; at least about as often as one in a thousand is."""
     theta, phi = np.pi / 2 * random.random((2, 40_000)) * [[1], [4]]
     wo = half_vector_grid.outgoing(theta, phi)
@@ -117,22 +120,22 @@ def test_from_anywhere_every_direction_may_be_drawn(probe, random):
     assert found[:, :2].min() > 1e-6
     assert np.quantile(found[:, :2], 1e-3) > 1e-4
     assert found[:, 2].min() == 0
-    assert found[:, 2].max() == 2 * AZIMUTH_VIEWS * (POLAR_VIEWS - 1)
+    assert found[:, 2].max() == azimuths(reflectance[1]) * (POLAR_VIEWS - 1)
 
 
-def test_views_are_taken_around_the_viewing_direction(probe, random):
+def test_views_are_taken_around_the_viewing_direction(probe, reflectance, random):
     """Of the four around it, so that its angles are right in the mean."""
-    polar = half_vector_grid.polar_angles()
-    theta_o, phi_o = 0.5 * (polar[4] + polar[5]), 7.3 * STEP
-    wo = half_vector_grid.outgoing(theta_o, phi_o)
+    polar, count = half_vector_grid.polar_angles(), azimuths(reflectance[1])
+    theta_o = 0.5 * (polar[4] + polar[5])
+    wo = half_vector_grid.outgoing(theta_o, 7.3 * 2 * np.pi / count)
     code = f"""MixtureView view;
       sample_view(MIXTURE_NUMBERS, vector({wo[0]}, {wo[1]}, {wo[2]}), point(pixel, 0.25, 0.75), view);
       out = view.view;"""
     view = probe(code, 40_000)[:, 0].round().astype(int) - 1
-    assert set(view // (2 * AZIMUTH_VIEWS)) == {3, 4}
-    assert set(view % (2 * AZIMUTH_VIEWS)) == {7, 8}
-    assert polar[view // (2 * AZIMUTH_VIEWS) + 1].mean() == pytest.approx(theta_o, abs=2e-3)
-    assert (view % (2 * AZIMUTH_VIEWS)).mean() == pytest.approx(7.3, abs=0.01)
+    assert set(view // count) == {3, 4}
+    assert set(view % count) == {7, 8}
+    assert polar[view // count + 1].mean() == pytest.approx(theta_o, abs=2e-3)
+    assert (view % count).mean() == pytest.approx(7.3, abs=0.01)
 
 
 def test_the_error_that_is_baked_is_the_mixtures():
