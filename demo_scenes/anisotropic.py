@@ -1,6 +1,6 @@
 """Anisotropic materials: a brushed pan and a satin cloth, measured at 16 rotations (synthetic tables).
 
-``make demo`` draws them with its other figures, ``python -m demo_scenes.anisotropic docs/anisotropic.png`` alone.
+``make demo`` draws them; ``python -m demo_scenes.anisotropic docs/manual/anisotropic.png`` draws the README's picture.
 """
 
 import sys
@@ -21,11 +21,23 @@ ROTATIONS, SAMPLES, STANDARD = 16, 24, {"preset": "Standard"}
 # of the pan, from the middle of its floor to the rim and down its outside: radius and height
 PAN = ((0, 0), (0.78, 0), (0.85, 0.012), (0.905, 0.05), (0.94, 0.11), (1.03, 0.34), (1.05, 0.355), (1.068, 0.345),
        (1.06, 0.32), (0.965, 0.08), (0.91, 0.01), (0.84, -0.035), (0, -0.04))
+# of its handle, from one end to the other: radius and place along it
+HANDLE = ((0, 0), (0.05, 0.005), (0.055, 0.03), (0.042, 0.25), (0.05, 0.62), (0.07, 1.0), (0.06, 1.12), (0.025, 1.17),
+          (0, 1.175))
 
 
 def pan():
     """A pan that was turned on a lathe: its tangent is the default one, around its Z axis."""
     return revolved("Pan", smooth(np.array(PAN), 8), 256)
+
+
+def handle(direction):
+    """The pan's handle, a rod that was turned as well: it points away from the pan, toward an azimuth, and up."""
+    item = revolved("Handle", smooth(np.array(HANDLE)[::-1], 8), 64)
+    item.location = 0.99 * np.cos(direction), 0.99 * np.sin(direction), 0.31
+    item.rotation_euler = 0, np.radians(76), direction
+    item.scale.x = 0.6          # flattened
+    return item
 
 
 def smooth(points, steps):
@@ -137,12 +149,13 @@ def brushed_pan(samples, choices):
     scene = studio(samples)
     item = pan()
     item.location.z = 0.04
-    imported(anisotropic_tables.STEEL, choices)
+    material = imported(anisotropic_tables.STEEL, choices)
+    handle(np.radians(38)).data.materials.append(material)
     bpy.ops.mesh.primitive_plane_add(size=30)
     plain(bpy.context.object, (0.045, 0.042, 0.04))
-    lamp(85, (-2.2, 2.2, 3.2), (0, 0, 0), 0.5)
-    lamp(40, (3.2, -0.5, 2.2), (0, 0, 0), 0.6, color=(1, 0.86, 0.7))
-    look((0.0, -3.3, 2.75), (0, -0.03, 0.1), 52)
+    lamp(115, (-2.2, 2.2, 3.2), (0, 0, 0), 0.5)
+    lamp(50, (3.2, -0.5, 2.2), (0, 0, 0), 0.6, color=(1, 0.86, 0.7))
+    look((0.0, -3.3, 2.75), (0.19, 0.07, 0.12), 47)
     return scene
 
 
@@ -153,7 +166,7 @@ def satin_cloth(samples, choices):
     scene = studio(samples)
     cloth()
     tangents.take_from_uv(imported(anisotropic_tables.SATIN, choices))
-    lamp(150, (-2.8, -2.2, 3.4), (0, 0, 0.7), 0.5)
+    lamp(185, (-2.8, -2.2, 3.4), (0, 0, 0.7), 0.5)
     lamp(26, (3.4, -1.8, 1.6), (0, 0, 0.7), 0.8, color=(1, 0.85, 0.75))
     look((0.1, -4.6, 1.75), (0.0, 0.1, 0.86), 62)
     return scene

@@ -9,7 +9,7 @@ import pytest
 from fitter.formats import FORMATS
 from support.checkout import ROOT
 
-PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "manual").glob("*.md")])
 SHADER = sorted((ROOT / "osl").iterdir())
 TOP = {"addon", "benchmarks", "demo_scenes", "docs", "fitter", "osl", "support", "tests", "tools"}
 GENERATED = {"baked_constants.h", "baked_tables.h", "lamp_parameters.h", "tables.md"}      # by the baker, the report
