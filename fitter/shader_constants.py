@@ -52,8 +52,8 @@ SECTORS = 24
 # The same for an anisotropic fit, in its principal axes (cycles/half_vector_grid.py, cycles/anisotropic_mixture.py,
 # osl/anisotropic_views.h, osl/half_vector_table.h).
 
-# Tabulated viewing directions: polar angles from the normal, which is one view, to GRAZING, and azimuths for each of the
-# others, in half a turn or, where half a turn of the surface changes it, in a whole one.
+# Tabulated viewing directions: polar angles from the normal, which is one view, to GRAZING, and azimuths for each of
+# the others, in half a turn or, where half a turn of the surface changes it, in a whole one.
 POLAR_VIEWS = 9
 AZIMUTH_VIEWS = 16
 # Cells by the angle of the half vector from the normal, and by its azimuth over the whole turn.

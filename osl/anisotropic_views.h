@@ -41,12 +41,11 @@ float view_number(float MIXTURE_NUMBERS[], int view, int i)
   return MIXTURE_NUMBERS[stored_view(view) * (NUMBERS + MORE_NUMBERS * LOBES) + i];
 }
 
-/* The direction at an angle theta from the normal, in the plane of that and the viewer, opposite to it. */
+/* The direction at an angle theta from the normal, in the plane of that and the viewer, opposite to it. A viewer on the
+ * normal has no such plane: OSL normalises 0 to 0. */
 vector mirror_side(vector wo, float theta)
 {
-  float out = hypot(wo[0], wo[1]);
-  vector away = out > 0.0 ? -vector(wo[0], wo[1], 0.0) / out : vector(-1.0, 0.0, 0.0);
-  return sin(theta) * away + vector(0.0, 0.0, cos(theta));
+  return cos(theta) * vector(0.0, 0.0, 1.0) - sin(theta) * normalize(vector(wo[0], wo[1], 0.0));
 }
 
 /* The mixture of a tabulated view, seen from wo, whose polar angle is theta_o. */

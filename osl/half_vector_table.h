@@ -74,8 +74,7 @@ vector sample_table(float table[], int view, vector wo, point seed)
   float turn = M_2PI * ((low % HALF_SECTORS + random(seed, RANDOM_SECTOR)) / HALF_SECTORS - 0.5 * half_turned(view));
   float r = sqrt(max(0.0, 1.0 - z * z));
   vector h = normalize(vector(r * cos(turn) * PRINCIPAL_STRETCH, r * sin(turn) / PRINCIPAL_STRETCH, z));
-  float cosine = dot(wo, h);
-  return cosine > 0.0 ? 2.0 * cosine * h - wo : vector(0.0, 0.0, -1.0);
+  return 2.0 * dot(wo, h) * h - wo;
 }
 
 #if CHANNELS == 3

@@ -5,6 +5,8 @@ from typing import NamedTuple
 _OSL, _GUARDS, _RENDERING = "tests/osl/test_shader.py", "tests/osl/test_shader_guards.py", "tests/osl/test_rendering.py"
 _FIT = (_OSL, "-k", "evaluates_the_fit and leather or every_part or version_2 or below_zero or slot")
 _SAMPLING = (_OSL, _GUARDS, "-k", "drawn or cell")
+_ANISOTROPIC = ("tests/osl/test_anisotropic_shader.py",)
+_TANGENT = ("tests/osl/test_anisotropic_rendering.py", "-k", "tangent or brushed-0.0-sun")
 _MIXTURE = (_OSL, _GUARDS, "-k", "mixture")
 _ADDED = (_OSL, _GUARDS, "-k", "a_lobe or lamps_are_known or half_below or without_a_size")
 _FRAME = (_GUARDS, _RENDERING, "-k", "viewer or turned_away or normal_input or sun-foil")
@@ -66,6 +68,18 @@ SHADER_GUARDS = [
          ("y = clamp(y - 0.5, 0.0, SECTORS - 1.0);", "y -= 0.5;", "before the middle of the first sector"),
          ("min((int)x, RINGS - 2)", "(int)x", "beyond the middle of the last ring"),
          ("min((int)y, SECTORS - 2)", "(int)y", "beyond the middle of the last sector")),
+    *_of("osl/half_vector_table.h", _ANISOTROPIC,
+         ("if (y < 0.0)", "if (0)", "azimuths are counted from 0"),
+         ("min((int)x, HALF_RINGS - 1)", "(int)x", "the last ring reaches the horizon behind the viewer"),
+         ("i == first ? table[i] : table[i] - table[i - 1]", "table[i] - table[i - 1]", "the first cell of a view"),
+         ("x = clamp(x - 0.5, 0.0, HALF_RINGS - 1.0);", "x -= 0.5;", "before the middle of the first ring"),
+         ("min((int)x, HALF_RINGS - 2)", "(int)x", "beyond the middle of the last ring"),
+         ("(before + HALF_SECTORS) % HALF_SECTORS", "before", "the last sector lies beside the first"),
+         ("(before + 1) % HALF_SECTORS", "before + 1", "the first sector lies beside the last")),
+    *_of("osl/anisotropic_views.h", _ANISOTROPIC,
+         ("azimuth < 0 ? azimuth + AZIMUTHS : azimuth % AZIMUTHS", "azimuth", "azimuths are counted from 0"),
+         ("half_turned(view) ? -lean : lean", "lean", "lobes of the second half of the azimuths are turned"),
+         ("min(theta_o + angle, STEEPEST_AXIS)", "theta_o + angle", "lobes below the horizon")),
     *_of("osl/mixture.h", _MIXTURE,
          ("max(0.0, 1.0 - theta_o / GRAZING)", "1.0 - theta_o / GRAZING", "views beyond the last"),
          ("min((int)((POLAR - 1) * (1.0 - pow(t, 2.0 / 3.0))), POLAR - 2)",
@@ -135,6 +149,9 @@ SHADER_GUARDS = [
          ("if (facing < LEAST_FACING)", "if (0)", "normals that are turned away from the viewer"),
          ("if (length(tangent) < LEAST_TANGENT)", "if (0)", "a viewer on the normal"),
          ("sqrt(max(0.0, 1.0 - cosine * cosine))", "sqrt(1.0 - cosine * cosine)", "rounding at the normal")),
+    *_of("osl/shading_frame.h", _TANGENT,
+         ("length(Tangent) > LEAST_TANGENT ? Tangent : MeshTangent", "Tangent", "an unconnected Tangent"),
+         ("length(Tangent) > LEAST_TANGENT ? Tangent : MeshTangent", "MeshTangent", "the Tangent input")),
     *_of("osl/shading_frame.h", (*_SMALL[:-1], f"{_SMALL[-1]} or drawn or viewer"),
          ("fabs(axis[2]) < NEARLY_PARALLEL ? vector(0.0, 0.0, 1.0) : vector(1.0, 0.0, 0.0)", "vector(0.0, 0.0, 1.0)",
           "a lamp above the point, a viewer on the normal")),

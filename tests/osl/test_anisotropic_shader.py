@@ -5,7 +5,7 @@ import pytest
 
 from fitter.cycles import anisotropic_mixture, half_vector_grid
 from fitter.cycles.closure_mixture import closure_mixture
-from fitter.shader_constants import AZIMUTH_VIEWS, POLAR_VIEWS
+from fitter.shader_constants import AZIMUTH_VIEWS, GGX, HALF_RINGS, HALF_SECTORS, NUMBERS, PHONG, POLAR_VIEWS
 from support.anisotropic import ANISOTROPIC, brushed_fit
 from support.osl_probe import probe_osl
 from tests.fitter.cycles.test_anisotropic_mixture import Slanted
@@ -80,6 +80,87 @@ def test_the_mixture_and_what_it_misses_are_the_same_in_osl(probe, reflectance, 
     found = probe(code_of(view, theta_o, wo) + "out = eval_missing(MISSING, view, wi) + 20.0; }", 2000, WI=wi) - 20
     # between the middles of cells the table is linear, and the fit is not; the threads of a cloth are sharp
     assert np.abs(found - missing).mean() < (0.2 if mixture.error > 0.2 else 0.05) * value.mean()
+
+
+def place(mixture, view, wo, wi):
+    """Where directions (n, 3) are in the tables of a view: rings and sectors, (n,)."""
+    stretch, (_, half_turn) = mixture.principal.stretch, stored(mixture, *view)
+    g = (wi + wo) * half_turn / [stretch, 1 / stretch, 1]
+    largest = (np.pi / 2 + np.arccos(wo[2])) / 2
+    farthest = np.arctan2(stretch * np.sin(largest), np.cos(largest))
+    ring = np.sqrt(np.arctan2(np.hypot(g[:, 0], g[:, 1]), g[:, 2]) / farthest) * HALF_RINGS
+    return ring, np.arctan2(g[:, 1], g[:, 0]) / (2 * np.pi) % 1 * HALF_SECTORS
+
+
+@pytest.mark.parametrize("at", VIEWS)
+def test_every_direction_has_its_place_in_the_tables(probe, reflectance, random, at):
+    """Also on their edges: the half vector on the normal and about it, on the axes, and as far from it as it may be."""
+    _, mixture = reflectance
+    view, theta_o, phi_o = seen(mixture, *at)
+    wo = half_vector_grid.outgoing(theta_o, phi_o)
+    azimuth = np.linspace(0, 2 * np.pi, 72, endpoint=False)
+    turned = np.concatenate([azimuth + off for off in (0, 1e-5, -1e-5)])
+    near = half_vector_grid.outgoing(np.repeat([0.0, 0.003, 0.02, 0.2], len(turned)), np.tile(turned, 4))
+    mirrored = 2 * (near @ wo)[:, None] * near - wo
+    behind = half_vector_grid.outgoing(np.pi / 2 - np.repeat([1e-7, 1e-3, 0.05], 9),
+                                       phi_o + np.tile(np.linspace(-0.2, 0.2, 9), 3))
+    anywhere = half_vector_grid.outgoing(np.arccos(random.random(800)), 2 * np.pi * random.random(800))
+    wi = np.concatenate([mirrored[mirrored[:, 2] > 1e-3], behind, anywhere]).astype(np.float32)[:2000]
+    found = probe(code_of(view, theta_o, wo) + """
+        out = eval_missing(MISSING, view, wi) + 20.0;
+        out[2] = pdf_table(SAMPLING_REFLECTED, view.view, wo, wi); }""", 2000, WI=np.resize(wi, (2000, 3)))[:len(wi)]
+    row, _ = stored(mixture, *at)
+    ring, sector = place(mixture, at, wo, wi.astype(float))
+    table = mixture.missing[row].reshape(HALF_RINGS, HALF_SECTORS, -1)
+    x, y = np.clip(ring - 0.5, 0, HALF_RINGS - 1), sector - 0.5
+    first = np.minimum(x.astype(int), HALF_RINGS - 2)
+    before = np.floor(y).astype(int) % HALF_SECTORS
+    s, t, after = (x - first)[:, None], (y - np.floor(y))[:, None], (before + 1) % HALF_SECTORS
+    inner, outer = ((1 - t) * table[first + k, before] + t * table[first + k, after] for k in (0, 1))
+    expected = (1 - s) * inner + s * outer
+    turned = ring > 1e-2            # a half vector on the normal has no azimuth
+    assert (np.abs(found[:, :2] - 20) <= 1.001 * np.abs(table).max() + 1e-5).all()
+    np.testing.assert_allclose(found[turned, :2] - 20, expected[turned, :2], atol=2e-3 * np.abs(table).max() + 2e-5)
+    assert (found[:, 2] > 0).all()
+    # the density times the solid angle of a cell is its probability, unless the direction is on the edge of a cell
+    inside = (np.abs(ring % 1 - 0.5) < 0.49) & (np.abs(sector % 1 - 0.5) < 0.49) & (ring > 1)
+    cell = np.minimum(ring.astype(int), HALF_RINGS - 1) * HALF_SECTORS + sector.astype(int) % HALF_SECTORS
+    share = np.diff(mixture.reflected[row].astype(float), prepend=0)[cell]
+    density = found[:, 2] * solid_angle(mixture, wo, wi.astype(float), cell // HALF_SECTORS)
+    np.testing.assert_allclose(density[inside], share[inside], rtol=5e-3, atol=3e-7)
+
+
+def solid_angle(mixture, wo, wi, ring):
+    """Of directions in a cell of a ring, if all were like these."""
+    stretch = mixture.principal.stretch
+    h = (wi + wo) / np.linalg.norm(wi + wo, axis=1)[:, None]
+    largest = (np.pi / 2 + np.arccos(wo[2])) / 2
+    farthest = np.arctan2(stretch * np.sin(largest), np.cos(largest))
+    low, high = (np.cos(farthest * ((ring + k) / HALF_RINGS) ** 2) for k in (0, 1))
+    factor = 4 * (h @ wo) * np.linalg.norm(h / [stretch, 1 / stretch, 1], axis=1) ** 3
+    return 2 * np.pi / HALF_SECTORS * (low - high) * factor
+
+
+def test_lobes_of_every_kind_are_the_same_in_osl(blender, random):
+    """Also near the horizon, at which the axes of phong_ramps stay."""
+    mixture = anisotropic_mixture.anisotropic_mixture(brushed_fit())
+    row = len(mixture.table) - 3
+    table, numbers = mixture.table.copy(), mixture.numbers.copy()
+    table[row] = 0.1 + random.random(table[row].shape)
+    table[row, 0] = 0               # of the diffuse_ramp at the horizon
+    kinds = [(PHONG, 12.0, 0.1), (GGX, 0.3, 0.1), (PHONG, 40.0, -0.3)]
+    more = [(0, 0, 0), (0.1, 0.2, -0.3), (0, 0, 0)]
+    numbers[row, :9], numbers[row, NUMBERS:] = np.ravel(kinds), np.ravel(more)
+    mixture = mixture._replace(table=table, numbers=numbers)
+    at = POLAR_VIEWS - 1, AZIMUTH_VIEWS - 3
+    assert stored(mixture, *at)[0] == row
+    view, theta_o, phi_o = seen(mixture, *at)
+    wo = half_vector_grid.outgoing(theta_o, phi_o)
+    wi = half_vector_grid.outgoing(np.arccos(1 - 0.98 * random.random(2000)), 2 * np.pi * random.random(2000))
+    found = probe_osl(brushed_fit(), code_of(view, theta_o, wo) + "out = eval_mixture(MIXTURE, view, wi); }", 2000,
+                      mixture=mixture, WI=wi)[:2000]
+    expected = anisotropic_mixture.evaluate(mixture, row, wo, wi)
+    np.testing.assert_allclose(found, expected, rtol=2e-3, atol=1e-4 * expected.max())
 
 
 @pytest.mark.parametrize("at", VIEWS)
