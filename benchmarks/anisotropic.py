@@ -21,7 +21,7 @@ import fitter
 from fitter.quality.cross_validation import cube_root
 from fitter.report.baselines import anisotropic
 from fitter.samples import RGB, Samples, subset
-from support.anisotropic import ANISOTROPIC, rotations
+from support.anisotropic import ANISOTROPIC, between, rotations
 from support.checkout import measurements
 
 from .held_out.run import commit
@@ -34,24 +34,13 @@ _FARTHEST = np.radians(83)
 _BUDGET = 64 * 1024         # bytes a channel, of Standard
 
 
-def between(count, seed=1):
-    """Directions between the measured ones: four (n,), radians, a third of them near the mirror direction."""
-    random = np.random.default_rng(seed)
-    theta_i, theta_o = _FARTHEST * np.sqrt(random.random((2, count)))
-    phi_i, phi_o = 2 * np.pi * random.random((2, count))
-    near = slice(0, count // 3)
-    theta_o[near] = np.clip(theta_i[near] + 0.15 * random.standard_normal(count // 3), 0, _FARTHEST)
-    phi_o[near] = phi_i[near] + np.pi + 0.3 * random.standard_normal(count // 3)
-    return theta_i, phi_i, theta_o, phi_o
-
-
 def materials():
     """Pairs of (name, function to call): (samples to fit, samples to judge by)."""
     def analytic(truth):
         directions, random = rotations(_ROTATIONS), np.random.default_rng(0)
         exact = truth.evaluate(*directions)
         noisy = exact * (1 + truth.noise * random.standard_normal(exact.shape))
-        unseen = between(_BETWEEN)
+        unseen = between(_BETWEEN, _FARTHEST)
         return (Samples(*directions, noisy, RGB, truth.name, isotropic=False),
                 Samples(*unseen, truth.evaluate(*unseen), RGB, isotropic=False))
 

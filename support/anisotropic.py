@@ -113,6 +113,17 @@ def rotations(count, turn=2 * np.pi):
     return theta_i, phi_i, theta_o, phi_i + turns
 
 
+def between(count, farthest=1.4, seed=1):
+    """Random pairs of directions up to a polar angle, a third of them near the mirror direction: four (n,), radians."""
+    random = np.random.default_rng(seed)
+    theta_i, theta_o = farthest * np.sqrt(random.random((2, count)))
+    phi_i, phi_o = 2 * np.pi * random.random((2, count))
+    near = slice(0, count // 3)
+    theta_o[near] = np.clip(theta_i[near] + 0.15 * random.standard_normal(count // 3), 0, farthest)
+    phi_o[near] = phi_i[near] + np.pi + 0.3 * random.standard_normal(count // 3)
+    return theta_i, phi_i, theta_o, phi_o
+
+
 def brushed_fit(along=0.12, across=0.45, turn=0.35):
     """A fit that is a Lambertian and one anisotropic lobe, under a field of 0."""
     prior = Microfacet(np.array([0.02, 0.015, 0.01]), np.array([[0.8, 0.6, 0.25]]), np.array([along]), np.array([2.0]),

@@ -12,9 +12,10 @@ from fitter.quality import physics
 from fitter.quality.cross_validation import cube_root
 from fitter.report.baselines import anisotropic
 from fitter.samples import RGB, Samples, subset
-from support.anisotropic import ANISOTROPIC, brushed_fit, rotations
+from support.anisotropic import ANISOTROPIC, between, brushed_fit, rotations
 
 TRUTHS = {truth.name: truth for truth in ANISOTROPIC}
+COUNT = 8000                # directions between the samples
 STANDARD = fitter.PRESETS["Standard"]
 
 
@@ -22,17 +23,6 @@ def measured(truth, directions, noise=0.005, seed=0):
     values = truth.evaluate(*directions)
     random = np.random.default_rng(seed)
     return Samples(*directions, values * (1 + noise * random.standard_normal(values.shape)), RGB, isotropic=False)
-
-
-def between(count=8000, farthest=1.4, seed=1):
-    """Random pairs of directions, a third of them near the mirror direction."""
-    random = np.random.default_rng(seed)
-    theta_i, theta_o = farthest * np.sqrt(random.random((2, count)))
-    phi_i, phi_o = 2 * np.pi * random.random((2, count))
-    near = slice(0, count // 3)
-    theta_o[near] = np.clip(theta_i[near] + 0.15 * random.standard_normal(count // 3), 0, farthest)
-    phi_o[near] = phi_i[near] + np.pi + 0.3 * random.standard_normal(count // 3)
-    return theta_i, phi_i, theta_o, phi_o
 
 
 def error(model, truth, directions):
@@ -53,7 +43,7 @@ def standard(name):
 
 @pytest.mark.parametrize("name", ["lacquered b", "woven b"])
 def test_between_the_samples_it_has_less_than_half_of_the_error_of_other_models(name):
-    truth, unseen = TRUTHS[name], between()
+    truth, unseen = TRUTHS[name], between(COUNT)
     ours = error(standard(name), truth, unseen)
     some = subset(samples(name), np.random.default_rng(2).permutation(len(samples(name)))[:3000])
     others = [anisotropic.fit(some, kind) for kind in ("GGX", "Ward")]
@@ -78,7 +68,7 @@ def test_a_frame_that_is_turned_turns_the_fit():
     """The material is turned by 45 degrees, and so are the directions at which it is judged."""
     held = samples("woven b")
     turned = replace(held, phi_i=held.phi_i + np.pi / 4, phi_o=held.phi_o + np.pi / 4)
-    a, b, c, d = unseen = between()
+    a, b, c, d = unseen = between(COUNT)
     found = fitter.fit(turned, **fitter.PRESETS["Draft"]).evaluate(a, b + np.pi / 4, c, d + np.pi / 4)
     true = cube_root(c, TRUTHS["woven b"].evaluate(*unseen))
     assert np.sqrt(np.mean((cube_root(c, found) - true) ** 2) / np.mean(true ** 2)) < 0.03
@@ -125,7 +115,7 @@ def test_isotropic_samples_fitted_as_anisotropic_give_the_isotropic_reflectance(
     """A fit of four axes to a reflectance of three: it is the same at all rotations."""
     truth = replace(TRUTHS["brushed a"], function=lambda *directions: brushed_fit(0.2, 0.2).evaluate(*directions))
     found = fitter.fit(measured(truth, rotations(8)), **fitter.PRESETS["Draft"])
-    theta_i, phi_i, theta_o, phi_o = unseen = between()
+    theta_i, phi_i, theta_o, phi_o = unseen = between(COUNT)
     assert error(found, truth, unseen) < 0.01
     here, there = (cube_root(theta_o, found.evaluate(theta_i, phi_i + turn, theta_o, phi_o + turn))
                    for turn in (0, 1.3))
@@ -136,7 +126,7 @@ def test_few_samples_are_enough_for_a_lobe(random):
     """150 samples at random: no lattice can be told by them, but a lobe can."""
     truth = TRUTHS["brushed a"]
     few = subset(samples("brushed a"), random.permutation(len(samples("brushed a")))[:150])
-    assert error(fitter.fit(few, **STANDARD), truth, between()) < 0.1
+    assert error(fitter.fit(few, **STANDARD), truth, between(COUNT)) < 0.1
 
 
 def test_the_papers_method_in_four_dimensions_meets_its_samples():
