@@ -51,23 +51,25 @@ vector mirror_side(vector wo, float theta)
 /* The mixture of a tabulated view, seen from wo, whose polar angle is theta_o. */
 void mixture_view(float MIXTURE_NUMBERS[], int view, float theta_o, vector wo, output MixtureView found)
 {
+  int stored = stored_view(view);
+  int number = stored * (NUMBERS + MORE_NUMBERS * LOBES);
   found.view = view;
-  found.row = stored_view(view) * ROW;
+  found.row = stored * ROW;
   found.wo = wo;
   found.scale = 1.0;
   for (int k = 0; k < LOBES; k++) {
-    found.kind[k] = (int)view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k);
-    found.shape[k] = view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k + 1);
-    int more = NUMBERS + MORE_NUMBERS * k;
-    found.across[k] = view_number(MIXTURE_NUMBERS, view, more);
-    float angle = view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k + 2);
+    int first = number + LOBE_NUMBERS * k;
+    int more = number + NUMBERS + MORE_NUMBERS * k;
+    found.kind[k] = (int)MIXTURE_NUMBERS[first];
+    found.shape[k] = MIXTURE_NUMBERS[first + 1];
+    found.across[k] = MIXTURE_NUMBERS[more];
+    float angle = MIXTURE_NUMBERS[first + 2];
     if (found.kind[k] == PHONG) {
       found.axis[k] = mirror_side(wo, min(theta_o + angle, STEEPEST_AXIS));
       found.half[k] = normalize(wo + found.axis[k]);
     }
     else {
-      vector lean = vector(view_number(MIXTURE_NUMBERS, view, more + 1),
-                           view_number(MIXTURE_NUMBERS, view, more + 2), 0.0);
+      vector lean = vector(MIXTURE_NUMBERS[more + 1], MIXTURE_NUMBERS[more + 2], 0.0);
       found.axis[k] = normalize(mirror_side(wo, angle) + (half_turned(view) ? -lean : lean));
       found.half[k] = found.axis[k];
     }

@@ -73,7 +73,6 @@ SHADER_GUARDS = [
          ("min((int)x, HALF_RINGS - 1)", "(int)x", "the last ring reaches the horizon behind the viewer"),
          ("i == first ? table[i] : table[i] - table[i - 1]", "table[i] - table[i - 1]", "the first cell of a view"),
          ("x = clamp(x - 0.5, 0.0, HALF_RINGS - 1.0);", "x -= 0.5;", "before the middle of the first ring"),
-         ("min((int)x, HALF_RINGS - 2)", "(int)x", "beyond the middle of the last ring"),
          ("(before + HALF_SECTORS) % HALF_SECTORS", "before", "the last sector lies beside the first"),
          ("(before + 1) % HALF_SECTORS", "before + 1", "the first sector lies beside the last")),
     *_of("osl/anisotropic_views.h", _ANISOTROPIC,
