@@ -70,8 +70,8 @@ class AnisotropicLobe:
         At normal incidence and reflection D is 1 / (pi a b), F is F0, and the denominator is 4.
 
         >>> brushed = AnisotropicLobe("GGX", np.array([0.1]), np.array([0.5]), 0.1, 0.4, 0.3)
-        >>> float(brushed.evaluate(0, 0, 0, 0)[0]), 0.1 + 0.5 / (4 * np.pi * 0.1 * 0.4)
-        (1.0947183943243457, 1.0947183943243457)
+        >>> round(float(brushed.evaluate(0, 0, 0, 0)[0]), 6), round(0.1 + 0.5 / (4 * np.pi * 0.1 * 0.4), 6)
+        (1.094718, 1.094718)
         """
         directions = theta_i, phi_i, theta_o, phi_o
         shape = _shape(self.kind, geometry(*directions), in_surface(*directions), self.along, self.across, self.turn)
