@@ -59,6 +59,36 @@ def solve(basis: NDArray[np.float64], target: NDArray[np.float64], solid_angle: 
     return np.asarray(np.where(scale > 1e-9 * largest, x / scale, 0))
 
 
+def coordinate_descent(normal: NDArray[np.float64], right: NDArray[np.float64],
+                       start: NDArray[np.float64] | None, sweeps: int) -> NDArray[np.float64]:
+    """Least squares without negative coefficients, from normal equations of few unknowns.
+
+    Parameters
+    ----------
+    normal : (..., k, k)
+    right : (..., k)
+    start : (..., k), optional
+    sweeps : int
+        Over the unknowns; each is set to its best value in turn.
+
+    Returns
+    -------
+    (..., k)
+
+    Examples
+    --------
+    >>> coordinate_descent(np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([1.0, -1.0]), None, 5)
+    array([0.5, 0. ])
+    """
+    diagonal = np.einsum("...kk->...k", normal)
+    x = np.maximum(right / diagonal, 0) / right.shape[-1] if start is None else start.copy()
+    for _ in range(sweeps):
+        for k in range(right.shape[-1]):
+            slope = right[..., k] - (normal[..., k, :] * x).sum(axis=-1)
+            x[..., k] = np.maximum(x[..., k] + slope / diagonal[..., k], 0)
+    return np.asarray(x)
+
+
 def shares(mixture: NDArray[np.float64], density: NDArray[np.float64],
            solid_angle: NDArray[np.float64]) -> NDArray[np.float64]:
     """The best probability of picking each closure.

@@ -1,0 +1,433 @@
+"""A fit as a sum of Blender's closure nodes, for renderers that have no OSL: Cycles on most devices, and EEVEE.
+
+For each of some polar angles of the viewer the reflected radiance T = f cos theta_i is approximated by a diffuse lobe
+and some others (`node_lobes`), whose roughness, tilt, anisotropy and colour change with that angle. Nodes interpolate
+them linearly between the tabulated angles. The colours of an anisotropic fit change with the viewer's azimuth phi too,
+as A cos^2 phi + B sin^2 phi about the first principal axis.
+
+The kinds of the lobes are chosen one after the other among many, all of whose shapes do not change with the angle; then
+the shapes are refined for all angles at once, by a Levenberg-Marquardt iteration for the absolute error in which the
+colours have been eliminated (Golub and Pereyra: The Differentiation of Pseudo-Inverses and Nonlinear Least Squares
+Problems Whose Variables Separate, 1973) and second differences from angle to angle are penalised.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..arrays import FloatArray
+from . import node_lobes
+from .mixture_table import LAST_SHOWN
+from .node_lobes import FACETS, Kind, Shape
+from .node_views import Views, views_of
+from .nonnegative import coordinate_descent
+from .principal import principal
+
+if TYPE_CHECKING:
+    from ..model.fit import Fit
+
+_ROUGHNESS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.38, 0.47, 0.57, 0.68, 0.8, 0.95)     # candidates for microfacet lobes ...
+_TILTS = (-0.3, -0.12, 0.0, 0.15, 0.4, 1.0)
+_DIFFUSE_TILTS = (-0.6, 0.6, 0.9)                               # ... for diffuse ones beside the first ...
+_SHEEN = (0.15, 0.3, 0.6, 1.0)                                  # ... and for sheen
+_TURNED_ROUGHNESS = (0.15, 0.25, 0.38, 0.53, 0.72)              # the same of anisotropic fits
+_TURNED_TILTS = (0.0, 0.5)
+_ANISOTROPIES = (-0.75, -0.4, 0.0, 0.4, 0.75)
+_TRIED = 6                      # candidates for a lobe that are looked at closer
+_CHOICE, _REFINEMENT = slice(3, None, 7), slice(0, None, 5)     # of the directions, what is looked at
+_ITERATIONS = 12                # of the refinement
+_STEP = 0.01                    # of the derivatives
+_LONGEST = 0.3                  # step of a parameter
+_STIFFNESS = 0.1                # of the second differences of shapes
+_NARROWEST, _SHEEREST = 0.04, 0.05      # roughness of a facet and of sheen
+_MOST_TILTED = 1.0
+_LOWEST = 0.3                   # cosine of a tilted normal and the viewer, in that of the surface's
+_MOST_ANISOTROPIC = 0.78
+_FLOOR, _LAST_FLOOR = 0.1, 0.02         # absolute errors below this share of the mean radiance count as squared ones
+_FIRMNESS = 10.0                # of the albedo's squared errors
+_RIDGE = 1e-4                   # of the squared colours, in the squared target
+_SWEEPS, _LAST_SWEEPS = 25, 60          # of the coordinate descent
+_REWEIGHTINGS = 6
+_SCALES = (0.7, 1.5)            # bounds of the factors that give the lobes the albedo of the fit
+_TINY = 1e-30
+
+
+class Engine(NamedTuple):
+    """Which closures of a renderer approximate a fit.
+
+    Attributes
+    ----------
+    lobes : int
+        Beside the first diffuse one.
+    kinds : tuple of Kind
+    tilts : (float, float)
+        Bounds of the tilt.
+    anisotropic : bool
+        Whether it renders microfacet lobes of two widths.
+    """
+
+    lobes: int
+    kinds: tuple[Kind, ...]
+    tilts: tuple[float, float]
+    anisotropic: bool
+
+
+CYCLES = Engine(4, ("diffuse", "GGX", "Beckmann", "sheen"), (-_MOST_TILTED, _MOST_TILTED), True)
+# EEVEE shows Beckmann as GGX, sheen as a diffuse closure and no anisotropy, and lights what lies below the horizon
+EEVEE = Engine(3, ("GGX",), (-0.5, 0.5), False)
+
+
+class NodeMixture(NamedTuple):
+    """A sum of closure nodes.
+
+    Attributes
+    ----------
+    kinds : tuple of Kind
+        Of the lobes; the first is a diffuse one about the surface's normal.
+    theta : (stops,)
+        Polar angles of the viewer, radians, from 0.
+    shape : node_lobes.Shape
+        Arrays (stops, lobes).
+    colour : (stops, lobes, phases, channels)
+        Of the closures; `phases` are 1, or 2 where the fit is anisotropic.
+    turn : float, or None
+        The azimuth of the first principal axis, radians; None where the fit is isotropic.
+    error, worst : float
+        The share of the reflected light that goes in wrong directions, in the mean over the polar angles and at the
+        worst of them up to 80 degrees.
+    albedo_error : float
+        The largest difference of the reflected albedo at these angles, between the tabulated ones too, in the mean of
+        the channels of the albedo.
+    """
+
+    kinds: tuple[Kind, ...]
+    theta: FloatArray
+    shape: Shape
+    colour: FloatArray
+    turn: float | None
+    error: float
+    worst: float
+    albedo_error: float
+
+
+class Nodes(NamedTuple):
+    """The closure nodes of a fit for each renderer."""
+
+    cycles: NodeMixture
+    eevee: NodeMixture
+
+
+def node_mixtures(fit: "Fit") -> Nodes:
+    """The closure nodes of a fit, of which only `evaluate` is used, and whether it is isotropic."""
+    turn, stretch = None, 1.0
+    if not getattr(fit, "isotropic", True):
+        axes = principal(fit)
+        turn, stretch = axes.turn, axes.stretch
+    views = views_of(fit, turn, stretch)
+    return Nodes(_fitted(views, turn, CYCLES), _fitted(views, turn, EEVEE))
+
+
+def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray:
+    """Reflected radiance of the closures, 0 below the horizon.
+
+    Parameters
+    ----------
+    mixture : NodeMixture
+    wo : (3,)
+        The viewing direction, a unit vector; azimuths are from the tangent.
+    wi : (n, 3)
+        Incident directions.
+
+    Returns
+    -------
+    (n, channels)
+    """
+    theta, phi = np.arccos(np.clip(wo[2], -1, 1)), np.arctan2(wo[1], wo[0])
+    turn = phi if mixture.turn is None else mixture.turn
+    back = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+    pairs = node_lobes.Pairs.of((back @ wo)[None, None], (wi @ back.T)[None, None], np.array([[[1.0, 0.0, 0.0]]]))
+    phases = np.ones((1, 1)) if mixture.turn is None else np.array([[np.cos(phi - turn) ** 2, np.sin(phi - turn) ** 2]])
+    at = np.array([theta])
+    shape = Shape(*(_between(mixture.theta, at, each) for each in mixture.shape))
+    seen = Views(at, phases, pairs, (wi[:, 2] > 0)[None, None].astype(float), np.empty((1, 1, len(wi), 0)))
+    columns, colour = _columns(seen, mixture.kinds, shape), _between(mixture.theta, at, mixture.colour)
+    return np.asarray(_radiance(columns, colour)[0, 0])
+
+
+def _fitted(views: Views, turn: float | None, engine: Engine) -> NodeMixture:
+    stops = views.only(slice(0, None, 2), slice(None))
+    kinds, shape = _choose(stops.only(slice(None), _CHOICE), engine, turn is not None)
+    shape = _refine(stops.only(slice(None), _REFINEMENT), kinds, shape, engine)
+    colour = _coefficients(stops, _columns(stops, kinds, shape))
+    colour = colour.reshape(len(colour), len(kinds), -1, colour.shape[-1])
+    everywhere = _columns(views, kinds, Shape(*(_between(stops.theta, views.theta, each) for each in shape)))
+    colour = colour * _albedo_scales(views, stops.theta, everywhere, colour)
+    radiance = _radiance(everywhere, _between(stops.theta, views.theta, colour))
+    found = np.einsum("van,vanc->vac", views.solid_angle, radiance)
+    mean = np.maximum(views.albedo.mean(axis=-1, keepdims=True), _TINY)
+    misplaced, shown = views.misplaced(radiance), views.theta <= LAST_SHOWN
+    return NodeMixture(kinds, stops.theta, shape, colour, turn, float(misplaced.mean()), float(misplaced[shown].max()),
+                       float(np.abs((found - views.albedo) / mean)[shown].max()))
+
+
+def _between(stops: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:
+    """Values that are tabulated at angles, (stops, ...), interpolated linearly: (at, ...)."""
+    flat = values.reshape(len(stops), -1)
+    found = np.stack([np.interp(at, stops, column) for column in flat.T], axis=-1)
+    return found.reshape(len(at), *values.shape[1:])
+
+
+def _columns(views: Views, kinds: Sequence[Kind], shape: Shape) -> FloatArray:
+    """The lobes, times the phases of their colours: (views, azimuths, n, lobes, phases)."""
+    lobes = np.stack([node_lobes.evaluate(kind, Shape(*(each[:, number, None] for each in shape)), views.pairs)
+                      for number, kind in enumerate(kinds)], axis=-1)
+    lobes = np.where((views.solid_angle > 0)[..., None], lobes, 0)
+    return np.asarray(lobes[..., None] * views.phases[:, None, None])
+
+
+def _radiance(columns: FloatArray, colour: FloatArray) -> FloatArray:
+    """The sum of lobes with their colours, (views, lobes, phases, channels): (views, azimuths, n, channels)."""
+    flat = columns.reshape(*columns.shape[:3], -1)
+    return np.asarray(flat @ colour.reshape(len(colour), 1, -1, colour.shape[-1]))
+
+
+def _rows(views: Views, values: FloatArray) -> FloatArray:
+    """Values at all directions of a view, (views, azimuths, n, ...), and what they sum to over the hemisphere, in one
+    axis: (views, azimuths * (n + 1), ...)."""
+    flat = values.reshape(*values.shape[:3], -1)
+    both = np.concatenate([flat, views.solid_angle[:, :, None] @ flat], axis=2)
+    return both.reshape(len(both), -1, *values.shape[3:])
+
+
+def _absolute(views: Views, left: FloatArray, floor: float) -> FloatArray:
+    """Weights of squared errors, (views, rows, channels), whose sum is the absolute error, with that of the albedo:
+    otherwise the best approximation of a peak beside the measured one would be none."""
+    light = views.light[:, None, None, None]
+    by_direction = left.reshape(len(left), len(views.phases), -1, left.shape[-1])
+    smallest = floor * light / (np.pi * left.shape[-1])
+    weight = np.empty_like(by_direction)
+    weight[:, :, :-1] = views.solid_angle[..., None] / (np.abs(by_direction[:, :, :-1]) + smallest) / light
+    weight[:, :, -1:] = _FIRMNESS / light ** 2
+    return (weight / len(views.phases)).reshape(left.shape)
+
+
+class _Solution(NamedTuple):
+    """Colours for given shapes."""
+
+    columns: FloatArray         # (views, rows, columns)
+    colour: FloatArray          # (views, columns, channels)
+    left: FloatArray            # (views, rows, channels)
+
+
+def _solve(views: Views, columns: FloatArray, weight: FloatArray, start: FloatArray | None = None,
+           sweeps: int = _SWEEPS) -> _Solution:
+    """The colours, none negative, of the least weighted squares."""
+    target = _rows(views, views.target)
+    flat = _rows(views, columns).reshape(len(target), target.shape[1], -1)
+    transposed = np.swapaxes(flat, 1, 2)
+    normal = np.stack([transposed @ (flat * weight[..., c, None]) for c in range(target.shape[-1])], axis=1)
+    right = np.swapaxes(transposed @ (weight * target), 1, 2)
+    albedo = np.maximum(views.albedo.mean(axis=(1, 2)), _TINY)[:, None]
+    ridge = _RIDGE * (weight * target ** 2).sum(axis=1) / albedo ** 2
+    normal = normal + (ridge[..., None, None] + _TINY) * np.eye(flat.shape[-1])
+    before = None if start is None else np.swapaxes(start, 1, 2)
+    colour = np.swapaxes(coordinate_descent(normal, right, before, sweeps), 1, 2)
+    return _Solution(flat, colour, target - flat @ colour)
+
+
+def _coefficients(views: Views, columns: FloatArray) -> FloatArray:
+    """The colours of the least absolute error: (views, columns, channels)."""
+    found = _solve(views, columns, _absolute(views, _rows(views, views.target), _FLOOR))
+    for _ in range(_REWEIGHTINGS):
+        found = _solve(views, columns, _absolute(views, found.left, _LAST_FLOOR), found.colour, _LAST_SWEEPS)
+    return found.colour
+
+
+def _candidates(engine: Engine, turned: bool) -> list[tuple[Kind, float, float, float]]:
+    """Lobes to choose from: kind, roughness, tilt, anisotropy."""
+    roughness, tilts = (_TURNED_ROUGHNESS, _TURNED_TILTS) if turned else (_ROUGHNESS, _TILTS)
+    anisotropies = _ANISOTROPIES if turned and engine.anisotropic else (0.0,)
+    found: list[tuple[Kind, float, float, float]] = [
+        (kind, rough, tilt, anisotropy) for kind in FACETS if kind in engine.kinds
+        for rough in roughness for tilt in tilts for anisotropy in anisotropies]
+    if "sheen" in engine.kinds:
+        found += [("sheen", sigma, 0.0, 0.0) for sigma in _SHEEN]
+    if "diffuse" in engine.kinds:
+        found += [("diffuse", 1.0, tilt, 0.0) for tilt in _DIFFUSE_TILTS]
+    return [each for each in found if engine.tilts[0] <= each[2] <= engine.tilts[1]]
+
+
+def _least_tilt(theta: FloatArray, engine: Engine) -> FloatArray:
+    """The least tilt at polar angles, (views, 1): the viewer must see the normal of the lobe well."""
+    cosine = np.cos(theta)
+    return np.maximum(engine.tilts[0], -(1 - _LOWEST) * cosine / np.maximum(1 - cosine, 1e-9))[:, None]
+
+
+def _choose(views: Views, engine: Engine, turned: bool) -> tuple[tuple[Kind, ...], Shape]:
+    """The lobes: each in turn is the one beside which the error is smallest."""
+    candidates = _candidates(engine, turned)
+    names = [kind for kind, *_ in candidates]
+    least, ones = _least_tilt(views.theta, engine), np.ones((len(views.theta), 1))
+    rough, tilt, anisotropy = (ones * np.array(each) for each in list(zip(*candidates, strict=True))[1:])
+    shapes = Shape(rough, np.maximum(tilt, least), anisotropy)
+    columns = _columns(views, names, shapes)
+    flat = _rows(views, columns)
+    plain = Shape(ones, 0 * ones, 0 * ones)
+    chosen: list[int] = []
+    have = _columns(views, ["diffuse"], plain)
+    weight = _absolute(views, _rows(views, views.target), _FLOOR)
+    found = _solve(views, have, weight)
+    for _ in range(engine.lobes):
+        steepest = np.einsum("vrlp,vrc->vlpc", flat, weight * found.left)
+        size = np.einsum("vrlp,vrc->vlpc", flat ** 2, weight) + 1e-12
+        gain = (np.maximum(steepest, 0) ** 2 / size).sum(axis=(0, 2, 3))
+        order = [number for number in np.argsort(-gain) if number not in chosen][:_TRIED]
+        tried = [_solve(views, np.concatenate([have, columns[..., [number], :]], axis=3), weight) for number in order]
+        best = int(np.argmin([(weight * each.left ** 2).sum() for each in tried]))
+        chosen.append(int(order[best]))
+        have = np.concatenate([have, columns[..., [chosen[-1]], :]], axis=3)
+        weight = _absolute(views, tried[best].left, _FLOOR / 2)
+        found = _solve(views, have, weight, tried[best].colour)
+    kinds: tuple[Kind, ...] = ("diffuse", *(names[number] for number in chosen))
+    return kinds, Shape(*(np.concatenate([first, each[:, chosen]], axis=1)
+                          for first, each in zip(plain, shapes, strict=True)))
+
+
+class _Variables:
+    """The shapes as numbers that the refinement changes: (stops, variables).
+
+    They are the logarithm of the roughness, the tilt, and minus the logarithm of 1 less the anisotropy's size, with
+    the anisotropy's sign; the first lobe has none.
+    """
+
+    def __init__(self, kinds: Sequence[Kind], theta: FloatArray, engine: Engine) -> None:
+        numbers = range(1, len(kinds))
+        facets = [number for number in numbers if kinds[number] in FACETS]
+        tilted = [number for number in numbers if kinds[number] != "sheen"]
+        rough = [number for number in numbers if kinds[number] != "diffuse"]
+        self.places = ([(0, number) for number in rough] + [(1, number) for number in tilted]
+                       + ([(2, number) for number in facets] if engine.anisotropic else []))
+        sheerest = np.where(np.array(kinds) == "sheen", _SHEEREST, _NARROWEST)
+        bend = -np.log(1 - _MOST_ANISOTROPIC)
+        ones, least = np.ones((len(theta), len(kinds))), _least_tilt(theta, engine)
+        self.lower = np.stack([ones * np.log(sheerest), ones * least, -bend * ones])
+        self.upper = np.stack([0 * ones, engine.tilts[1] * ones, bend * ones])
+
+    def of(self, shape: Shape) -> FloatArray:
+        bent = -np.sign(shape.anisotropy) * np.log(1 - np.abs(shape.anisotropy))
+        return np.stack([np.log(shape.roughness), shape.tilt, bent])
+
+    @staticmethod
+    def shape(variables: FloatArray) -> Shape:
+        rough, tilt, bent = variables
+        return Shape(np.exp(rough), tilt, np.sign(bent) * (1 - np.exp(-np.abs(bent))))
+
+    def moved(self, variables: FloatArray, step: FloatArray) -> FloatArray:
+        """Variables after a step, (stops, variables)."""
+        after = variables.copy()
+        for number, (kind, lobe) in enumerate(self.places):
+            after[kind, :, lobe] += np.clip(step[:, number], -_LONGEST, _LONGEST)
+        return np.clip(after, self.lower, self.upper)
+
+    def taken(self, variables: FloatArray) -> FloatArray:
+        """The variables, (stops, variables)."""
+        return np.stack([variables[kind, :, lobe] for kind, lobe in self.places], axis=1)
+
+
+def _refine(views: Views, kinds: tuple[Kind, ...], shape: Shape, engine: Engine) -> Shape:
+    """Better shapes."""
+    variables = _Variables(kinds, views.theta, engine)
+    now = variables.of(shape)
+    bending = np.diff(np.eye(len(views.theta)), n=2, axis=0)
+    bending = _STIFFNESS * bending.T @ bending
+    found = _solve(views, _columns(views, kinds, shape), _absolute(views, _rows(views, views.target), _FLOOR))
+    damping = 1e-2
+    for iteration in range(_ITERATIONS):
+        floor = _FLOOR if 2 * iteration < _ITERATIONS else _FLOOR / 3
+        weight = _absolute(views, found.left, floor)
+        found = _solve(views, _columns(views, kinds, variables.shape(now)), weight, found.colour)
+        error = _penalised(weight, found, bending, variables.taken(now))
+        curvature, slope = _reduced(views, kinds, variables, now, found, weight)
+        for _ in range(5):
+            step = _step(curvature, slope, bending, variables.taken(now), damping)
+            then = variables.moved(now, step)
+            tried = _solve(views, _columns(views, kinds, variables.shape(then)), weight, found.colour)
+            after = _penalised(weight, tried, bending, variables.taken(then))
+            if after < error:
+                now, found, damping = then, tried, max(damping / 3, 1e-4)
+                break
+            damping = min(5 * damping, 1e3)
+    return variables.shape(now)
+
+
+def _penalised(weight: FloatArray, found: _Solution, bending: FloatArray, variables: FloatArray) -> float:
+    return float((weight * found.left ** 2).sum() + (variables * (bending @ variables)).sum())
+
+
+def _reduced(views: Views, kinds: tuple[Kind, ...], variables: _Variables, now: FloatArray, found: _Solution,
+             weight: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The normal equations of the variables, after the colours have been eliminated: (views, variables, variables)
+    and (views, variables)."""
+    count, rows, columns = found.columns.shape
+    phases = views.phases.shape[1]
+    derivatives = np.empty((count, rows, len(variables.places), phases))
+    for number, (kind, lobe) in enumerate(variables.places):
+        moved = now[:, :, [lobe]].copy()
+        moved[kind] += _STEP
+        after = _columns(views, kinds[lobe:lobe + 1], variables.shape(moved))
+        before = found.columns.reshape(count, rows, -1, phases)[:, :, lobe]
+        derivatives[:, :, number] = (_rows(views, after)[:, :, 0] - before) / _STEP
+    lobes = [lobe for _, lobe in variables.places]
+    curvature = np.zeros((count, len(lobes), len(lobes)))
+    slope = np.zeros((count, len(lobes)))
+    for channel in range(weight.shape[-1]):
+        colour = found.colour[..., channel]
+        of_lobes = colour.reshape(count, -1, phases)[:, lobes]
+        jacobian = np.einsum("vrkp,vkp->vrk", derivatives, of_lobes)
+        both = np.concatenate([found.columns, jacobian], axis=-1)
+        weighted = both * weight[..., channel, None]
+        normal = np.swapaxes(both, 1, 2) @ weighted
+        right = (np.swapaxes(weighted, 1, 2) @ found.left[..., channel, None])[..., 0]
+        free = (colour > 0).astype(float)
+        inner = normal[:, :columns, :columns] * free[:, :, None] * free[:, None]
+        size = np.einsum("vll->v", inner)[:, None] / columns + _TINY
+        inner = inner + np.eye(columns) * (1e-9 * size + (1 - free) * size)[:, :, None]
+        mixed = normal[:, :columns, columns:] * free[..., None]
+        gone = np.linalg.solve(inner, mixed)
+        curvature += normal[:, columns:, columns:] - np.swapaxes(mixed, 1, 2) @ gone
+        slope += right[:, columns:] - (np.swapaxes(gone, 1, 2) @ (right[:, :columns] * free)[..., None])[..., 0]
+    return curvature, slope
+
+
+def _step(curvature: FloatArray, slope: FloatArray, bending: FloatArray, variables: FloatArray,
+          damping: float) -> FloatArray:
+    """A step of Levenberg and Marquardt for all stops at once, (stops, variables)."""
+    stops, count = slope.shape
+    whole = np.zeros((stops, count, stops, count))
+    every = np.arange(stops)
+    diagonal = damping * np.einsum("vkk->vk", curvature) + 1e-6
+    whole[every, :, every] = curvature + diagonal[:, :, None] * np.eye(count)
+    for number in range(count):
+        whole[:, number, :, number] += bending
+    right = slope - bending @ variables
+    return np.asarray(np.linalg.solve(whole.reshape(stops * count, -1), right.ravel()).reshape(stops, count))
+
+
+def _albedo_scales(views: Views, stops: FloatArray, columns: FloatArray, colour: FloatArray) -> FloatArray:
+    """Factors of the colours that give them the albedo of the fit, at the tabulated angles and between them:
+    (stops, 1, phases, channels)."""
+    share = _between(stops, views.theta, np.eye(len(stops)))                # (views, stops)
+    white = np.einsum("van,vanlp->valp", views.solid_angle, columns)
+    reflected = np.einsum("vs,valp,slpc->vaspc", share, white, colour)
+    albedo = views.albedo
+    mean = np.maximum(albedo.mean(axis=-1, keepdims=True), _TINY)
+    count, phases, channels = len(stops), colour.shape[2], colour.shape[3]
+    scales = np.ones((count, 1, phases, channels))
+    for channel in range(channels):
+        matrix = (reflected[..., channel] / mean[..., None]).reshape(-1, count * phases)
+        wanted = ((albedo[..., channel] / mean[..., 0]) - matrix.sum(axis=1).reshape(albedo.shape[:2])).ravel()
+        firm = 1e-3 * np.eye(count * phases)
+        change = np.linalg.lstsq(np.concatenate([matrix, firm]), np.concatenate([wanted, 0 * firm[0]]), rcond=None)[0]
+        scales[:, 0, :, channel] = np.clip(1 + change, *_SCALES).reshape(count, phases)
+    return scales

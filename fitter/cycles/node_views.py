@@ -1,0 +1,105 @@
+"""The reflected radiance that closure nodes are fitted to: by polar angle of the viewer, over incident directions."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..shader_constants import GRAZING
+from . import direction_grid, half_vector_grid
+from .direction_grid import Directions
+from .node_lobes import Pairs
+
+if TYPE_CHECKING:
+    from ..model.fit import Fit
+
+_POLAR, _AZIMUTHS = 13, 8       # tabulated viewing directions of an anisotropic fit, over half a turn
+_DARK = 1e-12
+
+
+class Views(NamedTuple):
+    """What is seen from polar angles of the viewer, each with azimuths: one of an isotropic fit.
+
+    Attributes
+    ----------
+    theta : (views,)
+        Radians.
+    phases : (azimuths, 1 or 2)
+        By what colours of a lobe are multiplied: 1, or the squared cosine and sine of the azimuth from the first
+        principal axis.
+    pairs : Pairs
+        Arrays (views, azimuths, ...), in the frame where an isotropic fit is seen from azimuth 0 or, for an
+        anisotropic one, in the principal axes.
+    solid_angle : (views, azimuths, n)
+        Of each incident direction; 0 below the horizon.
+    target : (views, azimuths, n, channels)
+        f cos theta_i.
+    """
+
+    theta: FloatArray
+    phases: FloatArray
+    pairs: Pairs
+    solid_angle: FloatArray
+    target: FloatArray
+
+    @property
+    def albedo(self) -> FloatArray:
+        """The reflected share of an even light: (views, azimuths, channels)."""
+        return np.asarray(np.einsum("van,vanc->vac", self.solid_angle, self.target))
+
+    @property
+    def light(self) -> FloatArray:
+        """The mean over the azimuths of the sum over the channels of the albedo: (views,)."""
+        return np.maximum(self.albedo.mean(axis=1).sum(axis=-1), _DARK)
+
+    def only(self, views: slice, directions: slice) -> "Views":
+        """Some of the views and directions; these stand for those that are left out."""
+        wo, wi, half, tangent = self.pairs
+        scale = len(range(wi.shape[2])) / len(range(wi.shape[2])[directions])
+        return Views(self.theta[views], self.phases,
+                     Pairs(wo[views], wi[views, :, directions], half[views, :, directions], tangent[views]),
+                     self.solid_angle[views, :, directions] * scale, self.target[views, :, directions])
+
+    def misplaced(self, radiance: FloatArray) -> FloatArray:
+        """The share of the light that an approximation, (views, azimuths, n, channels), reflects in wrong directions:
+        (views,)."""
+        difference = np.abs(self.target - radiance).sum(axis=-1)
+        return np.asarray((self.solid_angle * difference).sum(axis=2).mean(axis=1) / self.light)
+
+
+def views_of(fit: "Fit", turn: float | None, stretch: float = 1.0) -> Views:
+    """The views of a fit, of which only `evaluate` is used.
+
+    Parameters
+    ----------
+    fit : Fit
+    turn : float, or None
+        The azimuth of the first principal axis, radians; None for an isotropic fit.
+    stretch : float
+        Of `half_vector_grid`.
+
+    Returns
+    -------
+    Views
+        With one view between any two that nodes tabulate: every other one is tabulated.
+    """
+    if turn is None:
+        theta = direction_grid.views(between=1)
+        grids = [direction_grid.grid(angle) for angle in theta]
+        to = Directions(*(np.stack(arrays)[:, None] for arrays in zip(*grids, strict=True)))
+        phi_o, phases = np.zeros((1,)), np.ones((1, 1))
+    else:
+        theta = GRAZING * (1 - np.linspace(1, 0, 2 * _POLAR - 1) ** 1.5)
+        phi_o = np.arange(_AZIMUTHS) * np.pi / _AZIMUTHS
+        phases = np.stack([np.cos(phi_o) ** 2, np.sin(phi_o) ** 2], axis=1)
+        grids = [half_vector_grid.grid(half_vector_grid.outgoing(angle, phi_o), stretch) for angle in theta]
+        to = Directions(*(np.stack(arrays) for arrays in zip(*grids, strict=True)))
+    wo = half_vector_grid.outgoing(theta[:, None], phi_o)
+    above, turned = to.solid_angle > 0, turn or 0.0
+    outgoing = [np.broadcast_to(angle, above.shape)[above] for angle in (theta[:, None, None], phi_o[:, None] + turned)]
+    value = fit.evaluate(to.theta[above], to.phi[above] + turned, *outgoing)
+    target = np.zeros((*above.shape, value.shape[-1]))
+    target[above] = np.maximum(value, 0) * to.unit[above][:, 2:]
+    # a microfacet lobe is symmetric about the plane of the viewer or, of an anisotropic fit, about the principal axes
+    tangent = np.broadcast_to([1.0, 0.0, 0.0], wo.shape)
+    return Views(theta, phases, Pairs.of(wo, to.unit, tangent), to.solid_angle, target)

@@ -1,0 +1,90 @@
+"""Lobes of closure nodes against integrals. `tests/osl/test_nodes_rendering.py` compares them with Cycles."""
+
+import numpy as np
+import pytest
+
+from fitter.cycles import node_lobes
+from fitter.cycles.node_lobes import Pairs, Shape
+
+
+def shape(roughness, tilt=0.0, anisotropy=0.0):
+    return Shape(*(np.array([value]) for value in (roughness, tilt, anisotropy)))
+
+
+def direction(theta, phi=0.0):
+    return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+
+
+def hemisphere(random, count):
+    """Directions above the horizon, evenly by solid angle: (count, 3)."""
+    z, azimuth = random.random(count), 2 * np.pi * random.random(count)
+    return np.stack([np.sqrt(1 - z * z) * np.cos(azimuth), np.sqrt(1 - z * z) * np.sin(azimuth), z], axis=1)
+
+
+def value(kind, form, wo, wi, tangent=(1.0, 0, 0)):
+    return node_lobes.evaluate(kind, form, Pairs.of(wo[None], wi[None], np.array([tangent])))[0]
+
+
+@pytest.mark.parametrize("kind", node_lobes.FACETS)
+@pytest.mark.parametrize("anisotropy", [0.0, 0.6, -0.6])
+@pytest.mark.parametrize("theta_o", [0.0, 0.9])
+def test_masking_is_what_the_distribution_of_microfacets_implies(random, kind, anisotropy, theta_o):
+    """Smith's masking of a direction w is cos_w over the visible area of the microfacets, an integral of D (Heitz 2014,
+    equation 14). The value is D G2 / (4 cos_o) with 1 / G2 = 1 / G1(o) + 1 / G1(i) - 1; from it and from the integral
+    for o follows G1(i), which must be the integral for i.
+    """
+    form = shape(0.6, anisotropy=anisotropy)
+    wo = direction(theta_o, 0.4)
+    half = hemisphere(random, 400_000)
+    alpha = 0.36
+    along, across = (alpha * (1 - anisotropy), alpha / (1 - anisotropy)) if anisotropy >= 0 else (
+        alpha / (1 + anisotropy), alpha * (1 + anisotropy))
+    slopes = ((half[:, 0] / along) ** 2 + (half[:, 1] / across) ** 2) / half[:, 2] ** 2
+    density = np.exp(-slopes) if kind == "Beckmann" else 1 / (1 + slopes) ** 2
+    density = density / (np.pi * along * across * half[:, 2] ** 4)
+    assert 2 * np.pi * (density * half[:, 2]).mean() == pytest.approx(1, rel=0.02), "D is a density of microfacets"
+    seen = 2 * np.pi * (density * np.maximum(half @ wo, 0)).mean()
+    masking_o = wo[2] / seen                                # G1, by the visible area of the microfacets
+    wi = 2 * (half @ wo)[:, None] * half - wo
+    above = (wi[:, 2] > 0.1) & (half @ wo > 0) & (density > 1e-3)
+    found = value(kind, form, wo, wi[above])
+    masking = found * 4 * wo[2] / density[above]
+    masking_i = 1 / (1 / masking - 1 / masking_o + 1)
+    for number in np.linspace(0, len(masking_i) - 1, 5).astype(int):
+        light = wi[above][number]
+        brute = light[2] / (2 * np.pi * (density * np.maximum(half @ light, 0)).mean())
+        assert masking_i[number] == pytest.approx(brute, rel=0.04)
+
+
+def test_a_diffuse_lobe_stands_on_its_tilted_normal(random):
+    wo, wi = direction(0.8), hemisphere(random, 1000)
+    normal = 0.6 * np.array([0, 0, 1]) + 0.4 * wo
+    normal /= np.linalg.norm(normal)
+    np.testing.assert_allclose(value("diffuse", shape(1, tilt=0.4), wo, wi), np.maximum(wi @ normal, 0) / np.pi)
+
+
+@pytest.mark.parametrize("kind", node_lobes.FACETS)
+def test_a_lobe_that_is_tilted_to_the_viewer_looks_back(random, kind):
+    wo, wi = direction(0.8), hemisphere(random, 20_000)
+    found = value(kind, shape(0.4, tilt=1.0), wo, wi)
+    assert wi[found.argmax()] @ wo > 0.99
+
+
+def test_anisotropy_turns_with_the_tangent(random):
+    wo, wi = direction(0.5), hemisphere(random, 500)
+    quarter = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    one = value("GGX", shape(0.5, anisotropy=0.5), wo, wi)
+    other = value("GGX", shape(0.5, anisotropy=0.5), quarter @ wo, wi @ quarter.T, tangent=(0.0, 1, 0))
+    np.testing.assert_allclose(one, other)
+
+
+@pytest.mark.parametrize("sigma", [0.1, 0.4, 1.0])
+def test_sheen_is_that_of_its_formula(random, sigma):
+    wo, wi = direction(1.0), hemisphere(random, 200)
+    found = value("sheen", shape(sigma), wo, wi)
+    for light, each in zip(wi, found, strict=True):
+        half = (light + wo) / np.linalg.norm(light + wo)
+        cotangent2 = half[2] ** 2 / (1 - half[2] ** 2)
+        density = np.exp(-cotangent2 / sigma ** 2) / (np.pi * sigma ** 2 * (1 - half[2] ** 2) ** 2)
+        masking = min(1, 2 * half[2] * wo[2] / (half @ light), 2 * half[2] * light[2] / (half @ light))
+        assert each == pytest.approx(density * masking / (4 * wo[2]), rel=1e-9, abs=1e-20)
