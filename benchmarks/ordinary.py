@@ -29,7 +29,7 @@ import bpy
 import numpy as np
 
 import fitter
-from fitter.cycles import stand_in
+from fitter.cycles.principled import principled as principled_of
 from support import checkout, stage, synthetic
 
 WIDTH, HEIGHT = 160, 135
@@ -277,10 +277,13 @@ def ways():
     fit = functools.cache(lambda name, preset: fitter.fit(samples(name), **fitter.PRESETS[preset]))
 
     def principled(name):
-        like = stand_in.principled(samples(name))
+        like = principled_of(fit(name, "Standard"))
         material, shader, surface = stage.blank_material(name, "ShaderNodeBsdfPrincipled")
         for socket, value in (("Base Color", (*like.base_color, 1)), ("Metallic", like.metallic),
-                              ("Roughness", like.roughness), ("Specular IOR Level", like.specular_level)):
+                              ("Roughness", like.roughness), ("Specular IOR Level", like.specular_level),
+                              ("Sheen Weight", like.sheen_weight), ("Sheen Tint", (*like.sheen_tint, 1)),
+                              ("Sheen Roughness", like.sheen_roughness), ("Coat Weight", like.coat_weight),
+                              ("Coat Roughness", like.coat_roughness)):
             shader.inputs[socket].default_value = value
         material.node_tree.links.new(shader.outputs[0], surface)
         return material

@@ -17,8 +17,9 @@ import numpy as np
 from ... import fitter
 from ...fitter import colours, formats, methods, pictures
 from ...fitter.arrays import FloatArray, SingleArray
-from ...fitter.cycles import stand_in
+from ...fitter.cycles import principled
 from ...fitter.cycles.bake import SHADER_VERSION, bake
+from ...fitter.cycles.principled_bsdf import Principled
 from ...fitter.cycles.unbake import unbake
 from ...fitter.methods import tolerance
 from ...fitter.model import fit_file
@@ -108,7 +109,7 @@ class Outcome(NamedTuple):
     fitted: Fitted
     source: str
     albedo: FloatArray
-    principled: stand_in.Principled
+    principled: Principled
 
 
 def read(path: str, sample: str | None, report: Report = silent, how: Arguments | None = None) -> Data:
@@ -175,7 +176,7 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
     report(0.1, "Fitting")
     key = measured.digest
     found = known[1] if known is not None and known[0] == key else fitted(samples, key, arguments)
-    return finish(samples, measured, found, report)
+    return finish(measured, found, report)
 
 
 def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: Report = silent,
@@ -215,7 +216,7 @@ def asset(path: str, sample: str | None, arguments: Arguments, folder: str, repo
         found = fitted(samples, measured.digest, arguments)
         keep.parent.mkdir(parents=True, exist_ok=True)
         found.fit.save(keep)
-    return finish(samples, measured, found, report), pictures.lit_sphere(found.fit, colours=samples.colours)
+    return finish(measured, found, report), pictures.lit_sphere(found.fit, colours=samples.colours)
 
 
 def fit_key(name: str, data_digest: str, arguments: Arguments) -> str:
@@ -253,12 +254,12 @@ def rebake(shaders: Sequence[tuple[str, float, _PassedOn]],
     return done
 
 
-def finish(samples: fitter.Samples, measured: Measured, found: Fitted, report: Report = silent) -> Outcome:
+def finish(measured: Measured, found: Fitted, report: Report = silent) -> Outcome:
     """Add to a fit what else a material needs."""
     report(0.6, "Writing the shader")
     source = bake(found.fit)
     report(0.9, "Matching the viewport colour")
-    return Outcome(measured, found, source, stand_in.albedo(found.fit), stand_in.principled(samples))
+    return Outcome(measured, found, source, principled.albedo(found.fit), principled.principled(found.fit))
 
 
 def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Report = silent) -> Fitted:

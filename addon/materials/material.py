@@ -20,7 +20,7 @@ from .properties import CHOICES, RESULTS, Choices
 if TYPE_CHECKING:
     from ...fitter import ErrorMetrics, Fit
     from ...fitter.arrays import FloatArray
-    from ...fitter.cycles.stand_in import Principled
+    from ...fitter.cycles.principled_bsdf import Principled
 
 
 class Measured(Protocol):

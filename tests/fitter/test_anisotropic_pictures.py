@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitter import pictures
-from fitter.cycles import stand_in
+from fitter.cycles.principled import albedo as albedo_of
 from fitter.quality import physics
 from fitter.report.baselines import anisotropic
 from fitter.samples import RGB, Samples, subset
@@ -73,7 +73,7 @@ def test_the_albedo_is_over_all_azimuths():
     random = np.random.default_rng(9)
     u_i, u_o, turn_i, turn_o = random.random((4, 1_000_000))
     value = FIT.evaluate(np.arcsin(np.sqrt(u_i)), 2 * np.pi * turn_i, np.arcsin(np.sqrt(u_o)), 2 * np.pi * turn_o)
-    np.testing.assert_allclose(stand_in.albedo(FIT), np.pi * value.mean(axis=0), rtol=0.02)
+    np.testing.assert_allclose(albedo_of(FIT), np.pi * value.mean(axis=0), rtol=0.02)
 
 
 @pytest.mark.parametrize(("kind", "name"), [("GGX", "brushed b"), ("Ward", "ward b")])

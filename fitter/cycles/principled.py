@@ -1,0 +1,297 @@
+"""What viewports and exporters show of a measured BRDF: its albedo, and the closest Principled BSDF."""
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..model import Reflectance, is_isotropic
+from .principled_bsdf import SHEEN_ROUGHNESS, Angles, Principled, angles
+
+_GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))        # azimuths that are multiples of it are spread evenly
+_VIEWS, _HALF, _AROUND = 8, 14, 6               # viewing angles, half angles and azimuths of half vectors
+_TURNS = 6                  # azimuths over which an anisotropic fit is averaged
+_HORIZON = 0.02             # cosine of the least elevation of the light
+_LAMP = np.radians(2)       # half angles that are smaller count less: lamps and pixels blur them
+_DARK = 0.02                # of the mean reflected radiance: errors of the cube root count less below
+_ALBEDO_WEIGHT = 2.0        # of errors of the albedo, over those of the reflectance
+_STARTS = np.geomspace(0.05, 1, 12)             # roughnesses from which a search may start,
+_LEVELS = 0.5, 0.1, 1.0     # specular levels,
+_SEARCHES = 2               # and from how many it goes on
+_FIRST_STEPS = 3
+_AS_GOOD = 1.01             # an error this much larger is
+_STEPS = 14
+_DIFFERENCE = 1e-3          # of a difference quotient
+_ENOUGH = 1e-3              # a step that makes the error smaller by less than this share is the last
+_FAR = np.radians(45)       # half angles, from which what is reflected is not a highlight,
+_STEEP = np.radians(60)     # of viewing angles, and of the light's, up to this
+_METAL_SHARE = 0.5          # a metal reflects at least this share of the light in a highlight,
+_METAL_ALBEDO = 0.07        # and this share of all light; most dielectrics reflect 0.04
+_METAL_LOSS = 1.5           # a metal whose error is larger by this than a dielectric's is none
+_LAYER_GAIN = 0.85          # a sheen or a coat must make the error this much smaller,
+_LEAST_GAIN = 0.003         # and by this
+
+# what is searched for: names of inputs, how many numbers each is, and their bounds
+_INPUTS = (("base_color", 3, 0.0, 1.0), ("roughness", 1, 0.04, 1.0), ("specular_level", 1, 0.0, 1.0),
+           ("sheen_tint", 3, 0.0, 1.0), ("sheen_roughness", 1, *SHEEN_ROUGHNESS),
+           ("coat_weight", 1, 0.0, 1.0), ("coat_roughness", 1, 0.04, 0.6))
+_METAL = ("base_color", "roughness")
+_DIELECTRIC = (*_METAL, "specular_level")
+_SHEEN = ("sheen_tint", "sheen_roughness")
+_COAT = ("coat_weight", "coat_roughness")
+
+
+class _Points(NamedTuple):
+    """Directions that are spread over both hemispheres, with more of them around the mirror direction.
+
+    Attributes
+    ----------
+    theta_i, phi, theta_o : (n,) float64
+        phi is the azimuth between the directions.
+    theta_h : (n,) float64
+        The half angle.
+    weight : (n,) float64
+        Of squared errors; the sum is 1.
+    share : (views, n) float64
+        The product of row v with the reflectance is the albedo for light from everywhere that viewing angle v sees.
+    """
+
+    theta_i: FloatArray
+    phi: FloatArray
+    theta_o: FloatArray
+    theta_h: FloatArray
+    weight: FloatArray
+    share: FloatArray
+
+
+class _Target(NamedTuple):
+    """What is fitted.
+
+    Attributes
+    ----------
+    at : Angles
+    cosine : (n, 1) float64
+        Of the angle of the light.
+    share : (views, n) float64
+        As in `_Points`.
+    root_weight : (n + views, 1) float64
+        Of errors of reflected radiance and of albedo.
+    albedo : (3,) float64
+        Its mean over the viewing angles.
+    mean : float
+        Mean reflected radiance.
+    metallic : bool
+        Whether it looks like a metal.
+    seen : (n + views, 3) float64
+        Reflected radiance and albedo, as `_seen` makes them.
+    """
+
+    at: Angles
+    cosine: FloatArray
+    share: FloatArray
+    root_weight: FloatArray
+    albedo: FloatArray
+    mean: float
+    metallic: bool
+    seen: FloatArray
+
+
+def albedo(fit: Reflectance, steps: int = 24) -> FloatArray:
+    """The bihemispherical albedo: the share of uniform light that is reflected, (3,) float64, in 0 to 1.
+
+    1 / pi times the integral of f cos(theta_i) cos(theta_o) over both hemispheres, by the midpoint rule in sin^2 theta
+    and azimuth; negative values count as 0. Linear, in the colour space of the fit.
+
+    Examples
+    --------
+    >>> from ..methods import prior
+    >>> albedo(prior.lambertian(np.array([[0.8 / np.pi]])), 4).round(9).tolist()
+    [0.8, 0.8, 0.8]
+    """
+    sin2 = (np.arange(steps) + 0.5) / steps
+    theta, azimuth = np.arcsin(np.sqrt(sin2)), (np.arange(steps) + 0.5) / steps * np.pi
+    theta_i, theta_o, phi = (grid.ravel() for grid in np.meshgrid(theta, theta, azimuth, indexing="ij"))
+    # light from all azimuths, and both turns: of an isotropic fit they make no difference
+    phi_i = np.arange(len(phi)) * _GOLDEN_ANGLE
+    phi_o = phi_i + np.where(np.arange(len(phi)) % 2, phi, -phi)
+    mean = np.maximum(fit.evaluate(theta_i, phi_i, theta_o, phi_o), 0).mean(axis=0)
+    return np.clip(np.broadcast_to(np.pi * mean, 3), 0, 1)
+
+
+def principled(fit: Reflectance) -> Principled:
+    """The Principled BSDF that is closest to a fit.
+
+    Least squares of the cube root of the reflected radiance, as eyes see it, and of the albedo for every view.
+    Directions are closer together around the mirror direction, because lamps make pictures bright there. It is a metal
+    where a highlight is most of what is reflected, and more than a dielectric's; it has sheen or a coat where the error
+    becomes clearly smaller by it.
+
+    Examples
+    --------
+    A Lambertian has its albedo as base colour, and nothing else:
+
+    >>> from ..methods import prior
+    >>> found = principled(prior.lambertian(np.array([[0.8 / np.pi]])))
+    >>> found.base_color.round(2).tolist(), found.metallic, found.sheen_weight, found.coat_weight
+    ([0.8, 0.8, 0.8], 0.0, 0.0, 0.0)
+    """
+    target = _target(fit)
+    plain = _plain(0.0, _DIELECTRIC, target)
+    best = _best([_with_sheen(plain, target), _with_coat(plain, _DIELECTRIC, target)])
+    if target.metallic:
+        metal = _with_coat(_plain(1.0, _METAL, target), _METAL, target)
+        best = metal if metal.error < _METAL_LOSS * best.error else best
+    found = best.inputs
+    # without a highlight any roughness is as good; others than Blender may show one
+    dull = replace(found, roughness=1.0)
+    return dull if _error(dull, target) < _AS_GOOD * _error(found, target) else found
+
+
+def error(fit: Reflectance, close: Principled) -> float:
+    """The error that `principled` makes small: the root of the mean square, relative to the mean's cube root."""
+    return _error(close, _target(fit))
+
+
+def _points() -> _Points:
+    sin2 = (np.arange(_VIEWS) + 0.5) / _VIEWS
+    even = (np.arange(_HALF) + 0.5) / _HALF
+    azimuth = (np.arange(_AROUND) + 0.5) / _AROUND * np.pi
+    view, spread, phi_h = (grid.ravel() for grid in np.meshgrid(np.arange(_VIEWS), even, azimuth, indexing="ij"))
+    sin_o, cos_o = np.sqrt(sin2[view]), np.sqrt(1 - sin2[view])
+    theta_h = np.pi / 2 * spread ** 2
+    h = np.stack([np.sin(theta_h) * np.cos(phi_h), np.sin(theta_h) * np.sin(phi_h), np.cos(theta_h)])
+    cos_d = h[0] * sin_o + h[2] * cos_o
+    x, y, z = 2 * cos_d * h - np.stack([sin_o, 0 * sin_o, cos_o])
+    above = (z > _HORIZON) & (cos_d > 0)
+    # solid angle of the light: 4 cos(theta_d) times that of the half vector
+    solid_angle = z * cos_d * np.sin(theta_h) * spread
+    share = np.where(view == np.arange(_VIEWS)[:, None], solid_angle, 0)[:, above]
+    share *= np.pi / share.sum(axis=1, keepdims=True)           # all light, of a Lambertian
+    theta_i, phi, theta_o, theta_h = (angle[above] for angle in (np.arccos(np.minimum(z, 1)), np.arctan2(y, x),
+                                                                 np.arcsin(sin_o), theta_h))
+    weight = theta_h / (theta_h + _LAMP)
+    return _Points(theta_i, phi, theta_o, theta_h, weight / weight.sum(), share)
+
+
+def _target(fit: Reflectance) -> _Target:
+    points = _points()
+    at = angles(points.theta_i, 0 * points.phi, points.theta_o, points.phi)
+    if is_isotropic(fit):
+        values = np.maximum(fit.evaluate(points.theta_i, 0 * points.phi, points.theta_o, points.phi), 0)
+    else:
+        number = np.arange(len(points.phi))
+        phi_i = number * _GOLDEN_ANGLE + np.arange(_TURNS)[:, None] * 2 * np.pi / _TURNS
+        turned = np.where((number + np.arange(_TURNS)[:, None]) % 2, points.phi, -points.phi)
+        values = np.maximum(fit.evaluate(points.theta_i, phi_i, points.theta_o, phi_i + turned), 0).mean(axis=0)
+    values = np.array(np.broadcast_to(values, (len(points.phi), 3)))
+    cosine = at.cos_i[:, None]
+    mean = max(float((points.share @ values).mean()) / np.pi, 1e-9)
+    weight = np.concatenate([points.weight, np.full(_VIEWS, _ALBEDO_WEIGHT / _VIEWS)]) / 3
+    found = _Target(at, cosine, points.share, np.sqrt(weight)[:, None], (points.share @ values).mean(axis=0), mean,
+                    _looks_metallic(values, points), values)
+    return found._replace(seen=_seen(values, found))
+
+
+def _looks_metallic(values: FloatArray, points: _Points) -> bool:
+    """Whether most of the light, and more than a dielectric's surface can reflect, is reflected in a highlight."""
+    far = (points.theta_h > _FAR) & (np.maximum(points.theta_i, points.theta_o) < _STEEP)
+    steep = points.share[np.sqrt((np.arange(_VIEWS) + 0.5) / _VIEWS) < np.sin(_STEEP)]
+    reflected = float((steep @ values).mean())
+    highlight = reflected - np.pi * float(np.median(values[far], axis=0).mean())
+    return highlight > max(_METAL_ALBEDO, _METAL_SHARE * reflected)
+
+
+def _seen(values: FloatArray, target: _Target) -> FloatArray:
+    """Cube roots of reflected radiance and of albedo, (n + views, 3), weighted so that they can be subtracted."""
+    radiance, reflected = values * target.cosine, target.share @ values / np.pi
+    return np.asarray(np.cbrt(np.concatenate([radiance, reflected]) / target.mean + _DARK) * target.root_weight)
+
+
+def _residuals(inputs: Principled, target: _Target) -> FloatArray:
+    return (_seen(inputs.at(target.at), target) - target.seen).ravel()
+
+
+def _error(inputs: Principled, target: _Target) -> float:
+    return float(np.linalg.norm(_residuals(inputs, target)))
+
+
+class _Found(NamedTuple):
+    """What a search found: the error, and the inputs."""
+
+    error: float
+    inputs: Principled
+
+
+def _plain(metallic: float, names: tuple[str, ...], target: _Target) -> _Found:
+    """The closest BSDF without sheen and coat, from the best of many starts."""
+    color = np.clip(target.albedo, 0.02, 0.98)
+    starts = [Principled(color, roughness, metallic, level) for roughness in _STARTS
+              for level in (_LEVELS if "specular_level" in names else _LEVELS[:1])]
+    starts.sort(key=lambda start: _error(start, target))
+    return _search_from(starts[:2 * _SEARCHES], names, target)
+
+
+def _with_sheen(plain: _Found, target: _Target) -> _Found:
+    """A BSDF with sheen, if that is clearly closer, or the one without."""
+    tint = np.full(3, 0.1)
+    starts = [replace(plain.inputs, sheen_tint=tint, sheen_roughness=roughness) for roughness in (0.3, 0.6)]
+    return _closer(plain, _search_from(starts, (*_DIELECTRIC, *_SHEEN), target))
+
+
+def _with_coat(plain: _Found, names: tuple[str, ...], target: _Target) -> _Found:
+    """A BSDF with a coat, if that is clearly closer, or the one without."""
+    rough = plain.inputs.roughness
+    starts = [replace(plain.inputs, roughness=under, coat_weight=weight, coat_roughness=over)
+              for under in ((rough + 1) / 2, 0.8, 0.4) for over, weight in ((rough, 0.5), (0.2, 0.5), (0.05, 0.1))]
+    return _closer(plain, _search_from(starts, (*names, *_COAT), target))
+
+
+def _best(found: list[_Found]) -> _Found:
+    return min(found, key=lambda each: each.error)
+
+
+def _closer(plain: _Found, layered: _Found) -> _Found:
+    return layered if layered.error < min(_LAYER_GAIN * plain.error, plain.error - _LEAST_GAIN) else plain
+
+
+def _search_from(starts: list[Principled], names: tuple[str, ...], target: _Target) -> _Found:
+    """The closest BSDF near several starts: a few steps from each, and more from where the best of them end."""
+    near = sorted((_search(start, names, target, _FIRST_STEPS) for start in starts), key=lambda found: found.error)
+    return _best([_search(found.inputs, names, target, _STEPS) for found in near[:_SEARCHES]])
+
+
+def _search(start: Principled, names: tuple[str, ...], target: _Target, steps: int) -> _Found:
+    """The closest BSDF near a start, by the steps of K. Levenberg and D. W. Marquardt within bounds."""
+    chosen = [(name, size, lower, upper) for name, size, lower, upper in _INPUTS if name in names]
+    lower, upper = (np.concatenate([np.full(size, bounds[k]) for _, size, *bounds in chosen]) for k in (0, 1))
+
+    def inputs(x: FloatArray) -> Principled:
+        parts = np.split(x, np.cumsum([size for _, size, _, _ in chosen])[:-1])
+        values: dict[str, Any] = {name: part if size > 1 else float(part[0])
+                                  for (name, size, _, _), part in zip(chosen, parts, strict=True)}
+        return replace(start, **values)
+
+    x = np.clip(np.concatenate([np.ravel(getattr(start, name)) for name, *_ in chosen]), lower, upper)
+    residuals, damping = _residuals(inputs(x), target), 1e-2
+    error = residuals @ residuals
+    for _ in range(steps):
+        away = np.where(x + _DIFFERENCE > upper, -_DIFFERENCE, _DIFFERENCE)
+        slopes = np.stack([(_residuals(inputs(x + step), target) - residuals) for step in np.diag(away)], axis=1) / away
+        normal, right = slopes.T @ slopes, slopes.T @ residuals
+        before = error
+        for _ in range(4):
+            # an input at a bound that it would cross stays there
+            free = ~((x <= lower) & (right > 0) | (x >= upper) & (right < 0))
+            step = np.zeros(len(x))
+            damped = normal + damping * np.diag(np.diag(normal) + 1e-9)
+            step[free] = np.linalg.solve(damped[np.ix_(free, free)], -right[free])
+            tried = np.clip(x + step, lower, upper)
+            there = _residuals(inputs(tried), target)
+            if there @ there < error:
+                x, residuals, error, damping = tried, there, there @ there, damping / 5
+                break
+            damping *= 8
+        if error > (1 - _ENOUGH) * before:
+            break
+    return _Found(float(np.sqrt(error)), inputs(x))

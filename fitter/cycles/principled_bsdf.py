@@ -1,0 +1,229 @@
+"""Blender's Principled BSDF as a reflectance: what its inputs mean, so that they can be fitted.
+
+As Cycles of Blender 4 and 5 evaluates the node: a sheen (T. Zeltner, B. Burley, M. J.-Y. Chiang: Practical
+Multiple-Scattering Sheen Using Linearly Transformed Cosines, SIGGRAPH Talks 2022) over a coat over a metal mixed with a
+dielectric over a Lambertian. Coat, metal and dielectric are microfacets of T. S. Trowbridge, K. P. Reitz: Average
+Irregularity Representation of a Rough Surface for Ray Reflection, 1975, with the height-correlated masking of
+E. Heitz: Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, JCGT 3(2), 2014; what metal and
+dielectric lose between microfacets is added in proportion (C. Kulla, A. Conty: Revisiting Physically Based Shading at
+Imageworks, SIGGRAPH Course 2017). Each layer lets through what the largest channel of its albedo leaves.
+
+Other inputs have the values of a new node; the index of refraction is 1.5.
+"""
+
+import functools
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import ArrayLike, FloatArray
+from ..model import microfacet
+
+DIELECTRIC = 0.04           # reflectance at normal incidence of the index of refraction 1.5: a specular level of 0.5
+_COAT_IOR = 1.5
+
+# A sheen's transformation of a cosine lobe, the entries a and b, and its albedo, at a roughness (rows) and a cosine of
+# the viewing angle (columns). Measured on spheres that Cycles 5.0 rendered
+_SHEEN_ROUGHNESS = np.array([0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0])
+_SHEEN_COSINE = np.array([0.05, 0.12, 0.25, 0.4, 0.55, 0.7, 0.85, 0.97])
+_SHEEN_A = np.array([
+    (.090, .121, .145, .170, .200, .241, .297, .361),
+    (.141, .195, .247, .275, .297, .324, .362, .411),
+    (.205, .261, .328, .366, .391, .415, .447, .482),
+    (.280, .337, .408, .453, .481, .506, .533, .560),
+    (.367, .426, .497, .546, .577, .601, .623, .641),
+    (.577, .632, .689, .723, .745, .761, .775, .784),
+    (.759, .796, .833, .854, .865, .872, .876, .879)])
+_SHEEN_B = np.array([
+    (-.060, -.013, -.011, -.020, -.033, -.040, -.040, -.021),
+    (-.129, -.051, -.021, -.021, -.029, -.038, -.044, -.025),
+    (-.162, -.113, -.047, -.034, -.034, -.037, -.039, -.022),
+    (-.170, -.142, -.094, -.057, -.046, -.042, -.038, -.020),
+    (-.162, -.147, -.114, -.086, -.065, -.050, -.039, -.018),
+    (-.108, -.103, -.090, -.077, -.066, -.053, -.038, -.015),
+    (.000, .000, .000, .000, .000, .000, .000, .000)])
+_SHEEN_ALBEDO = np.array([
+    (.485, .242, .042, .005, .001, .000, .000, .000),
+    (.567, .390, .165, .049, .014, .005, .002, .001),
+    (.604, .473, .280, .133, .058, .025, .011, .006),
+    (.625, .525, .367, .223, .127, .069, .037, .022),
+    (.642, .564, .435, .304, .204, .132, .084, .056),
+    (.679, .628, .540, .441, .354, .282, .223, .185),
+    (.725, .688, .620, .544, .478, .423, .379, .349)])
+SHEEN_ROUGHNESS = float(_SHEEN_ROUGHNESS[0]), float(_SHEEN_ROUGHNESS[-1])      # that the table covers
+
+
+class Angles(NamedTuple):
+    """What the BSDF depends on, each (n,) float64."""
+
+    cos_i: FloatArray
+    cos_o: FloatArray
+    cos2_h: FloatArray
+    """Squared cosine of the half angle."""
+    cos_d: FloatArray
+    """Cosine of the difference angle."""
+    toward: FloatArray
+    """The component of the direction of the light, along the surface, toward the viewer."""
+
+
+@dataclass(frozen=True)
+class Principled:
+    """Inputs of a Principled BSDF.
+
+    Attributes
+    ----------
+    base_color : (3,) float64
+        Linear, in the colour space of what it was fitted to, as all colours here.
+    roughness, metallic : float
+    specular_level : float
+        0.5 for a reflectance of 4 % at normal incidence.
+    sheen_tint : (3,) float64
+        Scaled by the weight, which is 1, or 0 without sheen: exporters to glTF write the tint alone.
+    sheen_roughness : float
+    coat_weight, coat_roughness : float
+
+    Examples
+    --------
+    Without a specular level, it is a Lambertian:
+
+    >>> white = Principled(np.full(3, 0.8), 0.5, 0.0, 0.0)
+    >>> (np.pi * white.evaluate(0.3, 0, 1.0, 2)).round(6).tolist()
+    [0.8, 0.8, 0.8]
+    """
+
+    base_color: FloatArray
+    roughness: float
+    metallic: float
+    specular_level: float
+    sheen_tint: FloatArray = field(default_factory=lambda: np.zeros(3))
+    sheen_roughness: float = 0.5
+    coat_weight: float = 0.0
+    coat_roughness: float = 0.03
+
+    @property
+    def sheen_weight(self) -> float:
+        """1 with sheen, else 0."""
+        return float((self.sheen_tint > 0).any())
+
+    def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
+        """The BRDF, 1/sr, without the cosine: angles broadcast to (...), radians, to (..., 3) float64.
+
+        Like Cycles' it is not reciprocal: layers are weighted by what they reflect to the viewer, direction o.
+        """
+        shape = np.broadcast_shapes(*(np.shape(angle) for angle in (theta_i, phi_i, theta_o, phi_o)))
+        flat = (np.broadcast_to(np.asarray(angle, dtype=float), shape).ravel()
+                for angle in (theta_i, phi_i, theta_o, phi_o))
+        return self.at(angles(*flat)).reshape(*shape, 3)
+
+    def at(self, at: Angles) -> FloatArray:
+        """The BRDF, 1/sr: (n, 3) float64."""
+        through = np.ones(len(at.cos_i))
+        total = np.zeros((len(at.cos_i), 3))
+        if self.sheen_weight:
+            value, albedo = _sheen(self.sheen_roughness, at)
+            total += value[:, None] * self.sheen_tint
+            through = through * (1 - albedo * self.sheen_tint.max())
+        if self.coat_weight > 0:
+            f0 = ((_COAT_IOR - 1) / (_COAT_IOR + 1)) ** 2
+            total += (through * self.coat_weight * _lobe(self.coat_roughness, at) * _fresnel(at.cos_d, f0))[:, None]
+            through = through * (1 - self.coat_weight * _fresnel(at.cos_o, f0))
+        if self.metallic > 0:
+            total += (through * self.metallic)[:, None] * self._metal(at)
+        if self.metallic < 1:
+            total += (through * (1 - self.metallic))[:, None] * self._dielectric(at)
+        return total
+
+    def _metal(self, at: Angles) -> FloatArray:
+        fresnel = self.base_color + (1 - self.base_color) * ((1 - at.cos_d) ** 5)[:, None]
+        between = _between(self.roughness, at.cos_o, self.base_color + (1 - self.base_color) / 21)
+        return _lobe(self.roughness, at)[:, None] * fresnel * between
+
+    def _dielectric(self, at: Angles) -> FloatArray:
+        f0 = 2 * DIELECTRIC * self.specular_level
+        whole, grazing, _ = _reflected(self.roughness, at.cos_o)
+        between = _between(self.roughness, at.cos_o, np.array([f0 + (1 - f0) / 21]))[:, 0] if f0 > 0 else 1.0
+        lobe = _lobe(self.roughness, at) * _fresnel(at.cos_d, f0) * between
+        left = 1 - between * (f0 * whole + (1 - f0) * grazing) if f0 > 0 else np.ones(len(at.cos_o))
+        return lobe[:, None] + left[:, None] * self.base_color / np.pi
+
+
+def angles(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray) -> Angles:
+    """What the BSDF depends on: angles of (n,), radians."""
+    found = microfacet.geometry(theta_i, phi_i, theta_o, phi_o)
+    return Angles(found.cos_i, found.cos_o, 1 / (1 + found.tan2_h), found.cos_d,
+                  np.sin(theta_i) * np.cos(phi_i - phi_o))
+
+
+def _lobe(roughness: float, at: Angles) -> FloatArray:
+    """Microfacets that reflect all light, 1/sr: (n,)."""
+    a2 = max(roughness, 1e-2) ** 4
+    distribution = a2 / (np.pi * (at.cos2_h * (a2 - 1) + 1) ** 2)
+    return np.asarray(distribution * 0.5 / (at.cos_o * np.sqrt(a2 + (1 - a2) * at.cos_i ** 2)
+                                            + at.cos_i * np.sqrt(a2 + (1 - a2) * at.cos_o ** 2)))
+
+
+def _fresnel(cosine: FloatArray, f0: float) -> FloatArray:
+    """Fresnel's reflectance of a dielectric that has f0 at normal incidence."""
+    if f0 <= 0:
+        return np.zeros_like(cosine)
+    ior = (1 + np.sqrt(f0)) / (1 - np.sqrt(f0))
+    g = np.sqrt(ior ** 2 - 1 + cosine ** 2)
+    return np.asarray(0.5 * ((g - cosine) / (g + cosine)) ** 2
+                      * (1 + ((cosine * (g + cosine) - 1) / (cosine * (g - cosine) + 1)) ** 2))
+
+
+def _between(roughness: float, cos_o: FloatArray, fresnel: FloatArray) -> FloatArray:
+    """By how much light reflected repeatedly brightens microfacets of a mean Fresnel term: (n, channels)."""
+    whole, _, mean = _reflected(roughness, cos_o)
+    again = fresnel * mean / (1 - fresnel * (1 - mean))
+    return np.asarray(1 + ((1 - whole) / whole)[:, None] * again)
+
+
+def _reflected(roughness: float, cos_o: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Albedo of microfacets with a Fresnel term of 1 and of (1 - cos theta_d)^5, (n,) each; the mean of the first."""
+    rows, cosines, whole, grazing = _reflected_table()
+    k, t = _between_rows(roughness, rows)
+    row, row_grazing = ((1 - t) * table[k] + t * table[k + 1] for table in (whole, grazing))
+    mean = 2 * float((row * cosines).mean())
+    return np.interp(cos_o, cosines, row), np.interp(cos_o, cosines, row_grazing), mean
+
+
+@functools.cache
+def _reflected_table() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Roughnesses (r,), cosines (c,), and the albedos of `_reflected`, (r, c).
+
+    By E. Heitz: Sampling the GGX Distribution of Visible Normals, JCGT 7(4), 2018, at the points of a regular grid.
+    """
+    rows, cosines = np.linspace(0, 1, 15), (np.arange(16) + 0.5) / 16
+    alpha, cos_o, u, v = np.meshgrid(np.maximum(rows, 0.05) ** 2, cosines, (np.arange(24) + 0.5) / 24,
+                                     (np.arange(24) + 0.5) / 24, indexing="ij")
+    sin_o = np.sqrt(1 - cos_o ** 2)
+    x, z = alpha * sin_o, cos_o
+    x, z = x / np.hypot(x, z), z / np.hypot(x, z)
+    across, along = np.sqrt(u) * np.cos(2 * np.pi * v), np.sqrt(u) * np.sin(2 * np.pi * v)
+    along = (1 - z) / 2 * np.sqrt(1 - across ** 2) + (1 + z) / 2 * along
+    up = np.sqrt(np.maximum(1 - across ** 2 - along ** 2, 0))
+    normal = np.stack([alpha * (-z * along + x * up), alpha * across, np.maximum(x * along + z * up, 1e-9)])
+    normal /= np.linalg.norm(normal, axis=0)
+    cos_d = normal[0] * sin_o + normal[2] * cos_o
+    cos_i = 2 * cos_d * normal[2] - cos_o
+    shadow = [np.sqrt(1 + alpha ** 2 * (1 / np.maximum(cosine, 1e-9) ** 2 - 1)) for cosine in (cos_o, cos_i)]
+    seen = np.where(cos_i > 0, (1 + shadow[0]) / (shadow[0] + shadow[1]), 0)
+    return rows, cosines, seen.mean(axis=(2, 3)), (seen * (1 - np.clip(cos_d, 0, 1)) ** 5).mean(axis=(2, 3))
+
+
+def _sheen(roughness: float, at: Angles) -> tuple[FloatArray, FloatArray]:
+    """A white sheen, 1/sr, and its albedo: (n,) and (n,)."""
+    k, t = _between_rows(roughness, _SHEEN_ROUGHNESS)
+    a, b, albedo = (np.interp(at.cos_o, _SHEEN_COSINE, (1 - t) * table[k] + t * table[k + 1])
+                    for table in (_SHEEN_A, _SHEEN_B, _SHEEN_ALBEDO))
+    sin2 = 1 - at.cos_i ** 2
+    length2 = a ** 2 * sin2 + 2 * a * b * at.toward * at.cos_i + (1 + b ** 2) * at.cos_i ** 2
+    return albedo / np.pi * (a / length2) ** 2, albedo
+
+
+def _between_rows(value: float, rows: FloatArray) -> tuple[int, float]:
+    """The row before a value, and the share of the next."""
+    k = int(np.clip(np.searchsorted(rows, value) - 1, 0, len(rows) - 2))
+    return k, float(np.clip((value - rows[k]) / (rows[k + 1] - rows[k]), 0, 1))
