@@ -1,0 +1,74 @@
+"""The surface of a measured material in other programs: a Principled BSDF that exporters find, and renderers never see.
+
+It has a Material Output of its own, for all renderers. Cycles and EEVEE prefer the outputs that are made for them, and
+whoever asks for any output gets this one: MaterialX, and glTF, which takes the active output. USD takes the first
+Principled BSDF of a material, OBJ and FBX one that is linked to an output. None looks for it inside of a group.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from ...fitter.colours import DEFAULT, conversion
+from ..annotations import present
+from .reading import scene_colours
+
+if TYPE_CHECKING:
+    from ...fitter.arrays import FloatArray
+    from .material import Outcome
+
+NAME = "Measured BRDF Export"
+_FORMER = "Measured BRDF Fallback"      # the Principled BSDF that version 0.1.0 made for EEVEE
+
+
+def update(material: bpy.types.Material, outcome: Outcome) -> None:
+    """Set the Principled BSDF that is exported, with an output of its own, to the closest one to the data.
+
+    The material must have outputs for Cycles and for EEVEE. One for all renderers that the user has made stays as it
+    is, and is what is exported.
+    """
+    node = _node(present(material.node_tree))
+    if node is None:
+        return
+    close = outcome.principled
+    for name, value in (("Base Color", _as_shown(outcome, close.base_color)), ("Metallic", close.metallic),
+                        ("Roughness", close.roughness), ("Specular IOR Level", close.specular_level),
+                        ("Sheen Weight", close.sheen_weight), ("Sheen Roughness", close.sheen_roughness),
+                        ("Sheen Tint", _as_shown(outcome, close.sheen_tint)), ("Coat Weight", close.coat_weight),
+                        ("Coat Roughness", close.coat_roughness)):
+        node.inputs[name].default_value = value
+
+
+def shown(outcome: Outcome, color: FloatArray) -> FloatArray:
+    """A colour of an outcome, (3,), in the space of the open file, as Blender takes it: libraries may have another."""
+    return np.clip(conversion(outcome.measured.colours, scene_colours() or DEFAULT) @ color, 0, 1)
+
+
+def _as_shown(outcome: Outcome, color: FloatArray) -> tuple[float, ...]:
+    return *shown(outcome, color), 1.0
+
+
+def _node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
+    """The Principled BSDF to set, which is made where there is none; None if the user exports something else."""
+    for name in (NAME, _FORMER):
+        node = tree.nodes.get(name)
+        if node is not None and node.bl_idname == "ShaderNodeBsdfPrincipled":
+            break
+    else:
+        node = None
+    outputs = [each for each in tree.nodes if each.type == "OUTPUT_MATERIAL"]
+    if any(each.target == "ALL" for each in outputs):
+        return node
+    right = max((each.location.x for each in outputs), default=0)
+    below = min((each.location.y for each in outputs), default=0) - 180
+    if node is None:
+        node = tree.nodes.new("ShaderNodeBsdfPrincipled")
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    node.name = node.label = output.name = output.label = NAME
+    output.location, node.location = (right, below), (right - 260, below)
+    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+    output.is_active_output = True
+    return node
