@@ -67,7 +67,7 @@ def _node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
     if node is None:
         node = tree.nodes.new("ShaderNodeBsdfPrincipled")
     output = tree.nodes.new("ShaderNodeOutputMaterial")
-    node.name = node.label = output.name = output.label = NAME
+    node.name = node.label = output.label = NAME
     output.location, node.location = (right, below), (right - 260, below)
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
     output.is_active_output = True
