@@ -117,6 +117,11 @@ LEAST_DISTANCE = 1e-6
 MAX_LOBES = 4
 # ... this many in the mean: each costs evaluations of the fit, and one more closure for Cycles.
 SAMPLED_LOBES = 2
+# Both where few closures fit: on GPUs, all closures of a point share 1024 bytes.
+FRUGAL_LOBES = 1
+# One less the cosine of the angle to which a lobe reaches, in the square of its lamp's radius: 2 is twice the radius,
+# where a lobe has fallen below 1e-5.
+LOBE_REACH = 2.0
 # Below this angular radius, that of the sun, the fit counts as constant over a lamp, and its lobe alone renders it,
 # since sampled directions would seldom hit it; at a larger one directions are sampled.
 SMALL_LAMP_RADIUS = 0.005

@@ -5,9 +5,9 @@
 #define LOBE_FLAT (LOBE_EDGE_KNOT / LAST_KNOT)      /* a lobe is flat where it has not fallen further */
 
 struct LampLobes {
-  vector axis[MAX_LOBES];
-  float exponent[MAX_LOBES];
-  color height[MAX_LOBES];              /* of the value along the axis */
+  vector axis[MAX_LAMPS];
+  float exponent[MAX_LAMPS];
+  color height[MAX_LAMPS];              /* of the value along the axis */
   int count;
 };
 
@@ -97,37 +97,93 @@ color fit_at_lamp(FIT_PARAMETERS, float MISSING[], MixtureView view, vector l, i
   return fitted;
 }
 
-/* The lobes at the lamps. Of many lamps, systematic sampling takes some, in proportion to their light; the height of a
- * lobe is divided by the expected number of times that its lamp is taken. No lobe takes more than there is: where the
- * mixture exceeds the fit, only that of a small lamp subtracts, since elsewhere the mixture may soon be less; or as
- * much as the mixture was raised by. */
-void fit_lamp_lobes(FIT_PARAMETERS, float MIXTURE[], float MISSING[], float FLAT_RAMP[], MixtureView view,
-                    LampList lamps, int mixture, int exact, point seed, output LampLobes lobes)
+/* Whether a lamp has a lobe. */
+int has_lobe(LampList lamps, int lamp)
 {
-  lobes.count = 0;
+  return lamps.radius[lamp] < MAX_LOBE_RADIUS && lamps.direction[lamp][2] > HORIZON;
+}
+
+/* Take some of the lamps by systematic sampling, in proportion to their light. `times` is what a lamp's lobe is
+ * multiplied by: how often the lamp is taken, over how often that is expected. Where few closures fit, no light is left
+ * to lamps that have no lobe. */
+void sample_lobes(LampList lamps, int frugal, point seed, output float times[MAX_LAMPS])
+{
   float all_light = 0.0;
   for (int i = 0; i < lamps.count; i++) {
-    all_light += lamps.light[i];
+    times[i] = frugal ? lamps.light[i] * has_lobe(lamps, i) : lamps.light[i];
+    all_light += times[i];
   }
-  float stride = all_light / SAMPLED_LOBES;
+  int room = frugal ? FRUGAL_LOBES : SAMPLED_LOBES + 1;
+  float stride = all_light / (frugal ? FRUGAL_LOBES : SAMPLED_LOBES);
   float next = stride * random(seed, RANDOM_LOBES);
   float passed = 0.0;
   for (int i = 0; i < lamps.count; i++) {
-    vector l = lamps.direction[i];
-    float radius = lamps.radius[i];
-    float times = radius < MAX_LOBE_RADIUS && l[2] > HORIZON;
-    if (lamps.count > MAX_LOBES) {
-      float taken = 0.0;
-      passed += lamps.light[i];
-      while (passed > next && lobes.count + taken < SAMPLED_LOBES + 1) {
-        taken += 1.0;
-        next += stride;
-      }
-      times *= taken * stride / lamps.light[i];
+    float taken = 0.0;
+    passed += times[i];
+    while (passed > next && room > 0) {
+      taken += 1.0;
+      next += stride;
+      room--;
     }
-    if (times == 0.0) {
+    times[i] = has_lobe(lamps, i) * taken * stride / lamps.light[i];
+  }
+}
+
+/* Whether the lobe of a lamp reaches any of the lamps behind it in the list that are `needed`. */
+int reaches_needed(LampList lamps, int lamp, int needed[MAX_LAMPS])
+{
+  float radius = max(lamps.radius[lamp], MIN_LOBE_RADIUS);
+  for (int i = lamp + 1; i < lamps.count; i++) {
+    if (needed[i] && 1.0 - dot(lamps.direction[lamp], lamps.direction[i]) < LOBE_REACH * radius * radius) {
+      return 1;
+    }
+  }
+  return 0;
+}
+
+/* The lobes whose heights are needed: of the lamps that are taken, and of those whose lobes reach them. */
+void needed_lobes(LampList lamps, float times[MAX_LAMPS], output int needed[MAX_LAMPS])
+{
+  for (int i = lamps.count - 1; i >= 0; i--) {
+    needed[i] = times[i] > 0.0 || (has_lobe(lamps, i) && reaches_needed(lamps, i, needed));
+  }
+}
+
+/* Leave only the lobes of the lamps that were taken. */
+void keep_taken(float times[MAX_LAMPS], output LampLobes lobes)
+{
+  int kept = 0;
+  for (int i = 0; i < lobes.count; i++) {
+    if (times[i] > 0.0) {
+      lobes.axis[kept] = lobes.axis[i];
+      lobes.exponent[kept] = lobes.exponent[i];
+      lobes.height[kept] = times[i] * lobes.height[i];
+      kept++;
+    }
+  }
+  lobes.count = kept;
+}
+
+/* The lobes at the lamps, or at some of many. No lobe takes more than there is: where the mixture exceeds the fit, only
+ * that of a small lamp subtracts, since elsewhere the mixture may soon be less; or as much as the mixture was raised
+ * by. */
+void fit_lamp_lobes(FIT_PARAMETERS, float MIXTURE[], float MISSING[], float FLAT_RAMP[], MixtureView view,
+                    LampList lamps, int mixture, int exact, int frugal, point seed, output LampLobes lobes)
+{
+  int sampled = lamps.count > most_lobes(frugal);
+  float times[MAX_LAMPS];
+  int needed[MAX_LAMPS];
+  if (sampled) {
+    sample_lobes(lamps, frugal, seed, times);
+    needed_lobes(lamps, times, needed);
+  }
+  lobes.count = 0;
+  for (int i = 0; i < lamps.count; i++) {
+    if (sampled ? !needed[i] : !has_lobe(lamps, i)) {
       continue;
     }
+    vector l = lamps.direction[i];
+    float radius = lamps.radius[i];
     int small = radius < SMALL_LAMP_RADIUS;
     color mixed = 0.0;
     if (mixture || !raytype("camera")) {
@@ -148,14 +204,18 @@ void fit_lamp_lobes(FIT_PARAMETERS, float MIXTURE[], float MISSING[], float FLAT
     vector half = view.wo + axis;
     lobes.axis[lobes.count] = axis;
     lobes.exponent[lobes.count] = lobe_exponent(radius);
-    lobes.height[lobes.count] = times * height * dot(half, axis) / dot(half, l);
+    lobes.height[lobes.count] = height * dot(half, axis) / dot(half, l);
+    times[lobes.count] = times[i];
     lobes.count++;
+  }
+  if (sampled) {
+    keep_taken(times, lobes);
   }
 }
 
 /* A lobe is picked about as often as it reflects light, and hardly ever where that is little: Cycles finds lamps by
  * sampling them. */
-closure color lamp_lobe_closures(float FLAT_RAMP[], LampLobes lobes, ShadingFrame frame)
+closure color lamp_lobe_closures(float FLAT_RAMP[], LampLobes lobes, ShadingFrame frame, color tint)
 {
   closure color sum = 0;
   for (int i = 0; i < lobes.count; i++) {
@@ -168,7 +228,8 @@ closure color lamp_lobe_closures(float FLAT_RAMP[], LampLobes lobes, ShadingFram
     for (int j = 0; j < KNOTS; j++) {
       ramp[j] = FLAT_RAMP[j] * top;
     }
-    sum += weight * phong_ramp(to_world(frame, half), lobes.exponent[i], ramp);
+    color tinted = weight * tint;
+    sum += tinted * phong_ramp(to_world(frame, half), lobes.exponent[i], ramp);
   }
   return sum;
 }

@@ -42,6 +42,12 @@ float lobe_exponent(float radius)
   return log(LOBE_EDGE_KNOT / (KNOTS - 1.0)) / log(cos(clamp(radius, MIN_LOBE_RADIUS, MAX_LOBE_RADIUS)));
 }
 
+/* Up to how many lamps each have a lobe; of more, some are taken at random. */
+int most_lobes(int frugal)
+{
+  return frugal ? FRUGAL_LOBES : MAX_LOBES;
+}
+
 /* Directions about the lamps that are not small. About each, the density is in proportion to
  * cos(angle from its middle) ^ exponent: it follows the lamp's lobe, which reaches beyond its edge. */
 

@@ -167,8 +167,11 @@ void ramp_colors(float MIXTURE[], int first, color scale, output color ramp[KNOT
 }
 
 /* The mixture, for Cycles to evaluate and to sample. Its closure weights add to about `share` of the albedo, which they
- * tell a denoiser. That of a microfacet lobe is its value, so that the others make up for it. */
-closure color mixture_closures(float MIXTURE[], MixtureView view, ShadingFrame frame, float share)
+ * tell a denoiser, times the tint. That of a microfacet lobe is its value, so that the others make up for it.
+ *
+ * Here and elsewhere a variable for the weight stands before each closure: OSL makes such a weight a part of its
+ * closure, and any other a closure of its own, for which GPUs have little room. */
+closure color mixture_closures(float MIXTURE[], MixtureView view, ShadingFrame frame, float share, color tint)
 {
   color ramps = MIXTURE_READ(view.row + WEIGHTS);
   color microfacets = 0.0;
@@ -186,9 +189,10 @@ closure color mixture_closures(float MIXTURE[], MixtureView view, ShadingFrame f
   color scale = view.scale / raised;
   color ramp[KNOTS];
   ramp_colors(MIXTURE, view.row, scale, ramp);
-  closure color sum = raised * MIXTURE_READ(view.row + WEIGHTS) * diffuse_ramp(frame.z, ramp);
+  color weight = tint * raised * MIXTURE_READ(view.row + WEIGHTS);
+  closure color sum = weight * diffuse_ramp(frame.z, ramp);
   for (int k = 0; k < LOBES; k++) {
-    color weight = MIXTURE_READ(view.row + WEIGHTS + 1 + k);
+    weight = tint * MIXTURE_READ(view.row + WEIGHTS + 1 + k);
 #if ANISOTROPIC
     vector about = to_world(frame, view.half[k]);
     vector along = frame.x;
@@ -199,11 +203,13 @@ closure color mixture_closures(float MIXTURE[], MixtureView view, ShadingFrame f
     float across = view.shape[k];
 #endif
     if (view.kind[k] == GGX) {
-      sum += view.scale * weight * microfacet("ggx", about, along, view.shape[k], across, MICROFACET_IOR, 0);
+      weight *= view.scale;
+      sum += weight * microfacet("ggx", about, along, view.shape[k], across, MICROFACET_IOR, 0);
     }
     else {
       ramp_colors(MIXTURE, view.row + KNOTS * (k + 1), scale, ramp);
-      sum += raised * weight * phong_ramp(about, view.shape[k], ramp);
+      weight *= raised;
+      sum += weight * phong_ramp(about, view.shape[k], ramp);
     }
   }
   return sum;

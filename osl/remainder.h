@@ -49,7 +49,7 @@ color eval_remainder(FIT_PARAMETERS, float MIXTURE[], float FLAT_RAMP[], Mixture
  * carries everything. */
 closure color remainder_closure(FIT_PARAMETERS, float MIXTURE[], float FLAT_RAMP[], SAMPLING_PARAMETERS,
                                 MixtureView view, LampList lamps, LampLobes lobes, RemainderPlan plan,
-                                ShadingFrame frame, point seed)
+                                ShadingFrame frame, color tint, point seed)
 {
   closure color made = 0;
   vector wi = sample_remainder(SAMPLING, view, lamps, plan, seed);
@@ -64,6 +64,7 @@ closure color remainder_closure(FIT_PARAMETERS, float MIXTURE[], float FLAT_RAMP
     for (int j = 0; j < KNOTS; j++) {
       ramp[j] = colour;
     }
+    weight *= tint;
     made = weight * phong_ramp(to_world(frame, half), REMAINDER_EXPONENT, ramp);
   }
   return made;

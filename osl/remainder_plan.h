@@ -11,11 +11,12 @@ struct RemainderPlan {
 /* Where all light but that of a few small lamps is even, sampled directions carry all that the lobes leave of the fit,
  * and there is no mixture. Elsewhere there is one, since Cycles samples it where the light is bright, and some samples
  * have a direction, for the difference to the fit. */
-RemainderPlan plan_remainder(float MIXTURE_NUMBERS[], int view, LampList lamps, int exact, int even, point seed)
+RemainderPlan plan_remainder(float MIXTURE_NUMBERS[], int view, LampList lamps, int exact, int even, int frugal,
+                             point seed)
 {
   RemainderPlan plan;
   float largest = largest_radius(lamps);
-  plan.mixture = !(exact && even && largest == 0.0 && lamps.count <= MAX_LOBES);
+  plan.mixture = !(exact && even && largest == 0.0 && lamps.count <= most_lobes(frugal));
   plan.probability = 0.0;
   plan.toward_lamp = 0.0;
   plan.weight = 0.0;

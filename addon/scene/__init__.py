@@ -1,4 +1,4 @@
-"""The light of a scene, as the shader needs to know it: lamps, instanced lamps, and small bright places of the world.
+"""A scene, as the shader needs to know it: lamps, instanced lamps, small bright places of the world, and the device.
 
 This is the lowest layer of the add-on. It imports nothing of the others; of `fitter` only the number of lamps that a
 shader takes.

@@ -40,3 +40,13 @@ def test_all_of_them_are_baked_once(glossy):
     source = bake(fitter.fit(glossy, 1, None))
     for name, literal in TABLE.items():
         assert re.findall(rf"^#\s*define {name} (.*)$", source, re.MULTILINE) == [literal]
+
+
+def test_all_closures_of_a_point_fit_into_the_pool_of_a_gpu():
+    """Cycles on OptiX has a fixed number of bytes for them, and does not check its end (docs/devices.md)."""
+    pool, ramp, total, product = 1024, 128, 24, 24
+    closures = 1 + shader_constants.LOBES + shader_constants.FRUGAL_LOBES + 1       # mixture, lobes, remainder
+    needed = closures * ramp + (closures - 1) * total
+    mix_shader = 2 * product + total        # a user's, besides what is mixed in
+    assert needed + mix_shader <= pool
+    assert needed + ramp + total > pool, "there is room for one lobe more"

@@ -21,6 +21,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ...annotations import present
+from ..device import renders_on_gpu
 from ..world_lights import bright_spots
 from . import changes, drivers, even, group, instances, lamp, light_objects
 from .changes import Changed
@@ -54,10 +55,13 @@ def light_is_even(depsgraph: bpy.types.Depsgraph) -> bool:
     return even.light_is_even(depsgraph.scene_eval.world)
 
 
-def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], is_even: bool = False) -> None:
-    """Write lamps from `in_scene` into a group, and whether other light is even; without drivers."""
+def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], is_even: bool = False, frugal: bool = False) -> None:
+    """Write lamps from `in_scene` into a group, whether other light is even, and whether few closures fit.
+
+    Without drivers.
+    """
     drivers.wire(tree, {})
-    group.store(tree, lamps, is_even)
+    group.store(tree, lamps, is_even, frugal)
     _object_order.pop(tree.session_uid, None)
 
 
@@ -87,11 +91,12 @@ def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
     if not trees:
         return
     is_even = even.light_is_even(depsgraph.scene_eval.world)
+    frugal = renders_on_gpu(present(depsgraph.scene))
     found = sorted(_lamps(depsgraph, changed), key=lambda pair: pair[0].rank)
     for tree in trees:
         room = group.capacity(tree)
         # a lamp that materials do not know is light that is not even
-        _write(tree, found[:room], is_even and len(found) <= room, present(depsgraph.view_layer))
+        _write(tree, found[:room], is_even and len(found) <= room, frugal, present(depsgraph.view_layer))
 
 
 def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Found:
@@ -107,7 +112,7 @@ def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Found:
     return found
 
 
-def _write(tree: bpy.types.NodeTree, found: _Found, is_even: bool, layer: bpy.types.ViewLayer) -> None:
+def _write(tree: bpy.types.NodeTree, found: _Found, is_even: bool, frugal: bool, layer: bpy.types.ViewLayer) -> None:
     """Write lamps into a group, with drivers for those that need them."""
     names = Counter(item.name for _, item in found if item is not None)
     # drivers cannot tell a local object from a linked one of the same name
@@ -119,7 +124,7 @@ def _write(tree: bpy.types.NodeTree, found: _Found, is_even: bool, layer: bpy.ty
     sources = {(number, index): (expression, item) for number, (_, item) in enumerate(found, 1) if item is not None
                for index, expression in wanted.get(_identity(item), {}).items()}
     driven = drivers.wire(tree, sources)
-    group.store(tree, [known for known, _ in found], is_even, driven)
+    group.store(tree, [known for known, _ in found], is_even, frugal, driven)
 
 
 def _in_order_of(before: list[int | None], found: _Found) -> _Found:

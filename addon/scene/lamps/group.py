@@ -1,7 +1,8 @@
 """The node group that tells the measured materials of a file about its lamps. It holds nothing but nodes with values.
 
 A group is recognised by its nodes, because users may rename it. It has room for as many lamps as it has pairs of a
-`Lamp` and an `Extent` node: files of other versions may hold fewer or more than this version's shader takes.
+`Lamp` and an `Extent` node: files of other versions may hold fewer or more than this version's shader takes. Those of
+versions before 0.2.0 have no node `Frugal`.
 """
 
 import math
@@ -16,12 +17,14 @@ from .lamp import Lamp
 NAME = "Measured BRDF Lamps"
 LAMPS = "Lamps"
 EVEN = "Even"
+FRUGAL = "Frugal"
 _NUMBERED = re.compile(r"(Lamp|Extent)([1-9][0-9]*)")
 
 
 def node_tree() -> bpy.types.NodeTree:
     """The shared node group of this version's shader; made if there is none yet."""
-    local = (tree for tree in trees() if tree.library is None and capacity(tree) == MAX_LAMPS)
+    local = (tree for tree in trees()
+             if tree.library is None and capacity(tree) == MAX_LAMPS and FRUGAL in tree.nodes)
     return next(local, None) or _create()
 
 
@@ -47,7 +50,7 @@ def sockets(tree: bpy.types.NodeTree, number: int) -> list[bpy.types.NodeSocket]
     return [*tree.nodes[f"Lamp{number}"].inputs, *tree.nodes[f"Extent{number}"].inputs[:2]]
 
 
-def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], even: bool,
+def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], even: bool, frugal: bool,
           driven: Collection[tuple[int, int]] = frozenset()) -> None:
     """Write the values that differ: every assignment makes Cycles update the shader.
 
@@ -58,11 +61,15 @@ def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], even: bool,
         At most `capacity(tree)`.
     even : bool
         Whether other light is even.
+    frugal : bool
+        Whether few closures fit. Groups of older versions have no place for it.
     driven : set of (number, index)
         Lamps, from 1, and indices into their `sockets`, that have a driver and are skipped.
     """
     _set(tree.nodes[LAMPS].outputs[0], float(len(lamps)))
     _set(tree.nodes[EVEN].outputs[0], float(even))
+    if FRUGAL in tree.nodes:
+        _set(tree.nodes[FRUGAL].outputs[0], float(frugal))
     for number, (position, *extent) in enumerate(lamps, 1):
         for index, (socket, value) in enumerate(zip(sockets(tree, number), (*position, *extent), strict=True)):
             if (number, index) not in driven:
@@ -78,7 +85,7 @@ def _create() -> bpy.types.NodeTree:
     tree = bpy.data.node_groups.new(NAME, "ShaderNodeTree")
     output = tree.nodes.new("NodeGroupOutput")
     output.location = (400, 0)
-    for row, name in enumerate((EVEN, LAMPS), -1):
+    for row, name in enumerate((FRUGAL, EVEN, LAMPS), -2):
         _add(tree, output, "ShaderNodeValue", name, "NodeSocketFloat", row)
         tree.nodes[name].outputs[0].default_value = 0
     for number in range(1, MAX_LAMPS + 1):

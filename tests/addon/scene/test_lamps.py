@@ -699,6 +699,22 @@ def test_a_group_has_as_many_lamps_as_it_has_nodes_for_them(blender, lamps, scen
     assert lamps.node_tree() == trees[2]
 
 
+def test_groups_of_older_versions_are_kept_and_new_materials_get_one_that_knows_of_gpus(blender, lamps, scene,
+                                                                                        monkeypatch):
+    older = lamps.node_tree()
+    older.nodes.remove(older.nodes["Frugal"])
+    tree = lamps.node_tree()
+    assert tree != older
+    assert lamps.node_tree() == tree
+    add_lamp("POINT", 10, (1, 2, 3))
+    for gpu in (True, False):
+        monkeypatch.setattr(lamps, "renders_on_gpu", lambda scene, gpu=gpu: gpu)
+        add_lamp("POINT", 10)
+        blender.context.view_layer.update()
+        assert tree.nodes["Frugal"].outputs[0].default_value == gpu
+        assert len(known(older)) == len(known(tree)) == 3 - gpu
+
+
 def test_even_light_is_found_out_anew_when_a_material_begins_to_shine(blender, lamps, scene):
     tree = lamps.node_tree()
     material = use(blender, tree)

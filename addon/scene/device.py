@@ -1,0 +1,71 @@
+"""On which device Cycles renders a scene, and whether it evaluates the shaders of measured materials there.
+
+docs/devices.md tells what Cycles does on which device. Handlers ask after each change of a scene, so that nothing here
+takes long: Cycles lists devices only where a scene wants another than the CPU, and once a session for each type.
+"""
+
+import functools
+import sys
+
+import bpy
+
+CPU = "CPU"
+WITH_OSL = CPU, "OPTIX"
+_NONE = "", "NONE"
+_OPTION = "--cycles-device"
+_OWN_ARGUMENTS = "--"               # behind it, the command line is not Blender's
+_AND_CPU = "+CPU"
+
+
+def effective_device(scene: bpy.types.Scene) -> str:
+    """The type of device that renders a scene: "CPU", "CUDA", "OPTIX", "HIP", "METAL" or "ONEAPI".
+
+    A GPU may have the CPU beside it. Where none of the type chosen in the preferences is in use, Cycles takes the CPU.
+    """
+    requested = _requested(tuple(sys.argv))
+    if requested:
+        return requested.removesuffix(_AND_CPU)
+    settings = getattr(scene, "cycles", None)
+    if settings is None or settings.device != "GPU":
+        return CPU
+    addon = bpy.context.preferences.addons.get("cycles")
+    preferences = getattr(addon, "preferences", None)
+    kind = getattr(preferences, "compute_device_type", "")
+    if kind in _NONE:
+        return CPU
+    used = {device.id for device in preferences.devices if device.use}
+    return CPU if used.isdisjoint(_found(kind)) else str(kind)
+
+
+def renders_on_gpu(scene: bpy.types.Scene) -> bool:
+    """Whether a scene is rendered on a GPU, where few closures fit."""
+    return effective_device(scene) != CPU
+
+
+def osl_runs(scene: bpy.types.Scene) -> bool:
+    """Whether Cycles renders a scene, and evaluates shaders in OSL for it."""
+    if str(scene.render.engine) != "CYCLES" or not scene.cycles.shading_system:
+        return False
+    import _cycles
+
+    return bool(getattr(_cycles, "with_osl", False)) and effective_device(scene) in WITH_OSL
+
+
+@functools.cache
+def _found(kind: str) -> frozenset[str]:
+    """The identifiers of the devices of a type that this machine has."""
+    import _cycles
+
+    return frozenset(device[2] for device in _cycles.available_devices(kind) if device[1] == kind)
+
+
+@functools.cache
+def _requested(arguments: tuple[str, ...]) -> str:
+    """The type of device that the command line asks for, if any."""
+    own = arguments[arguments.index(_OWN_ARGUMENTS) + 1:] if _OWN_ARGUMENTS in arguments else ()
+    found = ""
+    for argument, following in zip(own, (*own[1:], ""), strict=False):
+        name, is_given, value = argument.partition("=")
+        if name == _OPTION:
+            found = value if is_given else following
+    return found.upper()

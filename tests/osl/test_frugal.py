@@ -1,0 +1,164 @@
+"""Where few closures fit, as on GPUs: one lobe for all lamps, and in the mean the same picture; here on the CPU."""
+
+import itertools
+import math
+import re
+
+import numpy as np
+import pytest
+
+import fitter
+from support.spheres import normals, reflected
+from support.stage import (
+    add_lamp,
+    add_sphere,
+    background,
+    black_scene,
+    material_for,
+    render,
+    rotation_toward,
+    set_input,
+)
+
+SIZE = 64
+POWER = 100.0
+
+
+@pytest.fixture(scope="module")
+def fits(curet, cornell):
+    return {"foil": fitter.fit(curet("aluminum foil")),
+            "krylon": fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"])}
+
+
+@pytest.fixture
+def frugal(extension, monkeypatch):
+    """Say whether scenes are rendered on a GPU."""
+    return lambda value: monkeypatch.setattr(extension.addon.scene.lamps, "renders_on_gpu", lambda scene: value)
+
+
+def sphere(fit, samples, exact):
+    scene = black_scene(SIZE, SIZE, samples, span=2)
+    scene.cycles.max_bounces = 0
+    material = material_for(fit)
+    add_sphere().data.materials.append(material)
+    set_input(material, "Exact", exact)
+    return scene
+
+
+def places(count):
+    """Where lamps stand: on a spiral, each other one close to the one before it."""
+    turn = np.arange(count) // 2 * 2.4
+    height = 1 + np.arange(count) // 2 * 3 % 4
+    apart = np.arange(count) % 2 * 0.01
+    return np.stack([3 * np.cos(turn + apart), 3 * np.sin(turn + apart), height], axis=1)
+
+
+def powers(count):
+    return POWER * (1 + np.arange(count) * 5 % 7) / count
+
+
+def integral(fit, resolution=200):
+    """The mean of a sphere by `Fit.evaluate`: (lamps...) -> (3,)."""
+    n = normals(resolution)
+
+    def mean(lamps):
+        total = 0
+        for place, power in lamps:
+            away = place - n
+            distance = np.linalg.norm(away, axis=1, keepdims=True)
+            total = total + reflected(fit, n, away / distance) * power / (4 * math.pi * distance**2)
+        return np.broadcast_to(total.sum(axis=0) / resolution**2, 3)
+
+    return mean
+
+
+@pytest.mark.parametrize("exact", [True, False])
+@pytest.mark.parametrize("count", [1, 2, 4, 32])
+@pytest.mark.parametrize("material", ["foil", "krylon"])
+def test_one_lobe_for_all_lamps_gives_the_mean_of_numerical_integration(blender, fits, frugal, material, count, exact):
+    lamps = list(zip(places(count), powers(count), strict=True))
+    expected = integral(fits[material])(lamps)
+    for value in (True, False):
+        frugal(value)
+        scene = sphere(fits[material], 128, exact)
+        for place, power in lamps:
+            add_lamp("POINT", power, place, shadow_soft_size=0)
+        ratio = render(scene)[..., :3].mean(axis=(0, 1)) / expected
+        print(f"{material}, {count} lamps, exact {exact}, frugal {value}: rendered / integrated = {ratio}")
+        assert ratio == pytest.approx([1, 1, 1], abs=0.01)
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_one_lobe_for_lamps_with_and_without_a_size_gives_the_same_mean(blender, fits, frugal, exact):
+    means = []
+    for value in (False, True):
+        frugal(value)
+        scene = sphere(fits["krylon"], 256, exact)
+        background(scene, 0.1)
+        add_lamp("SUN", 1, rotation=rotation_toward((-3, 0, 2)), angle=0)
+        add_lamp("POINT", 100, (2, -2, 2), shadow_soft_size=0.2)
+        add_lamp("AREA", 100, (3, 1, 2), rotation_toward((3, 1, 2)), shape="SQUARE", size=1)
+        add_lamp("AREA", 200, (0, 0, 1.5), shape="SQUARE", size=6)          # too large for a lobe
+        means.append(render(scene)[..., :3].mean(axis=(0, 1)))
+    assert means[1] == pytest.approx(means[0], rel=0.01)
+
+
+def test_the_only_lobe_is_not_taken_from_the_only_lamp_that_can_have_one(blender, fits, frugal):
+    """Beside a strong lamp too large for a lobe, the picture of a sun has the noise that it has with more lobes."""
+    noise = []
+    for value in (False, True):
+        frugal(value)
+        scene = sphere(fits["foil"], 16, False)
+        add_lamp("SUN", 1, rotation=rotation_toward((-3, 0, 2)), angle=0)
+        add_lamp("AREA", 1, (0, 0, 1.5), shape="SQUARE", size=6)
+        pictures = []
+        for seed in range(4):
+            scene.cycles.seed = seed
+            pictures.append(render(scene)[..., :3])
+        noise.append(np.std(pictures, axis=0).mean())
+    assert noise[1] == pytest.approx(noise[0], rel=0.05)
+
+
+@pytest.mark.parametrize("value", [True, False])
+@pytest.mark.parametrize("exact", [True, False])
+def test_eight_lamps_in_one_place_give_the_light_of_one(blender, fits, frugal, exact, value):
+    """Some of them have a lobe, and what it carries is counted once: where the mixture is not the fit."""
+    frugal(value)
+    fit = fits["foil"]
+    normal = np.array([-math.sin(math.radians(70)), 0, math.cos(math.radians(70))])
+    toward = np.array([-math.sin(math.radians(10)), 0, math.cos(math.radians(10))])
+    scene = black_scene(8, 8, 256, span=0.5)
+    scene.cycles.max_bounces = 0
+    blender.ops.mesh.primitive_plane_add(size=4)
+    material = material_for(fit)
+    blender.context.object.data.materials.append(material)
+    set_input(material, "Exact", exact)
+    vector = material.node_tree.nodes.new("ShaderNodeCombineXYZ")
+    for socket, number in zip(vector.inputs, normal, strict=True):
+        socket.default_value = number
+    group = next(node for node in material.node_tree.nodes if node.type == "GROUP")
+    material.node_tree.links.new(vector.outputs[0], group.inputs["Normal"])
+    for _ in range(8):
+        add_lamp("SUN", 1 / 8, rotation=rotation_toward(toward), angle=0)
+    expected = np.broadcast_to(reflected(fit, normal[None], toward[None])[0], 3)
+    assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.02)
+
+
+def test_no_weight_stands_beside_its_closure(blender, fits):
+    """A weight that is not a part of its closure takes 24 of a GPU's 1024 bytes."""
+    material = material_for(fits["foil"])
+    group = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
+    bytecode = next(node for node in group.nodes if node.type == "SCRIPT").bytecode
+    operations = [line for line in bytecode.splitlines() if not line.startswith("#")]
+    colors = set(re.findall(r"^\w+\s+color\s+(\S+)", bytecode, re.MULTILINE))
+    closures = set(re.findall(r"^\w+\s+closure color\s+(\S+)", bytecode, re.MULTILINE))
+    weighted = 0
+    for made, after in itertools.pairwise(operations):
+        if found := re.match(r"\s+closure\s+(\S+)", made):
+            product = re.match(r"\s+mul\s+\S+ (\S+) (\S+)", after)
+            assert product, "a weight that is worked out after its closure, or none"
+            assert product[1] == found[1]
+            assert product[2] in colors
+            weighted += 1
+    products = re.findall(r"^\s+mul\s+(\S+)", bytecode, re.MULTILINE)
+    assert weighted == sum(name in closures for name in products) > 0, "a product of what is not a single closure"
