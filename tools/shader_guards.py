@@ -13,6 +13,7 @@ _FRAME = (_GUARDS, _RENDERING, "-k", "viewer or turned_away or normal_input or s
 _LARGE = (_RENDERING, "-k", "area and foil")
 _EVEN = (_GUARDS, _RENDERING, "-k", "adds_no_noise or fast_is_the or world-foil or area and foil")
 _SMALL = (_GUARDS, _RENDERING, "-k", "shader_guards and lamp or sun-foil or close_together or more_lamps")
+_FRUGAL = ("tests/osl/test_frugal.py", "-k", "eight_lamps or no_more_lobes")
 _REMAINDER = (_GUARDS, _RENDERING, "-k", "shader_guards and lamp or world-foil or area and foil or leak")
 
 
@@ -124,11 +125,6 @@ SHADER_GUARDS = [
           "lamps.radius[lamp] < MAX_LOBE_RADIUS", "lamps whose middle is below the horizon"),
          ("lamps.count > most_lobes(frugal)", "0", "no more lobes than there is room for"),
          ("passed > next && room > 0", "passed > next", "room for so many lobes"),
-         ("times[i] > 0.0 || (has_lobe(lamps, i) && reaches_needed(lamps, i, needed))", "times[i] > 0.0",
-          "a lobe before those that were taken may reach them"),
-         ("if (times[i] > 0.0)", "if (1)", "lamps that were not taken"),
-         ("frugal ? lamps.light[i] * has_lobe(lamps, i) : lamps.light[i]", "lamps.light[i]",
-          "the only lobe is not left to a lamp that has none"),
          ('raytype("camera") ? 1.0 : small ? INDIRECT_PROBABILITY : 0.0', "1.0",
           "the fit is evaluated seldom where it shows less"),
          ("w[2] > HORIZON ? eval_missing(MISSING, view, w) : -mixed", "eval_missing(MISSING, view, w)",
@@ -142,6 +138,12 @@ SHADER_GUARDS = [
          ("height * dot(half, axis) / dot(half, l)", "height", "a lobe is right beside its axis"),
          ("height -= eval_lobes(FLAT_RAMP, lobes, view.wo, l);", "", "lobes that overlap are not counted twice"),
          ("float weight = LAMP_LOBE_WEIGHT +", "float weight = 1.0 +", "lobes are hardly ever followed")),
+    *_of("osl/lamp_lobes.h", _FRUGAL,
+         ("times[i] > 0.0 || (has_lobe(lamps, i) && reaches_needed(lamps, i, needed))", "times[i] > 0.0",
+          "a lobe before those that were taken may reach them"),
+         ("if (times[i] > 0.0)", "if (1)", "lamps that were not taken"),
+         ("frugal ? lamps.light[i] * has_lobe(lamps, i) : lamps.light[i]", "lamps.light[i]",
+          "the only lobe is not left to a lamp that has none")),
     *_of("osl/lamp_lobes.h", _REMAINDER,
          ("lamps.radius[i] < SMALL_LAMP_RADIUS &&", "", "only small lamps are covered by their lobe"),
          (" > LOBE_FLAT)", " > 0.0)", "a lobe covers its flat part")),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fitter
+from support.osl_probe import probe_osl
 from support.spheres import normals, reflected
 from support.stage import (
     add_lamp,
@@ -103,20 +104,35 @@ def test_one_lobe_for_lamps_with_and_without_a_size_gives_the_same_mean(blender,
     assert means[1] == pytest.approx(means[0], rel=0.01)
 
 
-def test_the_only_lobe_is_not_taken_from_the_only_lamp_that_can_have_one(blender, fits, frugal):
-    """Beside a strong lamp too large for a lobe, the picture of a sun has the noise that it has with more lobes."""
-    noise = []
-    for value in (False, True):
-        frugal(value)
-        scene = sphere(fits["foil"], 16, False)
-        add_lamp("SUN", 1, rotation=rotation_toward((-3, 0, 2)), angle=0)
-        add_lamp("AREA", 1, (0, 0, 1.5), shape="SQUARE", size=6)
-        pictures = []
-        for seed in range(4):
-            scene.cycles.seed = seed
-            pictures.append(render(scene)[..., :3])
-        noise.append(np.std(pictures, axis=0).mean())
-    assert noise[1] == pytest.approx(noise[0], rel=0.05)
+@pytest.mark.parametrize(("radii", "frugal", "counts"), [
+    ([0.001] * 6, 1, {1}),
+    ([0.001] * 6, 0, {2}),
+    ([0.2] * 6, 1, {1}),                        # their lobes reach one another
+    ([0.001] * 3, 1, {1}),
+    ([0.001] * 3, 0, {3}),
+    ([0.001, 1.0, 1.0], 1, {1}),                # the others are too large for a lobe, and brighter
+    ([1.0, 1.0], 1, {0}),
+])
+def test_no_more_lobes_are_left_than_fit_and_the_only_one_has_a_lamp(blender, fits, radii, frugal, counts):
+    from measured_brdf.addon.materials import osl_support
+
+    assert not osl_support.missing()
+    code = f"""
+      LampList lamps;
+      lamps.count = {len(radii)};
+      for (int i = 0; i < lamps.count; i++) {{
+        lamps.direction[i] = normalize(vector(0.3 * i - 0.5, 0.2, 1.0));
+        lamps.radius[i] = RADIUS[i];
+        lamps.light[i] = 1.0 + i;
+      }}
+      MixtureView view;
+      point seed = point(0.37 * pixel, 0.0, 1.0);
+      sample_view(MIXTURE_NUMBERS, normalize(vector(0.4, 0.0, 0.8)), seed, view);
+      LampLobes lobes;
+      fit_lamp_lobes(FIT, MIXTURE, MISSING, FLAT_RAMP, view, lamps, 1, 1, {frugal}, seed, lobes);
+      out = lobes.count;"""
+    found = probe_osl(fits["foil"], code, 1000, RADIUS=np.array(radii))
+    assert set(np.round(found[:, 0]).astype(int)) == counts
 
 
 @pytest.mark.parametrize("value", [True, False])
