@@ -8,10 +8,11 @@ is above `materials`.
 from . import command, manual, operators, preferences, ui
 from .annotations import Registrable
 from .jobs import icons, process, queue
-from .materials import properties
+from .materials import properties, rendered
 from .scene import lamps
 
-_MODULES: tuple[Registrable, ...] = (properties, preferences, icons, operators, ui, lamps, manual, command)
+_MODULES: tuple[Registrable, ...] = (properties, preferences, icons, operators, ui, lamps, rendered, manual,
+                                      command)
 
 
 def register() -> None:

@@ -19,7 +19,16 @@ from .library import assets, batch, library_file, studio
 from .library.discovery import Failure, Source, sources_in
 from .materials import material as materials
 from .materials import osl_support
-from .materials.properties import CHOICES, LEVELS, NO_SPECULAR_LEVEL, Choices, fit_arguments, use_preset
+from .materials.properties import (
+    AUTOMATIC,
+    CHOICES,
+    LEVELS,
+    NO_SPECULAR_LEVEL,
+    RENDERINGS,
+    Choices,
+    fit_arguments,
+    use_preset,
+)
 from .materials.reading import load_arguments, scene_colours, use_reading
 
 _TOLERANCE = 0.05           # where it is not used
@@ -92,6 +101,9 @@ def _add_inputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--compression", type=float, metavar="C", help="percentage of the sparse lattice to drop")
     parser.add_argument("--tolerance", type=float, metavar="T",
                         help="choose the smallest fit with this RMSE at the samples (1/sr), instead of setting levels")
+    parser.add_argument("--rendering", choices=[key for key, *_ in RENDERINGS], default=AUTOMATIC,
+                        help="how materials are rendered: exactly or fast where Cycles has OSL, by closure nodes, or "
+                             "AUTO: exactly where Cycles has OSL and by nodes elsewhere; default: %(default)s")
     cli.add_reading(parser, None)
 
 
@@ -121,12 +133,13 @@ def _choices(options: argparse.Namespace) -> Choices:
             setattr(choices, name, getattr(options, name))
     choices.use_tolerance = options.tolerance is not None
     choices.tolerance = options.tolerance if choices.use_tolerance else _TOLERANCE
+    choices.rendering = options.rendering
     use_reading(choices, **{name: value for name, value in cli.reading_of(options).items() if name != "colours"})
     return choices
 
 
 def _convert(options: argparse.Namespace) -> int:
-    _require_osl()
+    _say_without_osl()
     sources, failures = sources_in(options.paths)
     part, parts = options.shard
     out = Path(options.out).resolve()
@@ -173,7 +186,7 @@ _OPENS_FILES = (_convert, _save)
 
 
 def _render(options: argparse.Namespace) -> int:
-    _require_osl()
+    _say_without_osl()
     sources, failures = sources_in(options.paths)
     choices, out = _choices(options), Path(options.out)
     how = {**load_arguments(choices), **({"colours": options.colours} if options.colours else {})}
@@ -218,9 +231,9 @@ def _summary(rows: Iterable[batch.Row], out: str | Path, may_be_empty: bool = Fa
     return int(failed > 0 or not (rows or may_be_empty))
 
 
-def _require_osl() -> None:
+def _say_without_osl() -> None:
     if osl_support.missing():
-        raise ValueError(osl_support.missing())
+        print(f"note: {osl_support.missing()}", file=sys.stderr)
 
 
 @contextlib.contextmanager

@@ -16,7 +16,7 @@ from bpy.app.handlers import persistent
 from ...fitter import DatasetError
 from .. import transaction
 from ..annotations import OperatorMixIn, OperatorResult
-from ..materials import compiler, osl_support
+from ..materials import compiler
 from . import blender_process, process, queue
 from .job import Job, Work
 
@@ -35,7 +35,6 @@ class InBackground(OperatorMixIn):
     An operator defines `work` and `apply`, and `prepare` if there is something to prepare.
     """
 
-    needs_osl = True                # False for operators that compile nothing
 
     def work(self, context: bpy.types.Context) -> Work:
         """What to do in another process."""
@@ -53,7 +52,7 @@ class InBackground(OperatorMixIn):
     def run(self, context: bpy.types.Context) -> OperatorResult:
         """Do everything at once, for scripts: what `execute` returns."""
         try:
-            with closing(self.prepare(self._checked_work(context).run())) as steps:
+            with closing(self.prepare(self.work(context).run())) as steps:
                 while self._prepare_next(steps) is not None:
                     pass
             self._apply(context)
@@ -69,7 +68,7 @@ class InBackground(OperatorMixIn):
             self.report({"ERROR"}, "Another fit is running: wait for it, or press Esc to cancel it")
             return {"CANCELLED"}
         try:
-            self._begin(self._checked_work(context))
+            self._begin(self.work(context))
         except Exception as error:
             return self._failed(error)
         self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
@@ -102,12 +101,6 @@ class InBackground(OperatorMixIn):
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender calls this when it ends the operator, for example because another file is opened."""
         self._end(context)
-
-    def _checked_work(self, context: bpy.types.Context) -> Work:
-        """The work; an error if its result could not be used."""
-        if self.needs_osl and osl_support.missing():
-            raise compiler.CompileError(osl_support.missing())
-        return self.work(context)
 
     def _begin(self, work: Work) -> None:
         global running

@@ -19,6 +19,7 @@ from ...fitter import colours, formats, methods, pictures
 from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.cycles import principled
 from ...fitter.cycles.bake import SHADER_VERSION, bake
+from ...fitter.cycles.node_mixture import Nodes, node_mixtures
 from ...fitter.cycles.principled_bsdf import Principled
 from ...fitter.cycles.unbake import unbake
 from ...fitter.methods import tolerance
@@ -27,6 +28,9 @@ from ...fitter.quality import cross_validation, describe
 from ..annotations import Arguments, Report
 
 _PassedOn = TypeVar("_PassedOn")
+
+Rebaked = tuple[str, Nodes]
+"""OSL source and closure nodes of a fit."""
 
 _LEVELS = range(8)          # in the plot of errors; level 8 would take longer than all others together
 # likewise of anisotropic samples: of a sparse lattice, and of a dense one alone. Level 0 is fitted as level 1 or close
@@ -108,6 +112,7 @@ class Outcome(NamedTuple):
     measured: Measured
     fitted: Fitted
     source: str
+    nodes: Nodes
     albedo: FloatArray
     principled: Principled
 
@@ -231,7 +236,7 @@ def asset_key(key_of_fit: str) -> str:
 
 
 def rebake(shaders: Sequence[tuple[str, float, _PassedOn]],
-           report: Report = silent) -> list[tuple[str | ValueError, _PassedOn]]:
+           report: Report = silent) -> list[tuple[Rebaked | ValueError, _PassedOn]]:
     """Update shaders of an older version.
 
     Parameters
@@ -241,14 +246,15 @@ def rebake(shaders: Sequence[tuple[str, float, _PassedOn]],
 
     Returns
     -------
-    list of (source or ValueError, any)
-        OSL source of this version for the same fit, or the error.
+    list of ((source, nodes) or ValueError, any)
+        OSL source of this version and closure nodes for the same fit, or the error.
     """
-    done: list[tuple[str | ValueError, _PassedOn]] = []
+    done: list[tuple[Rebaked | ValueError, _PassedOn]] = []
     for number, (source, compression, passed_on) in enumerate(shaders):
         report(number / len(shaders), f"Updating {number + 1} of {len(shaders)}")
         try:
-            done.append((bake(unbake(source, compression=compression)), passed_on))
+            fit = unbake(source, compression=compression)
+            done.append(((bake(fit), node_mixtures(fit)), passed_on))
         except ValueError as error:
             done.append((error, passed_on))
     return done
@@ -258,8 +264,10 @@ def finish(measured: Measured, found: Fitted, report: Report = silent) -> Outcom
     """Add to a fit what else a material needs."""
     report(0.6, "Writing the shader")
     source = bake(found.fit)
+    report(0.75, "Matching closure nodes")
+    nodes = node_mixtures(found.fit)
     report(0.9, "Matching the viewport colour")
-    return Outcome(measured, found, source, principled.albedo(found.fit), principled.principled(found.fit))
+    return Outcome(measured, found, source, nodes, principled.albedo(found.fit), principled.principled(found.fit))
 
 
 def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Report = silent) -> Fitted:

@@ -11,9 +11,11 @@ import bpy
 from ...fitter.colours import COLOURS
 from ...fitter.shader_constants import MAX_LAMPS
 from .. import versions
+from ..scene import device
 from ..scene.lamps import instances, light_objects, sky_moves
 from . import material as materials
-from . import reading, tangents
+from . import osl_support, reading, rendered, tangents
+from .properties import AUTOMATIC, EXACT, FAST
 
 # Cycles has 64 closure slots. A measured material fills up to 27: its mixture 12, each of four lamps 3, a sampled
 # direction 3.
@@ -42,7 +44,34 @@ class Finding(NamedTuple):
 
 def check(scene: bpy.types.Scene) -> list[Finding]:
     """The settings of a scene that change how measured materials look, worst first."""
-    return [*_light_paths(scene), *_lamps(scene), *_colours(), *_materials(), *_tangents(scene)]
+    of_cycles = [] if rendered.in_eevee(scene) else [*_light_paths(scene), *_lamps(scene)]
+    return [*_osl(scene), *of_cycles, *_colours(), *_materials(), *_tangents(scene)]
+
+
+def _osl(scene: bpy.types.Scene) -> Iterator[Finding]:
+    """Materials that are to be rendered with OSL, and are not."""
+    why = rendered.without_osl(scene)
+    used = [item for item in bpy.data.materials if materials.is_measured(item)] if why else []
+    black = [item for item in used if rendered.in_scene(item, scene).how == rendered.BLACK]
+    if black:
+        yield Finding("black", f"{len(black)} measured materials are black, because {why}, and an older version made "
+                      "them", "Update them and keep their fits", lambda: bpy.ops.measured_brdf.update_materials())
+    chosen = [item for item in used if materials.rendering_of(item) in (EXACT, FAST) and item not in black]
+    if not chosen:
+        return
+    found = f"{len(chosen)} materials are to be rendered Exact or Fast; because {why}, nodes are shown instead"
+    if osl_support.missing() or rendered.in_eevee(scene):
+        yield Finding("osl", found, "Choose Automatic for them",
+                      lambda: [materials.use_rendering(item, AUTOMATIC) for item in chosen if item.is_editable])
+    elif device.effective_device(scene) not in device.WITH_OSL:
+        yield Finding("osl", found, "Render with OSL on the CPU", lambda: _on_cpu(scene))
+    else:
+        yield Finding("osl", found, "Render with Cycles and OSL", lambda: osl_support.enable(scene))
+
+
+def _on_cpu(scene: bpy.types.Scene) -> None:
+    scene.cycles.device = "CPU"
+    osl_support.enable(scene)
 
 
 def _light_paths(scene: bpy.types.Scene) -> Iterator[Finding]:

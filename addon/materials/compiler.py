@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
+from ...fitter.cycles.node_mixture import Nodes
 from . import osl_support
 
 _MOST_SOURCE = 1 << 24      # bytes: the OSL compiler reads no more, and finds an error in the middle of a table
@@ -17,10 +18,14 @@ class CompileError(RuntimeError):
 
 
 class Shader(NamedTuple):
-    """OSL source and what the compiler made of it."""
+    """OSL source, what the compiler made of it, and the closure nodes of the same fit.
+
+    The bytecode is empty where this Blender was built without OSL: materials then have closure nodes alone.
+    """
 
     source: str
     bytecode: str
+    nodes: Nodes
 
     @property
     def bytecode_hash(self) -> str:
@@ -28,11 +33,10 @@ class Shader(NamedTuple):
         return hashlib.md5(self.bytecode.encode(), usedforsecurity=False).hexdigest()
 
 
-def compile_shader(source: str) -> Shader:
-    """Compile OSL source. Raises CompileError."""
-    reason = osl_support.missing()
-    if reason:
-        raise CompileError(reason)
+def compile_shader(source: str, nodes: Nodes) -> Shader:
+    """Compile OSL source, to go with closure nodes. Raises CompileError."""
+    if osl_support.missing():
+        return Shader(source, "", nodes)
     import _cycles
 
     size = len(source.encode("utf-8"))
@@ -51,4 +55,4 @@ def compile_shader(source: str) -> Shader:
                            f"{error.strerror or error}") from error
     if not bytecode:
         raise CompileError("The OSL compiler wrote an empty file; the disk may be full")
-    return Shader(source, _OPTIONS.sub("", bytecode))
+    return Shader(source, _OPTIONS.sub("", bytecode), nodes)

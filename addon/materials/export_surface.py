@@ -42,6 +42,11 @@ def update(material: bpy.types.Material, outcome: Outcome) -> None:
         node.inputs[name].default_value = value
 
 
+def connect(material: bpy.types.Material) -> None:
+    """Give the Principled BSDF of a material of an older version an output of its own, which is exported."""
+    _node(present(material.node_tree))
+
+
 def shown(outcome: Outcome, color: FloatArray) -> FloatArray:
     """A colour of an outcome, (3,), in the space of the open file, as Blender takes it: libraries may have another."""
     return np.clip(conversion(outcome.measured.colours, scene_colours() or DEFAULT) @ color, 0, 1)

@@ -13,14 +13,18 @@ from .. import versions
 from ..annotations import present
 from ..scene import lamps
 from ..transaction import new_data_removed_on_error, restored_on_error
-from . import node_group, reading, stand_in
+from . import export_surface, node_group, reading
 from .compiler import Shader, compile_shader
-from .properties import CHOICES, RESULTS, Choices
+from .properties import AUTOMATIC, CHOICES, EXACT, FAST, NODES, RESULTS, Choices
 
 if TYPE_CHECKING:
     from ...fitter import ErrorMetrics, Fit
     from ...fitter.arrays import FloatArray
+    from ...fitter.cycles.node_mixture import Nodes
     from ...fitter.cycles.principled_bsdf import Principled
+
+
+_FORMER = "Measured BRDF Fallback"       # the Principled BSDF that version 0.1.0 made for EEVEE
 
 
 class Measured(Protocol):
@@ -50,6 +54,9 @@ class Outcome(Protocol):
 
     @property
     def source(self) -> str: ...
+
+    @property
+    def nodes(self) -> Nodes: ...
 
     @property
     def albedo(self) -> FloatArray: ...
@@ -90,15 +97,19 @@ def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
 def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, context: bpy.types.Context,
            shader: Shader | None = None) -> None:
     """Give a material a new fit, made by `choices`; if that fails, it stays as it was. Raises as `create` does."""
-    shader = compile_shader(outcome.source) if shader is None else shader
+    shader = compile_shader(outcome.source, outcome.nodes) if shader is None else shader
     with new_data_removed_on_error(), restored_on_error(material, (*CHOICES, *RESULTS)):
         _use_nodes(material)
+        is_new = group_node(material) is None
         node, before = _show(material, node_group.create(shader))
         node.label = outcome.measured.name
+        rendering = choices.rendering if is_new else rendering_of(material)
         # this correction would bend the shader's directions, which are right as they are
         material.cycles.use_bump_map_correction = False
-        stand_in.update(material, outcome)
+        export_surface.update(material, outcome)
+        _colour_solid_view(material, outcome)
         _store(material.measured_brdf, choices, outcome)
+        use_rendering(material, rendering)
         lamps.update(context.evaluated_depsgraph_get())
         unused = node_group.unused(before)
     bpy.data.batch_remove(unused)
@@ -112,6 +123,7 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
         for material in materials:
             restored.enter_context(restored_on_error(material, RESULTS))
             replaced.append(_show(material, tree)[1])
+            export_surface.connect(material)
             material.measured_brdf.version = versions.CURRENT
         lamps.update(context.evaluated_depsgraph_get())
         unused = {item for before in replaced for item in node_group.unused(before)}
@@ -128,10 +140,15 @@ def remove(material: bpy.types.Material) -> None:
 
 def group_node(material: bpy.types.Material) -> bpy.types.Node | None:
     """The node of a material that holds a measured BRDF, or None."""
+    return next(iter(group_nodes(material)), None)
+
+
+def group_nodes(material: bpy.types.Material) -> list[bpy.types.Node]:
+    """All nodes of a material that hold a measured BRDF."""
     if material.node_tree is None:
-        return None
-    return next((node for node in material.node_tree.nodes if node.type == "GROUP" and node.node_tree is not None
-                 and node_group.script_node(node.node_tree) is not None), None)
+        return []
+    return [node for node in material.node_tree.nodes if node.type == "GROUP" and node.node_tree is not None
+            and node_group.script_node(node.node_tree) is not None]
 
 
 def mixed(tree: bpy.types.NodeTree | None) -> int:
@@ -142,10 +159,23 @@ def mixed(tree: bpy.types.NodeTree | None) -> int:
     return sum(1 if node_group.script_node(group) is not None else mixed(group) for group in groups)
 
 
-def exact_input(material: bpy.types.Material) -> bpy.types.NodeSocket | None:
-    """The input of a measured material that chooses between Exact and Fast; None if there is none."""
-    node = group_node(material)
-    return node.inputs.get("Exact") if node is not None else None
+def rendering_of(material: bpy.types.Material) -> str:
+    """How a measured material is rendered, one of `properties.RENDERINGS`; users may have changed its inputs."""
+    node = present(group_node(material))
+    if "Nodes" in node.inputs and node.inputs["Nodes"].default_value:
+        return NODES
+    if "Exact" in node.inputs and not node.inputs["Exact"].default_value:
+        return FAST
+    return EXACT if material.measured_brdf.rendering == EXACT else AUTOMATIC
+
+
+def use_rendering(material: bpy.types.Material, rendering: str) -> None:
+    """Choose how all measured BRDFs of a material are rendered."""
+    for node in group_nodes(material):
+        for name, value in (("Exact", rendering != FAST), ("Nodes", rendering == NODES)):
+            if name in node.inputs:             # version 0.1.0 had no Nodes
+                node.inputs[name].default_value = value
+    material.measured_brdf.rendering = rendering
 
 
 def tangent_input(material: bpy.types.Material) -> bpy.types.NodeSocket | None:
@@ -198,11 +228,34 @@ def _show(material: bpy.types.Material,
         output = nodes.new("ShaderNodeOutputMaterial")
         output.location = node.location.x + 260, node.location.y
         _connect(own_tree, node, output)
+    _show_in_eevee(own_tree, node, output)
     return node, before
 
 
 def _connect(tree: bpy.types.NodeTree, node: bpy.types.Node, output: bpy.types.Node) -> None:
-    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+    tree.links.new(node.outputs[node_group.CYCLES], output.inputs["Surface"])
+
+
+def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.types.Node) -> None:
+    """Give EEVEE an output of its own, unless the user has made one, or mixes the measured BRDF with something else:
+    EEVEE then shows what Cycles has without OSL."""
+    eevee = next((each for each in tree.nodes if each.type == "OUTPUT_MATERIAL" and each.target == "EEVEE"), None)
+    if eevee is None:
+        shown = [link.from_node for link in cycles.inputs["Surface"].links]
+        if shown != [node]:
+            return
+        cycles.target = "CYCLES" if cycles.target == "ALL" else cycles.target
+        eevee = tree.nodes.new("ShaderNodeOutputMaterial")
+        eevee.target = "EEVEE"
+        eevee.location = cycles.location.x, cycles.location.y - 180
+    elif any(link.from_node.name != _FORMER for link in eevee.inputs["Surface"].links):
+        return
+    tree.links.new(node.outputs[node_group.EEVEE], eevee.inputs["Surface"])
+
+
+def _colour_solid_view(material: bpy.types.Material, outcome: Outcome) -> None:
+    material.diffuse_color = (*export_surface.shown(outcome, outcome.albedo), 1)
+    material.roughness, material.metallic = outcome.principled.roughness, outcome.principled.metallic
 
 
 def _store(settings: Any, choices: Choices, outcome: Outcome) -> None:

@@ -1,6 +1,9 @@
-"""The node group `Measured BRDF`: a baked shader in an INTERNAL script node, connected to the scene's lamp group.
+"""The node group `Measured BRDF`: a baked shader in an INTERNAL script node, and closure nodes for other renderers.
 
-The .blend holds source and bytecode, so rendering needs no other file.
+The script node is connected to the scene's lamp group. The .blend holds source and bytecode, so rendering needs no
+other file. Which of the two shows needs no extension either: a factor comes from an output of the script node, which
+Cycles makes only where it renders with OSL. Elsewhere that link is dropped, and the factor has its own value, 0: the
+closure nodes. EEVEE has an output of its own, because it renders fewer kinds of closures.
 """
 
 from __future__ import annotations
@@ -10,18 +13,26 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ...fitter.cycles.bake import bake, fast_error, interface, shader_version
+from ...fitter.cycles.node_mixture import node_mixtures
 from ..annotations import present
 from ..scene import lamps
 from ..transaction import new_data_removed_on_error
+from . import closure_nodes, osl_support
 from .compiler import CompileError, Shader, compile_shader
 
 if TYPE_CHECKING:
     from ...fitter import Fit
+    from ...fitter.cycles.node_mixture import Nodes
 
 NAME = "Measured BRDF"
 SCRIPT_NODE = "Measured BRDF Shader"
 FAST_ERROR = "fast_error"           # custom properties of the group: closure_mixture.Mixture.error ...
 FAST_WORST = "fast_worst"           # ... and worst, which versions before 0.2.0 did not set
+NODES_ERROR = "nodes_error"         # the same of the closure nodes; versions before 0.2.0 had none
+NODES_WORST = "nodes_worst"
+EEVEE_ERROR = "eevee_error"
+CYCLES, EEVEE = "BSDF", "EEVEE"     # outputs
+_ACTIVE = "Active"                  # output of the script node: 1 where it renders the surface
 _MESH_TANGENT = "MeshTangent"       # input of the script node; the group fills it
 _VERSION = "shader_version"         # custom property of the group; version 0.1.0 did not set it
 
@@ -39,13 +50,15 @@ def create(shader: Shader) -> bpy.types.NodeTree:
         tree = bpy.data.node_groups.new(NAME, "ShaderNodeTree")
         _fill(tree, text, shader)
         tree[FAST_ERROR], tree[FAST_WORST] = fast_error(shader.source)
+        tree[NODES_ERROR], tree[NODES_WORST] = shader.nodes.cycles.error, shader.nodes.cycles.worst
+        tree[EEVEE_ERROR] = shader.nodes.eevee.error
         tree[_VERSION] = shader_version(shader.source)
     return tree
 
 
 def of(fit: Fit) -> bpy.types.NodeTree:
     """Make a node group that renders a fit. Raises as `create` does."""
-    return create(compile_shader(bake(fit)))
+    return create(compile_shader(bake(fit), node_mixtures(fit)))
 
 
 def unused(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
@@ -73,13 +86,20 @@ def source(tree: bpy.types.NodeTree) -> str:
 
 
 def version(tree: bpy.types.NodeTree) -> int:
-    """The version of the shader in a group that `create` made, comparable with `bake.SHADER_VERSION`."""
+    """The version of the shader in a group that `create` made, comparable with `bake.SHADER_VERSION`.
+
+    It is 0 for a shader that is still to be compiled, in a Blender that can.
+    """
     stored = tree.get(_VERSION)
+    if not present(script_node(tree)).outputs and not osl_support.missing():
+        return 0
     return stored if isinstance(stored, int) else 1
 
 
 def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> None:
-    tree.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
+    for name, where in ((CYCLES, "Cycles"), (EEVEE, "EEVEE")):
+        output_socket = tree.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketShader")
+        output_socket.description = f"The surface for {where}"
     tint = tree.interface.new_socket("Tint", in_out="INPUT", socket_type="NodeSocketColor")
     tint.default_value = (1, 1, 1, 1)
     tint.description = "Multiplies the measured reflectance; white keeps it as measured"
@@ -88,8 +108,11 @@ def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> Non
     strength.description = "Multiplies the measured reflectance"
     exact = tree.interface.new_socket("Exact", in_out="INPUT", socket_type="NodeSocketBool")
     exact.default_value = True
-    exact.description = ("On: the measured reflectance in every direction, with slightly more noise. Off: an "
-                         "approximation by Cycles' own closures, with less noise")
+    exact.description = ("Where Cycles renders with OSL. On: the measured reflectance in every direction, with "
+                         "slightly more noise. Off: an approximation by Cycles' own closures, with less noise")
+    nodes = tree.interface.new_socket("Nodes", in_out="INPUT", socket_type="NodeSocketBool")
+    nodes.default_value = False
+    nodes.description = "Approximation by ordinary nodes, on all devices, even where Cycles renders with OSL"
     normal = tree.interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
     normal.hide_value = True
     normal.description = "Shading normal from a Bump or Normal Map node; by default, that of the surface"
@@ -98,22 +121,48 @@ def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> Non
     script.name = script.label = SCRIPT_NODE
     script.mode = "INTERNAL"
     _store(script, text, shader)
-    names = ["Normal", "Tint", "Strength", "Exact"]
-    if _MESH_TANGENT in script.inputs:          # an anisotropic fit
+    names = ["Normal", "Tint", "Strength", "Exact", "Nodes"]
+    if shader.nodes.cycles.turn is not None:
         names += _add_tangent(tree)
+    source, output = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    source.location, output.location = (-300, 100), (600, 0)
+    if shader.bytecode:
+        _connect(tree, source, script, names)
+    _add_closures(tree, source, script, output, shader.nodes)
+
+
+def _connect(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.types.Node, names: list[str]) -> None:
+    """Connect the inputs of the script node."""
+    if _MESH_TANGENT in script.inputs:
         mesh = tree.nodes.new("ShaderNodeNewGeometry")
         mesh.location = -300, -250
         tree.links.new(mesh.outputs["Tangent"], script.inputs[_MESH_TANGENT])
-    source = tree.nodes.new("NodeGroupInput")
     scene_lamps = tree.nodes.new("ShaderNodeGroup")
     scene_lamps.node_tree = lamps.node_tree()
-    output = tree.nodes.new("NodeGroupOutput")
-    source.location, scene_lamps.location, output.location = (-300, 100), (-300, -100), (300, 0)
+    scene_lamps.location = -300, -100
     for name in names:
         tree.links.new(source.outputs[name], script.inputs[name])
     for socket in scene_lamps.outputs:
-        tree.links.new(socket, script.inputs[socket.name])
-    tree.links.new(script.outputs["BSDF"], output.inputs["BSDF"])
+        if socket.name in script.inputs:
+            tree.links.new(socket, script.inputs[socket.name])
+
+
+def _add_closures(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.types.Node, output: bpy.types.Node,
+                  nodes: Nodes) -> None:
+    given = closure_nodes.Inputs(source.outputs["Tint"], source.outputs["Strength"], source.outputs["Normal"],
+                                 source.outputs.get("Tangent"), source.outputs.get("Rotation"))
+    frame = closure_nodes.add_frame(tree, given, nodes.cycles.turn, -3200, -900)
+    in_cycles, in_eevee = (closure_nodes.add_sum(tree, mixture, frame, -1200, y)
+                           for mixture, y in ((nodes.cycles, -900), (nodes.eevee, -2600)))
+    which = tree.nodes.new("ShaderNodeMixShader")
+    which.location = 300, 0
+    which.inputs[0].default_value = 0           # where Cycles has no script node
+    tree.links.new(in_cycles, which.inputs[1])
+    if script.outputs:
+        tree.links.new(script.outputs[_ACTIVE], which.inputs[0])
+        tree.links.new(script.outputs["BSDF"], which.inputs[2])
+    tree.links.new(which.outputs[0], output.inputs[CYCLES])
+    tree.links.new(in_eevee, output.inputs[EEVEE])
 
 
 def _add_tangent(tree: bpy.types.NodeTree) -> list[str]:
@@ -143,8 +192,10 @@ def _store(node: bpy.types.Node, text: bpy.types.Text, shader: Shader) -> None:
         if "ERROR" in kind:
             errors.append(message)
 
-    text.from_string(interface(shader.source))
+    text.from_string(interface(shader.source) if shader.bytecode else shader.source)
     node.script = text
+    if not shader.bytecode:                     # this Blender was built without OSL
+        return
     if "BSDF" not in node.outputs:
         try:
             osl.update_script_node(node, report)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import bpy
 
-NO_OSL = ("This Blender was built without OSL (Open Shading Language), which measured materials need. "
-          "Use a Blender from blender.org")
+NO_OSL = ("This Blender was built without OSL (Open Shading Language): measured materials are rendered by closure "
+          "nodes, approximately. For exact ones, use a Blender from blender.org")
 
 
 @functools.cache

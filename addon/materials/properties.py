@@ -19,7 +19,17 @@ LEVELS = ("diffuse_level", "specular_level", "compression")
 RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels", "changes",
            "version", "colours")
 READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
-CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", *READING)
+CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", "rendering", *READING)
+AUTOMATIC, EXACT, FAST, NODES = "AUTO", "EXACT", "FAST", "NODES"
+RENDERINGS = (
+    (AUTOMATIC, "Automatic", "Exact where Cycles renders with OSL, and Nodes everywhere else"),
+    (EXACT, "Exact", "The measured reflectance under every light; slightly noisier and slower. It needs Cycles with "
+                     "OSL: elsewhere, Nodes are shown"),
+    (FAST, "Fast", "An approximation by Cycles' own closures. Reflections of lamps and the total reflected light are "
+                   "as measured, reflections of everything else differ. It needs Cycles with OSL: elsewhere, Nodes "
+                   "are shown"),
+    (NODES, "Nodes", "An approximation by ordinary nodes, without OSL: on every device, quick, and without noise of "
+                     "its own"))
 AS_THE_FILE_SAYS = "auto"
 PRESET_ITEMS = tuple((name, name, text) for name, text in PRESET_DESCRIPTIONS.items())
 _ARGUMENTS: dict[str, Arguments] = {name: cast(Arguments, preset) for name, preset in PRESETS.items()}
@@ -60,6 +70,7 @@ class Choices(Protocol):
     compression: float
     use_tolerance: bool
     tolerance: float
+    rendering: str
     angles: str
     quantity: str
     illuminant: str
@@ -102,6 +113,9 @@ class FitChoices:
         name="Tolerance", default=0.05, min=1e-6, soft_max=1, precision=4,
         description="Largest RMSE at the samples, in 1/sr. Lower values follow the measurements more closely and make "
                     "larger files")
+    rendering: EnumProperty(
+        name="Rendering", items=RENDERINGS, default=AUTOMATIC,
+        description="How the material is rendered. It can be changed at any time")
     angles: EnumProperty(
         name="Angles", items=_ANGLES, default=AS_THE_FILE_SAYS,
         description="Unit of the angles of a table. Only needed where the file does not say it, or says it wrongly")

@@ -57,7 +57,6 @@ preferences name, for use in other files"""
     bl_label = "Save to Asset Library"
     bl_options = {"REGISTER", "UNDO"}
 
-    needs_osl = False
     directory: StringProperty(name="Library", subtype="DIR_PATH", options={"SKIP_SAVE"},
                               description="Folder of the asset library. Empty: the one in the preferences, or the open "
                                           "file if they name none")

@@ -49,7 +49,7 @@ class MakesMaterials(InBackground):
                 prepared.append((path, sample, outcome, None))
             else:
                 yield number / len(outcomes), f"Compiling {outcome.measured.name}"
-                prepared.append((path, sample, outcome, compiler.compile_shader(outcome.source)))
+                prepared.append((path, sample, outcome, compiler.compile_shader(outcome.source, outcome.nodes)))
         return prepared
 
     def apply(self, context: bpy.types.Context, prepared: _Prepared) -> None:

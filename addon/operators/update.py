@@ -39,11 +39,11 @@ The fits do not change, and the measurements are not needed"""
             shaders[tree.session_uid][2].append(item.session_uid)
         return process.Calculation(partial(tasks.rebake, list(shaders.values())))
 
-    def prepare(self, rebaked: Sequence[tuple[str | ValueError, _Users]]) -> Steps:
+    def prepare(self, rebaked: Sequence[tuple[tasks.Rebaked | ValueError, _Users]]) -> Steps:
         prepared: list[tuple[compiler.Shader | ValueError, _Users]] = []
-        for number, (source, users) in enumerate(rebaked):
+        for number, (made, users) in enumerate(rebaked):
             yield number / len(rebaked), "Compiling"
-            prepared.append((source if isinstance(source, Exception) else compiler.compile_shader(source), users))
+            prepared.append((made if isinstance(made, Exception) else compiler.compile_shader(*made), users))
         return prepared
 
     def apply(self, context: bpy.types.Context,

@@ -1,7 +1,6 @@
 """The main panel: the file, the settings of the fit, and its result."""
 
 import math
-import textwrap
 from typing import Any
 
 import bpy
@@ -12,12 +11,11 @@ from ..annotations import present
 from ..jobs import modal, queries, tasks
 from ..jobs.job import Job
 from ..materials import material as materials
-from ..materials import osl_support
 from ..materials.properties import NO_SPECULAR_LEVEL, is_preset
 from ..materials.reading import draw_reading, other_colours, scene_colours
-from ..operators import assets, fit, import_data, presets, rendering, samples, update
+from ..operators import assets, fit, import_data, presets, samples, update
 from .comparison import draw_cost
-from .layout import MaterialPanel, draw_warning, draw_wrapped
+from .layout import MaterialPanel, draw_warning, draw_wrapped, wrapped
 
 
 class MEASUREDBRDF_PT_material(MaterialPanel, bpy.types.Panel):
@@ -36,7 +34,6 @@ class MEASUREDBRDF_PT_material(MaterialPanel, bpy.types.Panel):
         layout = present(self.layout)
         layout.use_property_split = True
         layout.use_property_decorate = False
-        _draw_osl(layout, present(context.scene))
         if modal.running is not None:
             _draw_progress(layout, modal.running)
         if context.material is None:
@@ -66,16 +63,6 @@ class MEASUREDBRDF_PT_material(MaterialPanel, bpy.types.Panel):
         if fitted:
             _draw_result(layout.box(), settings, materials.tangent_input(context.material) is not None)
             layout.operator(assets.MEASUREDBRDF_OT_save_asset.bl_idname, icon="ASSET_MANAGER")
-
-
-def _draw_osl(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
-    reason = osl_support.missing()
-    if reason:
-        draw_warning(layout, reason)
-    elif not osl_support.is_enabled(scene):
-        column = layout.box().column()
-        column.label(text="Measured materials need Cycles with OSL", icon="INFO")
-        column.operator(rendering.MEASUREDBRDF_OT_enable_osl.bl_idname)
 
 
 def _draw_progress(layout: bpy.types.UILayout, job: Job[Any]) -> None:
@@ -141,5 +128,5 @@ def _draw_result(layout: bpy.types.UILayout, settings: Any, anisotropic: bool) -
         split.alignment = "RIGHT"
         split.label(text=name)
         split.label(text=value)
-    for line in textwrap.wrap(settings.changes, 52) if settings.changes else ():
+    for line in wrapped(settings.changes):
         layout.label(text=line)

@@ -5,7 +5,8 @@ from typing import Literal
 
 import bpy
 
-_LINE = 52                  # characters
+_CHARACTER, _MARGIN = 5.6, 75       # pixels at a scale of 1: of a character on average, and beside texts with an icon
+_SHORTEST = 20              # line, characters
 
 
 class MaterialPanel:
@@ -29,8 +30,15 @@ def draw_row(layout: bpy.types.UILayout, *texts: str) -> None:
 
 def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: Literal["ERROR", "INFO"] = "ERROR") -> None:
     """Draw text in several lines, with an icon at the first."""
-    for number, line in enumerate(textwrap.wrap(text, _LINE)):
+    for number, line in enumerate(wrapped(text)):
         layout.label(text=line, icon=icon if number == 0 else "BLANK1")
+
+
+def wrapped(text: str) -> list[str]:
+    """Text in lines as wide as the region that is drawn."""
+    region, scale = bpy.context.region, bpy.context.preferences.system.ui_scale
+    room = (region.width / scale - _MARGIN) / _CHARACTER if region is not None else 0
+    return textwrap.wrap(text, max(int(room), _SHORTEST))
 
 
 def draw_warning(layout: bpy.types.UILayout, text: str) -> None:

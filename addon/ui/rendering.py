@@ -1,38 +1,38 @@
-"""Exact or Fast, and the settings of the scene that change how measured materials look."""
+"""How the material is rendered, and the settings of the scene that change how measured materials look."""
 
 import bpy
 
 from ..annotations import present
-from ..materials import checks, node_group
+from ..materials import checks, rendered
 from ..materials import material as materials
+from ..materials.properties import AUTOMATIC, RENDERINGS
 from ..operators.checks import MEASUREDBRDF_OT_fix_setting
-from ..operators.rendering import METHODS, MEASUREDBRDF_OT_use_method
+from ..operators.rendering import MEASUREDBRDF_OT_enable_osl, MEASUREDBRDF_OT_use_method
 from .layout import MaterialPanel, draw_wrapped
 
 
 class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
-    """Exact or Fast, and a list of wrong settings, each with a Fix button"""
+    """Exact, Fast or Nodes, and a list of wrong settings, each with a Fix button"""
 
     bl_label = "Rendering"
     bl_parent_id = "MEASUREDBRDF_PT_material"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.material is not None and materials.exact_input(context.material) is not None
+        return context.material is not None and materials.group_node(context.material) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, material = present(self.layout), present(context.material)
-        exact = present(materials.exact_input(material)).default_value
+        layout, material, scene = present(self.layout), present(context.material), present(context.scene)
+        chosen = materials.rendering_of(material)
         row = layout.row(align=True)
-        for key, label, _ in METHODS:
-            row.operator(MEASUREDBRDF_OT_use_method.bl_idname, text=label,
-                         depress=exact == (key == "EXACT")).method = key
-        tree = present(materials.group_node(material)).node_tree
-        misplaced = tree.get(node_group.FAST_ERROR, 0)
-        worst = tree.get(node_group.FAST_WORST, misplaced)
-        draw_wrapped(layout, f"Fast reflects {misplaced:.1%} of the light in wrong directions, seen at the worst angle "
-                             f"{worst:.1%}")
-        findings = checks.check(present(context.scene))
+        for key, label, _ in RENDERINGS:
+            row.operator(MEASUREDBRDF_OT_use_method.bl_idname, text=label, depress=chosen == key).method = key
+        found = rendered.in_scene(material, scene)
+        as_chosen = found.how == chosen or (chosen == AUTOMATIC and found.how != rendered.BLACK)
+        draw_wrapped(layout, rendered.sentence(found, chosen), "INFO" if as_chosen else "ERROR")
+        if found.can_enable:
+            layout.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
+        findings = checks.check(scene)
         if not findings:
             layout.label(text="No setting of this scene changes the look", icon="CHECKMARK")
         for finding in findings:

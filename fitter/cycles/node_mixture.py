@@ -150,7 +150,8 @@ def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray
     phases = np.ones((1, 1)) if mixture.turn is None else np.array([[np.cos(phi - turn) ** 2, np.sin(phi - turn) ** 2]])
     at = np.array([theta])
     shape = Shape(*(_between(mixture.theta, at, each) for each in mixture.shape))
-    seen = Views(at, phases, pairs, (wi[:, 2] > 0)[None, None].astype(float), np.empty((1, 1, len(wi), 0)))
+    nothing = np.empty((1, 1, len(wi), 0))
+    seen = Views(at, phases, pairs, (wi[:, 2] > 0)[None, None].astype(float), nothing, nothing)
     columns, colour = _columns(seen, mixture.kinds, shape), _between(mixture.theta, at, mixture.colour)
     return np.asarray(_radiance(columns, colour)[0, 0])
 
@@ -201,13 +202,14 @@ def _rows(views: Views, values: FloatArray) -> FloatArray:
 
 
 def _absolute(views: Views, left: FloatArray, floor: float) -> FloatArray:
-    """Weights of squared errors, (views, rows, channels), whose sum is the absolute error, with that of the albedo:
-    otherwise the best approximation of a peak beside the measured one would be none."""
+    """Weights of squared errors, (views, rows, channels), whose sum is the absolute error by importance, with that of
+    the albedo: otherwise the best approximation of a peak beside the measured one would be none."""
     light = views.light[:, None, None, None]
     by_direction = left.reshape(len(left), len(views.phases), -1, left.shape[-1])
     smallest = floor * light / (np.pi * left.shape[-1])
     weight = np.empty_like(by_direction)
-    weight[:, :, :-1] = views.solid_angle[..., None] / (np.abs(by_direction[:, :, :-1]) + smallest) / light
+    weight[:, :, :-1] = views.importance * views.solid_angle[..., None] / light
+    weight[:, :, :-1] /= np.abs(by_direction[:, :, :-1]) + smallest
     weight[:, :, -1:] = _FIRMNESS / light ** 2
     return (weight / len(views.phases)).reshape(left.shape)
 

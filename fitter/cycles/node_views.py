@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from ..model.fit import Fit
 
 _POLAR, _AZIMUTHS = 13, 8       # tabulated viewing directions of an anisotropic fit, over half a turn
+_DARKER, _DARKER_CHANNEL = 0.33, 0.5        # powers of the reciprocal radiance, and of that of a channel's albedo ...
+_FLOOR, _CHANNEL_FLOOR = 0.05, 0.03         # ... above these shares of the mean
 _DARK = 1e-12
 
 
@@ -34,6 +36,8 @@ class Views(NamedTuple):
         Of each incident direction; 0 below the horizon.
     target : (views, azimuths, n, channels)
         f cos theta_i.
+    importance : (views, azimuths, n, channels)
+        By what errors are multiplied, as they are seen: more where little is reflected, and in a dark channel.
     """
 
     theta: FloatArray
@@ -41,6 +45,7 @@ class Views(NamedTuple):
     pairs: Pairs
     solid_angle: FloatArray
     target: FloatArray
+    importance: FloatArray
 
     @property
     def albedo(self) -> FloatArray:
@@ -58,7 +63,8 @@ class Views(NamedTuple):
         scale = len(range(wi.shape[2])) / len(range(wi.shape[2])[directions])
         return Views(self.theta[views], self.phases,
                      Pairs(wo[views], wi[views, :, directions], half[views, :, directions], tangent[views]),
-                     self.solid_angle[views, :, directions] * scale, self.target[views, :, directions])
+                     self.solid_angle[views, :, directions] * scale, self.target[views, :, directions],
+                     self.importance[views, :, directions])
 
     def misplaced(self, radiance: FloatArray) -> FloatArray:
         """The share of the light that an approximation, (views, azimuths, n, channels), reflects in wrong directions:
@@ -102,4 +108,12 @@ def views_of(fit: "Fit", turn: float | None, stretch: float = 1.0) -> Views:
     target[above] = np.maximum(value, 0) * to.unit[above][:, 2:]
     # a microfacet lobe is symmetric about the plane of the viewer or, of an anisotropic fit, about the principal axes
     tangent = np.broadcast_to([1.0, 0.0, 0.0], wo.shape)
-    return Views(theta, phases, Pairs.of(wo, to.unit, tangent), to.solid_angle, target)
+    return Views(theta, phases, Pairs.of(wo, to.unit, tangent), to.solid_angle, target,
+                 _importance(target, to.solid_angle))
+
+
+def _importance(target: FloatArray, solid_angle: FloatArray) -> FloatArray:
+    albedo = np.einsum("van,vanc->vc", solid_angle, target)[:, None, None] / target.shape[1]
+    mean = np.maximum(albedo.mean(axis=-1, keepdims=True), _DARK)
+    in_the_dark = (mean / (np.pi * target + _FLOOR * mean)) ** _DARKER
+    return np.asarray(in_the_dark * (mean / (albedo + _CHANNEL_FLOOR * mean)) ** _DARKER_CHANNEL)

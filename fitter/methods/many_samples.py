@@ -113,7 +113,8 @@ def _anisotropic_systems(model: Microfacet) -> list[AnisotropicRusinkiewicz]:
         narrowest = int(np.argmin(np.where(model.across == model.alpha, np.inf, np.minimum(model.alpha, model.across))))
         alpha, across = model.alpha[narrowest], model.across[narrowest]
         least = max(min(alpha, across), max(alpha, across) / _MOST_ELONGATED)
-        systems += [AnisotropicRusinkiewicz(stretch * least / max(alpha, least), stretch * least / max(across, least),
+        shares = least / max(alpha, least), least / max(across, least)      # at most 1, but for rounding
+        systems += [AnisotropicRusinkiewicz(stretch * min(shares[0], 1.0), stretch * min(shares[1], 1.0),
                                             float(model.turn[narrowest])) for stretch in STRETCHES]
     return systems
 

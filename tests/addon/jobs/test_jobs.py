@@ -292,7 +292,6 @@ def window(monkeypatch):
     manager = SimpleNamespace(event_timer_add=lambda interval, window: timers.append(interval) or interval,
                               event_timer_remove=timers.remove, modal_handler_add=lambda operator: None)
     monkeypatch.setattr(modal, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
-    monkeypatch.setattr(modal.osl_support, "missing", lambda: "")
     return SimpleNamespace(workspace=None, window=None, window_manager=manager, timers=timers)
 
 

@@ -1,0 +1,123 @@
+"""How measured materials are rendered in a scene: exactly, fast, or by closure nodes; and why, where nodes stand in.
+
+Which it is follows from the engine, the device and the settings of a scene, without any work of the extension
+(`node_group`). This module tells it, to the panel and, when a render begins without a window, to the console.
+"""
+
+from collections import Counter
+from typing import NamedTuple
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ..annotations import present
+from ..scene import device
+from . import material as materials
+from . import node_group, osl_support
+from .properties import EXACT, FAST, NODES
+
+LABELS = {EXACT: "Exact", FAST: "Fast", NODES: "Nodes"}
+BLACK = "BLACK"             # a shader of version 0.1.0, which has no closure nodes
+_EEVEE = ("BLENDER_EEVEE", "BLENDER_EEVEE_NEXT")
+
+
+class Rendered(NamedTuple):
+    """How a material is rendered.
+
+    Attributes
+    ----------
+    how : str
+        `properties.EXACT`, FAST or NODES, or BLACK.
+    error, worst : float
+        The share of the light that goes in wrong directions, in the mean over the viewing angles and at the worst.
+    why : str
+        Why OSL does not run; empty if it does, and where closure nodes were chosen.
+    can_enable : bool
+        Whether OSL would run if the scene's settings for it were changed.
+    """
+
+    how: str
+    error: float
+    worst: float
+    why: str
+    can_enable: bool
+
+
+def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
+    """How a measured material is rendered in a scene."""
+    tree = present(materials.group_node(material)).node_tree
+    chosen = materials.rendering_of(material)
+    why = "" if chosen == NODES and not in_eevee(scene) else without_osl(scene)
+    if not why and chosen != NODES:
+        if chosen == FAST:
+            error = tree.get(node_group.FAST_ERROR, 0.0)
+            return Rendered(FAST, error, tree.get(node_group.FAST_WORST, error), "", False)
+        return Rendered(EXACT, 0.0, 0.0, "", False)
+    can_enable = chosen != NODES and not osl_support.missing() and device.effective_device(scene) in device.WITH_OSL
+    if node_group.NODES_ERROR not in tree:
+        return Rendered(BLACK, 1.0, 1.0, why, can_enable)
+    if in_eevee(scene):
+        error = tree[node_group.EEVEE_ERROR]
+        return Rendered(NODES, error, error, why, can_enable)
+    return Rendered(NODES, tree[node_group.NODES_ERROR], tree[node_group.NODES_WORST], why, can_enable)
+
+
+def in_eevee(scene: bpy.types.Scene) -> bool:
+    """Whether EEVEE renders a scene."""
+    return str(scene.render.engine) in _EEVEE
+
+
+def without_osl(scene: bpy.types.Scene) -> str:
+    """Why a scene is not rendered with OSL, as the end of a sentence; empty if it is."""
+    if str(scene.render.engine) != "CYCLES":
+        return "OSL needs Cycles"
+    if osl_support.missing():
+        return "this Blender was built without OSL"
+    found = device.effective_device(scene)
+    if found not in device.WITH_OSL:
+        return f"Cycles has no OSL on {found} devices"
+    return "" if scene.cycles.shading_system else "OSL is off"
+
+
+def sentence(found: Rendered, chosen: str) -> str:
+    """What the panel says of a material; `chosen` is one of `properties.RENDERINGS`."""
+    if found.how == BLACK:
+        return f"Rendered black, because {found.why}: an older version made it. Update it"
+    if found.how == EXACT:
+        return "Rendered exactly as fitted"
+    misplaced = f"{found.error:.1%} of the light goes in wrong directions"
+    if found.worst > found.error:
+        misplaced += f", seen at the worst angle {found.worst:.1%}"
+    if found.how == FAST:
+        return f"Rendered fast: {misplaced}"
+    because = f", because {found.why}" if found.why else ""
+    instead = f" instead of {LABELS[chosen]}" if chosen in (EXACT, FAST) else ""
+    return f"Rendered by nodes{instead}{because}: {misplaced}"
+
+
+def summary(scene: bpy.types.Scene) -> str:
+    """What a render without a window says, in one line; empty without measured materials."""
+    used = [item for item in bpy.data.materials if item.users > item.use_fake_user and materials.is_measured(item)]
+    counts = Counter(in_scene(item, scene).how for item in used)
+    if not counts:
+        return ""
+    parts = [f"{counts[how]} {text}" for how, text in ((EXACT, "exact"), (FAST, "fast"), (NODES, "by closure nodes"),
+                                                       (BLACK, "black: update the materials")) if counts[how]]
+    why = without_osl(scene)
+    where = str(scene.render.engine) if in_eevee(scene) else f"Cycles on {device.effective_device(scene)}"
+    return f"Measured BRDF: {', '.join(parts)} ({where}{'; ' + why if why else ', with OSL'})"
+
+
+@persistent
+def _on_render(scene: bpy.types.Scene, *_: object) -> None:
+    if bpy.app.background and (text := summary(scene)):
+        print(text, flush=True)
+
+
+def register() -> None:
+    bpy.app.handlers.render_init.append(_on_render)
+
+
+def unregister() -> None:
+    if _on_render in bpy.app.handlers.render_init:
+        bpy.app.handlers.render_init.remove(_on_render)

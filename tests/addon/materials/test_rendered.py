@@ -1,0 +1,220 @@
+"""How a material is rendered, and what is said of it, by engine, device and choice."""
+
+import subprocess
+import sys
+
+import bpy
+import numpy as np
+import pytest
+
+from support.checkout import ROOT
+from support.stage import add_sphere, background, black_scene, render
+
+EEVEE = "BLENDER_EEVEE_NEXT" if bpy.app.version < (5, 0) else "BLENDER_EEVEE"
+
+
+@pytest.fixture
+def scene(blender):
+    scene = black_scene(24, 24, 16, span=2.1)
+    background(scene, 1)
+    return scene
+
+
+@pytest.fixture
+def imported(scene, write_astm, glossy, tmp_path):
+    """Import the glossy measurement onto a sphere with a choice of rendering: its material."""
+    path = tmp_path / "glossy.astm"
+    write_astm(path, glossy)
+
+    def make(rendering=None):
+        add_sphere()
+        given = {} if rendering is None else {"rendering": rendering}
+        assert bpy.ops.measured_brdf.import_data(filepath=str(path), preset="Draft", **given) == {"FINISHED"}
+        return bpy.context.object.active_material
+    return make
+
+
+def how(material):
+    from measured_brdf.addon.materials import rendered
+
+    return rendered.in_scene(material, bpy.context.scene)
+
+
+def findings():
+    from measured_brdf.addon.materials import checks
+
+    return {finding.key: finding for finding in checks.check(bpy.context.scene)}
+
+
+def mean():
+    return float(render(bpy.context.scene)[..., :3].mean())
+
+
+def test_automatic_is_exact_with_osl_and_nodes_without(scene, imported):
+    material = imported()
+    assert material.measured_brdf.rendering == "AUTO"
+    assert how(material)[:3] == ("EXACT", 0.0, 0.0)
+    exact = mean()
+    scene.cycles.shading_system = False
+    found = how(material)
+    assert found.how == "NODES"
+    assert found.why == "OSL is off"
+    assert found.can_enable
+    assert mean() == pytest.approx(exact, rel=0.03), "nothing else had to be changed, and the light is the same"
+    assert "osl" not in findings(), "that is what was chosen"
+
+
+@pytest.mark.parametrize("choice", ["EXACT", "FAST"])
+def test_what_needs_osl_is_told_where_it_is_off_and_has_a_fix(scene, imported, choice):
+    material = imported(choice)
+    assert how(material).how == choice
+    assert "osl" not in findings()
+    scene.cycles.shading_system = False
+    assert how(material).how == "NODES"
+    assert "OSL is off" in findings()["osl"].message
+    assert bpy.ops.measured_brdf.fix_setting(key="osl") == {"FINISHED"}
+    assert how(material).how == choice
+
+
+def test_nodes_are_shown_with_osl_too_where_they_are_chosen(scene, imported):
+    material = imported("NODES")
+    found = how(material)
+    assert found.how == "NODES"
+    assert found.why == ""
+    assert 0 < found.error <= found.worst
+    with_osl = render(scene)
+    scene.cycles.shading_system = False
+    np.testing.assert_allclose(render(scene), with_osl, atol=0.02)
+
+
+@pytest.mark.parametrize("choice", ["AUTO", "EXACT", "FAST", "NODES"])
+def test_a_choice_can_be_changed_and_outlives_a_refit(scene, imported, choice):
+    material = imported("FAST" if choice == "NODES" else "NODES")
+    assert bpy.ops.measured_brdf.use_method(method=choice) == {"FINISHED"}
+    assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
+    from measured_brdf.addon.materials import material as materials
+
+    assert materials.rendering_of(material) == choice
+
+
+@pytest.mark.parametrize("device", ["HIP", "METAL", "ONEAPI", "CUDA"])
+def test_a_device_without_osl_is_named_and_rendered_by_nodes(scene, imported, monkeypatch, device):
+    from measured_brdf.addon.scene import device as devices
+
+    material = imported("EXACT")
+    monkeypatch.setattr(devices, "effective_device", lambda scene: "CPU" if scene.cycles.device == "CPU" else device)
+    scene.cycles.device = "GPU"
+    found = how(material)
+    assert found.how == "NODES"
+    assert device in found.why
+    assert not found.can_enable
+    assert device in findings()["osl"].message
+    assert bpy.ops.measured_brdf.fix_setting(key="osl") == {"FINISHED"}
+    assert scene.cycles.device == "CPU"
+    assert how(material).how == "EXACT"
+
+
+def test_eevee_has_its_own_nodes_and_error(scene, imported):
+    material = imported()
+    scene.render.engine = EEVEE
+    found = how(material)
+    assert found.how == "NODES"
+    assert found.why == "OSL needs Cycles"
+    tree = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
+    assert found.error == tree["eevee_error"]
+    output = material.node_tree.get_output_node("EEVEE")
+    assert output.inputs["Surface"].links[0].from_socket.name == "EEVEE"
+    assert material.node_tree.get_output_node("CYCLES").inputs["Surface"].links[0].from_socket.name == "BSDF"
+
+
+def test_a_mixed_material_has_all_its_groups_switched(scene, imported):
+    material = imported()
+    tree = material.node_tree
+    first = next(node for node in tree.nodes if node.type == "GROUP")
+    second = tree.nodes.new("ShaderNodeGroup")
+    second.node_tree = first.node_tree
+    assert bpy.ops.measured_brdf.use_method(method="FAST") == {"FINISHED"}
+    assert not first.inputs["Exact"].default_value
+    assert not second.inputs["Exact"].default_value
+
+
+def test_a_surface_that_the_user_mixes_keeps_one_output_for_all(scene, imported):
+    material = imported()
+    tree = material.node_tree
+    for node in [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL"]:
+        tree.nodes.remove(node)
+    group = next(node for node in tree.nodes if node.type == "GROUP")
+    mix, output = tree.nodes.new("ShaderNodeMixShader"), tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(group.outputs["BSDF"], mix.inputs[1])
+    tree.links.new(mix.outputs[0], output.inputs["Surface"])
+    assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
+    assert [node.target for node in tree.nodes if node.type == "OUTPUT_MATERIAL"] == ["ALL"]
+    assert output.inputs["Surface"].links[0].from_node == mix
+
+
+def test_a_render_without_a_window_says_what_it_used(scene, imported, capfd):
+    imported()
+    render(scene)
+    assert "Measured BRDF: 1 exact (Cycles on CPU, with OSL)" in capfd.readouterr().out
+    scene.cycles.shading_system = False
+    render(scene)
+    assert "Measured BRDF: 1 by closure nodes (Cycles on CPU; OSL is off)" in capfd.readouterr().out
+
+
+def test_a_shader_of_the_first_version_is_told_to_be_black_without_osl(scene, imported):
+    from measured_brdf.addon.materials import node_group
+
+    material = imported()
+    tree = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
+    for name in (node_group.NODES_ERROR, node_group.NODES_WORST, node_group.EEVEE_ERROR):
+        del tree[name]
+    tree["shader_version"] = 1
+    scene.cycles.shading_system = False
+    assert how(material).how == "BLACK"
+    assert "black" in findings()
+    assert bpy.ops.measured_brdf.fix_setting(key="black") == {"FINISHED"}
+    assert how(material).how == "NODES"
+    assert mean() > 0.01
+
+
+def test_the_sentence_names_what_was_chosen_and_why_it_is_not_shown():
+    from measured_brdf.addon.materials.rendered import Rendered, sentence
+
+    found = Rendered("NODES", 0.05, 0.1, "OSL is off", True)
+    assert sentence(found, "EXACT") == (
+        "Rendered by nodes instead of Exact, because OSL is off: 5.0% of the light goes in wrong directions, seen at "
+        "the worst angle 10.0%")
+    assert sentence(found._replace(why=""), "NODES").startswith("Rendered by nodes: 5.0%")
+
+
+IN_EEVEE = f"""
+import sys
+sys.path.insert(0, {str(ROOT)!r})
+import bpy
+import fitter
+from support import checkout, stage
+checkout.extension().register()
+scene = stage.black_scene(48, 48, 16, span=2.1)
+stage.background(scene, 1)
+stage.add_sphere()
+bpy.ops.measured_brdf.import_data(filepath=sys.argv[1], preset="Draft")
+scene.cycles.shading_system = False
+cycles = stage.render(scene)[..., :3].mean()
+scene.render.engine = {EEVEE!r}
+scene.eevee.taa_render_samples = 16
+print("MEANS", cycles, stage.render(scene)[..., :3].mean())
+"""
+
+
+def test_eevee_shows_about_as_much_light_as_cycles(write_astm, glossy, tmp_path):
+    """In a process of its own, which Blender ends where there is no OpenGL."""
+    path = tmp_path / "glossy.astm"
+    write_astm(path, glossy)
+    found = subprocess.run([sys.executable, "-c", IN_EEVEE, str(path)], capture_output=True, text=True, timeout=300,
+                           check=False)
+    if "MEANS" not in found.stdout and "context" in found.stderr:
+        pytest.skip("EEVEE needs OpenGL; on Debian, libegl-mesa0 and libgl1-mesa-dri have it in software")
+    assert found.returncode == 0, found.stderr
+    cycles, eevee = map(float, found.stdout.split("MEANS")[1].split()[:2])
+    assert cycles > 0.01
+    assert eevee == pytest.approx(cycles, rel=0.1)

@@ -1,0 +1,167 @@
+"""Closure nodes as Cycles renders them without OSL, against integrals of `node_mixture.evaluate` in NumPy.
+
+That function is compared with fits in `tests/fitter/cycles/test_node_mixture.py`. Here it is the truth for the nodes:
+what they compute from the view and the inputs, and what Cycles makes of each closure.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.cycles import node_mixture
+from support.anisotropic import brushed_fit
+from support.spheres import normals, radial, turned_tangents
+from support.stage import add_lamp, add_sphere, background, black_scene, material_for, render, set_input
+
+SIZE, BLOCK = 48, 6
+ANGLE = math.radians(50)
+TOWARD = np.array([-math.sin(ANGLE), 0, math.cos(ANGLE)])
+MATERIALS = ("velvet", "aluminum foil", "felt", "krylon_blue_RGB", "cayman")
+
+
+@pytest.fixture(scope="module")
+def standard(curet, cornell):
+    """Fits of real materials, by name."""
+    known = {}
+
+    def fit(name):
+        if name not in known:
+            samples = cornell(name) if name in ("krylon_blue_RGB", "cayman") else curet(name)
+            known[name] = fitter.fit(samples, **fitter.PRESETS["Standard"])
+        return known[name]
+    return fit
+
+
+def sphere(fit, osl=False, samples=64):
+    """A sphere of a fit, lit by a sun from the left: (scene, material)."""
+    scene = black_scene(SIZE, SIZE, samples, span=2)
+    scene.cycles.max_bounces = 0
+    scene.cycles.shading_system = osl
+    material = material_for(fit)
+    add_sphere().data.materials.append(material)
+    add_lamp("SUN", math.pi, rotation=(0, -ANGLE, 0), angle=math.radians(0.2))
+    return scene, material
+
+
+def blocks(picture):
+    """Means of a picture over blocks of pixels."""
+    return picture.reshape(SIZE // BLOCK, BLOCK, SIZE // BLOCK, BLOCK, -1).mean(axis=(1, 3))
+
+
+def integral(mixture, tint=1.0, turn=None):
+    """The picture of a unit sphere under the sun: means over blocks of pixels."""
+    resolution = 2 * SIZE
+    n = normals(resolution)
+    up = np.array([0.0, 0, 1])
+    values = np.zeros((len(n), mixture.colour.shape[-1]))
+    along, across = turned_tangents(n, radial(n), 0.0 if turn is None else turn)
+    for number, (normal, x, y) in enumerate(zip(n, along, across, strict=True)):
+        if normal @ TOWARD > 0:
+            frame = np.stack([x, y, normal])
+            values[number] = node_mixture.evaluate(mixture, frame @ up, (frame @ TOWARD)[None])[0]
+    picture = np.zeros((resolution, resolution, values.shape[1]))
+    x = (np.arange(resolution) + 0.5) / resolution * 2 - 1
+    on_it = x[None] ** 2 + x[:, None] ** 2 < 1
+    picture[on_it] = values
+    picture = picture[::-1].reshape(SIZE, 2, SIZE, 2, -1).mean(axis=(1, 3))
+    # a sun of pi W / m2 has an irradiance of pi
+    return np.broadcast_to(math.pi * tint * blocks(picture), (SIZE // BLOCK, SIZE // BLOCK, 3))
+
+
+def assert_close(found, expected, within=0.03):
+    """Alike in the mean, and in each block up to a share of the mean: narrow peaks lie on edges of blocks."""
+    mean = expected.mean(axis=(0, 1))
+    np.testing.assert_allclose(found.mean(axis=(0, 1)), mean, rtol=0.01, atol=0.01 * mean.max())
+    difference = np.abs(found - expected).mean(axis=(0, 1))
+    assert (difference <= within * mean.max()).all(), difference / mean
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_cycles_without_osl_shows_the_sum_of_closures(blender, standard, name):
+    fit = standard(name)
+    expected = integral(node_mixture.node_mixtures(fit).cycles)
+    scene, _ = sphere(fit)
+    assert_close(blocks(render(scene)[..., :3]), expected)
+
+
+def test_with_osl_the_input_nodes_shows_the_same(blender, standard):
+    fit = standard("velvet")
+    scene, _ = sphere(fit)
+    without = render(scene)[..., :3]
+    scene, material = sphere(fit, osl=True)
+    set_input(material, "Nodes", True)
+    np.testing.assert_allclose(render(scene)[..., :3], without, atol=2e-3 * without.max())
+
+
+def test_with_osl_the_fit_itself_is_shown(blender, standard):
+    from support.spheres import reflected
+
+    fit = standard("velvet")
+    scene, _ = sphere(fit, osl=True, samples=256)
+    n = normals(2 * SIZE)
+    truth = math.pi * reflected(fit, n, np.broadcast_to(TOWARD, n.shape)).sum(axis=0) / (2 * SIZE) ** 2
+    assert render(scene)[..., :3].mean() == pytest.approx(truth.mean(), rel=0.01)
+
+
+def test_tint_and_strength_multiply(blender, standard):
+    fit = standard("aluminum foil")
+    scene, material = sphere(fit)
+    plain = render(scene)[..., :3]
+    set_input(material, "Tint", (0.5, 0.2, 1.0, 1.0))
+    set_input(material, "Strength", 0.5)
+    np.testing.assert_allclose(render(scene)[..., :3], plain * [0.25, 0.1, 0.5], atol=1e-3 * plain.max())
+
+
+def test_a_normal_that_is_connected_is_the_one_that_is_seen(blender, standard):
+    """A surface whose shading normal always looks up shows the same everywhere, that of a plate."""
+    fit = standard("velvet")
+    mixture = node_mixture.node_mixtures(fit).cycles
+    scene, material = sphere(fit)
+    tree = material.node_tree
+    up = tree.nodes.new("ShaderNodeCombineXYZ")
+    up.inputs[2].default_value = 2.0
+    group = next(node for node in tree.nodes if node.type == "GROUP")
+    tree.links.new(up.outputs[0], group.inputs["Normal"])
+    expected = math.pi * node_mixture.evaluate(mixture, np.array([0.0, 0, 1]), TOWARD[None])[0]
+    picture = render(scene)[..., :3]
+    middle = picture[SIZE // 2 - 4:SIZE // 2 + 4, SIZE // 2 - 8:SIZE // 2]
+    np.testing.assert_allclose(middle, np.broadcast_to(expected, middle.shape), rtol=0.01)
+
+
+@pytest.mark.parametrize("rotation", [0.0, 0.25, 0.6])
+def test_an_anisotropic_highlight_follows_tangent_and_rotation(blender, rotation):
+    fit = brushed_fit()
+    expected = integral(node_mixture.node_mixtures(fit).cycles, turn=2 * math.pi * rotation)
+    scene, material = sphere(fit)
+    set_input(material, "Rotation", rotation)
+    assert_close(blocks(render(scene)[..., :3]), expected, within=0.05)
+
+
+def test_a_plate_that_faces_the_viewer_has_no_undefined_pixel(blender, standard):
+    """There, the plane of incidence and the tangent of lobes in it are undefined."""
+    import bpy
+
+    for fit in (standard("krylon_blue_RGB"), brushed_fit()):
+        scene = black_scene(16, 16, 4, span=1)
+        scene.cycles.shading_system = False
+        background(scene, 1)
+        bpy.ops.mesh.primitive_plane_add(size=4)
+        bpy.context.object.data.materials.append(material_for(fit))
+        picture = render(scene)[..., :3]
+        assert np.isfinite(picture).all()
+        assert (picture.max(axis=2) > 0).all()
+
+
+def test_a_group_that_was_made_without_osl_renders_nodes_and_can_be_completed(blender, standard, monkeypatch):
+    from measured_brdf.addon.materials import node_group, osl_support
+
+    fit = standard("velvet")
+    with monkeypatch.context() as patched:
+        patched.setattr(osl_support, "missing", lambda: osl_support.NO_OSL)
+        scene, material = sphere(fit, osl=True)
+        tree = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
+        assert node_group.version(tree) > 0
+    assert node_group.version(tree) == 0, "a Blender that has OSL can compile it"
+    assert_close(blocks(render(scene)[..., :3]), integral(node_mixture.node_mixtures(fit).cycles))
