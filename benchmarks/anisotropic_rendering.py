@@ -18,6 +18,7 @@ from pathlib import Path
 import fitter
 from fitter.cycles.bake import bake
 from fitter.cycles.closure_mixture import closure_mixture
+from fitter.cycles.node_mixture import node_mixtures
 from fitter.report.times import interleaved
 from fitter.samples import RGB, Samples
 from support import checkout
@@ -77,11 +78,11 @@ def costs(name, fits, folder):
     libraries = []
     for kind, fit, evaluation in zip(("isotropic", "anisotropic"), fits, nanoseconds(fits), strict=True):
         mixture = closure_mixture(fit)
-        source = bake(fit, mixture=mixture)
+        source, nodes = bake(fit, mixture=mixture), node_mixtures(fit)
         libraries.append(rendering._library(fit, folder / f"{kind}.blend"))
         print(f"{name[-22:]:23}{kind:12} {mixture.error:6.1%} {mixture.worst:6.1%} "
               f"{least(lambda fit=fit: bake(fit), time.process_time):7.2f} s "
-              f"{least(lambda source=source: compile_shader(source), time.perf_counter):7.2f} s "
+              f"{least(partial(compile_shader, source, nodes), time.perf_counter):7.2f} s "
               f"{libraries[-1].stat().st_size / 1e6:7.1f} MB {evaluation:7.0f} ns", flush=True)
     return libraries
 

@@ -158,7 +158,12 @@ def _shader(name: str):
     bake = _module("measured_brdf.fitter.cycles.bake", "measured_brdf.fitter.bake").bake
 
     fit = _fit(name)
-    return None if fit is None else compiler.compile_shader(bake(fit))
+    if fit is None:
+        return None
+    if len(inspect.signature(compiler.compile_shader).parameters) == 1:          # older checkouts had no closure nodes
+        return compiler.compile_shader(bake(fit))
+    nodes = _module("measured_brdf.fitter.cycles.node_mixture", "measured_brdf.fitter.node_mixture")
+    return compiler.compile_shader(bake(fit), nodes.node_mixtures(fit))
 
 
 def _build(scene: Scene, shader, samples: int):

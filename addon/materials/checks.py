@@ -15,7 +15,7 @@ from ..scene import device
 from ..scene.lamps import instances, light_objects, sky_moves
 from . import material as materials
 from . import osl_support, reading, rendered, tangents
-from .properties import AUTOMATIC, EXACT, FAST
+from .properties import AUTOMATIC, EXACT, FAST, NODES
 
 # Cycles has 64 closure slots. A measured material fills up to 27: its mixture 12, each of four lamps 3, a sampled
 # direction 3.
@@ -51,7 +51,10 @@ def check(scene: bpy.types.Scene) -> list[Finding]:
 def _osl(scene: bpy.types.Scene) -> Iterator[Finding]:
     """Materials that are to be rendered with OSL, and are not."""
     why = rendered.without_osl(scene)
-    used = [item for item in bpy.data.materials if materials.is_measured(item)] if why else []
+    used = [item for item in bpy.data.materials if materials.is_measured(item)]
+    if not why:
+        yield from _optix(scene, used)
+        return
     black = [item for item in used if rendered.in_scene(item, scene).how == rendered.BLACK]
     if black:
         yield Finding("black", f"{len(black)} measured materials are black, because {why}, and an older version made "
@@ -67,6 +70,16 @@ def _osl(scene: bpy.types.Scene) -> Iterator[Finding]:
         yield Finding("osl", found, "Render with OSL on the CPU", lambda: _on_cpu(scene))
     else:
         yield Finding("osl", found, "Render with Cycles and OSL", lambda: osl_support.enable(scene))
+
+
+def _optix(scene: bpy.types.Scene, used: list[bpy.types.Material]) -> Iterator[Finding]:
+    """Cycles has 1024 bytes for the closures of a material there, and does not check where they end."""
+    by_osl = [item for item in used if materials.rendering_of(item) != NODES]
+    if device.effective_device(scene) != device.OPTIX or not by_osl:
+        return
+    yield Finding("optix", f"Cycles renders {len(by_osl)} measured materials with OSL on OptiX, which has not been "
+                  "tested, and has no room for another shader that is mixed in", "Choose Nodes for them",
+                  lambda: [materials.use_rendering(item, NODES) for item in by_osl if item.is_editable])
 
 
 def _on_cpu(scene: bpy.types.Scene) -> None:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from .material import Outcome
 
 NAME = "Measured BRDF Export"
+_FITTED = "measured_brdf"               # custom property of the node: the values of the last fit
 _FORMER = "Measured BRDF Fallback"      # the Principled BSDF that version 0.1.0 made for EEVEE
 
 
@@ -33,13 +34,18 @@ def update(material: bpy.types.Material, outcome: Outcome) -> None:
     node = _node(present(material.node_tree))
     if node is None:
         return
-    close = outcome.principled
+    close, before, fitted = outcome.principled, node.get(_FITTED, {}), {}
     for name, value in (("Base Color", _as_shown(outcome, close.base_color)), ("Metallic", close.metallic),
                         ("Roughness", close.roughness), ("Specular IOR Level", close.specular_level),
                         ("Sheen Weight", close.sheen_weight), ("Sheen Roughness", close.sheen_roughness),
                         ("Sheen Tint", _as_shown(outcome, close.sheen_tint)), ("Coat Weight", close.coat_weight),
                         ("Coat Roughness", close.coat_roughness)):
-        node.inputs[name].default_value = value
+        socket = node.inputs[name]
+        # what a user has changed since the last fit stays
+        if name not in before or np.allclose(before[name], socket.default_value, atol=1e-6):
+            socket.default_value = value
+        fitted[name] = value
+    node[_FITTED] = fitted
 
 
 def connect(material: bpy.types.Material) -> None:

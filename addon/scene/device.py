@@ -10,7 +10,8 @@ import sys
 import bpy
 
 CPU = "CPU"
-WITH_OSL = CPU, "OPTIX"
+OPTIX = "OPTIX"
+WITH_OSL = CPU, OPTIX
 _NONE = "", "NONE"
 _OPTION = "--cycles-device"
 _OWN_ARGUMENTS = "--"               # behind it, the command line is not Blender's

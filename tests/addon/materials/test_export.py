@@ -196,3 +196,33 @@ def test_colors_are_those_of_the_open_file(blender, material):
     node, = (node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
     expected = conversion("ACEScg", scene_colours() or DEFAULT) @ CLOTH.base_color
     assert tuple(node.inputs["Base Color"].default_value)[:3] == pytest.approx(np.clip(expected, 0, 1), abs=EXACT)
+
+
+def test_what_a_user_has_changed_outlives_another_fit(material):
+    from measured_brdf.addon.materials import export_surface
+
+    update(material, CLOTH)
+    node = material.node_tree.nodes[export_surface.NAME]
+    node.inputs["Roughness"].default_value = 0.9
+    for close in (CAR, CLOTH, CAR):
+        update(material, close)
+        assert node.inputs["Roughness"].default_value == pytest.approx(0.9)
+        assert node.inputs["Coat Weight"].default_value == pytest.approx(close.coat_weight)
+
+
+def test_an_imported_measurement_is_exported(blender, gltf, write_astm, glossy, tmp_path):
+    """The whole way, from a file of measurements to a file for other programs."""
+    write_astm(tmp_path / "glossy.astm", glossy)
+    blender.ops.mesh.primitive_plane_add()
+    assert blender.ops.measured_brdf.import_data(filepath=str(tmp_path / "glossy.astm"), preset="Draft") == {"FINISHED"}
+    from measured_brdf.addon.materials import export_surface
+
+    made = blender.context.object.active_material.node_tree.nodes[export_surface.NAME]
+    expected = {name: made.inputs[name].default_value for name in ("Metallic", "Roughness")}
+    color = list(made.inputs["Base Color"].default_value)
+    assert max(color[:3]) > 0.05
+    blender.ops.export_scene.gltf(filepath=str(tmp_path / "made.glb"))
+    found = imported(blender, blender.ops.import_scene.gltf, tmp_path / "made.glb")
+    for name, value in expected.items():
+        assert found[name] == pytest.approx(value, abs=1e-5)
+    assert found["Base Color"] == pytest.approx(color[:3], abs=1e-5)

@@ -114,6 +114,18 @@ def test_a_device_without_osl_is_named_and_rendered_by_nodes(scene, imported, mo
     assert how(material).how == "EXACT"
 
 
+def test_osl_on_optix_is_told_to_be_untested(scene, imported, monkeypatch):
+    from measured_brdf.addon.scene import device as devices
+
+    material = imported()
+    monkeypatch.setattr(devices, "effective_device", lambda scene: "OPTIX")
+    assert how(material).how == "EXACT"
+    assert "not been tested" in findings()["optix"].message
+    assert bpy.ops.measured_brdf.fix_setting(key="optix") == {"FINISHED"}
+    assert how(material).how == "NODES"
+    assert "optix" not in findings()
+
+
 def test_eevee_has_its_own_nodes_and_error(scene, imported):
     material = imported()
     scene.render.engine = EEVEE
