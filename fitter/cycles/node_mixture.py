@@ -35,6 +35,7 @@ _TURNED_ROUGHNESS = (0.15, 0.25, 0.38, 0.53, 0.72)              # the same of an
 _TURNED_TILTS = (0.0, 0.5)
 _ANISOTROPIES = (-0.75, -0.4, 0.0, 0.4, 0.75)
 _TRIED = 6                      # candidates for a lobe that are looked at closer
+_ENOUGH, _WORTH = 3, 0.08       # more lobes of an isotropic fit lower the error by this share: each takes time
 _CHOICE, _REFINEMENT = slice(3, None, 7), slice(0, None, 5)     # of the directions, what is looked at
 _ITERATIONS = 12                # of the refinement
 _STEP = 0.01                    # of the derivatives
@@ -59,7 +60,7 @@ class Engine(NamedTuple):
     Attributes
     ----------
     lobes : int
-        Beside the first diffuse one.
+        At most, beside the first diffuse one.
     kinds : tuple of Kind
     tilts : (float, float)
         Bounds of the tilt.
@@ -286,7 +287,10 @@ def _choose(views: Views, engine: Engine, turned: bool) -> tuple[tuple[Kind, ...
         gain = (np.maximum(steepest, 0) ** 2 / size).sum(axis=(0, 2, 3))
         order = [number for number in np.argsort(-gain) if number not in chosen][:_TRIED]
         tried = [_solve(views, np.concatenate([have, columns[..., [number], :]], axis=3), weight) for number in order]
-        best = int(np.argmin([(weight * each.left ** 2).sum() for each in tried]))
+        before, *errors = (float((weight * each.left ** 2).sum()) for each in (found, *tried))
+        best = int(np.argmin(errors))
+        if not turned and len(chosen) >= _ENOUGH and errors[best] > (1 - _WORTH) * before:
+            break
         chosen.append(int(order[best]))
         have = np.concatenate([have, columns[..., [chosen[-1]], :]], axis=3)
         weight = _absolute(views, tried[best].left, _FLOOR / 2)
