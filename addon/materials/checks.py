@@ -45,7 +45,17 @@ class Finding(NamedTuple):
 def check(scene: bpy.types.Scene) -> list[Finding]:
     """The settings of a scene that change how measured materials look, worst first."""
     of_cycles = [] if rendered.in_eevee(scene) else [*_light_paths(scene), *_lamps(scene)]
-    return [*_osl(scene), *of_cycles, *_colours(), *_materials(), *_tangents(scene)]
+    return [*_outputs(scene), *_osl(scene), *of_cycles, *_colours(), *_materials(), *_tangents(scene)]
+
+
+def _outputs(scene: bpy.types.Scene) -> Iterator[Finding]:
+    """Materials whose output for the engine has another surface."""
+    engine = "EEVEE" if rendered.in_eevee(scene) else "Cycles"
+    for item in bpy.data.materials:
+        if (item.users > item.use_fake_user and materials.is_measured(item)
+                and rendered.in_scene(item, scene).how == rendered.OTHER):
+            yield Finding(f"output:{item.name}", f"{item.name} does not show the measurements: the output for {engine} "
+                          f"has another surface. Connect the node group to one whose Target is {engine}")
 
 
 def _osl(scene: bpy.types.Scene) -> Iterator[Finding]:
@@ -57,8 +67,9 @@ def _osl(scene: bpy.types.Scene) -> Iterator[Finding]:
         return
     black = [item for item in used if rendered.in_scene(item, scene).how == rendered.BLACK]
     if black:
-        yield Finding("black", f"{len(black)} measured materials are black, because {why}, and an older version made "
-                      "them", "Update them and keep their fits", lambda: bpy.ops.measured_brdf.update_materials())
+        names = ", ".join(item.name for item in black)
+        yield Finding("black", f"Black, because {why}, and an older version made them: {names}",
+                      "Update them and keep their fits", lambda: bpy.ops.measured_brdf.update_materials())
     chosen = [item for item in used if materials.rendering_of(item) in (EXACT, FAST) and item not in black]
     if not chosen:
         return

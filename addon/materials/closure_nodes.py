@@ -171,7 +171,7 @@ def _lobe(build: _Builder, kind: Kind, stops: FloatArray, colour: FloatArray, sh
           frame: Frame) -> bpy.types.NodeSocket:
     """One closure, from its colour (stops, phases, channels) and shape, 3 times (stops,)."""
     seen = _ramp(build, stops, colour[:, 0], frame)
-    if frame.phase is not None:
+    if frame.phase is not None and colour.shape[1] > 1:
         mix = build.node("ShaderNodeMix", data_type="RGBA")
         factor, first, second = (next(socket for socket in mix.inputs if socket.identifier == name)
                                  for name in ("Factor_Float", "A_Color", "B_Color"))

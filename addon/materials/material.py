@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import bpy
 
@@ -149,6 +149,19 @@ def group_nodes(material: bpy.types.Material) -> list[bpy.types.Node]:
         return []
     return [node for node in material.node_tree.nodes if node.type == "GROUP" and node.node_tree is not None
             and node_group.script_node(node.node_tree) is not None]
+
+
+def shows(material: bpy.types.Material, engine: Literal["CYCLES", "EEVEE"]) -> bool:
+    """Whether what a renderer takes as the surface of a material has a measured BRDF in it."""
+    tree = present(material.node_tree)
+    output = tree.get_output_node(engine)
+    left, seen = [output] if output is not None else [], set()
+    while left:
+        node = left.pop()
+        seen.add(node.name)
+        sockets = [node.inputs["Surface"]] if node == output else node.inputs
+        left += [link.from_node for socket in sockets for link in socket.links if link.from_node.name not in seen]
+    return any(node.name in seen for node in group_nodes(material)) or mixed(tree) > len(group_nodes(material))
 
 
 def mixed(tree: bpy.types.NodeTree | None) -> int:

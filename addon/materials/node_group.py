@@ -31,6 +31,7 @@ FAST_WORST = "fast_worst"           # ... and worst, which versions before 0.2.0
 NODES_ERROR = "nodes_error"         # the same of the closure nodes; versions before 0.2.0 had none
 NODES_WORST = "nodes_worst"
 EEVEE_ERROR = "eevee_error"
+EEVEE_WORST = "eevee_worst"
 CYCLES, EEVEE = "BSDF", "EEVEE"     # outputs
 _ACTIVE = "Active"                  # output of the script node: 1 where it renders the surface
 _MESH_TANGENT = "MeshTangent"       # input of the script node; the group fills it
@@ -51,7 +52,7 @@ def create(shader: Shader) -> bpy.types.NodeTree:
         _fill(tree, text, shader)
         tree[FAST_ERROR], tree[FAST_WORST] = fast_error(shader.source)
         tree[NODES_ERROR], tree[NODES_WORST] = shader.nodes.cycles.error, shader.nodes.cycles.worst
-        tree[EEVEE_ERROR] = shader.nodes.eevee.error
+        tree[EEVEE_ERROR], tree[EEVEE_WORST] = shader.nodes.eevee.error, shader.nodes.eevee.worst
         tree[_VERSION] = shader_version(shader.source)
     return tree
 
@@ -97,9 +98,9 @@ def version(tree: bpy.types.NodeTree) -> int:
 
 
 def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> None:
-    for name, where in ((CYCLES, "Cycles"), (EEVEE, "EEVEE")):
-        output_socket = tree.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketShader")
-        output_socket.description = f"The surface for {where}"
+    # values and links of a group's node follow the order in which sockets are made: new ones come last
+    tree.interface.new_socket(CYCLES, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
+        "The surface for Cycles")
     tint = tree.interface.new_socket("Tint", in_out="INPUT", socket_type="NodeSocketColor")
     tint.default_value = (1, 1, 1, 1)
     tint.description = "Multiplies the measured reflectance; white keeps it as measured"
@@ -110,12 +111,15 @@ def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> Non
     exact.default_value = True
     exact.description = ("Where Cycles renders with OSL. On: the measured reflectance in every direction, with "
                          "slightly more noise. Off: an approximation by Cycles' own closures, with less noise")
-    nodes = tree.interface.new_socket("Nodes", in_out="INPUT", socket_type="NodeSocketBool")
-    nodes.default_value = False
-    nodes.description = "Approximation by ordinary nodes, on all devices, even where Cycles renders with OSL"
     normal = tree.interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
     normal.hide_value = True
     normal.description = "Shading normal from a Bump or Normal Map node; by default, that of the surface"
+    tree.interface.new_socket(EEVEE, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
+        "The surface for EEVEE")
+    nodes = tree.interface.new_socket("Nodes", in_out="INPUT", socket_type="NodeSocketBool")
+    nodes.default_value = False
+    nodes.description = "Approximation by ordinary nodes, on all devices, even where Cycles renders with OSL"
+    tree.interface.move(nodes, normal.position)
 
     script = tree.nodes.new("ShaderNodeScript")
     script.name = script.label = SCRIPT_NODE
@@ -192,10 +196,12 @@ def _store(node: bpy.types.Node, text: bpy.types.Text, shader: Shader) -> None:
         if "ERROR" in kind:
             errors.append(message)
 
-    text.from_string(interface(shader.source) if shader.bytecode else shader.source)
-    node.script = text
     if not shader.bytecode:                     # this Blender was built without OSL
+        node.script = text
+        text.from_string(shader.source)
         return
+    text.from_string(interface(shader.source))
+    node.script = text
     if "BSDF" not in node.outputs:
         try:
             osl.update_script_node(node, report)

@@ -17,7 +17,9 @@ from . import node_group, osl_support
 from .properties import EXACT, FAST, NODES
 
 LABELS = {EXACT: "Exact", FAST: "Fast", NODES: "Nodes"}
-BLACK = "BLACK"             # a shader of version 0.1.0, which has no closure nodes
+BLACK = "BLACK"             # a shader of version 0.1.0, which has no closure nodes ...
+FORMER = "FORMER"           # ... and its Principled BSDF for EEVEE
+OTHER = "OTHER"             # something else is connected to the output
 _EEVEE = ("BLENDER_EEVEE", "BLENDER_EEVEE_NEXT")
 
 
@@ -27,7 +29,7 @@ class Rendered(NamedTuple):
     Attributes
     ----------
     how : str
-        `properties.EXACT`, FAST or NODES, or BLACK.
+        `properties.EXACT`, FAST or NODES, or BLACK, FORMER or OTHER.
     error, worst : float
         The share of the light that goes in wrong directions, in the mean over the viewing angles and at the worst.
     why : str
@@ -46,6 +48,9 @@ class Rendered(NamedTuple):
 def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
     """How a measured material is rendered in a scene."""
     tree = present(materials.group_node(material)).node_tree
+    if not materials.shows(material, "EEVEE" if in_eevee(scene) else "CYCLES"):
+        former = in_eevee(scene) and node_group.NODES_ERROR not in tree
+        return Rendered(FORMER if former else OTHER, 1.0, 1.0, "", False)
     chosen = materials.rendering_of(material)
     why = "" if chosen == NODES and not in_eevee(scene) else without_osl(scene)
     if not why and chosen != NODES:
@@ -57,8 +62,7 @@ def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
     if node_group.NODES_ERROR not in tree:
         return Rendered(BLACK, 1.0, 1.0, why, can_enable)
     if in_eevee(scene):
-        error = tree[node_group.EEVEE_ERROR]
-        return Rendered(NODES, error, error, why, can_enable)
+        return Rendered(NODES, tree[node_group.EEVEE_ERROR], tree[node_group.EEVEE_WORST], why, can_enable)
     return Rendered(NODES, tree[node_group.NODES_ERROR], tree[node_group.NODES_WORST], why, can_enable)
 
 
@@ -69,8 +73,10 @@ def in_eevee(scene: bpy.types.Scene) -> bool:
 
 def without_osl(scene: bpy.types.Scene) -> str:
     """Why a scene is not rendered with OSL, as the end of a sentence; empty if it is."""
+    if in_eevee(scene):
+        return "the engine is EEVEE"
     if str(scene.render.engine) != "CYCLES":
-        return "OSL needs Cycles"
+        return "the engine is not Cycles"
     if osl_support.missing():
         return "this Blender was built without OSL"
     found = device.effective_device(scene)
@@ -83,11 +89,15 @@ def sentence(found: Rendered, chosen: str) -> str:
     """What the panel says of a material; `chosen` is one of `properties.RENDERINGS`."""
     if found.how == BLACK:
         return f"Rendered black, because {found.why}: an older version made it. Update it"
+    if found.how == FORMER:
+        return "Shown as the Principled BSDF of an older version. Update it"
+    if found.how == OTHER:
+        return "Not shown: the Material Output of this engine has another surface"
     if found.how == EXACT:
         return "Rendered exactly as fitted"
     misplaced = f"{found.error:.1%} of the light goes in wrong directions"
     if found.worst > found.error:
-        misplaced += f", seen at the worst angle {found.worst:.1%}"
+        misplaced += f", up to {found.worst:.1%} at the worst viewing angle"
     if found.how == FAST:
         return f"Rendered fast: {misplaced}"
     because = f", because {found.why}" if found.why else ""
@@ -102,7 +112,9 @@ def summary(scene: bpy.types.Scene) -> str:
     if not counts:
         return ""
     parts = [f"{counts[how]} {text}" for how, text in ((EXACT, "exact"), (FAST, "fast"), (NODES, "by closure nodes"),
-                                                       (BLACK, "black: update the materials")) if counts[how]]
+                                                       (BLACK, "black: update the materials"),
+                                                       (FORMER, "as an older version has it"),
+                                                       (OTHER, "not connected to the output")) if counts[how]]
     why = without_osl(scene)
     where = str(scene.render.engine) if in_eevee(scene) else f"Cycles on {device.effective_device(scene)}"
     return f"Measured BRDF: {', '.join(parts)} ({where}{'; ' + why if why else ', with OSL'})"

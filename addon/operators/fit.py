@@ -51,7 +51,7 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
         self._choices = SimpleNamespace(**{name: getattr(settings, name) for name in CHOICES})
         # a damaged .blend may name some that do not exist
         self._choices.preset = self._choices.preset or "Paper"
-        for name in READING:
+        for name in (*READING, "rendering"):
             default = settings.bl_rna.properties[name].default
             setattr(self._choices, name, getattr(self._choices, name) or default)
         self._choices.filepath = self.filepath or settings.filepath

@@ -35,7 +35,7 @@ _TURNED_ROUGHNESS = (0.15, 0.25, 0.38, 0.53, 0.72)              # the same of an
 _TURNED_TILTS = (0.0, 0.5)
 _ANISOTROPIES = (-0.75, -0.4, 0.0, 0.4, 0.75)
 _TRIED = 6                      # candidates for a lobe that are looked at closer
-_ENOUGH, _WORTH = 3, 0.08       # more lobes of an isotropic fit lower the error by this share: each takes time
+_ENOUGH, _WORTH = 3, 0.1        # more lobes of an isotropic fit lower the error by this share: each takes time
 _CHOICE, _REFINEMENT = slice(3, None, 7), slice(0, None, 5)     # of the directions, what is looked at
 _ITERATIONS = 12                # of the refinement
 _STEP = 0.01                    # of the derivatives
@@ -65,7 +65,7 @@ class Engine(NamedTuple):
     tilts : (float, float)
         Bounds of the tilt.
     anisotropic : bool
-        Whether it renders microfacet lobes of two widths.
+        Whether it renders microfacet lobes of two widths, and their colours follow the viewer's azimuth.
     """
 
     lobes: int
@@ -91,7 +91,7 @@ class NodeMixture(NamedTuple):
     shape : node_lobes.Shape
         Arrays (stops, lobes).
     colour : (stops, lobes, phases, channels)
-        Of the closures; `phases` are 1, or 2 where the fit is anisotropic.
+        Of the closures; `phases` are 1, or 2 where they change with the azimuth of the viewer.
     turn : float, or None
         The azimuth of the first principal axis, radians; None where the fit is isotropic.
     error, worst : float
@@ -148,7 +148,9 @@ def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray
     turn = phi if mixture.turn is None else mixture.turn
     back = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
     pairs = node_lobes.Pairs.of((back @ wo)[None, None], (wi @ back.T)[None, None], np.array([[[1.0, 0.0, 0.0]]]))
-    phases = np.ones((1, 1)) if mixture.turn is None else np.array([[np.cos(phi - turn) ** 2, np.sin(phi - turn) ** 2]])
+    phases = np.ones((1, 1))
+    if mixture.colour.shape[2] > 1:
+        phases = np.array([[np.cos(phi - turn) ** 2, np.sin(phi - turn) ** 2]])
     at = np.array([theta])
     shape = Shape(*(_between(mixture.theta, at, each) for each in mixture.shape))
     nothing = np.empty((1, 1, len(wi), 0))
@@ -158,11 +160,24 @@ def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray
 
 
 def _fitted(views: Views, turn: float | None, engine: Engine) -> NodeMixture:
+    if not engine.anisotropic:
+        views = views._replace(phases=np.ones((len(views.phases), 1)))
+    kinds, shape = _choose(views.only(slice(0, None, 2), _CHOICE), engine, turn is not None)
+    whole = _refined(views, turn, engine, kinds, shape)
+    if engine.lobes > _ENOUGH and turn is None:
+        few = slice(0, 1 + _ENOUGH)
+        less = _refined(views, turn, engine, kinds[few], Shape(*(each[:, few] for each in shape)))
+        if whole.error > (1 - _WORTH) * less.error:
+            return less
+    return whole
+
+
+def _refined(views: Views, turn: float | None, engine: Engine, kinds: tuple[Kind, ...], shape: Shape) -> NodeMixture:
+    """The mixture of lobes of some kinds, from shapes to begin with."""
     stops = views.only(slice(0, None, 2), slice(None))
-    kinds, shape = _choose(stops.only(slice(None), _CHOICE), engine, turn is not None)
     shape = _refine(stops.only(slice(None), _REFINEMENT), kinds, shape, engine)
-    colour = _coefficients(stops, _columns(stops, kinds, shape))
-    colour = colour.reshape(len(colour), len(kinds), -1, colour.shape[-1])
+    columns = _columns(stops, kinds, shape)
+    colour = _colours(stops, columns)
     everywhere = _columns(views, kinds, Shape(*(_between(stops.theta, views.theta, each) for each in shape)))
     colour = colour * _albedo_scales(views, stops.theta, everywhere, colour)
     radiance = _radiance(everywhere, _between(stops.theta, views.theta, colour))
@@ -239,12 +254,12 @@ def _solve(views: Views, columns: FloatArray, weight: FloatArray, start: FloatAr
     return _Solution(flat, colour, target - flat @ colour)
 
 
-def _coefficients(views: Views, columns: FloatArray) -> FloatArray:
-    """The colours of the least absolute error: (views, columns, channels)."""
+def _colours(views: Views, columns: FloatArray) -> FloatArray:
+    """The colours of the least absolute error: (views, lobes, phases, channels)."""
     found = _solve(views, columns, _absolute(views, _rows(views, views.target), _FLOOR))
     for _ in range(_REWEIGHTINGS):
         found = _solve(views, columns, _absolute(views, found.left, _LAST_FLOOR), found.colour, _LAST_SWEEPS)
-    return found.colour
+    return found.colour.reshape(len(found.colour), *columns.shape[3:], -1)
 
 
 def _candidates(engine: Engine, turned: bool) -> list[tuple[Kind, float, float, float]]:
@@ -287,10 +302,7 @@ def _choose(views: Views, engine: Engine, turned: bool) -> tuple[tuple[Kind, ...
         gain = (np.maximum(steepest, 0) ** 2 / size).sum(axis=(0, 2, 3))
         order = [number for number in np.argsort(-gain) if number not in chosen][:_TRIED]
         tried = [_solve(views, np.concatenate([have, columns[..., [number], :]], axis=3), weight) for number in order]
-        before, *errors = (float((weight * each.left ** 2).sum()) for each in (found, *tried))
-        best = int(np.argmin(errors))
-        if not turned and len(chosen) >= _ENOUGH and errors[best] > (1 - _WORTH) * before:
-            break
+        best = int(np.argmin([(weight * each.left ** 2).sum() for each in tried]))
         chosen.append(int(order[best]))
         have = np.concatenate([have, columns[..., [chosen[-1]], :]], axis=3)
         weight = _absolute(views, tried[best].left, _FLOOR / 2)

@@ -131,9 +131,9 @@ def test_eevee_has_its_own_nodes_and_error(scene, imported):
     scene.render.engine = EEVEE
     found = how(material)
     assert found.how == "NODES"
-    assert found.why == "OSL needs Cycles"
+    assert found.why == "the engine is EEVEE"
     tree = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
-    assert found.error == tree["eevee_error"]
+    assert (found.error, found.worst) == (tree["eevee_error"], tree["eevee_worst"])
     output = material.node_tree.get_output_node("EEVEE")
     assert output.inputs["Surface"].links[0].from_socket.name == "EEVEE"
     assert material.node_tree.get_output_node("CYCLES").inputs["Surface"].links[0].from_socket.name == "BSDF"
@@ -164,6 +164,23 @@ def test_a_surface_that_the_user_mixes_keeps_one_output_for_all(scene, imported)
     assert output.inputs["Surface"].links[0].from_node == mix
 
 
+def test_an_output_that_shows_something_else_is_reported(scene, imported):
+    material = imported()
+    output = material.node_tree.get_output_node("CYCLES")
+    assert how(material).how == "EXACT"
+    output.target = "ALL"                   # so that the exported surface may be the one that is rendered
+    shown = material.node_tree.get_output_node("CYCLES")
+    if shown != output:
+        assert how(material).how == "OTHER"
+        assert any(key.startswith("output:") for key in findings())
+        shown.is_active_output, output.is_active_output = False, True
+    assert how(material).how == "EXACT"
+    output.target = "CYCLES"
+    material.node_tree.links.remove(output.inputs["Surface"].links[0])
+    assert how(material).how == "OTHER"
+    assert any(key.startswith("output:") for key in findings())
+
+
 def test_a_render_without_a_window_says_what_it_used(scene, imported, capfd):
     imported()
     render(scene)
@@ -178,7 +195,7 @@ def test_a_shader_of_the_first_version_is_told_to_be_black_without_osl(scene, im
 
     material = imported()
     tree = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
-    for name in (node_group.NODES_ERROR, node_group.NODES_WORST, node_group.EEVEE_ERROR):
+    for name in (node_group.NODES_ERROR, node_group.NODES_WORST, node_group.EEVEE_ERROR, node_group.EEVEE_WORST):
         del tree[name]
     tree["shader_version"] = 1
     scene.cycles.shading_system = False
@@ -194,8 +211,8 @@ def test_the_sentence_names_what_was_chosen_and_why_it_is_not_shown():
 
     found = Rendered("NODES", 0.05, 0.1, "OSL is off", True)
     assert sentence(found, "EXACT") == (
-        "Rendered by nodes instead of Exact, because OSL is off: 5.0% of the light goes in wrong directions, seen at "
-        "the worst angle 10.0%")
+        "Rendered by nodes instead of Exact, because OSL is off: 5.0% of the light goes in wrong directions, up to "
+        "10.0% at the worst viewing angle")
     assert sentence(found._replace(why=""), "NODES").startswith("Rendered by nodes: 5.0%")
 
 
