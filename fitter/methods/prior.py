@@ -32,6 +32,7 @@ _STARTS: tuple[tuple[Kind, float, float], ...] = (     # kind, alpha and f0 of a
     ("retro", 0.05, 0.9), ("retro", 0.3, 0.9), ("sheen", 1.0, 0.9))
 _ANISOTROPIC_STARTS: tuple[tuple[Kind, float, float], ...] = (("fibre", 0.15, 0.9),)
 _DIP = 0.1                  # at which fibres start
+_NARROWEST_FIBRE = 0.02     # narrower ones are what noise looks like between samples at a few rotations
 _PARAMETERS = 3             # of a lobe's shape, ...
 _ANISOTROPIC_PARAMETERS = 5     # ... and of an anisotropic one's
 _TURNS = np.radians((0, 45, 90, 135))   # at which lobes start to have two widths, ...
@@ -204,7 +205,7 @@ class _Problem:
         return _unpack(p, kinds, count, channels), float((residual ** 2).sum())
 
     def _shape(self, kind: Kind, p: FloatArray) -> FloatArray:
-        return lobe(kind, self.at, self.in_surface, *_numbers(p))
+        return lobe(kind, self.at, self.in_surface, *_numbers(p, kind))
 
 
 def _pulls(lobes: int, shape: int, channels: int) -> tuple[FloatArray, FloatArray]:
@@ -218,10 +219,11 @@ def _pulls(lobes: int, shape: int, channels: int) -> tuple[FloatArray, FloatArra
     return _PULL ** 2 * np.eye(count), colour
 
 
-def _numbers(p: FloatArray) -> tuple[float, ...]:
+def _numbers(p: FloatArray, kind: Kind) -> tuple[float, ...]:
     """alpha, gamma and f0 of the parameters of a lobe, and across and turn of an anisotropic one."""
     p = np.clip(p, -_CLIP, _CLIP)
     alpha, tail, across = np.clip(np.exp([*p[:2], p[-2]]), NARROWEST, STEEPEST_TAIL).tolist()
+    alpha = max(alpha, _NARROWEST_FIBRE) if kind == "fibre" else alpha
     numbers = alpha, 1 + tail, float(1 / (1 + np.exp(-p[2])))
     return numbers if len(p) == _PARAMETERS else (*numbers, across, float((p[-1] + np.pi) % (2 * np.pi) - np.pi))
 
@@ -239,7 +241,8 @@ def _pack(model: Microfacet) -> FloatArray:
 def _unpack(p: FloatArray, kinds: tuple[Kind, ...], count: int, channels: int) -> Microfacet:
     """The model of parameters of the search."""
     shapes = count * len(kinds)
-    numbers = np.array([_numbers(each) for each in p[:shapes].reshape(-1, count)]).reshape(-1, count)
+    numbers = np.array([_numbers(each, kind) for each, kind in zip(p[:shapes].reshape(-1, count), kinds, strict=True)])
+    numbers = numbers.reshape(-1, count)
     strength = np.exp(np.clip(p[shapes:], -_CLIP, _CLIP)).reshape(-1, channels)
     alpha, gamma = numbers[:, 0], np.where([kind == "sheen" for kind in kinds], NO_GAMMA, numbers[:, 1])
     model = Microfacet(strength[-1], strength[:-1], alpha, gamma, numbers[:, 2], kinds)

@@ -13,7 +13,7 @@ from support.stage import add_lamp, black_scene, render
 from tools import fuzz
 
 FIT_CHOICES = ("filepath", "sample", "preset", "diffuse_level", "specular_level", "compression", "tolerance",
-               "angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
+               "rendering", "angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
 ODD_CHOICES = ("x" * 2000, 2**31 - 1)
 ODD = ("", "x" * 2000, "//../\n", "99", -5, 99, 2**31 - 1, math.nan, math.inf, -1e300, [1, 2], {"a": 1}, True)
 

@@ -134,8 +134,8 @@ def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, exten
     monkeypatch.setattr(module, "bpy", window)
     operator = SimpleNamespace(options=SimpleNamespace(is_invoke=is_invoke), directory="", files=[], sample="",
                                filepath=file, preset="Paper", diffuse_level=2, specular_level=-1, compression=0.0,
-                               use_tolerance=False, tolerance=1.0, angles="auto", quantity="auto", illuminant="D65",
-                               isotropic="auto", symmetry="auto", encoding="raw",
+                               use_tolerance=False, tolerance=1.0, rendering="AUTO", angles="auto", quantity="auto",
+                               illuminant="D65", isotropic="auto", symmetry="auto", encoding="raw",
                                report=lambda kind, text: reports.append(text))
     with pytest.raises(ValueError, match="degrees or radians") as raised:
         extension.fitter.load(file)
