@@ -3,6 +3,7 @@
 import contextlib
 import os
 import sys
+from collections import Counter
 from pathlib import Path
 
 import bpy
@@ -17,6 +18,8 @@ SCENE = f"{ADDON}scene"          # its lamp groups are derived data, and its fun
 # transactions are what is tested; the others change no data of Blender's
 QUIET = ("annotations.py", "transaction.py", "tasks.py", "process.py", "queue.py", "properties.py", "compiler.py",
          "versions.py", "icons.py", "preferences.py")
+# its functions are called hundreds of times, in one transaction: a few of each will do
+REPEATED, MOST_REPEATED = "closure_nodes.py", 2
 # these change nothing, and Blender calls them before an operator begins and after it has ended
 OUTSIDE = ("poll", "is_editable", "is_measured", "group_node", "script_node", "active_material", "execute", "run",
            "_path", "_failed")
@@ -31,6 +34,7 @@ class _Injection:
 
     def __init__(self, at):
         self.at, self.calls, self.where = at, 0, None
+        self.repeated = Counter()
 
     def __enter__(self):
         sys.settrace(self._trace)
@@ -45,6 +49,10 @@ class _Injection:
             return
         if path.endswith(QUIET) or name in OUTSIDE or name[0] == "<":
             return
+        if path.endswith(REPEATED):
+            self.repeated[name] += 1
+            if self.repeated[name] > MOST_REPEATED:
+                return
         self.calls += self.where is None
         if self.where is None and self.calls == self.at:
             self.where = f"{Path(path).name}: {name}"

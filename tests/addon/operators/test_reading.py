@@ -184,7 +184,7 @@ def test_the_space_of_the_file_is_that_of_the_picture(blender, cube, file, space
     expected = conversion("Rec.709", name) @ COLOR
     assert render(blender.context.scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.01)
     assert material.diffuse_color[:3] == pytest.approx(expected, abs=0.02)
-    assert material.node_tree.nodes["Measured BRDF Fallback"].inputs["Base Color"].default_value[:3] == pytest.approx(
+    assert material.node_tree.nodes["Measured BRDF Export"].inputs["Base Color"].default_value[:3] == pytest.approx(
         expected, abs=0.02)
 
 
