@@ -203,14 +203,24 @@ def test_f1_opens_the_manual_which_has_all_its_pictures(blender):
         assert (manual.parent / picture).stat().st_size < 200_000
 
 
+def albedo_of_glossy():
+    """Of conftest's synthetic measurement, in even light, by random directions: (3,)."""
+    random = np.random.default_rng(3)
+    theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, 200_000))))
+    phi = random.random(200_000) * 2 * np.pi
+    cosine = -np.sin(theta_i) * np.sin(theta_o) * np.cos(phi) + np.cos(theta_i) * np.cos(theta_o)
+    lobe = np.maximum(cosine, 0)[:, None] ** [20.0, 18.0, 15.0]
+    return np.array([0.05, 0.08, 0.2]) + np.pi * (np.array([0.5, 0.5, 0.4]) * lobe).mean(axis=0)
+
+
 def test_eevee_and_the_viewport_show_what_is_near(blender, material, glossy):
     tree = material.node_tree
     for engine, socket in (("CYCLES", "BSDF"), ("EEVEE", "EEVEE")):
         assert tree.get_output_node(engine).inputs["Surface"].links[0].from_socket.name == socket
     exported = tree.get_output_node("ALL").inputs["Surface"].links[0].from_node
     color = np.array(exported.inputs["Base Color"].default_value[:3])
-    np.testing.assert_allclose(color, [0.05, 0.08, 0.2], atol=0.05)
-    assert material.diffuse_color[2] > material.diffuse_color[0]
+    np.testing.assert_allclose(color, albedo_of_glossy(), atol=0.07)         # a rough metal reflects less than its colour
+    np.testing.assert_allclose(material.diffuse_color[:3], albedo_of_glossy(), atol=0.02)
     assert blender.ops.measured_brdf.fit() == {"FINISHED"}
     assert sum(node.type == "OUTPUT_MATERIAL" for node in tree.nodes) == 3
 
