@@ -219,7 +219,7 @@ def test_eevee_and_the_viewport_show_what_is_near(blender, material, glossy):
         assert tree.get_output_node(engine).inputs["Surface"].links[0].from_socket.name == socket
     exported = tree.get_output_node("ALL").inputs["Surface"].links[0].from_node
     color = np.array(exported.inputs["Base Color"].default_value[:3])
-    np.testing.assert_allclose(color, albedo_of_glossy(), atol=0.07)         # a rough metal reflects less than its colour
+    np.testing.assert_allclose(color, albedo_of_glossy(), atol=0.07)     # a rough metal is darker
     np.testing.assert_allclose(material.diffuse_color[:3], albedo_of_glossy(), atol=0.02)
     assert blender.ops.measured_brdf.fit() == {"FINISHED"}
     assert sum(node.type == "OUTPUT_MATERIAL" for node in tree.nodes) == 3
