@@ -35,7 +35,6 @@ class InBackground(OperatorMixIn):
     An operator defines `work` and `apply`, and `prepare` if there is something to prepare.
     """
 
-
     def work(self, context: bpy.types.Context) -> Work:
         """What to do in another process."""
         raise NotImplementedError

@@ -24,11 +24,6 @@ def missing() -> str:
     return NO_OSL if without_compiler or without_query else ""
 
 
-def is_enabled(scene: bpy.types.Scene) -> bool:
-    """Whether Cycles renders the scene with OSL."""
-    return str(scene.render.engine) == "CYCLES" and bool(scene.cycles.shading_system)
-
-
 def enable(scene: bpy.types.Scene) -> None:
     """Let Cycles render the scene with OSL."""
     setattr(scene.render, "engine", "CYCLES")       # noqa: B010  the stubs know EEVEE only

@@ -14,9 +14,9 @@ from ..annotations import present
 from ..scene import device
 from . import material as materials
 from . import node_group, osl_support
-from .properties import EXACT, FAST, NODES
+from .properties import EXACT, FAST, NODES, RENDERINGS
 
-LABELS = {EXACT: "Exact", FAST: "Fast", NODES: "Nodes"}
+_LABELS = {key: label for key, label, _ in RENDERINGS}
 BLACK = "BLACK"             # a shader of version 0.1.0, which has no closure nodes ...
 FORMER = "FORMER"           # ... and its Principled BSDF for EEVEE
 OTHER = "OTHER"             # something else is connected to the output
@@ -82,7 +82,7 @@ def without_osl(scene: bpy.types.Scene) -> str:
     found = device.effective_device(scene)
     if found not in device.WITH_OSL:
         return f"Cycles has no OSL on {found} devices"
-    return "" if scene.cycles.shading_system else "OSL is off"
+    return "" if device.osl_runs(scene) else "OSL is off"
 
 
 def sentence(found: Rendered, chosen: str) -> str:
@@ -101,7 +101,7 @@ def sentence(found: Rendered, chosen: str) -> str:
     if found.how == FAST:
         return f"Rendered fast: {misplaced}"
     because = f", because {found.why}" if found.why else ""
-    instead = f" instead of {LABELS[chosen]}" if chosen in (EXACT, FAST) else ""
+    instead = f" instead of {_LABELS[chosen]}" if chosen in (EXACT, FAST) else ""
     return f"Rendered by nodes{instead}{because}: {misplaced}"
 
 

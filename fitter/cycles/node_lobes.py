@@ -14,14 +14,13 @@ a lobe that looks back, and a negative s turns it toward the horizon on the mirr
   stands on the surface's normal.
 """
 
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from ..arrays import FloatArray
 
 Kind = Literal["diffuse", "GGX", "Beckmann", "sheen"]
-KINDS: tuple[Kind, ...] = get_args(Kind)
 FACETS: tuple[Kind, ...] = ("GGX", "Beckmann")
 _LEAST = 1e-3               # smaller cosines count as this (numerical)
 _STEEPEST = 80.0            # exponents above it count as this: exp(-80) is nothing

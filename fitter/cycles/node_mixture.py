@@ -12,6 +12,7 @@ Problems Whose Variables Separate, 1973) and second differences from angle to an
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -161,7 +162,7 @@ def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray
 
 def _fitted(views: Views, turn: float | None, engine: Engine) -> NodeMixture:
     if not engine.anisotropic:
-        views = views._replace(phases=np.ones((len(views.phases), 1)))
+        views = replace(views, phases=np.ones((len(views.phases), 1)))
     kinds, shape = _choose(views.only(slice(0, None, 2), _CHOICE), engine, turn is not None)
     whole = _refined(views, turn, engine, kinds, shape)
     if engine.lobes > _ENOUGH and turn is None:
@@ -209,14 +210,6 @@ def _radiance(columns: FloatArray, colour: FloatArray) -> FloatArray:
     return np.asarray(flat @ colour.reshape(len(colour), 1, -1, colour.shape[-1]))
 
 
-def _rows(views: Views, values: FloatArray) -> FloatArray:
-    """Values at all directions of a view, (views, azimuths, n, ...), and what they sum to over the hemisphere, in one
-    axis: (views, azimuths * (n + 1), ...)."""
-    flat = values.reshape(*values.shape[:3], -1)
-    both = np.concatenate([flat, views.solid_angle[:, :, None] @ flat], axis=2)
-    return both.reshape(len(both), -1, *values.shape[3:])
-
-
 def _absolute(views: Views, left: FloatArray, floor: float) -> FloatArray:
     """Weights of squared errors, (views, rows, channels), whose sum is the absolute error by importance, with that of
     the albedo: otherwise the best approximation of a peak beside the measured one would be none."""
@@ -241,8 +234,8 @@ class _Solution(NamedTuple):
 def _solve(views: Views, columns: FloatArray, weight: FloatArray, start: FloatArray | None = None,
            sweeps: int = _SWEEPS) -> _Solution:
     """The colours, none negative, of the least weighted squares."""
-    target = _rows(views, views.target)
-    flat = _rows(views, columns).reshape(len(target), target.shape[1], -1)
+    target = views.target_rows
+    flat = views.rows(columns).reshape(len(target), target.shape[1], -1)
     transposed = np.swapaxes(flat, 1, 2)
     normal = np.stack([transposed @ (flat * weight[..., c, None]) for c in range(target.shape[-1])], axis=1)
     right = np.swapaxes(transposed @ (weight * target), 1, 2)
@@ -256,7 +249,7 @@ def _solve(views: Views, columns: FloatArray, weight: FloatArray, start: FloatAr
 
 def _colours(views: Views, columns: FloatArray) -> FloatArray:
     """The colours of the least absolute error: (views, lobes, phases, channels)."""
-    found = _solve(views, columns, _absolute(views, _rows(views, views.target), _FLOOR))
+    found = _solve(views, columns, _absolute(views, views.target_rows, _FLOOR))
     for _ in range(_REWEIGHTINGS):
         found = _solve(views, columns, _absolute(views, found.left, _LAST_FLOOR), found.colour, _LAST_SWEEPS)
     return found.colour.reshape(len(found.colour), *columns.shape[3:], -1)
@@ -290,11 +283,11 @@ def _choose(views: Views, engine: Engine, turned: bool) -> tuple[tuple[Kind, ...
     rough, tilt, anisotropy = (ones * np.array(each) for each in list(zip(*candidates, strict=True))[1:])
     shapes = Shape(rough, np.maximum(tilt, least), anisotropy)
     columns = _columns(views, names, shapes)
-    flat = _rows(views, columns)
+    flat = views.rows(columns)
     plain = Shape(ones, 0 * ones, 0 * ones)
     chosen: list[int] = []
     have = _columns(views, ["diffuse"], plain)
-    weight = _absolute(views, _rows(views, views.target), _FLOOR)
+    weight = _absolute(views, views.target_rows, _FLOOR)
     found = _solve(views, have, weight)
     for _ in range(engine.lobes):
         steepest = np.einsum("vrlp,vrc->vlpc", flat, weight * found.left)
@@ -359,7 +352,7 @@ def _refine(views: Views, kinds: tuple[Kind, ...], shape: Shape, engine: Engine)
     now = variables.of(shape)
     bending = np.diff(np.eye(len(views.theta)), n=2, axis=0)
     bending = _STIFFNESS * bending.T @ bending
-    found = _solve(views, _columns(views, kinds, shape), _absolute(views, _rows(views, views.target), _FLOOR))
+    found = _solve(views, _columns(views, kinds, shape), _absolute(views, views.target_rows, _FLOOR))
     damping = 1e-2
     for iteration in range(_ITERATIONS):
         floor = _FLOOR if 2 * iteration < _ITERATIONS else _FLOOR / 3
@@ -395,7 +388,7 @@ def _reduced(views: Views, kinds: tuple[Kind, ...], variables: _Variables, now: 
         moved[kind] += _STEP
         after = _columns(views, kinds[lobe:lobe + 1], variables.shape(moved))
         before = found.columns.reshape(count, rows, -1, phases)[:, :, lobe]
-        derivatives[:, :, number] = (_rows(views, after)[:, :, 0] - before) / _STEP
+        derivatives[:, :, number] = (views.rows(after)[:, :, 0] - before) / _STEP
     lobes = [lobe for _, lobe in variables.places]
     curvature = np.zeros((count, len(lobes), len(lobes)))
     slope = np.zeros((count, len(lobes)))

@@ -1,6 +1,8 @@
 """The reflected radiance that closure nodes are fitted to: by polar angle of the viewer, over incident directions."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +21,8 @@ _FLOOR, _CHANNEL_FLOOR = 0.05, 0.03         # ... above these shares of the mean
 _DARK = 1e-12
 
 
-class Views(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Views:
     """What is seen from polar angles of the viewer, each with azimuths: one of an isotropic fit.
 
     Attributes
@@ -47,15 +50,27 @@ class Views(NamedTuple):
     target: FloatArray
     importance: FloatArray
 
-    @property
+    @cached_property
     def albedo(self) -> FloatArray:
         """The reflected share of an even light: (views, azimuths, channels)."""
         return np.asarray(np.einsum("van,vanc->vac", self.solid_angle, self.target))
 
-    @property
+    @cached_property
     def light(self) -> FloatArray:
         """The mean over the azimuths of the sum over the channels of the albedo: (views,)."""
         return np.maximum(self.albedo.mean(axis=1).sum(axis=-1), _DARK)
+
+    @cached_property
+    def target_rows(self) -> FloatArray:
+        """`rows` of the target."""
+        return self.rows(self.target)
+
+    def rows(self, values: FloatArray) -> FloatArray:
+        """Values at all directions of a view, (views, azimuths, n, ...), and what they sum to over the hemisphere, in
+        one axis: (views, azimuths * (n + 1), ...)."""
+        flat = values.reshape(*values.shape[:3], -1)
+        both = np.concatenate([flat, self.solid_angle[:, :, None] @ flat], axis=2)
+        return both.reshape(len(both), -1, *values.shape[3:])
 
     def only(self, views: slice, directions: slice) -> "Views":
         """Some of the views and directions; these stand for those that are left out."""
