@@ -139,7 +139,7 @@ def reflected(fit: Reflectance, normal: FloatArray, direction: ArrayLike) -> Flo
     return found
 
 
-def polar_plot(fit: Reflectance, samples: Samples, theta_i: float, size: int = SIZE,
+def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: int = SIZE,
                phi_i: float = 0.0) -> tuple[SingleArray, float]:
     """Plot the fit in the plane of incidence for one angle of incidence, with the samples near that plane.
 
@@ -148,7 +148,7 @@ def polar_plot(fit: Reflectance, samples: Samples, theta_i: float, size: int = S
     Parameters
     ----------
     fit : Reflectance
-    samples : Samples
+    samples : Samples, or None
     theta_i : float
         Radians.
     size : int
@@ -165,7 +165,8 @@ def polar_plot(fit: Reflectance, samples: Samples, theta_i: float, size: int = S
     theta = np.linspace(-np.pi / 2, np.pi / 2, 361)                 # negative on the light's side
     curve = fit.evaluate(np.full(361, theta_i), np.full(361, phi_i), np.abs(theta),
                          phi_i + np.where(theta < 0, 0, np.pi))
-    place, values, shown = _near_plane(samples, theta_i, phi_i)
+    place, values, shown = (np.zeros(0), curve[:0], float("nan")) if samples is None else (
+        _near_plane(samples, theta_i, phi_i))
     scale = max(np.cbrt(max(curve.max(), values.max(initial=0))), 1e-6)
 
     canvas = _canvas(size)

@@ -41,6 +41,13 @@ def icon(key: Key, function: Callable[[Report], Any], lane: str = "fit") -> tupl
     return next((icon for other, icon in reversed(_icon_ids.items()) if other[:2] == key[:2]), 0), job
 
 
+def at_once(key: Key, draw: Callable[[], SingleArray | None]) -> int:
+    """The icon of a picture that takes no time to draw; 0 where there is none."""
+    if key not in _icon_ids:
+        _add(key, draw())
+    return _icon_ids.get(key, 0)
+
+
 def fill(preview: bpy.types.ImagePreview, picture: SingleArray) -> None:
     """Make an `ImagePreview` show a picture: (height, width, 4) float32."""
     preview.image_size = picture.shape[1::-1]
@@ -48,12 +55,15 @@ def fill(preview: bpy.types.ImagePreview, picture: SingleArray) -> None:
 
 
 def _make_icon(key: Key, job: Job[_Picture]) -> None:
-    if _collection is None or job.result is None:
+    _add(key, job.result[0] if isinstance(job.result, tuple) else job.result)
+
+
+def _add(key: Key, picture: SingleArray | None) -> None:
+    if _collection is None or picture is None:
         return
     if len(_icon_ids) >= _KEPT:
-        _icon_ids.clear()
-        _collection.clear()
-    picture = job.result[0] if isinstance(job.result, tuple) else job.result
+        oldest = next(iter(_icon_ids))
+        del _icon_ids[oldest], _collection[repr(oldest)]
     preview = _collection.new(repr(key))
     fill(preview, picture)
     _icon_ids[key] = preview.icon_id

@@ -5,7 +5,12 @@ from typing import Any
 
 import bpy
 
-from ..annotations import Arguments
+from ...fitter import Fit
+from ...fitter.colours import COLOURS, DEFAULT
+from ...fitter.packed_picture import unpacked
+from ..annotations import Arguments, present
+from ..materials import material as materials
+from ..materials import node_group
 from ..materials.reading import load_arguments
 from . import icons, queue, tasks
 from .job import Job
@@ -55,6 +60,66 @@ def turned_plane(measured: tasks.Data, arguments: Arguments, theta_i: float) -> 
     theta_i = round(theta_i, 3)
     return icons.icon((*_key("turned", measured, arguments), theta_i),
                       partial(tasks.turned_plane, measured, arguments, theta_i))
+
+
+def of_material(material: bpy.types.Material) -> Job[Fit] | None:
+    """The job that reads the fit in a material's shader; None where the material is not measured.
+
+    It needs no measurements, and fits nothing. The job fails with ValueError where the shader has been damaged.
+    """
+    found = _kept(material)
+    return None if found is None else queue.ask(("kept fit", found.digest), partial(tasks.kept_fit, found))
+
+
+def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
+    """The icon of the lit sphere of a measured material, and the job that draws it from the fit in its shader.
+
+    Until it is drawn, the icon is that of the small picture in the material's settings, or of its previous fit.
+    """
+    found = present(_kept(material))
+    key = "kept sphere", material.session_uid, found.digest
+    icon, job = icons.icon(key, partial(tasks.kept_sphere, found))
+    return icon or _small_sphere(material), job
+
+
+def material_polar(material: bpy.types.Material, theta_i: float, phi_i: float = 0.0,
+                   measured: tasks.Data | None = None) -> tuple[int, Job[Any]]:
+    """As `polar_plot`, from the fit in the shader of a measured material; the samples are shown if they are given."""
+    found, theta_i, phi_i = present(_kept(material)), round(theta_i, 3), round(phi_i, 3)
+    key = ("kept polar", material.session_uid, found.digest, None if measured is None else measured.digest, theta_i,
+           phi_i)
+    return icons.icon(key, partial(tasks.kept_polar, found, measured, theta_i, phi_i))
+
+
+def material_turned(material: bpy.types.Material, theta_i: float) -> tuple[int, Job[Any]]:
+    """As `turned_plane`, from the fit in the shader of a measured material."""
+    found, theta_i = present(_kept(material)), round(theta_i, 3)
+    return icons.icon(("kept turned", material.session_uid, found.digest, theta_i),
+                      partial(tasks.kept_turned, found, theta_i))
+
+
+def _kept(material: bpy.types.Material) -> tasks.Kept | None:
+    node = materials.group_node(material)
+    if node is None:
+        return None
+    settings = material.measured_brdf
+    space = settings.colours if settings.colours in COLOURS else DEFAULT
+    return tasks.Kept(node_group.source(node.node_tree), settings.name_of_data, _compression(settings.fitted_levels),
+                      space)
+
+
+def _compression(levels: str) -> float:
+    """The compression (percent) in the notation of a fit's levels, such as (4,6,95); 0 where there is none."""
+    try:
+        return float(levels.strip("()").split(",")[2])
+    except (IndexError, ValueError):
+        return 0.0
+
+
+def _small_sphere(material: bpy.types.Material) -> int:
+    """The icon of the small picture that a material keeps; 0 where there is none."""
+    text = material.measured_brdf.sphere
+    return icons.at_once(("small sphere", hash(text)), lambda: unpacked(text)) if text else 0
 
 
 def errors_by_level(measured: tasks.Data, arguments: Arguments) -> tuple[int, Job[Any]]:

@@ -24,6 +24,7 @@ from ...fitter.cycles.principled_bsdf import Principled
 from ...fitter.cycles.unbake import unbake
 from ...fitter.methods import tolerance
 from ...fitter.model import fit_file
+from ...fitter.packed_picture import SIZE, packed
 from ...fitter.quality import cross_validation, describe
 from ..annotations import Arguments, Report
 
@@ -44,6 +45,7 @@ _fits: "OrderedDict[tuple[str, str], Fitted]" = OrderedDict()
 _loaded: "dict[tuple[str, str, str], tuple[tuple[int, int], fitter.Samples, Measured]]" = {}     # the last large file
 _described: "dict[Measured, Data]" = {}                      # the last description
 _preparations: dict[tuple[str, str], Arguments] = {}         # of the samples fitted last
+_unbaked: "OrderedDict[str, fitter.Fit]" = OrderedDict()
 
 
 def silent(_fraction: float, _doing: str) -> None:
@@ -106,8 +108,34 @@ class Fitted(NamedTuple):
     seconds: float
 
 
+class Kept(NamedTuple):
+    """A fit that a material keeps in its shader.
+
+    Attributes
+    ----------
+    source : str
+        OSL source that `bake` made.
+    name : str
+    compression : float
+        Percent.
+    colours : str
+        One of `colours.COLOURS`.
+    """
+
+    source: str
+    name: str
+    compression: float
+    colours: str
+
+    @property
+    def digest(self) -> str:
+        """Identifies the fit: 32 hexadecimal digits."""
+        whole = "\n".join((self.name, f"{self.compression:g}", self.colours, self.source))
+        return hashlib.blake2b(whole.encode(), digest_size=16).hexdigest()
+
+
 class Outcome(NamedTuple):
-    """Everything that a material is made from."""
+    """Everything that a material is made from. `sphere` is a small picture of it, as `packed` makes it."""
 
     measured: Measured
     fitted: Fitted
@@ -115,6 +143,7 @@ class Outcome(NamedTuple):
     nodes: Nodes
     albedo: FloatArray
     principled: Principled
+    sphere: str
 
 
 def read(path: str, sample: str | None, report: Report = silent, how: Arguments | None = None) -> Data:
@@ -267,7 +296,8 @@ def finish(measured: Measured, found: Fitted, report: Report = silent) -> Outcom
     report(0.75, "Matching closure nodes")
     nodes = node_mixtures(found.fit)
     report(0.9, "Matching the viewport colour")
-    return Outcome(measured, found, source, nodes, principled.albedo(found.fit), principled.principled(found.fit))
+    return Outcome(measured, found, source, nodes, principled.albedo(found.fit), principled.principled(found.fit),
+                   packed(pictures.lit_sphere(found.fit, SIZE, colours=measured.colours)))
 
 
 def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Report = silent) -> Fitted:
@@ -380,6 +410,34 @@ def polar_plot(data: Data, arguments: Arguments, theta_i: float, phi_i: float = 
 def turned_plane(data: Data, arguments: Arguments, theta_i: float, _report: Report = silent) -> SingleArray:
     """The picture of the plane of incidence as it turns about the normal: (size, size, 4)."""
     return pictures.turned_plane(fitted_of(data, arguments).fit, theta_i, colours=data.measured.colours)
+
+
+def kept_fit(kept: Kept, _report: Report = silent) -> fitter.Fit:
+    """The fit in a material's shader. Raises ValueError if there is none."""
+    key = kept.digest
+    if key not in _unbaked:
+        _unbaked[key] = unbake(kept.source, kept.name, kept.compression)
+    _unbaked.move_to_end(key)
+    while len(_unbaked) > _KEPT:
+        _unbaked.popitem(last=False)
+    return _unbaked[key]
+
+
+def kept_sphere(kept: Kept, _report: Report = silent) -> SingleArray:
+    """As `lit_sphere`, of a material's shader."""
+    return pictures.lit_sphere(kept_fit(kept), colours=kept.colours, with_tangent=True)
+
+
+def kept_polar(kept: Kept, data: Data | None, theta_i: float, phi_i: float = 0.0,
+               _report: Report = silent) -> tuple[SingleArray, float]:
+    """As `polar_plot`, of a material's shader; without measurements it has no samples, and their angle is nan."""
+    samples = None if data is None else data.samples
+    return pictures.polar_plot(kept_fit(kept), samples, theta_i, phi_i=phi_i)
+
+
+def kept_turned(kept: Kept, theta_i: float, _report: Report = silent) -> SingleArray:
+    """As `turned_plane`, of a material's shader."""
+    return pictures.turned_plane(kept_fit(kept), theta_i, colours=kept.colours)
 
 
 def digest(samples: fitter.Samples) -> str:

@@ -64,6 +64,9 @@ class Outcome(Protocol):
     @property
     def principled(self) -> Principled: ...
 
+    @property
+    def sphere(self) -> str: ...
+
 
 def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
            shader: Shader | None = None) -> bpy.types.Material:
@@ -278,7 +281,7 @@ def _store(settings: Any, choices: Choices, outcome: Outcome) -> None:
     results = {"name_of_data": outcome.measured.name, "digest": outcome.measured.digest,
                "coefficients": fit.coefficient_count, "bytes": fit.nbytes, "rmse": errors.rmse, "mre": errors.mre,
                "seconds": seconds, "changes": "; ".join(fit.changes), "version": versions.CURRENT,
-               "fitted_levels": fit.notation,
+               "fitted_levels": fit.notation, "sphere": outcome.sphere,
                "colours": outcome.measured.colours if len(outcome.measured.channels) > 1 else reading.GREY}
     for name in RESULTS:
         setattr(settings, name, results[name])

@@ -17,7 +17,7 @@ from ..annotations import Arguments
 NO_SPECULAR_LEVEL = -1
 LEVELS = ("diffuse_level", "specular_level", "compression")
 RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels", "changes",
-           "version", "colours")
+           "version", "colours", "sphere")
 READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
 CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", "rendering", *READING)
 AUTOMATIC, EXACT, FAST, NODES = "AUTO", "EXACT", "FAST", "NODES"
@@ -190,6 +190,7 @@ class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
     seconds: FloatProperty(name="Seconds")
     fitted_levels: StringProperty(name="Levels")
     colours: StringProperty(name="Colours")             # reading.GREY, or the space; 0.1.0 left it empty: Rec.709
+    sphere: StringProperty(name="Sphere")               # as packed_picture.packed makes it; 0.1.0 left it empty
     changes: StringProperty(name="Changes")             # that made the fit physically plausible
     shown_theta: FloatProperty(
         name="Incidence", default=math.radians(40), min=0, max=math.radians(85), subtype="ANGLE",

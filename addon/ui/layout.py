@@ -1,12 +1,15 @@
 """What the panels share: where they are, and how they draw text."""
 
 import textwrap
+from collections.abc import Sequence
 from typing import Literal
 
 import bpy
 
 _CHARACTER, _MARGIN = 5.6, 75       # pixels at a scale of 1: of a character on average, and beside texts with an icon
 _SHORTEST = 20              # line, characters
+_NARROW = 40                # characters: less is narrow
+_GAP = 2                    # characters between the columns of a table
 
 
 class MaterialPanel:
@@ -36,9 +39,7 @@ def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: Literal["ERROR", "
 
 def wrapped(text: str) -> list[str]:
     """Text in lines as wide as the region that is drawn."""
-    region, scale = bpy.context.region, bpy.context.preferences.system.ui_scale
-    room = (region.width / scale - _MARGIN) / _CHARACTER if region is not None else 0
-    return textwrap.wrap(text, max(int(room), _SHORTEST))
+    return textwrap.wrap(text, room())
 
 
 def draw_warning(layout: bpy.types.UILayout, text: str) -> None:
@@ -46,3 +47,39 @@ def draw_warning(layout: bpy.types.UILayout, text: str) -> None:
     column = layout.box().column(align=True)
     column.alert = True
     draw_wrapped(column, text)
+
+
+def room() -> int:
+    """How many characters fit beside one another into the region that is drawn."""
+    region, scale = bpy.context.region, bpy.context.preferences.system.ui_scale
+    return max(int((region.width / scale - _MARGIN) / _CHARACTER) if region is not None else 0, _SHORTEST)
+
+
+def is_narrow(characters: int = _NARROW) -> bool:
+    """Whether so many characters do not fit beside one another into the region that is drawn."""
+    return room() < characters
+
+
+def draw_table(layout: bpy.types.UILayout, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Draw a table of texts; where the region is too narrow, the rows over one another, each cell with its heading."""
+    cells = [headings, *rows]
+    widest = max((len(text) for row in cells for text in row), default=0)
+    column = layout.column(align=True)
+    if not is_narrow(len(headings) * (widest + _GAP)):
+        for row in cells:
+            draw_row(column, *row)
+        return
+    for first, *others in rows:
+        column.label(text=first)
+        for heading, text in zip(headings[1:], others, strict=True):
+            draw_value(column, heading, text)
+        column.separator()
+
+
+def draw_value(layout: bpy.types.UILayout, name: str, text: str) -> None:
+    """Draw a name and its value beside it."""
+    split = layout.split(factor=0.4)
+    split.alignment = "RIGHT"
+    split.label(text=name)
+    split.alignment = "LEFT"
+    split.label(text=text)

@@ -8,8 +8,8 @@ from support.checkout import ROOT
 
 # from low to high; parts of one layer do not import one another
 FITTER = (("arrays", "errors", "shader_constants"), ("colours", "files"), ("samples",), ("coordinates", "lattice"),
-          ("model",), ("quality",), ("methods",), ("presets",), ("cycles", "formats", "pictures"), ("__init__",),
-          ("report",), ("cli",), ("__main__",))
+          ("model",), ("quality",), ("methods",), ("presets",), ("cycles", "formats", "pictures"), ("packed_picture",),
+          ("__init__",), ("report",), ("cli",), ("__main__",))
 ADDON = (("annotations", "manual", "versions"), ("transaction",), ("scene",), ("materials",), ("preferences",),
          ("jobs",), ("library",), ("operators",), ("ui",), ("command",), ("__init__",))
 LAYERS = {"fitter": FITTER, "addon": ADDON}

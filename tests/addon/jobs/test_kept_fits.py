@@ -1,0 +1,137 @@
+"""What panels ask about a material: its shader answers, without measurements and without a fit."""
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter import pictures
+
+CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
+
+
+@pytest.fixture
+def jobs(extension):
+    from measured_brdf.addon.jobs import icons, queries, queue, tasks
+
+    yield type("Jobs", (), {"icons": icons, "queries": queries, "queue": queue, "tasks": tasks})
+    queue.unregister()
+
+
+@pytest.fixture
+def imported(blender, glossy, write_astm, tmp_path):
+    """A material, whose measurements are gone, and the fit that it was made of."""
+    file = write_astm(tmp_path / "glossy.astm", glossy)
+    blender.ops.mesh.primitive_cube_add()
+    blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
+    file.unlink()
+    return blender.context.object.active_material, fitter.fit(glossy, 2, 4, 80.0)
+
+
+@pytest.fixture
+def shown(jobs, monkeypatch):
+    """The pictures that have icons, by number: without a window, Blender numbers none."""
+    pictures_shown = {}
+
+    def add(key, picture):
+        pictures_shown[len(pictures_shown) + 1] = picture
+        jobs.icons._icon_ids[key] = len(pictures_shown)
+
+    monkeypatch.setattr(jobs.icons, "_icon_ids", {})
+    monkeypatch.setattr(jobs.icons, "_add", add)
+    return pictures_shown
+
+
+@pytest.fixture
+def no_fits(jobs, monkeypatch):
+    """Fits cannot be made any more."""
+
+    def fail(*_arguments, **_options):
+        raise AssertionError("fitted again")
+
+    for module, name in ((jobs.tasks, "fit"), (jobs.tasks, "fitted"), (jobs.tasks.fitter, "load")):
+        monkeypatch.setattr(module, name, fail)
+
+
+def answered(jobs, question, *arguments):
+    question(*arguments)
+    jobs.queue.answer_all()
+    return question(*arguments)
+
+
+def test_the_fit_of_a_material_comes_out_of_its_shader(jobs, imported, glossy, no_fits):
+    material, expected = imported
+    found = answered(jobs, jobs.queries.of_material, material).result
+    np.testing.assert_allclose(found.evaluate(*glossy.directions), expected.evaluate(*glossy.directions), rtol=1e-5,
+                               atol=1e-7)
+    assert (found.name, found.compression, found.notation) == ("glossy", 80.0, "(2,4,80)")
+
+
+def test_after_a_file_is_opened_the_pictures_are_those_of_the_fit(jobs, imported, tmp_path, blender, no_fits):
+    name, expected = imported[0].name, imported[1]
+    file = str(tmp_path / "saved.blend")
+    blender.ops.wm.save_as_mainfile(filepath=file)
+    blender.ops.wm.read_homefile(use_empty=True)
+    blender.ops.wm.open_mainfile(filepath=file)
+    material = blender.data.materials[name]
+    _, sphere = answered(jobs, jobs.queries.material_sphere, material)
+    np.testing.assert_allclose(sphere.result, pictures.lit_sphere(expected), atol=1e-3)
+    _, polar = answered(jobs, jobs.queries.material_polar, material, 0.6)
+    picture, shown = polar.result
+    assert np.isnan(shown)                                          # no samples, and so none of their dots
+    np.testing.assert_allclose(picture, pictures.polar_plot(expected, None, 0.6)[0], atol=0.01)
+
+
+def test_linked_materials_have_pictures(jobs, imported, tmp_path, blender, no_fits):
+    name, expected = imported[0].name, imported[1]
+    file = str(tmp_path / "library.blend")
+    blender.data.libraries.write(file, {imported[0]})
+    blender.ops.wm.read_homefile(use_empty=True)
+    with blender.data.libraries.load(file, link=True) as (_, wanted):
+        wanted.materials = [name]
+    material = blender.data.materials[name]
+    assert not material.is_editable
+    _, sphere = answered(jobs, jobs.queries.material_sphere, material)
+    np.testing.assert_allclose(sphere.result, pictures.lit_sphere(expected), atol=1e-3)
+
+
+def test_before_any_worker_answers_the_small_picture_of_the_material_shows(jobs, imported, tmp_path, blender, shown):
+    expected = pictures.lit_sphere(imported[1], 128)
+    file = str(tmp_path / "saved.blend")
+    blender.ops.wm.save_as_mainfile(filepath=file)
+    blender.ops.wm.open_mainfile(filepath=file)
+    material = next(item for item in blender.data.materials if item.measured_brdf.coefficients)
+    icon, job = jobs.queries.material_sphere(material)
+    assert job.finished is None
+    np.testing.assert_allclose(shown[icon], expected, atol=0.6 / 255)
+
+
+def test_a_refit_is_another_fit_and_shows_the_old_one_until_it_is_drawn(jobs, blender, glossy, write_astm, tmp_path,
+                                                                              shown):
+    file = write_astm(tmp_path / "glossy.astm", glossy)
+    blender.ops.mesh.primitive_cube_add()
+    blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
+    material = blender.context.object.active_material
+    icon, before = answered(jobs, jobs.queries.material_sphere, material)
+    material.measured_brdf.specular_level = -1
+    assert jobs.queries.material_sphere(material)[1] is before      # settings are not the fit
+    blender.ops.measured_brdf.fit()
+    drawn, after = jobs.queries.material_sphere(material)
+    assert drawn == icon
+    assert shown[icon] is before.result
+    assert after is not before
+    jobs.queue.answer_all()
+    np.testing.assert_allclose(after.result, pictures.lit_sphere(fitter.fit(glossy, 2, None)), atol=1e-3)
+
+
+def test_materials_without_measured_reflectance_have_no_fit(jobs, blender):
+    assert jobs.queries.of_material(blender.data.materials.new("plain")) is None
+
+
+def test_a_damaged_shader_is_an_error(jobs, imported):
+    from measured_brdf.addon.materials import material, node_group
+
+    script = node_group.script_node(material.group_node(imported[0]).node_tree)
+    script.script.from_string("shader other() {}")
+    jobs.queries.of_material(imported[0])
+    with pytest.raises(ValueError, match="not a shader of Measured BRDF"):
+        jobs.queue.answer_all()
