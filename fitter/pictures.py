@@ -1,28 +1,24 @@
-"""Small pictures of a fit for the panel: (size, size, 4) float32, sRGB with alpha, the bottom row first."""
+"""Pictures of fits for the panels: (size, size, 4) float32, sRGB with alpha, the bottom row first."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from .arrays import ArrayLike, BoolArray, FloatArray, SingleArray
-from .colours import DEFAULT, conversion
+from .colours import DEFAULT, conversion, luminance
+from .drawing import GRID, INK, Color, blank, dots, line, write
 from .model import Reflectance, is_isotropic
 from .samples import Samples
-
-_Color = tuple[float, float, float]
 
 SIZE = 256
 IN_PLANE = np.radians(8)       # samples within this angle of the plane of incidence are plotted
 Light = tuple[tuple[float, float, float], float]       # direction to a light far away, and its irradiance / pi
 LIGHTS: tuple[Light, ...] = (((-0.5, 0.6, 0.62), 1.0), ((0.9, -0.1, 0.42), 0.25))
-_BACKGROUND, _GRID, _INK = (0.16, 0.16, 0.16), (0.32, 0.32, 0.32), (0.9, 0.9, 0.9)
-_CHANNELS: dict[int, tuple[_Color, ...]] = {
+_CHANNELS: dict[int, tuple[Color, ...]] = {
     1: ((0.9, 0.9, 0.9),), 3: ((1.0, 0.38, 0.34), (0.45, 0.85, 0.4), (0.42, 0.62, 1.0))}
 _MARK = (1.0, 0.75, 0.2)
-_FONT = {   # rows of 3 bits
-         "0": (7, 5, 5, 5, 7), "1": (2, 6, 2, 2, 7), "2": (7, 1, 7, 4, 7), "3": (7, 1, 7, 1, 7), "4": (5, 5, 7, 1, 1),
-         "5": (7, 4, 7, 1, 7), "6": (7, 4, 7, 5, 7), "7": (7, 1, 2, 2, 2), "8": (7, 5, 7, 5, 7), "9": (7, 5, 7, 1, 7),
-         "e": (0, 7, 5, 6, 7), "-": (0, 0, 7, 0, 0), "+": (0, 2, 7, 2, 0), ".": (0, 0, 0, 0, 2)}
+PAIR: tuple[Color, Color] = ((1.0, 0.6, 0.2), (0.35, 0.7, 1.0))        # of two materials that are compared
+_ORIGIN, _RADIUS = (0.5, 0.27), 0.46       # of a polar plot, over its size
 
 
 def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIGHTS,
@@ -63,7 +59,43 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIG
     picture[..., 3] = cover
     if with_tangent and not is_isotropic(fit):
         for stroke in _strokes(size):
-            _line(picture, stroke, _MARK, 1.2)
+            line(picture, stroke, _MARK, 1.2)
+    return picture
+
+
+def split(left: SingleArray, right: SingleArray, at: float = 0.5) -> SingleArray:
+    """The left part of one picture beside the right part of another, with a thin line between them.
+
+    Parameters
+    ----------
+    left, right : (height, width, 4) float32
+    at : float
+        Where the line is: 0 is the left edge, 1 the right one.
+
+    Returns
+    -------
+    (height, width, 4) float32
+
+    Raises
+    ------
+    ValueError
+        If the pictures have different shapes.
+
+    Examples
+    --------
+    >>> black, white = np.zeros((1, 8, 4), np.float32), np.ones((1, 8, 4), np.float32)
+    >>> split(black, white, 0.5)[0, :, 0].round(1).tolist()
+    [0.0, 0.0, 0.0, 0.0, 0.9, 1.0, 1.0, 1.0]
+    """
+    if left.shape != right.shape:
+        raise ValueError(f"pictures of {left.shape} and {right.shape}, expected the same shape")
+    width = left.shape[1]
+    thickness = max(width // 128, 1)
+    edge = round(at * width)
+    begin = edge - thickness // 2
+    picture = left.copy()
+    picture[:, max(edge, 0):] = right[:, max(edge, 0):]
+    picture[:, max(begin, 0):max(begin + thickness, 0)] = (*INK, 1)
     return picture
 
 
@@ -162,28 +194,105 @@ def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: 
     shown : float
         Angle of incidence of the plotted samples, radians: the measured one nearest to theta_i; nan without any.
     """
-    theta = np.linspace(-np.pi / 2, np.pi / 2, 361)                 # negative on the light's side
-    curve = fit.evaluate(np.full(361, theta_i), np.full(361, phi_i), np.abs(theta),
-                         phi_i + np.where(theta < 0, 0, np.pi))
+    theta, curve = in_plane(fit, theta_i, phi_i)
     place, values, shown = (np.zeros(0), curve[:0], float("nan")) if samples is None else (
         _near_plane(samples, theta_i, phi_i))
     scale = max(np.cbrt(max(curve.max(), values.max(initial=0))), 1e-6)
-
-    canvas = _canvas(size)
-    origin, radius = np.array([0.5, 0.27]) * size, 0.46 * size
-    for fraction in (0.5, 1.0):
-        _line(canvas, origin + fraction * radius * _on_arc(np.linspace(-np.pi / 2, np.pi / 2, 91)), _GRID)
-    for angle in np.radians((-90, -60, -30, 0, 30, 60, 90)):
-        _line(canvas, origin + np.outer(np.array([0, radius]), _on_arc(angle)), _GRID)
-    _line(canvas, origin + np.outer(np.array([0.25 * radius, 1.08 * radius]), _on_arc(-theta_i)), _MARK, 1.6)
+    canvas, pen = _polar_grid(size, theta_i), _pen(size)
     colors = _CHANNELS[3 if curve.shape[1] == 3 else 1]
     for c, color in enumerate(colors):
-        length = np.cbrt(np.maximum(curve[:, c], 0)) / scale * radius
-        _line(canvas, origin + length[:, None] * _on_arc(theta), color, 1.4)
+        line(canvas, polar_points(theta, curve[:, c], scale, size), color, 1.4 * pen)
     for c, color in enumerate(colors):
-        length = np.cbrt(np.maximum(values[:, c], 0)) / scale * radius
-        _dots(canvas, origin + length[:, None] * _on_arc(place), color, 2.6)
+        dots(canvas, polar_points(place, values[:, c], scale, size), color, 2.6 * pen)
     return canvas, shown
+
+
+def polar_comparison(first: Reflectance, second: Reflectance, theta_i: float, size: int = SIZE, phi_i: float = 0.0,
+                     colours: tuple[str, str] = (DEFAULT, DEFAULT)) -> SingleArray:
+    """Plot the luminance of two fits in the plane of incidence, over each other, as `polar_plot` does.
+
+    The first is orange and named A, the second blue and named B; both have the same scale.
+
+    Parameters
+    ----------
+    first, second : Reflectance
+    theta_i : float
+        Radians.
+    size : int
+        Pixels.
+    phi_i : float
+        Azimuth of the light, radians; of isotropic materials it does not matter.
+    colours : (str, str)
+        Those of the fits, from `colours.COLOURS`.
+
+    Returns
+    -------
+    (size, size, 4) float32
+
+    Examples
+    --------
+    >>> from .methods import prior
+    >>> bright, dark = (prior.lambertian(np.array([[value]])) for value in (0.3, 0.1))
+    >>> polar_comparison(bright, dark, 0.5, 64).shape
+    (64, 64, 4)
+    """
+    theta, _ = in_plane(first, theta_i, phi_i)
+    curves = [np.broadcast_to(in_plane(fit, theta_i, phi_i)[1], (len(theta), 3)) for fit in (first, second)]
+    grey = [np.maximum(luminance(curve, space), 0) for curve, space in zip(curves, colours, strict=True)]
+    scale = max(np.cbrt(np.max(grey)), 1e-6)
+    canvas, pen = _polar_grid(size, theta_i, INK), _pen(size)
+    for values, color in zip(grey, PAIR, strict=True):
+        line(canvas, polar_points(theta, values, scale, size), color, 1.6 * pen)
+    for number, (name, color) in enumerate(zip("AB", PAIR, strict=True)):
+        letter = max(round(2 * pen), 1)
+        write(canvas, name, (0.03 * size + 5 * letter * number, 0.97 * size - 5 * letter), letter, color)
+    return canvas
+
+
+def in_plane(fit: Reflectance, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray]:
+    """A fit in the plane of incidence, for light from (theta_i, phi_i), radians.
+
+    Returns
+    -------
+    theta : (n,) float64
+        Outgoing angles from -90 to 90 degrees, negative on the light's side; radians.
+    value : (n, channels) float64
+        1/sr.
+    """
+    theta = np.linspace(-np.pi / 2, np.pi / 2, 361)
+    full = np.full_like(theta, phi_i)
+    return theta, fit.evaluate(np.full_like(theta, theta_i), full, np.abs(theta), full + np.where(theta < 0, 0, np.pi))
+
+
+def polar_points(theta: FloatArray, value: FloatArray, scale: float, size: int) -> FloatArray:
+    """Where values stand in a polar plot: (n,) radians and (n,) 1/sr to (n, 2) pixels from the bottom left.
+
+    Radii are cube roots; a value of scale ** 3 lies on the outer circle.
+
+    Examples
+    --------
+    >>> polar_points(np.array([0.0]), np.array([8.0]), 2.0, 100).round(9).tolist()
+    [[50.0, 73.0]]
+    """
+    length = np.cbrt(np.maximum(value, 0)) / scale * _RADIUS * size
+    return np.array(_ORIGIN) * size + length[:, None] * _on_arc(theta)
+
+
+def _polar_grid(size: int, theta_i: float, ray: Color = _MARK) -> SingleArray:
+    """An empty polar plot, with a ray to the light."""
+    canvas, origin, radius = blank(size), np.array(_ORIGIN) * size, _RADIUS * size
+    for fraction in (0.5, 1.0):
+        line(canvas, origin + fraction * radius * _on_arc(np.linspace(-np.pi / 2, np.pi / 2, 91)), GRID, _pen(size))
+    for angle in np.radians((-90, -60, -30, 0, 30, 60, 90)):
+        line(canvas, origin + np.outer(np.array([0, radius]), _on_arc(angle)), GRID, _pen(size))
+    toward_light = np.outer(np.array([0.25 * radius, 1.08 * radius]), _on_arc(-theta_i))
+    line(canvas, origin + toward_light, ray, 1.6 * _pen(size))
+    return canvas
+
+
+def _pen(size: int) -> float:
+    """The width of lines in a picture, over that in a small one."""
+    return max(size / SIZE, 1.0)
 
 
 def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: str = DEFAULT) -> SingleArray:
@@ -247,7 +356,7 @@ def error_plot(levels: Sequence[int], errors: Sequence[float], current: tuple[in
     >>> error_plot([2, 3, 4], [0.1, 0.05, 0.01], (3, 0.05), 64).shape
     (64, 64, 4)
     """
-    canvas = _canvas(size)
+    canvas = blank(size)
     logs = np.log10(np.maximum([*errors, current[1]], 1e-9))
     low, high = np.floor(logs.min()), max(np.ceil(logs.max()), np.floor(logs.min()) + 1)
     left, bottom, width, height = 0.2 * size, 0.13 * size, 0.74 * size, 0.8 * size
@@ -257,14 +366,14 @@ def error_plot(levels: Sequence[int], errors: Sequence[float], current: tuple[in
         return np.stack([left + width * across, bottom + height * (np.asarray(log) - low) / (high - low)], axis=-1)
 
     for decade in np.arange(low, high + 1):
-        _line(canvas, at([levels[0], levels[-1]], [decade, decade]), _GRID)
-        _write(canvas, f"1e{decade:+.0f}", (0.02 * size, at(levels[0], decade)[1] - 5))
+        line(canvas, at([levels[0], levels[-1]], [decade, decade]), GRID)
+        write(canvas, f"1e{decade:+.0f}", (0.02 * size, at(levels[0], decade)[1] - 5))
     for level in levels:
-        _line(canvas, at([level, level], [low, high]), _GRID)
-        _write(canvas, str(level), at(level, low) - (3, 18))
-    _line(canvas, at(levels, logs[:-1]), _INK, 1.6)
-    _dots(canvas, at(levels, logs[:-1]), _INK, 3.2)
-    _dots(canvas, at([current[0]], logs[-1:]), _MARK, 6)
+        line(canvas, at([level, level], [low, high]), GRID)
+        write(canvas, str(level), at(level, low) - (3, 18))
+    line(canvas, at(levels, logs[:-1]), INK, 1.6)
+    dots(canvas, at(levels, logs[:-1]), INK, 3.2)
+    dots(canvas, at([current[0]], logs[-1:]), _MARK, 6)
     return canvas
 
 
@@ -309,43 +418,3 @@ def _near_plane(samples: Samples, theta_i: float, phi_i: float = 0.0) -> tuple[F
 def _on_arc(theta: ArrayLike) -> FloatArray:
     """Unit vectors in the plot, at angles from the vertical: (...) radians to (..., 2)."""
     return np.stack([np.sin(theta), np.cos(theta)], axis=-1)
-
-
-def _canvas(size: int) -> SingleArray:
-    canvas = np.empty((size, size, 4), dtype=np.float32)
-    canvas[...] = (*_BACKGROUND, 1)
-    return canvas
-
-
-def _line(canvas: SingleArray, points: FloatArray, color: _Color, width: float = 1.0) -> None:
-    """Draw a polyline as dense dots: points (n, 2) in pixels from the bottom left."""
-    steps = np.maximum(np.ceil(2 * np.linalg.norm(np.diff(points, axis=0), axis=1)).astype(int), 1)
-    start = np.repeat(points[:-1], steps, axis=0)
-    along = np.concatenate([np.arange(count) / count for count in steps])
-    dense = start + along[:, None] * np.repeat(np.diff(points, axis=0), steps, axis=0)
-    _dots(canvas, np.concatenate([dense, points[-1:]]), color, width)
-
-
-def _dots(canvas: SingleArray, centers: FloatArray, color: _Color, diameter: float) -> None:
-    """Draw antialiased discs at centers (n, 2)."""
-    reach = int(np.ceil(diameter / 2 + 1))
-    offset = np.arange(-reach, reach + 1)
-    dx, dy = (grid.ravel() for grid in np.meshgrid(offset, offset))
-    x, y = (np.floor(centers[:, k])[:, None].astype(int) + step for k, step in ((0, dx), (1, dy)))
-    distance = np.hypot(x + 0.5 - centers[:, :1], y + 0.5 - centers[:, 1:])
-    cover = np.clip(diameter / 2 + 0.5 - distance, 0, 1)
-    inside = (cover > 0) & (x >= 0) & (y >= 0) & (x < canvas.shape[1]) & (y < canvas.shape[0])
-    mask = np.zeros(canvas.shape[:2])
-    np.maximum.at(mask, (y[inside], x[inside]), cover[inside])
-    canvas[..., :3] += (mask[..., None] * (np.asarray(color) - canvas[..., :3])).astype(np.float32)
-
-
-def _write(canvas: SingleArray, text: str, at: ArrayLike, scale: int = 2) -> None:
-    """Draw characters of `_FONT`, their lower left corner at `at` (2,)."""
-    column, row = (int(place) for place in np.asarray(at))
-    for character in text:
-        bits = np.array([[glyph >> 2 & 1, glyph >> 1 & 1, glyph & 1] for glyph in _FONT[character]][::-1], dtype=bool)
-        block = np.kron(bits, np.ones((scale, scale), dtype=bool))
-        part = canvas[max(row, 0):row + block.shape[0], column:column + block.shape[1]]
-        part[block[max(-row, 0):][:part.shape[0], :part.shape[1]], :3] = _INK
-        column += 4 * scale

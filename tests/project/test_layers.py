@@ -7,7 +7,7 @@ import pytest
 from support.checkout import ROOT
 
 # from low to high; parts of one layer do not import one another
-FITTER = (("arrays", "errors", "shader_constants"), ("colours", "files"), ("samples",), ("coordinates", "lattice"),
+FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files"), ("samples",), ("coordinates", "lattice"),
           ("model",), ("quality",), ("methods",), ("presets",), ("cycles", "formats", "pictures"), ("packed_picture",),
           ("__init__",), ("report",), ("cli",), ("__main__",))
 ADDON = (("annotations", "manual", "versions"), ("transaction",), ("scene",), ("materials",), ("preferences",),

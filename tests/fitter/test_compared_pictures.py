@@ -1,0 +1,122 @@
+"""Two materials in one picture: each side against a picture of its own, curves against values written out by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fitter import pictures
+from fitter.drawing import BACKGROUND, INK
+from support.anisotropic import brushed_fit
+
+
+class Lobe:
+    """A Lambertian and a lobe toward the mirror direction, in the channels of its colour."""
+
+    def __init__(self, power, *colour):
+        self.power, self.colour = power, np.array(colour)
+
+    def evaluate(self, theta_i, phi_i, theta_o, phi_o):
+        cosine = np.cos(theta_i) * np.cos(theta_o) - np.sin(theta_i) * np.sin(theta_o) * np.cos(phi_o - phi_i)
+        return (0.1 + np.maximum(cosine, 0) ** self.power)[..., None] * self.colour
+
+
+RED, BLUE = Lobe(9, 0.4, 0.1, 0.1), Lobe(30, 0.1, 0.2, 0.3)
+
+
+@pytest.mark.parametrize(("at", "line"), [(0.5, 32), (0.25, 16), (0.8, 51)])
+def test_each_side_of_a_split_sphere_is_that_of_a_sphere_alone(at, line):
+    left, right = pictures.lit_sphere(RED, 64), pictures.lit_sphere(BLUE, 64)
+    found = pictures.split(left, right, at)
+    np.testing.assert_array_equal(found[:, :line], left[:, :line])
+    np.testing.assert_array_equal(found[:, line + 1:], right[:, line + 1:])
+    np.testing.assert_allclose(found[:, line], np.tile((*INK, 1), (64, 1)), atol=1e-6)
+    assert np.abs(left - right).max() > 0.2
+
+
+@pytest.mark.parametrize("at", [0.0, 1.0])
+def test_a_line_at_the_edge_leaves_one_picture(at):
+    left, right = np.zeros((40, 40, 4), np.float32), np.ones((40, 40, 4), np.float32)
+    found = pictures.split(left, right, at)
+    np.testing.assert_array_equal(found[:, 1:-1], (right if at == 0 else left)[:, 1:-1])
+    assert left.max() == 0, "the pictures themselves stay as they were"
+
+
+def test_pictures_of_two_sizes_are_not_joined():
+    with pytest.raises(ValueError, match=r"\(4, 4, 4\) and \(8, 8, 4\), expected the same shape"):
+        pictures.split(np.zeros((4, 4, 4), np.float32), np.zeros((8, 8, 4), np.float32))
+
+
+def drawn(picture, x, y, color):
+    """Whether a colour is at a place, (x, y) in pixels from the bottom left."""
+    part = picture[int(y) - 1:int(y) + 2, int(x) - 1:int(x) + 2, :3]
+    return np.abs(part - color).max(axis=-1).min() < 0.12
+
+
+def luminance(colour):
+    return 0.2126 * colour[0] + 0.7152 * colour[1] + 0.0722 * colour[2]
+
+
+def test_both_curves_are_cube_roots_of_luminance_from_one_origin_and_to_one_scale():
+    size, theta_i = 400, math.radians(35)
+    picture = pictures.polar_comparison(RED, BLUE, theta_i, size)
+
+    def value(material, theta):                     # theta beyond the normal, seen from the light
+        lobe = max(math.cos(theta - theta_i), 0) ** material.power
+        return (0.1 + lobe) * luminance(material.colour)
+
+    largest = max(value(RED, theta_i), value(BLUE, theta_i))
+    for theta in np.radians([-70, -30, 0, 20, 35, 50, 80]):
+        for material, color in ((RED, pictures.PAIR[0]), (BLUE, pictures.PAIR[1])):
+            length = 0.46 * size * (value(material, theta) / largest) ** (1 / 3)
+            x, y = 0.5 * size + length * math.sin(theta), 0.27 * size + length * math.cos(theta)
+            other = value(BLUE if material is RED else RED, theta)
+            if abs((other / largest) ** (1 / 3) * 0.46 * size - length) > 6:        # else the curves cover each other
+                assert drawn(picture, x, y, color), (math.degrees(theta), color)
+
+
+def test_a_curve_follows_the_lights_azimuth_on_an_anisotropic_material():
+    fit = brushed_fit()
+    theta, along = pictures.in_plane(fit, 0.5, 0.0)
+    _, turned = pictures.in_plane(fit, 0.5, 1.2)
+    for row in (10, 250, 340):
+        light = np.array([0.5]), np.array([1.2])
+        phi_o = 1.2 + (math.pi if theta[row] >= 0 else 0.0)
+        expected = fit.evaluate(*light, np.array([abs(theta[row])]), np.array([phi_o]))[0]
+        np.testing.assert_allclose(turned[row], expected, rtol=1e-9)
+    assert np.abs(along / turned - 1).max() > 0.1
+    assert np.abs(pictures.polar_comparison(fit, RED, 0.5, 96, 0.0)
+                  - pictures.polar_comparison(fit, RED, 0.5, 96, 1.2)).max() > 0.3
+
+
+def test_a_wider_space_has_its_own_luminance():
+    """The same stimulus in two spaces: one curve, so B covers A everywhere."""
+    from fitter.colours import conversion
+
+    wide = Lobe(9, *(conversion("Rec.709", "Rec.2020") @ RED.colour))
+    picture = pictures.polar_comparison(RED, wide, 0.5, 200, colours=("Rec.709", "Rec.2020"))
+    plot = picture[:170]                            # below the letters
+    orange = np.abs(plot[..., :3] - pictures.PAIR[0]).max(axis=-1) < 0.1
+    blue = np.abs(plot[..., :3] - pictures.PAIR[1]).max(axis=-1) < 0.1
+    assert not orange.any()
+    assert blue.sum() > 100
+
+
+def test_the_letters_of_the_legend_have_the_colours_of_the_curves():
+    picture = pictures.polar_comparison(RED, BLUE, 0.5, 256)
+    corner = picture[235:250, :30, :3]
+    for color, columns in zip(pictures.PAIR, (slice(5, 16), slice(16, 28)), strict=True):
+        part = corner[:, columns]
+        there = np.abs(part - color).max(axis=-1) < 1e-6
+        assert there.sum() > 20
+        assert (there | (np.abs(part - BACKGROUND).max(axis=-1) < 1e-6)).all()
+
+
+def test_grey_and_coloured_materials_are_compared():
+    class Grey:
+        def evaluate(self, theta_i, phi_i, theta_o, phi_o):
+            return np.full((len(theta_o), 1), 0.2)
+
+    picture = pictures.polar_comparison(Grey(), Lobe(0, 0.2 / 1.1, 0.2 / 1.1, 0.2 / 1.1), 0.5, 200)
+    orange = np.abs(picture[:170, :, :3] - pictures.PAIR[0]).max(axis=-1) < 0.1
+    assert not orange.any()                         # covered by B, which is equal
