@@ -36,7 +36,7 @@ _TOLERANCE = 0.05           # where it is not used
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command. The exit code is 1 if any file failed, else 0."""
-    options = _parser().parse_args(arguments)
+    options = build_parser().parse_args(arguments)
     try:
         if options.run in _OPENS_FILES and bpy.data.filepath and options.report_to is None:
             # in another Blender, so that the open file stays open
@@ -54,7 +54,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
 
 
-def _parser() -> argparse.ArgumentParser:
+def build_parser() -> argparse.ArgumentParser:
+    """The arguments of every command."""
     parser = argparse.ArgumentParser(prog="measured_brdf", description="Make materials of measured reflectance.")
     parser.add_argument("--report-to", help=argparse.SUPPRESS)      # the folder of a `blender_process`
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
