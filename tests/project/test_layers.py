@@ -7,11 +7,11 @@ import pytest
 from support.checkout import ROOT
 
 # from low to high; parts of one layer do not import one another
-FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files"), ("samples",), ("coordinates", "lattice"),
-          ("model",), ("quality",), ("methods",), ("presets",), ("cycles", "formats", "pictures"), ("packed_picture",),
+FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files"), ("samples",),
+          ("coordinates", "lattice"), ("model",), ("quality", "published"), ("methods",), ("presets",), ("cycles", "formats", "lobe", "pictures"), ("packed_picture",),
           ("__init__",), ("report",), ("cli",), ("__main__",))
 ADDON = (("annotations", "manual", "versions"), ("transaction",), ("scene",), ("materials",), ("preferences",),
-         ("jobs",), ("library",), ("operators",), ("ui",), ("command",), ("__init__",))
+         ("jobs",), ("library",), ("operators",), ("viewport",), ("ui",), ("command",), ("__init__",))
 LAYERS = {"fitter": FITTER, "addon": ADDON}
 FORBIDDEN = {"fitter": {"addon", "bpy", "bpy_extras", "bmesh", "mathutils", "cycles", "_cycles"}, "addon": set()}
 # what is run, by those who run it, is not a library for the others; what they share is in `support`
@@ -79,7 +79,8 @@ def test_every_file_and_folder_has_a_layer():
 
 @pytest.mark.parametrize("path", [path for path in SOURCES if path.startswith("fitter/formats/")])
 def test_a_format_knows_samples_and_no_fit(path):
-    known = {("fitter", name) for name in ("arrays", "colours", "errors", "files", "formats", "samples")}
+    known = {("fitter", name) for name in ("arrays", "colours", "errors", "files", "formats", "published",
+                                       "samples")}
     imported = {module[:2] for module in imports(path, (ROOT / path).read_text("utf-8")) if module[0] == "fitter"}
     assert imported <= known
 
