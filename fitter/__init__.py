@@ -16,14 +16,15 @@ A table of measurements is made here; `load` reads one from a file.
 True
 """
 
-from .errors import DatasetError, UnitsUnknownError
+from .errors import DatasetError, SampleUnknownError, UnitsUnknownError
 from .formats import load
 from .methods import fit
 from .methods.tolerance import fit_within
 from .model.fit import Fit
 from .presets import PRESETS
+from .published import list_published, load_published
 from .quality.metrics import ErrorMetrics, channel_metrics, error_metrics
 from .samples import Samples
 
-__all__ = ["PRESETS", "DatasetError", "ErrorMetrics", "Fit", "Samples", "UnitsUnknownError", "channel_metrics",
-           "error_metrics", "fit", "fit_within", "load"]
+__all__ = ["PRESETS", "DatasetError", "ErrorMetrics", "Fit", "SampleUnknownError", "Samples", "UnitsUnknownError",
+           "channel_metrics", "error_metrics", "fit", "fit_within", "list_published", "load", "load_published"]

@@ -16,6 +16,7 @@ from .cycles.bake import bake
 from .files import replacing
 from .formats import KNOWN_FILES, illuminants, list_samples, overflowed, reading
 from .methods import METHODS
+from .published import name_in
 from .quality.describe import describe
 from .samples import SYMMETRIES
 
@@ -43,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     error: missing.dat: cannot be read: No such file or directory
     1
     """
-    options = _parser().parse_args(arguments)
+    options = build_parser().parse_args(arguments)
     try:
         options.run(options)
     except (DatasetError, ImportError, ValueError) as error:
@@ -57,7 +58,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
+def build_parser() -> argparse.ArgumentParser:
+    """The arguments of every command."""
     parser = argparse.ArgumentParser(prog="python -m fitter", description="Fit measured reflectance with B-splines.")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
@@ -147,7 +149,7 @@ def _info(options: argparse.Namespace) -> None:
 
 def _is_fit(path: str) -> bool:
     """Whether a file begins like a fit: an .npz file is a zip archive."""
-    if not Path(path).is_file():
+    if name_in(path) is not None or not Path(path).is_file():
         return False
     with open(path, "rb") as stream:
         return stream.read(2) == b"PK"

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from ...fitter import DatasetError
 from ...fitter.formats import EXTENSIONS, PLAIN, is_read_with_another, is_recognised, list_samples
+from ...fitter.published import name_in
 
 GLOB = ";".join(f"*{extension}" for extension in EXTENSIONS)
 
@@ -26,15 +27,18 @@ class Failure(NamedTuple):
 
 
 def files_in(paths: Iterable[str | Path]) -> list[Path]:
-    """The files given, and those in the folders given whose names have the extension of a format.
+    """The files and virtual paths given, and those in the folders given whose names have the extension of a format.
 
     Of plain text and .bin, only what is recognised: most of it is something else.
     """
     files: list[Path] = []
     for path in map(Path, paths):
-        files += sorted(item for item in path.iterdir()
-                        if item.suffix.lower() in EXTENSIONS
-                        and (item.suffix.lower() not in PLAIN or is_recognised(item))) if path.is_dir() else [path]
+        if name_in(path) is not None or not path.is_dir():
+            files.append(path)
+        else:
+            files += sorted(item for item in path.iterdir()
+                            if item.suffix.lower() in EXTENSIONS
+                            and (item.suffix.lower() not in PLAIN or is_recognised(item)))
     return files
 
 

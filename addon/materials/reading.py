@@ -1,6 +1,5 @@
 """How the measurements of a material are read: as its settings say, into the colour space of the open file."""
 
-from pathlib import Path
 from typing import Any
 
 import bpy
@@ -8,7 +7,7 @@ import numpy as np
 from mathutils import Color
 
 from ...fitter.colours import COLOURS, DEFAULT, conversion, to_xyz
-from ...fitter.formats import illuminants
+from ...fitter.formats import illuminants, is_there
 from ...fitter.formats.reading import ENCODINGS
 from ..annotations import Arguments
 from .properties import AS_THE_FILE_SAYS, READING, Choices
@@ -63,6 +62,6 @@ def other_colours(settings: Any, here: str) -> str:
 
 
 def has_file(material: bpy.types.Material) -> bool:
-    """Whether the measurements of a material are where its settings say."""
+    """Whether the measurements of a material are where its settings say, or are a published fit."""
     path = material.measured_brdf.filepath
-    return bool(path) and Path(bpy.path.abspath(path, library=material.library)).is_file()
+    return bool(path) and is_there(bpy.path.abspath(path, library=material.library))

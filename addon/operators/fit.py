@@ -1,13 +1,14 @@
 """Fits the data of a material again, with the material's settings."""
 
 from functools import partial
-from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
 from bpy.props import StringProperty
 from bpy_extras.io_utils import ImportHelper
 
+from ...fitter.formats import is_there
+from ...fitter import SampleUnknownError
 from ..annotations import OperatorResult, present
 from ..jobs import process, queries, tasks
 from ..jobs.modal import InBackground, Steps
@@ -35,13 +36,21 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
         path = self.filepath or present(active_material(context)).measured_brdf.filepath
-        if not Path(bpy.path.abspath(path)).is_file() and not bpy.app.background:
+        if not is_there(bpy.path.abspath(path)) and not bpy.app.background:
             bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT")
             return {"CANCELLED"}
         return self.start(context)
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         return self.run(context)
+
+    def _failed(self, error: Exception) -> OperatorResult:
+        if isinstance(error, SampleUnknownError) and self.options.is_invoke and not bpy.app.background:
+            # the other operator asks, and starts anew
+            bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=self.filepath, for_material=True,
+                                                refit=True)
+            return {"CANCELLED"}
+        return InBackground._failed(self, error)
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
         target = present(active_material(context))

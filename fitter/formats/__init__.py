@@ -7,6 +7,7 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
+from .. import published
 from ..arrays import BoolArray
 from ..colours import COLOURS, DEFAULT
 from ..errors import DatasetError
@@ -34,7 +35,7 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
     Parameters
     ----------
     path : path-like
-        A file in one of `FORMATS`.
+        A file in one of `FORMATS`, or ``published:NAME``, a material of `published.list_published`.
     sample : int or str, optional
         For files with several samples (CURET): the number or the name of one. The first one by default.
     angles : {"degrees", "radians"}, optional
@@ -79,32 +80,54 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
     """
     reading = Reading(angles, quantity, illuminant, isotropic, symmetry, encoding)
     one_of("colours", colours, COLOURS)
+    if (name := published.name_in(path)) is not None:
+        _no_sample(path, sample)
+        samples = published.load_published(name)
+        return converted(samples if isotropic is None else isotropy.as_asked(samples, isotropic), colours)
     known, content = _recognised(path)
     options: dict[str, Any] = {"reading": reading} if known.options else {}
     if known.list_samples is not None:
         options["sample"] = sample
-    elif sample not in (None, ""):
-        raise DatasetError(f"holds a single sample, so there is no sample {sample!r} to choose", path)
+    else:
+        _no_sample(path, sample)
     samples = known.read(path, content, **options)
     if isotropic is not None and "isotropic" not in known.options:
         samples = isotropy.as_asked(samples, isotropic)
     return converted(samples, colours)
 
 
+def _no_sample(path: str | Path, sample: str | int | None) -> None:
+    if sample not in (None, ""):
+        raise DatasetError(f"holds a single sample, so there is no sample {sample!r} to choose", path)
+
+
+def is_there(path: str | Path) -> bool:
+    """Whether there is a file at a path, or it names a published material."""
+    name = published.name_in(path)
+    return Path(path).is_file() if name is None else name in published.materials()
+
+
 def list_samples(path: str | Path) -> list[tuple[int, str]]:
     """The (number, name) of each sample in a file; empty if the format has one sample a file."""
+    if (name := published.name_in(path)) is not None:
+        published.find(name)
+        return []
     known, content = _recognised(path)
     return [] if known.list_samples is None else known.list_samples(path, content)
 
 
 def overflowed(path: str | Path, sample: str | int | None = None) -> BoolArray | None:
     """Which measurements overflowed the camera: (n,) bool, or None if that is not known."""
+    if published.name_in(path) is not None:
+        return None
     known, content = _recognised(path)
     return None if known.overflowed is None else known.overflowed(path, content, sample)
 
 
 def is_recognised(path: str | Path) -> bool:
-    """Whether a file can be read, and is in one of `FORMATS`."""
+    """Whether a file can be read, and is in one of `FORMATS`; or a path names a published material."""
+    if published.name_in(path) is not None:
+        return is_there(path)
     try:
         _recognised(path)
     except DatasetError:

@@ -1,0 +1,83 @@
+"""The microfacet model that J. Low and others fitted to all materials of MERL.
+
+J. Low, J. Kronander, A. Ynnerman, J. Unger: BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces, ACM
+TOG 31(1), 2012. All channels share the shape of the lobe and its index of refraction ::
+
+    f = kd / pi + A F(eta, theta_d) G / (pi cos theta_i cos theta_o (1 + B (1 - cos theta_h))^C)
+    F = ((g - c) / (g + c))^2 (1 + ((c (g + c) - 1) / (c (g - c) + 1))^2) / 2,    c = cos theta_d, g^2 = eta^2 - 1 + c^2
+    G = min(1, 2 cos theta_h cos theta_o / c, 2 cos theta_h cos theta_i / c)
+
+F and G are those of R. L. Cook, K. E. Torrance: A Reflectance Model for Computer Graphics, ACM TOG 1(1), 1982.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import ArrayLike, FloatArray
+from .microfacet import geometry
+
+_LEAST = 1e-9               # the least that is divided by
+
+
+@dataclass(frozen=True)
+class Low2012:
+    """A published fit.
+
+    Attributes
+    ----------
+    kd : (channels,) float64
+        Albedo of the Lambertian.
+    a : (channels,) float64
+        Scale of the lobe.
+    b, c : float
+        Its width and its fall-off.
+    eta : float
+        Index of refraction.
+
+    Examples
+    --------
+    At normal incidence and reflection G is 1 and F is ((eta - 1) / (eta + 1))^2.
+
+    >>> glossy = Low2012(np.array([0.3]), np.array([2.0]), 1000.0, 1.2, 1.5)
+    >>> float(glossy.evaluate(0, 0, 0, 0)[0]), (0.3 + 2 * 0.04) / np.pi
+    (0.120958, 0.120958)
+    """
+
+    kd: FloatArray
+    a: FloatArray
+    b: float
+    c: float
+    eta: float
+
+    @property
+    def coefficient_count(self) -> int:
+        """Parameters of a channel, the shared ones included."""
+        return 5
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the parameters of all channels in single precision."""
+        return 4 * (2 * len(self.kd) + 3)
+
+    def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
+        """The BRDF, 1/sr: angles broadcast to (...), radians, to (..., channels) float64."""
+        at = geometry(theta_i, phi_i, theta_o, phi_o)
+        cos_h = 1 / np.sqrt(1 + at.tan2_h)
+        shadowing = np.minimum(1, 2 * cos_h * np.minimum(at.cos_i, at.cos_o) / np.maximum(at.cos_d, _LEAST))
+        lobe = fresnel(self.eta, at.cos_d) * shadowing / (np.pi * np.maximum(at.cos_i * at.cos_o, _LEAST))
+        lobe /= (1 + self.b * (1 - cos_h)) ** self.c
+        return self.kd / np.pi + self.a * lobe[..., None]
+
+
+def fresnel(eta: float, cosine: FloatArray) -> FloatArray:
+    """The unpolarised reflectance of a dielectric of index eta at an angle of incidence of this cosine, (...).
+
+    Examples
+    --------
+    >>> fresnel(1.5, np.array([1.0, 0.0])).round(6).tolist()
+    [0.04, 1.0]
+    """
+    g = np.sqrt(np.maximum(eta ** 2 - 1 + cosine ** 2, 0))
+    ratio = (cosine * (g + cosine) - 1) / (cosine * (g - cosine) + 1)
+    return np.asarray(0.5 * ((g - cosine) / (g + cosine)) ** 2 * (1 + ratio ** 2))
