@@ -8,10 +8,10 @@ below all layers; `preferences` is above `materials`.
 from . import command, manual, operators, preferences, ui
 from .annotations import Registrable
 from .jobs import icons, process, queue
-from .materials import properties, rendered
+from .materials import comparison, properties, rendered
 from .scene import lamps
 
-_MODULES: tuple[Registrable, ...] = (properties, preferences, icons, operators, ui, lamps, rendered, manual,
+_MODULES: tuple[Registrable, ...] = (properties, comparison, preferences, icons, operators, ui, lamps, rendered, manual,
                                       command)
 
 

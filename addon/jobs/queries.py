@@ -67,7 +67,7 @@ def of_material(material: bpy.types.Material) -> Job[Fit] | None:
 
     It needs no measurements, and fits nothing. The job fails with ValueError where the shader has been damaged.
     """
-    found = _kept(material)
+    found = kept(material)
     return None if found is None else queue.ask(("kept fit", found.digest), partial(tasks.kept_fit, found))
 
 
@@ -76,7 +76,7 @@ def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
 
     Until it is drawn, the icon is that of the small picture in the material's settings, or of its previous fit.
     """
-    found = present(_kept(material))
+    found = present(kept(material))
     key = "kept sphere", material.session_uid, found.digest
     icon, job = icons.icon(key, partial(tasks.kept_sphere, found))
     return icon or _small_sphere(material), job
@@ -85,7 +85,7 @@ def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
 def material_polar(material: bpy.types.Material, theta_i: float, phi_i: float = 0.0,
                    measured: tasks.Data | None = None) -> tuple[int, Job[Any]]:
     """As `polar_plot`, from the fit in the shader of a measured material; the samples are shown if they are given."""
-    found, theta_i, phi_i = present(_kept(material)), round(theta_i, 3), round(phi_i, 3)
+    found, theta_i, phi_i = present(kept(material)), round(theta_i, 3), round(phi_i, 3)
     key = ("kept polar", material.session_uid, found.digest, None if measured is None else measured.digest, theta_i,
            phi_i)
     return icons.icon(key, partial(tasks.kept_polar, found, measured, theta_i, phi_i))
@@ -93,12 +93,13 @@ def material_polar(material: bpy.types.Material, theta_i: float, phi_i: float = 
 
 def material_turned(material: bpy.types.Material, theta_i: float) -> tuple[int, Job[Any]]:
     """As `turned_plane`, from the fit in the shader of a measured material."""
-    found, theta_i = present(_kept(material)), round(theta_i, 3)
+    found, theta_i = present(kept(material)), round(theta_i, 3)
     return icons.icon(("kept turned", material.session_uid, found.digest, theta_i),
                       partial(tasks.kept_turned, found, theta_i))
 
 
-def _kept(material: bpy.types.Material) -> tasks.Kept | None:
+def kept(material: bpy.types.Material) -> tasks.Kept | None:
+    """The fit in a material's shader, as tasks take it; None where the material is not measured."""
     node = materials.group_node(material)
     if node is None:
         return None

@@ -8,8 +8,9 @@ from support.checkout import ROOT
 
 # from low to high; parts of one layer do not import one another
 FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files"), ("samples",),
-          ("coordinates", "lattice"), ("model",), ("quality", "published"), ("methods",), ("presets",), ("cycles", "formats", "lobe", "pictures"), ("packed_picture",),
-          ("__init__",), ("report",), ("cli",), ("__main__",))
+          ("coordinates", "lattice"), ("model",), ("quality", "published"), ("methods",), ("presets",),
+          ("cycles", "formats", "lobe", "pictures"), ("packed_picture",), ("__init__",), ("report",),
+          ("cli",), ("__main__",))
 ADDON = (("annotations", "manual", "versions"), ("transaction",), ("scene",), ("materials",), ("preferences",),
          ("jobs",), ("library",), ("operators",), ("viewport",), ("ui",), ("command",), ("__init__",))
 LAYERS = {"fitter": FITTER, "addon": ADDON}
@@ -91,7 +92,7 @@ def test_what_is_shared_is_imported_from_support(path):
     assert not_shared(path, (ROOT / path).read_text("utf-8")) == []
 
 
-@pytest.mark.parametrize("name", ["job", "tasks", "worker"])
+@pytest.mark.parametrize("name", ["comparisons", "job", "tasks", "worker"])
 def test_what_worker_processes_import_does_not_need_blender(name):
     path = f"addon/jobs/{name}.py"
     assert "bpy" not in {module[0] for module in imports(path, (ROOT / path).read_text("utf-8"))}

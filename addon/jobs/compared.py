@@ -1,0 +1,29 @@
+"""What panels ask about two materials. Workers answer, from the fits in the materials' shaders."""
+
+from functools import partial
+from typing import Any
+
+import bpy
+
+from ..annotations import present
+from . import comparisons, icons, queries, queue
+from .job import Job
+
+
+def figures(material: bpy.types.Material) -> Job[comparisons.Figures]:
+    """The job that finds the numbers of a measured material."""
+    found = present(queries.kept(material))
+    return queue.ask(("figures", found.digest), partial(comparisons.figures, found))
+
+
+def split_sphere(left: bpy.types.Material, right: bpy.types.Material, at: float) -> tuple[int, Job[Any]]:
+    """The icon of a sphere of two measured materials with a line between them, and the job that draws it."""
+    kept, at = [present(queries.kept(each)) for each in (left, right)], round(at, 2)
+    return icons.icon(("split", tuple(each.digest for each in kept), at), partial(comparisons.split_sphere, *kept, at))
+
+
+def polar(first: bpy.types.Material, second: bpy.types.Material, theta_i: float) -> tuple[int, Job[Any]]:
+    """The icon of the polar plot of two measured materials at an angle of incidence (radians), and its job."""
+    kept, theta_i = [present(queries.kept(each)) for each in (first, second)], round(theta_i, 3)
+    return icons.icon(("polar of two", tuple(each.digest for each in kept), theta_i),
+                      partial(comparisons.polar_comparison, *kept, theta_i))
