@@ -1,5 +1,5 @@
 # make demo | test | test-matrix | test-mitsuba | test-slurm | fuzz | stability | mutants | lint | bench | bench-scale
-# | held-out | dense | report | results | zip | title
+# | held-out | dense | report | results | zip | docs | title
 # PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))
@@ -9,13 +9,14 @@ VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2
 ENV := build/env-$(VERSION)
 RUN := $(ENV)/bin/python
 LINT := build/env-lint-$(VERSION)
+DOCS := build/env-docs-$(VERSION)
 EXTENSION := build/measured_brdf-$(shell sed -n 's/^version = "\(.*\)"/\1/p' blender_manifest.toml).zip
 DATA := $(or $(MEASURED_BRDF_DATA),../shared/data)
 MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
 .PHONY: demo test test-matrix test-mitsuba test-slurm fuzz stability mutants lint bench bench-scale held-out dense report \
-	results zip title clean
+	results zip docs title clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
@@ -77,9 +78,19 @@ results: build/report/results.md
 title: $(ENV)/ready
 	$(RUN) -m demo_scenes.title docs/title.png
 
+# the documentation as a site: open build/site/index.html
+docs: $(ENV)/ready $(DOCS)/ready
+	$(RUN) -m tools.docs build/site --python $(DOCS)/bin/python
+
+# the part of it that the extension holds
+MANUAL := docs/html/manual.html
+$(MANUAL): $(ENV)/ready $(DOCS)/ready blender_manifest.toml addon/manual.py docs/start.md docs/manual.md docs/formats.md \
+		$(shell find docs/manual tools/docs -type f -not -name '*.pyc')
+	$(RUN) -m tools.docs docs/html --manual --python $(DOCS)/bin/python
+
 zip: $(EXTENSION)
 
-$(EXTENSION): $(ENV)/ready blender_manifest.toml __init__.py __main__.py $(shell find addon fitter osl docs/manual docs/manual.md -type f -not -name '*.pyc')
+$(EXTENSION): $(ENV)/ready $(MANUAL) blender_manifest.toml __init__.py __main__.py $(shell find addon fitter osl -type f -not -name '*.pyc')
 	$(RUN) tools/blender_extension.py build --source-dir . --output-filepath $@
 	$(RUN) tools/blender_extension.py validate $@
 
@@ -98,5 +109,12 @@ $(LINT)/ready: pyproject.toml
 	$(LINT)/bin/python -m pip install --quiet --group lint
 	touch $@
 
+$(DOCS)/ready: pyproject.toml
+	@test -n "$(VERSION)" || { echo "Python 3.11 or 3.13 is needed; name it with PYTHON=..."; exit 1; }
+	$(PYTHON) -m venv --clear $(DOCS)
+	$(DOCS)/bin/python -m pip install --quiet pip==26.3
+	$(DOCS)/bin/python -m pip install --quiet --group docs
+	touch $@
+
 clean:
-	rm -rf build
+	rm -rf build docs/html

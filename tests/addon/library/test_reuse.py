@@ -190,19 +190,6 @@ def test_auto_finds_a_fit_within_the_tolerance(blender, glossy, write_astm, tmp_
     assert settings.use_tolerance
 
 
-def test_f1_opens_the_manual_which_has_all_its_pictures(blender):
-    import re
-    from pathlib import Path
-    from urllib.parse import unquote, urlparse
-
-    find = blender.types.WM_OT_doc_view_manual._lookup_rna_url
-    for name in ("bpy.ops.measured_brdf.fit", "bpy.types.MeasuredMaterial.diffuse_level"):
-        manual = Path(unquote(urlparse(find(name, verbose=False)).path))
-        assert manual == ROOT / "docs" / "manual.md"
-    for picture in re.findall(r"!\[.*\]\((.*)\)", manual.read_text()):
-        assert (manual.parent / picture).stat().st_size < 200_000
-
-
 def albedo_of_glossy():
     """Of conftest's synthetic measurement, in even light, by random directions: (3,)."""
     random = np.random.default_rng(3)

@@ -1,0 +1,110 @@
+"""What F1 and the Manual button open: pages of the extension, of a website, or the Markdown of a checkout."""
+
+import re
+from fnmatch import fnmatchcase
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+from support.checkout import ROOT
+
+HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
+
+
+@pytest.fixture
+def manual(blender):
+    from measured_brdf.addon import manual
+
+    return manual
+
+
+@pytest.fixture
+def without_site(manual, monkeypatch, tmp_path):
+    monkeypatch.setattr(manual, "WEBSITE", "")
+    monkeypatch.setattr(manual, "HTML", tmp_path / "absent")
+
+
+@pytest.fixture
+def with_html(manual, monkeypatch, tmp_path):
+    monkeypatch.setattr(manual, "WEBSITE", "")
+    monkeypatch.setattr(manual, "HTML", tmp_path)
+    return tmp_path
+
+
+def opened(blender, name):
+    """The file that F1 opens over something."""
+    url = blender.types.WM_OT_doc_view_manual._lookup_rna_url(name, verbose=False)
+    return None if url is None else Path(unquote(urlsplit(url).path))
+
+
+def controls(blender):
+    """Every operator and setting of the extension, as F1 asks for them."""
+    yield from (f"bpy.ops.measured_brdf.{name}" for name in dir(blender.ops.measured_brdf))
+    for kind in ("MeasuredMaterial",):
+        properties = blender.types.Material.bl_rna.properties["measured_brdf"].fixed_type.properties
+        yield from (f"bpy.types.{kind}.{argument.identifier}" for argument in properties
+                    if argument.identifier not in ("rna_type", "name"))
+
+
+def slugs(page):
+    """The headings of a page, as links name them."""
+    return {re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-")
+            for heading in HEADING.findall((ROOT / "docs" / f"{page}.md").read_text("utf-8"))}
+
+
+def test_a_checkout_opens_its_markdown(blender, without_site):
+    for name in ("bpy.ops.measured_brdf.fit", "bpy.types.MeasuredMaterial.diffuse_level"):
+        assert opened(blender, name) == ROOT / "docs" / "manual.md"
+
+
+def test_f1_finds_a_page_over_every_control(blender, with_html):
+    found = list(controls(blender))
+    assert len(found) > 30
+    for name in found:
+        path = opened(blender, name)
+        assert path is not None, name
+        assert path.is_relative_to(with_html), name
+
+
+def test_every_operator_has_a_heading_of_its_own(blender, manual):
+    general = [pattern for pattern, topic in manual.TOPICS if "#" not in topic]
+    for name in dir(blender.ops.measured_brdf):
+        name = f"bpy.ops.measured_brdf.{name}"
+        pattern = next(pattern for pattern, _ in manual.TOPICS if fnmatchcase(name, pattern))
+        assert pattern not in general, f"{name}: no heading in TOPICS of addon/manual.py"
+
+
+def test_no_topic_is_of_a_control_that_is_gone(blender, manual):
+    known = [name.lower() for name in controls(blender)]
+    for pattern, _ in manual.TOPICS:
+        if pattern.startswith(("bpy.ops.", "bpy.types.measuredmaterial.")):
+            assert any(fnmatchcase(name, pattern) for name in known), pattern
+
+
+def test_every_topic_is_a_heading_of_the_manual(manual):
+    for topic in manual.topics():
+        page, _, heading = topic.partition("#")
+        assert heading in slugs(page), topic
+
+
+def test_over_a_control_the_page_is_opened_that_leads_to_its_heading(blender, with_html):
+    assert opened(blender, "bpy.ops.measured_brdf.use_method") == with_html / "f1" / "manual-engines--choose.html"
+    assert opened(blender, "bpy.types.MeasuredMaterial.shown_theta") == (
+        with_html / "f1" / "manual--look-before-you-fit.html")
+
+
+def test_where_the_manifest_names_a_website_and_blender_may_go_online_that_is_opened(manual, monkeypatch, with_html):
+    class Online:
+        online_access = True
+
+    monkeypatch.setattr(manual, "WEBSITE", "https://example.org/brdf")
+    monkeypatch.setattr(manual.bpy, "app", Online)
+    assert manual.url() == "https://example.org/brdf/manual.html"
+    assert manual.url("manual/engines#choose") == "https://example.org/brdf/manual/engines.html#choose"
+    Online.online_access = False
+    assert manual.url("manual#fit") == (with_html / "f1" / "manual--fit.html").as_uri()
+
+
+def test_the_button_opens_the_manual(manual, with_html):
+    assert manual.url() == (with_html / "manual.html").as_uri()
