@@ -18,12 +18,12 @@ def figures(material: bpy.types.Material) -> Job[comparisons.Figures]:
 
 def split_sphere(left: bpy.types.Material, right: bpy.types.Material, at: float) -> tuple[int, Job[Any]]:
     """The icon of a sphere of two measured materials with a line between them, and the job that draws it."""
-    kept, at = [present(queries.kept(each)) for each in (left, right)], round(at, 2)
-    return icons.icon(("split", tuple(each.digest for each in kept), at), partial(comparisons.split_sphere, *kept, at))
+    one, other, at = present(queries.kept(left)), present(queries.kept(right)), round(at, 2)
+    return icons.icon(("split", (one.digest, other.digest), at), partial(comparisons.split_sphere, one, other, at))
 
 
 def polar(first: bpy.types.Material, second: bpy.types.Material, theta_i: float) -> tuple[int, Job[Any]]:
     """The icon of the polar plot of two measured materials at an angle of incidence (radians), and its job."""
-    kept, theta_i = [present(queries.kept(each)) for each in (first, second)], round(theta_i, 3)
-    return icons.icon(("polar of two", tuple(each.digest for each in kept), theta_i),
-                      partial(comparisons.polar_comparison, *kept, theta_i))
+    one, other, theta_i = present(queries.kept(first)), present(queries.kept(second)), round(theta_i, 3)
+    return icons.icon(("polar of two", (one.digest, other.digest), theta_i),
+                      partial(comparisons.polar_comparison, one, other, theta_i))

@@ -29,9 +29,14 @@ def data(material: bpy.types.Material) -> Job[tasks.Data]:
 
 def cost(measured: tasks.Data, arguments: Arguments) -> tuple[Job[tasks.Fitted], Job[float]]:
     """The job that fits, and the one that finds the RMSE at held-out samples."""
-    held = queue.ask(_key("held out", measured, arguments), partial(tasks.held_out_of, measured, arguments), "slow")
+    held = held_out(measured, arguments)
     found = queue.ask(_key("fit", measured, arguments), partial(tasks.fitted_of, measured, arguments))
     return found, held
+
+
+def held_out(measured: tasks.Data, arguments: Arguments) -> Job[float]:
+    """The job that finds the RMSE at held-out samples."""
+    return queue.ask(_key("held out", measured, arguments), partial(tasks.held_out_of, measured, arguments), "slow")
 
 
 def known_fit(path: str, sample: str, how: Arguments, arguments: Arguments) -> tuple[str, tasks.Fitted] | None:

@@ -4,20 +4,22 @@ from functools import partial
 from types import SimpleNamespace
 
 import bpy
-from bpy.props import StringProperty
+from bpy.props import EnumProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
-from ...fitter.formats import is_there
 from ...fitter import SampleUnknownError
+from ...fitter.formats import is_there
 from ..annotations import OperatorResult, present
 from ..jobs import process, queries, tasks
 from ..jobs.modal import InBackground, Steps
 from ..library.discovery import GLOB
 from ..materials import compiler, material
-from ..materials.properties import CHOICES, READING, fit_arguments
+from ..materials.properties import CHOICES, PRESET_ITEMS, READING, fit_arguments, use_preset
 from ..materials.reading import load_arguments
 from ..transaction import by_session_uid
 from .active_material import active_material, is_editable
+
+_AS_CHOSEN = "AS_CHOSEN"    # in the place of a preset
 
 
 class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
@@ -29,10 +31,18 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
 
     filepath: StringProperty(name="File", subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"},
                              description="New location of the measurements. Empty: the location has not changed")
+    preset: EnumProperty(name="Preset", default=_AS_CHOSEN, options={"HIDDEN", "SKIP_SAVE"},
+                         items=((_AS_CHOSEN, "As Chosen", "The settings of the material"), *PRESET_ITEMS),
+                         description="A preset that replaces the settings of the material")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return is_editable(cls, context)
+
+    @classmethod
+    def description(cls, _context: bpy.types.Context, properties: "MEASUREDBRDF_OT_fit") -> str:
+        text = next((text for name, _, text in PRESET_ITEMS if name == properties.preset), "")
+        return f"Fit with {properties.preset}. {text}" if text else ""
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
         path = self.filepath or present(active_material(context)).measured_brdf.filepath
@@ -48,7 +58,7 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
         if isinstance(error, SampleUnknownError) and self.options.is_invoke and not bpy.app.background:
             # the other operator asks, and starts anew
             bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=self.filepath, for_material=True,
-                                                refit=True)
+                                                refit=self.preset)
             return {"CANCELLED"}
         return InBackground._failed(self, error)
 
@@ -64,7 +74,10 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
             default = settings.bl_rna.properties[name].default
             setattr(self._choices, name, getattr(self._choices, name) or default)
         self._choices.filepath = self.filepath or settings.filepath
-        path, sample, arguments = bpy.path.abspath(self._choices.filepath), settings.sample, fit_arguments(settings)
+        if self.preset != _AS_CHOSEN:
+            use_preset(self._choices, self.preset)
+        path, sample = bpy.path.abspath(self._choices.filepath), settings.sample
+        arguments = fit_arguments(self._choices)
         how = load_arguments(settings)
         known = queries.known_fit(path, sample, how, arguments)
         return process.Calculation(partial(tasks.outcome, path, sample, arguments, known=known, how=how))

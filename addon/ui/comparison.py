@@ -1,37 +1,116 @@
-"""What fits cost: the one with the present settings, and the one of each preset."""
+"""Presets side by side, as spheres with their numbers; and what a fit costs before the material has it."""
 
-from typing import Any
+import math
+from typing import Any, NamedTuple
 
 import bpy
 
-from ...fitter import PRESETS
+from ...fitter import PRESETS, Fit
+from ...fitter.coordinates.anisotropic_nusselt import AnisotropicNusselt
+from ...fitter.coordinates.nusselt import Nusselt
+from ...fitter.model.fit import notation
+from ...fitter.presets import PRESET_DESCRIPTIONS, Preset
 from ..annotations import Arguments, present
-from ..jobs import queries, tasks
+from ..jobs import modal, queries, tasks
 from ..jobs.job import Job
 from ..materials.properties import fit_arguments
-from .layout import MaterialPanel, draw_row, draw_warning
+from ..operators import fit
+from .layout import MaterialPanel, draw_row, draw_warning, is_narrow
 
 _HEADINGS = "Coefficients", "KB", "RMSE", "Held out"
+_CHEAPEST_FIRST = sorted(PRESETS, key=lambda name: (PRESETS[name]["method"] != "mba", PRESETS[name]["diffuse_level"]))
+_FOUR_ABREAST = 66          # characters that four spheres with their numbers need beside one another
+_UNIT, _LARGEST = 20, 9     # pixels of an icon of the scale 1, and the largest scale
+_SINGLE = 1e-6              # relative, of a number that a property holds in single precision
+_UNKNOWN = "...", "...", "...", "..."
+
+
+class _Shown(NamedTuple):
+    """What is shown of a preset: picture, its job, numbers as text, and whether the material has this fit."""
+
+    icon: int
+    job: Job[Any]
+    numbers: tuple[str, ...]
+    is_chosen: bool
 
 
 class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
-    """Size and error of each preset for these measurements; calculated while this panel is open"""
+    """A sphere of each preset, with its size and its errors; worked out while this panel is open"""
 
     bl_label = "Compare Presets"
     bl_parent_id = "MEASUREDBRDF_PT_material"
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        data = queries.data(present(context.material)).result
+        layout, material = present(self.layout), present(context.material)
+        data = queries.data(material).result
         if data is None:
             return
-        table = layout.column(align=True)
-        draw_row(table, "Preset", *_HEADINGS)
-        for name, preset in PRESETS.items():
-            arguments: Arguments = {**preset}
-            draw_row(table, name, *_numbers(*queries.cost(data, arguments)))
-        layout.label(text="RMSE at the samples, and at held-out samples (1/sr)")
+        # questions are answered in the order in which they are asked
+        kept = queries.of_material(material)
+        shown = {name: _shown(material, data, kept, PRESETS[name]) for name in _CHEAPEST_FIRST}
+        columns = 2 if is_narrow(_FOUR_ABREAST) else 4
+        grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True)
+        for name in PRESET_DESCRIPTIONS:
+            _draw_preset(grid, name, shown[name], picture_scale(context, columns), material.is_editable)
+        layout.label(text="RMSE at the samples, and at held-out ones (1/sr)")
+
+
+def picture_scale(context: bpy.types.Context, columns: int) -> float:
+    """The scale of pictures that share the width of the region in this many columns."""
+    region = context.region
+    if region is None:
+        return _LARGEST
+    width = region.width / context.preferences.system.ui_scale
+    return min(max((width - 60) / columns / _UNIT, 3.0), _LARGEST)
+
+
+def _shown(material: bpy.types.Material, data: tasks.Data, kept: Job[Fit] | None, preset: Preset) -> _Shown:
+    """What is shown of a preset; `kept` reads the fit that the material has, which is not made again."""
+    if kept is not None and kept.finished is None:
+        return _Shown(0, kept, _UNKNOWN, False)
+    arguments: Arguments = {**preset}
+    settings = material.measured_brdf
+    has_fit = kept is not None and kept.result is not None and kept.result.edit is None
+    has_fit &= data.digest == settings.digest
+    if has_fit and _made(present(present(kept).result), preset):
+        icon, job = queries.material_sphere(material)
+        numbers = _texts(settings.coefficients, settings.bytes, settings.rmse)
+        return _Shown(icon, job, (*numbers, _held_out(queries.held_out(data, arguments))), True)
+    found, held = queries.cost(data, arguments)
+    icon, job = queries.lit_sphere(data, arguments)
+    # an anisotropic fit may have lower levels than those that it was asked for
+    same = found.result is not None and found.result.fit.notation == settings.fitted_levels and (
+        found.result.fit.coefficient_count == settings.coefficients) and (
+        math.isclose(found.result.errors.rmse, settings.rmse, rel_tol=_SINGLE))
+    return _Shown(icon, job, _numbers(found, held), has_fit and same)
+
+
+def _made(kept: Fit, preset: Preset) -> bool:
+    """Whether a fit has the method and the levels of a preset."""
+    levels = notation(preset["diffuse_level"], preset["specular_level"], preset["compression"])
+    plain = isinstance(kept.coordinates, Nusselt | AnisotropicNusselt)
+    return kept.notation == levels and plain == (preset["method"] == "mba")
+
+
+def _draw_preset(layout: bpy.types.UILayout, name: str, shown: _Shown, scale: float, can_choose: bool) -> None:
+    column = layout.column(align=True)
+    if shown.icon:
+        column.template_icon(icon_value=shown.icon, scale=scale)
+    if shown.job.finished is None:
+        column.progress(factor=shown.job.fraction, text=shown.job.doing)
+    elif shown.job.error is not None:
+        column.label(text=str(shown.job.error), icon="ERROR")
+    if can_choose:
+        row = column.row()
+        row.enabled = modal.running is None
+        row.operator(fit.MEASUREDBRDF_OT_fit.bl_idname, text=name, depress=shown.is_chosen,
+                     icon="CHECKMARK" if shown.is_chosen else "NONE").preset = name
+    else:
+        column.label(text=name, icon="CHECKMARK" if shown.is_chosen else "NONE")
+    coefficients, kilobytes, rmse, held_out = shown.numbers
+    for text in (f"{coefficients} coefficients", f"{kilobytes} KB", f"RMSE {rmse}", f"Held out {held_out}"):
+        column.label(text=text)
 
 
 def draw_cost(layout: bpy.types.UILayout, settings: Any, data: tasks.Data | None) -> None:
@@ -47,12 +126,20 @@ def draw_cost(layout: bpy.types.UILayout, settings: Any, data: tasks.Data | None
     draw_row(column, *_numbers(found, held))
 
 
-def _numbers(found: Job[tasks.Fitted], held: Job[float]) -> tuple[str, str, str, str]:
+def _numbers(found: Job[tasks.Fitted], held: Job[float]) -> tuple[str, ...]:
     """Coefficients, kilobytes, RMSE and held-out RMSE as text, as far as they are known."""
     if found.error is not None:
         return "-", "-", "-", "-"
     if found.result is None:
-        return "...", "...", "...", "..."
+        return _UNKNOWN
     made, errors, _ = found.result
-    held_out = f"{held.fraction:.0%}" if held.finished is None else "-" if held.error else f"{held.result:.3g}"
-    return f"{made.coefficient_count:,}", f"{made.nbytes / 1000:,.0f}", f"{errors.rmse:.3g}", held_out
+    return *_texts(made.coefficient_count, made.nbytes, errors.rmse), _held_out(held)
+
+
+def _texts(coefficients: int, nbytes: int, rmse: float) -> tuple[str, str, str]:
+    return f"{coefficients:,}", f"{nbytes / 1000:,.0f}", f"{rmse:.3g}"
+
+
+def _held_out(held: Job[float]) -> str:
+    """The RMSE at held-out samples; while it is worked out, how far that is."""
+    return f"({held.fraction:.0%} done)" if held.finished is None else "-" if held.error else f"{held.result:.3g}"

@@ -11,7 +11,7 @@ from support.stage import black_scene
 
 CHOICES = {"preset": "Paper", "diffuse_level": 1, "specular_level": -1, "compression": 80.0, "use_tolerance": False,
            "tolerance": 1.0, "filepath": "", "sample": "", "rendering": "AUTO", "angles": "auto", "quantity": "auto",
-           "illuminant": "D65", "isotropic": "auto", "symmetry": "auto", "encoding": "raw"}
+           "illuminant": "D65", "isotropic": "auto", "symmetry": "auto", "encoding": "raw", "target": 0, "slot": -1}
 TICKS = 4                   # as many as the longest of these operators takes, once its process is done
 
 
@@ -110,7 +110,7 @@ def fitting(_folder):
     from measured_brdf.addon.operators import fit
 
     bpy.context.object.active_material.measured_brdf.diffuse_level = 2
-    return driven(fit.MEASUREDBRDF_OT_fit, modal.InBackground)
+    return driven(fit.MEASUREDBRDF_OT_fit, modal.InBackground, preset="AS_CHOSEN")
 
 
 def assert_whole():
