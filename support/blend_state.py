@@ -5,7 +5,7 @@ import bpy
 CHOICES = ("filepath", "sample", "preset", "diffuse_level", "specular_level", "compression", "use_tolerance",
            "tolerance", "angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
 RESULTS = ("name_of_data", "digest", "asset_key", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels",
-           "changes", "version", "colours", "sphere")
+           "changes", "version", "colours", "sphere", "fitted_as", "match", "between", "farthest", "hole")
 KINDS = ("materials", "node_groups", "texts", "images", "objects", "meshes", "lights", "scenes", "worlds", "libraries")
 
 

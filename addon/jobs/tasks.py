@@ -5,6 +5,7 @@ Every function takes `report(fraction, doing)`, and calls it with its progress.
 
 import hashlib
 import json
+import math
 import os
 import time
 from collections import OrderedDict
@@ -25,7 +26,8 @@ from ...fitter.cycles.unbake import unbake
 from ...fitter.methods import tolerance
 from ...fitter.model import fit_file
 from ...fitter.packed_picture import SIZE, packed
-from ...fitter.quality import cross_validation, describe
+from ...fitter.quality import cross_validation, describe, verdict
+from ...fitter.samples import distinct_channels
 from ..annotations import Arguments, Report
 
 _PassedOn = TypeVar("_PassedOn")
@@ -40,6 +42,7 @@ _SPARSE_OF_FOUR_AXES, _DENSE_OF_FOUR_AXES = range(1, 7), range(1, 5)
 _CHUNK = 1 << 16            # rows hashed at a time
 _KEPT = 12                  # fits in the cache, a few MB each
 _LARGEST = 2.0 ** 62        # integer of a digest: a file may hold an azimuth of 1e300
+_QUICK = 5000               # samples of which one more fit takes a second at most
 _SMALL = 1 << 20            # bytes: smaller files are read anew whenever they are asked for
 _fits: "OrderedDict[tuple[str, str], Fitted]" = OrderedDict()
 _loaded: "dict[tuple[str, str, str], tuple[tuple[int, int], fitter.Samples, Measured]]" = {}     # the last large file
@@ -101,11 +104,12 @@ class Data(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """A fit, its errors at its samples, and the time it took."""
+    """A fit, its errors at its samples, the time it took, and its `verdict.steps` at samples that it had not seen."""
 
     fit: fitter.Fit
     errors: fitter.ErrorMetrics
     seconds: float
+    unseen: float = verdict.UNKNOWN
 
 
 class Kept(NamedTuple):
@@ -144,6 +148,7 @@ class Outcome(NamedTuple):
     albedo: FloatArray
     principled: Principled
     sphere: str
+    verdict: verdict.Verdict
 
 
 def read(path: str, sample: str | None, report: Report = silent, how: Arguments | None = None) -> Data:
@@ -210,7 +215,7 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
     report(0.1, "Fitting")
     key = measured.digest
     found = known[1] if known is not None and known[0] == key else fitted(samples, key, arguments)
-    return finish(measured, found, report)
+    return finish(samples, measured, found, report)
 
 
 def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: Report = silent,
@@ -250,7 +255,7 @@ def asset(path: str, sample: str | None, arguments: Arguments, folder: str, repo
         found = fitted(samples, measured.digest, arguments)
         keep.parent.mkdir(parents=True, exist_ok=True)
         found.fit.save(keep)
-    return finish(measured, found, report), pictures.lit_sphere(found.fit, colours=samples.colours)
+    return finish(samples, measured, found, report), pictures.lit_sphere(found.fit, colours=samples.colours)
 
 
 def fit_key(name: str, data_digest: str, arguments: Arguments) -> str:
@@ -289,7 +294,7 @@ def rebake(shaders: Sequence[tuple[str, float, _PassedOn]],
     return done
 
 
-def finish(measured: Measured, found: Fitted, report: Report = silent) -> Outcome:
+def finish(samples: fitter.Samples, measured: Measured, found: Fitted, report: Report = silent) -> Outcome:
     """Add to a fit what else a material needs."""
     report(0.6, "Writing the shader")
     source = bake(found.fit)
@@ -297,7 +302,8 @@ def finish(measured: Measured, found: Fitted, report: Report = silent) -> Outcom
     nodes = node_mixtures(found.fit)
     report(0.9, "Matching the viewport colour")
     return Outcome(measured, found, source, nodes, principled.albedo(found.fit), principled.principled(found.fit),
-                   packed(pictures.lit_sphere(found.fit, SIZE, colours=measured.colours)))
+                   packed(pictures.lit_sphere(found.fit, SIZE, colours=measured.colours)),
+                   verdict.of(samples, found.fit, found.unseen))
 
 
 def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Report = silent) -> Fitted:
@@ -307,12 +313,33 @@ def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Rep
         _fits.move_to_end(whole)
         return _fits[whole]
     start = time.perf_counter()
-    made = fit(samples, arguments, _prepared(samples, key, arguments))
+    prepared = _prepared(samples, key, arguments)
+    made = fit(samples, arguments, prepared)
     found = assess(samples, made, time.perf_counter() - start)
+    found = found._replace(unseen=_unseen(samples, found, arguments, prepared))
     _fits[whole] = found
     while len(_fits) > _KEPT:
         _fits.popitem(last=False)
     return found
+
+
+def _unseen(samples: fitter.Samples, found: Fitted, arguments: Arguments, prepared: Arguments) -> float:
+    """`verdict.steps` at samples that the fit had not seen, where that takes no longer than the fit; else UNKNOWN.
+
+    Kriging predicts each sample from the others in passing; a fit that does not follow its samples does no better.
+    """
+    if "estimated" in prepared:
+        columns = distinct_channels(samples)[1]
+        left_out = getattr(prepared["estimated"], "left_out", None)
+        if left_out is None:
+            return verdict.UNKNOWN
+        return math.hypot(verdict.steps(samples, left_out[:, columns]),
+                          verdict.steps(samples, found.fit.evaluate(*samples.directions)))
+    if len(samples) > _QUICK:
+        return verdict.UNKNOWN
+    if "tolerance" in arguments:
+        arguments = tolerance.arguments_of(found.fit)
+    return verdict.unseen(samples, lambda part: fit(part, arguments))
 
 
 def _prepared(samples: fitter.Samples, key: str, arguments: Arguments) -> Arguments:

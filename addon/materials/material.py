@@ -15,13 +15,14 @@ from ..scene import lamps
 from ..transaction import new_data_removed_on_error, restored_on_error
 from . import export_surface, node_group, reading
 from .compiler import Shader, compile_shader
-from .properties import AUTOMATIC, CHOICES, EXACT, FAST, NODES, RESULTS, Choices
+from .properties import AUTOMATIC, CHOICES, EXACT, FAST, NODES, RESULTS, Choices, as_text, fit_arguments
 
 if TYPE_CHECKING:
     from ...fitter import ErrorMetrics, Fit
     from ...fitter.arrays import FloatArray
     from ...fitter.cycles.node_mixture import Nodes
     from ...fitter.cycles.principled_bsdf import Principled
+    from ...fitter.quality.verdict import Verdict
 
 
 _FORMER = "Measured BRDF Fallback"       # the Principled BSDF that version 0.1.0 made for EEVEE
@@ -50,7 +51,7 @@ class Outcome(Protocol):
     def measured(self) -> Measured: ...
 
     @property
-    def fitted(self) -> tuple[Fit, ErrorMetrics, float]: ...
+    def fitted(self) -> tuple[Fit, ErrorMetrics, float, float]: ...
 
     @property
     def source(self) -> str: ...
@@ -66,6 +67,9 @@ class Outcome(Protocol):
 
     @property
     def sphere(self) -> str: ...
+
+    @property
+    def verdict(self) -> Verdict: ...
 
 
 def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
@@ -277,11 +281,12 @@ def _colour_solid_view(material: bpy.types.Material, outcome: Outcome) -> None:
 def _store(settings: Any, choices: Choices, outcome: Outcome) -> None:
     for name in CHOICES:
         setattr(settings, name, getattr(choices, name))
-    fit, errors, seconds = outcome.fitted
+    fit, errors, seconds, *_ = outcome.fitted
     results = {"name_of_data": outcome.measured.name, "digest": outcome.measured.digest,
                "coefficients": fit.coefficient_count, "bytes": fit.nbytes, "rmse": errors.rmse, "mre": errors.mre,
                "seconds": seconds, "changes": "; ".join(fit.changes), "version": versions.CURRENT,
                "fitted_levels": fit.notation, "sphere": outcome.sphere,
+               "fitted_as": as_text(fit_arguments(choices)), **outcome.verdict._asdict(),
                "colours": outcome.measured.colours if len(outcome.measured.channels) > 1 else reading.GREY}
     for name in RESULTS:
         setattr(settings, name, results[name])

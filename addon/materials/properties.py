@@ -1,5 +1,6 @@
 """The settings of a measured material: its data, the choices for the fit, and the results."""
 
+import json
 import math
 from typing import Any, Protocol, cast
 
@@ -11,13 +12,14 @@ from ...fitter.formats import KNOWN_FILES, illuminants
 from ...fitter.formats.reading import ENCODINGS
 from ...fitter.lattice.dense import MAX_LEVEL
 from ...fitter.presets import PRESET_DESCRIPTIONS
+from ...fitter.quality.verdict import UNKNOWN
 from ...fitter.samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY
 from ..annotations import Arguments
 
 NO_SPECULAR_LEVEL = -1
 LEVELS = ("diffuse_level", "specular_level", "compression")
 RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels", "changes",
-           "version", "colours", "sphere")
+           "version", "colours", "sphere", "fitted_as", "match", "between", "farthest", "hole")
 READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
 CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", "rendering", *READING)
 AUTOMATIC, EXACT, FAST, NODES = "AUTO", "EXACT", "FAST", "NODES"
@@ -159,6 +161,33 @@ def use_preset(choices: Choices, name: str) -> None:
         setattr(choices, level, NO_SPECULAR_LEVEL if value is None else value)
 
 
+def as_text(arguments: Arguments) -> str:
+    """Arguments of a fit as text, which a material remembers."""
+    return json.dumps(arguments, sort_keys=True)
+
+
+def fitted_arguments(settings: Any) -> Arguments | None:
+    """The arguments that a material was fitted with; None where it does not know them."""
+    try:
+        found = json.loads(settings.fitted_as)
+    except ValueError:
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def is_as_fitted(settings: Any) -> bool:
+    """Whether another fit with a material's settings would be the one that it has, as far as it knows."""
+    return settings.fitted_as in ("", as_text(fit_arguments(settings)))
+
+
+def name_of_fit(settings: Any) -> str:
+    """What users call a material's fit: its preset, or its levels."""
+    arguments = fitted_arguments(settings)
+    if arguments is not None and "tolerance" in arguments:
+        return f"Auto {settings.fitted_levels}"
+    return next((name for name, preset in _ARGUMENTS.items() if arguments == preset), settings.fitted_levels)
+
+
 def is_preset(choices: Choices, name: str) -> bool:
     """Whether the choices are those of a preset, unchanged."""
     mine = fit_arguments(choices)
@@ -190,6 +219,11 @@ class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
     seconds: FloatProperty(name="Seconds")
     fitted_levels: StringProperty(name="Levels")
     colours: StringProperty(name="Colours")             # reading.GREY, or the space; 0.1.0 left it empty: Rec.709
+    fitted_as: StringProperty(name="Fitted As")         # JSON of fit_arguments; 0.1.0 left it empty
+    match: FloatProperty(name="Match", default=UNKNOWN)         # quality.verdict.Verdict; 0.1.0 left these as they are
+    between: FloatProperty(name="Between", default=UNKNOWN)
+    farthest: FloatProperty(name="Farthest")
+    hole: FloatProperty(name="Widest Hole")
     sphere: StringProperty(name="Sphere")               # as packed_picture.packed makes it; 0.1.0 left it empty
     changes: StringProperty(name="Changes")             # that made the fit physically plausible
     shown_theta: FloatProperty(

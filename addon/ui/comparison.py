@@ -132,7 +132,7 @@ def _numbers(found: Job[tasks.Fitted], held: Job[float]) -> tuple[str, ...]:
         return "-", "-", "-", "-"
     if found.result is None:
         return _UNKNOWN
-    made, errors, _ = found.result
+    made, errors, *_ = found.result
     return *_texts(made.coefficient_count, made.nbytes, errors.rmse), _held_out(held)
 
 

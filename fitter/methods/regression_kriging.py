@@ -124,6 +124,8 @@ class Estimate:
     coordinates : HalfDifference or Rusinkiewicz
     at_samples : (n, channels) float64, or None
         The field at the samples, without the noise of those that have much; None if none has.
+    left_out : (n, channels) float64
+        Each sample as the others predict it, 1/sr; the prior was fitted to all of them.
     """
 
     def __init__(self, samples: Samples, softening: float = SOFTENING) -> None:
@@ -156,6 +158,8 @@ class Estimate:
         found: list[tuple[Expert, FloatArray]] = [*kriged, _smoothed(samples, judge, some, noise, softening)]
         self._own = kriged[0][0]
         weights = judge.weights([left_out for _, left_out in found], _least_share(judge, found))
+        self.left_out = judge.values(sum((weight * one for weight, (_, one) in zip(weights, found, strict=True)),
+                                         np.zeros(1)))
         self._others = [(weight, expert) for weight, (expert, _) in zip(weights[1:], found[1:], strict=True) if weight]
         self._places = 2 * HalfDifference().encode(*samples.directions) - 1
         self._farthest = max(samples.theta_i.max(), samples.theta_o.max())
@@ -234,10 +238,13 @@ class _Judge:
 
     def error(self, log_value: FloatArray) -> float:
         """The mean square of the errors of predictions (n, channels)."""
-        offset, ceiling = self.transform.offset, self.transform.ceiling
-        value = np.clip(np.exp(np.minimum(log_value, _LARGEST_LOG)) - offset, 0, ceiling)
-        cubes = cross_validation.cube_root(self.samples.theta_o, value)
+        cubes = cross_validation.cube_root(self.samples.theta_o, self.values(log_value))
         return float(np.mean((cubes - self._measured)[self.counted] ** 2))
+
+    def values(self, log_value: FloatArray) -> FloatArray:
+        """Predictions (n, channels) as reflectance, 1/sr."""
+        offset, ceiling = self.transform.offset, self.transform.ceiling
+        return np.asarray(np.clip(np.exp(np.minimum(log_value, _LARGEST_LOG)) - offset, 0, ceiling))
 
     def weights(self, predictions: list[FloatArray], least: float) -> tuple[float, ...]:
         """The weights whose mean of the predictions has the least error: multiples of 1 / `_STEPS`.

@@ -1,0 +1,116 @@
+"""A judgement of a fit in plain words: how closely it matches the measurements, and what it is worth between them.
+
+Errors are in steps of lightness: 100 times the difference of the cube roots of cosine-weighted reflectance, white being
+a Lambertian surface of albedo 1. The cube root is the metric that agreed best with observers (see
+`cross_validation.cube_root`); a step is about that of L* in CIELAB, of which people notice some two side by side.
+Differences above twice the cube root of white do not count: no screen shows them.
+
+`python -m benchmarks.verdict` prints what the grades rest on: the difference between pictures of fits and of surfaces
+that are known everywhere. Their limits were chosen with one half of the surfaces; the other half judges them.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..model import Reflectance
+from ..samples import Samples, subset
+from ..shader_constants import GRAZING
+from .coverage import widest_hole
+from .cross_validation import cube_root, folds
+from .describe import WIDE_GAP
+
+GRADES = ("excellent", "good", "fair", "poor")
+MATCH_LIMITS = (1.0, 3.0, 6.0)         # steps at the samples: the most that is excellent, good, fair
+BETWEEN_LIMITS = (1.0, 3.0, 6.0)       # steps at samples that the fit had not seen
+UNKNOWN = -1.0              # in the place of an error that has not been worked out
+_BRIGHTEST = 2.0            # cube root, relative to white
+
+
+class Verdict(NamedTuple):
+    """What is known of a fit's worth.
+
+    Attributes
+    ----------
+    match, between : float
+        The error at the samples, and at samples that the fit had not seen, steps of lightness; `UNKNOWN` where nothing
+        tells it.
+    farthest : float
+        The largest measured polar angle, degrees.
+    hole : float
+        The widest hole between samples, degrees (see `coverage`).
+    """
+
+    match: float
+    between: float
+    farthest: float
+    hole: float
+
+
+def steps(samples: Samples, predicted: FloatArray) -> float:
+    """The root mean square error of predictions (n, channels), 1/sr, in steps of lightness.
+
+    Examples
+    --------
+    >>> grey = Samples([0], [0], [0], [0], [[0.125 / np.pi]])
+    >>> round(steps(grey, np.array([[0.216 / np.pi]])), 9)
+    10.0
+    """
+    measured, found = (np.clip(np.cbrt(np.pi) * cube_root(samples.theta_o, values), 0, _BRIGHTEST)
+                       for values in (samples.values, predicted))
+    return 100 * float(np.sqrt(np.mean((found - measured) ** 2)))
+
+
+def of(samples: Samples, fit: Reflectance, unseen: float = UNKNOWN) -> Verdict:
+    """Judge a fit by its samples, and by `steps` at samples that it had not seen, if they are known."""
+    match = steps(samples, fit.evaluate(*samples.directions))
+    farthest = float(np.degrees(max(samples.theta_i.max(), samples.theta_o.max())))
+    return Verdict(match, unseen, farthest, widest_hole(samples)[0])
+
+
+def unseen(samples: Samples, fit: Callable[[Samples], Reflectance]) -> float:
+    """`steps` at one fold of the samples, of a fit to the others: a fifth of the work of cross-validation.
+
+    `UNKNOWN` for a single sample.
+    """
+    if len(samples) < 2:
+        return UNKNOWN
+    part = folds(len(samples))[0]
+    seen = np.ones(len(samples), dtype=bool)
+    seen[part] = False
+    there = subset(samples, part)
+    return steps(there, fit(subset(samples, seen)).evaluate(*there.directions))
+
+
+def grade(error: float, limits: tuple[float, ...]) -> str:
+    """One of `GRADES`.
+
+    Examples
+    --------
+    >>> grade(0.2, MATCH_LIMITS), grade(99.0, MATCH_LIMITS)
+    ('excellent', 'poor')
+    """
+    return GRADES[sum(error > limit for limit in limits)]
+
+
+def sentence(verdict: Verdict) -> str:
+    """The verdict in plain words.
+
+    Examples
+    --------
+    >>> sentence(Verdict(0.4, 2.0, 70.3, 12.0))
+    'Matches the measurements: excellent. Between them: good, uncertain beyond 70 degrees'
+    >>> sentence(Verdict(4.0, UNKNOWN, 90.0, 31.0))
+    'Matches the measurements: fair. Between them: uncertain in gaps of up to 31 degrees'
+    """
+    known = [] if verdict.between < 0 else [grade(verdict.between, BETWEEN_LIMITS)]
+    doubts = [] if verdict.farthest >= math.degrees(GRAZING) else [f"beyond {verdict.farthest:.0f} degrees"]
+    if verdict.hole > WIDE_GAP:
+        doubts.append(f"in gaps of up to {verdict.hole:.0f} degrees")
+    if doubts:
+        known.append("uncertain " + " and ".join(doubts))
+    return (f"Matches the measurements: {grade(verdict.match, MATCH_LIMITS)}. "
+            f"Between them: {', '.join(known or ['not judged'])}")
