@@ -19,6 +19,7 @@ True
 from .errors import DatasetError, SampleUnknownError, UnitsUnknownError
 from .formats import load
 from .methods import fit
+from .methods.editing import edited
 from .methods.tolerance import fit_within
 from .model.fit import Fit
 from .presets import PRESETS

@@ -78,6 +78,11 @@ LEAST_HEIGHT_2 = 1e-12
 # The least squared tangent of the half angle in a sheen lobe, which is 0 far above it (numerical).
 LEAST_SLOPE_2 = 1e-9
 
+# An edit of a fit (model/edit.py, osl/edit.h).
+
+# Reflectance of a clear coat at normal incidence: an index of refraction of 1.5.
+COAT_F0 = 0.04
+
 # The perfect hash of the sparse lattice (lattice/perfect_hash.py, osl/perfect_hash.h). All intermediate values of a key
 # of 26 bits stay below 2^31.
 

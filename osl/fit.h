@@ -31,12 +31,26 @@
 #  define DAMPING_PARAMETERS
 #  define DAMPING_TABLES
 #endif
-#define FIT_PARAMETERS float DIFFUSE[] SPARSE_PARAMETERS DAMPING_PARAMETERS
-#define FIT DIFFUSE SPARSE_TABLES DAMPING_TABLES
+#if WIDENED
+#  define BALANCE_PARAMETERS , float BALANCE[]
+#  define BALANCE_TABLES , BALANCE
+#else
+#  define BALANCE_PARAMETERS
+#  define BALANCE_TABLES
+#endif
+#if COATED
+#  define THROUGH_PARAMETERS , float THROUGH[]
+#  define THROUGH_TABLES , THROUGH
+#else
+#  define THROUGH_PARAMETERS
+#  define THROUGH_TABLES
+#endif
+#define FIT_PARAMETERS float DIFFUSE[] SPARSE_PARAMETERS DAMPING_PARAMETERS BALANCE_PARAMETERS THROUGH_PARAMETERS
+#define FIT DIFFUSE SPARSE_TABLES DAMPING_TABLES BALANCE_TABLES THROUGH_TABLES
 
-#if DAMPED
-/* The factor of one polar angle by which the fit conserves energy: a cubic B-spline of the projected radius. */
-VALUE eval_damping(float DAMPING[], vector w)
+#if DAMPED || WIDENED || COATED
+/* A factor of one polar angle: a cubic B-spline of the projected radius. */
+VALUE eval_factor(float points[], vector w)
 {
   float at = length(vector(w[0], w[1], 0.0)) / (1.0 + 2.0 * w[2]) * (DAMPING_KNOTS - 1);
   int knot = min((int)at, DAMPING_KNOTS - 2);
@@ -44,13 +58,13 @@ VALUE eval_damping(float DAMPING[], vector w)
   int behind = min(knot + 2, DAMPING_KNOTS - 1);
   float b[4];
   bspline_basis(at - knot, b);
-  return b[0] * READ(DAMPING, before) + b[1] * READ(DAMPING, knot) + b[2] * READ(DAMPING, knot + 1) +
-         b[3] * READ(DAMPING, behind);
+  return b[0] * READ(points, before) + b[1] * READ(points, knot) + b[2] * READ(points, knot + 1) +
+         b[3] * READ(points, behind);
 }
 #endif
 
-/* The fitted BRDF, 1/sr, and 0 where the fit undershoots; directions as in coordinates(). */
-color eval_fit(FIT_PARAMETERS, vector wi, vector wo)
+/* The fit as measured, 1/sr, and 0 where it undershoots; directions as in coordinates(). */
+VALUE eval_measured(FIT_PARAMETERS, vector wi, vector wo)
 {
 #if AXES == 4
   float mu[4];
@@ -66,7 +80,19 @@ color eval_fit(FIT_PARAMETERS, vector wi, vector wo)
   f = min((eval_prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(STEEPEST))) - PRIOR_OFFSET, VALUE(PRIOR_CEILING));
 #endif
 #if DAMPED
-  f *= eval_damping(DAMPING, wi) * eval_damping(DAMPING, wo);
+  f *= eval_factor(DAMPING, wi) * eval_factor(DAMPING, wo);
 #endif
-  return max(color(f), color(0.0));
+  return max(f, VALUE(0.0));
+}
+
+#include "edit.h"
+
+/* The fitted BRDF as it was edited, 1/sr. */
+color eval_fit(FIT_PARAMETERS, vector wi, vector wo)
+{
+#if EDITED
+  return eval_edited(FIT, wi, wo);
+#else
+  return color(eval_measured(FIT, wi, wo));
+#endif
 }

@@ -138,7 +138,11 @@ def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     if fit.transform.name == LogRelative.name and len(cast(LogRelative, fit.transform).damping):
         constants["DAMPED"] = 1
         tables["DAMPING"] = cast(LogRelative, fit.transform).damping
-    return constants | _coordinates(fit) | _transform(fit), tables
+    if fit.edit is not None and len(fit.edit.balance):
+        tables["BALANCE"] = fit.edit.balance
+    if fit.edit is not None and len(fit.edit.through):
+        tables["THROUGH"] = np.repeat(fit.edit.through, stored, axis=1)
+    return constants | _coordinates(fit) | _transform(fit) | _edit(fit), tables
 
 
 # Coordinates and transforms are told by their names, not by their classes: a script may bring a fit of its own copy of
@@ -180,9 +184,7 @@ def _log_relative(transform: LogRelative, columns: tuple[int, ...]) -> dict[str,
     prior = transform.prior
 
     def value(stored: NDArray[np.float64]) -> str:
-        numbers = stored[list(columns)] if len(stored) > 1 else stored
-        text = ", ".join(f"{number:.9g}" for number in numbers)
-        return f"color({text})" if len(numbers) > 1 else f"({text})"
+        return _value(stored[list(columns)] if len(stored) > 1 else stored)
 
     def lobe(kind: microfacet.Kind, ks: NDArray[np.float64], alpha: float, gamma: float, f0: float,
              across: float | None = None, turn: float = 0.0) -> str:
@@ -204,6 +206,24 @@ def _log_relative(transform: LogRelative, columns: tuple[int, ...]) -> dict[str,
     return {"PRIOR_LOBES": " ".join(lobes), "PRIOR_RETRO": int("retro" in prior.kinds),
             "PRIOR_ANISOTROPIC": int(not prior.isotropic), "PRIOR_KD": value(prior.kd),
             "PRIOR_OFFSET": f"{transform.offset:.9g}", "PRIOR_CEILING": value(transform.ceiling)}
+
+
+def _edit(fit: Fit) -> dict[str, Any]:
+    """What `osl/edit.h` reads."""
+    edit = fit.edit
+    if edit is None:
+        return {"EDITED": 0, "WIDENED": 0, "COATED": 0}
+    level = edit.level[list(fit.columns)] if len(edit.level) > 1 else edit.level
+    return {"EDITED": 1, "WIDENED": int(len(edit.balance) > 0), "COATED": int(len(edit.through) > 0),
+            "EDIT_LEVEL": _value(level), "EDIT_DIFFUSE": _value(edit.diffuse), "EDIT_HIGHLIGHT": _value(edit.highlight),
+            "EDIT_WIDTH": f"{edit.width:.9g}", "COAT": f"{edit.coat:.9g}",
+            "COAT_ALPHA_2": f"{edit.coat_width ** 2:.9g}"}
+
+
+def _value(numbers: NDArray[np.float64]) -> str:
+    """A constant of one number, or of one for each channel."""
+    text = ", ".join(f"{number:.9g}" for number in numbers)
+    return f"color({text})" if len(numbers) > 1 else f"({text})"
 
 
 def _mixture(mixture: Mixture) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:

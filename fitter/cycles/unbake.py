@@ -21,6 +21,7 @@ from ..coordinates.rusinkiewicz import Rusinkiewicz
 from ..lattice import dense, perfect_hash
 from ..lattice.sparse import SparseLattice
 from ..model import microfacet
+from ..model.edit import Edit
 from ..model.fit import Fit
 from ..model.transform import IDENTITY, LogRelative, Transform
 from ..samples import RGB
@@ -80,7 +81,7 @@ def _fit(source: str, constants: dict[str, str], name: str, compression: float) 
         if int(constants.get("DAMPED", 0)):
             transform = replace(transform, damping=_table(source, "DAMPING", np.float64, (DAMPING_KNOTS, stored)))
     return Fit(coordinates, diffuse, specular, transform, float(compression) if specular is not None else 0.0,
-               channels, columns, name=name, source="a baked shader")
+               channels, columns, name=name, source="a baked shader", edit=_edit(source, constants, stored, columns))
 
 
 def _coordinates(constants: dict[str, str]) -> Coordinates:
@@ -118,10 +119,7 @@ def _specular(source: str, constants: dict[str, str], stored: int, axes: int) ->
 
 def _log_relative(constants: dict[str, str], stored: int, columns: tuple[int, ...]) -> LogRelative:
     def values(text: str) -> NDArray[np.float64]:
-        numbers = [float(number) for number in re.findall(_NUMBER, text.replace("color", ""))]
-        if len(numbers) not in (1, len(columns)):
-            raise ValueError(f"{text} does not have a number for each channel")
-        numbers = numbers * len(columns) if len(numbers) == 1 else numbers
+        numbers = _numbers(text, len(columns))
         return np.array([numbers[columns.index(column)] for column in range(stored)])
 
     lobes = re.findall(rf"({'|'.join(_KINDS)})\(((?:color)?\([^)]*\)), ([^)]*)\)", constants["PRIOR_LOBES"])
@@ -138,6 +136,30 @@ def _log_relative(constants: dict[str, str], stored: int, columns: tuple[int, ..
         prior = replace(prior, across=across, turn=turn)
     # the shader clips at 0, whether or not the fit does
     return LogRelative(prior, float(constants["PRIOR_OFFSET"]), values(constants["PRIOR_CEILING"]), 0.0)
+
+
+def _edit(source: str, constants: dict[str, str], stored: int, columns: tuple[int, ...]) -> Edit | None:
+    if not int(constants.get("EDITED", 0)):         # before 0.2.0 nothing was edited
+        return None
+    diffuse, highlight, levels = (np.array(_numbers(constants[f"EDIT_{name}"], len(columns)))
+                                  for name in ("DIFFUSE", "HIGHLIGHT", "LEVEL"))
+    level = np.array([levels[columns.index(column)] for column in range(stored)])
+    balance = np.zeros((0, stored))
+    if int(constants["WIDENED"]):
+        balance = _table(source, "BALANCE", np.float64, (DAMPING_KNOTS, stored))
+    through = np.zeros((0, 1))
+    if int(constants["COATED"]):
+        through = _table(source, "THROUGH", np.float64, (DAMPING_KNOTS, stored))[:, :1]
+    return Edit(diffuse, highlight, level, float(constants["EDIT_WIDTH"]), balance, float(constants["COAT"]),
+                math.sqrt(float(constants["COAT_ALPHA_2"])), through)
+
+
+def _numbers(text: str, channels: int) -> list[float]:
+    """The numbers of a constant that has one for each channel, or one for all."""
+    numbers = [float(number) for number in re.findall(_NUMBER, text.replace("color", ""))]
+    if len(numbers) not in (1, channels):
+        raise ValueError(f"{text} does not have a number for each channel")
+    return numbers * channels if len(numbers) == 1 else numbers
 
 
 def _shape(macro: str, n: list[float]) -> tuple[float, float, float, float, float]:

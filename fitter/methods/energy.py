@@ -14,13 +14,15 @@ The factor is reciprocal, and 1 at a distance from all angles of too large an al
 """
 
 from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 
 from ..arrays import FloatArray
 from ..coordinates.half_difference import project, unproject
+from ..model import Reflectance
 from ..model.fit import Fit
-from ..model.transform import LogRelative, damping_at
+from ..model.transform import LogRelative, factor_of_angle
 from ..samples import Samples
 from ..shader_constants import DAMPING_KNOTS
 
@@ -38,6 +40,20 @@ _ROUNDS = 30                # of the second step, each of which halves the exces
 _INFLUENCE = 2              # knots on both sides of a control point, which it has an influence on
 
 
+class Integrand(Reflectance, Protocol):
+    """What `reflected_light` needs of a fit."""
+
+    @property
+    def isotropic(self) -> bool:
+        """As `Fit.isotropic`."""
+        ...
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """One entry for each channel."""
+        ...
+
+
 def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
     """Damp a fit where its directional albedo exceeds 1; `Fit.changes` says where, and by how much.
 
@@ -49,7 +65,7 @@ def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
     samples : Samples
         What was fitted: tells how far the measurement reaches, and what it lost.
     """
-    if _light(fit, _FEW, _CELLS).sum(axis=2).max() < _FAR_FROM_1:
+    if reflected_light(fit, _FEW, _CELLS).sum(axis=2).max() < _FAR_FROM_1:
         return fit
     light = _light_at_views(fit)
     total = light.sum(axis=2).max(axis=0)
@@ -71,17 +87,17 @@ def albedo(fit: Fit) -> FloatArray:
 def _light_at_views(fit: Fit) -> FloatArray:
     azimuths: tuple[float, ...] | None = None
     if not fit.isotropic:       # the brightest of them
-        light = _light(fit, _FEW, _CELLS).sum(axis=2).max(axis=2)
+        light = reflected_light(fit, _FEW, _CELLS).sum(axis=2).max(axis=2)
         azimuths = tuple(_AZIMUTHS[way] for way in {*light.argmax(axis=0)})
-    light = _light(fit, VIEWS, _CELLS, azimuths)
+    light = reflected_light(fit, VIEWS, _CELLS, azimuths)
     large = light.sum(axis=2).max(axis=(0, 2)) > _LARGE
     if large.any():
-        light[:, large] = _light(fit, VIEWS[large], _FINE_CELLS, azimuths)
+        light[:, large] = reflected_light(fit, VIEWS[large], _FINE_CELLS, azimuths)
     return light
 
 
-def _light(fit: Fit, theta: FloatArray, cells: tuple[int, int],
-           azimuths: tuple[float, ...] | None = None) -> FloatArray:
+def reflected_light(fit: Integrand, theta: FloatArray, cells: tuple[int, int],
+                    azimuths: tuple[float, ...] | None = None) -> FloatArray:
     """The light that leaves at an angle, and that arrives there, by the control points of the damping that it would
     have: (2, angles, DAMPING_KNOTS, channels); the albedo is the sum over the control points.
 
@@ -101,7 +117,7 @@ def _light(fit: Fit, theta: FloatArray, cells: tuple[int, int],
         other = np.concatenate([angle - angle * u ** 3, angle + (np.pi / 2 - angle) * u ** 3])
         width = 3 * np.concatenate([angle * u * u, (np.pi / 2 - angle) * u * u]) / cells[0]
         solid_angle = (2 * np.sin(other) * np.cos(other) * width)[:, None] * step
-        at_control_points = damping_at(np.eye(DAMPING_KNOTS), other)
+        at_control_points = factor_of_angle(np.eye(DAMPING_KNOTS), other)
         values = [fit.evaluate(other[:, None], azimuth + turn, angle, azimuth) for azimuth in azimuths]
         if fit.isotropic:
             values.append(fit.evaluate(angle, 0.0, other[:, None], turn))
@@ -126,7 +142,8 @@ def _damping(light: FloatArray, farthest: float) -> FloatArray:
     low, high = (unproject(np.clip(knots + side, 0, 1)) + np.sign(side) * np.radians(2) for side in (-reach, reach))
     influences = (low[:, None] <= VIEWS) & (high[:, None] >= VIEWS)
     for power in [0.5] * _ROUNDS + [1.0]:
-        albedos = (damping_at(control_points, VIEWS) * np.einsum("wvkc,kc->wvc", light, control_points)).max(axis=0)
+        albedos = (factor_of_angle(control_points, VIEWS)
+                   * np.einsum("wvkc,kc->wvc", light, control_points)).max(axis=0)
         over = np.maximum(albedos / most, 1)
         control_points *= np.stack([over[at].max(axis=0) for at in influences]) ** -power
     return control_points

@@ -15,6 +15,7 @@ from ..coordinates import ISOTROPIC_AXES, Coordinates
 from ..lattice.dense import DenseLattice
 from ..lattice.sparse import SparseLattice
 from . import fit_file
+from .edit import Edit
 from .transform import IDENTITY, Transform
 
 _CHUNK = 1 << 16            # directions evaluated at a time
@@ -44,6 +45,8 @@ class Fit:
         What was changed to make the fit physically plausible, in words.
     name, source : str
         Those of the `Samples`.
+    edit : Edit, or None
+        What an artist has changed; `evaluate` has the edited reflectance.
 
     Examples
     --------
@@ -69,6 +72,7 @@ class Fit:
     changes: tuple[str, ...] = ()
     name: str = "untitled"
     source: str = ""
+    edit: Edit | None = None
 
     def __post_init__(self) -> None:
         if not self.columns:
@@ -101,11 +105,12 @@ class Fit:
 
     @property
     def nbytes(self) -> int:
-        """Bytes that must be stored to evaluate, over all channels: coefficients, keys, hash table and prior."""
-        return self.diffuse.nbytes + (0 if self.specular is None else self.specular.nbytes) + self.transform.nbytes
+        """Bytes that must be stored to evaluate, over all channels: coefficients, keys, hash table, prior, and edit."""
+        return self.diffuse.nbytes + (0 if self.specular is None else self.specular.nbytes) + self.transform.nbytes + (
+            0 if self.edit is None else self.edit.nbytes)
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """Evaluate the fitted BRDF.
+        """Evaluate the fitted BRDF, as it was edited.
 
         Parameters
         ----------
@@ -129,7 +134,9 @@ class Fit:
         values = np.empty((angles[0].size, len(self.columns)))
         for start in range(0, len(values), _CHUNK):
             part = slice(start, start + _CHUNK)
-            values[part] = self._stored_columns(*(angle[part] for angle in directions))[:, self.columns]
+            at = [angle[part] for angle in directions]
+            values[part] = (self._stored_columns(*at)[:, self.columns] if self.edit is None else
+                            self.edit.reflectance(self._stored_columns, self.columns, *at))
         return values.reshape(*angles[0].shape, len(self.columns))
 
     def _stored_columns(self, theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray,

@@ -5,7 +5,8 @@ columns, changes, name and source; `diffuse`; for a bi-level fit `coefficients`,
 log-relative fit `prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling` and `damping`, and if
 its lobes are anisotropic `prior_across` and `prior_turn`. The header of a fit in half and difference coordinates has
 `softening` and `stretch`, or of an anisotropic one `along`, `across` and `turn`; that of a log-relative one `offset`,
-`plausible` and `lobes`, the kinds of the prior's lobes.
+`plausible` and `lobes`, the kinds of the prior's lobes. An edited fit has the entries `edit_diffuse`, `edit_highlight`,
+`edit_level`, `edit_balance` and `edit_through`, and `edit` in the header: width, coat and coat_width.
 """
 
 from __future__ import annotations
@@ -32,18 +33,20 @@ from ..lattice.sparse import SparseLattice
 from ..samples import LARGEST_VALUE
 from ..shader_constants import DAMPING_KNOTS
 from . import microfacet, npz
+from .edit import COAT_WIDTHS, WIDTHS, Edit
 from .transform import IDENTITY, LEAST_OFFSET, LogRelative, Transform
 
 if TYPE_CHECKING:
     from .fit import Fit
 
 FORMAT = "measured-brdf-fit"
-VERSION = 6
-_READABLE = (2, 3, 4, 5, 6)
+VERSION = 7
+_READABLE = (2, 3, 4, 5, 6, 7)
 LARGEST = 100 * LARGEST_VALUE   # of any number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
 _PRIOR = ("kd", "ks", "alpha", "gamma", "f0")
 _ANISOTROPIC_PRIOR = ("across", "turn")
+_EDIT, _EDIT_NUMBERS = ("diffuse", "highlight", "level", "balance", "through"), ("width", "coat", "coat_width")
 _Arrays = dict[str, NDArray[Any]]
 
 
@@ -76,6 +79,9 @@ def write(fit: Fit, path: str | Path) -> None:
         names = _PRIOR if transform.prior.isotropic else (*_PRIOR, *_ANISOTROPIC_PRIOR)
         arrays |= {f"prior_{name}": getattr(transform.prior, name) for name in names}
         arrays |= {"prior_ceiling": transform.ceiling, "damping": transform.damping}
+    if fit.edit is not None:
+        header["edit"] = {name: float(getattr(fit.edit, name)) for name in _EDIT_NUMBERS}
+        arrays |= {f"edit_{name}": getattr(fit.edit, name) for name in _EDIT}
     content = io.BytesIO()      # not the file: on a full disk, ZipFile would raise a second error when it is deleted
     entries: _Arrays = {"header": np.array(json.dumps(header)), **arrays}
     np.savez_compressed(content, **entries)     # type: ignore[arg-type]    # NumPy's stub has a parameter of bool
@@ -122,7 +128,7 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     axes = len(coordinates.axes)
     diffuse = _array(entries, "diffuse", (*dense.shape(level, axes), stored), np.float32)
     parts |= {"diffuse": dense.DenseLattice(level, diffuse), "coordinates": coordinates,
-              "transform": _transform(header, entries, stored)}
+              "transform": _transform(header, entries, stored), "edit": _edit(header, entries, len(columns), stored)}
     if header["specular_level"] is None:
         return parts
 
@@ -220,6 +226,24 @@ def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogR
         damping = _array(entries, "damping", (DAMPING_KNOTS, stored), np.float64)
         _check_range("damping", damping, 0, 1)
     return LogRelative(prior, float(offset), ceiling, 0.0 if plausible else -np.inf, damping)
+
+
+def _edit(header: dict[str, Any], entries: _Arrays, channels: int, stored: int) -> Edit | None:
+    if "edit" not in header:
+        return None
+    width, coat, coat_width = (header["edit"][name] for name in _EDIT_NUMBERS)
+    for name, number, (low, high) in (("width", width, WIDTHS), ("coat", coat, (0, 1)),
+                                      ("coat_width", coat_width, COAT_WIDTHS)):
+        _check(isinstance(number, float) and low <= number <= high,
+               f"the {name} of its edit is not a number from {low:g} to {high:g}")
+    shapes: dict[str, tuple[int, ...]] = {
+        "diffuse": (channels,), "highlight": (channels,), "level": (stored,),
+        "balance": (DAMPING_KNOTS if len(np.atleast_1d(entries["edit_balance"])) else 0, stored),
+        "through": (DAMPING_KNOTS if coat else 0, 1)}
+    arrays = {name: _array(entries, f"edit_{name}", shape, np.float64) for name, shape in shapes.items()}
+    for name, array in arrays.items():
+        _check_range(f"edit_{name}", array, _LEAST_CEILING if name == "level" else 0, LARGEST)
+    return Edit(**arrays, width=width, coat=coat, coat_width=coat_width)
 
 
 def _level(level: Any) -> int:

@@ -119,7 +119,7 @@ class LogRelative:
         reference = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o) + self.offset
         value = np.clip(reference * np.exp(np.minimum(field, STEEPEST)) - self.offset, self.floor, self.ceiling)
         if len(self.damping):
-            value = value * damping_at(self.damping, theta_i) * damping_at(self.damping, theta_o)
+            value = value * factor_of_angle(self.damping, theta_i) * factor_of_angle(self.damping, theta_o)
         return value
 
     def field(self, values: FloatArray, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike,
@@ -129,14 +129,16 @@ class LogRelative:
         return bounded_log(values, self.offset) - bounded_log(reference, self.offset)
 
 
-def damping_at(control_points: FloatArray, theta: ArrayLike) -> FloatArray:
-    """The factor of a polar angle in `LogRelative`: (DAMPING_KNOTS, n) and (m,) radians to (m, n).
+def factor_of_angle(control_points: FloatArray, theta: ArrayLike) -> FloatArray:
+    """The factor of a polar angle that has these control points: (DAMPING_KNOTS, n) and (m,) radians to (m, n).
+
+    `LogRelative` says which spline it is.
 
     Examples
     --------
     It is nowhere larger than its control points.
 
-    >>> damping_at(np.array([[1.0], [1], [0.4], [1]]), [0, np.pi / 2]).round(9).tolist()
+    >>> factor_of_angle(np.array([[1.0], [1], [0.4], [1]]), [0, np.pi / 2]).round(9).tolist()
     [[1.0], [0.9]]
     """
     last = len(control_points) - 1

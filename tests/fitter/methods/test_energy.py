@@ -17,7 +17,7 @@ from fitter.lattice import dense
 from fitter.lattice.dense import DenseLattice
 from fitter.methods import energy
 from fitter.model.microfacet import Microfacet
-from fitter.model.transform import LogRelative, damping_at
+from fitter.model.transform import LogRelative, factor_of_angle
 from fitter.samples import subset
 from fitter.shader_constants import DAMPING_KNOTS
 from support import truths
@@ -177,7 +177,7 @@ def test_far_from_where_an_albedo_exceeds_1_nothing_is_damped():
     before, found = energy.albedo(fit)[:, 0], conserved(fit, up_to(90))
     over = np.degrees(energy.VIEWS[before > 0.99])
     assert 40 < over.max() < 65
-    factor = damping_at(found.transform.damping, energy.VIEWS)[:, 0]
+    factor = factor_of_angle(found.transform.damping, energy.VIEWS)[:, 0]
     np.testing.assert_allclose(factor[np.radians(over.max() + 17) < energy.VIEWS], 1, rtol=1e-15)
     assert (factor[before > 1.01] < 1).all()
 

@@ -4,7 +4,7 @@ from scipy import interpolate
 
 from fitter.coordinates.half_difference import project
 from fitter.model.microfacet import Microfacet
-from fitter.model.transform import LogRelative, bounded_log, damping_at
+from fitter.model.transform import LogRelative, bounded_log, factor_of_angle
 from fitter.shader_constants import DAMPING_KNOTS
 
 GREY = Microfacet(np.array([0.2, 0.4]), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0))
@@ -52,7 +52,7 @@ def test_damping_multiplies_the_reflectance_by_a_factor_of_each_angle(directions
 def test_a_damping_is_nowhere_larger_than_the_largest_of_four_control_points(random):
     damping = random.random((DAMPING_KNOTS, 1))
     theta = np.linspace(0, np.pi / 2, 1000)
-    found = damping_at(damping, theta)[:, 0]
+    found = factor_of_angle(damping, theta)[:, 0]
     at = project(theta) * (DAMPING_KNOTS - 1)
     near = np.abs(at[:, None] - np.arange(DAMPING_KNOTS)) < 2
     assert (found <= np.where(near, damping[:, 0], 0).max(axis=1) + 1e-12).all()

@@ -1,0 +1,168 @@
+"""Edits of a fitted reflectance: its diffuse part and its highlight scaled apart, the highlight widened, a clear coat.
+
+A fit f is split by a level of its own, at each pair of directions and in each channel. Up to the level all of f is
+diffuse; above it, ever less is added, up to one and a half times the level from twice the level on ::
+
+    diffuse(f) = f - (f - level)^2 / (2 level)      for level < f < 2 level
+    highlight(f) = f - diffuse(f)
+
+The highlight is widened by `width` in the slopes of microfacets, the tangents of the half angle theta_h: it is taken
+where the half vector h has its slope divided by the width, h and both directions turned together so that the
+difference angle stays. The density of slopes falls by the square of the width, and that of half vectors, D, by what
+their change of variables adds (B. Walter, S. Marschner, H. Li, K. Torrance: Microfacet Models for Refraction through
+Rough Surfaces, EGSR 2007, for D and slopes) ::
+
+    highlight'(i, o) = highlight(i', o') (cos theta_h' / cos theta_h)^4 / width^2 g(theta_i) g(theta_o)
+
+The factor g makes the light that the highlight reflects, its directional albedo, the same as before at every polar
+angle; it is close to 1 where masking and the horizon play no part. A width below 1 sharpens.
+
+The clear coat is a dielectric of index 1.5 above: GGX with Schlick's Fresnel term F, and below it what both directions
+leave of the rest, where A is the directional albedo of the coat ::
+
+    f'(i, o) = coat D F V + t(theta_i) t(theta_o) f(i, o),    t = 1 - coat A
+
+All of it is reciprocal where the fit is. A coat never makes an albedo exceed 1; a gain may.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..shader_constants import COAT_F0, HORIZON, LEAST_HEIGHT_2, LEAST_LENGTH
+from .microfacet import geometry
+from .transform import factor_of_angle
+
+WIDTHS = 0.25, 4.0          # bounds of the width
+COAT_WIDTHS = 0.01, 1.0     # and of that of a coat: alpha of GGX
+_Measured = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Edit:
+    """An edit of a fit; `methods.editing.edited` makes it.
+
+    Attributes
+    ----------
+    diffuse, highlight : (channels,) float64
+        Factors of both parts.
+    level : (columns,) float64
+        Of the split, in each column of the fit's lattices, 1/sr; positive.
+    width : float
+        Of the highlight, relative to the measured one: within `WIDTHS`.
+    balance : (DAMPING_KNOTS, columns) or (0, columns) float64
+        g, as `LogRelative.damping` has a factor of each polar angle; none where the width is 1.
+    coat : float
+        The coat's weight, 0 to 1.
+    coat_width : float
+        Its alpha, within `COAT_WIDTHS`.
+    through : (DAMPING_KNOTS, 1) or (0, 1) float64
+        t, as `balance` has g; none without a coat.
+    """
+
+    diffuse: FloatArray
+    highlight: FloatArray
+    level: FloatArray
+    width: float = 1.0
+    balance: FloatArray = field(default_factory=lambda: np.zeros((0, 1)))
+    coat: float = 0.0
+    coat_width: float = COAT_WIDTHS[0]
+    through: FloatArray = field(default_factory=lambda: np.zeros((0, 1)))
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the parameters in single precision."""
+        arrays = self.diffuse, self.highlight, self.level, self.balance, self.through
+        return 4 * (sum(array.size for array in arrays) + 3)
+
+    def reflectance(self, measured: _Measured, columns: tuple[int, ...], theta_i: FloatArray, phi_i: FloatArray,
+                    theta_o: FloatArray, phi_o: FloatArray) -> FloatArray:
+        """The edited reflectance at directions (n,), radians: (n, channels), 1/sr.
+
+        `measured` is the fit as it was: four (n,) to (n, columns). Where that is negative it counts as 0.
+        """
+        directions = theta_i, phi_i, theta_o, phi_o
+        value = np.maximum(measured(*directions), 0)
+        diffuse = diffuse_part(value, self.level)
+        highlight = value - diffuse if self.width == 1 else self.widened(measured, *directions)
+        total = self.diffuse * diffuse[:, columns] + self.highlight * highlight[:, columns]
+        if not self.coat:
+            return total
+        through = factor_of_angle(self.through, theta_i) * factor_of_angle(self.through, theta_o)
+        return self.coat * coat(self.coat_width, *directions)[:, None] + through * total
+
+    def widened(self, measured: _Measured, theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray,
+                phi_o: FloatArray) -> FloatArray:
+        """The highlight in all columns, widened: (n, columns), 1/sr."""
+        directions, density = narrowed(theta_i, phi_i, theta_o, phi_o, self.width)
+        value = np.maximum(measured(*directions), 0)
+        highlight: FloatArray = (value - diffuse_part(value, self.level)) * density[:, None]
+        if len(self.balance):
+            highlight *= factor_of_angle(self.balance, theta_i) * factor_of_angle(self.balance, theta_o)
+        return highlight
+
+
+def diffuse_part(value: FloatArray, level: FloatArray) -> FloatArray:
+    """What of a reflectance is diffuse: (..., columns) and (columns,), 1/sr, to (..., columns).
+
+    Examples
+    --------
+    >>> diffuse_part(np.array([[0.1], [0.2], [0.3], [0.4], [9.0]]), np.array([0.2])).round(6).ravel().tolist()
+    [0.1, 0.2, 0.275, 0.3, 0.3]
+    """
+    over = np.clip(value - level, 0, level)
+    return np.asarray(np.minimum(value, 2 * level) - over * over / (2 * level))
+
+
+def narrowed(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray,
+             width: float) -> tuple[tuple[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]:
+    """Where a highlight that is widened is read, and the density of its half vectors relative to there.
+
+    Parameters
+    ----------
+    theta_i, phi_i, theta_o, phi_o : (n,) float64
+        Radians.
+    width : float
+
+    Returns
+    -------
+    directions : four (n,) float64
+        The directions after the turn, radians; one that comes to lie below the horizon is moved to it.
+    density : (n,) float64
+
+    Examples
+    --------
+    A mirror pair stays, a quarter as dense at twice the width:
+
+    >>> mirror = np.array([0.7]), np.zeros(1), np.array([0.7]), np.full(1, np.pi)
+    >>> directions, density = narrowed(*mirror, 2.0)
+    >>> bool(np.allclose(directions, mirror)), density.tolist()
+    (True, [0.25])
+    """
+    incident, outgoing = (np.sin(theta) * np.exp(1j * phi) for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
+    up_i, up_o = np.cos(theta_i), np.cos(theta_o)
+    along = incident + outgoing
+    length = np.abs(along)
+    slope = length / np.sqrt(np.maximum((up_i + up_o) ** 2, LEAST_HEIGHT_2))
+    narrow = slope / width
+    scale = 1 / np.sqrt((1 + slope ** 2) * (1 + narrow ** 2))
+    cosine, sine = (1 + slope * narrow) * scale, (narrow - slope) * scale
+    axis = np.where(length > LEAST_LENGTH, along / np.maximum(length, LEAST_LENGTH), 1)
+    angles: list[FloatArray] = []
+    for flat, up in ((incident, up_i), (outgoing, up_o)):
+        before = (flat * np.conj(axis)).real
+        turned = flat + (before * cosine + up * sine - before) * axis
+        angles += [np.arctan2(np.abs(turned), np.maximum(up * cosine - before * sine, HORIZON)), np.angle(turned)]
+    density = ((1 + slope ** 2) / (1 + narrow ** 2) / width) ** 2
+    return (angles[0], angles[1], angles[2], angles[3]), density
+
+
+def coat(alpha: float, theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray) -> FloatArray:
+    """GGX reflection of the coat, with height-correlated masking: (n,), 1/sr."""
+    at, alpha2 = geometry(theta_i, phi_i, theta_o, phi_o), alpha * alpha
+    steepness = (1 + at.tan2_h) / (1 + at.tan2_h / alpha2)
+    long_i, long_o = (np.sqrt(cosine ** 2 * (1 - alpha2) + alpha2) for cosine in (at.cos_i, at.cos_o))
+    visibility = 0.5 / np.maximum(at.cos_o * long_i + at.cos_i * long_o, LEAST_LENGTH)
+    return np.asarray(steepness ** 2 / (np.pi * alpha2) * (COAT_F0 + (1 - COAT_F0) * (1 - at.cos_d) ** 5) * visibility)
