@@ -1,19 +1,15 @@
 """Presets side by side, as spheres with their numbers; and what a fit costs before the material has it."""
 
-import math
 from typing import Any, NamedTuple
 
 import bpy
 
 from ...fitter import PRESETS, Fit
-from ...fitter.coordinates.anisotropic_nusselt import AnisotropicNusselt
-from ...fitter.coordinates.nusselt import Nusselt
-from ...fitter.model.fit import notation
-from ...fitter.presets import PRESET_DESCRIPTIONS, Preset
+from ...fitter.presets import PRESET_DESCRIPTIONS
 from ..annotations import Arguments, present
 from ..jobs import modal, queries, tasks
 from ..jobs.job import Job
-from ..materials.properties import fit_arguments
+from ..materials.properties import fit_arguments, name_of_fit
 from ..operators import fit
 from .layout import MaterialPanel, draw_row, draw_warning, is_narrow
 
@@ -21,7 +17,6 @@ _HEADINGS = "Coefficients", "KB", "RMSE", "Held out"
 _CHEAPEST_FIRST = sorted(PRESETS, key=lambda name: (PRESETS[name]["method"] != "mba", PRESETS[name]["diffuse_level"]))
 _FOUR_ABREAST = 66          # characters that four spheres with their numbers need beside one another
 _UNIT, _LARGEST = 20, 9     # pixels of an icon of the scale 1, and the largest scale
-_SINGLE = 1e-6              # relative, of a number that a property holds in single precision
 _UNKNOWN = "...", "...", "...", "..."
 
 
@@ -48,7 +43,7 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
             return
         # questions are answered in the order in which they are asked
         kept = queries.of_material(material)
-        shown = {name: _shown(material, data, kept, PRESETS[name]) for name in _CHEAPEST_FIRST}
+        shown = {name: _shown(material, data, kept, name) for name in _CHEAPEST_FIRST}
         columns = 2 if is_narrow(_FOUR_ABREAST) else 4
         grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True)
         for name in PRESET_DESCRIPTIONS:
@@ -65,32 +60,20 @@ def picture_scale(context: bpy.types.Context, columns: int) -> float:
     return min(max((width - 60) / columns / _UNIT, 3.0), _LARGEST)
 
 
-def _shown(material: bpy.types.Material, data: tasks.Data, kept: Job[Fit] | None, preset: Preset) -> _Shown:
+def _shown(material: bpy.types.Material, data: tasks.Data, kept: Job[Fit] | None, name: str) -> _Shown:
     """What is shown of a preset; `kept` reads the fit that the material has, which is not made again."""
     if kept is not None and kept.finished is None:
         return _Shown(0, kept, _UNKNOWN, False)
-    arguments: Arguments = {**preset}
+    arguments: Arguments = {**PRESETS[name]}
     settings = material.measured_brdf
-    has_fit = kept is not None and kept.result is not None and kept.result.edit is None
-    has_fit &= data.digest == settings.digest
-    if has_fit and _made(present(present(kept).result), preset):
+    is_chosen = kept is not None and data.digest == settings.digest and name_of_fit(settings) == name
+    if is_chosen and kept is not None and kept.result is not None and kept.result.edit is None:
         icon, job = queries.material_sphere(material)
         numbers = _texts(settings.coefficients, settings.bytes, settings.rmse)
         return _Shown(icon, job, (*numbers, _held_out(queries.held_out(data, arguments))), True)
     found, held = queries.cost(data, arguments)
     icon, job = queries.lit_sphere(data, arguments)
-    # an anisotropic fit may have lower levels than those that it was asked for
-    same = found.result is not None and found.result.fit.notation == settings.fitted_levels and (
-        found.result.fit.coefficient_count == settings.coefficients) and (
-        math.isclose(found.result.errors.rmse, settings.rmse, rel_tol=_SINGLE))
-    return _Shown(icon, job, _numbers(found, held), has_fit and same)
-
-
-def _made(kept: Fit, preset: Preset) -> bool:
-    """Whether a fit has the method and the levels of a preset."""
-    levels = notation(preset["diffuse_level"], preset["specular_level"], preset["compression"])
-    plain = isinstance(kept.coordinates, Nusselt | AnisotropicNusselt)
-    return kept.notation == levels and plain == (preset["method"] == "mba")
+    return _Shown(icon, job, _numbers(found, held), is_chosen)
 
 
 def _draw_preset(layout: bpy.types.UILayout, name: str, shown: _Shown, scale: float, can_choose: bool) -> None:
