@@ -15,7 +15,7 @@ from ..fitter import PRESETS, cli
 from ..fitter.colours import DEFAULT
 from .jobs import tasks
 from .jobs.blender_process import Command, CommandError, Report
-from .library import assets, batch, library_file, studio
+from .library import assets, batch, library_file, starter, studio
 from .library.discovery import Failure, Source, sources_in
 from .materials import material as materials
 from .materials import osl_support
@@ -85,6 +85,11 @@ def build_parser() -> argparse.ArgumentParser:
     save.add_argument("out")
     save.add_argument("--force", action="store_true")
     save.set_defaults(run=_save)
+
+    starter_library = commands.add_parser("starter", help="write the starter library, an asset library of published "
+                                                          "fits")
+    starter_library.add_argument("-o", "--out", required=True, help="the folder to write")
+    starter_library.set_defaults(run=_starter)
 
     info = commands.add_parser("info", help="describe measurements")
     info.add_argument("paths", nargs="+", metavar="PATH", help="files or folders")
@@ -183,7 +188,22 @@ def _save(options: argparse.Namespace) -> int:
     return 0
 
 
-_OPENS_FILES = (_convert, _save)
+def _starter(options: argparse.Namespace) -> int:
+    out = Path(options.out).resolve()
+    out.mkdir(parents=True, exist_ok=True)
+    report = options.report_to and Report(options.report_to)
+    with _quiet():
+        for fraction, doing in starter.build(out):
+            if report:
+                report.progress(fraction, doing)
+            else:
+                cli.show_progress(round(100 * fraction), 100, doing)
+    if report:
+        report.result({"path": str(out), "rows": []})
+    return 0
+
+
+_OPENS_FILES = (_convert, _save, _starter)
 
 
 def _render(options: argparse.Namespace) -> int:

@@ -28,7 +28,7 @@ TAGS = ("metal", "paint", "metallic", "plastic", "rubber", "fabric", "wood", "st
 _DATA = Path(__file__).parent / "data"
 _HALF, _DIFFERENCE, _AROUND = 20, 18, 6         # angles theta_h and theta_d, and azimuths phi_d in a quarter turn
 _GRAZING = np.radians(85)
-_FALL, _TURN = 2.0, np.radians(6)   # theta_h is sampled anew where the lobe's logarithm, or the angle, has changed so far
+_FALL, _TURN = 2.0, np.radians(6)       # changes of the lobe's logarithm, and of theta_h, that count the same
 
 
 class Published(NamedTuple):
@@ -147,7 +147,7 @@ def _rows(name: str) -> list[dict[str, str]]:
 
 
 def directions(model: Low2012) -> Directions:
-    """Where samples of a model are made: about a thousand pairs of directions, theta_i, phi_i, theta_o, phi_o, radians."""
+    """Where samples of a model are made: pairs of directions, radians."""
     theta_h, theta_d, phi_d = (grid.ravel() for grid in np.meshgrid(
         _half_angles(model), np.linspace(0, _GRAZING, _DIFFERENCE), np.linspace(0, HORIZON, _AROUND), indexing="ij"))
     at_normal = theta_h == 0                # there, phi_d turns both directions alike
@@ -156,7 +156,7 @@ def directions(model: Low2012) -> Directions:
     x, y, z = np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d)
     cos_h, sin_h = np.cos(theta_h), np.sin(theta_h)
     pair = []
-    for turned in (1.0, -1.0):              # the difference vector and its mirror image, in the frame of the half vector
+    for turned in (1.0, -1.0):              # the difference vector and its mirror image, about the half vector
         along, across, up = z * sin_h + turned * x * cos_h, turned * y, z * cos_h - turned * x * sin_h
         pair += [np.arctan2(np.hypot(along, across), up), np.arctan2(across, along)]
     seen = np.maximum(pair[0], pair[2]) < _GRAZING + 1e-9

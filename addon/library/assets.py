@@ -2,7 +2,7 @@
 
 import re
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,6 +11,7 @@ import bpy
 
 from ...fitter.arrays import SingleArray
 from ...fitter.files import locked, replacing
+from ...fitter.published import CITATION, name_in
 from ..annotations import present
 from ..jobs import icons
 
@@ -42,7 +43,9 @@ def mark(material: bpy.types.Material, picture: SingleArray | None = None) -> No
     data = present(material.asset_data)
     data.description = describe(settings)
     data.catalog_id = str(catalogue_id())
-    for tag in ("measured", "BRDF", settings.preset, Path(settings.filepath).stem):
+    published = name_in(settings.filepath)
+    for tag in ("measured", "BRDF", settings.preset, Path(settings.filepath).stem) if published is None else (
+            "published fit", "BRDF", settings.preset, published):
         data.tags.new(tag, skip_if_exists=True)
     if picture is not None:
         icons.fill(present(material.preview_ensure()), picture)
@@ -50,7 +53,9 @@ def mark(material: bpy.types.Material, picture: SingleArray | None = None) -> No
 
 def describe(settings: Any) -> str:
     """The default description of an asset, from the settings of its material."""
-    return (f"{settings.name_of_data}: measured reflectance, fit {settings.fitted_levels}, "
+    published = name_in(settings.filepath)
+    what = "measured reflectance" if published is None else f"{CITATION}, not a measurement"
+    return (f"{settings.name_of_data}: {what}, fit {settings.fitted_levels}, "
             f"{settings.coefficients:,} coefficients, RMSE {settings.rmse:.3g} / sr. "
             f"Needs Cycles with OSL; EEVEE shows an approximation")
 
@@ -106,21 +111,22 @@ def inherit(material: bpy.types.Material, old: bpy.types.Material) -> None:
             data.tags.new(tag.name, skip_if_exists=True)
 
 
-def write_catalogue(folder: Path) -> None:
-    """Add the catalogue to a folder's file of catalogues; the others stay."""
+def write_catalogue(folder: Path, names: Sequence[str] = (CATALOGUE,)) -> None:
+    """Add catalogues to a folder's file of catalogues; the others stay."""
     path = Path(folder) / _CATALOGUES
     with locked(path, wait=True):
         text = path.read_bytes() if path.is_file() else b""        # undecoded: its encoding is unknown
-        line = f"{catalogue_id()}:{CATALOGUE}:{CATALOGUE.replace('/', '-')}\n".encode()
-        if text.find(str(catalogue_id()).encode()) < 0:
+        lines = [f"{catalogue_id(name)}:{name}:{name.replace('/', '-')}\n" for name in names
+                 if text.find(str(catalogue_id(name)).encode()) < 0]
+        if lines:
             header = b"" if text.find(b"VERSION") >= 0 else _HEADER.encode()
             with replacing(path) as stream:
-                stream.write(header + text.rstrip() + b"\n\n" + line)
+                stream.write(header + text.rstrip() + b"\n\n" + "".join(lines).encode())
 
 
-def catalogue_id() -> uuid.UUID:
+def catalogue_id(name: str = CATALOGUE) -> uuid.UUID:
     """The same in every library, so that further runs and other machines do not add a second catalogue."""
-    return uuid.uuid5(_NAMESPACE, CATALOGUE)
+    return uuid.uuid5(_NAMESPACE, name)
 
 
 def file_name(name: str) -> str:

@@ -7,7 +7,8 @@ Principled BSDF of a material, OBJ and FBX one that is linked to an output. None
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
@@ -18,6 +19,7 @@ from .reading import scene_colours
 
 if TYPE_CHECKING:
     from ...fitter.arrays import FloatArray
+    from ...fitter.cycles.principled_bsdf import Principled
     from .material import Outcome
 
 NAME = "Measured BRDF Export"
@@ -34,18 +36,22 @@ def update(material: bpy.types.Material, outcome: Outcome) -> None:
     node = _node(present(material.node_tree))
     if node is None:
         return
-    close, before, fitted = outcome.principled, node.get(_FITTED, {}), {}
-    for name, value in (("Base Color", _as_shown(outcome, close.base_color)), ("Metallic", close.metallic),
-                        ("Roughness", close.roughness), ("Specular IOR Level", close.specular_level),
-                        ("Sheen Weight", close.sheen_weight), ("Sheen Roughness", close.sheen_roughness),
-                        ("Sheen Tint", _as_shown(outcome, close.sheen_tint)), ("Coat Weight", close.coat_weight),
-                        ("Coat Roughness", close.coat_roughness)):
+    before, fitted = node.get(_FITTED, {}), {}
+    for name, value in inputs(outcome.principled, lambda color: shown(outcome, color)).items():
         socket = node.inputs[name]
         # what a user has changed since the last fit stays
         if name not in before or np.allclose(before[name], socket.default_value, atol=1e-6):
             socket.default_value = value
         fitted[name] = value
     node[_FITTED] = fitted
+
+
+def inputs(close: Principled, shown: Callable[[FloatArray], FloatArray]) -> dict[str, Any]:
+    """The values of the inputs of a Principled BSDF by name; `shown` converts its colours, (3,) each."""
+    return {"Base Color": (*shown(close.base_color), 1.0), "Metallic": close.metallic, "Roughness": close.roughness,
+            "Specular IOR Level": close.specular_level, "Sheen Weight": close.sheen_weight,
+            "Sheen Roughness": close.sheen_roughness, "Sheen Tint": (*shown(close.sheen_tint), 1.0),
+            "Coat Weight": close.coat_weight, "Coat Roughness": close.coat_roughness}
 
 
 def connect(material: bpy.types.Material) -> None:
@@ -56,10 +62,6 @@ def connect(material: bpy.types.Material) -> None:
 def shown(outcome: Outcome, color: FloatArray) -> FloatArray:
     """A colour of an outcome, (3,), in the space of the open file, as Blender takes it: libraries may have another."""
     return np.clip(conversion(outcome.measured.colours, scene_colours() or DEFAULT) @ color, 0, 1)
-
-
-def _as_shown(outcome: Outcome, color: FloatArray) -> tuple[float, ...]:
-    return *shown(outcome, color), 1.0
 
 
 def _node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:

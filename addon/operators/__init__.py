@@ -8,10 +8,12 @@ import bpy
 
 from ..annotations import Registrable
 from ..jobs import modal
-from . import assets, checks, fit, folders, import_data, presets, rendering, samples, update
+from . import assets, checks, fit, folders, import_data, library, placeholders, presets, rendering, samples, update
 
-_MODULES = (modal, import_data, folders, fit, update, presets, samples, assets, rendering, checks)
-_WITH_HANDLERS: tuple[Registrable, ...] = (modal, import_data, folders)        # these register more than classes
+_MODULES = (modal, import_data, folders, fit, update, presets, samples, assets, rendering, checks, library,
+            placeholders)
+# these register more than classes
+_WITH_HANDLERS: tuple[Registrable, ...] = (modal, import_data, folders, library, placeholders)
 
 
 def register() -> None:

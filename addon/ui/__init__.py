@@ -6,11 +6,11 @@ itself imports it; it may import everything but `command`.
 
 import bpy
 
-from . import comparison, fit, measurements, pictures, rendering
+from . import comparison, fit, library, measurements, pictures, rendering
 
 # in the order in which Blender shows them; the first is the parent of the others
 classes = (fit.MEASUREDBRDF_PT_material, pictures.MEASUREDBRDF_PT_pictures, comparison.MEASUREDBRDF_PT_compare,
-           measurements.MEASUREDBRDF_PT_data, rendering.MEASUREDBRDF_PT_rendering)
+           measurements.MEASUREDBRDF_PT_data, rendering.MEASUREDBRDF_PT_rendering, *library.classes)
 
 
 def register() -> None:

@@ -31,7 +31,7 @@ def draw_row(layout: bpy.types.UILayout, *texts: str) -> None:
         row.label(text=text)
 
 
-def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: Literal["ERROR", "INFO"] = "ERROR") -> None:
+def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: Literal["DOT", "ERROR", "INFO"] = "ERROR") -> None:
     """Draw text in several lines, with an icon at the first."""
     for number, line in enumerate(wrapped(text)):
         layout.label(text=line, icon=icon if number == 0 else "BLANK1")

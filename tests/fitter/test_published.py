@@ -112,7 +112,7 @@ def test_a_virtual_path_is_read_like_a_file(capsys, tmp_path):
 
 
 @pytest.mark.parametrize(("name", "expected"), [("chrom", "did you mean chrome, "), ("Chrome", "did you mean chrome, "),
-                                                ("gold", "gold-paint"), ("", "list_published"), ("../x", "no published")])
+                                                ("gold", "gold-paint"), ("", "list_published"), ("../x", "no pub")])
 def test_an_unknown_name_is_refused_with_similar_ones(name, expected):
     with pytest.raises(fitter.DatasetError, match=expected):
         fitter.load_published(name)

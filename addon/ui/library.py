@@ -1,0 +1,160 @@
+"""What to begin with: published fits, the measurements of the data folder, and where to get more."""
+
+import bpy
+
+from .. import preferences
+from ..annotations import present
+from ..jobs import modal
+from ..library import shelf, starter, thumbnails
+from ..library.sources import SOURCES, DataSource
+from ..materials.reading import scene_colours
+from ..operators import import_data, library
+from .layout import draw_warning, draw_wrapped, room
+
+_CELL = 16                  # characters: the width of a cell with a thumbnail
+_SCALE = 4.5                # of thumbnails
+_MOST = 60                  # cells
+
+
+class _StartPanel:
+    """A mix-in for panels that are shown without a material, too."""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "material"
+    bl_parent_id = "MEASUREDBRDF_PT_material"
+
+
+class MEASUREDBRDF_PT_start(_StartPanel, bpy.types.Panel):
+    """Materials that come with the extension: published fits of the 100 materials of MERL"""
+
+    bl_label = "Start from..."
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return not _has_data(context)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _draw_published(present(self.layout), context)
+
+
+class MEASUREDBRDF_PT_start_again(_StartPanel, bpy.types.Panel):
+    """Another material that comes with the extension: published fits of the 100 materials of MERL"""
+
+    bl_label = "Start from..."
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _has_data(context)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _draw_published(present(self.layout), context)
+
+
+class MEASUREDBRDF_PT_folder(_StartPanel, bpy.types.Panel):
+    """The measurements in the data folder of the preferences"""
+
+    bl_label = "Data Folder"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _draw_folder(present(self.layout), context)
+
+
+class MEASUREDBRDF_PT_sources(_StartPanel, bpy.types.Panel):
+    """Databases of measured reflectance that can be downloaded"""
+
+    bl_label = "Where to Get Data"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        layout = present(self.layout)
+        for source in SOURCES:
+            column = layout.column(align=True)
+            draw_source(column, source)
+            for text in (f"Licence: {source.licence}", f"Size: {source.size}", f"Good for {source.good_for}"):
+                draw_wrapped(column, text, "DOT")
+
+
+def draw_source(layout: bpy.types.UILayout, source: DataSource) -> None:
+    """Draw a button that opens the page of a database."""
+    layout.operator("wm.url_open", text=f"{source.name}: {source.owner}", icon="URL").url = source.url
+
+
+def _has_data(context: bpy.types.Context) -> bool:
+    return context.material is not None and bool(context.material.measured_brdf.filepath)
+
+
+def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    choices = context.window_manager.measured_brdf_shelf
+    row = layout.row(align=True)
+    row.prop(choices, "search", text="", icon="VIEWZOOM")
+    row.prop(choices, "tag", text="")
+    found = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
+    grid = _grid(layout)
+    for each in found[:_MOST]:
+        cell = grid.column(align=True)
+        cell.enabled = modal.running is None
+        _draw_thumbnail(cell, shelf.swatch_icon(each.name))
+        cell.operator(library.MEASUREDBRDF_OT_use_published.bl_idname, text=each.label).name = each.name
+    _draw_rest(layout, len(found), "materials")
+    draw_wrapped(layout, "Published fits of MERL's materials (Low et al. 2012), not measurements", "INFO")
+    if not starter.is_offered(context):
+        layout.operator(library.MEASUREDBRDF_OT_add_starter_library.bl_idname, icon="ASSET_MANAGER")
+
+
+def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    settings = preferences.get(context)
+    if isinstance(settings, bpy.types.AddonPreferences):
+        layout.prop(settings, "data_folder", text="")
+    if not settings.data_folder:
+        draw_wrapped(layout, "Choose a folder: its measurements are listed here, with pictures", "INFO")
+        return
+    job = shelf.watched(bpy.path.abspath(settings.data_folder))
+    if job.error is not None:
+        draw_warning(layout, str(job.error))
+        return
+    if job.result is None:
+        layout.label(text="Looking for measurements", icon="TIME")
+        return
+    choices = context.window_manager.measured_brdf_shelf
+    layout.prop(choices, "data_search", text="", icon="VIEWZOOM")
+    words = choices.data_search.lower().split()
+    found = [each for each in job.result if all(word in f"{each.label} {each.path}".lower() for word in words)]
+    if not found:
+        draw_wrapped(layout, "No measurements" + (" of that name" if words else " in this folder"), "INFO")
+    grid, how = _grid(layout), {"colours": scene_colours() or "Rec.709"}
+    broken = [each for each in found if each.error]
+    for each in [each for each in found if not each.error][:_MOST]:
+        _draw_measurement(grid.column(align=True), each, how)
+    _draw_rest(layout, len(found) - len(broken), "measurements")
+    for each in broken[:_MOST]:
+        draw_warning(layout, each.error)
+
+
+def _draw_measurement(cell: bpy.types.UILayout, found: thumbnails.Found, how: dict[str, str]) -> None:
+    cell.enabled = modal.running is None
+    icon, error = shelf.measurement_icon(found, how) if found.has_picture else (0, None)
+    _draw_thumbnail(cell, icon, "ERROR" if error is not None else "FILE" if not found.has_picture else "TIME")
+    button = cell.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, text=found.label)
+    button.filepath, button.sample = found.path, found.sample
+
+
+def _draw_thumbnail(cell: bpy.types.UILayout, icon_id: int, meanwhile: str = "TIME") -> None:
+    """A picture, or an icon in as much space."""
+    if not icon_id:
+        icon_id = bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items[meanwhile].value
+    cell.template_icon(icon_value=icon_id, scale=_SCALE)
+
+
+def _draw_rest(layout: bpy.types.UILayout, count: int, what: str) -> None:
+    if count > _MOST:
+        layout.label(text=f"{count - _MOST} more {what}: search by name")
+
+
+def _grid(layout: bpy.types.UILayout) -> bpy.types.UILayout:
+    return layout.grid_flow(row_major=True, columns=max(room() // _CELL, 2), even_columns=True, align=False)
+
+
+classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_start_again, MEASUREDBRDF_PT_folder, MEASUREDBRDF_PT_sources)
