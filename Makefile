@@ -1,5 +1,5 @@
 # make demo | test | test-matrix | test-mitsuba | test-slurm | fuzz | stability | mutants | lint | bench | bench-scale
-# | held-out | dense | report | results | zip | docs | title
+# | held-out | dense | report | results | zip | docs | title | gallery
 # PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))
@@ -16,7 +16,7 @@ MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
 .PHONY: demo test test-matrix test-mitsuba test-slurm fuzz stability mutants lint bench bench-scale held-out dense report \
-	results zip docs title clean
+	results zip docs title gallery clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
@@ -78,6 +78,10 @@ results: build/report/results.md
 title: $(ENV)/ready
 	$(RUN) -m demo_scenes.title docs/title.png
 
+# the pictures of the site's first page
+gallery: $(ENV)/ready
+	$(RUN) -m demo_scenes.gallery docs/gallery
+
 # the documentation as a site: open build/site/index.html
 docs: $(ENV)/ready $(DOCS)/ready
 	$(RUN) -m tools.docs build/site --python $(DOCS)/bin/python
@@ -88,9 +92,15 @@ $(MANUAL): $(ENV)/ready $(DOCS)/ready blender_manifest.toml addon/manual.py docs
 		$(shell find docs/manual tools/docs -type f -not -name '*.pyc')
 	$(RUN) -m tools.docs docs/html --manual --python $(DOCS)/bin/python
 
+# the asset library of published fits, in the extension too
+STARTER := starter_library/starter.blend
+$(STARTER): $(ENV)/ready addon/library/starter.py addon/materials/placeholder.py fitter/published.py fitter/swatch.py $(wildcard fitter/data/*)
+	rm -rf $(@D)
+	$(RUN) . starter -o $(@D)
+
 zip: $(EXTENSION)
 
-$(EXTENSION): $(ENV)/ready $(MANUAL) blender_manifest.toml __init__.py __main__.py $(shell find addon fitter osl -type f -not -name '*.pyc')
+$(EXTENSION): $(ENV)/ready $(MANUAL) $(STARTER) blender_manifest.toml __init__.py __main__.py $(shell find addon fitter osl -type f -not -name '*.pyc')
 	$(RUN) tools/blender_extension.py build --source-dir . --output-filepath $@
 	$(RUN) tools/blender_extension.py validate $@
 
@@ -117,4 +127,4 @@ $(DOCS)/ready: pyproject.toml
 	touch $@
 
 clean:
-	rm -rf build docs/html
+	rm -rf build docs/html starter_library

@@ -1,8 +1,8 @@
 """The Blender side of the extension: everything that imports bpy. `fitter`, which never does, holds the domain code.
 
 The layers, from low to high: `scene`, `materials`, `jobs`, `library`, `operators`, `viewport`, `ui`,
-`command`. A module imports its own layer and lower ones. `annotations`, `versions`, `manual` and `transaction` are
-below all layers; `preferences` is above `materials`.
+`command`. A module imports its own layer and lower ones. `annotations`, `data_sources`, `versions`, `manual` and
+`transaction` are below all layers; `preferences` is above `materials`.
 """
 
 from . import command, manual, operators, preferences, ui

@@ -1,4 +1,4 @@
-"""Preferences: the preset of new materials, and the folders of measurements and assets."""
+"""Preferences: the preset of new materials, the folders of measurements and assets, and where to get data."""
 
 from typing import NamedTuple, Protocol
 
@@ -6,6 +6,8 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from . import manual
+from .annotations import present
+from .data_sources import SOURCES
 from .materials.properties import PRESET_ITEMS
 
 _PACKAGE = __package__.rpartition(".addon")[0]
@@ -41,16 +43,28 @@ class MeasuredPreferences(bpy.types.AddonPreferences):
     preset: EnumProperty(name="Default Preset", items=PRESET_ITEMS, default=_DEFAULTS.preset,
                          description="Preset for files that are dropped or imported")
     data_folder: StringProperty(name="Data Folder", subtype="DIR_PATH",
-                                description="Folder in which the file browser opens to import measurements")
+                                description="Folder of measurements. The panel lists them with pictures, and notices "
+                                            "new ones; the file browser opens there to import")
     asset_library: StringProperty(name="Asset Library", subtype="DIR_PATH",
                                   description="Folder into which Save to Asset Library writes. Empty: materials become "
                                               "assets of the open file")
 
     def draw(self, _context: bpy.types.Context) -> None:
-        layout = self.layout
-        layout.use_property_split = True
+        layout = present(self.layout)
+        column = layout.column()
+        column.use_property_split = True
         for name in ("preset", "data_folder", "asset_library"):
-            layout.prop(self, name)
+            column.prop(self, name)
+        layout.operator("measured_brdf.add_starter_library", text="Add the Starter Library to the Asset Browser",
+                        icon="ASSET_MANAGER")
+        header, body = layout.panel("MEASUREDBRDF_sources", default_closed=True)
+        header.label(text="Where to Get Data")
+        if body is not None:
+            for source in SOURCES:
+                column = body.column(align=True)
+                column.operator("wm.url_open", text=source.title, icon="URL").url = source.url
+                for text in source.facts:
+                    column.label(text=text)
         manual.draw_link(layout)
 
 

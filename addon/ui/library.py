@@ -4,9 +4,9 @@ import bpy
 
 from .. import preferences
 from ..annotations import present
+from ..data_sources import SOURCES
 from ..jobs import modal
 from ..library import shelf, starter, thumbnails
-from ..library.sources import SOURCES, DataSource
 from ..materials.reading import scene_colours
 from ..operators import import_data, library
 from .layout import draw_warning, draw_wrapped, room
@@ -72,14 +72,9 @@ class MEASUREDBRDF_PT_sources(_StartPanel, bpy.types.Panel):
         layout = present(self.layout)
         for source in SOURCES:
             column = layout.column(align=True)
-            draw_source(column, source)
-            for text in (f"Licence: {source.licence}", f"Size: {source.size}", f"Good for {source.good_for}"):
+            column.operator("wm.url_open", text=source.title, icon="URL").url = source.url
+            for text in source.facts:
                 draw_wrapped(column, text, "DOT")
-
-
-def draw_source(layout: bpy.types.UILayout, source: DataSource) -> None:
-    """Draw a button that opens the page of a database."""
-    layout.operator("wm.url_open", text=f"{source.name}: {source.owner}", icon="URL").url = source.url
 
 
 def _has_data(context: bpy.types.Context) -> bool:

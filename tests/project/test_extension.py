@@ -71,10 +71,11 @@ def test_blender_finds_the_package_valid(package):
 
 def test_the_package_holds_the_extension_and_nothing_else(package):
     names = zipfile.ZipFile(package).namelist()
-    assert {name.split("/")[0] for name in names} == {"__init__.py", "__main__.py", "LICENSE", "README.md",
-                                                      "addon", "blender_manifest.toml", "docs", "fitter", "osl"}
-    assert "docs/manual.md" in names
-    assert {"fitter/cli.py", "fitter/cycles/bake.py", "fitter/formats/data/cie_1931_d65.csv"} <= set(names)
+    assert {name.split("/")[0] for name in names} - {"docs", "starter_library"} == {
+        "__init__.py", "__main__.py", "LICENSE", "README.md", "addon", "blender_manifest.toml", "fitter", "osl"}
+    assert not [name for name in names if name.startswith("docs/") and not name.startswith("docs/html/")]
+    assert {"fitter/cli.py", "fitter/cycles/bake.py", "fitter/formats/data/cie_1931_d65.csv",
+            "fitter/data/low2012.csv"} <= set(names)
     assert not [name for name in names if name.startswith("fitter/report")]
     assert not [name for name in names if name.endswith((".pyc", ".zip"))]
     manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text())

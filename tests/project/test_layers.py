@@ -11,8 +11,8 @@ FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "file
           ("coordinates", "lattice"), ("model",), ("quality", "published"), ("methods",), ("presets",),
           ("cycles", "formats", "lobe", "pictures"), ("packed_picture",), ("__init__",), ("report",),
           ("cli",), ("__main__",))
-ADDON = (("annotations", "manual", "versions"), ("transaction",), ("scene",), ("materials",), ("preferences",),
-         ("jobs",), ("library",), ("operators",), ("viewport",), ("ui",), ("command",), ("__init__",))
+ADDON = (("annotations", "data_sources", "manual", "versions"), ("transaction",), ("scene",), ("materials",),
+         ("preferences",), ("jobs",), ("library",), ("operators",), ("viewport",), ("ui",), ("command",), ("__init__",))
 LAYERS = {"fitter": FITTER, "addon": ADDON}
 FORBIDDEN = {"fitter": {"addon", "bpy", "bpy_extras", "bmesh", "mathutils", "cycles", "_cycles"}, "addon": set()}
 # what is run, by those who run it, is not a library for the others; what they share is in `support`

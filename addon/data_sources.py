@@ -30,6 +30,16 @@ class DataSource(NamedTuple):
     good_for: str
     files: str
 
+    @property
+    def title(self) -> str:
+        """Name and owner."""
+        return f"{self.name}: {self.owner}"
+
+    @property
+    def facts(self) -> tuple[str, ...]:
+        """What users should know, a line each."""
+        return (f"Licence: {self.licence}", f"Size: {self.size}", f"Files: {self.files}", f"Good for {self.good_for}")
+
 
 SOURCES = (
     DataSource("RGL", "EPFL, Realistic Graphics Lab", "https://rgl.epfl.ch/materials", "CC0 1.0",
