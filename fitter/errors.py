@@ -26,5 +26,9 @@ class DatasetError(ValueError):
         self.line = line
 
 
+class SampleUnknownError(DatasetError):
+    """A file holds several samples, and not the one that was asked for."""
+
+
 class UnitsUnknownError(DatasetError):
     """A file does not say what its numbers mean; the options `angles` and `quantity` of reading do."""

@@ -15,11 +15,12 @@ from ...fitter.presets import PRESET_DESCRIPTIONS
 from ...fitter.quality.verdict import UNKNOWN
 from ...fitter.samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY
 from ..annotations import Arguments
+from .adjustments import Adjustments, edit_arguments
 
 NO_SPECULAR_LEVEL = -1
 LEVELS = ("diffuse_level", "specular_level", "compression")
 RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels", "changes",
-           "version", "colours", "sphere", "fitted_as", "match", "between", "farthest", "hole")
+           "version", "colours", "sphere", "fitted_as", "match", "between", "farthest", "hole", "adjusted")
 READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
 CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", "rendering", *READING)
 AUTOMATIC, EXACT, FAST, NODES = "AUTO", "EXACT", "FAST", "NODES"
@@ -81,6 +82,16 @@ class Choices(Protocol):
     encoding: str
 
 
+def _use_levels_of_preset(choices: Any, _context: bpy.types.Context) -> None:
+    """A preset that is chosen in a dialog, or that a script gives to an operator, brings its levels.
+
+    Scripts give a material its preset and its levels in any order.
+    """
+    if isinstance(choices, bpy.types.OperatorProperties):
+        choices.use_tolerance = False
+        _use_levels(choices, choices.preset)
+
+
 class FitChoices:
     """The properties of `Choices`, shared by the import operators and the material.
 
@@ -94,7 +105,7 @@ class FitChoices:
         name="Sample",
         description="Number or name of the sample in a CURET file. Empty: the first, or the only one")
     preset: EnumProperty(
-        name="Preset", items=PRESET_ITEMS, default="Paper",
+        name="Preset", items=PRESET_ITEMS, default="Paper", update=_use_levels_of_preset,
         description="Method of the fit, with initial levels")
     diffuse_level: IntProperty(
         name="Diffuse Level", default=_PAPER["diffuse_level"], min=0, max=MAX_LEVEL, soft_max=6,
@@ -156,6 +167,10 @@ def fit_arguments(choices: Choices) -> Arguments:
 def use_preset(choices: Choices, name: str) -> None:
     """Choose a preset, with its levels."""
     choices.preset, choices.use_tolerance = name, False
+    _use_levels(choices, name)
+
+
+def _use_levels(choices: Choices, name: str) -> None:
     for level in LEVELS:
         value = _ARGUMENTS[name][level]
         setattr(choices, level, NO_SPECULAR_LEVEL if value is None else value)
@@ -173,6 +188,11 @@ def fitted_arguments(settings: Any) -> Arguments | None:
     except ValueError:
         return None
     return found if isinstance(found, dict) else None
+
+
+def is_as_adjusted(settings: Any) -> bool:
+    """Whether a material's shader has the adjustments of its settings."""
+    return (settings.adjusted or as_text({})) == as_text(edit_arguments(settings))
 
 
 def is_as_fitted(settings: Any) -> bool:
@@ -196,16 +216,7 @@ def is_preset(choices: Choices, name: str) -> bool:
         for key, value in _ARGUMENTS[name].items())
 
 
-def complete(operator: Any) -> None:
-    """Set the levels of an operator from its preset, if the caller gave a preset and no levels."""
-    given = operator.properties.is_property_set
-    if given("preset") and not any(given(level) for level in LEVELS):
-        use_tolerance = operator.use_tolerance
-        use_preset(operator, operator.preset)
-        operator.use_tolerance = use_tolerance
-
-
-class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
+class MeasuredMaterial(FitChoices, Adjustments, bpy.types.PropertyGroup):
     """Stored with the material. `material.assign` writes the results, which are read-only for users."""
 
     name_of_data: StringProperty(name="Data")
@@ -224,6 +235,7 @@ class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
     between: FloatProperty(name="Between", default=UNKNOWN)
     farthest: FloatProperty(name="Farthest")
     hole: FloatProperty(name="Widest Hole")
+    adjusted: StringProperty(name="Adjusted")           # JSON of the edit_arguments that the shader has; 0.1.0: empty
     sphere: StringProperty(name="Sphere")               # as packed_picture.packed makes it; 0.1.0 left it empty
     changes: StringProperty(name="Changes")             # that made the fit physically plausible
     shown_theta: FloatProperty(

@@ -14,12 +14,13 @@ from ..jobs import process, queries, tasks
 from ..jobs.modal import InBackground, Steps
 from ..library.discovery import GLOB
 from ..materials import compiler, material
+from ..materials.adjustments import edit_arguments
 from ..materials.properties import CHOICES, PRESET_ITEMS, READING, fit_arguments, use_preset
 from ..materials.reading import load_arguments
 from ..transaction import by_session_uid
 from .active_material import active_material, is_editable
 
-_AS_CHOSEN = "AS_CHOSEN"    # in the place of a preset
+AS_CHOSEN = "AS_CHOSEN"    # in the place of a preset
 
 
 class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
@@ -31,8 +32,8 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
 
     filepath: StringProperty(name="File", subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"},
                              description="New location of the measurements. Empty: the location has not changed")
-    preset: EnumProperty(name="Preset", default=_AS_CHOSEN, options={"HIDDEN", "SKIP_SAVE"},
-                         items=((_AS_CHOSEN, "As Chosen", "The settings of the material"), *PRESET_ITEMS),
+    preset: EnumProperty(name="Preset", default=AS_CHOSEN, options={"HIDDEN", "SKIP_SAVE"},
+                         items=((AS_CHOSEN, "As Chosen", "The settings of the material"), *PRESET_ITEMS),
                          description="A preset that replaces the settings of the material")
 
     @classmethod
@@ -74,13 +75,14 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
             default = settings.bl_rna.properties[name].default
             setattr(self._choices, name, getattr(self._choices, name) or default)
         self._choices.filepath = self.filepath or settings.filepath
-        if self.preset != _AS_CHOSEN:
+        if self.preset != AS_CHOSEN:
             use_preset(self._choices, self.preset)
         path, sample = bpy.path.abspath(self._choices.filepath), settings.sample
         arguments = fit_arguments(self._choices)
         how = load_arguments(settings)
         known = queries.known_fit(path, sample, how, arguments)
-        return process.Calculation(partial(tasks.outcome, path, sample, arguments, known=known, how=how))
+        return process.Calculation(partial(tasks.outcome, path, sample, arguments, known=known, how=how,
+                                           edit=edit_arguments(settings)))
 
     def prepare(self, outcome: tasks.Outcome) -> Steps:
         yield 0.95, "Compiling"

@@ -14,7 +14,7 @@ from ..jobs.blender_process import Command
 from ..jobs.modal import InBackground, Steps
 from ..library import batch
 from ..library.discovery import GLOB, files_in, sources_in
-from ..materials.properties import NO_SPECULAR_LEVEL, FitChoices, complete, fit_arguments
+from ..materials.properties import NO_SPECULAR_LEVEL, FitChoices, fit_arguments
 from ..materials.reading import load_arguments
 from .assets import ReplacesFile
 from .import_data import MakesMaterials, Outcomes, begin_with_preference
@@ -38,7 +38,6 @@ class _FromFolder(FitChoices, OperatorMixIn):
             again = getattr(bpy.ops.measured_brdf, type(self).__name__.partition("_OT_")[2])
             again("INVOKE_DEFAULT", **present(self.as_keywords(ignore=("filepath",))))
             return {"CANCELLED"}
-        complete(self)
         return self.run(context)
 
     def begin(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
@@ -61,6 +60,10 @@ class MEASUREDBRDF_OT_import_folder(_FromFolder, MakesMaterials, bpy.types.Opera
     bl_idname = "measured_brdf.import_folder"
     bl_label = "Import Folder of Measured BRDFs"
     bl_options = {"REGISTER", "UNDO"}
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
+        self.remember_target(context)
+        return super().invoke(context, event)
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
         self.remember_target(context)

@@ -8,10 +8,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import bpy
-from bpy.props import CollectionProperty, StringProperty
+from bpy.props import CollectionProperty, IntProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
-from ...fitter import DatasetError, UnitsUnknownError
+from ...fitter import DatasetError, SampleUnknownError, UnitsUnknownError
 from ...fitter.formats import EXTENSIONS, FORMAT_NAMES, list_samples
 from .. import preferences
 from ..annotations import OperatorResult, present
@@ -19,9 +19,9 @@ from ..jobs import process, tasks
 from ..jobs.modal import InBackground, Steps
 from ..library.discovery import GLOB
 from ..materials import compiler, material
-from ..materials.properties import CHOICES, LEVELS, READING, FitChoices, complete, fit_arguments, use_preset
+from ..materials.properties import CHOICES, LEVELS, READING, FitChoices, fit_arguments, use_preset
 from ..materials.reading import draw_reading, load_arguments
-from ..transaction import by_session_uid
+from . import targets
 
 Outcomes = Sequence[tuple[str, str, tasks.Outcome | ValueError]]
 """As `tasks.outcomes` returns them."""
@@ -31,16 +31,28 @@ _DIALOG, _CHARACTER = 480, 7       # pixels: the width of a dialog, and of a cha
 _EDITORS = {"VIEW_3D", "PROPERTIES", "OUTLINER", "NODE_EDITOR", "FILE_BROWSER"}
 
 
-class MakesMaterials(InBackground):
-    """A mix-in for operators whose work returns `Outcomes`: each becomes a material.
+class HasTarget:
+    """A mix-in for the operators that an import goes through, which tell one another what the material is for.
 
-    The first is assigned to the object that was active when the work began. Files that failed are reported as warnings;
-    if all of them failed, the first is reported as an error.
+    The object is remembered by its `session_uid`: it may be gone when the work is done.
     """
 
-    def remember_target(self, context: bpy.types.Context) -> None:
-        """Remember the active object by its `session_uid`: it may be gone when the work is done."""
-        self._target = context.object.session_uid if context.object is not None else None
+    target: IntProperty(options={"HIDDEN", "SKIP_SAVE"})
+    slot: IntProperty(default=targets.ACTIVE_SLOT, options={"HIDDEN", "SKIP_SAVE"})
+
+    def remember_target(self, context: bpy.types.Context, event: bpy.types.Event | None = None) -> None:
+        """Remember the object under the mouse of an event, else the active one, unless the caller has named one."""
+        if not self.target:
+            dropped_on = None if event is None else targets.under_mouse(context, event)
+            self.target, self.slot = dropped_on or targets.active(context)
+
+
+class MakesMaterials(HasTarget, InBackground):
+    """A mix-in for operators whose work returns `Outcomes`: each becomes a material.
+
+    The first is assigned to the target. Files that failed are reported as warnings; if all of them failed, the first is
+    reported as an error.
+    """
 
     def prepare(self, outcomes: Outcomes) -> Steps:
         prepared: list[tuple[str, str, tasks.Outcome | ValueError, compiler.Shader | None]] = []
@@ -64,10 +76,10 @@ class MakesMaterials(InBackground):
                 made.append(material.create(outcome, choices, context, shader))
         for item in made[1:]:
             item.use_fake_user = True           # without a user, Blender does not save it
-        target = by_session_uid(bpy.data.objects, self._target)
-        if not assign_to(target, made[0]):
+        target = targets.Target(self.target, self.slot)
+        if why := targets.assign(target, made[0]):
             made[0].use_fake_user = True
-            self.report({"WARNING"}, f"{made[0].name} is not assigned: no active object can have a material")
+            self.report({"WARNING"}, f"{made[0].name} is not assigned: {why}")
         for error in failed:
             self.report({"WARNING"}, str(error))
         first = made[0].measured_brdf
@@ -76,7 +88,8 @@ class MakesMaterials(InBackground):
 
 
 class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator):
-    """Make materials of files of measured reflectance, and assign the first to the active object"""
+    """Make materials of files of measured reflectance, and assign the first to the object that they are dropped on, \
+or else to the active one"""
 
     bl_idname = "measured_brdf.import_data"
     bl_label = "Import Measured BRDF"
@@ -85,23 +98,24 @@ class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
 
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         if not self.filepath and not self.files:
             bpy.ops.measured_brdf.browse("INVOKE_DEFAULT")
             return {"CANCELLED"}            # the other operator continues; this one makes no undo step
         begin_with_preference(self, context)
+        self.remember_target(context, event)
         paths = self._paths()
         try:
             if len(paths) == 1 and not self.sample and len(list_samples(paths[0])) > 1:
-                bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=paths[0])
-                return {"CANCELLED"}
+                return self._ask_for_sample()
         except DatasetError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         return self.start(context)
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        complete(self)
+        if self.options.is_repeat_last:     # and another object may be active now
+            self.target = 0
         return self.run(context)
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
@@ -111,17 +125,25 @@ class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator
                     how=load_arguments(self)))
 
     def _failed(self, error: Exception) -> OperatorResult:
-        if isinstance(error, UnitsUnknownError) and self.options.is_invoke and not bpy.app.background:
-            bpy.ops.measured_brdf.say_units("INVOKE_DEFAULT", complaint=str(error), **_given(self))
-            return {"CANCELLED"}            # the other operator asks, and starts anew
+        # another operator asks, and starts anew
+        if self.options.is_invoke and not bpy.app.background:
+            if isinstance(error, UnitsUnknownError):
+                bpy.ops.measured_brdf.say_units("INVOKE_DEFAULT", complaint=str(error), **_given(self))
+                return {"CANCELLED"}
+            if isinstance(error, SampleUnknownError):
+                return self._ask_for_sample()
         return MakesMaterials._failed(self, error)
+
+    def _ask_for_sample(self) -> OperatorResult:
+        bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", **given(self) | {"filepath": self._paths()[0]})
+        return {"CANCELLED"}
 
     def _paths(self) -> list[str]:
         return [str(Path(self.directory) / item.name) for item in self.files if item.name] or [
             bpy.path.abspath(self.filepath)]
 
 
-class MEASUREDBRDF_OT_browse(FitChoices, bpy.types.Operator, ImportHelper):
+class MEASUREDBRDF_OT_browse(FitChoices, HasTarget, bpy.types.Operator, ImportHelper):
     """Choose files of measured reflectance and make materials of them"""
 
     bl_idname = "measured_brdf.browse"
@@ -133,6 +155,7 @@ class MEASUREDBRDF_OT_browse(FitChoices, bpy.types.Operator, ImportHelper):
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         begin_with_preference(self, context)
+        self.remember_target(context)
         folder = preferences.get(context).data_folder
         if folder and not self.filepath:
             self.filepath = str(Path(bpy.path.abspath(folder)) / "")
@@ -152,7 +175,7 @@ class MEASUREDBRDF_OT_browse(FitChoices, bpy.types.Operator, ImportHelper):
         return {"FINISHED"}
 
 
-class MEASUREDBRDF_OT_say_units(FitChoices, bpy.types.Operator):
+class MEASUREDBRDF_OT_say_units(FitChoices, HasTarget, bpy.types.Operator):
     """Choose what the numbers of a file are that does not say it, and import it"""
 
     bl_idname = "measured_brdf.say_units"
@@ -193,31 +216,29 @@ class MEASUREDBRDF_FH_measurements(bpy.types.FileHandler):
         return context.area is not None and context.area.type in _EDITORS
 
 
+def given(operator: Any) -> dict[str, Any]:
+    """The choices and the target of an operator, for another that goes on with them."""
+    return {name: getattr(operator, name) for name in (*CHOICES, "target", "slot")}
+
+
 def _given(operator: Any) -> dict[str, Any]:
-    """The files and choices of an operator, for another that goes on with them."""
-    return {"directory": operator.directory, "files": [{"name": item.name} for item in operator.files],
-            **{name: getattr(operator, name) for name in CHOICES}}
+    """As `given`, and the files."""
+    files = [{"name": item.name} for item in operator.files]
+    return {"directory": operator.directory, "files": files, **given(operator)}
 
 
 def begin_with_preference(operator: Any, context: bpy.types.Context) -> None:
-    """Use the preset of the preferences if the caller gave no choices."""
-    given = operator.properties.is_property_set
-    if not any(given(name) for name in ("preset", "use_tolerance", *LEVELS)):
+    """Use the preset of the preferences if the caller gave no choices.
+
+    Choices that the operator was called with before are forgotten: they were for another file.
+    """
+    is_given = operator.properties.is_property_set
+    chosen = any(is_given(name) for name in ("preset", "use_tolerance", *LEVELS))
+    for name in CHOICES:
+        if not is_given(name):
+            operator.properties.property_unset(name)
+    if not chosen:
         use_preset(operator, preferences.get(context).preset)
-
-
-def assign_to(target: bpy.types.Object | None, item: bpy.types.Material) -> bool:
-    """Assign a material to the active slot of an object: whether that was possible."""
-    if target is None or not hasattr(target.data, "materials") or not target.is_editable:
-        return False
-    slot = target.material_slots[present(target.active_material_index)] if target.material_slots else None
-    if not target.data.is_editable and (slot is None or slot.link == "DATA"):
-        return False
-    if slot is None:
-        target.data.materials.append(item)
-    else:
-        slot.material = item
-    return True
 
 
 def _menu_item(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:

@@ -1,14 +1,14 @@
 """Choosing a sample of a CURET file by name, in a searchable list."""
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty
+from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ...fitter import DatasetError
 from ...fitter.formats import list_samples
 from ..annotations import OperatorResult, present
-from ..materials.properties import CHOICES, FitChoices
-from .active_material import active_material
-from .import_data import begin_with_preference
+from ..materials.properties import FitChoices
+from .active_material import active_material, is_editable
+from .import_data import HasTarget, begin_with_preference, given
 
 _items: list[tuple[str, str, str]] = []     # Blender keeps no reference to the strings that an items function returns
 
@@ -17,7 +17,7 @@ def _list(_operator: bpy.types.Operator, _context: bpy.types.Context | None) -> 
     return _items
 
 
-class MEASUREDBRDF_OT_choose_sample(FitChoices, bpy.types.Operator):
+class MEASUREDBRDF_OT_choose_sample(FitChoices, HasTarget, bpy.types.Operator):
     """Choose a sample of this file by name"""
 
     bl_idname = "measured_brdf.choose_sample"
@@ -27,13 +27,17 @@ class MEASUREDBRDF_OT_choose_sample(FitChoices, bpy.types.Operator):
 
     item: EnumProperty(name="Sample", items=_list, options={"SKIP_SAVE"})
     for_material: BoolProperty(options={"SKIP_SAVE", "HIDDEN"})
+    refit: StringProperty(options={"SKIP_SAVE", "HIDDEN"})         # the preset to fit with then; empty: do not fit
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        if self.for_material:
-            self.filepath = bpy.path.abspath(present(active_material(context)).measured_brdf.filepath)
+        if self._is_refused(context):
+            return {"CANCELLED"}
         begin_with_preference(self, context)
+        path = self.filepath
+        if self.for_material and not path:
+            path = present(active_material(context)).measured_brdf.filepath
         try:
-            samples = list_samples(self.filepath)
+            samples = list_samples(bpy.path.abspath(path))
         except DatasetError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -45,12 +49,21 @@ class MEASUREDBRDF_OT_choose_sample(FitChoices, bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        if self.for_material:
-            present(active_material(context)).measured_brdf.sample = self.item
+        if self._is_refused(context):
+            return {"CANCELLED"}
+        if not self.for_material:
+            bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **given(self) | {"sample": self.item})
             return {"FINISHED"}
-        choices = {name: getattr(self, name) for name in CHOICES} | {"sample": self.item}
-        bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **choices)
+        present(active_material(context)).measured_brdf.sample = self.item
+        if self.refit:
+            bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath, preset=self.refit)
         return {"FINISHED"}
+
+    def _is_refused(self, context: bpy.types.Context) -> bool:
+        refused = self.for_material and not is_editable(type(self), context)
+        if refused:
+            self.report({"ERROR"}, "There is no active material, or it belongs to another file")
+        return refused
 
 
 classes = (MEASUREDBRDF_OT_choose_sample,)

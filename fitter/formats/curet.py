@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray
-from ..errors import DatasetError
+from ..errors import DatasetError, SampleUnknownError
 from ..samples import RGB, Samples
 from .format import Format
 from .text import line_number, lines, parse_number, parse_row, plain_text, read_bytes
@@ -170,13 +170,14 @@ def _sample_number(sample: str | int | None, rows: dict[int, int], path: str | P
     if text.isdecimal() or isinstance(sample, int | float):
         number = parse_number(text.encode(), path)
         if number not in rows:
-            raise DatasetError(f"no sample {text}, expected a number from {min(rows)} to {max(rows)} or a name", path)
+            raise SampleUnknownError(f"no sample {text}, expected a number from {min(rows)} to {max(rows)} or a name",
+                                     path)
         return int(number)
     named = {sample_name(number): number for number in rows}
     if text not in named:
         near = difflib.get_close_matches(text, named, n=3) or [name for name in named if text in name][:3]
         hint = f"; did you mean {' or '.join(near)}?" if near else ""
-        raise DatasetError(f"no sample named '{text}'{hint}", path)
+        raise SampleUnknownError(f"no sample named '{text}'{hint}", path)
     return named[text]
 
 

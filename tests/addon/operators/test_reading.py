@@ -135,7 +135,7 @@ def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, exten
     operator = SimpleNamespace(options=SimpleNamespace(is_invoke=is_invoke), directory="", files=[], sample="",
                                filepath=file, preset="Paper", diffuse_level=2, specular_level=-1, compression=0.0,
                                use_tolerance=False, tolerance=1.0, rendering="AUTO", angles="auto", quantity="auto",
-                               illuminant="D65", isotropic="auto", symmetry="auto", encoding="raw",
+                               illuminant="D65", isotropic="auto", symmetry="auto", encoding="raw", target=7, slot=1,
                                report=lambda kind, text: reports.append(text))
     with pytest.raises(ValueError, match="degrees or radians") as raised:
         extension.fitter.load(file)
@@ -143,7 +143,7 @@ def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, exten
     if asks:
         (kind, given), = window.called
         assert kind == ("INVOKE_DEFAULT",)
-        assert given["filepath"] == file
+        assert (given["filepath"], given["target"], given["slot"]) == (file, 7, 1)
         assert "degrees or radians" in given["complaint"]
     else:
         assert not window.called

@@ -1,0 +1,128 @@
+"""The preset of an import: what a dialog shows is what is made, whatever was chosen in which order."""
+
+import pytest
+
+import fitter
+from fitter import PRESETS
+from support.stage import black_scene
+
+LEVELS = ("diffuse_level", "specular_level", "compression")
+
+
+@pytest.fixture
+def file(tmp_path, glossy, write_astm):
+    return str(write_astm(tmp_path / "glossy.astm", fitter.samples.subset(glossy, slice(40))))
+
+
+@pytest.fixture
+def asked(extension, monkeypatch):
+    """The arguments of every fit that is asked for; each is made as the quickest one."""
+    from measured_brdf.addon.jobs import tasks
+
+    seen = []
+    fitted = tasks.fitted
+
+    def quickly_fitted(samples, digest, arguments, *more):
+        seen.append(dict(arguments))
+        return fitted(samples, digest, {"diffuse_level": 1, "specular_level": None})
+
+    monkeypatch.setattr(tasks, "fitted", quickly_fitted)
+    return seen
+
+
+@pytest.fixture
+def cube(blender):
+    black_scene(8, 8, samples=1, span=1)
+    blender.ops.mesh.primitive_cube_add()
+    return blender.context.object
+
+
+@pytest.mark.parametrize("operator", ["import_data", "browse", "say_units"])
+@pytest.mark.parametrize("name", PRESETS)
+def test_every_preset_is_fitted_as_it_is_defined(blender, cube, file, asked, name, operator):
+    getattr(blender.ops.measured_brdf, operator)(filepath=file, preset=name)
+    assert asked == [pytest.approx(PRESETS[name])]
+    settings = cube.active_material.measured_brdf
+    assert (settings.preset, settings.use_tolerance) == (name, False)
+    assert [getattr(settings, level) for level in LEVELS] == pytest.approx([PRESETS[name][level] for level in LEVELS])
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_level_that_is_given_beside_a_preset_changes_that_level_only(blender, cube, file, asked, name):
+    blender.ops.measured_brdf.import_data(filepath=file, diffuse_level=2, preset=name)
+    blender.ops.measured_brdf.import_data(filepath=file, preset=name, specular_level=-1)
+    assert asked == [pytest.approx(PRESETS[name] | {"diffuse_level": 2}),
+                     pytest.approx({**PRESETS[name], "specular_level": None})]
+
+
+def test_a_tolerance_beside_a_preset_is_followed(blender, cube, file, asked):
+    blender.ops.measured_brdf.import_data(filepath=file, use_tolerance=True, tolerance=0.25, preset="Draft")
+    assert asked == [{"tolerance": 0.25}]
+
+
+def test_a_preset_that_is_chosen_in_a_dialog_shows_its_levels_and_ends_auto(blender, extension):
+    """What the buttons of a dialog do: they assign to the properties of its operator, one after the other."""
+    dialog = blender.context.window_manager.operator_properties_last("measured_brdf.browse")
+    for name, preset in PRESETS.items():
+        dialog.use_tolerance, dialog.diffuse_level = True, 7
+        dialog.preset = name
+        assert not dialog.use_tolerance
+        assert [getattr(dialog, level) for level in LEVELS] == pytest.approx([preset[level] for level in LEVELS])
+        dialog.compression = 12
+        assert (dialog.preset, dialog.diffuse_level, dialog.compression) == (name, preset["diffuse_level"], 12)
+
+
+def test_a_dialog_begins_with_the_preference_and_not_with_the_last_use(blender, extension, monkeypatch):
+    from types import SimpleNamespace
+
+    from measured_brdf.addon import preferences
+    from measured_brdf.addon.operators import import_data
+
+    monkeypatch.setattr(preferences, "get", lambda context: SimpleNamespace(preset="Draft"))
+    last = blender.context.window_manager.operator_properties_last("measured_brdf.browse")
+    last.preset, last.use_tolerance, last.sample, last.angles = "Reference", True, "felt", "radians"
+
+    class Ghost:
+        """As Blender shows the values of the last use to the next one: they are there, and not set."""
+
+        def is_property_set(self, name):
+            return name in ("filepath",)
+
+        def property_unset(self, name):
+            last.property_unset(name)
+
+    class Operator:
+        properties = Ghost()
+
+        def __getattr__(self, name):
+            return getattr(last, name)
+
+        def __setattr__(self, name, value):
+            setattr(last, name, value)
+
+    import_data.begin_with_preference(Operator(), blender.context)
+    assert (last.preset, last.use_tolerance, last.sample, last.angles) == ("Draft", False, "", "auto")
+    assert [getattr(last, level) for level in LEVELS] == pytest.approx([PRESETS["Draft"][level] for level in LEVELS])
+
+
+def test_the_preset_of_a_material_leaves_its_levels_alone(blender, extension):
+    """A script may give a material its preset and its levels in any order."""
+    settings = blender.data.materials.new("mine").measured_brdf
+    settings.diffuse_level = 2
+    settings.preset = "Reference"
+    assert settings.diffuse_level == 2
+
+
+def test_presets_and_samples_are_not_offered_for_materials_of_other_files(blender, cube, file, asked, tmp_path):
+    blender.ops.measured_brdf.import_data(filepath=file)
+    cube.active_material.name = "theirs"
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
+    black_scene(8, 8, samples=1, span=1)
+    blender.ops.mesh.primitive_plane_add()
+    with blender.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, target):
+        target.materials = ["theirs"]
+    blender.context.object.active_material = target.materials[0]
+    for name in ("use_preset", "fit", "find_file"):
+        assert not getattr(blender.ops.measured_brdf, name).poll(), name
+    with pytest.raises(RuntimeError, match="another file"):
+        blender.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", for_material=True)
