@@ -2,6 +2,7 @@
 
 import ast
 import re
+from fnmatch import fnmatchcase
 from functools import cache
 
 import pytest
@@ -188,3 +189,55 @@ def test_the_page_of_formats_lists_every_format():
     for known in FORMATS:
         assert known.name in page, known.name
         assert any(extension in page for extension in known.extensions), known.extensions
+
+
+def picture_commands(text):
+    """The command of each pattern of pictures in the table of `docs/pictures.md`."""
+    return dict(re.findall(r"^\| `([^`]+)` \| `([^`]+)` \|$", text, re.MULTILINE))
+
+
+def unexplained_pictures(commands, pictures):
+    """The pictures without a command, and the patterns without a picture."""
+    found = {pattern: [name for name in pictures if fnmatchcase(name, pattern)] for pattern in commands}
+    explained = {name for names in found.values() for name in names}
+    return sorted(set(pictures) - explained), sorted(pattern for pattern, names in found.items() if not names)
+
+
+def command_exists(command):
+    """Whether a command of the table is a target of make, or a module of ours with a ``main``."""
+    kind, *arguments = command.split()
+    if kind == "make":
+        return not missing_targets(f"`make {arguments[0]}`")
+    module = arguments[1].replace(".", "/")
+    paths = [path for path in (ROOT / f"{module}.py", ROOT / module / "__main__.py") if path.is_file()]
+    return kind == "python" and arguments[0] == "-m" and any("main" in definitions(path)[0] for path in paths)
+
+
+def test_every_picture_is_made_by_a_command():
+    commands = picture_commands((ROOT / "docs" / "pictures.md").read_text("utf-8"))
+    pictures = [path.relative_to(ROOT / "docs").as_posix() for kind in ("png", "jpg", "svg", "webp")
+                for path in (ROOT / "docs").rglob(f"*.{kind}") if "html" not in path.relative_to(ROOT / "docs").parts]
+    assert len(pictures) > 30
+    assert unexplained_pictures(commands, pictures) == ([], [])
+    assert [command for command in commands.values() if not command_exists(command)] == []
+
+
+def test_every_picture_is_shown_on_a_page():
+    shown = {(page.parent / link).resolve() for page in PAGES
+             for link in re.findall(r"!\[[^\]]*\]\(([^)\s]+)\)", page.read_text("utf-8"))}
+    pictures = {path for path in (ROOT / "docs").rglob("*.png") if "html" not in path.relative_to(ROOT / "docs").parts}
+    assert pictures - shown == set()
+
+
+@pytest.mark.parametrize(("command", "exists"), [
+    ("make title", True), ("make titles", False), ("python -m demo_scenes.title docs/title.png", True),
+    ("python -m demo_scenes.titles docs/title.png", False), ("python -m demo_scenes", True),
+    ("python -m support.sheet docs", False), ("convert a.png b.png", False),
+])
+def test_a_command_that_is_not_there_is_noticed(command, exists):
+    assert command_exists(command) == exists
+
+
+def test_a_picture_without_a_command_is_noticed():
+    commands = picture_commands("| `a.png` | `make title` |\n| `b/*.png` | `make gallery` |\n")
+    assert unexplained_pictures(commands, ["a.png", "c.png"]) == (["c.png"], ["b/*.png"])

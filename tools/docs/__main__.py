@@ -8,6 +8,7 @@ import argparse
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 import tomllib
 from pathlib import Path
@@ -16,8 +17,7 @@ from support.checkout import ROOT, extension
 
 from . import check, pages
 
-_NOT_OFFLINE = ("*.map", "objects.inv", ".buildinfo", ".doctrees", "skeleton.css", "debug.css", "_sphinx_design_static",
-                "LICENSE")
+_NOT_OFFLINE = ("*.map", "objects.inv", ".buildinfo", "skeleton.css", "debug.css")
 
 
 def main() -> int:
@@ -40,23 +40,23 @@ def main() -> int:
 
 def build(out: Path, python: str, only_manual: bool) -> bool:
     """Whether Sphinx had nothing to complain of."""
-    source = ROOT / "build" / ("manual-source" if only_manual else "site-source")
     manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text("utf-8"))
-    pages.gather(source, only_manual, manifest.get("website", "").rstrip("/"))
-    if not only_manual:
-        from . import reference
+    with tempfile.TemporaryDirectory(prefix="docs-") as folder:
+        source = Path(folder) / "docs"
+        pages.gather(source, only_manual, manifest.get("website", "").rstrip("/"))
+        if not only_manual:
+            from . import reference
 
-        for name, text in reference.pages().items():
-            (source / name).parent.mkdir(exist_ok=True)
-            (source / name).write_text(text, "utf-8")
-    shutil.rmtree(out, ignore_errors=True)
-    done = subprocess.run([python, "-m", "sphinx", "--quiet", "--fail-on-warning", "--jobs", "2", "--builder", "html",
-                           "--conf-dir", Path(__file__).parent, "--doctree-dir", source.with_suffix(".doctrees"),
-                           *(["--tag", "manual"] if only_manual else []), source, out], cwd=ROOT, check=False)
+            for name, text in reference.pages().items():
+                (source / name).parent.mkdir(exist_ok=True)
+                (source / name).write_text(text, "utf-8")
+        shutil.rmtree(out, ignore_errors=True)
+        done = subprocess.run([python, "-m", "sphinx", "--quiet", "--fail-on-warning", "--jobs", "2", "--builder",
+                               "html", "--conf-dir", Path(__file__).parent, "--doctree-dir", Path(folder) / "doctrees",
+                               *(["--tag", "manual"] if only_manual else []), source, out], cwd=ROOT, check=False)
     if only_manual and done.returncode == 0:
-        for pattern in _NOT_OFFLINE:
-            for path in out.rglob(pattern):
-                shutil.rmtree(path) if path.is_dir() else path.unlink()
+        for path in [path for pattern in _NOT_OFFLINE for path in out.rglob(pattern)]:
+            path.unlink()
         write_redirects(out)
     return done.returncode == 0
 

@@ -8,8 +8,9 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 # what a browser fetches by itself; a link is followed only by those who click on it
-_FETCHED = {"img": ("src", "srcset"), "script": ("src",), "link": ("href",), "iframe": ("src",), "source": ("src", "srcset"),
-            "video": ("src", "poster"), "audio": ("src",), "embed": ("src",), "object": ("data",), "use": ("href",)}
+_FETCHED = {"img": ("src", "srcset"), "script": ("src",), "link": ("href",), "iframe": ("src",),
+            "source": ("src", "srcset"), "video": ("src", "poster"), "audio": ("src",), "embed": ("src",),
+            "object": ("data",), "use": ("href",)}
 _NAMES_ONLY = {"canonical", "next", "prev", "index", "search", "genindex"}      # <link rel=...> that fetches nothing
 _CSS_URL = re.compile(r"url\(\s*['\"]?([^'\")]+)|@import\s+['\"]([^'\"]+)")
 
@@ -77,3 +78,10 @@ def _missing(path: Path, target: str, fetched: bool) -> Iterator[str]:
 def anchors(path: Path) -> set[str]:
     """The anchors of a built page."""
     return _page(path).anchors
+
+
+def linked_pages(site: Path, path: Path) -> set[str]:
+    """The pages of the site that a page links to."""
+    targets = ((path.parent / unquote(urlsplit(link).path)).resolve() for link in _page(path).links
+               if link and not urlsplit(link).scheme)
+    return {target.relative_to(site.resolve()).as_posix() for target in targets if target.suffix == ".html"}

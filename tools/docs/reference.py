@@ -63,17 +63,17 @@ def _presets() -> str:
 
 def operators() -> str:
     """Every operator that the extension registers, with its arguments; those of many operators once, at the end."""
-    found = {name: _arguments(getattr(bpy.ops.measured_brdf, name).get_rna_type()) for name in dir(bpy.ops.measured_brdf)}
-    counts = Counter(row for arguments in found.values() for row in arguments.items())
+    known = {name: getattr(bpy.ops.measured_brdf, name).get_rna_type() for name in sorted(dir(bpy.ops.measured_brdf))}
+    counts = Counter(row for rna in known.values() for row in _arguments(rna).items())
     shared = {name: text for (name, text), count in counts.items() if count >= _MANY}
     parts = [_OPERATORS.format(blender=".".join(map(str, bpy.app.version[:2])))]
-    for name in sorted(found):
-        rna = getattr(bpy.ops.measured_brdf, name).get_rna_type()
+    for name, rna in known.items():
         parts.append(f"\n## {name}\n\n**{_text(rna.name)}**. {_sentence(rna.description)}\n")
-        arguments = found[name]
+        arguments = _arguments(rna)
         own = {key: text for key, text in arguments.items() if shared.get(key) != text}
         rest = ", ".join(f"`{key}`" for key in arguments if key not in own)
-        parts.append(f"\n```python\nbpy.ops.measured_brdf.{name}({', '.join(own)}{', ...' if own and rest else ''})\n```\n\n")
+        shown = ", ".join([*own, *(["..."] if rest else [])])
+        parts.append(f"\n```python\nbpy.ops.measured_brdf.{name}({shown})\n```\n\n")
         parts += [f"- {text}\n" for text in own.values()]
         parts.append(f"- {rest}: [as elsewhere](#shared-arguments)\n" if rest else "")
     parts.append("\n## Shared arguments\n\n")
