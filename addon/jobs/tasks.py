@@ -149,6 +149,19 @@ class Outcome(NamedTuple):
     principled: Principled
     sphere: str
     verdict: verdict.Verdict
+    edit: Arguments
+
+
+class Adjusted(NamedTuple):
+    """What changes of a material whose fit is edited: as `Outcome` has it, of the edited fit."""
+
+    measured: Kept
+    source: str
+    nodes: Nodes
+    albedo: FloatArray
+    principled: Principled
+    sphere: str
+    edit: Arguments
 
 
 def read(path: str, sample: str | None, report: Report = silent, how: Arguments | None = None) -> Data:
@@ -187,7 +200,8 @@ def _stamp(path: str) -> tuple[int, int] | None:
 
 
 def outcome(path: str, sample: str | None, arguments: Arguments, report: Report = silent,
-            known: tuple[str, Fitted] | None = None, how: Arguments | None = None) -> Outcome:
+            known: tuple[str, Fitted] | None = None, how: Arguments | None = None,
+            edit: Arguments | None = None) -> Outcome:
     """Read measurements, fit them, and bake the shader's source.
 
     Parameters
@@ -200,6 +214,8 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
         The fit, if it has been made before, with the digest of its measurements.
     how : dict, optional
         Of reading: keyword arguments of `fitter.load`.
+    edit : dict, optional
+        Keyword arguments of `fitter.edited`.
 
     Returns
     -------
@@ -215,7 +231,7 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
     report(0.1, "Fitting")
     key = measured.digest
     found = known[1] if known is not None and known[0] == key else fitted(samples, key, arguments)
-    return finish(samples, measured, found, report)
+    return finish(samples, measured, found, report, edit)
 
 
 def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: Report = silent,
@@ -294,16 +310,29 @@ def rebake(shaders: Sequence[tuple[str, float, _PassedOn]],
     return done
 
 
-def finish(samples: fitter.Samples, measured: Measured, found: Fitted, report: Report = silent) -> Outcome:
-    """Add to a fit what else a material needs."""
+def finish(samples: fitter.Samples, measured: Measured, found: Fitted, report: Report = silent,
+           edit: Arguments | None = None) -> Outcome:
+    """Add to a fit what else a material needs; `edit` are keyword arguments of `fitter.edited`."""
+    edit = edit or {}
+    return Outcome(measured, found, *_baked(fitter.edited(found.fit, **edit), measured.colours, report),
+                   verdict.of(samples, found.fit, found.unseen), edit)
+
+
+def adjusted(kept: Kept, edit: Arguments, report: Report = silent) -> Adjusted:
+    """Edit the fit in a material's shader anew. Raises ValueError if there is none, or an argument is wrong."""
+    report(0.0, "Editing")
+    return Adjusted(kept, *_baked(fitter.edited(kept_fit(kept), **edit), kept.colours, report), edit)
+
+
+def _baked(fit: fitter.Fit, space: str, report: Report) -> tuple[str, Nodes, FloatArray, Principled, str]:
+    """What a material needs of a fit: from `source` to `sphere` of an `Outcome`."""
     report(0.6, "Writing the shader")
-    source = bake(found.fit)
+    source = bake(fit)
     report(0.75, "Matching closure nodes")
-    nodes = node_mixtures(found.fit)
+    nodes = node_mixtures(fit)
     report(0.9, "Matching the viewport colour")
-    return Outcome(measured, found, source, nodes, principled.albedo(found.fit), principled.principled(found.fit),
-                   packed(pictures.lit_sphere(found.fit, SIZE, colours=measured.colours)),
-                   verdict.of(samples, found.fit, found.unseen))
+    return (source, nodes, principled.albedo(fit), principled.principled(fit),
+            packed(pictures.lit_sphere(fit, SIZE, colours=space)))
 
 
 def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Report = silent) -> Fitted:

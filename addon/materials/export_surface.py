@@ -20,14 +20,14 @@ from .reading import scene_colours
 if TYPE_CHECKING:
     from ...fitter.arrays import FloatArray
     from ...fitter.cycles.principled_bsdf import Principled
-    from .material import Outcome
+    from .material import Look
 
 NAME = "Measured BRDF Export"
 _FITTED = "measured_brdf"               # custom property of the node: the values of the last fit
 _FORMER = "Measured BRDF Fallback"      # the Principled BSDF that version 0.1.0 made for EEVEE
 
 
-def update(material: bpy.types.Material, outcome: Outcome) -> None:
+def update(material: bpy.types.Material, outcome: Look) -> None:
     """Set the Principled BSDF that is exported, with an output of its own, to the closest one to the data.
 
     The material must have outputs for Cycles and for EEVEE. One for all renderers that the user has made stays as it
@@ -59,7 +59,7 @@ def connect(material: bpy.types.Material) -> None:
     _node(present(material.node_tree))
 
 
-def shown(outcome: Outcome, color: FloatArray) -> FloatArray:
+def shown(outcome: Look, color: FloatArray) -> FloatArray:
     """A colour of an outcome, (3,), in the space of the open file, as Blender takes it: libraries may have another."""
     return np.clip(conversion(outcome.measured.colours, scene_colours() or DEFAULT) @ color, 0, 1)
 

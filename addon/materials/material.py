@@ -10,7 +10,7 @@ import bpy
 
 from ...fitter.cycles.bake import SHADER_VERSION
 from .. import versions
-from ..annotations import present
+from ..annotations import Arguments, present
 from ..scene import lamps
 from ..transaction import new_data_removed_on_error, restored_on_error
 from . import export_surface, node_group, reading
@@ -44,14 +44,18 @@ class Measured(Protocol):
     def digest(self) -> str: ...
 
 
-class Outcome(Protocol):
-    """What a material is made from: `jobs.tasks.Outcome`."""
+class Coloured(Protocol):
+    """What tells the colour space of a fit."""
 
     @property
-    def measured(self) -> Measured: ...
+    def colours(self) -> str: ...
+
+
+class Look(Protocol):
+    """What a material shows: `jobs.tasks.Adjusted`, or all of `Outcome`."""
 
     @property
-    def fitted(self) -> tuple[Fit, ErrorMetrics, float, float]: ...
+    def measured(self) -> Coloured: ...
 
     @property
     def source(self) -> str: ...
@@ -67,6 +71,19 @@ class Outcome(Protocol):
 
     @property
     def sphere(self) -> str: ...
+
+    @property
+    def edit(self) -> Arguments: ...
+
+
+class Outcome(Look, Protocol):
+    """What a material is made from: `jobs.tasks.Outcome`."""
+
+    @property
+    def measured(self) -> Measured: ...
+
+    @property
+    def fitted(self) -> tuple[Fit, ErrorMetrics, float, float]: ...
 
     @property
     def verdict(self) -> Verdict: ...
@@ -108,7 +125,7 @@ def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, con
     with new_data_removed_on_error(), restored_on_error(material, (*CHOICES, *RESULTS)):
         _use_nodes(material)
         is_new = group_node(material) is None
-        node, before = _show(material, node_group.create(shader))
+        node, before = _show(material, node_group.create(shader, material.name))
         node.label = outcome.measured.name
         rendering = choices.rendering if is_new else rendering_of(material)
         # this correction would bend the shader's directions, which are right as they are
@@ -122,11 +139,24 @@ def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, con
     bpy.data.batch_remove(unused)
 
 
+def adjust(material: bpy.types.Material, adjusted: Look, context: bpy.types.Context, shader: Shader) -> None:
+    """Give a measured material the shader of its fit as it was edited; if that fails, it stays as it was."""
+    with new_data_removed_on_error(), restored_on_error(material, RESULTS):
+        _, before = _show(material, node_group.create(shader, material.name))
+        export_surface.update(material, adjusted)
+        _colour_solid_view(material, adjusted)
+        settings = material.measured_brdf
+        settings.sphere, settings.adjusted, settings.version = adjusted.sphere, as_text(adjusted.edit), versions.CURRENT
+        lamps.update(context.evaluated_depsgraph_get())
+        unused = node_group.unused(before)
+    bpy.data.batch_remove(unused)
+
+
 def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, context: bpy.types.Context) -> None:
     """Give measured materials that share a shader a new one of the same fit; if that fails, all stay as they were."""
     with ExitStack() as restored:
         restored.enter_context(new_data_removed_on_error())
-        tree, replaced = node_group.create(shader), []
+        tree, replaced = node_group.create(shader, materials[0].name), []
         for material in materials:
             restored.enter_context(restored_on_error(material, RESULTS))
             replaced.append(_show(material, tree)[1])
@@ -273,7 +303,7 @@ def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.t
     tree.links.new(node.outputs[node_group.EEVEE], eevee.inputs["Surface"])
 
 
-def _colour_solid_view(material: bpy.types.Material, outcome: Outcome) -> None:
+def _colour_solid_view(material: bpy.types.Material, outcome: Look) -> None:
     material.diffuse_color = (*export_surface.shown(outcome, outcome.albedo), 1)
     material.roughness, material.metallic = outcome.principled.roughness, outcome.principled.metallic
 
@@ -285,7 +315,7 @@ def _store(settings: Any, choices: Choices, outcome: Outcome) -> None:
     results = {"name_of_data": outcome.measured.name, "digest": outcome.measured.digest,
                "coefficients": fit.coefficient_count, "bytes": fit.nbytes, "rmse": errors.rmse, "mre": errors.mre,
                "seconds": seconds, "changes": "; ".join(fit.changes), "version": versions.CURRENT,
-               "fitted_levels": fit.notation, "sphere": outcome.sphere,
+               "fitted_levels": fit.notation, "sphere": outcome.sphere, "adjusted": as_text(outcome.edit),
                "fitted_as": as_text(fit_arguments(choices)), **outcome.verdict._asdict(),
                "colours": outcome.measured.colours if len(outcome.measured.channels) > 1 else reading.GREY}
     for name in RESULTS:

@@ -38,8 +38,8 @@ _MESH_TANGENT = "MeshTangent"       # input of the script node; the group fills 
 _VERSION = "shader_version"         # custom property of the group; version 0.1.0 did not set it
 
 
-def create(shader: Shader) -> bpy.types.NodeTree:
-    """Make a node group that renders with a shader.
+def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
+    """Make a node group of a name that renders with a shader.
 
     Raises
     ------
@@ -47,8 +47,8 @@ def create(shader: Shader) -> bpy.types.NodeTree:
         If this Blender cannot compile the shader; the file then stays as it was.
     """
     with new_data_removed_on_error():
-        text = bpy.data.texts.new(f"{NAME}.osl")
-        tree = bpy.data.node_groups.new(NAME, "ShaderNodeTree")
+        text = bpy.data.texts.new(f"{name}.osl")
+        tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
         _fill(tree, text, shader)
         tree[FAST_ERROR], tree[FAST_WORST] = fast_error(shader.source)
         tree[NODES_ERROR], tree[NODES_WORST] = shader.nodes.cycles.error, shader.nodes.cycles.worst

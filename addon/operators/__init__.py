@@ -8,12 +8,28 @@ import bpy
 
 from ..annotations import Registrable
 from ..jobs import modal
-from . import assets, checks, fit, folders, import_data, library, placeholders, presets, rendering, samples, update
+from . import (
+    adjust,
+    assets,
+    checks,
+    compare,
+    fit,
+    folders,
+    import_data,
+    large_view,
+    library,
+    local,
+    placeholders,
+    presets,
+    rendering,
+    samples,
+    update,
+)
 
 _MODULES = (modal, import_data, folders, fit, update, presets, samples, assets, rendering, checks, library,
-            placeholders)
+            placeholders, local, compare, large_view, adjust)
 # these register more than classes
-_WITH_HANDLERS: tuple[Registrable, ...] = (modal, import_data, folders, library, placeholders)
+_WITH_HANDLERS: tuple[Registrable, ...] = (modal, import_data, folders, library, placeholders, large_view, adjust)
 
 
 def register() -> None:

@@ -6,18 +6,22 @@ itself imports it; it may import everything but `command`.
 
 import bpy
 
-from . import comparison, fit, library, measurements, pictures, rendering
+from . import adjust, compare_with, comparison, details, fit, library, measurements, menu, pictures, rendering
 
 # in the order in which Blender shows them; the first is the parent of the others
 classes = (fit.MEASUREDBRDF_PT_material, pictures.MEASUREDBRDF_PT_pictures, comparison.MEASUREDBRDF_PT_compare,
-           measurements.MEASUREDBRDF_PT_data, rendering.MEASUREDBRDF_PT_rendering, *library.classes)
+           *compare_with.classes,
+           adjust.MEASUREDBRDF_PT_adjust, rendering.MEASUREDBRDF_PT_rendering, details.MEASUREDBRDF_PT_settings, details.MEASUREDBRDF_PT_details,
+           measurements.MEASUREDBRDF_PT_data, *library.classes, fit.MEASUREDBRDF_PT_sidebar)
 
 
 def register() -> None:
     for cls in classes:
         bpy.utils.register_class(cls)
+    menu.register()
 
 
 def unregister() -> None:
+    menu.unregister()
     for cls in reversed(classes):
         bpy.utils.unregister_class(cls)

@@ -1,0 +1,76 @@
+"""What artists change of a measured material: the settings of `fitter.edited`, stored with the material."""
+
+from collections.abc import Callable
+from typing import Any
+
+import bpy
+from bpy.props import FloatProperty, FloatVectorProperty
+
+from ...fitter.model.edit import COAT_WIDTHS, WIDTHS
+from ..annotations import Arguments
+
+ADJUSTMENTS = ("diffuse_gain", "diffuse_tint", "highlight_gain", "highlight_tint", "highlight_width", "coat",
+               "coat_roughness")
+_LEAST_ROUGHNESS = COAT_WIDTHS[0] ** 0.5
+_DIGITS = 6                 # of arguments: single precision has no more
+
+listeners: list[Callable[[bpy.types.Material], object]] = []
+"""Called with a material when one of its adjustments has been changed."""
+
+
+def _changed(settings: Any, _context: bpy.types.Context) -> None:
+    for listener in listeners:
+        listener(settings.id_data)
+
+
+class Adjustments:
+    """The properties, a mix-in of the material's settings: Blender collects the annotations of bases."""
+
+    diffuse_gain: FloatProperty(
+        name="Diffuse", default=1, min=0, max=100, soft_max=2, update=_changed,
+        description="Multiplies the diffuse part of the reflectance, which is seen from everywhere")
+    diffuse_tint: FloatVectorProperty(
+        name="Diffuse Tint", subtype="COLOR", size=3, default=(1, 1, 1), min=0, soft_max=1, update=_changed,
+        description="Colour by which the diffuse part is multiplied")
+    highlight_gain: FloatProperty(
+        name="Highlight", default=1, min=0, max=100, soft_max=2, update=_changed,
+        description="Multiplies the highlight, which is all that is brighter than the diffuse part")
+    highlight_tint: FloatVectorProperty(
+        name="Highlight Tint", subtype="COLOR", size=3, default=(1, 1, 1), min=0, soft_max=1, update=_changed,
+        description="Colour by which the highlight is multiplied")
+    highlight_width: FloatProperty(
+        name="Highlight Width", default=1, min=WIDTHS[0], max=WIDTHS[1], update=_changed,
+        description="Above 1 roughens: the highlight becomes wider and less bright. Below 1 sharpens. It reflects as "
+                    "much light as before")
+    coat: FloatProperty(
+        name="Coat", default=0, min=0, max=1, subtype="FACTOR", update=_changed,
+        description="A layer of clear varnish above the measured surface")
+    coat_roughness: FloatProperty(
+        name="Coat Roughness", default=0.1, min=_LEAST_ROUGHNESS, max=1, subtype="FACTOR", update=_changed,
+        description="Roughness of the varnish, as a Principled BSDF has it")
+
+
+def edit_arguments(settings: Any) -> Arguments:
+    """The keyword arguments of `fitter.edited` that adjustments ask for; empty if nothing is adjusted."""
+    wanted = {
+        "diffuse": tuple(round(settings.diffuse_gain * value, _DIGITS) for value in settings.diffuse_tint),
+        "highlight": tuple(round(settings.highlight_gain * value, _DIGITS) for value in settings.highlight_tint),
+        "width": round(settings.highlight_width, _DIGITS)}
+    if settings.coat > 0:
+        wanted |= {"coat": round(settings.coat, _DIGITS),
+                   "coat_width": max(round(settings.coat_roughness ** 2, _DIGITS), COAT_WIDTHS[0])}
+    neutral: Arguments = {"diffuse": (1, 1, 1), "highlight": (1, 1, 1), "width": 1}
+    return {name: _shortest(value) for name, value in wanted.items() if value != neutral.get(name)}
+
+
+def _shortest(value: Any) -> Any:
+    """One number where a tint has no colour, so that a grey fit stays grey; a list, as JSON has it, elsewhere."""
+    if not isinstance(value, tuple):
+        return value
+    return value[0] if len(set(value)) == 1 else list(value)
+
+
+def reset(settings: Any) -> None:
+    """Take all adjustments back."""
+    for name in ADJUSTMENTS:
+        settings.property_unset(name)

@@ -1,0 +1,44 @@
+"""What artists change of a measured material."""
+
+import bpy
+
+from ..annotations import present
+from ..materials import material as materials
+from ..materials.adjustments import edit_arguments
+from ..materials.properties import is_as_adjusted
+from ..operators.adjust import MEASUREDBRDF_OT_adjust
+from .layout import MaterialPanel
+
+
+class MEASUREDBRDF_PT_adjust(MaterialPanel, bpy.types.Panel):
+    """Diffuse part, highlight and a coat; exact in every rendering"""
+
+    bl_label = "Adjust"
+    bl_parent_id = "MEASUREDBRDF_PT_material"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.material is not None and materials.is_measured(context.material)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, material = present(self.layout), present(context.material)
+        settings = material.measured_brdf
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.enabled = material.is_editable
+        for names in (("diffuse_gain", "diffuse_tint"), ("highlight_gain", "highlight_tint", "highlight_width"),
+                      ("coat",)):
+            column = layout.column(align=True)
+            for name in names:
+                column.prop(settings, name)
+        row = layout.row()
+        row.active = settings.coat > 0
+        row.prop(settings, "coat_roughness")
+        row = layout.row(align=True)
+        apply = row.row(align=True)
+        apply.enabled = not is_as_adjusted(settings)
+        apply.operator(MEASUREDBRDF_OT_adjust.bl_idname, text="Apply").reset = False
+        back = row.row(align=True)
+        back.enabled = bool(edit_arguments(settings)) or not is_as_adjusted(settings)
+        back.operator(MEASUREDBRDF_OT_adjust.bl_idname, text="As Measured", icon="LOOP_BACK").reset = True

@@ -1,0 +1,93 @@
+"""Adjustments of a material, as a script makes them."""
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.cycles.unbake import unbake
+from support.stage import black_scene
+
+
+@pytest.fixture
+def material(blender, curet):
+    """A material of felt, Draft, on a cube; its measurements are in the file."""
+    path = curet("felt").source
+    black_scene(16, 16, samples=8, span=1)
+    blender.ops.mesh.primitive_cube_add()
+    assert blender.ops.measured_brdf.import_data(filepath=path, sample="felt", preset="Draft") == {"FINISHED"}
+    return blender.context.object.active_material
+
+
+def shown(material):
+    """The fit in a material's shader."""
+    from measured_brdf.addon.materials import material as materials
+    from measured_brdf.addon.materials import node_group
+
+    return unbake(node_group.source(materials.group_node(material).node_tree))
+
+
+def expected(curet, **edit):
+    fit = fitter.fit(curet("felt"), **fitter.PRESETS["Draft"])
+    return fitter.edited(fit, **edit)
+
+
+def directions(random):
+    return random.uniform(0, 1.4, 200), np.zeros(200), random.uniform(0, 1.4, 200), random.uniform(0, 3.1, 200)
+
+
+def test_the_shader_gets_the_edited_fit_without_the_measurements(blender, curet, material, random):
+    settings = material.measured_brdf
+    settings.filepath = "/nowhere/felt.dat"
+    settings.diffuse_gain, settings.diffuse_tint = 0.5, (1.0, 0.5, 0.25)
+    settings.highlight_width, settings.coat, settings.coat_roughness = 2.0, 0.5, 0.5
+    sphere = settings.sphere
+    assert blender.ops.measured_brdf.adjust() == {"FINISHED"}
+    at = directions(random)
+    want = expected(curet, diffuse=(0.5, 0.25, 0.125), width=2.0, coat=0.5, coat_width=0.25).evaluate(*at)
+    np.testing.assert_allclose(shown(material).evaluate(*at), want, rtol=1e-4, atol=1e-6)
+    assert settings.sphere != sphere
+    assert len(blender.data.texts) == 1             # the former shader is gone
+
+
+def test_as_measured_takes_everything_back(blender, curet, material, random):
+    settings = material.measured_brdf
+    settings.highlight_gain = 3.0
+    blender.ops.measured_brdf.adjust()
+    assert blender.ops.measured_brdf.adjust(reset=True) == {"FINISHED"}
+    assert settings.highlight_gain == 1
+    at = directions(random)
+    np.testing.assert_allclose(shown(material).evaluate(*at)[:, :1], np.maximum(expected(curet).evaluate(*at), 0),
+                               rtol=1e-4, atol=1e-6)
+
+
+def test_a_refit_and_an_update_keep_the_adjustments(blender, curet, material, random):
+    from measured_brdf.addon.materials import material as materials
+
+    settings = material.measured_brdf
+    settings.highlight_gain = 2.0
+    blender.ops.measured_brdf.adjust()
+    at = directions(random)
+    want = expected(curet, highlight=2.0).evaluate(*at)
+    assert blender.ops.measured_brdf.fit() == {"FINISHED"}
+    np.testing.assert_allclose(shown(material).evaluate(*at), want, rtol=1e-4, atol=1e-6)
+    materials.group_node(material).node_tree["shader_version"] = 1
+    assert blender.ops.measured_brdf.update_materials() == {"FINISHED"}
+    np.testing.assert_allclose(shown(material).evaluate(*at), want, rtol=1e-4, atol=1e-6)
+
+
+def test_adjusting_a_copy_leaves_the_original(blender, curet, material, random):
+    copy = material.copy()
+    copy.measured_brdf.diffuse_gain = 0.1
+    with blender.context.temp_override(material=copy):
+        blender.ops.measured_brdf.adjust()
+    at = directions(random)
+    np.testing.assert_allclose(shown(material).evaluate(*at), np.maximum(expected(curet).evaluate(*at), 0), rtol=1e-4,
+                               atol=1e-6)
+    np.testing.assert_allclose(shown(copy).evaluate(*at), expected(curet, diffuse=0.1).evaluate(*at), rtol=1e-4,
+                               atol=1e-6)
+
+
+def test_the_group_has_the_name_of_its_material(material):
+    from measured_brdf.addon.materials import material as materials
+
+    assert materials.group_node(material).node_tree.name == material.name == "felt"

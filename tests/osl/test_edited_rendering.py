@@ -1,0 +1,42 @@
+"""Edited fits as Cycles renders them, against integrals of what `Fit.evaluate` says they are."""
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.cycles import node_mixture
+from fitter.methods.editing import edited
+
+from .test_edited_shader import EDITS
+from .test_rendering import LIGHTS, render, sphere_scene
+
+
+@pytest.fixture(scope="module")
+def fits(curet, cornell):
+    return {"felt": fitter.fit(curet("felt"), **fitter.PRESETS["Standard"]),
+            "krylon": fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"])}
+
+
+@pytest.mark.parametrize(("material", "edit", "light"), [
+    ("krylon", "widened", "point lamp"), ("krylon", "sharpened", "area lamp"), ("krylon", "all", "world"),
+    ("krylon", "all", "sun"), ("felt", "coated", "area lamp"), ("felt", "gains", "sun without a size")])
+def test_exact_converges_to_the_edited_function(blender, fits, material, edit, light):
+    set_up, integrate, samples, tolerance = LIGHTS[light]
+    fit = edited(fits[material], **EDITS[edit])
+    scene = sphere_scene(blender, fit, samples)
+    set_up()
+    ratio = render(scene)[..., :3].mean(axis=(0, 1)) / integrate(fit)
+    assert ratio == pytest.approx([1, 1, 1], abs=tolerance)
+
+
+@pytest.mark.parametrize("edit", ["widened", "coated", "all"])
+def test_closure_nodes_have_the_light_of_the_edited_function(blender, fits, edit):
+    """Their own error, as they state it, is the most that they may be off by."""
+    fit = edited(fits["krylon"], **EDITS[edit])
+    set_up, integrate, samples, _ = LIGHTS["world"]
+    scene = sphere_scene(blender, fit, samples)
+    scene.cycles.shading_system = False
+    set_up()
+    ratio = render(scene)[..., :3].mean(axis=(0, 1)) / integrate(fit)
+    assert np.abs(ratio - 1).max() < 0.03
+    assert node_mixture.node_mixtures(fit).cycles.error < 0.2
