@@ -1,4 +1,7 @@
-"""Presets: named sets of keyword arguments for `fit`, from small and quick to exact."""
+"""Presets: named sets of keyword arguments for `fit`: from small and quick to exact, then the paper's.
+
+Lists have them in this order everywhere.
+"""
 
 from typing import TypedDict
 
@@ -15,17 +18,16 @@ class Preset(TypedDict):
 
 
 PRESETS: dict[str, Preset] = {
-    # exactly the method of Kameya and Lewis 2002, with the compressed fit that they recommend: (4, 6, 95)
-    "Paper": {"diffuse_level": 4, "specular_level": 6, "compression": 95.0, "method": "mba"},
     # for look development: at most 6 KiB a channel
     "Draft": {"diffuse_level": 3, "specular_level": 5, "compression": 99.0, "method": "kriging"},
     # for rendering scenes: at most 16 KiB a channel
     "Standard": {"diffuse_level": 4, "specular_level": 5, "compression": 98.2, "method": "kriging"},
     # for narrow highlights: keeps every sample as it was measured
     "Reference": {"diffuse_level": 5, "specular_level": 7, "compression": 99.8, "method": "kriging"},
+    # exactly the method of Kameya and Lewis 2002, with the compressed fit that they recommend: (4, 6, 95)
+    "Paper": {"diffuse_level": 4, "specular_level": 6, "compression": 95.0, "method": "mba"},
 }
 
-# as panels offer them, in this order
 PRESET_DESCRIPTIONS: dict[str, str] = {
     "Draft": "A few KB, for look development: only the smooth shape, without narrow highlights",
     "Standard": "A few tens of KB, for rendering: close to the measurements, and smooth between them",

@@ -85,8 +85,8 @@ def without_osl(scene: bpy.types.Scene) -> str:
     return "" if device.osl_runs(scene) else "OSL is off"
 
 
-def sentence(found: Rendered, chosen: str) -> str:
-    """What the panel says of a material; `chosen` is one of `properties.RENDERINGS`."""
+def brief(found: Rendered, chosen: str) -> str:
+    """How a material is rendered, in a few words; `chosen` is one of `properties.RENDERINGS`."""
     if found.how == BLACK:
         return f"Rendered black, because {found.why}: an older version made it. Update it"
     if found.how == FORMER:
@@ -95,14 +95,21 @@ def sentence(found: Rendered, chosen: str) -> str:
         return "Not shown: the Material Output of this engine has another surface"
     if found.how == EXACT:
         return "Rendered exactly as fitted"
+    if found.how == FAST:
+        return "Rendered fast"
+    because = f", because {found.why}" if found.why else ""
+    instead = f" instead of {_LABELS[chosen]}" if chosen in (EXACT, FAST) else ""
+    return f"Rendered by nodes{instead}{because}"
+
+
+def sentence(found: Rendered, chosen: str) -> str:
+    """What the panel says of a material: `brief`, and the share of the light that goes in wrong directions."""
+    if found.how not in (FAST, NODES):
+        return brief(found, chosen)
     misplaced = f"{found.error:.1%} of the light goes in wrong directions"
     if found.worst > found.error:
         misplaced += f", up to {found.worst:.1%} at the worst viewing angle"
-    if found.how == FAST:
-        return f"Rendered fast: {misplaced}"
-    because = f", because {found.why}" if found.why else ""
-    instead = f" instead of {_LABELS[chosen]}" if chosen in (EXACT, FAST) else ""
-    return f"Rendered by nodes{instead}{because}: {misplaced}"
+    return f"{brief(found, chosen)}: {misplaced}"
 
 
 def summary(scene: bpy.types.Scene) -> str:

@@ -9,10 +9,15 @@ def active_material(context: bpy.types.Context) -> bpy.types.Material | None:
     return shown if shown is not None or context.object is None else context.object.active_material
 
 
+def can_change(material: bpy.types.Material) -> bool:
+    """Whether a material can get another shader: it belongs to this file, and overrides none of another."""
+    return material.is_editable and material.override_library is None
+
+
 def is_editable(cls: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
     """For `poll`: whether there is a material that can get another shader."""
     target = active_material(context)
-    if target is None or not target.is_editable or target.override_library is not None:
+    if target is None or not can_change(target):
         cls.poll_message_set("There is no active material, or it belongs to another file: make it local first "
                              "(Object > Relations > Make Local)")
         return False

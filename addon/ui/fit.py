@@ -1,25 +1,29 @@
-"""The main panel: the file, the settings of the fit, and its result."""
+"""The main panel: what the material looks like and what it is worth, and how to begin. The sidebar shows the same."""
 
-import math
 from typing import Any
 
 import bpy
 
-from ...fitter import PRESETS
+from ...fitter import DatasetError, SampleUnknownError, published
+from ...fitter.presets import PRESET_DESCRIPTIONS
+from ...fitter.quality import verdict
 from .. import manual, versions
 from ..annotations import present
 from ..jobs import modal, queries, tasks
 from ..jobs.job import Job
 from ..materials import material as materials
-from ..materials.properties import NO_SPECULAR_LEVEL, is_preset
+from ..materials import rendered
+from ..materials.properties import is_as_fitted, is_preset, name_of_fit
 from ..materials.reading import draw_reading, other_colours, scene_colours
-from ..operators import assets, fit, import_data, presets, samples, update
-from .comparison import draw_cost
-from .layout import MaterialPanel, draw_warning, draw_wrapped, wrapped
+from ..operators import assets, fit, import_data, local, presets, samples, update
+from ..operators.active_material import active_material, can_change
+from ..operators.rendering import MEASUREDBRDF_OT_enable_osl
+from .comparison import draw_cost, picture_scale
+from .layout import MaterialPanel, draw_warning, draw_wrapped
 
 
-class MEASUREDBRDF_PT_material(MaterialPanel, bpy.types.Panel):
-    """A material of measured reflectance"""
+class _Main:
+    """What the panel in the material tab and that in the sidebar share."""
 
     bl_label = "Measured BRDF"
 
@@ -31,44 +35,101 @@ class MEASUREDBRDF_PT_material(MaterialPanel, bpy.types.Panel):
         manual.draw_link(present(self.layout))
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = present(self.layout)
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        if modal.running is not None:
-            _draw_progress(layout, modal.running)
-        if context.material is None:
-            layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
-            return
-        settings = context.material.measured_brdf
-        column = layout.column()
-        column.prop(settings, "filepath")
-        row = column.row(align=True)
-        row.prop(settings, "sample")
-        row.operator_context = "INVOKE_DEFAULT"
-        row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, text="", icon="VIEWZOOM").for_material = True
-        fitted = materials.is_measured(context.material)
-        if not settings.filepath:
-            layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
-            return
-        draw_reading(layout, settings)
-        data = queries.data(context.material)
-        _draw_version(layout, context.material)
-        _draw_data_state(layout, settings, data, fitted)
-        _draw_choices(layout, settings)
-        draw_cost(layout, settings, data.result)
-        row = layout.row(align=True)
-        row.scale_y = 1.3
-        row.enabled = modal.running is None
-        row.operator(fit.MEASUREDBRDF_OT_fit.bl_idname, text="Refit" if fitted else "Fit", icon="SURFACE_DATA")
-        if fitted:
-            _draw_result(layout.box(), settings, materials.tangent_input(context.material) is not None)
-            layout.operator(assets.MEASUREDBRDF_OT_save_asset.bl_idname, icon="ASSET_MANAGER")
+        draw(present(self.layout), context)
+
+
+class MEASUREDBRDF_PT_material(_Main, MaterialPanel, bpy.types.Panel):
+    """A material of measured reflectance"""
+
+    bl_order = -1               # above the panels of Blender, whose order is 0
+
+
+class MEASUREDBRDF_PT_sidebar(_Main, bpy.types.Panel):
+    """The measured material of the active object"""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Measured BRDF"
+
+
+def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """Draw what the material looks like, how well it was fitted, how it is rendered, and what it is made from."""
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    if modal.running is not None:
+        _draw_progress(layout, modal.running)
+    material = active_material(context)
+    if material is None:
+        layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
+        return
+    settings, fitted = material.measured_brdf, materials.is_measured(material)
+    if fitted:
+        _draw_look(layout, context, material)
+        _draw_rendering(layout, material, present(context.scene))
+        _draw_version(layout, material)
+    can_be_changed = can_change(material)
+    if not can_be_changed:
+        draw_wrapped(layout, "This material belongs to another file. Make it local to change it", "INFO")
+        layout.operator(local.MEASUREDBRDF_OT_make_local.bl_idname, icon="LIBRARY_DATA_DIRECT")
+    body = layout.column()
+    body.enabled = can_be_changed
+    if not settings.filepath:
+        body.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
+    body.prop(settings, "filepath")
+    if settings.filepath:
+        data = queries.data(material)
+        _draw_source(body, settings)
+        _draw_data_state(body, settings, data, fitted)
+        _draw_start(body, settings, data, fitted)
+    if fitted:
+        layout.operator(assets.MEASUREDBRDF_OT_save_asset.bl_idname, icon="ASSET_MANAGER")
 
 
 def _draw_progress(layout: bpy.types.UILayout, job: Job[Any]) -> None:
     row = layout.row(align=True)
     row.progress(factor=job.fraction, text=job.doing)
     row.operator(modal.MEASUREDBRDF_OT_cancel.bl_idname, text="", icon="X")
+
+
+def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
+    settings = material.measured_brdf
+    icon, job = queries.material_sphere(material)
+    if icon:
+        layout.template_icon(icon_value=icon, scale=picture_scale(context, 1))
+    elif job.finished is None:
+        layout.progress(factor=job.fraction, text=job.doing)
+    if job.error is not None:
+        draw_warning(layout, str(job.error))
+    column = layout.column(align=True)
+    draw_wrapped(column, f"{settings.name_of_data}: {name_of_fit(settings)}", "MATERIAL")
+    text, is_well = worth(settings)
+    if text:
+        draw_wrapped(column, text, "CHECKMARK" if is_well else "INFO")
+
+
+def worth(settings: Any) -> tuple[str, bool]:
+    """What a material is worth, in one line, and whether that is all one could wish for."""
+    name = published.name_in(settings.filepath)
+    if name is not None:
+        try:
+            return published.find(name).description, True
+        except DatasetError as error:
+            return str(error), False
+    if settings.match < 0:
+        return "", False                # an older version did not judge its fits
+    found = verdict.Verdict(*(getattr(settings, field) for field in verdict.Verdict._fields))
+    return verdict.sentence(found), verdict.is_well(found)
+
+
+def _draw_rendering(layout: bpy.types.UILayout, material: bpy.types.Material, scene: bpy.types.Scene) -> None:
+    """Say what is shown where the fit itself is not, and offer to change that."""
+    found = rendered.in_scene(material, scene)
+    if not found.why and found.how not in (rendered.BLACK, rendered.FORMER, rendered.OTHER):
+        return
+    column = layout.box().column(align=True)
+    draw_wrapped(column, rendered.brief(found, materials.rendering_of(material)), "INFO")
+    if found.can_enable:
+        column.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
 
 
 def _draw_version(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
@@ -80,10 +141,27 @@ def _draw_version(layout: bpy.types.UILayout, material: bpy.types.Material) -> N
         column.operator(update.MEASUREDBRDF_OT_update_materials.bl_idname, icon="FILE_REFRESH")
 
 
+def _draw_source(layout: bpy.types.UILayout, settings: Any) -> None:
+    """Draw which sample of a file it is, and how the file is read."""
+    if published.name_in(settings.filepath) is not None:
+        return
+    row = layout.row(align=True)
+    row.prop(settings, "sample")
+    row.operator_context = "INVOKE_DEFAULT"
+    row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, text="", icon="VIEWZOOM").for_material = True
+    draw_reading(layout, settings)
+
+
 def _draw_data_state(layout: bpy.types.UILayout, settings: Any, data: Job[tasks.Data], fitted: bool) -> None:
     """Say if the file is being read, cannot be read, or has changed since the fit."""
     if data.finished is None:
         layout.label(text="Reading the measurements", icon="TIME")
+    elif isinstance(data.error, SampleUnknownError):
+        draw_warning(layout, str(data.error))
+        row = layout.row()
+        row.operator_context = "INVOKE_DEFAULT"
+        chosen = row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, icon="VIEWZOOM")
+        chosen.for_material, chosen.refit = True, fit.AS_CHOSEN if fitted else ""
     elif data.error is not None:
         draw_warning(layout, str(data.error))
         layout.operator(fit.MEASUREDBRDF_OT_find_file.bl_idname, icon="FILE_FOLDER")
@@ -93,40 +171,17 @@ def _draw_data_state(layout: bpy.types.UILayout, settings: Any, data: Job[tasks.
         draw_warning(layout, "The measurements have changed since the fit. Refit to use them")
 
 
-def _draw_choices(layout: bpy.types.UILayout, settings: Any) -> None:
+def _draw_start(layout: bpy.types.UILayout, settings: Any, data: Job[tasks.Data], fitted: bool) -> None:
+    """Draw the presets, and the button that fits; what a fit costs, if the material does not have it."""
     row = layout.row(align=True)
-    for name in PRESETS:
+    for name in PRESET_DESCRIPTIONS:
         row.operator(presets.MEASUREDBRDF_OT_use_preset.bl_idname, text=name,
                      depress=is_preset(settings, name)).preset = name
-    column = layout.column(align=True)
-    levels = column.column(align=True)
-    levels.active = not settings.use_tolerance
-    levels.prop(settings, "diffuse_level", slider=True)
-    levels.prop(settings, "specular_level", slider=True)
-    row = levels.row()
-    row.active = settings.specular_level != NO_SPECULAR_LEVEL
-    row.prop(settings, "compression", slider=True)
-    row = column.row(heading="Auto")
-    row.prop(settings, "use_tolerance", text="")
-    row = row.row()
-    row.active = settings.use_tolerance
-    row.prop(settings, "tolerance", text="")
-
-
-def _draw_result(layout: bpy.types.UILayout, settings: Any, anisotropic: bool) -> None:
-    layout.label(text=f"{settings.name_of_data} {settings.fitted_levels}", icon="CHECKMARK")
-    rows = [("Coefficients", f"{settings.coefficients:,}"),
-            ("Storage", f"{settings.bytes:,} bytes"),
-            ("RMSE", f"{settings.rmse:.3g} / sr"),
-            ("MRE", f"{settings.mre:.2%} of the peak" if not math.isnan(settings.mre) else "all values are 0"),
-            ("Fitted in", f"{settings.seconds:.2f} s")]
-    if anisotropic:
-        rows.append(("Direction", "Tangent, Rotation"))
-    column = layout.column(align=True)
-    for name, value in rows:
-        split = column.split(factor=0.4)
-        split.alignment = "RIGHT"
-        split.label(text=name)
-        split.label(text=value)
-    for line in wrapped(settings.changes):
-        layout.label(text=line)
+    row = layout.row(align=True)
+    row.scale_y = 1.3
+    row.enabled = modal.running is None
+    row.operator(fit.MEASUREDBRDF_OT_fit.bl_idname, text="Refit" if fitted else "Fit", icon="SURFACE_DATA")
+    if fitted and not is_as_fitted(settings):
+        draw_wrapped(layout, "The settings have changed since the fit. Refit to use them", "INFO")
+    if not fitted or not is_as_fitted(settings):
+        draw_cost(layout, settings, data.result)

@@ -6,6 +6,7 @@ from typing import Literal
 
 import bpy
 
+_Icon = Literal["CHECKMARK", "DOT", "ERROR", "INFO", "MATERIAL"]
 _CHARACTER, _MARGIN = 5.6, 75       # pixels at a scale of 1: of a character on average, and beside texts with an icon
 _SHORTEST = 20              # line, characters
 _NARROW = 40                # characters: less is narrow
@@ -31,7 +32,7 @@ def draw_row(layout: bpy.types.UILayout, *texts: str) -> None:
         row.label(text=text)
 
 
-def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: Literal["DOT", "ERROR", "INFO"] = "ERROR") -> None:
+def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: _Icon = "ERROR") -> None:
     """Draw text in several lines, with an icon at the first."""
     for number, line in enumerate(wrapped(text)):
         layout.label(text=line, icon=icon if number == 0 else "BLANK1")

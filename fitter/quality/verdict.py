@@ -25,7 +25,7 @@ from .describe import WIDE_GAP
 
 GRADES = ("excellent", "good", "fair", "poor")
 MATCH_LIMITS = (1.0, 3.0, 6.0)         # steps at the samples: the most that is excellent, good, fair
-BETWEEN_LIMITS = (1.0, 3.0, 6.0)       # steps at samples that the fit had not seen
+BETWEEN_LIMITS = (2.0, 4.0, 8.0)       # steps at samples that the fit had not seen
 UNKNOWN = -1.0              # in the place of an error that has not been worked out
 _BRIGHTEST = 2.0            # cube root, relative to white
 
@@ -65,8 +65,12 @@ def steps(samples: Samples, predicted: FloatArray) -> float:
 
 
 def of(samples: Samples, fit: Reflectance, unseen: float = UNKNOWN) -> Verdict:
-    """Judge a fit by its samples, and by `steps` at samples that it had not seen, if they are known."""
+    """Judge a fit by its samples, and by `steps` at samples that it had not seen, if they are known.
+
+    No fit counts as better between its samples than at them.
+    """
     match = steps(samples, fit.evaluate(*samples.directions))
+    unseen = max(match, unseen) if unseen != UNKNOWN else UNKNOWN
     farthest = float(np.degrees(max(samples.theta_i.max(), samples.theta_o.max())))
     return Verdict(match, unseen, farthest, widest_hole(samples)[0])
 
@@ -96,12 +100,17 @@ def grade(error: float, limits: tuple[float, ...]) -> str:
     return GRADES[sum(error > limit for limit in limits)]
 
 
+def is_well(verdict: Verdict) -> bool:
+    """Whether a fit matches its measurements at least well, and is not known to be worse between them."""
+    return verdict.match <= MATCH_LIMITS[1] and verdict.between <= BETWEEN_LIMITS[1]
+
+
 def sentence(verdict: Verdict) -> str:
     """The verdict in plain words.
 
     Examples
     --------
-    >>> sentence(Verdict(0.4, 2.0, 70.3, 12.0))
+    >>> sentence(Verdict(0.4, 3.0, 70.3, 12.0))
     'Matches the measurements: excellent. Between them: good, uncertain beyond 70 degrees'
     >>> sentence(Verdict(4.0, UNKNOWN, 90.0, 31.0))
     'Matches the measurements: fair. Between them: uncertain in gaps of up to 31 degrees'

@@ -1,0 +1,268 @@
+"""What the panels show, drawn without a window."""
+
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+import pytest
+
+from fitter import PRESETS
+from support.drawn import draw
+
+CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
+ORDER = ["Draft", "Standard", "Reference", "Paper"]
+
+
+@pytest.fixture
+def ui(extension):
+    from measured_brdf.addon.jobs import queue
+    from measured_brdf.addon.ui import details, fit, layout, menu
+
+    yield SimpleNamespace(details=details, fit=fit, layout=layout, menu=menu, queue=queue)
+    queue.unregister()
+
+
+@pytest.fixture
+def file(tmp_path, glossy, write_astm):
+    return write_astm(tmp_path / "glossy.astm", glossy)
+
+
+@pytest.fixture
+def material(blender, file):
+    blender.ops.mesh.primitive_cube_add()
+    blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
+    return blender.context.object.active_material
+
+
+def drawn(ui, panel, material):
+    """A panel, when its questions have been answered."""
+    draw(panel, material=material)
+    ui.queue.answer_all()
+    return draw(panel, material=material)
+
+
+def use_cycles(scene, osl=True):
+    scene.render.engine = "CYCLES"
+    scene.cycles.shading_system = osl
+
+
+def test_without_a_material_the_panel_offers_to_import(ui, blender):
+    blender.ops.mesh.primitive_cube_add()
+    shown = draw(ui.fit.MEASUREDBRDF_PT_material)
+    assert shown.button("Import Measured BRDF").operator == "measured_brdf.import_data"
+
+
+def test_the_panel_opens_with_the_picture_the_preset_and_a_verdict(ui, material, monkeypatch):
+    use_cycles(bpy.context.scene)
+    monkeypatch.setattr("measured_brdf.addon.jobs.queries.material_sphere",
+                        lambda shown: (7, SimpleNamespace(error=None, finished=1.0)) if shown == material else None)
+    shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
+    assert shown.kinds[0] == "picture"
+    assert shown.texts.startswith("glossy: (2,4,80) Matches the measurements: ")
+    for number in ("RMSE", "MRE", "coefficients", "Coefficients", "bytes"):
+        assert number not in shown.texts
+
+
+def test_what_the_verdict_says_is_what_the_fit_is_worth(material, glossy):
+    from fitter import fit
+    from fitter.quality import coverage
+
+    settings = material.measured_brdf
+    predicted = fit(glossy, 2, 4, 80.0).evaluate(*glossy.directions)
+    white = np.pi * np.cos(glossy.theta_o)[:, None]
+    lightness = [np.clip(np.cbrt(white * values), 0, 2) for values in (glossy.values, predicted)]
+    assert settings.match == pytest.approx(100 * np.sqrt(np.mean((lightness[1] - lightness[0]) ** 2)), rel=1e-3)
+    assert settings.between >= settings.match
+    assert settings.farthest == pytest.approx(np.degrees(max(glossy.theta_i.max(), glossy.theta_o.max())), abs=0.01)
+    assert settings.hole == pytest.approx(coverage.widest_hole(glossy)[0], abs=0.01)
+
+
+def test_a_material_of_an_older_version_is_not_judged(ui, material):
+    material.measured_brdf.match = -1
+    assert ui.fit.worth(material.measured_brdf) == ("", False)
+
+
+def test_a_published_fit_is_called_one(ui, material):
+    material.measured_brdf.filepath = "published:chrome"
+    text, _ = ui.fit.worth(material.measured_brdf)
+    assert "ublished fit" in text
+    assert "not a measurement" in text
+    assert "Matches" not in text
+
+
+@pytest.mark.parametrize("preset", list(PRESETS))
+def test_the_name_of_a_fit_is_that_of_its_preset(blender, file, preset, quick):
+    from measured_brdf.addon.materials import properties
+
+    blender.ops.mesh.primitive_cube_add()
+    if preset == "Reference":
+        pytest.skip("takes long, and differs from the others by numbers only")
+    blender.ops.measured_brdf.import_data(filepath=str(file), preset=preset)
+    settings = blender.context.object.active_material.measured_brdf
+    assert properties.name_of_fit(settings) == preset
+    assert properties.is_as_fitted(settings)
+    settings.diffuse_level += 1
+    assert properties.name_of_fit(settings) == preset
+    assert not properties.is_as_fitted(settings)
+
+
+def test_nothing_is_fitted_to_draw_a_material_that_has_its_fit(ui, material, monkeypatch):
+    asked = []
+    monkeypatch.setattr(ui.queue, "ask", lambda key, *_rest, **_options: asked.append(key[0]) or SimpleNamespace(
+        finished=None, error=None, result=None, fraction=0.0, doing="Starting"))
+    draw(ui.fit.MEASUREDBRDF_PT_material, material=material)
+    draw(ui.details.MEASUREDBRDF_PT_details, material=material)
+    assert set(asked) <= {"data", "kept sphere"}
+
+
+def test_presets_have_one_order_everywhere(ui, blender, material):
+    from measured_brdf.addon.materials import properties
+
+    shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
+    assert sorted(ORDER, key=lambda name: shown.button(name).place) == ORDER
+    assert list(PRESETS) == ORDER
+    assert [item[0] for item in properties.PRESET_ITEMS] == ORDER
+    assert [item.identifier for item in material.measured_brdf.bl_rna.properties["preset"].enum_items] == ORDER
+
+
+@pytest.mark.parametrize(("engine", "osl", "says"), [
+    ("BLENDER_EEVEE", False, "Rendered by nodes, because the engine is EEVEE"),
+    ("CYCLES", False, "Rendered by nodes, because OSL is off")])
+def test_above_the_file_the_panel_says_what_stands_in_for_the_fit(ui, material, engine, osl, says):
+    scene = bpy.context.scene
+    scene.render.engine = engine if engine == "CYCLES" or bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
+    scene.cycles.shading_system = osl
+    shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
+    assert says in shown.texts
+    assert "light goes in wrong directions" not in shown.texts
+    assert shown.button("Enable OSL").place < shown.button("Refit").place
+    assert shown.kinds.index("field") > shown.button("Enable OSL").place
+
+
+def test_where_the_fit_itself_is_rendered_nothing_is_said(ui, material):
+    use_cycles(bpy.context.scene)
+    shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
+    assert "Rendered" not in shown.texts
+    assert shown.button("Enable OSL") is None
+
+
+def test_a_linked_material_cannot_be_refitted_until_it_is_local(ui, blender, material, tmp_path):
+    library, name = str(tmp_path / "library.blend"), material.name
+    before = dict(material.measured_brdf.items())
+    blender.data.libraries.write(library, {material})
+    blender.ops.wm.read_homefile(use_empty=True)
+    with blender.data.libraries.load(library, link=True) as (_, wanted):
+        wanted.materials = [name]
+    linked = blender.data.materials[name]
+    blender.ops.mesh.primitive_cube_add()
+    blender.context.object.data.materials.append(linked)
+    shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, linked)
+    assert not shown.button("Standard").enabled
+    assert not shown.button("Refit").enabled
+    assert shown.button("Make Local").enabled
+    assert blender.ops.measured_brdf.make_local() == {"FINISHED"}
+    local = blender.context.object.active_material
+    assert local.is_editable
+    assert local.measured_brdf.fitted_as == before["fitted_as"]
+    assert not blender.ops.measured_brdf.make_local.poll()
+    shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, local)
+    assert shown.button("Standard").enabled
+    assert shown.button("Make Local") is None
+    assert blender.ops.measured_brdf.fit() == {"FINISHED"}
+
+
+def test_a_wrong_sample_leads_to_the_list_of_samples(ui, blender, data):
+    blender.ops.mesh.primitive_cube_add()
+    blender.ops.measured_brdf.import_data(filepath=str(data / "curet" / "abrdf.dat"), sample="1", **CHEAP)
+    material = blender.context.object.active_material
+    material.measured_brdf.sample = "no such stone"
+    draw(ui.fit.MEASUREDBRDF_PT_material, material=material)
+    lane = ui.queue._lanes["read"]
+    for key, job, _then in lane.queue:
+        with pytest.raises(ValueError, match="no such stone") as caught:
+            job.function(lambda *_: None)
+        job.error, job.finished = caught.value, float("inf")
+        ui.queue._answers[key] = job
+    lane.queue.clear()
+    shown = draw(ui.fit.MEASUREDBRDF_PT_material, material=material)
+    assert shown.button("Find File") is None
+    button = shown.button("Choose Sample")
+    assert (button.operator, button.options["for_material"]) == ("measured_brdf.choose_sample", True)
+
+
+def test_progress_reads_as_progress_and_the_result_as_a_number(ui, material, monkeypatch):
+    from measured_brdf.addon.jobs import queries
+
+    ui.queue.answer_all()
+    drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)            # reads the measurements
+    job = SimpleNamespace(finished=None, error=None, result=None, fraction=0.4)
+    monkeypatch.setattr(queries, "held_out", lambda *_: job)
+    assert dict(ui.details.rows(material))["Held-out RMSE"] == "working out, 40%"
+    job.finished, job.result = 1.0, 0.0123456
+    assert dict(ui.details.rows(material))["Held-out RMSE"] == "0.0123 / sr"
+
+
+def test_details_have_the_numbers(ui, material, glossy):
+    from fitter import error_metrics, fit
+
+    expected = fit(glossy, 2, 4, 80.0)
+    errors = error_metrics(glossy.values, expected.evaluate(*glossy.directions))
+    shown = dict(ui.details.rows(material))
+    assert shown["RMSE"] == f"{errors.rmse:.3g} / sr"
+    assert shown["Coefficients"] == f"{expected.coefficient_count:,}"
+    assert {"Fast misplaces", "Nodes misplaces", "EEVEE misplaces"} <= set(shown)
+
+
+@pytest.mark.parametrize(("dropped", "text"), [
+    (98.2, "98.2 % of the fine lattice dropped, 1.8 % kept"), (0.0, "0 % of the fine lattice dropped, 100 % kept")])
+def test_compression_is_explained_as_what_is_kept(ui, material, dropped, text):
+    material.measured_brdf.compression = dropped
+    assert text in draw(ui.details.MEASUREDBRDF_PT_settings, material=material).texts
+
+
+def test_tables_are_stacked_where_the_region_is_narrow(ui, monkeypatch):
+    from support.drawn import Layout
+
+    table = ("Preset", "Coefficients", "KB"), [("Paper", "17,000", "140"), ("Draft", "700", "8")]
+    for characters, expected in ((80, "Preset Coefficients KB Paper 17,000 140 Draft 700 8"),
+                                 (30, "Paper Coefficients 17,000 KB 140 Draft Coefficients 700 KB 8")):
+        monkeypatch.setattr(ui.layout, "room", lambda characters=characters: characters)
+        layout = Layout()
+        ui.layout.draw_table(layout, *table)
+        assert layout.texts == expected
+
+
+@pytest.mark.parametrize(("width", "scale", "expected"), [(420, 1.0, 61), (420, 1.25, 46), (60, 1.0, 20)])
+def test_text_wraps_by_the_width_of_the_region(ui, monkeypatch, width, scale, expected):
+    monkeypatch.setattr(ui.layout, "bpy", SimpleNamespace(context=SimpleNamespace(
+        region=SimpleNamespace(width=width), preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=scale)))))
+    assert ui.layout.room() == expected
+
+
+def test_the_sidebar_shows_what_the_material_tab_shows(ui, material):
+    class WithoutMaterial(SimpleNamespace):
+        """The context of a 3-D viewport has no `material`."""
+
+    tab = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
+    sidebar = draw(ui.fit.MEASUREDBRDF_PT_sidebar)
+    assert sidebar.texts == tab.texts
+    assert sidebar.fields == tab.fields
+    assert (ui.fit.MEASUREDBRDF_PT_sidebar.bl_space_type, ui.fit.MEASUREDBRDF_PT_sidebar.bl_category) == (
+        "VIEW_3D", "Measured BRDF")
+
+
+@pytest.mark.parametrize("word", ["Import", "Fit", "Compare", "Convert", "Mix"])
+def test_searching_finds_what_can_be_done(ui, word):
+    """F3 finds what is in the menus of the editors that are open, and no INTERNAL operator."""
+    listed = [entry for entry in draw(ui.menu.MEASUREDBRDF_MT_menu).drawn if entry[0] == "button"]
+    found = [entry for entry in listed if word in entry[2] and "Measured BRDF" in entry[2]]
+    assert found
+    for entry in found:
+        operator = next(cls for cls in bpy.types.Operator.__subclasses__() if cls.bl_idname == entry[3])
+        assert "INTERNAL" not in getattr(operator, "bl_options", ())
+
+
+@pytest.mark.parametrize("menu", ["VIEW3D_MT_object", "NODE_MT_node", "MATERIAL_MT_context_menu"])
+def test_the_menu_is_in_the_menus_of_blender(ui, menu):
+    functions = getattr(bpy.types, menu).draw._draw_funcs
+    assert any(function.__module__.endswith("addon.ui.menu") for function in functions)
