@@ -15,7 +15,7 @@ from ..fitter import PRESETS, cli
 from ..fitter.colours import DEFAULT
 from .jobs import tasks
 from .jobs.blender_process import Command, CommandError, Report
-from .library import assets, batch, library_file, starter, studio
+from .library import assets, batch, library_file, look, starter, studio
 from .library.discovery import Failure, Source, sources_in
 from .materials import material as materials
 from .materials import osl_support
@@ -90,6 +90,10 @@ def build_parser() -> argparse.ArgumentParser:
                                                           "fits")
     starter_library.add_argument("-o", "--out", required=True, help="the folder to write")
     starter_library.set_defaults(run=_starter)
+
+    looked_at = commands.add_parser("look")     # for the operators Render Measured Material and Large View
+    looked_at.add_argument("folder")
+    looked_at.set_defaults(run=_look)
 
     info = commands.add_parser("info", help="describe measurements")
     info.add_argument("paths", nargs="+", metavar="PATH", help="files or folders")
@@ -228,6 +232,15 @@ def _render(options: argparse.Namespace) -> int:
             materials.remove(item)
     cli.show_progress(len(sources), max(len(sources), 1), "")
     return _summary(rows, out)
+
+
+def _look(options: argparse.Namespace) -> int:
+    report = Report(options.report_to) if options.report_to else None
+    with _quiet():
+        look.answer(Path(options.folder), report.progress if report else tasks.silent)
+    if report:
+        report.result({})
+    return 0
 
 
 def _info(options: argparse.Namespace) -> int:

@@ -90,7 +90,7 @@ def split(left: SingleArray, right: SingleArray, at: float = 0.5) -> SingleArray
     if left.shape != right.shape:
         raise ValueError(f"pictures of {left.shape} and {right.shape}, expected the same shape")
     width = left.shape[1]
-    thickness = max(width // 128, 1)
+    thickness = max(width // 256, 1)
     edge = round(at * width)
     begin = edge - thickness // 2
     picture = left.copy()
@@ -196,7 +196,7 @@ def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: 
     """
     theta, curve = in_plane(fit, theta_i, phi_i)
     place, values, shown = (np.zeros(0), curve[:0], float("nan")) if samples is None else (
-        _near_plane(samples, theta_i, phi_i))
+        near_plane(samples, theta_i, phi_i))
     scale = max(np.cbrt(max(curve.max(), values.max(initial=0))), 1e-6)
     canvas, pen = _polar_grid(size, theta_i), _pen(size)
     colors = _CHANNELS[3 if curve.shape[1] == 3 else 1]
@@ -389,7 +389,7 @@ def srgb(linear: ArrayLike) -> FloatArray:
     return np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * clipped ** (1 / 2.4) - 0.055)
 
 
-def _near_plane(samples: Samples, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
+def near_plane(samples: Samples, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
     """Samples near the plane of incidence, at the measured angle of incidence nearest to theta_i; of an anisotropic
     material those whose light is near the azimuth phi_i.
 

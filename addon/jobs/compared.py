@@ -26,4 +26,4 @@ def polar(first: bpy.types.Material, second: bpy.types.Material, theta_i: float)
     """The icon of the polar plot of two measured materials at an angle of incidence (radians), and its job."""
     one, other, theta_i = present(queries.kept(first)), present(queries.kept(second)), round(theta_i, 3)
     return icons.icon(("polar of two", (one.digest, other.digest), theta_i),
-                      partial(comparisons.polar_comparison, one, other, theta_i))
+                      partial(comparisons.polar, one, other, theta_i))

@@ -51,9 +51,11 @@ def split_sphere(left: Kept, right: Kept, at: float, size: int = pictures.SIZE, 
     return pictures.split(sphere(left, size, report), sphere(right, size, report), at)
 
 
-def polar_comparison(first: Kept, second: Kept, theta_i: float, size: int = pictures.SIZE,
-                     report: Report = silent) -> SingleArray:
-    """The polar plot of two materials: (size, size, 4). Raises as `sphere` does."""
+def polar(first: Kept, second: Kept | None, theta_i: float, size: int = pictures.SIZE,
+          report: Report = silent) -> SingleArray:
+    """The polar plot of one material, or of two: (size, size, 4). Raises as `sphere` does."""
     report(0.0, "Drawing")
+    if second is None:
+        return pictures.polar_plot(kept_fit(first), None, theta_i, size)[0]
     return pictures.polar_comparison(kept_fit(first), kept_fit(second), theta_i, size,
                                      colours=(first.colours, second.colours))

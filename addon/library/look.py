@@ -4,12 +4,13 @@ Meshes are made here: the zip holds no binary. All are surfaces of revolution ab
 materials take their direction.
 """
 
+import json
 import math
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import bmesh
 import bpy
@@ -22,6 +23,8 @@ from ..annotations import Report, Vector3, present
 from ..materials import osl_support
 from ..materials.comparison import BALL, SKY, STUDIO, WORLD
 
+SOURCE = "materials.blend"
+_REQUEST = "request.json"
 _NAME = "Measured BRDF Look"
 _SUBJECT, _FLOOR = f"{_NAME} Subject", f"{_NAME} Floor"
 _SEGMENTS = 128
@@ -37,6 +40,64 @@ _CAMERA = {STUDIO: (0.0, -9.5, 3.2), SKY: (0.0, -9.8, 1.7), WORLD: (0.0, -9.8, 1
 _LIGHTS = (((-4.0, -3.5, 5.0), 2.5, 420.0), ((5.0, -3.0, 2.5), 3.0, 110.0), ((2.0, 4.0, 5.0), 2.0, 300.0))
 """Of the studio: place, diameter (m) and power (W)."""
 _SAMPLE = re.compile(r"Sample (\d+)/(\d+)")
+
+
+class Request(NamedTuple):
+    """What is rendered of the materials in a .blend.
+
+    Attributes
+    ----------
+    materials : list of str
+        Their names; each is rendered.
+    world : str
+        Name of the world that gives the light; empty where `lighting` is not WORLD.
+    shape, lighting : str
+        Of `comparison.SHAPES` and `comparison.LIGHTINGS`.
+    size, samples : int
+        Pixels on a side, and samples per pixel.
+    transform : str
+        View transform in that world.
+    exposure : float
+        Stops, in that world.
+    """
+
+    materials: list[str]
+    world: str
+    shape: str
+    lighting: str
+    size: int
+    samples: int
+    transform: str
+    exposure: float
+
+
+def write_request(folder: Path, request: Request) -> None:
+    """Write what `answer` is to render, beside `SOURCE`."""
+    (folder / _REQUEST).write_text(json.dumps(request._asdict()), "utf-8")
+
+
+def answer(folder: Path, report: Report) -> None:
+    """Render the materials of a folder's `SOURCE`, as its request says. `pictures` reads them."""
+    report(0.0, "Opening")
+    request = Request(**json.loads((folder / _REQUEST).read_text("utf-8")))
+    with bpy.data.libraries.load(str(folder / SOURCE), link=False) as (_, target):
+        target.materials, target.worlds = request.materials, [request.world] if request.world else []
+    world = target.worlds[0] if request.world else None
+    scene = scene_for(request.shape, request.lighting, world, request.size, request.samples)
+    if world is not None:
+        scene.view_settings.exposure = request.exposure
+        with suppress(TypeError):               # another OpenColorIO configuration has other transforms
+            scene.view_settings.view_transform = request.transform
+    for number, material in enumerate(target.materials):
+        def within(fraction: float, doing: str, number: int = number) -> None:
+            report((number + fraction) / len(request.materials), doing)
+
+        np.save(folder / f"{number}.npy", render(scene, material, folder / "render.png", within))
+
+
+def pictures(folder: Path, count: int) -> list[SingleArray]:
+    """What `answer` has rendered: (size, size, 4) each."""
+    return [np.load(folder / f"{number}.npy", allow_pickle=False) for number in range(count)]
 
 
 def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: int, samples: int) -> bpy.types.Scene:

@@ -17,6 +17,7 @@ _HEADINGS = "Coefficients", "KB", "RMSE", "Held out"
 _CHEAPEST_FIRST = sorted(PRESETS, key=lambda name: (PRESETS[name]["method"] != "mba", PRESETS[name]["diffuse_level"]))
 _FOUR_ABREAST = 66          # characters that four spheres with their numbers need beside one another
 _UNIT, _LARGEST = 20, 9     # pixels of an icon of the scale 1, and the largest scale
+_BESIDE = 60                # pixels of a region beside its pictures
 _UNKNOWN = "...", "...", "...", "..."
 
 
@@ -51,13 +52,13 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
         layout.label(text="RMSE at the samples, and at held-out ones (1/sr)")
 
 
-def picture_scale(context: bpy.types.Context, columns: int) -> float:
+def picture_scale(context: bpy.types.Context, columns: int, largest: float = _LARGEST) -> float:
     """The scale of pictures that share the width of the region in this many columns."""
     region = context.region
     if region is None:
-        return _LARGEST
+        return largest
     width = region.width / context.preferences.system.ui_scale
-    return min(max((width - 60) / columns / _UNIT, 3.0), _LARGEST)
+    return min(max((width - _BESIDE) / columns / _UNIT, 3.0), largest)
 
 
 def _shown(material: bpy.types.Material, data: tasks.Data, kept: Job[Fit] | None, name: str) -> _Shown:
