@@ -1,0 +1,151 @@
+"""What the watched folder holds, and the pictures of it: listed and drawn without Blender, cached on disk."""
+
+import importlib
+import os
+import sys
+
+import numpy as np
+import pytest
+
+from support import panel_work
+
+
+@pytest.fixture
+def thumbnails():
+    """The module as a worker loads it."""
+    tasks = panel_work.load()
+    found = importlib.import_module(tasks.__name__.replace(".jobs.tasks", ".library.thumbnails"))
+    found._known.clear()
+    return found
+
+
+@pytest.fixture
+def folder(tmp_path, glossy, write_astm):
+    path = tmp_path / "data"
+    path.mkdir()
+    write_astm(path / "b.astm", glossy, "b")
+    write_astm(path / "a.astm", glossy, "a")
+    (path / "notes.txt").write_text("Tuesday: measured the blue one again.")
+    (path / "picture.png").write_bytes(b"\x89PNG")
+    return path
+
+
+def labels(found):
+    return [each.label for each in found]
+
+
+def test_a_folder_lists_its_measurements_and_nothing_else(thumbnails, folder):
+    assert labels(thumbnails.scan(str(folder))) == ["a.astm", "b.astm"]
+
+
+def test_new_changed_and_removed_files_are_noticed(thumbnails, folder, glossy, write_astm):
+    first = thumbnails.scan(str(folder))
+    write_astm(folder / "c.astm", glossy, "c")
+    assert labels(thumbnails.scan(str(folder))) == ["a.astm", "b.astm", "c.astm"]
+    (folder / "a.astm").unlink()
+    assert labels(thumbnails.scan(str(folder))) == ["b.astm", "c.astm"]
+    (folder / "b.astm").write_text("broken")
+    changed = thumbnails.scan(str(folder))
+    assert labels(changed) == ["b.astm", "c.astm"]
+    assert changed[0].stamp != first[1].stamp
+    assert "b.astm" in changed[0].error
+    assert not changed[0].has_picture
+    assert not changed[1].error
+
+
+def test_files_that_stay_the_same_are_not_read_again(thumbnails, folder, monkeypatch):
+    before = thumbnails.scan(str(folder))
+    monkeypatch.setattr(thumbnails.discovery, "list_samples", None)        # calling it would fail
+    assert thumbnails.scan(str(folder)) == before
+
+
+def test_a_folder_that_is_gone_is_an_error(thumbnails, folder):
+    with pytest.raises(OSError, match="nowhere"):
+        thumbnails.scan(str(folder / "nowhere"))
+
+
+def test_a_broken_link_is_left_out(thumbnails, folder):
+    os.symlink(folder / "nothing", folder / "link.astm")
+    assert labels(thumbnails.scan(str(folder))) == ["a.astm", "b.astm"]
+
+
+def test_a_table_without_units_is_listed_because_the_import_asks(thumbnails, folder):
+    (folder / "unknown.csv").write_text("theta_i,theta_o,phi,BRDF\n0.5,0.5,1,1\n0.2,0.3,1,1\n")
+    found = next(each for each in thumbnails.scan(str(folder)) if each.label == "unknown.csv")
+    assert found.error == ""
+
+
+def test_a_curet_file_lists_its_samples(thumbnails, data):
+    found = thumbnails.scan(str(data / "curet"))
+    assert len(found) == 61
+    assert {each.path for each in found} == {str(data / "curet" / "abrdf.dat")}
+    assert "velvet" in [each.label.lower() for each in found]
+
+
+def test_a_large_file_is_listed_without_being_read_or_drawn(thumbnails, folder, monkeypatch):
+    monkeypatch.setattr(thumbnails, "LARGEST_FITTED", 100)
+    monkeypatch.setattr(thumbnails.discovery, "list_samples", None)
+    found = thumbnails.scan(str(folder))
+    assert labels(found) == ["a.astm", "b.astm"]
+    assert not any(each.has_picture for each in found)
+
+
+def test_a_picture_of_a_measurement_is_drawn_once(thumbnails, folder, tmp_path, monkeypatch):
+    found = thumbnails.scan(str(folder))[0]
+    cache, how = tmp_path / "cache", {"colours": "Rec.709"}
+    drawn = thumbnails.of_measurement(found, str(cache), how)
+    assert drawn.shape == (thumbnails.SIZE, thumbnails.SIZE, 4)
+    assert drawn[64, 64, 2] > drawn[64, 64, 0]           # it is blue
+    assert drawn[0, 0, 3] == 0
+    original = thumbnails.lit_sphere
+    monkeypatch.setattr(thumbnails, "lit_sphere", None)
+    np.testing.assert_array_equal(thumbnails.of_measurement(found, str(cache), how), drawn)
+    changed = found._replace(stamp=(1, 2))
+    with pytest.raises(TypeError):
+        thumbnails.of_measurement(changed, str(cache), how)
+    stored, = cache.glob("*.npy")
+    stored.write_bytes(stored.read_bytes()[:100])        # damaged: drawn anew
+    monkeypatch.setattr(thumbnails, "lit_sphere", original)
+    np.testing.assert_array_equal(thumbnails.of_measurement(found, str(cache), how), drawn)
+
+
+def test_a_cache_that_cannot_be_written_is_done_without(thumbnails, tmp_path):
+    (tmp_path / "cache").write_text("a file, where the folder should be")
+    picture = thumbnails.of_published("gold-paint", str(tmp_path / "cache"))
+    assert picture[64, 64, 0] > picture[64, 64, 2]
+
+
+def test_only_so_many_pictures_are_kept(thumbnails, tmp_path, monkeypatch):
+    monkeypatch.setattr(thumbnails, "_KEPT", 2)
+    for name in ("chrome", "teflon", "steel"):
+        thumbnails.of_published(name, str(tmp_path))
+    assert len(list(tmp_path.glob("*.npy"))) == 2
+
+
+def test_the_picture_of_an_unreadable_measurement_is_an_error(thumbnails, folder, tmp_path):
+    found = thumbnails.scan(str(folder))[0]
+    (folder / "a.astm").write_text("broken since")
+    with pytest.raises(ValueError, match=r"a\.astm"):
+        thumbnails.of_measurement(found, str(tmp_path / "cache"), {})
+
+
+def test_a_worker_lists_a_folder(extension, folder):
+    import time
+    from functools import partial
+
+    from measured_brdf.addon.jobs import process
+    from measured_brdf.addon.jobs.job import Job
+    from measured_brdf.addon.library import thumbnails
+
+    worker = process.Worker()
+    try:
+        for work in (partial(thumbnails.scan, str(folder)), partial(thumbnails.of_published, "steel", str(folder))):
+            job = Job(work)
+            worker.begin(job)
+            while not job.poll():
+                time.sleep(0.02)
+            assert job.error is None, job.error
+            assert len(job.result) in (2, thumbnails.SIZE)
+    finally:
+        worker.kill()
+    assert "bpy" in sys.modules
