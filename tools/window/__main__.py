@@ -1,0 +1,94 @@
+"""``python -m tools.window FOLDER [NAME ...]``: pictures of Blender's window for the manual.
+
+Each opens a real Blender on a screen of its own (Xvfb), installs the extension's zip into an empty profile, and runs
+`driver.py` inside of it. The scripts that do this, and a folder with such a Blender, are not part of the repository:
+``--scripts`` (shot.sh; by default ../shared/tools/blender_gui) and ``--root`` (made by setup_blender_gui.sh there; as
+root, on Debian). CURET's measurements are needed, and the synthetic tables of `make demo`.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from support.checkout import ROOT, measurements
+
+DRIVER = Path(__file__).with_name("driver.py")
+_MARK = 'PICTURE = "panel"'
+
+
+def names():
+    """The pictures that the driver knows."""
+    table = DRIVER.read_text("utf-8").partition("PICTURES = {")[2].partition("}")[0]
+    return [line.split('"')[1] for line in table.splitlines() if '"' in line]
+
+
+def main():
+    """Take the named pictures, or all. The exit code is 1 where one fails."""
+    parser = argparse.ArgumentParser(prog="python -m tools.window", description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="where to write NAME.png")
+    parser.add_argument("names", nargs="*", help=f"of {', '.join(names())}; by default all")
+    parser.add_argument("--zip", type=Path, help="the extension; by default what `make zip` wrote")
+    parser.add_argument("--scripts", type=Path, default=ROOT.parent / "shared" / "tools" / "blender_gui")
+    parser.add_argument("--root", type=Path, default=Path("/tmp/gui"), help="the folder that holds a Blender")
+    parser.add_argument("--size", default="1400x900", help="of the window, default: %(default)s")
+    options = parser.parse_args()
+    options.zip = options.zip or next((ROOT / "build").glob("measured_brdf-*.zip"), None)
+    if options.zip is None:
+        parser.error("no zip: run `make zip`")
+    copy_data(options.root / "data")
+    failed = [name for name in options.names or names() if not take(name, options)]
+    if failed:
+        print(f"not taken: {', '.join(failed)}", file=sys.stderr)
+    return bool(failed)
+
+
+def copy_data(folder):
+    """Put the measurements where the driver finds them."""
+    folder.mkdir(exist_ok=True)
+    for path in (measurements() / "curet" / "abrdf.dat", ROOT / "build" / "synthetic" / "brushed_steel.csv"):
+        if path.is_file() and not (folder / path.name).exists():
+            shutil.copy(path, folder)
+
+
+def take(name, options):
+    """Take one picture; whether it could be taken."""
+    with tempfile.TemporaryDirectory() as folder:
+        driver, picture = Path(folder) / "driver.py", Path(folder) / "picture.png"
+        driver.write_text(DRIVER.read_text("utf-8").replace(_MARK, f'PICTURE = "{name}"'), "utf-8")
+        done = subprocess.run(["bash", options.scripts / "shot.sh", options.root, options.zip, driver, picture,
+                               options.size], capture_output=True, text=True, check=False,
+                              env={"SHOT_TIMEOUT": "280", **os.environ})
+        if done.returncode or not picture.is_file():
+            print(done.stdout[-3000:], done.stderr[-1000:], file=sys.stderr)
+            return False
+        trim(picture, options.folder / f"{name}.png")
+    print(options.folder / f"{name}.png")
+    return True
+
+
+def trim(picture, out):
+    """Write a picture without the empty rows at its bottom and the transparency that Blender's editors do not have."""
+    image = bpy.data.images.load(str(picture))
+    width, height = image.size
+    pixels = np.empty(width * height * 4, dtype=np.float32)
+    image.pixels.foreach_get(pixels)
+    rows = pixels.reshape(height, width, 4)             # the lowest first
+    inner = rows[:, 8:-24, :3]                          # without the edge and the scroll bar
+    filled = np.flatnonzero(np.ptp(inner, axis=(1, 2)) > 0.05)
+    kept = rows[max(0, (filled[0] if len(filled) else 0) - 12):]
+    cut = bpy.data.images.new(out.stem, width, len(kept))
+    cut.pixels.foreach_set(np.ascontiguousarray(kept).ravel())
+    cut.file_format, cut.filepath_raw = "PNG", str(out)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    cut.save()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,168 @@
+"""What each picture of Blender's window shows. It runs inside of that Blender, which has the extension and no checkout.
+
+`h` is the harness, which arranges the window: areas, scrolling, clicks. Measurements lie in /data.
+"""
+
+# ruff: noqa: D103 (the functions are the pictures)
+
+import bpy
+
+PICTURE = "panel"           # ``python -m tools.window`` puts another name here
+CURET, STEEL = "/data/abrdf.dat", "/data/brushed_steel.csv"
+WIDTH = 380                 # of the column of properties
+
+
+def stage(h, *opened):
+    """A sphere under a sun, and the column of properties with these panels of the extension open and no others."""
+    for item in list(bpy.data.objects):
+        bpy.data.objects.remove(item)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=1.6)
+    bpy.ops.object.shade_smooth()
+    sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    sun.data.energy, sun.rotation_euler = 3, (0.8, 0, -0.7)
+    bpy.context.scene.collection.objects.link(sun)
+    bpy.context.scene.render.engine = "CYCLES"
+    h.properties_column(width=WIDTH)
+    h.properties_tab("MATERIAL")
+    shading = h.area("VIEW_3D").spaces.active.shading
+    shading.type, shading.use_scene_lights, shading.use_scene_world = "MATERIAL", True, False
+    open_panels(opened)
+
+
+def open_panels(names):
+    """Register the sub-panels again, so that these are open when they are drawn first, and the others closed."""
+    panels = [cls for cls in bpy.types.Panel.__subclasses__()
+              if getattr(cls, "bl_parent_id", "").startswith("MEASUREDBRDF")]
+    for cls in panels:
+        bpy.utils.unregister_class(cls)
+    for cls in panels:
+        rest = set(getattr(cls, "bl_options", ())) - {"DEFAULT_CLOSED"}
+        cls.bl_options = rest if cls.__name__.removeprefix("MEASUREDBRDF_PT_") in names else rest | {"DEFAULT_CLOSED"}
+        bpy.utils.register_class(cls)
+
+
+def import_sample(name="velvet", path=CURET):
+    bpy.ops.measured_brdf.import_data(filepath=path, sample=name, preset="Standard")
+
+
+def to_the_end(h):
+    h.scroll(h.area("PROPERTIES"), 6000)
+    h.wait(4)
+
+
+def column(h):
+    return h.area("PROPERTIES")
+
+
+def start(h):
+    stage(h, "start")
+    h.wait(8)
+
+
+def panel(h):
+    stage(h, "pictures")
+    import_sample()
+    h.wait(20)
+
+
+def compare(h):
+    stage(h, "compare")
+    import_sample()
+    h.wait(40)
+
+
+def compare_with(h):
+    stage(h, "compare_with")
+    import_sample("leather")
+    bpy.ops.measured_brdf.pin()
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=1.6, location=(4, 0, 0))
+    import_sample()
+    h.wait(25)
+
+
+def details(h):
+    stage(h, "details", "settings")
+    import_sample()
+    h.wait(10)
+
+
+def measurements(h):
+    stage(h, "data")
+    import_sample()
+    h.wait(10)
+
+
+def rendering(h):
+    stage(h, "rendering")
+    import_sample()
+    bpy.context.scene.cycles.sample_clamp_indirect = 10
+    h.wait(10)
+
+
+def moved(h):
+    stage(h)
+    import_sample()
+    bpy.context.object.active_material.measured_brdf.filepath = "/data/moved/abrdf.dat"
+    h.wait(6)
+
+
+def fitting(h):
+    stage(h)
+    import_sample()
+    settings = bpy.context.object.active_material.measured_brdf
+    settings.preset = "Reference"
+    with h.override(h.area("VIEW_3D")):
+        bpy.ops.measured_brdf.fit("INVOKE_DEFAULT")
+    h.wait(2)
+
+
+def samples(h):
+    stage(h)
+    area = h.area("VIEW_3D")
+    h.window.cursor_warp(area.x + 160, area.y + area.height - 60)
+    h.wait(1)
+
+
+def choose_sample(h):
+    with h.override(h.area("VIEW_3D")):
+        bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=CURET)
+    h.wait(2)
+
+
+def anisotropy(h):
+    stage(h, "pictures", "rendering")
+    import_sample("", STEEL)
+    h.wait(25)
+
+
+def assets(h):
+    stage(h)
+    for name in ("velvet", "leather", "aluminum foil", "felt"):
+        import_sample(name)
+        bpy.ops.measured_brdf.save_asset()
+        bpy.context.object.data.materials.clear()
+    h.set_area(h.area("VIEW_3D"), "ASSETS")
+    h.wait(6)
+
+
+def whole(h):
+    return max(h.window.screen.areas, key=lambda area: area.width * area.height)
+
+
+# what arranges the picture, what follows a redraw later, and the area that is shown
+PICTURES = {
+    "start": (start, (), column),
+    "panel": (panel, (), column),
+    "compare": (compare, (to_the_end,), column),
+    "compare_with": (compare_with, (to_the_end,), column),
+    "details": (details, (to_the_end,), column),
+    "measurements": (measurements, (to_the_end,), column),
+    "rendering": (rendering, (to_the_end,), column),
+    "moved": (moved, (), column),
+    "fitting": (fitting, (), column),
+    "samples": (samples, (choose_sample,), whole),
+    "anisotropy_panel": (anisotropy, (to_the_end,), column),
+    "assets": (assets, (), whole),
+}
+setup, steps, crop = PICTURES[PICTURE]
+steps = list(steps)
