@@ -6,6 +6,7 @@ from typing import Any
 import bpy
 
 from ...fitter import Fit
+from ...fitter.arrays import FloatArray
 from ...fitter.colours import COLOURS, DEFAULT
 from ...fitter.packed_picture import unpacked
 from ..annotations import Arguments, present
@@ -49,6 +50,12 @@ def known_fit(path: str, sample: str, how: Arguments, arguments: Arguments) -> t
 def lit_sphere(measured: tasks.Data, arguments: Arguments) -> tuple[int, Job[Any]]:
     """The icon of the lit sphere, and the job that draws it."""
     return icons.icon(_key("sphere", measured, arguments), partial(tasks.lit_sphere, measured, arguments))
+
+
+def preset_sphere(measured: tasks.Data, arguments: Arguments) -> tuple[int, Job[Any]]:
+    """As `lit_sphere`, without another fit's picture until it is drawn."""
+    kind, *rest = _key("preset sphere", measured, arguments)
+    return icons.icon((kind, tuple(rest)), partial(tasks.lit_sphere, measured, arguments))
 
 
 def polar_plot(measured: tasks.Data, arguments: Arguments, theta_i: float,
@@ -101,6 +108,18 @@ def material_turned(material: bpy.types.Material, theta_i: float) -> tuple[int, 
     found, theta_i = present(kept(material)), round(theta_i, 3)
     return icons.icon(("kept turned", material.session_uid, found.digest, theta_i),
                       partial(tasks.kept_turned, found, theta_i))
+
+
+def near_plane(material: bpy.types.Material, theta_i: float,
+               phi_i: float = 0.0) -> Job[tuple[FloatArray, FloatArray, float]] | None:
+    """The job that finds the samples near a plane of incidence (radians), as `pictures.near_plane` returns them; None
+    where the measurements are not at hand, or have not been read yet."""
+    measured = data(material).result if material.measured_brdf.filepath else None
+    if measured is None:
+        return None
+    theta_i, phi_i = round(theta_i, 2), round(phi_i, 2)
+    return queue.ask(("near plane", measured.digest, theta_i, phi_i),
+                     partial(tasks.near_plane, measured, theta_i, phi_i), "read")
 
 
 def kept(material: bpy.types.Material) -> tasks.Kept | None:

@@ -18,7 +18,8 @@ _CHEAPEST_FIRST = sorted(PRESETS, key=lambda name: (PRESETS[name]["method"] != "
 _FOUR_ABREAST = 66          # characters that four spheres with their numbers need beside one another
 _UNIT, _LARGEST = 20, 9     # pixels of an icon of the scale 1, and the largest scale
 _BESIDE = 60                # pixels of a region beside its pictures
-_UNKNOWN = "...", "...", "...", "..."
+_FORMS = "{} coefficients", "{} KB", "RMSE {}", "Held out {}"
+_UNKNOWN, _FAILED = ("...",) * 4, ("-",) * 4
 
 
 class _Shown(NamedTuple):
@@ -73,7 +74,7 @@ def _shown(material: bpy.types.Material, data: tasks.Data, kept: Job[Fit] | None
         numbers = _texts(settings.coefficients, settings.bytes, settings.rmse)
         return _Shown(icon, job, (*numbers, _held_out(queries.held_out(data, arguments))), True)
     found, held = queries.cost(data, arguments)
-    icon, job = queries.lit_sphere(data, arguments)
+    icon, job = queries.preset_sphere(data, arguments)
     return _Shown(icon, job, _numbers(found, held), is_chosen)
 
 
@@ -92,9 +93,8 @@ def _draw_preset(layout: bpy.types.UILayout, name: str, shown: _Shown, scale: fl
                      icon="CHECKMARK" if shown.is_chosen else "NONE").preset = name
     else:
         column.label(text=name, icon="CHECKMARK" if shown.is_chosen else "NONE")
-    coefficients, kilobytes, rmse, held_out = shown.numbers
-    for text in (f"{coefficients} coefficients", f"{kilobytes} KB", f"RMSE {rmse}", f"Held out {held_out}"):
-        column.label(text=text)
+    for form, text in zip(_FORMS, shown.numbers, strict=True):
+        column.label(text="" if text in (*_UNKNOWN, *_FAILED) else form.format(text))
 
 
 def draw_cost(layout: bpy.types.UILayout, settings: Any, data: tasks.Data | None) -> None:
@@ -106,14 +106,14 @@ def draw_cost(layout: bpy.types.UILayout, settings: Any, data: tasks.Data | None
     if found.error is not None:
         draw_warning(layout, str(found.error))
         return
-    draw_row(column, *_HEADINGS)
-    draw_row(column, *_numbers(found, held))
+    for name, text in zip(_HEADINGS, _numbers(found, held), strict=True):
+        draw_value(column, name, text)
 
 
 def _numbers(found: Job[tasks.Fitted], held: Job[float]) -> tuple[str, ...]:
     """Coefficients, kilobytes, RMSE and held-out RMSE as text, as far as they are known."""
     if found.error is not None:
-        return "-", "-", "-", "-"
+        return _FAILED
     if found.result is None:
         return _UNKNOWN
     made, errors, *_ = found.result
