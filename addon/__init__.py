@@ -5,14 +5,14 @@ The layers, from low to high: `scene`, `materials`, `jobs`, `library`, `operator
 `transaction` are below all layers; `preferences` is above `materials`.
 """
 
-from . import command, manual, operators, preferences, ui
+from . import command, manual, operators, preferences, ui, viewport
 from .annotations import Registrable
 from .jobs import icons, process, queue
 from .materials import comparison, properties, rendered
 from .scene import lamps
 
-_MODULES: tuple[Registrable, ...] = (properties, comparison, preferences, icons, operators, ui, lamps, rendered, manual,
-                                      command)
+_MODULES: tuple[Registrable, ...] = (properties, comparison, preferences, icons, operators, viewport, ui, lamps,
+                                      rendered, manual, command)
 
 
 def register() -> None:

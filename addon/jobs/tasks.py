@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from ... import fitter
-from ...fitter import colours, formats, methods, pictures
+from ...fitter import colours, formats, methods, pictures, progress
 from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.cycles import principled
 from ...fitter.cycles.bake import SHADER_VERSION, bake
@@ -24,11 +24,13 @@ from ...fitter.cycles.node_mixture import Nodes, node_mixtures
 from ...fitter.cycles.principled_bsdf import Principled
 from ...fitter.cycles.unbake import unbake
 from ...fitter.methods import tolerance
+from ...fitter.methods.gaussian_process import MOST_SAMPLES
 from ...fitter.model import fit_file
 from ...fitter.packed_picture import SIZE, packed
 from ...fitter.quality import cross_validation, describe, verdict
 from ...fitter.samples import distinct_channels
 from ..annotations import Arguments, Report
+from . import shared
 
 _PassedOn = TypeVar("_PassedOn")
 
@@ -40,6 +42,7 @@ _LEVELS = range(8)          # in the plot of errors; level 8 would take longer t
 # to it, and a finer lattice of four axes takes minutes or is more than a shader holds
 _SPARSE_OF_FOUR_AXES, _DENSE_OF_FOUR_AXES = range(1, 7), range(1, 5)
 _CHUNK = 1 << 16            # rows hashed at a time
+_FINE = 7                   # level of a sparse lattice
 _KEPT = 12                  # fits in the cache, a few MB each
 _LARGEST = 2.0 ** 62        # integer of a digest: a file may hold an azimuth of 1e300
 _QUICK = 5000               # samples of which one more fit takes a second at most
@@ -228,10 +231,13 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
     """
     report(0.0, "Reading")
     samples, measured = _load(path, sample, how)
-    report(0.1, "Fitting")
     key = measured.digest
-    found = known[1] if known is not None and known[0] == key else fitted(samples, key, arguments)
-    return finish(samples, measured, found, report, edit)
+    is_known = known is not None and known[0] == key
+    share = 0.0 if is_known else _share_of_fit(samples, arguments)
+    with progress.part(0.0, share, "Fitting"):
+        found = known[1] if known is not None and is_known else fitted(samples, key, arguments)
+    with progress.part(share, 1.0):
+        return finish(samples, measured, found, report, edit)
 
 
 def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: Report = silent,
@@ -250,14 +256,28 @@ def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: R
     """
     done: list[tuple[str, str, Outcome | ValueError]] = []
     for number, (path, sample) in enumerate(sources):
-        def within(fraction: float, doing: str, number: int = number, name: str = sample or Path(path).name) -> None:
-            report((number + fraction) / len(sources), f"{name}: {doing}")
-
+        about = f"{sample or Path(path).name}: " if len(sources) > 1 else ""
         try:
-            done.append((path, sample, outcome(path, sample, arguments, within, how=how)))
+            with progress.part(number / len(sources), (number + 1) / len(sources), about=about):
+                done.append((path, sample, outcome(path, sample, arguments, report, how=how)))
         except ValueError as error:
             done.append((path, sample, error))
     return done
+
+
+def _share_of_fit(samples: fitter.Samples, arguments: Arguments) -> float:
+    """The share of an outcome's time that its fit takes, as measured: the rest takes as long for every fit."""
+    if arguments.get("method") == "mba":
+        return 0.1
+    fine = 0.2 * _is_fine(arguments)
+    if not samples.isotropic or len(samples) > MOST_SAMPLES:
+        return 0.7 + fine / 2
+    return 0.7 if "tolerance" in arguments else 0.35 + 0.3 * len(samples) / MOST_SAMPLES + fine
+
+
+def _is_fine(arguments: Arguments) -> bool:
+    """Whether the sparse lattice is so fine that it takes most of the time."""
+    return (arguments.get("specular_level") or 0) >= _FINE
 
 
 def asset(path: str, sample: str | None, arguments: Arguments, folder: str, report: Report = silent,
@@ -326,30 +346,36 @@ def adjusted(kept: Kept, edit: Arguments, report: Report = silent) -> Adjusted:
 
 def _baked(fit: fitter.Fit, space: str, report: Report) -> tuple[str, Nodes, FloatArray, Principled, str]:
     """What a material needs of a fit: from `source` to `sphere` of an `Outcome`."""
-    report(0.6, "Writing the shader")
-    source = bake(fit)
-    report(0.75, "Matching closure nodes")
-    nodes = node_mixtures(fit)
-    report(0.9, "Matching the viewport colour")
+    with progress.part(0.0, 0.35, "Writing the shader"):
+        source = bake(fit)
+    with progress.part(0.35, 0.85, "Matching closure nodes"):
+        nodes = node_mixtures(fit)
+    report(0.85, "Matching the viewport colour")
     return (source, nodes, principled.albedo(fit), principled.principled(fit),
             packed(pictures.lit_sphere(fit, SIZE, colours=space)))
 
 
 def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Report = silent) -> Fitted:
-    """Fit samples with this digest, or take the fit from the cache. Raises ValueError."""
+    """Fit samples with this digest, unless a worker has done it before. Raises ValueError."""
     whole = key, freeze(arguments)
-    if whole in _fits:
-        _fits.move_to_end(whole)
-        return _fits[whole]
-    start = time.perf_counter()
-    prepared = _prepared(samples, key, arguments)
-    made = fit(samples, arguments, prepared)
-    found = assess(samples, made, time.perf_counter() - start)
-    found = found._replace(unseen=_unseen(samples, found, arguments, prepared))
-    _fits[whole] = found
+    if whole not in _fits:
+        _fits[whole] = shared.once(f"fit {whole}", lambda: _fitted(samples, key, arguments))
+    _fits.move_to_end(whole)
     while len(_fits) > _KEPT:
         _fits.popitem(last=False)
-    return found
+    return _fits[whole]
+
+
+def _fitted(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
+    start = time.perf_counter()
+    share = 0.2 if _is_fine(arguments) else 0.5
+    with progress.part(0.0, share):
+        prepared = _prepared(samples, key, arguments)
+    with progress.part(share if prepared else 0.0, 0.95):
+        made = fit(samples, arguments, prepared)
+    found = assess(samples, made, time.perf_counter() - start)
+    with progress.part(0.95, 1.0):
+        return found._replace(unseen=_unseen(samples, found, arguments, prepared))
 
 
 def _unseen(samples: fitter.Samples, found: Fitted, arguments: Arguments, prepared: Arguments) -> float:
@@ -378,7 +404,8 @@ def _prepared(samples: fitter.Samples, key: str, arguments: Arguments) -> Argume
     known = key, arguments["method"]
     if known not in _preparations:
         _preparations.clear()
-        _preparations[known] = methods.prepare(samples, arguments["method"])
+        _preparations[known] = shared.once(f"preparation {known}",
+                                           lambda: methods.prepare(samples, arguments["method"]))
     return _preparations[known]
 
 
@@ -406,16 +433,16 @@ def held_out_of(data: Data, arguments: Arguments, report: Report = silent) -> fl
 
 def held_out(samples: fitter.Samples, arguments: Arguments, report: Report = silent) -> float:
     """RMSE at held-out samples, 1/sr. A tolerance gives the levels from all samples."""
-    done = 0
+    folds = iter(range(cross_validation.FOLDS))
     if "tolerance" in arguments:
         report(0.0, "Fitting")
-        arguments = tolerance.arguments_of(fit(samples, arguments))
+        arguments = tolerance.arguments_of(fitted(samples, digest(samples), arguments).fit)
 
     def reported_fit(part: fitter.Samples) -> fitter.Fit:
-        nonlocal done
-        report(done / cross_validation.FOLDS, "Predicting held-out samples")
-        done += 1
-        return fit(part, arguments)
+        fold = next(folds)
+        begin, end = fold / cross_validation.FOLDS, (fold + 1) / cross_validation.FOLDS
+        with progress.part(begin, end, "Predicting held-out samples"):
+            return fit(part, arguments)
 
     return cross_validation.held_out(samples, reported_fit).rmse
 
@@ -433,8 +460,8 @@ def errors_by_level(data: Data, arguments: Arguments, report: Report = silent) -
     chosen, levels = arguments[varied], _levels(samples, varied)
     errors, first = {chosen: current.errors.rmse}, {_levels_of(current.fit): chosen}
     for number, level in enumerate(levels):
-        report(number / len(levels), "Fitting every level")
-        found = fitted(samples, data.digest, {**arguments, varied: level})
+        with progress.part(number / len(levels), (number + 1) / len(levels), "Fitting every level"):
+            found = fitted(samples, data.digest, {**arguments, varied: level})
         if samples.isotropic or first.setdefault(_levels_of(found.fit), level) == level:
             errors[level] = found.errors.rmse
     shown = list(levels) if samples.isotropic else sorted(errors)
@@ -466,6 +493,12 @@ def polar_plot(data: Data, arguments: Arguments, theta_i: float, phi_i: float = 
 def turned_plane(data: Data, arguments: Arguments, theta_i: float, _report: Report = silent) -> SingleArray:
     """The picture of the plane of incidence as it turns about the normal: (size, size, 4)."""
     return pictures.turned_plane(fitted_of(data, arguments).fit, theta_i, colours=data.measured.colours)
+
+
+def near_plane(data: Data, theta_i: float, phi_i: float = 0.0,
+               _report: Report = silent) -> tuple[FloatArray, FloatArray, float]:
+    """As `pictures.near_plane`."""
+    return pictures.near_plane(data.samples, theta_i, phi_i)
 
 
 def kept_fit(kept: Kept, _report: Report = silent) -> fitter.Fit:

@@ -1,0 +1,41 @@
+"""The button that opens the lobe over the 3D view."""
+
+import bpy
+
+from ..annotations import present
+from ..materials import material as materials
+from ..operators.active_material import active_material
+from ..viewport import session
+from ..viewport.inspect_reflectance import MEASUREDBRDF_OT_inspect
+
+
+def draw(layout: bpy.types.UILayout) -> None:
+    """Draw the button; while it runs, one that ends it."""
+    running = session.running is not None
+    layout.operator(MEASUREDBRDF_OT_inspect.bl_idname, icon="X" if running else "LIGHT_HEMI",
+                    text="End Inspection" if running else "Inspect in the Viewport")
+
+
+class MEASUREDBRDF_PT_inspect(bpy.types.Panel):
+    """The lobe of the material as an overlay, with the light dragged"""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Measured BRDF"
+    bl_label = "Inspect Reflectance"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        material = active_material(context)
+        return material is not None and materials.group_node(material) is not None
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        layout = present(self.layout)
+        draw(layout)
+        if session.running is None:
+            row = layout.row(align=True)
+            for place, label in (("CURSOR", "At 3D Cursor"), ("ORIGIN", "At Origin")):
+                row.operator(MEASUREDBRDF_OT_inspect.bl_idname, text=label).place = place
+
+
+classes = (MEASUREDBRDF_PT_inspect,)

@@ -1,0 +1,177 @@
+"""What is inspected: a spot, the direction of the light there, and what a fit reflects of it. Mouse and keys change it.
+
+Nothing here needs a window.
+"""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from ...fitter import Fit
+from ...fitter.arrays import ArrayLike, FloatArray
+from ...fitter.lobe import RADII, Lobe, Radius, at_angle, lobe_surface, plane_curve
+from .plot import Plot
+from .surface import Spot
+from .view import View, dragged, limited
+
+HANDLE = 1.3                # distance of the light's handle, over the longest radius of the lobe
+_REACH = 1.12               # over that of the handle: where a click in the view takes it
+_FINE, _COARSE = (64, 128), (40, 80)        # rows and columns of the lobe: at rest, and while the light is dragged
+_STEP = np.radians(1)       # of the arrow keys
+_KEYS = {"LEFT_ARROW": (_STEP, 0.0), "RIGHT_ARROW": (-_STEP, 0.0), "UP_ARROW": (0.0, _STEP),
+         "DOWN_ARROW": (0.0, -_STEP)}
+
+
+class Shown(NamedTuple):
+    """A fit, its name, and the space of its colours."""
+
+    fit: Fit
+    name: str
+    space: str
+
+
+class Measurements(NamedTuple):
+    """Samples near the plane of incidence, as `pictures.near_plane` returns them."""
+
+    theta_o: FloatArray
+    values: FloatArray
+    theta_i: float
+
+
+class Inspection:
+    """The state of an inspection.
+
+    Attributes
+    ----------
+    spot : Spot
+    size : float
+        The longest radius of the lobe, in the world.
+    theta_i, phi_i : float
+        Of the light, radians; the azimuth counts from the tangent.
+    side : {"LEFT", "RIGHT"}
+        Where the plot is.
+    radius : {"cube root", "linear"}
+    with_plot : bool
+    first, second : Shown, or None
+        The material's fit, once it is known, and the one that it is compared with.
+    lobe : Lobe, or None
+        That of the first.
+    curves : list of (theta, values)
+        Of both, in the plane of incidence: (k,) radians, (k, channels) 1/sr.
+    samples : Measurements, or None
+    drag : {"", "LOBE", "PLOT"}
+        What the mouse drags the light on.
+    mouse : (2,) float64, or None
+        Pixels of the region.
+    """
+
+    def __init__(self, spot: Spot, size: float, theta_i: float, phi_i: float,
+                 side: Literal["LEFT", "RIGHT"] = "RIGHT") -> None:
+        self.spot, self.size, self.side = spot, size, side
+        self.theta_i, self.phi_i = limited(theta_i), phi_i
+        self.radius: Radius = "cube root"
+        self.with_plot = True
+        self.first: Shown | None = None
+        self.second: Shown | None = None
+        self.lobe: Lobe | None = None
+        self.curves: list[tuple[FloatArray, FloatArray]] = []
+        self.samples: Measurements | None = None
+        self.drag: Literal["", "LOBE", "PLOT"] = ""
+        self.mouse: FloatArray | None = None
+
+    def show(self, first: Shown | None, second: Shown | None) -> bool:
+        """Show these fits: whether they are others than before."""
+        if first == self.first and second == self.second:
+            return False
+        self.first, self.second = first, second
+        self._evaluate()
+        return True
+
+    def press(self, view: View, frame: FloatArray, plot: Plot, at: FloatArray) -> bool:
+        """The mouse is pressed: whether that was meant for the inspection."""
+        if self.with_plot and plot.holds(at):
+            self.drag = "PLOT" if plot.is_read(at) else ""
+            self.move(view, frame, plot, at)
+            return True
+        away = np.linalg.norm(view.project(frame[:3, 3]) - at) * view.pixel(frame[:3, 3])
+        if not away <= _REACH * HANDLE * self.size:
+            return False
+        self.drag = "LOBE"
+        self.move(view, frame, plot, at)
+        return True
+
+    def move(self, view: View, frame: FloatArray, plot: Plot, at: FloatArray) -> None:
+        """The mouse is somewhere else."""
+        self.mouse = at
+        if self.drag == "LOBE":
+            self.theta_i, self.phi_i = dragged(view, at, frame, HANDLE * self.size)
+        elif self.drag == "PLOT":
+            self.theta_i = limited(-plot.angle(at))
+        if self.drag:
+            self._evaluate(_COARSE)
+
+    def release(self) -> None:
+        """The mouse is released."""
+        self.drag = ""
+        self._evaluate()
+
+    def key(self, kind: str) -> bool:
+        """A key is pressed: whether it means something."""
+        if kind == "R":
+            self.radius = "linear" if self.radius == "cube root" else "cube root"
+        elif kind == "P":
+            self.with_plot = not self.with_plot
+        elif kind in _KEYS:
+            theta, phi = _KEYS[kind]
+            self.theta_i, self.phi_i = limited(self.theta_i + theta), self.phi_i + phi
+        else:
+            return False
+        self._evaluate()
+        return True
+
+    @property
+    def fits(self) -> list[Shown]:
+        """Those that are shown."""
+        return [each for each in (self.first, self.second) if each is not None]
+
+    @property
+    def longest(self) -> float:
+        """The longest radius of the lobe as it is, at least above 0."""
+        return 0.0 if self.lobe is None else max(float(np.linalg.norm(self.lobe.vertices, axis=1).max()), 1e-9)
+
+    @property
+    def largest(self) -> float:
+        """The largest value in the plot, 1/sr, at least above 0."""
+        values = [values for _, values in self.curves]
+        if self.samples is not None:
+            values.append(self.samples.values)
+        return max((float(each.max(initial=0)) for each in values), default=0.0) or 1e-9
+
+    def light(self) -> FloatArray:
+        """The direction to the light in the frame of the surface, (3,)."""
+        return direction(self.theta_i, self.phi_i)
+
+    def ridge(self) -> FloatArray:
+        """The lobe in the plane of incidence: (k, 3) in the frame of the surface, 1 at its longest."""
+        theta, values = self.curves[0]
+        radii = RADII[self.radius](np.maximum(values.mean(axis=1), 0)) / self.longest
+        # negative angles are on the light's side
+        return radii[:, None] * direction(-theta, self.phi_i)
+
+    def read(self, theta: float) -> list[FloatArray]:
+        """The values of the shown fits at an angle in the plane of incidence: (channels,) each, 1/sr."""
+        return [at_angle(shown.fit, self.theta_i, self.phi_i, np.array([theta]))[0] for shown in self.fits]
+
+    def _evaluate(self, detail: tuple[int, int] = _FINE) -> None:
+        if self.first is None:
+            self.lobe, self.curves = None, []
+            return
+        rows, columns = detail
+        self.lobe = lobe_surface(self.first.fit, self.theta_i, self.phi_i, rows, columns, self.radius)
+        self.curves = [plane_curve(shown.fit, self.theta_i, self.phi_i) for shown in self.fits]
+
+
+def direction(theta: ArrayLike, phi: ArrayLike) -> FloatArray:
+    """Unit vectors of angles: (...) radians to (..., 3)."""
+    theta, phi = np.broadcast_arrays(theta, phi)
+    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)

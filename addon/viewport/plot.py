@@ -1,0 +1,174 @@
+"""The polar plot over the 3D view as arithmetic: where it lies, where values lie in it, and what the mouse is at."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...fitter.arrays import ArrayLike, FloatArray
+from ...fitter.lobe import RADII, Radius
+
+_WIDTH, _SHARE = (430.0, 640.0), 0.5        # at a scale of 1, if there is room; of the free width
+LINE = 19.0                 # height of a line of text
+_MARGIN, _ABOVE, _BELOW, _BESIDE = 12.0, 24.0, 20.0, 38.0       # around the box; around the half disc
+_PAD = 10.0                 # between the box and its text
+_TITLES = 2                 # lines above
+_LEAST = 60.0               # radius
+_RINGS = (1.0, 0.65, 0.35)  # of the radius, about
+_APART = 0.14               # rings, at least
+
+Rectangle = tuple[float, float, float, float]
+"""x, y of the lower left corner, width, height: pixels."""
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A box with half a disc: up is the normal, left is the light.
+
+    Attributes
+    ----------
+    x, y, width, height : float
+        Of the box, pixels from the bottom left of the region.
+    radius : float
+        Of the half disc.
+    scale : float
+        Of the interface.
+    lines : int
+        Lines of text below.
+    """
+
+    x: float
+    y: float
+    width: float
+    height: float
+    radius: float
+    scale: float
+    lines: int
+
+    @property
+    def center(self) -> FloatArray:
+        """Of the half disc."""
+        return np.array([self.x + self.width / 2, self.y + (_PAD + LINE * self.lines + _BELOW) * self.scale])
+
+    def line(self, number: int) -> tuple[float, float]:
+        """Where a line of text begins: 0 is the topmost, -1 the lowest."""
+        inside = self.x + _PAD * self.scale
+        if number < 0:
+            return inside, self.y + (_PAD + LINE * (-1 - number) + 4) * self.scale
+        return inside, self.y + self.height - (_PAD + LINE * (number + 1) - 5) * self.scale
+
+    def holds(self, at: ArrayLike) -> bool:
+        """Whether the box is under a pixel."""
+        x, y = np.asarray(at)
+        return bool(self.x <= x <= self.x + self.width and self.y <= y <= self.y + self.height)
+
+    def angle(self, at: ArrayLike) -> float:
+        """The outgoing angle under a pixel, radians: negative on the light's side, at most a right angle."""
+        x, y = np.asarray(at, dtype=float) - self.center
+        return math.atan2(x, max(y, 0.0))
+
+    def is_read(self, at: ArrayLike) -> bool:
+        """Whether a pixel is in the half disc."""
+        x, y = np.asarray(at, dtype=float) - self.center
+        return bool(math.hypot(x, y) <= 1.05 * self.radius and y >= -4 * self.scale)
+
+    def points(self, theta: ArrayLike, length: ArrayLike) -> FloatArray:
+        """Where angles and lengths, 1 on the outer circle, lie: (...) to (..., 2) pixels."""
+        theta, length = np.broadcast_arrays(np.asarray(theta, dtype=float), np.asarray(length, dtype=float))
+        return self.center + self.radius * length[..., None] * np.stack([np.sin(theta), np.cos(theta)], axis=-1)
+
+
+def placed(free: Rectangle, side: str, scale: float, lines: int) -> Plot:
+    """A plot in a lower corner of the free part of a region.
+
+    Parameters
+    ----------
+    free : Rectangle
+    side : {"LEFT", "RIGHT"}
+    scale : float
+        Of the interface.
+    lines : int
+        Lines of text below.
+    """
+    x, y, width, height = free
+    around = (2 * _PAD + LINE * (lines + _TITLES) + _ABOVE + _BELOW) * scale
+    wide = min(np.clip(_SHARE * width, _WIDTH[0] * scale, _WIDTH[1] * scale), width - 2 * _MARGIN * scale)
+    radius = max(min(float(wide) / 2 - _BESIDE * scale, height - 2 * _MARGIN * scale - around), _LEAST * scale)
+    wide = 2 * (radius + _BESIDE * scale)
+    left = x + _MARGIN * scale if side == "LEFT" else x + width - wide - _MARGIN * scale
+    return Plot(left, y + _MARGIN * scale, wide, radius + around, radius, scale, lines)
+
+
+def free_part(region: Rectangle, others: Sequence[Rectangle]) -> Rectangle:
+    """The part of a region that others, which lie over its edges, leave free; all in pixels of the window.
+
+    Returns
+    -------
+    Rectangle
+        In pixels of the region.
+    """
+    x, y, width, height = region
+    left, bottom, right, top = x, y, x + width, y + height
+    for other_x, other_y, other_width, other_height in others:
+        end_x, end_y = other_x + other_width, other_y + other_height
+        if min(end_x, x + width) <= max(other_x, x) or min(end_y, y + height) <= max(other_y, y):
+            continue
+        if other_width < other_height:
+            if other_x <= x:
+                left = max(left, end_x)
+            else:
+                right = min(right, other_x)
+        elif other_y <= y:
+            bottom = max(bottom, end_y)
+        else:
+            top = min(top, other_y)
+    return left - x, bottom - y, max(right - left, 0), max(top - bottom, 0)
+
+
+def lengths(values: FloatArray, largest: float, radius: Radius) -> FloatArray:
+    """How far from the center values lie, 1/sr: 1 where they are the largest."""
+    return np.asarray(RADII[radius](np.maximum(values, 0) / largest))
+
+
+def rings(largest: float, radius: Radius) -> list[tuple[float, float]]:
+    """Values of one digit, 1/sr, and the radii of their circles, the largest first, for a plot whose outer circle is
+    `largest`."""
+    found: list[tuple[float, float]] = []
+    for ring in _RINGS:
+        value = _of_one_digit(largest * (ring ** 3 if radius == "cube root" else ring))
+        length = float(lengths(np.array(value), largest, radius))
+        if not found or length < found[-1][1] - _APART:
+            found.append((value, length))
+    return found
+
+
+def dashes(points: FloatArray, dash: float, gap: float) -> FloatArray:
+    """The dashes of a polyline, as pairs of ends: (n, 2) and pixels to (2 m, 2)."""
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    along = np.concatenate([[0.0], np.cumsum(steps)])
+    starts = np.arange(0, along[-1], dash + gap)
+    cuts = np.sort(np.concatenate([along, starts, np.minimum(starts + dash, along[-1])]))
+    at = np.stack([np.interp(cuts, along, points[:, axis]) for axis in range(points.shape[1])], axis=-1)
+    drawn = (((cuts[:-1] + cuts[1:]) / 2) % (dash + gap) < dash) & (np.diff(cuts) > 0)
+    return np.stack([at[:-1][drawn], at[1:][drawn]], axis=1).reshape(-1, points.shape[1])
+
+
+def shown_value(value: float) -> str:
+    """A value for people, 1/sr.
+
+    Examples
+    --------
+    >>> [shown_value(value) for value in (0.0, 0.001234, 0.1, 12.345, 1234.5)]
+    ['0', '0.00123', '0.1', '12.3', '1230']
+    """
+    if value == 0:
+        return "0"
+    digits = 2 - math.floor(math.log10(abs(value)))
+    return f"{round(value, digits):.10f}".rstrip("0").rstrip(".") if digits < 8 else f"{value:.1e}"
+
+
+def _of_one_digit(value: float) -> float:
+    """The largest number of one digit that is not above a value."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return power * max(math.floor(value / power + 1e-9), 1)

@@ -1,0 +1,90 @@
+"""What a region of the 3D view shows, as arithmetic: points to pixels, pixels to rays, and dragging on a sphere."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...fitter.arrays import ArrayLike, FloatArray
+
+_STEEPEST = np.radians(89)      # of the incident direction
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A view.
+
+    Attributes
+    ----------
+    matrix : (4, 4) float64
+        From the world to clip coordinates.
+    width, height : float
+        Pixels.
+    """
+
+    matrix: FloatArray
+    width: float
+    height: float
+
+    def project(self, points: ArrayLike) -> FloatArray:
+        """Where points are seen: (..., 3) to (..., 2) pixels from the bottom left; nan behind the viewer."""
+        points = np.asarray(points, dtype=float)
+        clip = points @ self.matrix[:, :3].T + self.matrix[:, 3]
+        w = np.where(clip[..., 3:] > 1e-9, clip[..., 3:], np.nan)
+        return (clip[..., :2] / w + 1) / 2 * (self.width, self.height)
+
+    def ray(self, at: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """The ray through a pixel: its origin (3,), and its direction (3,) of length 1, away from the viewer."""
+        x, y = 2 * np.asarray(at, dtype=float) / (self.width, self.height) - 1
+        ends = np.linalg.solve(self.matrix, np.array([[x, x], [y, y], [-1, 1], [1, 1]]))
+        near, far = (ends[:3] / ends[3]).T
+        return near, (far - near) / np.linalg.norm(far - near)
+
+    def toward(self, point: ArrayLike) -> FloatArray:
+        """The direction from a point to the viewer, (3,), of length 1."""
+        return -self.ray(np.nan_to_num(self.project(point)))[1]
+
+    def pixel(self, point: ArrayLike) -> float:
+        """How long a pixel is at the depth of a point."""
+        at = self.project(point)
+        if not np.isfinite(at).all():
+            return 0.0
+        sides = [self.ray(at + step) for step in ((-0.5, 0), (0.5, 0))]
+        toward = self.toward(point)
+        left, right = (origin + direction * ((np.asarray(point) - origin) @ toward) / (direction @ toward)
+                       for origin, direction in sides)
+        return float(np.linalg.norm(right - left))
+
+
+def dragged(view: View, at: ArrayLike, frame: FloatArray, radius: float) -> tuple[float, float]:
+    """The direction of a hemisphere that is seen at a pixel.
+
+    Parameters
+    ----------
+    view : View
+    at : (2,) array_like
+        Pixels.
+    frame : (4, 4) float64
+        Of the surface: tangent, bitangent, normal, and the hemisphere's center, in the world.
+    radius : float
+
+    Returns
+    -------
+    theta, phi : float
+        Radians. Beside the hemisphere, the direction on its outline; below the horizon, the one above it on the
+        horizon.
+    """
+    origin, direction = view.ray(at)
+    to_center = frame[:3, 3] - origin
+    along = to_center @ direction
+    nearest = along * direction - to_center
+    half = np.sqrt(max(radius ** 2 - nearest @ nearest, 0.0))
+    # the nearer side, unless only the farther one is above the horizon
+    near, far = ((nearest + side * half * direction) @ frame[:3, :3] for side in (-1, 1))
+    x, y, z = (float(part) for part in (near if near[2] > 0 or far[2] <= 0 else far))
+    return limited(math.atan2(math.hypot(x, y), z)), math.atan2(y, x)
+
+
+def limited(theta: float) -> float:
+    """A polar angle of incidence that can be shown, radians."""
+    return float(np.clip(theta, 0, _STEEPEST))

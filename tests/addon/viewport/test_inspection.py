@@ -1,0 +1,418 @@
+"""The inspection with made-up mice and keys; its session in a window that is made up too; what is left afterwards."""
+
+import math
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+import pytest
+
+from fitter.methods import prior
+from support.anisotropic import brushed_fit
+from support.checkout import ROOT
+from support.stage import black_scene, material_for
+
+FIT = brushed_fit()
+WIDTH, HEIGHT = 1200, 800
+
+
+@pytest.fixture
+def parts(extension):
+    from measured_brdf.addon.viewport import inspect_reflectance, inspection, plot, session, surface, view
+
+    return SimpleNamespace(inspect=inspect_reflectance, inspection=inspection, plot=plot, session=session,
+                           surface=surface, view=view)
+
+
+@pytest.fixture
+def above(parts):
+    """The view straight down: 4 units on 1200 pixels; y is up."""
+    matrix = np.diag([2 / 4, 2 / 4 * WIDTH / HEIGHT, -0.01, 1.0])
+    return parts.view.View(matrix, WIDTH, HEIGHT)
+
+
+@pytest.fixture
+def inspected(parts):
+    spot = parts.surface.Spot(1, 2, np.zeros(3), np.array([0, 0, 1.0]), np.array([1.0, 0, 0]), True, 0.0, "around Z")
+    made = parts.inspection.Inspection(spot, 0.5, math.radians(40), 0.3)
+    made.show(parts.inspection.Shown(FIT, "steel", "Rec.709"), None)
+    return made
+
+
+@pytest.fixture
+def disc(parts):
+    return parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0, 1)
+
+
+FRAME = np.eye(4)
+
+
+def test_what_is_shown_is_the_fit_at_the_direction_of_the_light(inspected):
+    x, y, z = inspected.lobe.directions[777]
+    expected = FIT.evaluate(math.radians(40), 0.3, math.acos(z), math.atan2(y, x))
+    np.testing.assert_allclose(inspected.lobe.values[777], expected, rtol=1e-6)
+    assert inspected.longest == pytest.approx(np.cbrt(inspected.lobe.values.mean(axis=1).max()))
+    np.testing.assert_allclose(inspected.read(-0.7)[0], FIT.evaluate(math.radians(40), 0.3, 0.7, 0.3))
+    np.testing.assert_allclose(inspected.read(0.7)[0], FIT.evaluate(math.radians(40), 0.3, 0.7, 0.3 + math.pi))
+
+
+def test_the_ridge_lies_on_the_lobe(inspected):
+    for point in inspected.ridge()[20:-20:30] * inspected.longest:
+        length = np.linalg.norm(point)
+        x, y, z = point / length
+        value = FIT.evaluate(math.radians(40), 0.3, math.acos(min(z, 1)), math.atan2(y, x)).mean()
+        assert length == pytest.approx(np.cbrt(value), rel=1e-5)
+
+
+def test_pressing_in_the_hemisphere_takes_the_light_there_and_dragging_moves_it(inspected, above, disc, parts):
+    inspected.with_plot = False
+    far = parts.inspection.HANDLE * 0.5
+    assert inspected.press(above, FRAME, disc, above.project((far * math.sin(0.6), 0, 0)))
+    assert (inspected.theta_i, inspected.phi_i) == pytest.approx((0.6, 0.0), abs=1e-6)
+    inspected.move(above, FRAME, disc, above.project((0, far * math.sin(1.0), 0)))
+    assert (inspected.theta_i, inspected.phi_i) == pytest.approx((1.0, math.pi / 2), abs=1e-6)
+    coarse = len(inspected.lobe.vertices)
+    inspected.release()
+    assert len(inspected.lobe.vertices) > 2 * coarse
+    assert inspected.drag == ""
+    before = inspected.theta_i
+    inspected.move(above, FRAME, disc, above.project((0, 0, 0)))
+    assert inspected.theta_i == before, "nothing is dragged any more"
+
+
+def test_pressing_elsewhere_is_left_to_blender(inspected, above, disc):
+    assert not inspected.press(above, FRAME, disc, np.array([30.0, 780.0]))
+    assert inspected.drag == ""
+
+
+def test_dragging_on_the_plot_changes_the_angle_alone(inspected, above, disc):
+    assert inspected.press(above, FRAME, disc, disc.points(-0.9, 0.8))
+    assert (inspected.theta_i, inspected.phi_i) == pytest.approx((0.9, 0.3))
+    inspected.move(above, FRAME, disc, disc.points(-0.2, 0.8))
+    assert inspected.theta_i == pytest.approx(0.2)
+    inspected.move(above, FRAME, disc, disc.points(0.8, 0.8))
+    assert inspected.theta_i == 0, "the light stays on its side"
+    inspected.move(above, FRAME, disc, disc.center - (100, 50))
+    assert inspected.theta_i == pytest.approx(math.radians(89))
+
+
+def test_pressing_beside_the_disc_on_the_box_does_nothing(inspected, above, disc):
+    before = inspected.theta_i
+    assert inspected.press(above, FRAME, disc, np.array([disc.x + 5, disc.y + 5]))
+    assert (inspected.drag, inspected.theta_i) == ("", before)
+
+
+def test_keys_switch_the_radius_and_the_plot_and_move_the_light(inspected):
+    rooted = inspected.longest
+    assert inspected.key("R")
+    assert inspected.longest == pytest.approx(rooted ** 3)
+    assert inspected.key("P")
+    assert not inspected.with_plot
+    assert inspected.key("LEFT_ARROW")
+    assert inspected.theta_i == pytest.approx(math.radians(41))
+    assert inspected.key("UP_ARROW")
+    assert inspected.phi_i == pytest.approx(0.3 + math.radians(1))
+    for _ in range(60):
+        inspected.key("RIGHT_ARROW")
+    assert inspected.theta_i == 0
+    assert not inspected.key("G")
+
+
+def test_a_second_fit_has_a_curve_and_values_of_its_own(inspected, parts):
+    other = prior.lambertian(np.array([[0.2]]))
+    assert inspected.show(inspected.first, parts.inspection.Shown(other, "paper", "Rec.709"))
+    assert not inspected.show(inspected.first, inspected.second)
+    (_, first), (_, second) = inspected.curves
+    assert first.shape[1] == 3
+    np.testing.assert_allclose(second, 0.2)
+    assert inspected.largest == pytest.approx(first.max())
+    np.testing.assert_allclose(inspected.read(0.1)[1], [0.2])
+    inspected.show(None, None)
+    assert (inspected.lobe, inspected.curves) == (None, [])
+
+
+# -- in Blender, without a window ------------------------------------------------------------------------------------
+
+class Region(SimpleNamespace):
+    """A region as `inspect_reflectance` uses it."""
+
+
+@pytest.fixture
+def stage(blender, parts, monkeypatch):
+    """A sphere of an anisotropic material before a made-up window; a function begins the operator."""
+    black_scene(8, 8, 1, 1)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16)
+    bpy.ops.object.shade_smooth()
+    item = bpy.context.object
+    item.data.materials.append(material_for(FIT))
+    bpy.context.view_layer.update()
+    matrix = np.diag([2 / 4, 2 / 4 * WIDTH / HEIGHT, -0.01, 1.0])
+    region = Region(type="WINDOW", x=10, y=20, width=WIDTH, height=HEIGHT,
+                    data=SimpleNamespace(perspective_matrix=matrix))
+    area = SimpleNamespace(type="VIEW_3D", regions=[region], width=WIDTH, height=HEIGHT, as_pointer=lambda: 4711,
+                           tag_redraw=lambda: None)
+    timers, handlers = [], []
+    manager = SimpleNamespace(
+        event_timer_add=lambda step, window: timers.append(step) or timers, modal_handler_add=lambda operator: None,
+        event_timer_remove=lambda timer: timer.pop(), windows=[])
+    space = SimpleNamespace(draw_handler_add=lambda *given: handlers.append(given) or given,
+                            draw_handler_remove=lambda given, kind: handlers.remove(given))
+    window = SimpleNamespace(screen=SimpleNamespace(areas=[area]))
+    manager.windows.append(window)
+    context = SimpleNamespace(area=area, window=window, window_manager=manager, workspace=None, object=item,
+                              scene=bpy.context.scene, region=region, region_data=region.data,
+                              evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
+                              preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)))
+    monkeypatch.setattr(parts.inspect, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
+    fake = SimpleNamespace(context=context, data=bpy.data, app=bpy.app, types=SimpleNamespace(SpaceView3D=space))
+    monkeypatch.setattr(parts.session, "bpy", fake)
+
+    class Operator(parts.inspect.Inspecting):
+        place = "MOUSE"
+        reports: list
+
+        def __init__(self):
+            self.reports = []
+
+        def report(self, kind, message):
+            self.reports.append((kind, message))
+
+    made = SimpleNamespace(item=item, area=area, region=region, window=window, context=context, timers=timers,
+                           handlers=handlers, operator=Operator())
+
+    def send(kind="MOUSEMOVE", value="NOTHING", at=(WIDTH / 2, HEIGHT / 2), **modifiers):
+        keys = {"ctrl": False, "alt": False, "shift": False, "oskey": False} | modifiers
+        event = SimpleNamespace(type=kind, value=value, mouse_x=at[0] + region.x, mouse_y=at[1] + region.y, **keys)
+        return made.operator.modal(context, event)
+
+    def begin(at=(WIDTH / 2, HEIGHT / 2)):
+        event = SimpleNamespace(mouse_x=at[0] + region.x, mouse_y=at[1] + region.y)
+        return made.operator.invoke(context, event)
+
+    made.send, made.begin = send, begin
+    yield made
+    parts.session.stop()
+
+
+def answer():
+    from measured_brdf.addon.jobs import queue
+
+    queue.answer_all()
+
+
+def inspection_of(parts):
+    return parts.session.running.inspection
+
+
+def test_it_begins_at_the_spot_under_the_mouse_and_takes_the_fit_of_its_material(stage, parts):
+    assert stage.begin(at=(WIDTH / 2 + 150, HEIGHT / 2)) == {"RUNNING_MODAL"}
+    assert len(stage.handlers) == 2
+    assert len(stage.timers) == 1
+    running = inspection_of(parts)
+    frame = running.spot.frame(np.eye(4))
+    np.testing.assert_allclose(frame[:2, 3], (0.5, 0), atol=0.01)
+    np.testing.assert_allclose(frame[:3, 2], (0.5, 0, math.sqrt(0.75)), atol=0.02)
+    assert running.lobe is None
+    answer()
+    assert stage.send("TIMER") == {"PASS_THROUGH"}
+    np.testing.assert_allclose(running.read(0.4)[0], FIT.evaluate(running.theta_i, running.phi_i, 0.4, math.pi),
+                               rtol=1e-5)
+
+
+def test_dragging_and_keys_are_taken_and_everything_else_is_passed_through(stage, parts):
+    stage.begin()
+    answer()
+    stage.send("TIMER")
+    running = inspection_of(parts)
+    reach = parts.inspection.HANDLE * running.size * WIDTH / 4
+    place = (WIDTH / 2, HEIGHT / 2 + 0.5 * reach)
+    running.with_plot = False
+    assert stage.send("LEFTMOUSE", "PRESS", place) == {"RUNNING_MODAL"}
+    assert running.theta_i == pytest.approx(math.asin(0.5), abs=0.02)
+    assert stage.send(at=(WIDTH / 2, HEIGHT / 2 + 0.8 * reach)) == {"RUNNING_MODAL"}
+    assert running.theta_i == pytest.approx(math.asin(0.8), abs=0.02)
+    assert stage.send("LEFTMOUSE", "RELEASE", (-500, -500)) == {"RUNNING_MODAL"}, "also outside of the view"
+    assert running.drag == ""
+    assert stage.send("R", "PRESS") == {"RUNNING_MODAL"}
+    assert running.radius == "linear"
+    for kind, value, more in (("R", "PRESS", {"ctrl": True}), ("G", "PRESS", {}), ("MIDDLEMOUSE", "PRESS", {}),
+                              ("WHEELUPMOUSE", "PRESS", {}), ("LEFTMOUSE", "PRESS", {"at": (5, 5)}),
+                              ("RIGHTMOUSE", "PRESS", {"at": (-60, 5)}), ("R", "PRESS", {"at": (-60, 5)})):
+        assert stage.send(kind, value, **more) == {"PASS_THROUGH"}, kind
+    assert running.radius == "linear"
+    assert parts.session.running is not None
+
+
+def test_a_click_with_ctrl_takes_another_spot(stage, parts):
+    stage.begin()
+    before = inspection_of(parts).spot
+    assert stage.send("LEFTMOUSE", "PRESS", (WIDTH / 2, HEIGHT / 2 + 200), ctrl=True) == {"RUNNING_MODAL"}
+    after = inspection_of(parts).spot
+    np.testing.assert_allclose(after.location[:2] - before.location[:2], (0, 200 / 300), atol=0.02)
+    assert stage.send("LEFTMOUSE", "PRESS", (5, 5), ctrl=True) == {"PASS_THROUGH"}
+    assert inspection_of(parts).spot is after
+
+
+def test_a_sidebar_over_the_view_keeps_its_clicks(stage, parts):
+    stage.area.regions.append(Region(type="UI", x=WIDTH / 2, y=20, width=WIDTH, height=HEIGHT))
+    stage.begin()
+    assert stage.send("LEFTMOUSE", "PRESS", (WIDTH / 2 + 20, HEIGHT / 2)) == {"PASS_THROUGH"}
+    assert stage.send("LEFTMOUSE", "PRESS", (WIDTH / 2 - 20, HEIGHT / 2)) == {"RUNNING_MODAL"}
+
+
+def gone(stage, parts):
+    return parts.session.running is None and not stage.handlers and not stage.timers
+
+
+@pytest.mark.parametrize("event", [("ESC", "PRESS"), ("RIGHTMOUSE", "PRESS")])
+def test_esc_and_the_right_mouse_end_it_and_nothing_is_left(stage, parts, event):
+    stage.begin()
+    assert stage.send(*event) == {"FINISHED"}
+    assert gone(stage, parts)
+    assert stage.send() == {"CANCELLED"}
+
+
+def area_closes(stage):
+    stage.window.screen.areas.clear()
+
+
+def area_becomes_another_editor(stage):
+    stage.area.type = "IMAGE_EDITOR"
+
+
+def object_is_deleted(stage):
+    bpy.data.objects.remove(stage.item)
+
+
+def material_is_deleted(stage):
+    bpy.data.materials.remove(stage.item.active_material)
+
+
+def material_is_not_measured_any_more(stage):
+    stage.item.active_material.node_tree.nodes.clear()
+
+
+@pytest.mark.parametrize("change", [area_closes, area_becomes_another_editor, object_is_deleted, material_is_deleted,
+                                    material_is_not_measured_any_more])
+def test_it_ends_where_what_it_shows_is_gone(stage, parts, change):
+    stage.begin()
+    answer()
+    stage.send("TIMER")
+    change(stage)
+    assert stage.send("TIMER") == {"CANCELLED"}
+    assert gone(stage, parts)
+
+
+def test_opening_a_file_ends_it(stage, parts):
+    stage.begin()
+    for handler in bpy.app.handlers.load_pre:
+        if handler.__module__ == parts.session.__name__:
+            handler("another.blend")
+    assert gone(stage, parts)
+    assert stage.send("TIMER") == {"CANCELLED"}
+
+
+def test_blender_may_end_it_and_unregistering_does(stage, parts):
+    stage.begin()
+    stage.operator.cancel(stage.context)
+    assert gone(stage, parts)
+    stage.begin()
+    parts.session.unregister()
+    parts.session.register()
+    assert gone(stage, parts)
+
+
+def test_calling_it_again_ends_it(stage, parts):
+    stage.begin()
+    assert stage.begin() == {"FINISHED"}
+    assert gone(stage, parts)
+
+
+def test_an_error_in_an_event_takes_everything_away(stage, parts, monkeypatch):
+    stage.begin()
+
+    def broken(*_):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(parts.inspection.Inspection, "key", broken)
+    with pytest.raises(ZeroDivisionError):
+        stage.send("R", "PRESS")
+    assert gone(stage, parts)
+
+
+def test_an_error_in_drawing_is_told_once_and_ends_it(stage, parts, monkeypatch, capfd):
+    stage.begin()
+
+    def broken(*_):
+        raise ZeroDivisionError("no length")
+
+    monkeypatch.setattr(parts.session.overlay, "draw_labels", broken)
+    for _ in range(3):
+        stage.handlers[1][0]()
+    assert capfd.readouterr().err.count("Traceback") == 1
+    assert stage.send("TIMER") == {"CANCELLED"}
+    (kind, message), = stage.operator.reports
+    assert kind == {"ERROR"}
+    assert "no length" in message
+    assert gone(stage, parts)
+
+
+def test_an_object_without_a_surface_is_reported(stage, parts):
+    for vertex in stage.item.data.vertices:
+        vertex.co = (0, 0, 0)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.mesh.delete(type="VERT")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert stage.begin() == {"CANCELLED"}
+    assert "no surface" in stage.operator.reports[0][1]
+    assert gone(stage, parts)
+
+
+def test_no_3d_view_is_reported(stage, parts):
+    stage.area.type = "IMAGE_EDITOR"
+    assert stage.begin() == {"CANCELLED"}
+    assert "No 3D viewport" in stage.operator.reports[0][1]
+    assert gone(stage, parts)
+
+
+def test_an_undone_material_is_followed(stage, parts):
+    """The shader changes under the inspection, as undo, an edit or a refit changes it."""
+    stage.begin()
+    answer()
+    stage.send("TIMER")
+    first = inspection_of(parts).first
+    other = material_for(brushed_fit(0.3, 0.5))
+    group, its = (next(node for node in each.node_tree.nodes if node.type == "GROUP")
+                  for each in (stage.item.active_material, other))
+    group.node_tree = its.node_tree
+    stage.send("TIMER")
+    answer()
+    stage.send("TIMER")
+    assert inspection_of(parts).first.fit is not first.fit
+
+
+def test_without_a_window_it_says_so_and_does_nothing(blender):
+    black_scene(8, 8, 1, 1)
+    bpy.ops.mesh.primitive_uv_sphere_add()
+    assert not bpy.ops.measured_brdf.inspect.poll()
+    bpy.context.object.data.materials.append(material_for(FIT))
+    with pytest.raises(RuntimeError, match="draws in a 3D viewport"):
+        bpy.ops.measured_brdf.inspect()
+    with pytest.raises(RuntimeError, match="draws in a 3D viewport"):
+        bpy.ops.measured_brdf.inspect("INVOKE_DEFAULT")
+
+
+def test_the_add_on_registers_and_unregisters_without_a_graphics_card():
+    done = subprocess.run([sys.executable, "-c", "from support import checkout\n"
+                           "package = checkout.extension()\nimport bpy\n"
+                           "before = len(bpy.app.handlers.load_pre)\n"
+                           "package.register()\npackage.unregister()\npackage.register()\n"
+                           "assert hasattr(bpy.types, 'MEASURED_BRDF_OT_inspect')\n"
+                           "package.unregister()\n"
+                           "assert not hasattr(bpy.types, 'MEASURED_BRDF_OT_inspect')\n"
+                           "assert len(bpy.app.handlers.load_pre) == before\nprint('DONE')"],
+                          cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.stdout.splitlines()[-1:] == ["DONE"], done.stderr

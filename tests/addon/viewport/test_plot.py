@@ -1,0 +1,114 @@
+"""The polar plot's arithmetic against geometry, and the colours and shades of the lobe."""
+
+import math
+
+import numpy as np
+import pytest
+
+
+@pytest.fixture
+def plot(extension):
+    from measured_brdf.addon.viewport import plot
+
+    return plot
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.25, 2.0])
+@pytest.mark.parametrize("side", ["LEFT", "RIGHT"])
+def test_a_plot_is_large_and_inside_of_its_region(plot, side, scale):
+    made = plot.placed((40, 0, 1400 * scale, 800 * scale), side, scale, 2)
+    assert 400 * scale <= made.width
+    assert 300 * scale <= made.height
+    assert made.x >= 40
+    assert made.x + made.width <= 40 + 1400 * scale
+    assert made.y >= 0
+    assert made.y + made.height <= 800 * scale
+    assert (made.x - 40 < 100) == (side == "LEFT")
+    top = made.points(0.0, 1.0)[1]
+    assert top < made.line(1)[1] - 5 * scale, "the disc is below the titles"
+    assert made.line(-1)[1] < made.line(-2)[1] < made.center[1] < made.line(1)[1] < made.line(0)[1]
+
+
+def test_a_small_region_has_a_smaller_plot(plot):
+    made = plot.placed((0, 0, 420, 360), "LEFT", 1.0, 1)
+    assert made.width <= 420 - 20
+    assert made.height <= 360
+    assert plot.placed((0, 0, 50, 20), "LEFT", 1.0, 1).radius > 0
+
+
+def test_angles_of_points_are_those_they_were_made_of(plot):
+    made = plot.placed((0, 0, 900, 700), "RIGHT", 1.0, 1)
+    for theta in (-1.5, -0.4, 0.0, 0.9, 1.5):
+        for length in (0.2, 1.0):
+            at = made.points(theta, length)
+            assert made.angle(at) == pytest.approx(theta)
+            assert made.is_read(at)
+            assert made.holds(at)
+    assert made.points(-0.5, 1.0)[0] < made.center[0], "the light is left"
+    below = made.center - (30, 60)
+    assert made.angle(below) == pytest.approx(-math.pi / 2)
+    assert not made.is_read(made.points(0.3, 1.2))
+    assert not made.holds((made.x - 1, made.y))
+
+
+def test_sidebars_and_headers_are_left_free(plot):
+    region = (100, 50, 1000, 600)
+    tools, sidebar = (100, 50, 60, 550), (900, 50, 200, 550)
+    header, other = (100, 600, 1000, 50), (2000, 0, 300, 900)
+    assert plot.free_part(region, [tools, sidebar, header, other]) == (60, 0, 740, 550)
+    assert plot.free_part(region, []) == (0, 0, 1000, 600)
+    assert plot.free_part(region, [(100, 50, 1000, 40)]) == (0, 40, 1000, 560)
+
+
+@pytest.mark.parametrize(("radius", "root"), [("cube root", 3), ("linear", 1)])
+@pytest.mark.parametrize("largest", [0.0313, 0.9999, 1.0, 47.3, 8123.0])
+def test_rings_have_values_of_one_digit_and_lie_where_such_values_do(plot, radius, root, largest):
+    found = plot.rings(largest, radius)
+    assert len(found) >= 2
+    for value, length in found:
+        digits = value / 10 ** math.floor(math.log10(value) + 1e-9)
+        assert digits == pytest.approx(round(digits))
+        assert value <= largest * (1 + 1e-9)
+        assert length ** root == pytest.approx(value / largest)
+    assert found[0][1] <= 1 + 1e-9
+    assert max(np.diff([length for _, length in found])) < -0.1, "their labels do not overlap"
+
+
+def test_dashes_cover_their_share_of_a_line_and_lie_on_it(plot):
+    turn = np.linspace(0, math.pi, 400)
+    arc = 50 * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    ends = plot.dashes(arc, 7, 5)
+    assert len(ends) % 2 == 0
+    length = np.linalg.norm(ends[1::2] - ends[::2], axis=1)
+    assert length.sum() == pytest.approx(50 * math.pi * 7 / 12, rel=0.03)
+    np.testing.assert_allclose(np.linalg.norm(ends, axis=1), 50, atol=0.01)
+    assert length.max() <= 7
+
+
+def test_a_line_of_one_place_has_no_dashes(plot):
+    assert len(plot.dashes(np.zeros((5, 2)), 7, 5)) == 0
+
+
+def test_the_lobe_has_the_hue_of_its_values_and_is_brighter_where_they_are_larger(extension):
+    from measured_brdf.addon.viewport.overlay import lobe_colors
+
+    values = np.array([[8.0, 4.0, 2.0], [0.08, 0.04, 0.02], [0.0, 0.0, 0.0]])
+    found = lobe_colors(values, "Rec.709")
+    np.testing.assert_allclose(found[0], (1, 0.5, 0.25))
+    np.testing.assert_allclose(found[1] / found[1].max(), (1, 0.5, 0.25))
+    assert found[0].max() > found[1].max() > found[2].max() > 0
+    grey = lobe_colors(np.array([[3.0]]), "ACEScg")
+    np.testing.assert_allclose(grey, np.ones((1, 3)), atol=1e-6)
+    assert np.isfinite(lobe_colors(np.zeros((4, 3)), "Rec.709")).all()
+
+
+def test_what_faces_the_key_light_is_brightest_and_all_is_lit_a_little(extension):
+    from measured_brdf.addon.viewport.overlay import shading
+
+    axes = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], dtype=float)     # the viewer is on the x axis
+    toward_key = np.array([[0.7, -0.42, 0.58]])
+    away = -toward_key
+    sideways = np.array([[1.0, 0, 0]])
+    bright, dim, middle = (shading(each / np.linalg.norm(each), axes)[0] for each in (toward_key, away, sideways))
+    assert bright > middle > dim > 0
+    assert bright <= 1
