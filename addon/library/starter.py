@@ -23,6 +23,7 @@ SHIPPED = Path(__file__).parents[2] / "starter_library"
 FILE = "starter.blend"
 _VERSION = "version.json"   # which Blender wrote the library, and of which version of the table
 _REVISION = 1               # a new one makes users' libraries anew
+_CATALOGUE = f"{assets.CATALOGUE}/Starter"
 _SIZE = 128                 # pixels of thumbnails
 _STEP = 4                   # of 255: colours of thumbnails are rounded to it, so that they compress well
 
@@ -72,7 +73,7 @@ def build(out: Path) -> Iterator[tuple[float, str]]:
             _mark(placeholder.create(wanted, principled(wanted.model)), wanted)
         yield 1.0, "Writing the library"
         library_file.save_part(path, opened)
-        assets.write_catalogue(out, sorted({_catalogue(wanted) for wanted in everything}))
+        assets.write_catalogue(out, [assets.CATALOGUE, _CATALOGUE, *sorted(map(_catalogue, _kinds()))])
         with replacing(out / _VERSION, "w") as stream:
             json.dump({"blender": bpy.app.version[:2], "revision": _REVISION}, stream)
 
@@ -82,7 +83,7 @@ def _mark(material: bpy.types.Material, wanted: published.Published) -> None:
     data = present(material.asset_data)
     data.description = f"{wanted.description}. It is baked for Cycles and EEVEE when it is used"
     data.author = published.CITATION
-    data.catalog_id = str(assets.catalogue_id(_catalogue(wanted)))
+    data.catalog_id = str(assets.catalogue_id(_catalogue(wanted.tags[0])))
     for tag in (*wanted.tags, "published fit", "MERL", wanted.name):
         data.tags.new(tag, skip_if_exists=True)
     picture = swatch.swatch(wanted.model, _SIZE)
@@ -91,8 +92,13 @@ def _mark(material: bpy.types.Material, wanted: published.Published) -> None:
     icons.fill(present(material.preview_ensure()), picture)
 
 
-def _catalogue(wanted: published.Published) -> str:
-    return f"{assets.CATALOGUE}/Starter/{wanted.tags[0].capitalize()}"
+def _kinds() -> set[str]:
+    """The first tags of all materials."""
+    return {each.tags[0] for each in published.materials().values()}
+
+
+def _catalogue(kind: str) -> str:
+    return f"{_CATALOGUE}/{kind.capitalize()}"
 
 
 def _is_readable(where: Path) -> bool:

@@ -83,15 +83,34 @@ def test_a_placeholder_is_baked_by_the_ordinary_operator(blender, starter):
     assert [node.type for node in item.node_tree.nodes].count("BSDF_PRINCIPLED") == 1
 
 
+def test_a_placeholder_is_baked_once_when_an_object_begins_to_use_it(blender, starter):
+    from measured_brdf.addon.materials import material
+    from measured_brdf.addon.operators import placeholders
+
+    placeholders._on_load(None)
+    item = append(starter, "Red fabric (published fit)")
+    assert not placeholders.bake_next()                     # nothing uses it
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.data.materials.append(item)
+    assert placeholders.bake_next()
+    assert material.is_measured(item)
+    assert not placeholders.bake_next()
+    item.measured_brdf.coefficients = 0                     # as after an undo
+    before = state()
+    assert not placeholders.bake_next()
+    assert state() == before
+    placeholders._on_load(None)                             # a file that was saved with it
+    assert not placeholders.bake_next()
+
+
 def test_without_a_window_nothing_is_baked_by_itself(blender, starter):
     from measured_brdf.addon.operators import placeholders
 
     bpy.ops.mesh.primitive_cube_add()
     bpy.context.object.data.materials.append(append(starter, "Red fabric (published fit)"))
     bpy.context.view_layer.update()
-    before = state()
-    assert not placeholders.bake_next()
-    assert state() == before
+    assert placeholders._on_change in bpy.app.handlers.depsgraph_update_post
+    assert not bpy.app.timers.is_registered(placeholders._tick)
 
 
 def test_what_is_no_placeholder_is_left_alone(blender, starter, tmp_path):
@@ -111,11 +130,11 @@ def test_what_is_no_placeholder_is_left_alone(blender, starter, tmp_path):
 def test_a_library_of_a_newer_blender_or_another_revision_is_not_offered(blender, starter, monkeypatch, tmp_path):
     monkeypatch.setattr(starter, "own_folder", lambda: tmp_path / "nowhere")
     assert starter.folder() == starter.SHIPPED
+    written = json.loads((starter.SHIPPED / "version.json").read_text("utf-8"))
     for change in ({"blender": [99, 0]}, {"revision": -1}):
         copy = tmp_path / "copy"
         copy.mkdir(exist_ok=True)
         (copy / starter.FILE).write_bytes(b"")
-        written = json.loads((starter.SHIPPED / "version.json").read_text("utf-8"))
         (copy / "version.json").write_text(json.dumps(written | change))
         monkeypatch.setattr(starter, "SHIPPED", copy)
         assert starter.folder() is None
