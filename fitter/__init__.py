@@ -22,10 +22,12 @@ from .methods import fit
 from .methods.editing import edited
 from .methods.tolerance import fit_within
 from .model.fit import Fit
+from .model.mix import Mix
 from .presets import PRESETS
 from .published import list_published, load_published
 from .quality.metrics import ErrorMetrics, channel_metrics, error_metrics
 from .samples import Samples
 
-__all__ = ["PRESETS", "DatasetError", "ErrorMetrics", "Fit", "SampleUnknownError", "Samples", "UnitsUnknownError",
-           "channel_metrics", "error_metrics", "fit", "fit_within", "list_published", "load", "load_published"]
+__all__ = ["PRESETS", "DatasetError", "ErrorMetrics", "Fit", "Mix", "SampleUnknownError", "Samples",
+           "UnitsUnknownError", "channel_metrics", "edited", "error_metrics", "fit", "fit_within", "list_published",
+           "load", "load_published"]

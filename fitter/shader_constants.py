@@ -187,8 +187,8 @@ HORIZON = 1e-4
 # From this cosine on an axis counts as nearly parallel to the normal (numerical).
 NEARLY_PARALLEL = 0.9
 
-# Streams of random numbers (osl/random.h): each number of a shading point has its own. The last two have one for each
-# lamp, and so lie MAX_LAMPS or more apart.
+# Streams of random numbers (osl/random.h): each number of a shading point has its own. The last three have one for each
+# lamp, or each mix, and so lie MAX_LAMPS or more apart.
 # The first two make the seed of a shading point; it is scaled so that its hash changes with all of its digits.
 RANDOM_SEED_X = 0.0
 RANDOM_SEED_Y = 0.5
@@ -206,6 +206,7 @@ RANDOM_CONE_HEIGHT = 8.0
 RANDOM_CONE_AZIMUTH = 9.0
 RANDOM_LAMP = 50.0
 RANDOM_LAMP_POINT = 100.0
+RANDOM_MIX = 200.0
 
 
 def shader_constants() -> dict[str, str]:

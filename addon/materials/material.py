@@ -7,13 +7,14 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import bpy
+import numpy as np
 
 from ...fitter.cycles.bake import SHADER_VERSION
 from .. import versions
 from ..annotations import Arguments, present
 from ..scene import lamps
 from ..transaction import new_data_removed_on_error, restored_on_error
-from . import export_surface, node_group, reading
+from . import export_surface, mix_group, node_group, reading
 from .compiler import Shader, compile_shader
 from .properties import AUTOMATIC, CHOICES, EXACT, FAST, NODES, RESULTS, Choices, as_text, fit_arguments
 
@@ -134,22 +135,54 @@ def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, con
         _colour_solid_view(material, outcome)
         _store(material.measured_brdf, choices, outcome)
         use_rendering(material, rendering)
-        lamps.update(context.evaluated_depsgraph_get())
-        unused = node_group.unused(before)
+        with mix_group.following(material, before, node.node_tree):
+            lamps.update(context.evaluated_depsgraph_get())
+            unused = node_group.unused(before)
     bpy.data.batch_remove(unused)
 
 
 def adjust(material: bpy.types.Material, adjusted: Look, context: bpy.types.Context, shader: Shader) -> None:
     """Give a measured material the shader of its fit as it was edited; if that fails, it stays as it was."""
     with new_data_removed_on_error(), restored_on_error(material, RESULTS):
-        _, before = _show(material, node_group.create(shader, material.name))
+        node, before = _show(material, node_group.create(shader, material.name))
         export_surface.update(material, adjusted)
         _colour_solid_view(material, adjusted)
         settings = material.measured_brdf
         settings.sphere, settings.adjusted, settings.version = adjusted.sphere, as_text(adjusted.edit), versions.CURRENT
-        lamps.update(context.evaluated_depsgraph_get())
-        unused = node_group.unused(before)
+        with mix_group.following(material, before, node.node_tree):
+            lamps.update(context.evaluated_depsgraph_get())
+            unused = node_group.unused(before)
     bpy.data.batch_remove(unused)
+
+
+def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, mask: bpy.types.Image | None,
+        context: bpy.types.Context) -> bpy.types.Material:
+    """Make a material that mixes two that show measured BRDFs, by a factor or by the brightness of an image.
+
+    Raises
+    ------
+    compiler.CompileError
+        If this Blender cannot compile the shader that picks one of them; the file then stays as it was.
+    """
+    with new_data_removed_on_error():
+        trees = [present(present(surface_node(item)).node_tree) for item in (first, second)]
+        mixed = bpy.data.materials.new(f"{first.name} + {second.name}")
+        _use_nodes(mixed)
+        tree = present(mixed.node_tree)
+        tree.nodes.clear()
+        node, _ = _show(mixed, mix_group.create(first, trees[0], second, trees[1], factor))
+        node.inputs[mix_group.FACTOR].default_value = factor
+        if mask is not None:
+            picture = tree.nodes.new("ShaderNodeTexImage")
+            picture.image, picture.location = mask, (node.location.x - 320, node.location.y)
+            tree.links.new(picture.outputs["Color"], node.inputs[mix_group.FACTOR])
+        mixed.cycles.use_bump_map_correction = False
+        weights = np.array([1 - factor, factor])
+        mixed.diffuse_color = weights @ np.array([item.diffuse_color for item in (first, second)])
+        mixed.roughness, mixed.metallic = (float(weights @ [getattr(item, name) for item in (first, second)])
+                                           for name in ("roughness", "metallic"))
+        lamps.update(context.evaluated_depsgraph_get())
+    return mixed
 
 
 def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, context: bpy.types.Context) -> None:
@@ -159,7 +192,9 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
         tree, replaced = node_group.create(shader, materials[0].name), []
         for material in materials:
             restored.enter_context(restored_on_error(material, RESULTS))
-            replaced.append(_show(material, tree)[1])
+            node, before = _show(material, tree)
+            replaced.append(before)
+            restored.enter_context(mix_group.following(material, before, node.node_tree))
             export_surface.connect(material)
             material.measured_brdf.version = versions.CURRENT
         lamps.update(context.evaluated_depsgraph_get())
@@ -178,6 +213,22 @@ def remove(material: bpy.types.Material) -> None:
 def group_node(material: bpy.types.Material) -> bpy.types.Node | None:
     """The node of a material that holds a measured BRDF, or None."""
     return next(iter(group_nodes(material)), None)
+
+
+def mix_node(material: bpy.types.Material) -> bpy.types.Node | None:
+    """The first node of a material that mixes measured materials, or None."""
+    nodes = () if material.node_tree is None else material.node_tree.nodes
+    return next((node for node in nodes if node.type == "GROUP" and mix_group.is_mix(node.node_tree)), None)
+
+
+def surface_node(material: bpy.types.Material) -> bpy.types.Node | None:
+    """The node of a material that holds a measured BRDF, or a mix of some; None for other materials."""
+    return group_node(material) or mix_node(material)
+
+
+def is_shown(material: bpy.types.Material) -> bool:
+    """Whether a material has a measured BRDF to show, or a mix of some."""
+    return surface_node(material) is not None
 
 
 def group_nodes(material: bpy.types.Material) -> list[bpy.types.Node]:
@@ -202,16 +253,17 @@ def shows(material: bpy.types.Material, engine: Literal["CYCLES", "EEVEE"]) -> b
 
 
 def mixed(tree: bpy.types.NodeTree | None) -> int:
-    """How many measured BRDFs a node tree holds, also inside of node groups."""
+    """How many measured BRDFs a node tree renders at once, also inside of node groups; of a mix, one at a time."""
     if tree is None:
         return 0
     groups = [node.node_tree for node in tree.nodes if node.type == "GROUP" and node.node_tree is not None]
-    return sum(1 if node_group.script_node(group) is not None else mixed(group) for group in groups)
+    return sum(1 if node_group.script_node(group) is not None or mix_group.is_mix(group) else mixed(group)
+               for group in groups)
 
 
 def rendering_of(material: bpy.types.Material) -> str:
     """How a measured material is rendered, one of `properties.RENDERINGS`; users may have changed its inputs."""
-    node = present(group_node(material))
+    node = present(surface_node(material))
     if "Nodes" in node.inputs and node.inputs["Nodes"].default_value:
         return NODES
     if "Exact" in node.inputs and not node.inputs["Exact"].default_value:
@@ -221,7 +273,9 @@ def rendering_of(material: bpy.types.Material) -> str:
 
 def use_rendering(material: bpy.types.Material, rendering: str) -> None:
     """Choose how all measured BRDFs of a material are rendered."""
-    for node in group_nodes(material):
+    mixes = [node for node in present(material.node_tree).nodes
+             if node.type == "GROUP" and mix_group.is_mix(node.node_tree)]
+    for node in [*group_nodes(material), *mixes]:
         for name, value in (("Exact", rendering != FAST), ("Nodes", rendering == NODES)):
             if name in node.inputs:             # version 0.1.0 had no Nodes
                 node.inputs[name].default_value = value

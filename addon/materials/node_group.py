@@ -8,6 +8,8 @@ closure nodes. EEVEE has an output of its own, because it renders fewer kinds of
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import bpy
@@ -129,21 +131,23 @@ def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> Non
     if shader.nodes.cycles.turn is not None:
         names += _add_tangent(tree)
     source, output = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
-    source.location, output.location = (-300, 100), (600, 0)
-    if shader.bytecode:
-        _connect(tree, source, script, names)
+    source.location, output.location = (-3600, 0), (600, 0)
+    with _frame(tree, "Exact and Fast: in Cycles with OSL", [script]):
+        if shader.bytecode:
+            _connect(tree, source, script, names)
     _add_closures(tree, source, script, output, shader.nodes)
 
 
 def _connect(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.types.Node, names: list[str]) -> None:
-    """Connect the inputs of the script node."""
+    """Connect the inputs of the script node. It is collapsed, and so are the lamps: the links between them are many."""
+    script.hide = True
     if _MESH_TANGENT in script.inputs:
         mesh = tree.nodes.new("ShaderNodeNewGeometry")
-        mesh.location = -300, -250
+        mesh.location = -300, -100
         tree.links.new(mesh.outputs["Tangent"], script.inputs[_MESH_TANGENT])
     scene_lamps = tree.nodes.new("ShaderNodeGroup")
     scene_lamps.node_tree = lamps.node_tree()
-    scene_lamps.location = -300, -100
+    scene_lamps.location, scene_lamps.hide = (-300, 0), True
     for name in names:
         tree.links.new(source.outputs[name], script.inputs[name])
     for socket in scene_lamps.outputs:
@@ -155,9 +159,12 @@ def _add_closures(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.
                   nodes: Nodes) -> None:
     given = closure_nodes.Inputs(source.outputs["Tint"], source.outputs["Strength"], source.outputs["Normal"],
                                  source.outputs.get("Tangent"), source.outputs.get("Rotation"))
-    frame = closure_nodes.add_frame(tree, given, nodes.cycles.turn, -3200, -900)
-    in_cycles, in_eevee = (closure_nodes.add_sum(tree, mixture, frame, -1200, y)
-                           for mixture, y in ((nodes.cycles, -900), (nodes.eevee, -2600)))
+    with _frame(tree, "Where the viewer is"):
+        frame = closure_nodes.add_frame(tree, given, nodes.cycles.turn, -3200, -400)
+    with _frame(tree, "Nodes: in Cycles without OSL"):
+        in_cycles = closure_nodes.add_sum(tree, nodes.cycles, frame, -1200, -900)
+    with _frame(tree, "In EEVEE"):
+        in_eevee = closure_nodes.add_sum(tree, nodes.eevee, frame, -1200, -2600)
     which = tree.nodes.new("ShaderNodeMixShader")
     which.location = 300, 0
     which.inputs[0].default_value = 0           # where Cycles has no script node
@@ -167,6 +174,18 @@ def _add_closures(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.
         tree.links.new(script.outputs["BSDF"], which.inputs[2])
     tree.links.new(which.outputs[0], output.inputs[CYCLES])
     tree.links.new(in_eevee, output.inputs[EEVEE])
+
+
+@contextmanager
+def _frame(tree: bpy.types.NodeTree, label: str, others: Sequence[bpy.types.Node] = ()) -> Iterator[None]:
+    """Put the nodes that the block adds, and others, into a frame with a label."""
+    before = {node.name for node in tree.nodes}
+    yield
+    frame = tree.nodes.new("NodeFrame")
+    frame.label = label
+    for node in [*others, *(node for node in tree.nodes if node.name not in before)]:
+        if node != frame:
+            node.parent = frame
 
 
 def _add_tangent(tree: bpy.types.NodeTree) -> list[str]:

@@ -47,7 +47,7 @@ class Rendered(NamedTuple):
 
 def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
     """How a measured material is rendered in a scene."""
-    tree = present(materials.group_node(material)).node_tree
+    tree = present(materials.surface_node(material)).node_tree
     if not materials.shows(material, "EEVEE" if in_eevee(scene) else "CYCLES"):
         former = in_eevee(scene) and node_group.NODES_ERROR not in tree
         return Rendered(FORMER if former else OTHER, 1.0, 1.0, "", False)
@@ -114,7 +114,8 @@ def sentence(found: Rendered, chosen: str) -> str:
 
 def summary(scene: bpy.types.Scene) -> str:
     """What a render without a window says, in one line; empty without measured materials."""
-    used = [item for item in bpy.data.materials if item.users > item.use_fake_user and materials.is_measured(item)]
+    used = [item for item in bpy.data.materials if item.users > item.use_fake_user
+            and (materials.is_measured(item) or materials.mix_node(item) is not None)]
     counts = Counter(in_scene(item, scene).how for item in used)
     if not counts:
         return ""

@@ -19,6 +19,8 @@ from . import (
     large_view,
     library,
     local,
+    mix,
+    nodes,
     placeholders,
     presets,
     rendering,
@@ -27,9 +29,10 @@ from . import (
 )
 
 _MODULES = (modal, import_data, folders, fit, update, presets, samples, assets, rendering, checks, library,
-            placeholders, local, compare, large_view, adjust)
+            placeholders, local, compare, large_view, adjust, mix, nodes)
 # these register more than classes
-_WITH_HANDLERS: tuple[Registrable, ...] = (modal, import_data, folders, library, placeholders, large_view, adjust)
+_WITH_HANDLERS: tuple[Registrable, ...] = (modal, import_data, folders, library, placeholders, large_view, adjust,
+                                           nodes)
 
 
 def register() -> None:

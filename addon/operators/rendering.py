@@ -38,7 +38,7 @@ class MEASUREDBRDF_OT_use_method(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         target = active_material(context)
-        return target is not None and materials.group_node(target) is not None and is_editable(cls, context)
+        return target is not None and materials.is_shown(target) and is_editable(cls, context)
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: "MEASUREDBRDF_OT_use_method") -> str:

@@ -4,8 +4,7 @@ from typing import Any
 
 import bpy
 
-from ...fitter import DatasetError, SampleUnknownError, published
-from ...fitter.presets import PRESET_DESCRIPTIONS
+from ...fitter import PRESETS, DatasetError, SampleUnknownError, published
 from ...fitter.quality import verdict
 from .. import manual, versions
 from ..annotations import present
@@ -19,20 +18,14 @@ from ..operators import assets, fit, import_data, local, presets, samples, updat
 from ..operators.active_material import active_material, can_change
 from ..operators.rendering import MEASUREDBRDF_OT_enable_osl
 from .comparison import draw_cost, picture_scale
-from .layout import MaterialPanel, draw_warning, draw_wrapped
+from .layout import MaterialPanel, choices, draw_warning, draw_wrapped, has_data
+from .mix import draw_mix
 
 
 class _Main:
-    """What the panel in the material tab and that in the sidebar share."""
+    """What the panels in the material tab and the one in the sidebar share."""
 
     bl_label = "Measured BRDF"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.object is not None and hasattr(context.object.data, "materials")
-
-    def draw_header_preset(self, _context: bpy.types.Context) -> None:
-        manual.draw_link(present(self.layout))
 
     def draw(self, context: bpy.types.Context) -> None:
         draw(present(self.layout), context)
@@ -41,7 +34,22 @@ class _Main:
 class MEASUREDBRDF_PT_material(_Main, MaterialPanel, bpy.types.Panel):
     """A material of measured reflectance"""
 
-    bl_order = -1               # above the panels of Blender, whose order is 0
+    bl_options = {"HIDE_HEADER"}            # panels without a header come first, below the list of materials
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return has_data(context)
+
+
+class MEASUREDBRDF_PT_begin(_Main, MaterialPanel, bpy.types.Panel):
+    """How to begin, where there is no measured material yet"""
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _can_have_material(context) and not has_data(context)
+
+    def draw_header_preset(self, _context: bpy.types.Context) -> None:
+        manual.draw_link(present(self.layout))
 
 
 class MEASUREDBRDF_PT_sidebar(_Main, bpy.types.Panel):
@@ -50,6 +58,14 @@ class MEASUREDBRDF_PT_sidebar(_Main, bpy.types.Panel):
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Measured BRDF"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _can_have_material(context)
+
+
+def _can_have_material(context: bpy.types.Context) -> bool:
+    return context.object is not None and hasattr(context.object.data, "materials")
 
 
 def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
@@ -63,8 +79,13 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
         return
     settings, fitted = material.measured_brdf, materials.is_measured(material)
+    if materials.mix_node(material) is not None and not fitted:
+        draw_mix(layout, material)
+        _draw_rendering(layout, material, present(context.scene))
+        return
     if fitted:
         _draw_look(layout, context, material)
+    if materials.is_shown(material):
         _draw_rendering(layout, material, present(context.scene))
         _draw_version(layout, material)
     can_be_changed = can_change(material)
@@ -75,7 +96,8 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     body.enabled = can_be_changed
     if not settings.filepath:
         body.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
-    body.prop(settings, "filepath")
+    if settings.filepath or not materials.is_shown(material):
+        body.prop(settings, "filepath")
     if settings.filepath:
         data = queries.data(material)
         _draw_source(body, settings)
@@ -101,7 +123,9 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
     if job.error is not None:
         draw_warning(layout, str(job.error))
     column = layout.column(align=True)
-    draw_wrapped(column, f"{settings.name_of_data}: {name_of_fit(settings)}", "MATERIAL")
+    row = column.row()
+    draw_wrapped(row, f"{settings.name_of_data}: {name_of_fit(settings)}", "MATERIAL")
+    row.operator("wm.url_open", text="", icon="HELP", emboss=False).url = manual.url()
     text, is_well = worth(settings)
     if text:
         draw_wrapped(column, text, "CHECKMARK" if is_well else "INFO")
@@ -173,10 +197,10 @@ def _draw_data_state(layout: bpy.types.UILayout, settings: Any, data: Job[tasks.
 
 def _draw_start(layout: bpy.types.UILayout, settings: Any, data: Job[tasks.Data], fitted: bool) -> None:
     """Draw the presets, and the button that fits; what a fit costs, if the material does not have it."""
-    row = layout.row(align=True)
-    for name in PRESET_DESCRIPTIONS:
-        row.operator(presets.MEASUREDBRDF_OT_use_preset.bl_idname, text=name,
-                     depress=is_preset(settings, name)).preset = name
+    buttons = choices(layout, max(map(len, PRESETS)))
+    for name in PRESETS:
+        buttons.operator(presets.MEASUREDBRDF_OT_use_preset.bl_idname, text=name,
+                         depress=is_preset(settings, name)).preset = name
     row = layout.row(align=True)
     row.scale_y = 1.3
     row.enabled = modal.running is None

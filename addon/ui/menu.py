@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..operators import assets, checks, compare, fit, folders, import_data, rendering, update
+from ..operators import assets, checks, compare, fit, folders, import_data, mix, rendering, update
 
 # what it says, for those that are called something else on a button
 _ENTRIES: tuple[tuple[type[bpy.types.Operator], str], ...] = (
@@ -11,6 +11,7 @@ _ENTRIES: tuple[tuple[type[bpy.types.Operator], str], ...] = (
     (folders.MEASUREDBRDF_OT_convert_folder, "Convert Folder to Measured BRDF Library..."),
     (fit.MEASUREDBRDF_OT_fit, "Fit Measured BRDF Again"),
     (compare.MEASUREDBRDF_OT_pin, "Compare with This Measured BRDF"),
+    (mix.MEASUREDBRDF_OT_mix, "Mix Measured BRDFs..."),
     (update.MEASUREDBRDF_OT_update_materials, "Update Measured BRDFs"),
     (assets.MEASUREDBRDF_OT_save_asset, "Save Measured BRDF to Asset Library"),
     (rendering.MEASUREDBRDF_OT_enable_osl, "Enable OSL for Measured BRDFs"),

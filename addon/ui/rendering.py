@@ -8,7 +8,7 @@ from ..materials import material as materials
 from ..materials.properties import AUTOMATIC, RENDERINGS
 from ..operators.checks import MEASUREDBRDF_OT_fix_setting
 from ..operators.rendering import MEASUREDBRDF_OT_enable_osl, MEASUREDBRDF_OT_use_method
-from .layout import MaterialPanel, draw_wrapped
+from .layout import MaterialPanel, choices, draw_wrapped
 
 
 class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
@@ -19,14 +19,14 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.material is not None and materials.group_node(context.material) is not None
+        return context.material is not None and materials.is_shown(context.material)
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, material, scene = present(self.layout), present(context.material), present(context.scene)
         chosen = materials.rendering_of(material)
-        row = layout.row(align=True)
+        buttons = choices(layout, max(len(label) for _, label, _ in RENDERINGS))
         for key, label, _ in RENDERINGS:
-            row.operator(MEASUREDBRDF_OT_use_method.bl_idname, text=label, depress=chosen == key).method = key
+            buttons.operator(MEASUREDBRDF_OT_use_method.bl_idname, text=label, depress=chosen == key).method = key
         found = rendered.in_scene(material, scene)
         as_chosen = found.how == chosen or (chosen == AUTOMATIC and found.how != rendered.BLACK)
         draw_wrapped(layout, rendered.sentence(found, chosen), "INFO" if as_chosen else "ERROR")
@@ -34,7 +34,7 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
             layout.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
         findings = checks.check(scene)
         if not findings:
-            layout.label(text="No setting of this scene changes the look", icon="CHECKMARK")
+            draw_wrapped(layout, "No setting of this scene changes the look", "CHECKMARK")
         for finding in findings:
             column = layout.box().column(align=True)
             draw_wrapped(column, finding.message)

@@ -27,6 +27,7 @@ from .closure_mixture import closure_mixture
 from .mixture_table import Mixture
 
 SHADER = "measured_brdf.osl"
+MIX_SHADER = "mix.osl"
 SHADER_VERSION = 5          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
 _NUMBER = re.compile(r"inf|nan|\d+\.?\d*(?:e[-+]?\d+)?")
@@ -79,12 +80,23 @@ def bake(fit: Fit, template: str | None = None, mixture: Mixture | None = None) 
         "tangent_parameters.h": _TANGENT_PARAMETERS if constants["ANISOTROPIC"] else "",
         "baked_constants.h": "".join(f"#define {name} {_constant(name, value)}\n" for name, value in constants.items()),
         "baked_tables.h": "".join(_array(name, table) for name, table in tables.items())}
+    return _completed((_SOURCES / SHADER).read_text("utf-8") if template is None else template, generated)
 
+
+def _completed(template: str, generated: dict[str, str]) -> str:
+    """A shader with its includes: generated ones, and files of `osl/`."""
     def include(match: re.Match[str]) -> str:
         name = match[1]
         return generated[name] if name in generated else _INCLUDE.sub(include, (_SOURCES / name).read_text("utf-8"))
 
-    return _INCLUDE.sub(include, (_SOURCES / SHADER).read_text("utf-8") if template is None else template)
+    return _INCLUDE.sub(include, template)
+
+
+def mix_source() -> str:
+    """OSL source of the shader that tells which of two mixed materials renders a sample."""
+    constants = "".join(f"#define {name} {value}\n" for name, value in shader_constants().items()
+                        if name.startswith(("RANDOM_", "SEED_")))
+    return _completed((_SOURCES / MIX_SHADER).read_text("utf-8"), {"baked_constants.h": constants})
 
 
 def fast_error(source: str) -> tuple[float, float]:

@@ -22,7 +22,7 @@ QUIET = ("annotations.py", "transaction.py", "tasks.py", "process.py", "queue.py
 REPEATED, MOST_REPEATED = "closure_nodes.py", 2
 # these change nothing, and Blender calls them before an operator begins and after it has ended
 OUTSIDE = ("poll", "is_editable", "is_measured", "group_node", "script_node", "active_material", "execute", "run",
-           "_path", "_failed")
+           "_path", "_failed", "_on_change")
 
 
 class InjectedError(Exception):
@@ -85,6 +85,9 @@ OPERATIONS = {
     "find file": lambda folder: bpy.ops.measured_brdf.find_file(filepath=str(folder / "b.astm")),
     "save asset": lambda folder: bpy.ops.measured_brdf.save_asset(),
     "update": lambda folder: bpy.ops.measured_brdf.update_materials(),
+    "adjust": lambda folder: bpy.ops.measured_brdf.adjust(),
+    "adjust a material of a mix": lambda folder: bpy.ops.measured_brdf.adjust(),
+    "mix": lambda folder: bpy.ops.measured_brdf.mix(first="a", second="b"),
 }
 
 
@@ -102,6 +105,14 @@ def changed(before, after):
 def test_an_error_anywhere_in_an_operator_leaves_the_blend_as_it_was(cube, files, name, capfd):
     if name == "update":
         make_older()
+    if name.startswith("adjust"):
+        cube.active_material.measured_brdf.diffuse_gain = 0.5
+    if "mix" in name:
+        bpy.context.view_layer.objects.active = None
+        OPERATIONS["import"](files)
+        if name != "mix":
+            OPERATIONS["mix"](files)
+        bpy.context.view_layer.objects.active = cube
     before, places = state(), []
     for at in range(1, 400):
         injection, result = _Injection(at), None

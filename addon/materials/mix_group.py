@@ -1,0 +1,211 @@
+"""The node group of a mix of two measured materials, which holds the groups of both.
+
+Where Cycles renders with OSL, one of the two renders each sample, as often as its share is: the other is given a
+strength of 0, and returns at once. Elsewhere closures have their share. The materials that are mixed may be mixes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import cast
+
+import bpy
+
+from ...fitter.cycles.bake import mix_source
+from ..annotations import present
+from ..transaction import new_data_removed_on_error
+from . import node_group, osl_support
+from .compiler import CompileError
+
+FACTOR = "Factor"
+_SCRIPT = "Measured BRDF Mix Shader"
+_PARTS = "First", "Second"              # nodes; and custom properties of the group, which hold the materials
+_COUNT = "mixed"                        # custom property of the group: how many measured BRDFs it holds
+_ERRORS = (node_group.FAST_ERROR, node_group.FAST_WORST, node_group.NODES_ERROR, node_group.NODES_WORST,
+           node_group.EEVEE_ERROR, node_group.EEVEE_WORST)
+
+
+def create(first: bpy.types.Material, first_tree: bpy.types.NodeTree, second: bpy.types.Material,
+           second_tree: bpy.types.NodeTree, factor: float) -> bpy.types.NodeTree:
+    """Make a node group that mixes what two materials show: their measured groups, or mixes.
+
+    Raises
+    ------
+    CompileError
+        If this Blender cannot compile its shader; the file then stays as it was.
+    """
+    with new_data_removed_on_error():
+        tree = bpy.data.node_groups.new(f"{first.name} + {second.name}", "ShaderNodeTree")
+        for name, material in zip(_PARTS, (first, second), strict=True):
+            tree[name] = material
+        tree[_COUNT] = count(first_tree) + count(second_tree)
+        _fill(tree, first_tree, second_tree, factor)
+        _remember_errors(tree)
+    return tree
+
+
+def is_mix(tree: bpy.types.NodeTree | None) -> bool:
+    """Whether `create` made a node group."""
+    return tree is not None and tree.get(_COUNT) is not None and all(name in tree.nodes for name in _PARTS)
+
+
+def count(tree: bpy.types.NodeTree) -> int:
+    """How many measured BRDFs a group holds."""
+    return int(tree.get(_COUNT, 1))
+
+
+def parts(tree: bpy.types.NodeTree) -> tuple[bpy.types.Material | None, bpy.types.Material | None]:
+    """The materials that a group mixes; None for one that has been deleted."""
+    first, second = (tree.get(name) for name in _PARTS)
+    return first, second
+
+
+@contextmanager
+def following(material: bpy.types.Material, before: bpy.types.NodeTree | None,
+              after: bpy.types.NodeTree) -> Iterator[None]:
+    """Give mixes of a material its new group in the place of the former one; if the block raises, the former again."""
+    changed: list[bpy.types.Node] = []
+    try:
+        for tree in bpy.data.node_groups:
+            if before is None or before == after or not is_mix(tree) or not tree.is_editable:
+                continue
+            for name in _PARTS:
+                if tree.get(name) == material and tree.nodes[name].node_tree == before:
+                    changed.append(tree.nodes[name])
+                    tree.nodes[name].node_tree = after
+        _renew(changed)
+        yield
+    except BaseException:
+        for node in changed:
+            node.node_tree = before
+        _renew(changed)
+        raise
+
+
+def _renew(changed: list[bpy.types.Node]) -> None:
+    """Complete the mixes whose nodes have been given other groups."""
+    for node in changed:
+        mix = cast(bpy.types.NodeTree, node.id_data)
+        _connect(mix)
+        _remember_errors(mix)
+
+
+def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types.NodeTree, factor: float) -> None:
+    sockets = present(tree.interface)
+    sockets.new_socket(node_group.CYCLES, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
+        "The surface for Cycles")
+    sockets.new_socket(node_group.EEVEE, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
+        "The surface for EEVEE")
+    share = sockets.new_socket(FACTOR, in_out="INPUT", socket_type="NodeSocketFloat")
+    share.subtype, share.default_value, share.min_value, share.max_value = "FACTOR", factor, 0, 1
+    share.description = f"Share of {second.name}; connect a mask to it"
+    seen = {FACTOR}
+    for part in (first, second):
+        for item in _sockets(part):
+            if item.in_out == "INPUT" and item.name not in seen:
+                seen.add(item.name)
+                _copy_socket(sockets, item)
+    script, source, output = (tree.nodes.new(f"{kind}") for kind in ("ShaderNodeScript", "NodeGroupInput",
+                                                                     "NodeGroupOutput"))
+    script.name = script.label = _SCRIPT
+    source.location, script.location, output.location = (-900, 0), (-600, 250), (900, 0)
+    _compile(script)
+    rest = _math(tree, "SUBTRACT", -600, -20)
+    rest.inputs[0].default_value = 1
+    tree.links.new(source.outputs[FACTOR], rest.inputs[1])
+    for number, (name, part, share_of) in enumerate(((_PARTS[0], first, rest.outputs[0]),
+                                                     (_PARTS[1], second, source.outputs[FACTOR]))):
+        y = -300 * number
+        picked = tree.nodes.new("ShaderNodeMix")        # of floats: 0, the share, without the script node
+        picked.location, picked.inputs[0].default_value = (-350, y), 0
+        strength = _math(tree, "MULTIPLY", -150, y)
+        node = tree.nodes.new("ShaderNodeGroup")
+        node.name, node.node_tree, node.location, node.width = name, part, (50, y), 200
+        tree.links.new(share_of, picked.inputs[2])
+        tree.links.new(picked.outputs[0], strength.inputs[1])
+        tree.links.new(source.outputs["Strength"], strength.inputs[0])
+        if script.outputs:
+            tree.links.new(script.outputs["Active"], picked.inputs[0])
+            tree.links.new(script.outputs[name], picked.inputs[3])
+        strength.name = f"{name} Strength"
+    if script.outputs:
+        tree.links.new(source.outputs[FACTOR], script.inputs["Factor"])
+        script.inputs["Stream"].default_value = tree[_COUNT]
+    for number, name in enumerate((node_group.CYCLES, node_group.EEVEE)):
+        both = tree.nodes.new("ShaderNodeAddShader")
+        both.name, both.location = name, (500, -200 * number)
+        tree.links.new(both.outputs[0], output.inputs[name])
+    _connect(tree)
+
+
+def _connect(tree: bpy.types.NodeTree) -> None:
+    """Connect the groups of both materials: links to sockets that a new group has not are gone with the former one."""
+    source = next(node for node in tree.nodes if node.type == "GROUP_INPUT")
+    for number, name in enumerate(_PARTS):
+        node = tree.nodes[name]
+        for socket in node.inputs:
+            given = (tree.nodes[f"{name} Strength"].outputs[0] if socket.name == "Strength"
+                     else source.outputs.get(socket.name) if socket.name != FACTOR else None)
+            if given is not None and not socket.is_linked:
+                tree.links.new(given, socket)
+        if FACTOR in node.inputs:
+            node.inputs[FACTOR].default_value = _default(node.node_tree)
+        for output in (node_group.CYCLES, node_group.EEVEE):
+            if output in node.outputs and not tree.nodes[output].inputs[number].is_linked:
+                tree.links.new(node.outputs[output], tree.nodes[output].inputs[number])
+
+
+def _default(tree: bpy.types.NodeTree) -> float:
+    """The factor with which a mix was made."""
+    return float(next(item.default_value for item in _sockets(tree) if item.name == FACTOR))
+
+
+def _sockets(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTreeInterfaceSocket]:
+    """The inputs and outputs of a group."""
+    return [cast(bpy.types.NodeTreeInterfaceSocket, item) for item in present(tree.interface).items_tree
+            if item.item_type == "SOCKET"]
+
+
+def _copy_socket(sockets: bpy.types.NodeTreeInterface, item: bpy.types.NodeTreeInterfaceSocket) -> None:
+    new = sockets.new_socket(item.name, in_out="INPUT", socket_type=item.socket_type)
+    new.description = item.description
+    for name in ("subtype", "default_value", "min_value", "max_value", "hide_value"):
+        if hasattr(item, name):
+            setattr(new, name, getattr(item, name))
+
+
+def _math(tree: bpy.types.NodeTree, operation: str, x: float, y: float) -> bpy.types.Node:
+    node = tree.nodes.new("ShaderNodeMath")
+    node.operation, node.location = operation, (x, y)
+    return node
+
+
+def _compile(script: bpy.types.Node) -> None:
+    """Give the script node its shader; without OSL it stays empty."""
+    if osl_support.missing():
+        return
+    from cycles import osl
+
+    text = bpy.data.texts.new(f"{_SCRIPT}.osl")
+    text.from_string(mix_source())
+    script.mode, script.script = "INTERNAL", text
+    errors: list[str] = []
+    if not script.outputs:
+        try:
+            osl.update_script_node(script, lambda kind, message: errors.append(message))
+        except OSError as error:                # it compiles in the folder for temporary files
+            errors.append(f"{error.filename or 'temporary files'}: {error.strerror}")
+    if "Active" not in script.outputs:
+        raise CompileError("The OSL compiler rejected the shader of the mix" + "".join(f": {each}" for each in errors))
+
+
+def _remember_errors(tree: bpy.types.NodeTree) -> None:
+    """What `rendered` says of a group: the larger error of both."""
+    trees = [present(tree.nodes[name].node_tree) for name in _PARTS]
+    for name in _ERRORS:
+        known = [value for each in trees if (value := each.get(name)) is not None]
+        if len(known) == len(trees):
+            tree[name] = max(known)
+        elif tree.get(name) is not None:
+            del tree[name]

@@ -1,0 +1,119 @@
+"""Mixed measured materials, as Cycles renders them, against integrals of `Mix.evaluate`."""
+
+import bpy
+import numpy as np
+import pytest
+
+import fitter
+from support.stage import add_sphere, black_scene
+
+from .test_rendering import LIGHTS, SIZE, render
+
+
+@pytest.fixture(scope="module")
+def fits(curet, cornell):
+    return {"felt": fitter.fit(curet("felt"), **fitter.PRESETS["Draft"]),
+            "krylon": fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Draft"]),
+            "leather": fitter.fit(curet("leather"), **fitter.PRESETS["Draft"])}
+
+
+def measured(name, fit):
+    from measured_brdf.addon.materials import material as materials
+    from measured_brdf.addon.materials import node_group
+
+    made = bpy.data.materials.new(name)
+    if not made.node_tree:
+        made.use_nodes = True
+    made.node_tree.nodes.clear()
+    materials._show(made, node_group.of(fit))
+    return made
+
+
+def mixed(first, second, factor, mask=""):
+    assert bpy.ops.measured_brdf.mix(first=first, second=second, factor=factor, mask=mask) == {"FINISHED"}
+    return bpy.data.materials[f"{first} + {second}"]
+
+
+@pytest.fixture
+def sphere(blender, fits):
+    def make(samples, osl=True):
+        scene = black_scene(SIZE, SIZE, samples, span=2)
+        scene.cycles.max_bounces = 0
+        scene.cycles.shading_system = osl
+        for name, fit in fits.items():
+            measured(name, fit)
+        add_sphere()
+        return scene
+    return make
+
+
+@pytest.mark.parametrize(("light", "osl", "samples"), [
+    ("sun", True, 64), ("world", True, 192), ("area lamp", True, 400), ("world", False, 64)])
+def test_a_mix_has_the_light_of_both(sphere, fits, light, osl, samples):
+    set_up, integrate, _, tolerance = LIGHTS[light]
+    scene = sphere(samples, osl)
+    mixed("felt", "krylon", 0.3)
+    set_up()
+    expected = integrate(fitter.Mix(fits["felt"], fits["krylon"], 0.3))
+    ratio = render(scene)[..., :3].mean(axis=(0, 1)) / expected
+    assert ratio == pytest.approx([1, 1, 1], abs=tolerance if osl else 0.03)
+
+
+def test_a_mix_of_a_mix_has_the_light_of_all(sphere, fits):
+    set_up, integrate, _, tolerance = LIGHTS["sun"]
+    scene = sphere(144)
+    mixed("felt", "krylon", 0.3)
+    mixed("leather", "felt + krylon", 0.6)
+    set_up()
+    expected = integrate(fitter.Mix(fits["leather"], fitter.Mix(fits["felt"], fits["krylon"], 0.3), 0.6))
+    ratio = render(scene)[..., :3].mean(axis=(0, 1)) / expected
+    assert ratio == pytest.approx([1, 1, 1], abs=tolerance)
+
+
+@pytest.mark.parametrize("osl", [True, False])
+def test_a_mask_tells_where_each_is_seen(sphere, fits, osl):
+    """Black left of the middle, white right of it, in the coordinates of the sphere's map."""
+    scene = sphere(16, osl)
+    mask = bpy.data.images.new("mask", 2, 1)
+    mask.pixels = [0, 0, 0, 1, 1, 1, 1, 1]
+    made = mixed("felt", "krylon", 0.5, "mask")
+    picture = next(node for node in made.node_tree.nodes if node.type == "TEX_IMAGE")
+    picture.interpolation, picture.extension = "Closest", "EXTEND"
+    position = made.node_tree.nodes.new("ShaderNodeNewGeometry")
+    made.node_tree.links.new(position.outputs["Position"], picture.inputs["Vector"])
+    LIGHTS["world"][0]()
+    halves = []
+    for material in (made, bpy.data.materials["felt"], bpy.data.materials["krylon"]):
+        bpy.context.object.material_slots[0].material = material
+        halves.append(render(scene)[..., :3])
+    middle = SIZE // 4 * 3
+    both, felt, krylon = halves
+    # the position's x is negative in the left half, which the texture's edge extends, and below 1/2 up to the middle
+    np.testing.assert_allclose(both[:, :SIZE // 2].mean(axis=(0, 1)), felt[:, :SIZE // 2].mean(axis=(0, 1)), rtol=0.02)
+    np.testing.assert_allclose(both[:, middle + 1:].mean(axis=(0, 1)), krylon[:, middle + 1:].mean(axis=(0, 1)),
+                               rtol=0.03)
+
+
+def test_a_mix_follows_its_materials(sphere, fits):
+    from measured_brdf.addon.materials import material as materials
+
+    sphere(4)
+    made = mixed("felt", "krylon", 0.3)
+    felt = bpy.data.materials["felt"]
+    felt.measured_brdf.coefficients = 1             # as an import leaves it
+    felt.measured_brdf.diffuse_gain = 0.5
+    with bpy.context.temp_override(material=felt):
+        assert bpy.ops.measured_brdf.adjust() == {"FINISHED"}
+    inner = materials.mix_node(made).node_tree
+    assert inner.nodes["First"].node_tree == materials.group_node(felt).node_tree
+    assert all(socket.is_linked for socket in inner.nodes["First"].inputs)
+    assert len([text for text in bpy.data.texts if text.name.startswith("felt")]) == 1
+
+
+def test_what_cannot_be_mixed_is_refused(sphere):
+    sphere(4)
+    before = len(bpy.data.materials), len(bpy.data.node_groups), len(bpy.data.texts)
+    for wrong in ({"first": "felt", "second": "nowhere"}, {"first": "felt", "second": "krylon", "mask": "none"}):
+        with pytest.raises(RuntimeError, match="is not a"):
+            bpy.ops.measured_brdf.mix(**wrong)
+    assert before == (len(bpy.data.materials), len(bpy.data.node_groups), len(bpy.data.texts))
