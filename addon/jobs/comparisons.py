@@ -34,7 +34,7 @@ def figures(kept: Kept, report: Report = silent) -> Figures:
     return Figures(fit.coefficient_count, fit.nbytes, np.array(albedo))
 
 
-def sphere(kept: Kept, size: int = pictures.SIZE, report: Report = silent) -> SingleArray:
+def sphere(kept: Kept, size: int, report: Report = silent) -> SingleArray:
     """The lit sphere of the fit in a material's shader: (size, size, 4). Raises ValueError if there is none."""
     report(0.0, "Drawing")
     key = kept.digest, size
@@ -46,12 +46,12 @@ def sphere(kept: Kept, size: int = pictures.SIZE, report: Report = silent) -> Si
     return _spheres[key]
 
 
-def split_sphere(left: Kept, right: Kept, at: float, size: int = pictures.SIZE, report: Report = silent) -> SingleArray:
+def split_sphere(left: Kept, right: Kept, at: float, size: int, report: Report = silent) -> SingleArray:
     """A sphere of two materials, with a line between them: (size, size, 4). Raises as `sphere` does."""
     return pictures.split(sphere(left, size, report), sphere(right, size, report), at)
 
 
-def polar(first: Kept, second: Kept | None, theta_i: float, size: int = pictures.SIZE,
+def polar(first: Kept, second: Kept | None, theta_i: float, size: int,
           report: Report = silent) -> SingleArray:
     """The polar plot of one material, or of two: (size, size, 4). Raises as `sphere` does."""
     report(0.0, "Drawing")

@@ -5,7 +5,7 @@ from typing import Any
 
 import bpy
 
-from ...fitter.pictures import split
+from ...fitter.pictures import PAIR, split
 from ...fitter.quality import verdict
 from ..annotations import present
 from ..jobs import compared, looks, modal
@@ -18,7 +18,6 @@ from .comparison import picture_scale
 from .layout import MaterialPanel, draw_table, draw_wrapped, is_narrow
 
 _HEADINGS = "", "A", "B"
-_COLORS = "COLORSET_02_VEC", "COLORSET_04_VEC"      # icons of the colours of the curves
 _TWO_ABREAST = 36           # characters that two pictures need beside one another
 
 
@@ -92,8 +91,8 @@ class MEASUREDBRDF_PT_look(MeasuredPanel, bpy.types.Panel):
 
 def _draw_names(layout: bpy.types.UILayout, material: bpy.types.Material, other: bpy.types.Material) -> None:
     column = layout.column(align=True)
-    for letter, each, icon in zip("AB", (material, other), _COLORS, strict=True):
-        column.label(text=f"{letter}: {each.name}", icon=icon)
+    for letter, each, color in zip("AB", (material, other), PAIR, strict=True):
+        column.label(text=f"{letter}: {each.name}", icon_value=compared.swatch(color))
 
 
 def _draw_line(layout: bpy.types.UILayout, chosen: Any) -> None:
@@ -136,7 +135,7 @@ def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> dict[str, 
     fitted = settings.coefficients > 0
     return {"Match": verdict.grade(settings.match, verdict.MATCH_LIMITS) if settings.match >= 0 else "-",
             "Between": verdict.grade(settings.between, verdict.BETWEEN_LIMITS) if settings.between >= 0 else "-",
-            "Numbers": f"{found.coefficients:,}" if found is not None else wait,
+            "Coefficients": f"{found.coefficients:,}" if found is not None else wait,
             "Bytes": f"{found.nbytes:,}" if found is not None else wait,
             "RMSE": f"{settings.rmse:.3g}" if fitted and math.isfinite(settings.rmse) else "-",
             "Albedo %": _percent(found.albedo) if found is not None else wait,

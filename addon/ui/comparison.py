@@ -11,7 +11,7 @@ from ..jobs import modal, queries, tasks
 from ..jobs.job import Job
 from ..materials.properties import fit_arguments, name_of_fit
 from ..operators import fit
-from .layout import MaterialPanel, draw_row, draw_warning, is_narrow
+from .layout import MaterialPanel, draw_value, draw_warning, is_narrow
 
 _HEADINGS = "Coefficients", "KB", "RMSE", "Held out"
 _CHEAPEST_FIRST = sorted(PRESETS, key=lambda name: (PRESETS[name]["method"] != "mba", PRESETS[name]["diffuse_level"]))
