@@ -134,6 +134,10 @@ def redraw() -> None:
         for area in window.screen.areas:
             if area.type == "PROPERTIES":
                 area.tag_redraw()
+            elif area.type == "VIEW_3D":                # the sidebar alone: its view would be drawn anew
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()
 
 
 def _poll() -> float | None:

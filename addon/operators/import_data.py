@@ -21,7 +21,7 @@ from ..library.discovery import GLOB
 from ..materials import compiler, material
 from ..materials.properties import CHOICES, LEVELS, READING, FitChoices, fit_arguments, use_preset
 from ..materials.reading import draw_reading, load_arguments
-from . import targets
+from . import tabs, targets
 
 Outcomes = Sequence[tuple[str, str, tasks.Outcome | ValueError]]
 """As `tasks.outcomes` returns them."""
@@ -85,6 +85,8 @@ class MakesMaterials(HasTarget, InBackground):
         first = made[0].measured_brdf
         self.report({"INFO"}, f"{made[0].name}: {first.coefficients:,} coefficients, RMSE {first.rmse:.3g}"
                     if len(made) == 1 else f"{len(made)} materials; {len(failed)} files failed")
+        if self.options.is_invoke:
+            tabs.show_first(context, made)
 
 
 class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator):

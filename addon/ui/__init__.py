@@ -8,9 +8,10 @@ import bpy
 
 from . import adjust, compare_with, comparison, details, fit, inspect, library, measurements, menu, pictures, rendering
 
-# in the order in which Blender shows them; the first is the parent of the others
+# in the order in which Blender shows them; the first two are the parents of the others
 classes = (
-    fit.MEASUREDBRDF_PT_material, adjust.MEASUREDBRDF_PT_adjust, pictures.MEASUREDBRDF_PT_pictures,
+    fit.MEASUREDBRDF_PT_begin, fit.MEASUREDBRDF_PT_material, adjust.MEASUREDBRDF_PT_adjust,
+    pictures.MEASUREDBRDF_PT_pictures,
     comparison.MEASUREDBRDF_PT_compare, *compare_with.classes, rendering.MEASUREDBRDF_PT_rendering,
     details.MEASUREDBRDF_PT_settings, details.MEASUREDBRDF_PT_details, measurements.MEASUREDBRDF_PT_data,
     *library.classes, fit.MEASUREDBRDF_PT_sidebar, *inspect.classes)

@@ -18,6 +18,7 @@ from ..operators import assets, fit, import_data, local, presets, samples, updat
 from ..operators.active_material import active_material, can_change
 from ..operators.rendering import MEASUREDBRDF_OT_enable_osl
 from .comparison import draw_cost, picture_scale
+from . import inspect
 from .layout import MaterialPanel, choices, draw_warning, draw_wrapped, has_data
 from .mix import draw_mix
 
@@ -129,6 +130,7 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
     text, is_well = worth(settings)
     if text:
         draw_wrapped(column, text, "CHECKMARK" if is_well else "INFO")
+    inspect.draw(layout)
 
 
 def worth(settings: Any) -> tuple[str, bool]:

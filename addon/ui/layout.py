@@ -6,8 +6,11 @@ from typing import Literal
 
 import bpy
 
+from ..materials import material as materials
+
 _Icon = Literal["CHECKMARK", "DOT", "ERROR", "INFO", "MATERIAL"]
-_CHARACTER, _MARGIN = 5.6, 75       # pixels at a scale of 1: of a character on average, and beside texts with an icon
+_CHARACTER, _MARGIN = 5.9, 75       # pixels at a scale of 1: of a character on average, and beside texts with an icon
+_TABS = 30                  # pixels at a scale of 1: of the tabs of a sidebar
 _SHORTEST = 20              # line, characters
 _NARROW = 40                # characters: less is narrow
 _GAP = 2                    # characters between the columns of a table
@@ -25,6 +28,12 @@ class MaterialPanel:
         return context.material is not None and bool(context.material.measured_brdf.filepath)
 
 
+def has_data(context: bpy.types.Context) -> bool:
+    """Whether the material of the context has a file of measurements, or a measured BRDF to show."""
+    return context.material is not None and (bool(context.material.measured_brdf.filepath)
+                                             or materials.is_shown(context.material))
+
+
 def draw_row(layout: bpy.types.UILayout, *texts: str) -> None:
     """Draw texts beside one another, in columns of equal width."""
     row = layout.row()
@@ -34,8 +43,9 @@ def draw_row(layout: bpy.types.UILayout, *texts: str) -> None:
 
 def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: _Icon = "ERROR") -> None:
     """Draw text in several lines, with an icon at the first."""
+    column = layout.column(align=True)
     for number, line in enumerate(wrapped(text)):
-        layout.label(text=line, icon=icon if number == 0 else "BLANK1")
+        column.label(text=line, icon=icon if number == 0 else "BLANK1")
 
 
 def wrapped(text: str) -> list[str]:
@@ -53,12 +63,21 @@ def draw_warning(layout: bpy.types.UILayout, text: str) -> None:
 def room() -> int:
     """How many characters fit beside one another into the region that is drawn."""
     region, scale = bpy.context.region, bpy.context.preferences.system.ui_scale
-    return max(int((region.width / scale - _MARGIN) / _CHARACTER) if region is not None else 0, _SHORTEST)
+    if region is None:
+        return _SHORTEST
+    margin = _MARGIN + (_TABS if region.type == "UI" else 0)
+    return max(int((region.width / scale - margin) / _CHARACTER), _SHORTEST)
 
 
 def is_narrow(characters: int = _NARROW) -> bool:
     """Whether so many characters do not fit beside one another into the region that is drawn."""
     return room() < characters
+
+
+def choices(layout: bpy.types.UILayout, longest: int) -> bpy.types.UILayout:
+    """A layout for four buttons, of which the longest text has so many characters: beside one another, if they fit."""
+    columns = 2 if is_narrow(4 * (longest + _GAP)) else 4
+    return layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=True, align=True)
 
 
 def draw_table(layout: bpy.types.UILayout, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -29,10 +29,7 @@ class MEASUREDBRDF_PT_start(_StartPanel, bpy.types.Panel):
     """Materials that come with the extension: published fits of the 100 materials of MERL"""
 
     bl_label = "Start from..."
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return not _has_data(context)
+    bl_parent_id = "MEASUREDBRDF_PT_begin"
 
     def draw(self, context: bpy.types.Context) -> None:
         _draw_published(present(self.layout), context)
@@ -44,17 +41,11 @@ class MEASUREDBRDF_PT_start_again(_StartPanel, bpy.types.Panel):
     bl_label = "Start from..."
     bl_options = {"DEFAULT_CLOSED"}
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return _has_data(context)
-
     def draw(self, context: bpy.types.Context) -> None:
         _draw_published(present(self.layout), context)
 
 
-class MEASUREDBRDF_PT_folder(_StartPanel, bpy.types.Panel):
-    """The measurements in the data folder of the preferences"""
-
+class _Folder(_StartPanel):
     bl_label = "Data Folder"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -62,9 +53,17 @@ class MEASUREDBRDF_PT_folder(_StartPanel, bpy.types.Panel):
         _draw_folder(present(self.layout), context)
 
 
-class MEASUREDBRDF_PT_sources(_StartPanel, bpy.types.Panel):
-    """Databases of measured reflectance that can be downloaded"""
+class MEASUREDBRDF_PT_folder(_Folder, bpy.types.Panel):
+    """The measurements in the data folder of the preferences"""
 
+
+class MEASUREDBRDF_PT_folder_first(_Folder, bpy.types.Panel):
+    """The measurements in the data folder of the preferences"""
+
+    bl_parent_id = "MEASUREDBRDF_PT_begin"
+
+
+class _Sources(_StartPanel):
     bl_label = "Where to Get Data"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -77,8 +76,14 @@ class MEASUREDBRDF_PT_sources(_StartPanel, bpy.types.Panel):
                 draw_wrapped(column, text, "DOT")
 
 
-def _has_data(context: bpy.types.Context) -> bool:
-    return context.material is not None and bool(context.material.measured_brdf.filepath)
+class MEASUREDBRDF_PT_sources(_Sources, bpy.types.Panel):
+    """Databases of measured reflectance that can be downloaded"""
+
+
+class MEASUREDBRDF_PT_sources_first(_Sources, bpy.types.Panel):
+    """Databases of measured reflectance that can be downloaded"""
+
+    bl_parent_id = "MEASUREDBRDF_PT_begin"
 
 
 def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
@@ -152,4 +157,5 @@ def _grid(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     return layout.grid_flow(row_major=True, columns=max(room() // _CELL, 2), even_columns=True, align=False)
 
 
-classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_start_again, MEASUREDBRDF_PT_folder, MEASUREDBRDF_PT_sources)
+classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_folder_first, MEASUREDBRDF_PT_sources_first,
+           MEASUREDBRDF_PT_start_again, MEASUREDBRDF_PT_folder, MEASUREDBRDF_PT_sources)

@@ -3,6 +3,7 @@
 import bpy
 
 from ..operators import assets, checks, compare, fit, folders, import_data, mix, rendering, update
+from ..viewport import inspect_reflectance
 
 # what it says, for those that are called something else on a button
 _ENTRIES: tuple[tuple[type[bpy.types.Operator], str], ...] = (
@@ -10,6 +11,7 @@ _ENTRIES: tuple[tuple[type[bpy.types.Operator], str], ...] = (
     (folders.MEASUREDBRDF_OT_import_folder, "Import Folder of Measured BRDFs..."),
     (folders.MEASUREDBRDF_OT_convert_folder, "Convert Folder to Measured BRDF Library..."),
     (fit.MEASUREDBRDF_OT_fit, "Fit Measured BRDF Again"),
+    (inspect_reflectance.MEASUREDBRDF_OT_inspect, "Inspect Reflectance of Measured BRDF"),
     (compare.MEASUREDBRDF_OT_pin, "Compare with This Measured BRDF"),
     (mix.MEASUREDBRDF_OT_mix, "Mix Measured BRDFs..."),
     (update.MEASUREDBRDF_OT_update_materials, "Update Measured BRDFs"),

@@ -232,10 +232,12 @@ def test_tables_are_stacked_where_the_region_is_narrow(ui, monkeypatch):
         assert layout.texts == expected
 
 
-@pytest.mark.parametrize(("width", "scale", "expected"), [(420, 1.0, 61), (420, 1.25, 46), (60, 1.0, 20)])
-def test_text_wraps_by_the_width_of_the_region(ui, monkeypatch, width, scale, expected):
+@pytest.mark.parametrize(("kind", "width", "scale", "expected"), [
+    ("WINDOW", 420, 1.0, 58), ("WINDOW", 420, 1.25, 44), ("WINDOW", 60, 1.0, 20), ("UI", 420, 1.0, 53)])
+def test_text_wraps_by_the_width_of_the_region(ui, monkeypatch, kind, width, scale, expected):
+    system = SimpleNamespace(system=SimpleNamespace(ui_scale=scale))
     monkeypatch.setattr(ui.layout, "bpy", SimpleNamespace(context=SimpleNamespace(
-        region=SimpleNamespace(width=width), preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=scale)))))
+        region=SimpleNamespace(type=kind, width=width), preferences=system)))
     assert ui.layout.room() == expected
 
 
@@ -266,3 +268,76 @@ def test_searching_finds_what_can_be_done(ui, word):
 def test_the_menu_is_in_the_menus_of_blender(ui, menu):
     functions = getattr(bpy.types, menu).draw._draw_funcs
     assert any(function.__module__.endswith("addon.ui.menu") for function in functions)
+
+
+class TestTabs:
+    """After the first import, the editor of properties shows the material."""
+
+    @pytest.fixture
+    def window(self, extension):
+        class Space:
+            has_materials, _shown = True, "OBJECT"
+
+            @property
+            def context(self):
+                return self._shown
+
+            @context.setter
+            def context(self, value):
+                if not self.has_materials:
+                    raise TypeError(f'enum "{value}" not found in (...)')
+                self._shown = value
+
+        spaces = {kind: Space() for kind in ("PROPERTIES", "VIEW_3D")}
+        areas = [SimpleNamespace(type=kind, spaces=SimpleNamespace(active=space)) for kind, space in spaces.items()]
+        context = SimpleNamespace(window=SimpleNamespace(screen=SimpleNamespace(areas=areas)))
+        return SimpleNamespace(context=context, spaces=spaces)
+
+    def show_first(self, window, made):
+        from measured_brdf.addon.operators import tabs
+
+        tabs.show_first(window.context, made)
+
+    def test_the_first_import_shows_the_material_tab(self, window, material):
+        self.show_first(window, [material])
+        assert (window.spaces["PROPERTIES"].context, window.spaces["VIEW_3D"].context) == ("MATERIAL", "OBJECT")
+
+    def test_later_imports_leave_the_tab_alone(self, window, material):
+        self.show_first(window, [material.copy()])
+        assert window.spaces["PROPERTIES"].context == "OBJECT"
+
+    def test_where_there_is_no_such_tab_nothing_happens(self, window, material):
+        window.spaces["PROPERTIES"].has_materials = False
+        self.show_first(window, [material])
+        assert window.spaces["PROPERTIES"].context == "OBJECT"
+
+    def test_scripts_without_a_window_can_import(self, material):
+        from measured_brdf.addon.operators import tabs
+
+        tabs.show_first(SimpleNamespace(window=None), [material])
+
+
+def test_only_the_import_of_a_user_leads_to_the_tab(blender, file, monkeypatch):
+    from measured_brdf.addon.operators import tabs
+
+    shown = []
+    monkeypatch.setattr(tabs, "show_first", lambda _context, made: shown.extend(item.name for item in made))
+    blender.ops.mesh.primitive_cube_add()
+    blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
+    assert shown == []
+    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.operators import import_data
+
+    class Invoked(import_data.MakesMaterials):
+        options, target, slot = SimpleNamespace(is_invoke=True), 0, 0
+
+        def report(self, *_):
+            pass
+
+    operator = Invoked()
+    settings = blender.context.object.active_material.measured_brdf
+    for name in import_data.CHOICES:
+        setattr(operator, name, getattr(settings, name))
+    outcome = tasks.outcome(str(file), "", {"diffuse_level": 1, "specular_level": None})
+    operator.apply(blender.context, [(str(file), "", outcome, None)])
+    assert shown == ["glossy.001"]
