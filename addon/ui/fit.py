@@ -17,8 +17,8 @@ from ..materials.reading import draw_reading, other_colours, scene_colours
 from ..operators import assets, fit, import_data, local, presets, samples, update
 from ..operators.active_material import active_material, can_change
 from ..operators.rendering import MEASUREDBRDF_OT_enable_osl
-from .comparison import draw_cost, picture_scale
 from . import inspect
+from .comparison import draw_cost, picture_scale
 from .layout import MaterialPanel, choices, draw_warning, draw_wrapped, has_data
 from .mix import draw_mix
 

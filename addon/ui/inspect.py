@@ -12,7 +12,9 @@ from ..viewport.inspect_reflectance import MEASUREDBRDF_OT_inspect
 def draw(layout: bpy.types.UILayout) -> None:
     """Draw the button; while it runs, one that ends it."""
     running = session.running is not None
-    layout.operator(MEASUREDBRDF_OT_inspect.bl_idname, icon="X" if running else "LIGHT_HEMI",
+    row = layout.row()
+    row.operator_context = "INVOKE_DEFAULT"
+    row.operator(MEASUREDBRDF_OT_inspect.bl_idname, icon="X" if running else "LIGHT_HEMI",
                     text="End Inspection" if running else "Inspect in the Viewport")
 
 
@@ -23,6 +25,7 @@ class MEASUREDBRDF_PT_inspect(bpy.types.Panel):
     bl_region_type = "UI"
     bl_category = "Measured BRDF"
     bl_label = "Inspect Reflectance"
+    bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -32,10 +35,11 @@ class MEASUREDBRDF_PT_inspect(bpy.types.Panel):
     def draw(self, _context: bpy.types.Context) -> None:
         layout = present(self.layout)
         draw(layout)
-        if session.running is None:
-            row = layout.row(align=True)
-            for place, label in (("CURSOR", "At 3D Cursor"), ("ORIGIN", "At Origin")):
-                row.operator(MEASUREDBRDF_OT_inspect.bl_idname, text=label).place = place
+        column = layout.column(align=True)
+        column.operator_context = "INVOKE_DEFAULT"
+        column.enabled = session.running is None
+        for place, label in (("CURSOR", "At the 3D Cursor"), ("ORIGIN", "At the Origin")):
+            column.operator(MEASUREDBRDF_OT_inspect.bl_idname, text=label).place = place
 
 
 classes = (MEASUREDBRDF_PT_inspect,)

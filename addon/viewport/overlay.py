@@ -23,6 +23,7 @@ _GREY: Sequence[Color] = ((0.9, 0.9, 0.9, 1.0),)
 _RGB: Sequence[Color] = ((1.0, 0.38, 0.34, 1.0), (0.45, 0.85, 0.4, 1.0), (0.42, 0.62, 1.0, 1.0))
 _KEY = np.array([-0.42, 0.58, 0.7])         # direction of the light on the lobe: right, up, toward the viewer
 _TEXT, _SMALL = 13.0, 11.0                  # pixels at a scale of 1
+_LONGEST = 26               # name, characters
 _HIDDEN = 0.3               # opacity of lines behind something
 
 
@@ -230,12 +231,12 @@ def _draw_curves(inspection: Inspection, plot: Plot) -> None:
 def _draw_titles(inspection: Inspection, plot: Plot) -> None:
     scale, (first, *others) = plot.scale, inspection.fits
     x, y = plot.line(0)
-    width = drawing.text(first.name, (x, y), _TEXT * scale, _INK)
+    width = drawing.text(_short(first.name), (x, y), _TEXT * scale, _INK)
     if others:
-        drawing.text(f"   dashed: {others[0].name}", (x + width, y), _TEXT * scale, _DIM)
+        drawing.text(f"   dashed: {_short(others[0].name)}", (x + width, y), _TEXT * scale, _DIM)
     parts = [f"Light {math.degrees(inspection.theta_i):.1f}\u00b0"]
     if not first.fit.isotropic:
-        parts[0] += f", {math.degrees(inspection.phi_i) % 360:.0f}\u00b0 from the tangent"
+        parts[0] += f", azimuth {math.degrees(inspection.phi_i) % 360:.0f}\u00b0"
     parts.append(f"radius: {'cube root' if inspection.radius == 'cube root' else 'linear'}")
     if inspection.samples is not None and len(inspection.samples.theta_o):
         parts.append(f"dots: measured at {math.degrees(inspection.samples.theta_i):.1f}\u00b0")
@@ -259,11 +260,15 @@ def _draw_values(inspection: Inspection, plot: Plot) -> None:
         where = f"{abs(math.degrees(theta)):.1f}\u00b0" + (" light's side" if theta < 0 else "")
         label = (where if at_mouse else f"Mirror {where}") if number == 0 else "dashed"
         drawing.text(label, (x, y), _TEXT * scale, _INK if number == 0 else _DIM)
-        x += 150 * scale
-        for name, color, value in zip(("R", "G", "B") if len(own) > 1 else ("",), own, values, strict=True):
-            drawing.text(f"{name} {shown_value(float(value))}", (x, y), _TEXT * scale, color)
-            x += 92 * scale
-        drawing.text("1/sr", (x, y), _TEXT * scale, _DIM)
+        for channel, (color, value) in enumerate(zip(own, values, strict=True)):
+            name = "RGB"[channel] + " " if len(own) > 1 else ""
+            drawing.text(name + shown_value(float(value)), (x + (0.34 + 0.19 * channel) * plot.width, y),
+                         _TEXT * scale, color)
+        drawing.text("1/sr", (2 * plot.center[0] - x, y), _TEXT * scale, _DIM, 1.0)
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= _LONGEST else f"{name[:_LONGEST - 1]}\u2026"
 
 
 def colors_of(values: FloatArray) -> Sequence[Color]:

@@ -78,7 +78,7 @@ def dragged(view: View, at: ArrayLike, frame: FloatArray, radius: float) -> tupl
     to_center = frame[:3, 3] - origin
     along = to_center @ direction
     nearest = along * direction - to_center
-    half = np.sqrt(max(radius ** 2 - nearest @ nearest, 0.0))
+    half = math.sqrt(max(radius ** 2 - float(nearest @ nearest), 0.0))
     # the nearer side, unless only the farther one is above the horizon
     near, far = ((nearest + side * half * direction) @ frame[:3, :3] for side in (-1, 1))
     x, y, z = (float(part) for part in (near if near[2] > 0 or far[2] <= 0 else far))

@@ -145,6 +145,24 @@ def assets(h):
     h.wait(6)
 
 
+def lobe(h):
+    stage(h)
+    import_sample("", STEEL)
+    steel = bpy.context.object.active_material
+    import_sample()
+    bpy.context.scene.measured_brdf_comparison.pinned = bpy.context.object.active_material
+    bpy.context.object.active_material = steel
+    view = h.area("VIEW_3D").spaces.active
+    view.region_3d.view_distance = 8
+    h.wait(4)
+
+
+def inspect(h):
+    with h.override(h.area("VIEW_3D")):
+        bpy.ops.measured_brdf.inspect("INVOKE_DEFAULT", place="ORIGIN")
+    h.wait(20)
+
+
 def whole(h):
     return max(h.window.screen.areas, key=lambda area: area.width * area.height)
 
@@ -163,6 +181,7 @@ PICTURES = {
     "samples": (samples, (choose_sample,), whole),
     "anisotropy_panel": (anisotropy, (to_the_end,), column),
     "assets": (assets, (), whole),
+    "lobe": (lobe, (inspect,), whole),
 }
 setup, steps, crop = PICTURES[PICTURE]
 steps = list(steps)
