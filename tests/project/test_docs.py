@@ -10,13 +10,14 @@ import pytest
 from fitter.formats import FORMATS
 from support.checkout import ROOT
 from tools.docs.pages import REFERENCE
+from tools.window.__main__ import names
 
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "manual").glob("*.md")])
 SHADER = sorted((ROOT / "osl").iterdir())
 TOP = {"addon", "benchmarks", "demo_scenes", "docs", "fitter", "osl", "support", "tests", "tools"}
 GENERATED = {"baked_constants.h", "baked_tables.h", "lamp_parameters.h", "tables.md"}      # by the baker, the report
 # files of users, of Blender, of Cycles' source and of the build, and examples of names
-NOT_OURS = re.compile(r"(build|shared|\.\.|/tmp|src|intern|curet|cornell)/|.*[*{<]|(.*/)?(test_)?NAME(\W|$)|.*LIBRARY")
+NOT_OURS = re.compile(r"(build|docs/html|shared|\.\.|/tmp|src|intern|curet|cornell)/|.*[*{<]|(.*/)?(test_)?NAME(\W|$)|.*LIBRARY")
 EXTENSIONS = r"(?:py|md|h|osl|toml|csv)"
 PATH = re.compile(rf"[\w./-]+\.{EXTENSIONS}|[\w.-]+(?:/[\w.-]+)*/")
 DOTTED = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+(?<!\.blend)(?<!\.npz)(?<!\.dat)(?<!\.astm)(?<!\.png)")
@@ -220,6 +221,11 @@ def test_every_picture_is_made_by_a_command():
     assert len(pictures) > 30
     assert unexplained_pictures(commands, pictures) == ([], [])
     assert [command for command in commands.values() if not command_exists(command)] == []
+
+
+def test_every_picture_of_the_window_has_a_driver():
+    pictures = {path.stem for path in (ROOT / "docs" / "manual").glob("*.png")} - {"anisotropic"}       # is a render
+    assert pictures <= set(names())
 
 
 def test_every_picture_is_shown_on_a_page():

@@ -30,6 +30,6 @@ html_css_files = ["style.css"]
 html_copy_source = html_show_sourcelink = False
 html_use_index = not _only_manual
 html_show_sphinx = html_show_copyright = False
-html_show_search_summary = not _only_manual        # they are fetched, which browsers refuse from local files
+html_show_search_summary = False            # they are fetched, which browsers refuse from local files
 pygments_style = "friendly"
 pygments_dark_style = "native"

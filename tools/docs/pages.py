@@ -43,6 +43,8 @@ def gather(folder: Path, only_manual: bool = False, website: str = "") -> None:
             text += _toctree("Manual", MANUAL if only_manual else ("manual/*",))
         _write(folder / name, text)
         for picture in pictures_of(source):
+            if not (source.parent / picture).is_file():
+                continue        # Sphinx says where it is shown
             target = folder / Path(name).parent / picture if source.is_relative_to(DOCS) else folder / picture
             target.parent.mkdir(parents=True, exist_ok=True)
             if only_manual:

@@ -99,8 +99,10 @@ def _argument(argument: bpy.types.Property) -> str:
 
 
 def _default(argument: bpy.types.Property) -> str:
-    if argument.type == "ENUM":
-        value: object = sorted(argument.default_flag) if argument.is_enum_flag else argument.default
+    if argument.type == "ENUM" and not len(argument.enum_items):
+        value: object = ""          # its items depend on what is open
+    elif argument.type == "ENUM":
+        value = sorted(argument.default_flag) if argument.is_enum_flag else argument.default
     elif getattr(argument, "is_array", False):
         value = tuple(float(f"{number:.6g}") for number in argument.default_array)
     else:

@@ -54,7 +54,7 @@ def column(h):
     return h.area("PROPERTIES")
 
 
-def start(h):
+def library(h):
     stage(h, "start")
     h.wait(8)
 
@@ -169,7 +169,7 @@ def whole(h):
 
 # what arranges the picture, what follows a redraw later, and the area that is shown
 PICTURES = {
-    "start": (start, (), column),
+    "library": (library, (), column),
     "panel": (panel, (), column),
     "compare": (compare, (to_the_end,), column),
     "compare_with": (compare_with, (to_the_end,), column),
