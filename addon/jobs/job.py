@@ -5,6 +5,7 @@ bpy 4.2 as a module crashes if something keeps it that long.
 """
 
 import contextlib
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
@@ -79,6 +80,14 @@ class Work(Protocol):
 
 def read_progress(path: Path, job: Job[Any]) -> None:
     """Update a job with the progress that its process wrote."""
-    with contextlib.suppress(OSError, ValueError):      # not there yet, or half written
+    with contextlib.suppress(OSError, ValueError):      # not there yet
         fraction, job.doing = path.read_text("utf-8").split(" ", 1)
         job.fraction = float(fraction)
+
+
+def write_progress(path: Path, fraction: float, doing: str) -> None:
+    """Put the progress where `read_progress` finds it, the whole or nothing of it."""
+    part = path.with_name(f"{path.name}.part")
+    with contextlib.suppress(OSError):      # Windows replaces no file that is being read: the next report will do
+        part.write_text(f"{fraction} {doing}", "utf-8")
+        os.replace(part, path)

@@ -17,6 +17,7 @@ from typing import IO, Any, TypeVar, cast
 import bpy
 
 from ..annotations import Report
+from . import shared
 from .job import Job, read_progress
 from .tasks import silent
 
@@ -39,7 +40,8 @@ class Worker:
         script = str(Path(__file__).with_name("worker.py"))
         command = [sys.executable, *bpy.app.python_args, script, _PACKAGE, str(root), self._folder.name]
         # several workers share the processors with Blender, so each uses one
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", shared.FOLDER: _shared_folder()}
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, env=environment,
                                          creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0))
         self._input = cast(IO[bytes], self._process.stdin)
         self._count = 0
@@ -81,6 +83,7 @@ class Worker:
 
 
 _workers: dict[str, Worker] = {}
+_shared: "tempfile.TemporaryDirectory[str] | None" = None       # what workers have worked out
 
 
 def start(function: Callable[[Report], _Result]) -> Job[_Result]:
@@ -112,8 +115,19 @@ def worker(name: str) -> Worker:
     return _workers[name]
 
 
+def _shared_folder() -> str:
+    global _shared
+    if _shared is None:
+        _shared = tempfile.TemporaryDirectory(prefix="measured_brdf_")
+    return _shared.name
+
+
 def unregister() -> None:
     """End all workers."""
+    global _shared
     for found in _workers.values():
         found.kill()
     _workers.clear()
+    if _shared is not None:
+        _shared.cleanup()
+    _shared = None

@@ -281,8 +281,8 @@ def _is_fine(arguments: Arguments) -> bool:
 
 
 def asset(path: str, sample: str | None, arguments: Arguments, folder: str, report: Report = silent,
-          how: Arguments | None = None) -> tuple[Outcome, SingleArray]:
-    """An outcome and a thumbnail. The fit is saved in a folder, and loaded from there the next time."""
+          how: Arguments | None = None, edit: Arguments | None = None) -> tuple[Outcome, SingleArray]:
+    """An outcome and a thumbnail. The fit is saved in a folder, as measured, and loaded from there the next time."""
     samples, measured = _load(path, sample, how)
     keep = Path(folder) / f"{fit_key(samples.name, measured.digest, arguments)}.npz"
     if keep.is_file():
@@ -291,7 +291,8 @@ def asset(path: str, sample: str | None, arguments: Arguments, folder: str, repo
         found = fitted(samples, measured.digest, arguments)
         keep.parent.mkdir(parents=True, exist_ok=True)
         found.fit.save(keep)
-    return finish(samples, measured, found, report), pictures.lit_sphere(found.fit, colours=samples.colours)
+    edited = fitter.edited(found.fit, **(edit or {}))
+    return (finish(samples, measured, found, report, edit), pictures.lit_sphere(edited, colours=samples.colours))
 
 
 def fit_key(name: str, data_digest: str, arguments: Arguments) -> str:

@@ -6,28 +6,39 @@ function(report), and writes (result, exception) to FOLDER/number.done and the p
 ends at the end of its standard input.
 """
 
+import importlib
 import os
 import pickle
 import sys
+import time
 import types
 from pathlib import Path
 
+_INTERVAL = 0.05            # s, between two reports of the same doing
 
-def serve(folder: Path) -> None:
+
+def serve(package: str, folder: Path) -> None:
     """Do work until the input ends."""
+    progress = importlib.import_module(f"{package}.fitter.progress")
+    write_progress = importlib.import_module(f"{package}.addon.jobs.job").write_progress
     while True:
         try:
             number, function = pickle.load(sys.stdin.buffer)
         except EOFError:
             return
-        progress = folder / f"{number}.progress"
+        told = 0.0, ""
 
-        def report(fraction: float, doing: str, progress: Path = progress) -> None:
-            progress.write_text(f"{fraction} {doing}", "utf-8")
+        def tell(fraction: float, doing: str, path: Path = folder / f"{number}.progress") -> None:
+            nonlocal told
+            now = time.monotonic()
+            if doing != told[1] or now - told[0] > _INTERVAL:
+                told = now, doing
+                write_progress(path, fraction, doing)
 
         answer: tuple[object, Exception | None]
         try:
-            answer = function(report), None
+            with progress.listening(tell):
+                answer = function(progress.report), None
         except Exception as error:      # the job raises it again, or reports it
             answer = None, error
         part = folder / f"{number}.part"
@@ -59,4 +70,4 @@ def _install(name: str, folder: Path) -> None:
 if __name__ == "__main__":
     del sys.path[0]                     # this file's folder: its modules must not be importable by their bare names
     install_packages(sys.argv[1], Path(sys.argv[2]))
-    serve(Path(sys.argv[3]))
+    serve(sys.argv[1], Path(sys.argv[3]))

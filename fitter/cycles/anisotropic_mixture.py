@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import progress
 from ..shader_constants import (
     GGX,
     HORIZON,
@@ -103,9 +104,10 @@ def anisotropic_mixture(fit: "Fit") -> Mixture:
     """The closure mixture of an anisotropic fit, of which only `evaluate` is used."""
     axes = principal(fit)
     azimuths = half_vector_grid.azimuths(axes.half_turn)
-    rows = [_row(fit, axes, number, azimuths) for number in range(POLAR_VIEWS)]
+    with progress.part(0.0, 0.4):
+        rows = [_row(fit, axes, number, azimuths) for number in progress.each(range(POLAR_VIEWS))]
     lobes: list[list[Lobe]] = []
-    for each in rows:
+    for each in progress.each(rows):
         lobes.append(_choose(each, [lobe for chosen in lobes for lobe in chosen]))
     coefficients = [solve(basis(chosen, each.wo, each.to.unit), each.target, each.to.solid_angle)
                     for chosen, each in zip(lobes, rows, strict=True)]

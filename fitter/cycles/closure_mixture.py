@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import progress
 from ..shader_constants import GGX, HORIZON, LOBE_NUMBERS, LOBES, PHONG, REMAINDER_PROBABILITY, STEEPEST_AXIS
 from . import direction_grid
 from .anisotropic_mixture import anisotropic_mixture
@@ -86,7 +87,7 @@ def closure_mixture(fit: "Fit") -> Mixture:
     angles = direction_grid.views(between=1)
     grids = [direction_grid.grid(angle) for angle in angles]
     targets = [_target(fit, angle, to) for angle, to in zip(angles, grids, strict=True)]
-    found = [_View.of(at, angles, grids, targets) for at in range(0, len(angles), 2)]
+    found = [_View.of(at, angles, grids, targets) for at in progress.each(range(0, len(angles), 2))]
     errors = np.array([view.error for view in found])
     shown = angles[::2] <= LAST_SHOWN
     solid_angle, reachable = (np.stack([getattr(to, name) for to in grids[::2]])

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from .. import progress
 from ..arrays import FloatArray
 from . import node_lobes
 from .mixture_table import LAST_SHOWN
@@ -127,7 +128,7 @@ def node_mixtures(fit: "Fit") -> Nodes:
         axes = principal(fit)
         turn, stretch = axes.turn, axes.stretch
     views = views_of(fit, turn, stretch)
-    return Nodes(_fitted(views, turn, CYCLES), _fitted(views, turn, EEVEE))
+    return Nodes(*(_fitted(views, turn, engine) for engine in progress.each((CYCLES, EEVEE))))
 
 
 def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray:
@@ -164,10 +165,12 @@ def _fitted(views: Views, turn: float | None, engine: Engine) -> NodeMixture:
     if not engine.anisotropic:
         views = replace(views, phases=np.ones((len(views.phases), 1)))
     kinds, shape = _choose(views.only(slice(0, None, 2), _CHOICE), engine, turn is not None)
-    whole = _refined(views, turn, engine, kinds, shape)
+    with progress.part(0.2, 0.6):
+        whole = _refined(views, turn, engine, kinds, shape)
     if engine.lobes > _ENOUGH and turn is None:
         few = slice(0, 1 + _ENOUGH)
-        less = _refined(views, turn, engine, kinds[few], Shape(*(each[:, few] for each in shape)))
+        with progress.part(0.6, 1.0):
+            less = _refined(views, turn, engine, kinds[few], Shape(*(each[:, few] for each in shape)))
         if whole.error > (1 - _WORTH) * less.error:
             return less
     return whole
@@ -354,7 +357,7 @@ def _refine(views: Views, kinds: tuple[Kind, ...], shape: Shape, engine: Engine)
     bending = _STIFFNESS * bending.T @ bending
     found = _solve(views, _columns(views, kinds, shape), _absolute(views, views.target_rows, _FLOOR))
     damping = 1e-2
-    for iteration in range(_ITERATIONS):
+    for iteration in progress.each(range(_ITERATIONS)):
         floor = _FLOOR if 2 * iteration < _ITERATIONS else _FLOOR / 3
         weight = _absolute(views, found.left, floor)
         found = _solve(views, _columns(views, kinds, variables.shape(now)), weight, found.colour)

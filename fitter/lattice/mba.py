@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from .. import progress
 from ..arrays import FloatArray, IntArray
 from . import dense, perfect_hash, sparse
 from .sparse import SparseLattice
@@ -143,6 +144,7 @@ def approximate(x: FloatArray, z: FloatArray, level: int) -> tuple[FloatArray, F
     control_points = basis_approximation(x, z, 0)
     residual = np.asarray(z, dtype=float) - dense.evaluate(control_points, 0, x)
     for h in range(1, level + 1):
+        progress.report(2.0 ** (h - level - 1))         # a level takes about as long as all before it
         correction = basis_approximation(x, residual, h)
         residual -= dense.evaluate(correction, h, x)
         control_points = dense.refine(control_points, h - 1) + correction
@@ -166,7 +168,8 @@ def largest(x: FloatArray, z: FloatArray, level: int, count: int) -> SparseLatti
     axes, channels = x.shape[1], z.shape[1]
     if math.prod(dense.shape(level, axes)) <= _MOST_AT_ONCE:
         return sparse.keep_largest(approximate(x, z, level)[0], level, count)
-    coarse, residual = approximate(x, z, level - 1)
+    with progress.part(0.0, 0.3):
+        coarse, residual = approximate(x, z, level - 1)
     reached = dense.reachable(level, axes)
     points, of = mirror_images(x, level)
     cell = np.floor(np.minimum(points[:, 0], 1 - 1e-12) * dense.cells(level)).astype(int)
@@ -175,7 +178,9 @@ def largest(x: FloatArray, z: FloatArray, level: int, count: int) -> SparseLatti
     size = math.prod(dense.shape(level, axes)[1:])
     first_point, = dense.origin(level, axes)[:1]
     keys, values, magnitudes = np.zeros(0, int), np.zeros((0, channels)), np.zeros(0)
-    for slab in range(dense.shape(level, axes)[0]):
+    slabs = range(dense.shape(level, axes)[0])
+    for slab in slabs:
+        progress.report(0.3 + 0.7 * slab / len(slabs))
         fine = _refined_slab(coarse, level - 1, slab).reshape(size, channels)
         number = slab + first_point
         near = order[starts[max(number - 2, 0)]:starts[min(number + 2, dense.cells(level))]]

@@ -18,6 +18,7 @@ from typing import Protocol
 
 import numpy as np
 
+from .. import progress
 from ..arrays import FloatArray
 from ..coordinates.half_difference import project, unproject
 from ..model import Reflectance
@@ -65,9 +66,12 @@ def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
     samples : Samples
         What was fitted: tells how far the measurement reaches, and what it lost.
     """
-    if reflected_light(fit, _FEW, _CELLS).sum(axis=2).max() < _FAR_FROM_1:
+    with progress.part(0.0, 0.15):
+        few = reflected_light(fit, _FEW, _CELLS)
+    if few.sum(axis=2).max() < _FAR_FROM_1:
         return fit
-    light = _light_at_views(fit)
+    with progress.part(0.15, 1.0):
+        light = _light_at_views(fit)
     total = light.sum(axis=2).max(axis=0)
     if total.max() <= 1 + TOLERANCE:
         return fit
@@ -87,12 +91,15 @@ def albedo(fit: Fit) -> FloatArray:
 def _light_at_views(fit: Fit) -> FloatArray:
     azimuths: tuple[float, ...] | None = None
     if not fit.isotropic:       # the brightest of them
-        light = reflected_light(fit, _FEW, _CELLS).sum(axis=2).max(axis=2)
+        with progress.part(0.0, 0.2):
+            light = reflected_light(fit, _FEW, _CELLS).sum(axis=2).max(axis=2)
         azimuths = tuple(_AZIMUTHS[way] for way in {*light.argmax(axis=0)})
-    light = reflected_light(fit, VIEWS, _CELLS, azimuths)
+    with progress.part(0.2, 0.8):
+        light = reflected_light(fit, VIEWS, _CELLS, azimuths)
     large = light.sum(axis=2).max(axis=(0, 2)) > _LARGE
     if large.any():
-        light[:, large] = reflected_light(fit, VIEWS[large], _FINE_CELLS, azimuths)
+        with progress.part(0.8, 1.0):
+            light[:, large] = reflected_light(fit, VIEWS[large], _FINE_CELLS, azimuths)
     return light
 
 
@@ -114,6 +121,7 @@ def reflected_light(fit: Integrand, theta: FloatArray, cells: tuple[int, int],
     ways = 2 if fit.isotropic else len(azimuths)
     light = np.empty((ways, len(theta), DAMPING_KNOTS, len(fit.columns)))
     for number, angle in enumerate(theta):
+        progress.report(number / len(theta))
         other = np.concatenate([angle - angle * u ** 3, angle + (np.pi / 2 - angle) * u ** 3])
         width = 3 * np.concatenate([angle * u * u, (np.pi / 2 - angle) * u * u]) / cells[0]
         solid_angle = (2 * np.sin(other) * np.cos(other) * width)[:, None] * step

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import progress
 from ..arrays import FloatArray, IntArray, SingleArray
 
 RECIPROCITY = 0.9           # correlation between a pair of directions and its reciprocal
@@ -217,9 +218,11 @@ class Search:
         """The best log-likelihood found, its kernel and the number of its prior, by steps of one number at a time."""
         kernel = start
         value, prior = self._best_prior(kernel)
-        for _ in range(_ROUNDS):
+        steps = list(kernel.neighbours())
+        for turn in range(_ROUNDS):
             before = value
-            for name, step in kernel.neighbours():
+            for number, (name, step) in enumerate(steps):
+                progress.report((turn + number / len(steps)) / _ROUNDS)
                 while (trial := kernel.moved(name, step)) is not None:
                     found = self._value(trial, prior)
                     if found <= value + _LEAST_GAIN:

@@ -7,6 +7,7 @@ proposes for future work.
 
 import numpy as np
 
+from .. import progress
 from ..coordinates.anisotropic_nusselt import AnisotropicNusselt
 from ..coordinates.nusselt import Nusselt
 from ..lattice import mba
@@ -41,9 +42,11 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True) -> Fit:
         levels.check_four_axes()
     coordinates = Nusselt() if samples.isotropic else AnisotropicNusselt()
     x = coordinates.encode(*samples.directions)
-    control_points, residual = mba.approximate(x, samples.values, levels.diffuse)
+    with progress.part(0.0, 0.2, "Fitting the dense lattice"):
+        control_points, residual = mba.approximate(x, samples.values, levels.diffuse)
     diffuse, specular = DenseLattice(levels.diffuse, control_points.astype(np.float32)), None
     if levels.specular is not None:
-        specular = mba.largest(x, residual, levels.specular, levels.kept_of(x.shape[1]))
+        with progress.part(0.2, 1.0, "Fitting the sparse lattice"):
+            specular = mba.largest(x, residual, levels.specular, levels.kept_of(x.shape[1]))
     return Fit(coordinates, diffuse, specular, compression=levels.dropped, channels=samples.channels,
                name=samples.name, source=samples.source)

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .. import progress
 from ..arrays import FloatArray, IntArray
 from ..coordinates import ISOTROPIC_AXES
 from ..coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
@@ -85,7 +86,8 @@ def arranged(samples: Samples, offset: float, ceiling: FloatArray) -> Arrangemen
     ceiling : (channels,) float64
         Of the transform.
     """
-    *others, richest = prior.candidates(subset(samples, choice(len(samples), _OF_PRIORS)), offset)
+    with progress.part(0.0, 0.1, "Fitting lobes"):
+        *others, richest = prior.candidates(subset(samples, choice(len(samples), _OF_PRIORS)), offset)
     transform = LogRelative(richest, offset, ceiling)
     systems = [Arrangement(system, transform) for system in (
         [system(stretch=stretch) for stretch in STRETCHES for system in (HalfDifference, Rusinkiewicz)]
@@ -97,13 +99,18 @@ def arranged(samples: Samples, offset: float, ceiling: FloatArray) -> Arrangemen
         def error(arrangement: Arrangement) -> float:
             return _Search(_problem(tried, arrangement), arrangement, level).improved(_STEPS_TRIED).error
 
-        return sorted(arrangements, key=error)[:_TRIED_AGAIN]
+        errors = [error(arrangement) for arrangement in progress.each(arrangements)]
+        return [arrangements[at] for at in np.argsort(errors, kind="stable")[:_TRIED_AGAIN]]
 
-    best = by_error(_COARSE[axes], few, systems)
-    best = by_error(_COARSE[axes], few, best + [each._replace(transform=replace(transform, prior=model))
-                                          for each in best for model in others])
-    found = by_error(_FINEST[axes], some, best)[0]
-    return found._replace(stiffness=_stiffness(some, found))
+    with progress.part(0.1, 0.35, "Choosing coordinates"):
+        best = by_error(_COARSE[axes], few, systems)
+    with progress.part(0.35, 0.55, "Choosing a model"):
+        best = by_error(_COARSE[axes], few, best + [each._replace(transform=replace(transform, prior=model))
+                                              for each in best for model in others])
+    with progress.part(0.55, 0.95):
+        found = by_error(_FINEST[axes], some, best)[0]
+    with progress.part(0.95, 1.0, "Choosing how smooth it is"):
+        return found._replace(stiffness=_stiffness(some, found))
 
 
 def _anisotropic_systems(model: Microfacet) -> list[AnisotropicRusinkiewicz]:
@@ -130,7 +137,8 @@ def _stiffness(samples: Samples, arrangement: Arrangement) -> float:
         (_, box), = search.boxes()
         return others.error(dense.evaluate(box, level, others.x))
 
-    return min(STIFFNESSES, key=error)
+    errors = [error(stiffness) for stiffness in progress.each(STIFFNESSES)]
+    return STIFFNESSES[int(np.argmin(errors))]
 
 
 def lattices(samples: Samples, arrangement: Arrangement, levels: Levels) -> tuple[DenseLattice, SparseLattice | None]:
@@ -146,18 +154,25 @@ def lattices(samples: Samples, arrangement: Arrangement, levels: Levels) -> tupl
     used = subset(samples, choice(len(samples), MOST))
     axes = len(arrangement.coordinates.axes)
     finest = _FINEST[axes]
-    search = _Search(_problem(used, arrangement), arrangement, min(levels.diffuse, finest)).improved()
+    with progress.part(0.0, 0.4 if levels.specular is not None else 0.7, "Fitting the dense lattice"):
+        search = _Search(_problem(used, arrangement), arrangement, min(levels.diffuse, finest)).improved()
     if levels.diffuse > finest:
-        search.add(levels.diffuse, _FINER)
-        search.improved().hold()
+        with progress.part(0.4, 0.6):
+            search.add(levels.diffuse, _FINER)
+            search.improved().hold()
     dense_parts = len(search.boxes())
     if levels.specular is not None:
         counts = _batches(levels.kept_of(axes), axes)
-        for count in counts:
+        begin = 0.4 if levels.diffuse <= finest else 0.6
+        for number, count in enumerate(counts):
+            progress.report(begin, "Fitting the sparse lattice")
             if len(counts) > 1 or count > _FINER:
                 search.hold()
             search.add(levels.specular, count)
-            search.improved()
+            end = begin + (1 - begin) / (len(counts) - number)
+            with progress.part(begin, end):
+                search.improved()
+            begin = end
     boxes = search.boxes()
     level, control_points = boxes[0]
     while level < levels.diffuse:
@@ -280,7 +295,8 @@ class _Search:
 
     def improved(self, steps: int = _STEPS) -> "_Search":
         """Take steps, until one gains little, and return this search."""
-        for _ in range(steps):
+        for step in range(steps):
+            progress.report(step / steps)
             before = self.error
             held = self._points[:self._held]
             move = self._equations.solve(*self._problem.linearised(self.field), self._penalties[self._held:],

@@ -23,6 +23,7 @@ from typing import Protocol
 
 import numpy as np
 
+from .. import progress
 from ..arrays import BoolArray, Directions, FloatArray, IntArray
 from ..coordinates.half_difference import SOFTENING, HalfDifference
 from ..coordinates.rusinkiewicz import Rusinkiewicz
@@ -37,6 +38,7 @@ from . import energy, gaussian_process, many_samples, prior, thin_plate
 from .levels import Levels
 from .many_samples import Arrangement
 
+_SYSTEMS: tuple[type[HalfDifference | Rusinkiewicz], ...] = (HalfDifference, Rusinkiewicz)
 CEILING = 4.0               # a fit is at most 4 times the largest sample
 _DROPOUT_NOISE = 10.0       # variance, relative to the field's: a dropout hardly influences the field
 _MOST_DROPOUTS = 0.01       # of the samples: of more, the lobes are wrong and not the samples
@@ -131,7 +133,8 @@ class Estimate:
     def __init__(self, samples: Samples, softening: float = SOFTENING) -> None:
         offset = _offset(samples)
         ceiling = _ceiling(samples, offset)
-        transforms = [LogRelative(model, offset, ceiling) for model in prior.candidates(samples, offset)]
+        with progress.part(0.0, 0.15, "Fitting lobes"):
+            transforms = [LogRelative(model, offset, ceiling) for model in prior.candidates(samples, offset)]
         richest = transforms[-1].prior
         noise, lost = _known_noise(samples, transforms[-1]), np.zeros(len(samples), bool)
         if richest.kinds:
@@ -143,11 +146,13 @@ class Estimate:
         fields = [transform.field(searched.values, *searched.directions) for transform in transforms]
         penalties = [_PENALTY * prior.parameter_count(each.prior) / searched.values.size for each in transforms]
         kernel, kriged = gaussian_process.Kernel(), []
-        for system in (HalfDifference, Rusinkiewicz):
+        for begin, system in zip((0.15, 0.5), _SYSTEMS, strict=True):
             def encode(stretch: float, system: type[HalfDifference | Rusinkiewicz] = system) -> FloatArray:
                 return 2 * system(softening, stretch).encode(*searched.directions) - 1
 
-            _, kernel, number = gaussian_process.Search(encode, fields, penalties, noise[some]).best(kernel)
+            with progress.part(begin, begin + 0.25, "Choosing a model"):
+                _, kernel, number = gaussian_process.Search(encode, fields, penalties, noise[some]).best(kernel)
+            progress.report(begin + 0.25, "Interpolating the samples")
             coordinates, transform = system(softening, kernel.stretch), transforms[number]
             field, left_out = gaussian_process.krige(
                 2 * coordinates.encode(*samples.directions) - 1, transform.field(samples.values, *samples.directions),
@@ -155,7 +160,9 @@ class Estimate:
             expert = Kriged(coordinates, transform, field)
             kriged.append((expert, left_out + expert.log_prior(samples.directions)))
         kriged.sort(key=lambda each: judge.error(each[1]))
-        found: list[tuple[Expert, FloatArray]] = [*kriged, _smoothed(samples, judge, some, noise, softening)]
+        with progress.part(0.85, 1.0, "Bending a thin plate"):
+            smoothed = _smoothed(samples, judge, some, noise, softening)
+        found: list[tuple[Expert, FloatArray]] = [*kriged, smoothed]
         self._own = kriged[0][0]
         weights = judge.weights([left_out for _, left_out in found], _least_share(judge, found))
         self.left_out = judge.values(sum((weight * one for weight, (_, one) in zip(weights, found, strict=True)),
@@ -296,7 +303,8 @@ def _smoothed(used: Samples, judge: _Judge, some: IntArray, noise: FloatArray, s
         expert = Smoothed(coordinates, spline, own_offset, offset)
         return expert, expert.converted(left_out)
 
-    smoothing = min(thin_plate.SMOOTHINGS, key=lambda each: part.error(fitted(some, each)[1]))
+    errors = {smoothing: part.error(fitted(some, smoothing)[1]) for smoothing in progress.each(thin_plate.SMOOTHINGS)}
+    smoothing = min(errors, key=lambda each: errors[each])
     return fitted(np.arange(len(used)), smoothing)
 
 
@@ -334,19 +342,28 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True,
     >>> float(fit(one, Levels(2, 3, 99.0)).evaluate(0, 0, 1.2, 2)[0])
     0.2
     """
-    found = estimated or prepare(samples)["estimated"]
+    if estimated is None:
+        with progress.part(0.0, 0.6):
+            estimated = prepare(samples)["estimated"]
+        with progress.part(0.6, 1.0):
+            return fit(samples, levels, plausible, estimated)
+    found = estimated
     transform = replace(found.transform, floor=0.0) if plausible else found.transform
     if isinstance(found, Arrangement):
         levels = levels if samples.isotropic else levels.of_four_axes()
-        diffuse, specular = many_samples.lattices(samples, found, levels)
+        with progress.part(0.0, 0.95 if samples.isotropic else 0.55):
+            diffuse, specular = many_samples.lattices(samples, found, levels)
     else:
+        progress.report(0.0, "Fitting the dense lattice")
         control_points = dense.interpolate(found.at_nodes(levels.diffuse), levels.diffuse)
         diffuse, specular = DenseLattice(levels.diffuse, control_points.astype(np.float32)), None
         if levels.specular is not None:
-            specular = _specular(samples, found, transform, diffuse, levels.specular, levels.kept)
+            with progress.part(0.3, 0.9, "Fitting the sparse lattice"):
+                specular = _specular(samples, found, transform, diffuse, levels.specular, levels.kept)
     fitted = Fit(found.coordinates, diffuse, specular, transform, levels.dropped, samples.channels, name=samples.name,
                  source=samples.source)
-    return energy.conserved(fitted, transform, samples) if plausible else fitted
+    with progress.part(0.95 if samples.isotropic else 0.55, 1.0, "Checking the energy"):
+        return energy.conserved(fitted, transform, samples) if plausible else fitted
 
 
 def _specular(samples: Samples, estimated: Estimate, transform: LogRelative, diffuse: DenseLattice, level: int,
@@ -365,7 +382,7 @@ def _specular(samples: Samples, estimated: Estimate, transform: LogRelative, dif
     coarse = diffuse.evaluate(x_all)
     residual = field - coarse
     bright = np.maximum(transform.reflectance(field, *directions), 0)
-    for _ in range(_ROUNDS):
+    for _ in progress.each(range(_ROUNDS)):
         # an error of the field causes one of the reflectance in proportion to f + offset; f is the larger of the
         # measured and the fitted value, so that no dark sample is fitted too bright
         weights = trust * np.mean(bright + transform.offset, axis=1) ** _WEIGHT

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import progress
 from ..arrays import FloatArray, IntArray
 from ..lattice import dense
 from ..model.fit import Fit, notation
@@ -62,27 +63,35 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plaus
     if len(parts) == 1 and held_out:
         raise ValueError("one sample cannot be predicted from the others")
     stored = len(distinct_channels(samples)[0].channels)         # equal channels are stored, and counted, once
-    folds = [_Fold(samples, part) for part in parts]
+    with progress.part(0.0, 0.3):
+        folds = [_Fold(samples, part) for part in progress.each(parts)]
     whole = folds[0] if not held_out else _Fold(samples, None)
 
     kept = [count for count in KEPT if count <= 8 * len(samples)]
     found: Fit | None = None
     best = np.inf, ""
-    for diffuse_level in DIFFUSE_LEVELS:
+    steps = len(kept).bit_length()
+    for number, diffuse_level in enumerate(DIFFUSE_LEVELS):
         if found is not None and 4 * _dense_size(samples, diffuse_level) * stored >= found.nbytes:
             break
-        low, high = 0, len(kept)                        # kept[high] suffices, if it exists
+        low, high, step = 0, len(kept), 0               # kept[high] suffices, if it exists
         while low < high:
             middle = (low + high) // 2
             compression = _compression(kept[middle])
-            error = _rmse(samples, [fold.predicted(diffuse_level, compression, plausible) for fold in folds], parts)
+            begin = 0.3 + 0.7 * (number + step / steps) / len(DIFFUSE_LEVELS)
+            with progress.part(begin, begin + 0.7 / steps / len(DIFFUSE_LEVELS)):
+                predictions = [fold.predicted(diffuse_level, compression, plausible) for fold in progress.each(folds)]
+            error = _rmse(samples, predictions, parts)
+            step += 1
             best = min(best, (error, notation(diffuse_level, SPECULAR_LEVEL, compression)))
             if error <= tolerance:
                 high = middle
             else:
                 low = middle + 1
         if high < len(kept):
-            fitted = whole.fit(diffuse_level, _compression(kept[high]), plausible)
+            end = 0.3 + 0.7 * (number + 1) / len(DIFFUSE_LEVELS)
+            with progress.part(end, end):
+                fitted = whole.fit(diffuse_level, _compression(kept[high]), plausible)
             found = min(found or fitted, fitted, key=lambda fit: fit.nbytes)
     if found is None:
         raise ValueError(f"no fit is within {tolerance:g} 1/sr: the best, {best[1]}, has an error of {best[0]:.3g}; "

@@ -7,7 +7,7 @@ import pytest
 from support.checkout import ROOT
 
 # from low to high; parts of one layer do not import one another
-FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files"), ("samples",),
+FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files", "progress"), ("samples",),
           ("coordinates", "lattice"), ("model",), ("quality", "published"), ("methods",), ("presets",),
           ("cycles", "formats", "lobe", "pictures"), ("packed_picture",), ("__init__",), ("report",),
           ("cli",), ("__main__",))

@@ -1,0 +1,88 @@
+"""What the worker processes of one Blender have worked out, so that none does again what another has done, or is doing.
+
+A result is a file in a folder that `process` makes, and that goes with it. Whoever works one out holds a lock; others
+wait for it, and tell its progress. The system takes the lock from a process that is killed. This module must not import
+bpy.
+"""
+
+import contextlib
+import hashlib
+import os
+import pickle
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+from ...fitter import progress
+from ...fitter.files import replacing
+from .job import Job, read_progress, write_progress
+
+_Result = TypeVar("_Result")
+
+FOLDER = "MEASURED_BRDF_WORKERS_FOLDER"
+"""The environment variable of a worker that names the folder. Other processes share nothing."""
+_KEPT = 32                  # results, a few MB each
+_WAIT = 0.05                # s
+
+
+def once(key: str, work: Callable[[], _Result]) -> _Result:
+    """The result of work, from the folder if any process has done it before; what it raises is not kept."""
+    if FOLDER not in os.environ:
+        return work()
+    name = hashlib.sha256(key.encode()).hexdigest()[:24]
+    path = Path(os.environ[FOLDER], f"{name}.result")
+    with _locked(path):
+        if path.is_file():
+            os.utime(path)
+            result: _Result = pickle.loads(path.read_bytes())
+            return result
+        with progress.overheard(lambda fraction, doing: write_progress(_progress_of(path), fraction, doing)):
+            result = work()
+        with contextlib.suppress(OSError), replacing(path) as stream:
+            pickle.dump(result, stream)
+    _forget_oldest(path.parent)
+    return result
+
+
+@contextlib.contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Hold the lock of a result; tell the progress of the process that has it until then."""
+    with open(path.with_suffix(".lock"), "ab") as stream:
+        while not _try_to_lock(stream.fileno()):
+            other = Job[Any](None)
+            read_progress(_progress_of(path), other)
+            progress.report(other.fraction, other.doing)
+            time.sleep(_WAIT)
+        yield                   # closing the file unlocks it
+
+
+def _progress_of(path: Path) -> Path:
+    return path.with_suffix(".progress")
+
+
+def _forget_oldest(folder: Path) -> None:
+    with contextlib.suppress(OSError):      # another process may be at it, too
+        results = sorted(folder.glob("*.result"), key=lambda each: each.stat().st_mtime)
+        for path in results[:-_KEPT]:
+            path.unlink()
+
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _try_to_lock(file: int) -> bool:
+        os.lseek(file, 0, os.SEEK_SET)
+        with contextlib.suppress(OSError):
+            msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
+            return True
+        return False
+else:
+    import fcntl
+
+    def _try_to_lock(file: int) -> bool:
+        with contextlib.suppress(OSError):
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        return False

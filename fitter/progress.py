@@ -1,0 +1,114 @@
+"""How far long work is, told to whoever listens.
+
+What takes long calls `report` now and then, and divides its range among its steps with `part`; functions need no
+parameter for it. Without a listener nothing happens.
+
+Examples
+--------
+>>> def work():
+...     with part(0.0, 0.75, "Measuring"):
+...         report(1 / 3)
+...         report(2 / 3)
+...     report(0.75, "Cutting")
+>>> told = []
+>>> with listening(lambda fraction, doing: told.append((fraction, doing))):
+...     work()
+>>> told
+[(0.0, 'Measuring'), (0.25, 'Measuring'), (0.5, 'Measuring'), (0.75, 'Cutting')]
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import TypeVar
+
+Listener = Callable[[float, str], object]
+"""Takes the fraction done, from 0 to 1, and what is being done; empty: the same as before."""
+_Item = TypeVar("_Item")
+_listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
+
+
+def report(fraction: float, doing: str = "") -> None:
+    """Tell the listener how far the present part is, from 0 to 1, and what is being done."""
+    listener = _listener.get()
+    if listener is not None:
+        listener(fraction, doing)
+
+
+@contextmanager
+def part(begin: float, end: float, doing: str = "", about: str = "") -> Iterator[None]:
+    """What is reported within goes from one fraction of the present part to another.
+
+    Parameters
+    ----------
+    begin, end : float
+    doing : str
+        What is being done, until something else is reported.
+    about : str
+        What stands before everything that is being done within.
+    """
+    outer, now = _listener.get(), doing
+    if outer is None:
+        yield
+        return
+
+    def within(fraction: float, doing: str) -> None:
+        nonlocal now
+        now = doing or now
+        outer(begin + (end - begin) * fraction, about + now if now else "")
+
+    within(0.0, doing)
+    with _heard_by(within):
+        yield
+
+
+def each(items: Sequence[_Item], doing: str = "") -> Iterator[_Item]:
+    """The items one after the other; each is an equal part.
+
+    Examples
+    --------
+    >>> with listening(lambda fraction, doing: print(fraction, doing)):
+    ...     squares = [number ** 2 for number in each([1, 2], "Squaring")]
+    0.0 Squaring
+    0.5 Squaring
+    """
+    for number, item in enumerate(items):
+        with part(number / len(items), (number + 1) / len(items), doing):
+            yield item
+
+
+@contextmanager
+def listening(listener: Listener) -> Iterator[None]:
+    """Tell a listener what is reported within. The fractions that it is told never fall."""
+    farthest, now = 0.0, ""
+
+    def rising(fraction: float, doing: str) -> None:
+        nonlocal farthest, now
+        farthest, now = max(farthest, min(fraction, 1.0)), doing or now
+        listener(farthest, now)
+
+    with _heard_by(rising):
+        yield
+
+
+@contextmanager
+def overheard(listener: Listener) -> Iterator[None]:
+    """As `listening`, and whoever listens already is told as well."""
+    outer = _listener.get()
+
+    def both(fraction: float, doing: str) -> None:
+        listener(fraction, doing)
+        if outer is not None:
+            outer(fraction, doing)
+
+    with listening(both):
+        yield
+
+
+@contextmanager
+def _heard_by(listener: Listener) -> Iterator[None]:
+    before = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(before)

@@ -1,0 +1,183 @@
+"""What the workers of one Blender have worked out is worked out once, and their progress moves."""
+
+import time
+from functools import partial
+
+import pytest
+
+import fitter
+from fitter.samples import subset
+
+
+@pytest.fixture
+def process(extension):
+    from measured_brdf.addon.jobs import process
+
+    yield process
+    process.unregister()
+
+
+@pytest.fixture
+def queue(extension):
+    from measured_brdf.addon.jobs import queue
+
+    yield queue
+    queue.unregister()
+
+
+@pytest.fixture
+def file(tmp_path, glossy, write_astm):
+    return str(write_astm(tmp_path / "glossy.astm", subset(glossy, slice(300))))
+
+
+def begun(process, name, function):
+    job = process.Job(function)
+    process.worker(name).begin(job)
+    return job
+
+
+def wait(*jobs, seconds=120):
+    end = time.monotonic() + seconds
+    while not all(job.poll() for job in jobs):
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    assert [job.error for job in jobs] == [None] * len(jobs)
+    return [job.result for job in jobs]
+
+
+def results(process):
+    from pathlib import Path
+
+    return sorted((path.name, path.stat().st_ino) for path in Path(process._shared_folder()).glob("*.result"))
+
+
+STANDARD, DRAFT = dict(fitter.PRESETS["Standard"]), dict(fitter.PRESETS["Draft"])
+
+
+def test_after_an_import_no_worker_fits_the_same_again(process, file):
+    """The time that a fit took is another one every time that it is made."""
+    from measured_brdf.addon.jobs import tasks
+
+    (imported,), = wait(begun(process, "operator", partial(tasks.outcomes, [(file, "")], STANDARD)))
+    outcome = imported[2]
+    assert len(results(process)) == 2           # a preparation, and the fit
+    before = results(process)
+    data, = wait(begun(process, "read", partial(tasks.read, file, "")))
+    shown, _, _ = wait(begun(process, "fit", partial(tasks.fitted_of, data, STANDARD)),
+                       begun(process, "slow", partial(tasks.polar_plot, data, STANDARD, 0.7, 0.0)),
+                       begun(process, "draw", partial(tasks.lit_sphere, data, STANDARD)))
+    assert shown.seconds == outcome.fitted.seconds
+    assert shown.errors == outcome.fitted.errors
+    assert results(process) == before
+    wait(begun(process, "fit", partial(tasks.fitted_of, data, DRAFT)))
+    assert len(results(process)) == 3           # another fit, by the same preparation
+
+
+def test_two_workers_that_are_asked_at_once_fit_once(process, file):
+    from measured_brdf.addon.jobs import tasks
+
+    data, = wait(begun(process, "read", partial(tasks.read, file, "")))
+    for name in ("fit", "operator"):
+        wait(begun(process, name, partial(tasks.read, file, "")))       # both have started
+    first, second = (begun(process, name, partial(tasks.fitted_of, data, STANDARD)) for name in ("fit", "operator"))
+    told = set()
+    while not first.poll() or not second.poll():
+        told.add((second.fraction, second.doing))
+        time.sleep(0.005)
+    assert first.result.seconds == second.result.seconds
+    assert len(results(process)) == 2
+
+
+def test_a_worker_that_is_killed_leaves_its_work_to_others(process, file):
+    from measured_brdf.addon.jobs import tasks
+
+    data, = wait(begun(process, "read", partial(tasks.read, file, "")))
+    first = begun(process, "fit", partial(tasks.fitted_of, data, STANDARD))
+    while first.doing == "Starting":
+        assert not first.poll()
+    first.cancel()
+    found, = wait(begun(process, "operator", partial(tasks.fitted_of, data, STANDARD)))
+    assert found.errors.rmse > 0
+
+
+def test_errors_are_raised_in_every_worker_and_not_kept(process, file):
+    from measured_brdf.addon.jobs import tasks
+
+    data, = wait(begun(process, "read", partial(tasks.read, file, "")))
+    for name in ("fit", "operator"):
+        job = begun(process, name, partial(tasks.fitted_of, data, {"tolerance": 1e-9}))
+        while not job.poll():
+            time.sleep(0.01)
+        assert "no fit is within" in str(job.error)
+    assert results(process) == []
+
+
+def test_a_single_process_shares_nothing(extension, monkeypatch, tmp_path):
+    from measured_brdf.addon.jobs import shared
+
+    done = []
+    for _ in range(2):
+        assert shared.once("key", lambda: done.append(1) or len(done)) == len(done)
+    monkeypatch.setenv(shared.FOLDER, str(tmp_path))
+    assert [shared.once("key", lambda: done.append(1) or len(done)) for _ in range(2)] == [3, 3]
+
+
+def test_only_the_latest_results_are_kept(extension, monkeypatch, tmp_path):
+    import os
+
+    from measured_brdf.addon.jobs import shared
+
+    monkeypatch.setenv(shared.FOLDER, str(tmp_path))
+    monkeypatch.setattr(shared, "_KEPT", 3)
+    for number in range(5):
+        shared.once(str(number), lambda number=number: number)
+        for path in tmp_path.glob("*.result"):
+            os.utime(path, (path.stat().st_mtime - 10,) * 2)
+    done = []
+    for number in range(4, -1, -1):
+        shared.once(str(number), lambda number=number: done.append(number))
+    assert done == [1, 0]
+
+
+def test_the_bar_of_an_import_moves_to_its_end_through_the_words_of_its_steps(process, file):
+    from measured_brdf.addon.jobs import tasks
+
+    job = begun(process, "operator", partial(tasks.outcomes, [(file, ""), (file, "")], STANDARD))
+    told = []
+    while not job.poll():
+        if not told or told[-1] != (job.fraction, job.doing):
+            told.append((job.fraction, job.doing))
+    fractions = [fraction for fraction, _ in told]
+    assert fractions == sorted(fractions)
+    assert len({*fractions}) > 15
+    assert max(fractions) > 0.95
+    steps = "Choosing a model", "Fitting the sparse lattice", "Writing the shader", "Matching closure nodes"
+    assert {f"glossy.astm: {step}" for step in steps} <= {doing for _, doing in told}
+
+
+def test_progress_is_replaced_as_a_whole(extension, tmp_path):
+    """A reader at any moment finds a number and words, never half of them."""
+    import threading
+
+    from measured_brdf.addon.jobs.job import Job, read_progress, write_progress
+
+    path, end = tmp_path / "1.progress", threading.Event()
+    write_progress(path, 0.0, "x" * 10_000)
+
+    def write():
+        while not end.is_set():
+            for number in range(10):
+                write_progress(path, number / 10, str(number) * 10_000)
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    seen = set()
+    for _ in range(3000):
+        job = Job(None)
+        read_progress(path, job)
+        assert len(job.doing) == 10_000
+        assert len({*job.doing}) == 1
+        seen.add(job.fraction)
+    end.set()
+    writer.join()
+    assert len(seen) > 1
