@@ -140,7 +140,7 @@ def _commands(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.A
 
 def _help(parser: argparse.ArgumentParser) -> str:
     """The help, of the same width on every terminal and without its colours."""
-    os.environ["COLUMNS"], os.environ["NO_COLOR"] = "96", "1"
+    os.environ["COLUMNS"], os.environ["NO_COLOR"] = "88", "1"
     return parser.format_help()
 
 
