@@ -25,7 +25,7 @@ def _is_measured(_settings: Any, material: bpy.types.Material) -> bool:
     return materials.group_node(material) is not None
 
 
-class Comparison(bpy.types.PropertyGroup):
+class MeasuredComparison(bpy.types.PropertyGroup):
     """Stored with the scene."""
 
     pinned: PointerProperty(
@@ -45,7 +45,7 @@ class Comparison(bpy.types.PropertyGroup):
 
 
 def of(scene: bpy.types.Scene) -> Any:
-    """The `Comparison` of a scene."""
+    """The `MeasuredComparison` of a scene."""
     return scene.measured_brdf_comparison
 
 
@@ -56,10 +56,10 @@ def pinned(scene: bpy.types.Scene, material: bpy.types.Material) -> bpy.types.Ma
 
 
 def register() -> None:
-    bpy.utils.register_class(Comparison)
-    bpy.types.Scene.measured_brdf_comparison = PointerProperty(type=Comparison, name="Compare Measured BRDFs")
+    bpy.utils.register_class(MeasuredComparison)
+    bpy.types.Scene.measured_brdf_comparison = PointerProperty(type=MeasuredComparison, name="Compare Measured BRDFs")
 
 
 def unregister() -> None:
     del bpy.types.Scene.measured_brdf_comparison
-    bpy.utils.unregister_class(Comparison)
+    bpy.utils.unregister_class(MeasuredComparison)

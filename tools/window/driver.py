@@ -80,6 +80,16 @@ def compare_with(h):
     h.wait(25)
 
 
+def look(h):
+    stage(h, "look")
+    import_sample("leather")
+    bpy.ops.measured_brdf.pin()
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=1.6, location=(4, 0, 0))
+    import_sample()
+    bpy.ops.measured_brdf.render_look()
+    h.wait(6)
+
+
 def details(h):
     stage(h, "details", "settings")
     import_sample()
@@ -153,13 +163,15 @@ def lobe(h):
     bpy.context.scene.measured_brdf_comparison.pinned = bpy.context.object.active_material
     bpy.context.object.active_material = steel
     view = h.area("VIEW_3D").spaces.active
-    view.region_3d.view_distance = 8
+    view.region_3d.view_distance, view.shading.type = 8.5, "SOLID"
+    steel.measured_brdf.shown_phi = 0.7
+    bpy.context.scene.cursor.location = 0.9, -0.2, 1.4
     h.wait(4)
 
 
 def inspect(h):
     with h.override(h.area("VIEW_3D")):
-        bpy.ops.measured_brdf.inspect("INVOKE_DEFAULT", place="ORIGIN")
+        bpy.ops.measured_brdf.inspect("INVOKE_DEFAULT", place="CURSOR")
     h.wait(20)
 
 
@@ -173,6 +185,7 @@ PICTURES = {
     "panel": (panel, (), column),
     "compare": (compare, (to_the_end,), column),
     "compare_with": (compare_with, (to_the_end,), column),
+    "look": (look, (to_the_end,), column),
     "details": (details, (to_the_end,), column),
     "measurements": (measurements, (to_the_end,), column),
     "rendering": (rendering, (to_the_end,), column),
