@@ -33,7 +33,6 @@ TOPICS: tuple[tuple[str, str], ...] = (
     *((f"{_OPERATORS}{name}", "manual#start-from-the-library") for name in
       ("use_published", "search_published", "add_starter_library")),
     (f"{_OPERATORS}inspect", "manual#look-at-the-lobe"),
-    *((f"{_OPERATORS}{name}", "manual#look-before-you-fit") for name in ("large_view", "pin", "render_look")),
     (f"{_OPERATORS}convert_folder", "manual#a-folder-into-an-asset-library"),
     (f"{_OPERATORS}update_materials", "manual#files-of-an-older-version"),
     *((f"{_MATERIAL}{name}", "formats#if-the-file-does-not-say") for name in _READING),
