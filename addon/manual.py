@@ -24,7 +24,7 @@ TOPICS: tuple[tuple[str, str], ...] = (
     *((f"{_OPERATORS}{name}", "manual#get-data-in") for name in
       ("browse", "import_data", "import_folder", "choose_sample")),
     (f"{_OPERATORS}say_units", "formats#if-the-file-does-not-say"),
-    *((f"{_OPERATORS}{name}", "manual#fit") for name in ("fit", "cancel")),
+    *((f"{_OPERATORS}{name}", "manual#fit") for name in ("fit", "cancel", "adjust", "mix", "add_node")),
     *((f"{_OPERATORS}{name}", "manual#compare") for name in ("pin", "render_look", "large_view")),
     (f"{_OPERATORS}use_preset", "manual#choose-what-it-may-cost"),
     *((f"{_OPERATORS}{name}", "manual/engines#choose") for name in ("enable_osl", "use_method")),
@@ -46,7 +46,6 @@ TOPICS: tuple[tuple[str, str], ...] = (
     ("bpy.types.measuredshelf.*", "manual#start-from-the-library"),
     (f"{_OPERATORS}*", "manual"),
     ("bpy.types.scene.measured_brdf_comparison*", "manual#compare"),
-    ("bpy.types.measuredbrdf*", "manual"),
     ("bpy.types.material.measured_brdf*", "manual"),
 )
 

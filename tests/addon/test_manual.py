@@ -41,10 +41,12 @@ def opened(blender, name):
 def controls(blender):
     """Every operator and setting of the extension, as F1 asks for them."""
     yield from (f"bpy.ops.measured_brdf.{name}" for name in dir(blender.ops.measured_brdf))
-    for kind in ("MeasuredMaterial",):
-        properties = blender.types.Material.bl_rna.properties["measured_brdf"].fixed_type.properties
-        yield from (f"bpy.types.{kind}.{argument.identifier}" for argument in properties
-                    if argument.identifier not in ("rna_type", "name"))
+    for owner in (blender.types.Material, blender.types.Scene, blender.types.WindowManager):
+        for settings in owner.bl_rna.properties:
+            if settings.type == "POINTER" and settings.identifier.startswith("measured_brdf"):
+                yield from (f"bpy.types.{settings.fixed_type.identifier}.{argument.identifier}"
+                            for argument in settings.fixed_type.properties
+                            if argument.identifier not in ("rna_type", "name"))
 
 
 def slugs(page):
@@ -78,7 +80,7 @@ def test_every_operator_has_a_heading_of_its_own(blender, manual):
 def test_no_topic_is_of_a_control_that_is_gone(blender, manual):
     known = [name.lower() for name in controls(blender)]
     for pattern, _ in manual.TOPICS:
-        if pattern.startswith(("bpy.ops.", "bpy.types.measuredmaterial.")):
+        if pattern.startswith(("bpy.ops.", "bpy.types.measured")) and "preferences" not in pattern:
             assert any(fnmatchcase(name, pattern) for name in known), pattern
 
 
