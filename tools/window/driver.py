@@ -30,7 +30,7 @@ def stage(h, *opened):
 
 
 def open_panels(names):
-    """Register the sub-panels again, so that these are open when they are drawn first; leave out Blender's own below."""
+    """Register the sub-panels again, so that these are open when they are drawn first, without Blender's own below."""
     for cls in bpy.types.Panel.__subclasses__():
         if (getattr(cls, "bl_context", "") == "material" and not cls.__name__.startswith("MEASUREDBRDF")
                 and cls.is_registered and "HIDE_HEADER" not in getattr(cls, "bl_options", ())):
