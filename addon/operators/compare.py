@@ -8,8 +8,9 @@ import bpy
 
 from ...fitter.arrays import SingleArray
 from ..annotations import OperatorResult, present
-from ..jobs import looks
+from ..jobs import comparisons, looks, process
 from ..jobs.blender_process import Command
+from ..jobs.job import Work
 from ..jobs.modal import InBackground
 from ..library import look
 from ..materials import comparison
@@ -51,21 +52,26 @@ class MEASUREDBRDF_OT_pin(bpy.types.Operator):
 
 
 class Look:
-    """Renders of materials in another Blender: the work of an operator, and what it shows."""
+    """Renders of materials: the work of an operator, in another Blender, and its pictures. What is kept is not rendered
+    again."""
 
     def __init__(self, scene: bpy.types.Scene, wanted: list[bpy.types.Material], size: int) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="measured_brdf_")
         self._keys = [looks.key(scene, material, size) for material in wanted]
-        _write(Path(self._folder.name), scene, wanted, self._keys[0])
-        self.command = Command("look", self._folder.name)
+        missing = {key: material for key, material in zip(self._keys, wanted, strict=True) if looks.known(key) is None}
+        self._missing = list(missing)
+        self._folder = tempfile.TemporaryDirectory(prefix="measured_brdf_")
+        self.work: Work = process.Calculation(comparisons.nothing)
+        if missing:
+            _write(Path(self._folder.name), scene, list(missing.values()), self._missing[0])
+            self.work = Command("look", self._folder.name)
 
     def store(self) -> list[SingleArray]:
-        """Keep the pictures that the finished command has rendered, and return them."""
-        pictures = look.pictures(Path(self._folder.name), len(self._keys))
-        for key, picture in zip(self._keys, pictures, strict=True):
+        """Keep what the finished work has rendered, and return all pictures that were wanted."""
+        rendered = look.pictures(Path(self._folder.name), len(self._missing))
+        for key, picture in zip(self._missing, rendered, strict=True):
             looks.store(key, picture)
         self._folder.cleanup()
-        return pictures
+        return [present(looks.known(key)) for key in self._keys]
 
 
 def _write(folder: Path, scene: bpy.types.Scene, wanted: list[bpy.types.Material], chosen: looks.Key) -> None:
@@ -105,11 +111,11 @@ Nothing changes in this file"""
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         return self.run(context)
 
-    def work(self, context: bpy.types.Context) -> Command:
+    def work(self, context: bpy.types.Context) -> Work:
         scene, target = present(context.scene), present(active_material(context))
         other = comparison.pinned(scene, target)
         self._look = Look(scene, [target] if other is None else [target, other], SIZE)
-        return self._look.command
+        return self._look.work
 
     def apply(self, _context: bpy.types.Context, _result: Any) -> None:
         self._look.store()

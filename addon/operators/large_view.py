@@ -76,7 +76,7 @@ class MEASUREDBRDF_OT_large_view(InBackground, bpy.types.Operator):
             return process.Calculation(partial(comparisons.sphere, mine, _DRAWN))
         if self.kind == LOOK:
             self._look = Look(scene, [target] if other is None else [target, other], LARGE)
-            return self._look.command
+            return self._look.work
         if self.kind == POLAR:
             return process.Calculation(partial(comparisons.polar, mine, pinned, chosen.theta, _DRAWN))
         if pinned is None:

@@ -74,7 +74,7 @@ def event(kind):
     return SimpleNamespace(type=kind, value="PRESS")
 
 
-context = SimpleNamespace(object=None, workspace=None, evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
+context = SimpleNamespace(object=None, scene=bpy.context.scene, workspace=None, evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
                           window_manager=SimpleNamespace(event_timer_remove=lambda timer: None))
 before = counts()
 attempt = Drop()
@@ -102,11 +102,21 @@ assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
 assert settings(copy) == kept
 assert material.measured_brdf.coefficients > kept["coefficients"]
 
+# compare
+bpy.context.object.active_material = copy
+assert bpy.ops.measured_brdf.pin() == {"FINISHED"}
+bpy.context.object.active_material = material
+for kind in ("SPHERE", "SPLIT", "POLAR"):
+    assert bpy.ops.measured_brdf.large_view(kind=kind) == {"FINISHED"}
+assert [image.name for image in bpy.data.images] == ["Measured BRDF View"]
+
 # save and reload
 kept = settings(material)
 bpy.ops.wm.save_as_mainfile(filepath=str(folder / "saved.blend"))
 bpy.ops.wm.open_mainfile(filepath=str(folder / "saved.blend"))
 assert settings(bpy.data.materials["paint 0"]) == kept
+assert bpy.context.scene.measured_brdf_comparison.pinned == bpy.data.materials["paint 0.001"]
+assert len(bpy.data.images) == 0
 
 # append and link
 for link in (False, True):

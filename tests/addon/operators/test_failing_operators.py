@@ -82,6 +82,7 @@ OPERATIONS = {
     "import folder": lambda folder: bpy.ops.measured_brdf.import_folder(directory=str(folder), preset="Paper",
                                                                         diffuse_level=1, specular_level=-1),
     "refit": lambda folder: bpy.ops.measured_brdf.fit(),
+    "fit with a preset": lambda folder: bpy.ops.measured_brdf.fit(preset="Paper"),
     "find file": lambda folder: bpy.ops.measured_brdf.find_file(filepath=str(folder / "b.astm")),
     "save asset": lambda folder: bpy.ops.measured_brdf.save_asset(),
     "update": lambda folder: bpy.ops.measured_brdf.update_materials(),

@@ -1,0 +1,69 @@
+"""What workers draw and count of two materials, against pictures and integrals of the fits themselves."""
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter import pictures
+from fitter.cycles.bake import bake
+
+
+@pytest.fixture(scope="module")
+def fits(glossy):
+    dull = fitter.Samples(*glossy.directions, 0.3 / np.pi + 0.1 * glossy.values, glossy.channels, "dull")
+    return [fitter.fit(samples, 3, 4, 80.0, method="mba") for samples in (glossy, dull)]
+
+
+@pytest.fixture(scope="module")
+def kept(extension, fits):
+    from measured_brdf.addon.jobs import tasks
+
+    return [tasks.Kept(bake(fit), fit.name, 80.0, "Rec.709") for fit in fits]
+
+
+@pytest.fixture
+def comparisons(extension):
+    from measured_brdf.addon.jobs import comparisons
+
+    return comparisons
+
+
+def test_a_split_sphere_has_both_fits_each_on_its_side(comparisons, kept, fits):
+    found = comparisons.split_sphere(*kept, 0.25, 64)
+    for part, fit in ((slice(0, 16), fits[0]), (slice(17, 64), fits[1])):
+        np.testing.assert_allclose(found[:, part], pictures.lit_sphere(fit, 64)[:, part], atol=1e-4)
+
+
+def test_the_polar_plot_is_that_of_the_fits(comparisons, kept, fits):
+    two = comparisons.polar(*kept, 0.6, 96)
+    np.testing.assert_allclose(two, pictures.polar_comparison(*fits, 0.6, 96), atol=0.02)
+    one = comparisons.polar(kept[0], None, 0.6, 96)
+    np.testing.assert_allclose(one, pictures.polar_plot(fits[0], None, 0.6, 96)[0], atol=0.02)
+    assert np.abs(two - one).max() > 0.3
+
+
+def test_figures_are_counted_and_integrated(comparisons, kept, fits, random):
+    n = 400_000
+    theta, phi = np.arcsin(np.sqrt(random.random(n))), random.random(n) * 2 * np.pi     # cosine-weighted
+    for each, fit in zip(kept, fits, strict=True):
+        found = comparisons.figures(each)
+        assert (found.coefficients, found.nbytes) == (fit.coefficient_count, fit.nbytes)
+        brute = np.pi * np.maximum(fit.evaluate(np.zeros(n), np.zeros(n), theta, phi), 0).mean(axis=0)
+        np.testing.assert_allclose(found.albedo, brute, rtol=0.01)
+
+
+def test_a_grey_fit_has_one_albedo_three_times(comparisons, glossy):
+    from measured_brdf.addon.jobs import tasks
+
+    grey = fitter.Samples(*glossy.directions, glossy.values[:, :1], ("grey",), "grey")
+    kept = tasks.Kept(bake(fitter.fit(grey, 2, None, method="mba")), "grey", 0.0, "Rec.709")
+    albedo = comparisons.figures(kept).albedo
+    assert albedo.shape == (3,)
+    assert np.ptp(albedo) == 0 < albedo[0]
+
+
+def test_a_damaged_shader_is_an_error(comparisons, kept):
+    with pytest.raises(ValueError, match="not a shader"):
+        comparisons.split_sphere(kept[0], kept[1]._replace(source=""), 0.5, 32)
+    with pytest.raises(ValueError, match="not a shader"):
+        comparisons.figures(kept[0]._replace(source="void"))

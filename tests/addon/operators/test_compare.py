@@ -1,0 +1,326 @@
+"""Presets that are fitted with one click, a pinned material, pictures in a large view, and renders to look at."""
+
+import json
+
+import bpy
+import numpy as np
+import pytest
+
+from fitter import PRESETS
+from support.blend_state import state
+
+CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
+
+
+@pytest.fixture
+def files(tmp_path, glossy, write_astm):
+    return [write_astm(tmp_path / f"{name}.astm", glossy, name) for name in ("one", "two")]
+
+
+@pytest.fixture
+def cubes(blender, quick, files):
+    """Two cubes with a measured material each; the first is active."""
+    for path in reversed(files):
+        blender.ops.mesh.primitive_cube_add()
+        blender.ops.measured_brdf.import_data(filepath=str(path), **CHEAP)
+    return blender.context.object
+
+
+@pytest.fixture
+def one(cubes):
+    return bpy.data.materials["one"]
+
+
+@pytest.fixture
+def two(cubes):
+    return bpy.data.materials["two"]
+
+
+@pytest.fixture
+def comparison(extension):
+    from measured_brdf.addon.materials import comparison
+
+    return comparison
+
+
+def test_a_preset_is_fitted_in_one_step(one):
+    settings = one.measured_brdf
+    assert bpy.ops.measured_brdf.fit(preset="Paper") == {"FINISHED"}
+    expected = PRESETS["Paper"]
+    assert (settings.preset, settings.diffuse_level, settings.specular_level, settings.fitted_levels) == (
+        "Paper", expected["diffuse_level"], expected["specular_level"], "(4,6,95)")
+    assert settings.compression == pytest.approx(expected["compression"])
+    assert bpy.data.materials["two"].measured_brdf.diffuse_level == CHEAP["diffuse_level"]
+
+
+def test_a_preset_that_cannot_be_fitted_is_not_chosen(one, files):
+    files[0].write_text("nothing")
+    before = state()
+    with pytest.raises(RuntimeError):
+        bpy.ops.measured_brdf.fit(preset="Draft")
+    assert state() == before
+    assert one.measured_brdf.diffuse_level == CHEAP["diffuse_level"]
+
+
+def test_a_fit_that_a_panel_has_made_is_taken_for_the_preset(one, files, monkeypatch):
+    from measured_brdf.addon.jobs import queries, queue, tasks
+
+    data = queries.data(one)
+    queue.answer_all()
+    queries.cost(data.result, {**PRESETS["Paper"]})
+    queue.answer_all()
+    monkeypatch.setattr(tasks, "fitted", lambda *_: pytest.fail("it is fitted again"))
+    monkeypatch.setattr(tasks, "_fits", {})
+    try:
+        assert bpy.ops.measured_brdf.fit(preset="Paper") == {"FINISHED"}
+    finally:
+        queue.unregister()
+    assert one.measured_brdf.fitted_levels == "(4,6,95)"
+
+
+def test_a_pinned_material_survives_renaming_and_other_active_materials(cubes, one, two, comparison):
+    scene = bpy.context.scene
+    cubes.active_material = two
+    assert bpy.ops.measured_brdf.pin() == {"FINISHED"}
+    two.name = "renamed"
+    cubes.active_material = one
+    assert comparison.pinned(scene, one) == two
+    assert comparison.pinned(scene, two) is None, "it is not compared with itself"
+
+
+def test_a_pinned_material_that_is_deleted_or_loses_its_shader_is_not_compared(cubes, one, two, comparison):
+    scene = bpy.context.scene
+    comparison.of(scene).pinned = two
+    node = next(node for node in two.node_tree.nodes if node.type == "GROUP")
+    two.node_tree.nodes.remove(node)
+    assert comparison.pinned(scene, one) is None
+    bpy.data.materials.remove(two)
+    assert comparison.of(scene).pinned is None
+    assert comparison.pinned(scene, one) is None
+
+
+def test_pinning_is_undone_and_saved(cubes, one, two, comparison, tmp_path):
+    bpy.ops.ed.undo_push(message="before")
+    cubes.active_material = two
+    bpy.ops.measured_brdf.pin()
+    bpy.ops.ed.undo_push(message="pin")
+    bpy.ops.ed.undo()
+    assert comparison.of(bpy.context.scene).pinned is None
+    bpy.ops.ed.redo()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "pinned.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "pinned.blend"))
+    assert comparison.of(bpy.context.scene).pinned.name == "two"
+
+
+def test_a_linked_material_can_be_pinned_and_a_linked_scene_refuses(cubes, one, comparison, tmp_path):
+    path = str(tmp_path / "library.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    name = bpy.context.scene.name
+    bpy.ops.wm.read_homefile(use_empty=True)
+    with bpy.data.libraries.load(path, link=True) as (_, target):
+        target.materials, target.scenes = ["one"], [name]
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.data.materials.append(target.materials[0])
+    assert bpy.ops.measured_brdf.pin() == {"FINISHED"}
+    assert comparison.of(bpy.context.scene).pinned == target.materials[0]
+    linked = next(scene for scene in bpy.data.scenes if scene.library is not None)
+    with bpy.context.temp_override(scene=linked):
+        assert not bpy.ops.measured_brdf.pin.poll()
+
+
+def test_without_a_measured_material_nothing_is_offered(blender):
+    blender.ops.mesh.primitive_cube_add()
+    blender.context.object.data.materials.append(blender.data.materials.new("plain"))
+    for operator in (bpy.ops.measured_brdf.pin, bpy.ops.measured_brdf.large_view, bpy.ops.measured_brdf.render_look):
+        assert not operator.poll()
+
+
+def pixels():
+    image = bpy.data.images["Measured BRDF View"]
+    found = np.empty((*image.size, 4), dtype=np.float32)
+    image.pixels.foreach_get(found.ravel())
+    return found
+
+
+def test_the_large_view_shows_a_split_sphere_of_both(cubes, one, two, comparison):
+    from measured_brdf.addon.jobs import comparisons, queries
+
+    comparison.of(bpy.context.scene).pinned = two
+    two.measured_brdf.name_of_data = "other"
+    assert bpy.ops.measured_brdf.large_view(kind="SPHERE") == {"FINISHED"}
+    sphere = pixels()
+    drawn = comparisons.sphere(queries.kept(one), 768)
+    inside = drawn[..., 3] == 1
+    np.testing.assert_allclose(sphere[inside], drawn[inside], atol=1 / 255)
+    assert sphere[..., 3].min() == 1, "opaque, so that the editor's squares do not show"
+    assert bpy.ops.measured_brdf.large_view(kind="SPLIT") == {"FINISHED"}
+    halves = pixels()
+    np.testing.assert_allclose(halves[:, :380], sphere[:, :380], atol=1 / 255)
+    assert halves[:, 384, :3].min() > 0.85, "the line"
+    assert len(bpy.data.images) == 1, "the picture before is gone"
+
+
+def test_the_flipped_sphere_has_the_pinned_material_at_the_left(cubes, one, two, comparison):
+    assert bpy.ops.measured_brdf.fit(preset="Paper") == {"FINISHED"}
+    comparison.of(bpy.context.scene).pinned = two
+    comparison.of(bpy.context.scene).divide = 0.25
+    views = {}
+    for flipped in (False, True):
+        comparison.of(bpy.context.scene).flipped = flipped
+        bpy.ops.measured_brdf.large_view(kind="SPLIT")
+        views[flipped] = pixels()
+    assert np.abs(views[False][:, :180] - views[True][:, :180]).max() > 0.02
+    bpy.ops.measured_brdf.large_view(kind="SPHERE")
+    np.testing.assert_allclose(views[False][:, :180], pixels()[:, :180], atol=1 / 255)
+    np.testing.assert_allclose(views[True][:, 200:], pixels()[:, 200:], atol=1 / 255)
+
+
+def test_a_split_sphere_without_a_pinned_material_says_what_to_do(one):
+    before = state()
+    with pytest.raises(RuntimeError, match="No other material is pinned"):
+        bpy.ops.measured_brdf.large_view(kind="SPLIT")
+    assert state() == before
+
+
+def test_the_large_view_is_not_saved(one, tmp_path):
+    bpy.ops.measured_brdf.large_view(kind="POLAR")
+    assert bpy.data.images["Measured BRDF View"].users == 0
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    with bpy.data.libraries.load(str(tmp_path / "saved.blend")) as (names, _):
+        assert list(names.images) == []
+        assert list(names.materials) == ["one", "two"]
+
+
+def test_a_large_view_that_the_user_has_taken_into_the_file_is_kept(one, tmp_path):
+    bpy.ops.measured_brdf.large_view(kind="POLAR")
+    bpy.data.images["Measured BRDF View"].use_fake_user = True
+    taken = pixels()
+    bpy.ops.measured_brdf.large_view(kind="SPHERE")
+    assert len(bpy.data.images) == 2
+    np.testing.assert_array_equal(pixels(), taken)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    with bpy.data.libraries.load(str(tmp_path / "saved.blend")) as (names, _):
+        assert list(names.images) == ["Measured BRDF View"]
+
+
+def test_a_large_view_that_fails_leaves_no_image(one, monkeypatch):
+    from measured_brdf.addon.operators import large_view
+
+    def fails(_context, picture):
+        large_view._image(picture)
+        raise ValueError("no window")
+
+    monkeypatch.setattr(large_view, "show", fails)
+    before = state()
+    with pytest.raises(RuntimeError, match="no window"):
+        bpy.ops.measured_brdf.large_view(kind="SPHERE")
+    assert state() == before
+
+
+@pytest.fixture
+def looks(extension):
+    from measured_brdf.addon.jobs import looks
+
+    yield looks
+    looks.unregister()
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Renders of a few pixels."""
+    from measured_brdf.addon.operators import compare, large_view
+
+    monkeypatch.setattr(compare, "SIZE", 24)
+    monkeypatch.setattr(large_view, "LARGE", 32)
+    monkeypatch.setattr(compare, "_SAMPLES", {24: 4, 32: 4})
+
+
+def test_a_test_render_is_kept_while_material_and_choice_stay(cubes, one, two, comparison, looks, small, monkeypatch):
+    scene = bpy.context.scene
+    comparison.of(scene).pinned = two
+    before = state()
+    assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
+    assert state() == before
+    keys = [looks.key(scene, each, 24) for each in (one, two)]
+    for key in keys:
+        picture = looks.known(key)
+        assert picture.shape == (24, 24, 4)
+        assert picture[..., :3].max() > 0.1
+    comparison.of(scene).divide = 0.3
+    assert looks.key(scene, one, 24) == keys[0]
+    comparison.of(scene).lighting = "SKY"
+    assert looks.known(looks.key(scene, one, 24)) is None
+    comparison.of(scene).lighting = "STUDIO"
+    node = next(node for node in one.node_tree.nodes if node.type == "GROUP")
+    node.inputs["Strength"].default_value = 0.5
+    assert looks.known(looks.key(scene, one, 24)) is None
+    node.inputs["Strength"].default_value = 1
+    assert looks.known(looks.key(scene, one, 24)) is not None
+    monkeypatch.setattr("measured_brdf.addon.operators.compare.Command", lambda *_: pytest.fail("it is rendered again"))
+    assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
+
+
+def test_the_scenes_world_gives_the_light_and_is_part_of_the_choice(one, comparison, looks, small):
+    scene = bpy.context.scene
+    comparison.of(scene).lighting = "WORLD"
+    comparison.of(scene).shape = "SPHERE"
+    with pytest.raises(RuntimeError, match="no world"):
+        bpy.ops.measured_brdf.render_look()
+    scene.world = bpy.data.worlds.new("red")
+    if bpy.app.version < (5, 0, 0):
+        scene.world.use_nodes = True
+    background = next(node for node in scene.world.node_tree.nodes if node.type == "BACKGROUND")
+    background.inputs["Color"].default_value = (1, 0, 0, 1)
+    before = state()
+    assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
+    assert state() == before
+    picture = looks.known(looks.key(scene, one, 24))
+    assert picture[..., 0].mean() > 3 * picture[..., 1].mean()
+    background.inputs["Color"].default_value = (0, 1, 0, 1)
+    assert looks.known(looks.key(scene, one, 24)) is None
+
+
+def test_the_large_view_of_a_render_is_larger_and_kept(one, looks, small):
+    assert bpy.ops.measured_brdf.large_view(kind="LOOK") == {"FINISHED"}
+    assert tuple(bpy.data.images["Measured BRDF View"].size) == (32, 32)
+    assert looks.known(looks.key(bpy.context.scene, one, 32)) is not None
+
+
+def test_a_render_that_cannot_be_written_leaves_the_file_as_it_was(one, looks, monkeypatch):
+    from measured_brdf.addon.library import look
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(look, "write_request", full)
+    before = state()
+    with pytest.raises(RuntimeError, match="No space left"):
+        bpy.ops.measured_brdf.render_look()
+    assert state() == before
+
+
+def test_a_render_that_fails_is_told(one, looks, small, monkeypatch):
+    from measured_brdf.addon.library import look
+
+    monkeypatch.setattr(look, "write_request", lambda folder, request: (folder / "request.json").write_text(
+        json.dumps(request._asdict() | {"shape": "SPHERE", "materials": ["gone"]}), "utf-8"))
+    before = state()
+    with pytest.raises(RuntimeError, match="gone"):
+        bpy.ops.measured_brdf.render_look()
+    assert state() == before
+
+
+def test_a_linked_material_is_rendered(cubes, one, looks, small, tmp_path):
+    path = str(tmp_path / "library.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    with bpy.data.libraries.load(path, link=True) as (_, target):
+        target.materials = ["one"]
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.data.materials.append(target.materials[0])
+    before = state()
+    assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
+    assert state() == before
+    picture = looks.known(looks.key(bpy.context.scene, target.materials[0], 24))
+    plain = picture[12, 12, :3]
+    assert plain.max() > 0.02, "the shader has been found"

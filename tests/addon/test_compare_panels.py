@@ -1,0 +1,219 @@
+"""What the panels Compare Presets, Compare With and Test Render show, drawn without a window."""
+
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+import pytest
+
+import fitter
+from fitter import PRESETS
+from support.drawn import draw
+
+CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
+ORDER = ["Draft", "Standard", "Reference", "Paper"]
+
+
+@pytest.fixture
+def ui(extension):
+    from measured_brdf.addon.jobs import looks, queue
+    from measured_brdf.addon.materials import comparison
+    from measured_brdf.addon.ui import compare_with
+    from measured_brdf.addon.ui import comparison as presets
+
+    yield SimpleNamespace(presets=presets, compare_with=compare_with, queue=queue, looks=looks, comparison=comparison)
+    queue.unregister()
+    looks.unregister()
+
+
+@pytest.fixture
+def file(tmp_path, glossy, write_astm):
+    return write_astm(tmp_path / "glossy.astm", glossy)
+
+
+@pytest.fixture
+def material(blender, quick, file):
+    blender.ops.mesh.primitive_cube_add()
+    blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
+    return blender.context.object.active_material
+
+
+@pytest.fixture
+def other(material, tmp_path, glossy, write_astm):
+    dull = fitter.Samples(*glossy.directions, 0.2 + 0.1 * glossy.values, glossy.channels, "dull")
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.ops.measured_brdf.import_data(filepath=str(write_astm(tmp_path / "dull.astm", dull)), **CHEAP)
+    return bpy.context.object.active_material
+
+
+@pytest.fixture(scope="module")
+def fits(glossy):
+    """What each preset makes of the samples, worked out apart from the extension."""
+    made = {name: fitter.fit(glossy, **preset) for name, preset in PRESETS.items()}
+    return {name: (f"{fit.coefficient_count:,} coefficients", f"{fit.nbytes / 1000:,.0f} KB",
+                   f"RMSE {fitter.error_metrics(glossy.values, fit.evaluate(*glossy.directions)).rmse:.3g}")
+            for name, fit in made.items()}
+
+
+def drawn(ui, panel, material, rounds=3):
+    """A panel, when its questions, and those that follow from the answers, have been answered."""
+    for _ in range(rounds):
+        draw(panel, material=material)
+        ui.queue.answer_all()
+    return draw(panel, material=material)
+
+
+def quick_held_out(monkeypatch):
+    from measured_brdf.addon.jobs import tasks
+
+    monkeypatch.setattr(tasks, "held_out_of", lambda *_arguments: 0.25)
+
+
+def test_each_preset_has_its_own_numbers_whatever_the_settings_are(ui, material, fits, monkeypatch):
+    quick_held_out(monkeypatch)
+    material.measured_brdf.diffuse_level = 1
+    material.measured_brdf.preset = "Reference"
+    shown = drawn(ui, ui.presets.MEASUREDBRDF_PT_compare, material)
+    assert [entry[2] for entry in shown.drawn if entry[0] == "button"] == ORDER
+    for name in ORDER:
+        place = shown.button(name).place
+        texts = [entry[2] for entry in shown.drawn[place + 1:place + 5]]
+        assert texts == [*fits[name], "Held out 0.25"]
+    button = shown.button("Paper")
+    assert (button.operator, button.options["preset"], button.enabled) == ("measured_brdf.fit", "Paper", True)
+
+
+def test_a_linked_material_has_the_numbers_of_each_preset_and_no_button(ui, material, fits, tmp_path, monkeypatch):
+    quick_held_out(monkeypatch)
+    path = str(tmp_path / "library.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    with bpy.data.libraries.load(path, link=True) as (_, target):
+        target.materials = ["glossy"]
+    shown = drawn(ui, ui.presets.MEASUREDBRDF_PT_compare, target.materials[0])
+    assert "button" not in shown.kinds
+    texts = [entry[2] for entry in shown.drawn if entry[0] == "text"]
+    for name in ORDER:
+        place = texts.index(name)
+        assert texts[place + 1:place + 5] == [*fits[name], "Held out 0.25"]
+
+
+def test_the_fit_that_the_material_has_is_marked_and_not_made_again(ui, material, fits, monkeypatch):
+    from measured_brdf.addon.jobs import tasks
+
+    quick_held_out(monkeypatch)
+    assert bpy.ops.measured_brdf.fit(preset="Paper") == {"FINISHED"}
+    asked, fitted_of = [], tasks.fitted_of
+    monkeypatch.setattr(tasks, "fitted_of", lambda data, arguments, report=tasks.silent: (
+        asked.append(arguments["method"]), fitted_of(data, arguments, report))[1])
+    marked = {}
+    monkeypatch.setattr("support.drawn.Layout.operator", lambda layout, name, text="", **options: (
+        marked.update({text: options["depress"]}), SimpleNamespace())[1])
+    drawn(ui, ui.presets.MEASUREDBRDF_PT_compare, material)
+    assert marked == {name: name == "Paper" for name in ORDER}
+    assert "mba" not in asked
+    assert "kriging" in asked
+
+
+def test_questions_are_asked_cheapest_first(ui, material, monkeypatch):
+    from measured_brdf.addon.jobs import queries
+
+    quick_held_out(monkeypatch)
+    draw(ui.presets.MEASUREDBRDF_PT_compare, material=material)
+    ui.queue.answer_all()                       # the measurements
+    draw(ui.presets.MEASUREDBRDF_PT_compare, material=material)
+    ui.queue.answer_all()                       # the fit in the shader
+    asked, cost = [], queries.cost
+    monkeypatch.setattr(queries, "cost", lambda data, arguments: (asked.append(arguments), cost(data, arguments))[1])
+    draw(ui.presets.MEASUREDBRDF_PT_compare, material=material)
+    assert asked == [PRESETS[name] for name in ("Paper", "Draft", "Standard", "Reference")]
+
+
+def test_a_hint_tells_how_to_pin(ui, material, other):
+    panel = ui.compare_with.MEASUREDBRDF_PT_compare_with
+    shown = drawn(ui, panel, material)
+    assert "choose another" in shown.texts
+    assert shown.button("Pin Measured Material").operator == "measured_brdf.pin"
+    ui.comparison.of(bpy.context.scene).pinned = material
+    assert "This is the pinned material" in drawn(ui, panel, material).texts
+
+
+def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(ui, material, other, file, monkeypatch):
+    from measured_brdf.addon.jobs import queries, tasks
+
+    counts = [f"{each.measured_brdf.coefficients:,}" for each in (material, other)]
+    file.unlink()
+    for name in ("read", "fitted_of", "outcome"):
+        monkeypatch.setattr(tasks, name, lambda *_: pytest.fail("nothing is read or fitted"))
+    ui.comparison.of(bpy.context.scene).pinned = other
+    shown = drawn(ui, ui.compare_with.MEASUREDBRDF_PT_compare_with, material)
+    texts = [entry[2] for entry in shown.drawn if entry[0] == "text"]
+    assert texts[:2] == ["A: glossy", "B: dull"]
+    place = texts.index("Coefficients")
+    values = [text for text in texts[place + 1:place + 5] if text not in "AB"]
+    assert values == counts
+    for each, albedo in ((material, values_of(texts, "Albedo %")[0]), (other, values_of(texts, "Albedo %")[1])):
+        made = tasks.kept_fit(queries.kept(each))
+        random = np.random.default_rng(4)
+        theta, phi = np.arcsin(np.sqrt(random.random(200_000))), random.random(200_000) * 2 * np.pi
+        value = np.maximum(made.evaluate(np.zeros(200_000), np.zeros(200_000), theta, phi), 0)
+        expected = np.broadcast_to(100 * np.pi * value.mean(axis=0), 3)
+        found = np.broadcast_to([float(part) for part in albedo.split()], 3)
+        np.testing.assert_allclose(found, expected, atol=0.8)
+    assert {"divide", "flipped", "theta", "pinned"} <= set(shown.fields)
+
+
+def values_of(texts, name):
+    place = texts.index(name)
+    return [text for text in texts[place + 1:place + 5] if text not in "AB"][:2]
+
+
+def test_a_damaged_shader_is_said_and_the_other_is_still_shown(ui, material, other):
+    group = next(node.node_tree for node in other.node_tree.nodes if node.type == "GROUP")
+    group.nodes["Measured BRDF Shader"].script.from_string("void")
+    ui.comparison.of(bpy.context.scene).pinned = other
+    panel = ui.compare_with.MEASUREDBRDF_PT_compare_with
+    draw(panel, material=material)
+    lanes = ui.queue._lanes
+    for lane in lanes.values():                 # as workers do: an error is an answer
+        while lane.queue:
+            question = lane.queue.pop(0)
+            try:
+                question.job.result = question.job.function(lambda *_: None)
+            except ValueError as error:
+                question.job.error = error
+            question.job.finished = 1.0
+    shown = draw(panel, material=material)
+    assert "not a shader of Measured BRDF" in shown.texts
+    assert f"{material.measured_brdf.coefficients:,}" in shown.texts
+
+
+def test_the_panels_are_shown_where_a_material_is_measured(ui, material):
+    plain = bpy.data.materials.new("plain")
+    material.measured_brdf.filepath = ""
+    for panel in ui.compare_with.classes:
+        assert panel.poll(SimpleNamespace(material=material))
+        assert not panel.poll(SimpleNamespace(material=plain))
+        assert not panel.poll(SimpleNamespace(material=None))
+
+
+def test_a_test_render_is_shown_when_it_is_there(ui, material, other, monkeypatch):
+    panel, scene = ui.compare_with.MEASUREDBRDF_PT_look, bpy.context.scene
+    assert "picture" not in draw(panel, material=material).kinds
+    key = ui.looks.key(scene, material, 256)
+    ui.looks.store(key, np.ones((256, 256, 4), np.float32))
+    shown = draw(panel, material=material)
+    assert "picture" in shown.kinds
+    assert shown.button("Render").operator == "measured_brdf.render_look"
+    ui.comparison.of(scene).pinned = other
+    shown = draw(panel, material=material)
+    assert "picture" not in shown.kinds, "the pinned one has not been rendered"
+    assert shown.button("Render Both") is not None
+    ui.looks.store(ui.looks.key(scene, other, 256), np.zeros((256, 256, 4), np.float32))
+    given = []
+    monkeypatch.setattr(ui.looks, "icon", lambda _name, _keys, picture: given.append(picture) or 1)
+    for flipped, left in ((False, 1), (True, 0)):
+        ui.comparison.of(scene).flipped = flipped
+        draw(panel, material=material)
+        assert given[-1][:, :120].min() == given[-1][:, :120].max() == left
+        assert given[-1][:, 140:].min() == given[-1][:, 140:].max() == 1 - left
