@@ -68,7 +68,8 @@ def take(name, options):
         if done.returncode or not picture.is_file():
             print(done.stdout[-3000:], done.stderr[-1000:], file=sys.stderr)
             return False
-        trim(picture, options.folder / f"{name}.png")
+        popup = picture.with_name("picture-popup.png")
+        trim(popup if popup.is_file() else picture, options.folder / f"{name}.png")
     print(options.folder / f"{name}.png")
     return True
 

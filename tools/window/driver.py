@@ -5,6 +5,8 @@
 
 # ruff: noqa: D103 (the functions are the pictures)
 
+from types import SimpleNamespace
+
 import bpy
 
 PICTURE = "panel"           # ``python -m tools.window`` puts another name here
@@ -133,14 +135,21 @@ def fitting(h):
 def samples(h):
     stage(h)
     area = h.area("VIEW_3D")
-    h.window.cursor_warp(area.x + 160, area.y + area.height - 60)
-    h.wait(1)
+    h.window.cursor_warp(area.x + 330, area.y + area.height - 240)
+    h.wait(2)
 
 
 def choose_sample(h):
     with h.override(h.area("VIEW_3D")):
         bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=CURET)
     h.wait(2)
+
+
+def shoot_popup(h):
+    """A popup closes when the pointer leaves it, as it does before the picture of an area is taken."""
+    area = h.area("VIEW_3D")
+    around = SimpleNamespace(x=area.x + 120, y=area.y + area.height - 520, width=420, height=440)
+    h.shoot("/share/extra-popup.png", around)
 
 
 def anisotropy(h):
@@ -179,6 +188,11 @@ def inspect(h):
     h.wait(20)
 
 
+def of_this_file(h):
+    h.area("FILE_BROWSER").spaces.active.params.asset_library_reference = "LOCAL"
+    h.wait(6)
+
+
 def whole(h):
     return max(h.window.screen.areas, key=lambda area: area.width * area.height)
 
@@ -195,9 +209,9 @@ PICTURES = {
     "rendering": (rendering, (to_the_end,), column),
     "moved": (moved, (), column),
     "fitting": (fitting, (), column),
-    "samples": (samples, (choose_sample,), whole),
+    "samples": (samples, (choose_sample, shoot_popup), whole),
     "anisotropy_panel": (anisotropy, (to_the_end,), column),
-    "assets": (assets, (), whole),
+    "assets": (assets, (of_this_file,), whole),
     "lobe": (lobe, (inspect,), whole),
 }
 setup, steps, crop = PICTURES[PICTURE]
