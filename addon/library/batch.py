@@ -22,6 +22,7 @@ from ..annotations import Arguments, present
 from ..jobs import process, tasks
 from ..jobs.job import Job
 from ..materials import material as materials
+from ..materials.adjustments import edit_arguments
 from ..materials.properties import Choices, fit_arguments
 from ..materials.reading import load_arguments
 from . import assets, library_file
@@ -49,12 +50,13 @@ class Progress(NamedTuple):
 
 
 class _Task(NamedTuple):
-    """A material to make, or to fit again if `replaced` names one in the open part."""
+    """A material to make, or to fit again if `replaced` names one in the open part; `edit` is what users adjusted."""
 
     path: str
     sample: str
     key: str
     replaced: str = ""
+    edit: Arguments | None = None
 
 
 class _Entry(NamedTuple):
@@ -68,6 +70,7 @@ class _Entry(NamedTuple):
     is_used: bool
     is_asset: bool
     is_named_after_data: bool
+    edit: Arguments
     row: Row
 
 
@@ -138,7 +141,7 @@ def _entries_in(part: Path) -> list[_Entry]:
     library_file.open_part(part)
     found = [_Entry(part, item.name, item.measured_brdf.asset_key, item.measured_brdf.filepath,
                     item.measured_brdf.sample, item.users > item.use_fake_user, item.asset_data is not None,
-                    _is_named_after_data(item), row(item, "up to date"))
+                    _is_named_after_data(item), edit_arguments(item.measured_brdf), row(item, "up to date"))
              for item in library_file.measured() if item.measured_brdf.asset_key]
     library_file.close()
     return found
@@ -174,7 +177,7 @@ def _plan(sources: Sequence[Source], how: Arguments, arguments: Arguments, entri
             if found is not None:
                 left.remove(found)
                 todo.remove(task)
-                planned[found.part].append(task._replace(replaced=found.name))
+                planned[found.part].append(task._replace(replaced=found.name, edit=found.edit))
     planned[None] = todo
     return planned, left
 
@@ -244,7 +247,8 @@ def _in_parallel(todo: Sequence[_Task], how: Arguments, arguments: Arguments, fo
                     function(task, job)
             while waiting and len(running) < processes:
                 task = waiting.pop()
-                job = Job(partial(tasks.asset, task.path, task.sample, arguments, str(folder), how=how))
+                job = Job(partial(tasks.asset, task.path, task.sample, arguments, str(folder), how=how,
+                                  edit=task.edit))
                 worker = idle.pop() if idle and idle[-1].is_alive() else process.Worker()
                 worker.begin(job)
                 running.append((job, task, worker))

@@ -7,17 +7,14 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
-from ...fitter import DatasetError
 from ...fitter.arrays import SingleArray
 from .. import preferences
 from ..annotations import OperatorMixIn, OperatorResult, present
-from ..jobs import tasks
+from ..jobs import queries, tasks
 from ..jobs.blender_process import Command
 from ..jobs.modal import InBackground
 from ..library import assets, library_file
 from ..materials import material as materials
-from ..materials.properties import fit_arguments
-from ..materials.reading import load_arguments
 from .active_material import active_material
 
 
@@ -125,13 +122,11 @@ preferences name, for use in other files"""
 
 
 def _thumbnail(target: bpy.types.Material) -> SingleArray | None:
-    """The lit sphere; None if the measurements cannot be read, so that Blender renders a preview."""
-    settings = target.measured_brdf
+    """The lit sphere of the fit in a material's shader; None if that is damaged, so that Blender renders a preview."""
     try:
-        data = tasks.read(bpy.path.abspath(settings.filepath), settings.sample, how=load_arguments(settings))
-    except DatasetError:
+        return tasks.kept_sphere(present(queries.kept(target)))
+    except ValueError:
         return None
-    return tasks.lit_sphere(data, fit_arguments(settings))
 
 
 def _add_library(context: bpy.types.Context, folder: Path) -> None:
