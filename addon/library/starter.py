@@ -39,10 +39,9 @@ def own_folder() -> Path:
 
 
 def is_offered(context: bpy.types.Context) -> bool:
-    """Whether the library is among the asset libraries of the preferences."""
-    mine = folder()
-    return mine is not None and any(Path(bpy.path.abspath(known.path)) == mine
-                                    for known in context.preferences.filepaths.asset_libraries)
+    """Whether the library is among the asset libraries of the preferences; reads no file."""
+    return any(known.name == NAME and Path(bpy.path.abspath(known.path)) in (SHIPPED, own_folder())
+               for known in context.preferences.filepaths.asset_libraries)
 
 
 def offer(context: bpy.types.Context, path: Path) -> None:
