@@ -9,7 +9,7 @@ import bpy
 from ..materials import material as materials
 
 _Icon = Literal["CHECKMARK", "DOT", "ERROR", "INFO", "MATERIAL"]
-_CHARACTER, _MARGIN = 5.9, 75       # pixels at a scale of 1: of a character on average, and beside texts with an icon
+_CHARACTER, _MARGIN = 5.9, 60       # pixels at a scale of 1: of a character on average, and beside texts with an icon
 _TABS = 30                  # pixels at a scale of 1: of the tabs of a sidebar
 _SHORTEST = 20              # line, characters
 _NARROW = 40                # characters: less is narrow

@@ -233,7 +233,7 @@ def test_tables_are_stacked_where_the_region_is_narrow(ui, monkeypatch):
 
 
 @pytest.mark.parametrize(("kind", "width", "scale", "expected"), [
-    ("WINDOW", 420, 1.0, 58), ("WINDOW", 420, 1.25, 44), ("WINDOW", 60, 1.0, 20), ("UI", 420, 1.0, 53)])
+    ("WINDOW", 420, 1.0, 61), ("WINDOW", 420, 1.25, 46), ("WINDOW", 60, 1.0, 20), ("UI", 420, 1.0, 55)])
 def test_text_wraps_by_the_width_of_the_region(ui, monkeypatch, kind, width, scale, expected):
     system = SimpleNamespace(system=SimpleNamespace(ui_scale=scale))
     monkeypatch.setattr(ui.layout, "bpy", SimpleNamespace(context=SimpleNamespace(
