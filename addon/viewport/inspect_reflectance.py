@@ -1,5 +1,7 @@
 """The operator that shows the lobe of a material at a spot of a surface, and lets the light be dragged."""
 
+from contextlib import suppress
+
 import bpy
 import numpy as np
 from bpy.props import EnumProperty
@@ -140,8 +142,10 @@ class Inspecting(OperatorMixIn):
         if event.type == "LEFTMOUSE" and pressed and plain:
             return inspection.press(view, frame, plot, at)
         if event.type == "LEFTMOUSE" and pressed and event.ctrl:
-            item = present(self._session.item())
-            found = surface.under_ray(item, context.evaluated_depsgraph_get(), *view.ray(at))
+            found = None
+            with suppress(RuntimeError):        # Blender has no evaluated mesh
+                found = surface.under_ray(present(self._session.item()), context.evaluated_depsgraph_get(),
+                                          *view.ray(at))
             if found is not None:
                 inspection.spot = found
                 self._session.refresh()

@@ -143,7 +143,8 @@ def draw_labels(inspection: Inspection, frame: FloatArray, view: View, scale: fl
     for place, string, color in labels:
         at = view.project(frame[:3, 3] + frame[:3, :3] @ (inspection.size * place))
         if np.isfinite(at).all():
-            shadowed(string, (at[0] + 12 * scale, at[1] - 4 * scale), _TEXT * scale, color)
+            below = 20 if color == _TANGENT else 4      # the light is often beside the tangent
+            shadowed(string, (at[0] + 12 * scale, at[1] - below * scale), _TEXT * scale, color)
 
 
 def shadowed(string: str, at: tuple[float, float], size: float, color: Color) -> None:

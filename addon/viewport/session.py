@@ -57,13 +57,17 @@ class Session:
         """Draw from now on."""
         global running
         running = self
-        add = bpy.types.SpaceView3D.draw_handler_add
-        self._handlers = [add(self._guarded(self._draw_view), (), "WINDOW", "POST_VIEW"),
-                          add(self._guarded(self._draw_pixels), (), "WINDOW", "POST_PIXEL")]
-        self._timer = context.window_manager.event_timer_add(INTERVAL, window=context.window)
-        if context.workspace is not None:
-            context.workspace.status_text_set(KEYS)
-        self.refresh()
+        try:
+            for draw, when in ((self._draw_view, "POST_VIEW"), (self._draw_pixels, "POST_PIXEL")):
+                self._handlers.append(
+                    bpy.types.SpaceView3D.draw_handler_add(self._guarded(draw), (), "WINDOW", when))
+            self._timer = context.window_manager.event_timer_add(INTERVAL, window=context.window)
+            if context.workspace is not None:
+                context.workspace.status_text_set(KEYS)
+            self.refresh()
+        except BaseException:
+            self.end()
+            raise
 
     def end(self) -> None:
         """Take away everything that is drawn; it may be called again."""

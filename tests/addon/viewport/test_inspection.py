@@ -342,6 +342,16 @@ def test_an_error_in_an_event_takes_everything_away(stage, parts, monkeypatch):
     assert gone(stage, parts)
 
 
+def test_an_error_at_the_beginning_leaves_nothing(stage, parts, monkeypatch):
+    def broken(*_):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(parts.session.queries, "of_material", broken)
+    with pytest.raises(ZeroDivisionError):
+        stage.begin()
+    assert gone(stage, parts)
+
+
 def test_an_error_in_drawing_is_told_once_and_ends_it(stage, parts, monkeypatch, capfd):
     stage.begin()
 
