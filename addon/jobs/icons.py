@@ -59,7 +59,7 @@ def _make_icon(key: Key, job: Job[_Picture]) -> None:
 
 
 def _add(key: Key, picture: SingleArray | None) -> None:
-    if _collection is None or picture is None:
+    if _collection is None or picture is None or key in _icon_ids:      # a forgotten question may be asked again
         return
     if len(_icon_ids) >= _KEPT:
         oldest = next(iter(_icon_ids))

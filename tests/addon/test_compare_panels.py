@@ -47,11 +47,12 @@ def other(material, tmp_path, glossy, write_astm):
 
 
 @pytest.fixture(scope="module")
-def fits(glossy):
-    """What each preset makes of the samples, worked out apart from the extension."""
-    made = {name: fitter.fit(glossy, **preset) for name, preset in PRESETS.items()}
+def fits(glossy, write_astm, tmp_path_factory):
+    """What each preset makes of the samples in the file, worked out apart from the extension."""
+    samples = fitter.load(write_astm(tmp_path_factory.mktemp("fits") / "glossy.astm", glossy))
+    made = {name: fitter.fit(samples, **preset) for name, preset in PRESETS.items()}
     return {name: (f"{fit.coefficient_count:,} coefficients", f"{fit.nbytes / 1000:,.0f} KB",
-                   f"RMSE {fitter.error_metrics(glossy.values, fit.evaluate(*glossy.directions)).rmse:.3g}")
+                   f"RMSE {fitter.error_metrics(samples.values, fit.evaluate(*samples.directions)).rmse:.3g}")
             for name, fit in made.items()}
 
 
@@ -156,7 +157,7 @@ def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(ui,
         made = tasks.kept_fit(queries.kept(each))
         random = np.random.default_rng(4)
         theta, phi = np.arcsin(np.sqrt(random.random(200_000))), random.random(200_000) * 2 * np.pi
-        value = np.maximum(made.evaluate(np.zeros(200_000), np.zeros(200_000), theta, phi), 0)
+        value = np.maximum(made.evaluate(theta, phi, np.zeros(200_000), np.zeros(200_000)), 0)
         expected = np.broadcast_to(100 * np.pi * value.mean(axis=0), 3)
         found = np.broadcast_to([float(part) for part in albedo.split()], 3)
         np.testing.assert_allclose(found, expected, atol=0.8)

@@ -48,7 +48,7 @@ def test_figures_are_counted_and_integrated(comparisons, kept, fits, random):
     for each, fit in zip(kept, fits, strict=True):
         found = comparisons.figures(each)
         assert (found.coefficients, found.nbytes) == (fit.coefficient_count, fit.nbytes)
-        brute = np.pi * np.maximum(fit.evaluate(np.zeros(n), np.zeros(n), theta, phi), 0).mean(axis=0)
+        brute = np.pi * np.maximum(fit.evaluate(theta, phi, np.zeros(n), np.zeros(n)), 0).mean(axis=0)
         np.testing.assert_allclose(found.albedo, brute, rtol=0.01)
 
 
