@@ -40,6 +40,11 @@ def held_out(measured: tasks.Data, arguments: Arguments) -> Job[float]:
     return queue.ask(_key("held out", measured, arguments), partial(tasks.held_out_of, measured, arguments), "slow")
 
 
+def tell_fit(measured: tasks.Measured, arguments: Arguments, found: tasks.Fitted) -> None:
+    """Answer the question for a fit that an operator has made."""
+    queue.tell(_key("fit", measured, arguments), found)
+
+
 def known_fit(path: str, sample: str, how: Arguments, arguments: Arguments) -> tuple[str, tasks.Fitted] | None:
     """A fit that a panel has asked for before, with the digest of its measurements; else None."""
     measured = queue.known(_data_key(path, sample, how))
@@ -156,5 +161,5 @@ def _data_key(path: str, sample: str, how: Arguments) -> tuple[str, ...]:
     return "data", path, sample, tasks.freeze(how)
 
 
-def _key(kind: str, measured: tasks.Data, arguments: Arguments) -> tuple[str, str, str]:
+def _key(kind: str, measured: tasks.Data | tasks.Measured, arguments: Arguments) -> tuple[str, str, str]:
     return kind, measured.digest, tasks.freeze(arguments)

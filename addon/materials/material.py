@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -272,14 +272,23 @@ def rendering_of(material: bpy.types.Material) -> str:
 
 
 def use_rendering(material: bpy.types.Material, rendering: str) -> None:
-    """Choose how all measured BRDFs of a material are rendered."""
-    mixes = [node for node in present(material.node_tree).nodes
-             if node.type == "GROUP" and mix_group.is_mix(node.node_tree)]
-    for node in [*group_nodes(material), *mixes]:
+    """Choose how all measured BRDFs of a material are rendered, also those inside of node groups."""
+    for node in _measured_nodes(present(material.node_tree)):
         for name, value in (("Exact", rendering != FAST), ("Nodes", rendering == NODES)):
             if name in node.inputs:             # version 0.1.0 had no Nodes
                 node.inputs[name].default_value = value
     material.measured_brdf.rendering = rendering
+
+
+def _measured_nodes(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
+    """The nodes that hold a measured BRDF or a mix of some, also inside of the node groups of this file."""
+    for node in tree.nodes:
+        if node.type != "GROUP" or node.node_tree is None:
+            continue
+        if node_group.script_node(node.node_tree) is not None or mix_group.is_mix(node.node_tree):
+            yield node
+        elif node.node_tree.is_editable:
+            yield from _measured_nodes(node.node_tree)
 
 
 def tangent_input(material: bpy.types.Material) -> bpy.types.NodeSocket | None:

@@ -112,6 +112,19 @@ def sentence(found: Rendered, chosen: str) -> str:
     return f"{brief(found, chosen)}: {misplaced}"
 
 
+def advice(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
+    """How a material is rendered in a scene, and how it would be rendered exactly; empty if it is as was chosen."""
+    found, chosen = in_scene(material, scene), materials.rendering_of(material)
+    if not found.why and found.how not in (FORMER, OTHER):
+        return ""
+    text = f"{brief(found, chosen)}, an approximation" if found.how == NODES else brief(found, chosen)
+    if found.can_enable:
+        return f"{text}. Enable OSL in its panel renders it exactly"
+    if found.how == NODES and not osl_support.missing() and chosen != NODES:
+        return f"{text}. The CPU, with OSL on, renders it exactly"
+    return text
+
+
 def summary(scene: bpy.types.Scene) -> str:
     """What a render without a window says, in one line; empty without measured materials."""
     used = [item for item in bpy.data.materials if item.users > item.use_fake_user

@@ -13,12 +13,13 @@ from bpy_extras.io_utils import ImportHelper
 
 from ...fitter import DatasetError, SampleUnknownError, UnitsUnknownError
 from ...fitter.formats import EXTENSIONS, FORMAT_NAMES, list_samples
+from ...fitter.quality import verdict
 from .. import preferences
 from ..annotations import OperatorResult, present
-from ..jobs import process, tasks
+from ..jobs import process, queries, tasks
 from ..jobs.modal import InBackground, Steps
 from ..library.discovery import GLOB
-from ..materials import compiler, material
+from ..materials import compiler, material, rendered
 from ..materials.properties import CHOICES, LEVELS, READING, FitChoices, fit_arguments, use_preset
 from ..materials.reading import draw_reading, load_arguments
 from . import tabs, targets
@@ -66,6 +67,7 @@ class MakesMaterials(HasTarget, InBackground):
 
     def apply(self, context: bpy.types.Context, prepared: _Prepared) -> None:
         made: list[bpy.types.Material] = []
+        outcomes = [outcome for _, _, outcome, _ in prepared if not isinstance(outcome, Exception)]
         failed = [outcome for _, _, outcome, _ in prepared if isinstance(outcome, Exception)]
         if len(failed) == len(prepared):
             raise failed[0]
@@ -76,15 +78,18 @@ class MakesMaterials(HasTarget, InBackground):
                 made.append(material.create(outcome, choices, context, shader))
         for item in made[1:]:
             item.use_fake_user = True           # without a user, Blender does not save it
-        target = targets.Target(self.target, self.slot)
-        if why := targets.assign(target, made[0]):
+        queries.tell_fit(outcomes[0].measured, fit_arguments(choices), outcomes[0].fitted)
+        told = f"{len(made)} materials; {len(failed)} files failed"
+        if len(made) == 1:
+            told = f"{made[0].name}: {verdict.sentence(outcomes[0].verdict)}"
+        how = rendered.advice(made[0], present(context.scene))
+        # last, because it is the only change that is not taken back on an error
+        if why := targets.assign(targets.Target(self.target, self.slot), made[0]):
             made[0].use_fake_user = True
             self.report({"WARNING"}, f"{made[0].name} is not assigned: {why}")
         for error in failed:
             self.report({"WARNING"}, str(error))
-        first = made[0].measured_brdf
-        self.report({"INFO"}, f"{made[0].name}: {first.coefficients:,} coefficients, RMSE {first.rmse:.3g}"
-                    if len(made) == 1 else f"{len(made)} materials; {len(failed)} files failed")
+        self.report({"INFO"}, f"{told}. {how}" if how else told)
         if self.options.is_invoke:
             tabs.show_first(context, made)
 

@@ -62,7 +62,7 @@ class Drop(operators.import_data.MakesMaterials):
     preset, use_tolerance, filepath, sample, tolerance = "Paper", False, "", "", 1.0
     rendering = "AUTO"
     angles, quantity, illuminant, isotropic, symmetry, encoding = "auto", "auto", "D65", "auto", "auto", "raw"
-    target, slot = 0, -1
+    target, slot, options = 0, -1, SimpleNamespace(is_invoke=False)
     directory, files = str(folder), [SimpleNamespace(name="2.astm"), SimpleNamespace(name="3.astm")]
     diffuse_level, specular_level, compression, _timer = 2, 3, 80.0, None
 

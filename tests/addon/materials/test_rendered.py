@@ -247,3 +247,47 @@ def test_eevee_shows_about_as_much_light_as_cycles(write_astm, glossy, tmp_path)
     cycles, eevee = map(float, found.stdout.split("MEANS")[1].split()[:2])
     assert cycles > 0.01
     assert eevee == pytest.approx(cycles, rel=0.1)
+
+
+def test_an_import_says_in_words_what_it_is_worth_and_how_it_is_rendered(scene, imported, monkeypatch, capfd):
+    from measured_brdf.addon.materials import osl_support
+    from measured_brdf.addon.scene import device as devices
+
+    def told():
+        capfd.readouterr()
+        imported()
+        return next(line for line in capfd.readouterr().out.splitlines() if line.startswith("Info: "))
+
+    exact = told()
+    assert "Matches the measurements: " in exact
+    assert "coefficients" not in exact
+    assert "endered" not in exact, "as was chosen"
+    scene.cycles.shading_system = False
+    assert told().endswith("Rendered by nodes, because OSL is off, an approximation. Enable OSL in its panel renders "
+                           "it exactly")
+    scene.render.engine = "BLENDER_EEVEE" if bpy.app.version >= (5, 0, 0) else "BLENDER_EEVEE_NEXT"
+    assert "Rendered by nodes, because the engine is EEVEE, an approximation. Enable OSL in its panel" in told()
+    scene.render.engine = "CYCLES"
+    with monkeypatch.context() as patch:
+        patch.setattr(devices, "effective_device", lambda scene: "CUDA")
+        assert told().endswith("because Cycles has no OSL on CUDA devices, an approximation. The CPU, with OSL on, "
+                               "renders it exactly")
+    monkeypatch.setattr(osl_support, "missing", lambda: "no OSL")
+    assert told().endswith("because this Blender was built without OSL, an approximation")
+
+
+def test_a_choice_is_for_all_groups_of_a_material_and_for_those_inside_of_others(scene, imported):
+    material = imported()
+    tree = material.node_tree
+    first = next(node for node in tree.nodes if node.type == "GROUP")
+    second = tree.nodes.new("ShaderNodeGroup")
+    second.node_tree = first.node_tree
+    outer = bpy.data.node_groups.new("mine", "ShaderNodeTree")
+    inner = outer.nodes.new("ShaderNodeGroup")
+    inner.node_tree = first.node_tree
+    tree.nodes.new("ShaderNodeGroup").node_tree = outer
+    tree.nodes.new("ShaderNodeGroup")           # of no tree
+    for choice, exact, nodes in (("FAST", False, False), ("NODES", True, True), ("EXACT", True, False)):
+        assert bpy.ops.measured_brdf.use_method(method=choice) == {"FINISHED"}
+        assert [(node.inputs["Exact"].default_value, node.inputs["Nodes"].default_value)
+                for node in (first, second, inner)] == [(exact, nodes)] * 3

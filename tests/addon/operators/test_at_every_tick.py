@@ -39,13 +39,13 @@ def driven(cls, base, **attributes):
     made = type("Driven", (base,), own)()
     made.reports = []
     made.report = lambda kind, text: made.reports.append((kind, text))
-    for name, value in (CHOICES | {"_timer": None} | attributes).items():
+    for name, value in (CHOICES | {"_timer": None, "options": SimpleNamespace(is_invoke=False)} | attributes).items():
         setattr(made, name, value)
     return made
 
 
 def tick(operator):
-    context = SimpleNamespace(object=bpy.context.object, material=None, workspace=None,
+    context = SimpleNamespace(object=bpy.context.object, scene=bpy.context.scene, material=None, workspace=None,
                               evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
                               window_manager=SimpleNamespace(event_timer_remove=lambda timer: None))
     return operator.modal(context, SimpleNamespace(type="TIMER", value="NOTHING"))
