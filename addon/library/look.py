@@ -81,7 +81,7 @@ def answer(folder: Path, report: Report) -> None:
     report(0.0, "Opening")
     request = Request(**json.loads((folder / _REQUEST).read_text("utf-8")))
     with bpy.data.libraries.load(str(folder / SOURCE), link=False) as (_, target):
-        target.materials, target.worlds = request.materials, [request.world] if request.world else []
+        target.materials, target.worlds = list(request.materials), [request.world] if request.world else []
     if None in (*target.materials, *target.worlds):
         raise ValueError(f"{folder / SOURCE}: expected {', '.join(filter(None, (*request.materials, request.world)))}")
     world = target.worlds[0] if request.world else None

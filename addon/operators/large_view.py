@@ -88,7 +88,9 @@ class MEASUREDBRDF_OT_large_view(InBackground, bpy.types.Operator):
         picture = result
         if self._look is not None:
             rendered = self._look.store()
-            picture = rendered[0] if len(rendered) == 1 else split(*rendered[::-1 if self._flipped else 1], self._at)
+            picture, other = rendered[0], rendered[-1]
+            if len(rendered) > 1:
+                picture = split(*((other, picture) if self._flipped else (picture, other)), self._at)
         show(context, picture)
 
 

@@ -81,7 +81,9 @@ class MEASUREDBRDF_PT_look(MeasuredPanel, bpy.types.Panel):
                      icon="RENDER_STILL")
         if len(known) < len(wanted):
             return
-        picture = known[0] if other is None else split(*known[::-1 if chosen.flipped else 1], chosen.divide)
+        picture = known[0]
+        if other is not None:
+            picture = split(*((known[1], picture) if chosen.flipped else (picture, known[1])), chosen.divide)
         name = "look" if other is None else f"looks {chosen.flipped} {chosen.divide:.2f}"
         layout.template_icon(icon_value=looks.icon(name, keys, picture), scale=picture_scale(context, 1, 16))
         if other is not None:

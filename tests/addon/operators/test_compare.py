@@ -185,7 +185,7 @@ def test_a_split_sphere_without_a_pinned_material_says_what_to_do(one):
 def test_the_large_view_is_not_saved(one, tmp_path):
     bpy.ops.measured_brdf.large_view(kind="POLAR")
     assert bpy.data.images["Measured BRDF View"].users == 0
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"), copy=True)
     with bpy.data.libraries.load(str(tmp_path / "saved.blend")) as (names, _):
         assert list(names.images) == []
         assert list(names.materials) == ["one", "two"]
@@ -198,7 +198,7 @@ def test_a_large_view_that_the_user_has_taken_into_the_file_is_kept(one, tmp_pat
     bpy.ops.measured_brdf.large_view(kind="SPHERE")
     assert len(bpy.data.images) == 2
     np.testing.assert_array_equal(pixels(), taken)
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"), copy=True)
     with bpy.data.libraries.load(str(tmp_path / "saved.blend")) as (names, _):
         assert list(names.images) == ["Measured BRDF View"]
 
