@@ -14,7 +14,7 @@ classes = (
     pictures.MEASUREDBRDF_PT_pictures,
     comparison.MEASUREDBRDF_PT_compare, *compare_with.classes, rendering.MEASUREDBRDF_PT_rendering,
     details.MEASUREDBRDF_PT_settings, details.MEASUREDBRDF_PT_details, measurements.MEASUREDBRDF_PT_data,
-    *library.classes, fit.MEASUREDBRDF_PT_sidebar, *inspect.classes)
+    *library.classes, fit.MEASUREDBRDF_PT_sidebar, adjust.MEASUREDBRDF_PT_adjust_sidebar, *inspect.classes)
 
 
 def register() -> None:

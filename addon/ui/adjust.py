@@ -6,23 +6,24 @@ from ..annotations import present
 from ..materials import material as materials
 from ..materials.adjustments import edit_arguments
 from ..materials.properties import is_as_adjusted
+from ..operators.active_material import active_material
 from ..operators.adjust import MEASUREDBRDF_OT_adjust
 from .layout import MaterialPanel
 
 
-class MEASUREDBRDF_PT_adjust(MaterialPanel, bpy.types.Panel):
-    """Diffuse part, highlight and a coat; exact in every rendering"""
+class _Adjust:
+    """What the panels in the material tab and in the sidebar share."""
 
     bl_label = "Adjust"
-    bl_parent_id = "MEASUREDBRDF_PT_material"
     bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.material is not None and materials.is_measured(context.material)
+        material = active_material(context)
+        return material is not None and materials.is_measured(material)
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, material = present(self.layout), present(context.material)
+        layout, material = present(self.layout), present(active_material(context))
         settings = material.measured_brdf
         layout.use_property_split = True
         layout.use_property_decorate = False
@@ -42,3 +43,18 @@ class MEASUREDBRDF_PT_adjust(MaterialPanel, bpy.types.Panel):
         back = row.row(align=True)
         back.enabled = bool(edit_arguments(settings)) or not is_as_adjusted(settings)
         back.operator(MEASUREDBRDF_OT_adjust.bl_idname, text="As Measured", icon="LOOP_BACK").reset = True
+
+
+class MEASUREDBRDF_PT_adjust(_Adjust, MaterialPanel, bpy.types.Panel):
+    """Diffuse part, highlight and a coat; exact in every rendering"""
+
+    bl_parent_id = "MEASUREDBRDF_PT_material"
+
+
+class MEASUREDBRDF_PT_adjust_sidebar(_Adjust, bpy.types.Panel):
+    """Diffuse part, highlight and a coat; exact in every rendering"""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Measured BRDF"
+    bl_parent_id = "MEASUREDBRDF_PT_sidebar"

@@ -12,6 +12,7 @@ from ..jobs import modal, queries, tasks
 from ..jobs.job import Job
 from ..materials import material as materials
 from ..materials import rendered
+from ..materials.adjustments import edit_arguments
 from ..materials.properties import is_as_fitted, is_preset, name_of_fit
 from ..materials.reading import draw_reading, other_colours, scene_colours
 from ..operators import assets, fit, import_data, local, presets, samples, update
@@ -125,7 +126,8 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
         draw_warning(layout, str(job.error))
     column = layout.column(align=True)
     row = column.row()
-    draw_wrapped(row, f"{settings.name_of_data}: {name_of_fit(settings)}", "MATERIAL")
+    adjusted = ", adjusted" if edit_arguments(settings) else ""
+    draw_wrapped(row, f"{settings.name_of_data}: {name_of_fit(settings)}{adjusted}", "MATERIAL")
     row.operator("wm.url_open", text="", icon="HELP", emboss=False).url = manual.url()
     text, is_well = worth(settings)
     if text:

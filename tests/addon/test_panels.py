@@ -253,6 +253,17 @@ def test_the_sidebar_shows_what_the_material_tab_shows(ui, material):
         "VIEW_3D", "Measured BRDF")
 
 
+def test_the_sidebar_has_what_can_be_adjusted(ui, material):
+    from measured_brdf.addon.ui import adjust
+
+    assert adjust.MEASUREDBRDF_PT_adjust_sidebar.poll(bpy.context)
+    sidebar = draw(adjust.MEASUREDBRDF_PT_adjust_sidebar)
+    assert "highlight_gain" in sidebar.fields
+    assert sidebar.fields == draw(adjust.MEASUREDBRDF_PT_adjust, material=material).fields
+    material.measured_brdf.highlight_gain = 0.5
+    assert "glossy: (2,4,80), adjusted" in drawn(ui, ui.fit.MEASUREDBRDF_PT_sidebar, None).texts
+
+
 @pytest.mark.parametrize("word", ["Import", "Fit", "Compare", "Convert", "Mix"])
 def test_searching_finds_what_can_be_done(ui, word):
     """F3 finds what is in the menus of the editors that are open, and no INTERNAL operator."""
