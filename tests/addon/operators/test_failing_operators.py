@@ -21,8 +21,8 @@ QUIET = ("annotations.py", "transaction.py", "tasks.py", "process.py", "queue.py
 # its functions are called hundreds of times, in one transaction: a few of each will do
 REPEATED, MOST_REPEATED = "closure_nodes.py", 2
 # these change nothing, and Blender calls them before an operator begins and after it has ended
-OUTSIDE = ("poll", "is_editable", "is_measured", "group_node", "script_node", "active_material", "execute", "run",
-           "_path", "_failed", "_on_change")
+OUTSIDE = ("poll", "is_editable", "can_change", "is_measured", "group_node", "script_node", "active_material",
+           "execute", "run", "_path", "_failed", "_on_change")
 
 
 class InjectedError(Exception):
@@ -84,6 +84,7 @@ OPERATIONS = {
     "refit": lambda folder: bpy.ops.measured_brdf.fit(),
     "fit with a preset": lambda folder: bpy.ops.measured_brdf.fit(preset="Paper"),
     "find file": lambda folder: bpy.ops.measured_brdf.find_file(filepath=str(folder / "b.astm")),
+    "use published": lambda folder: bpy.ops.measured_brdf.use_published(name="pink-felt"),
     "save asset": lambda folder: bpy.ops.measured_brdf.save_asset(),
     "update": lambda folder: bpy.ops.measured_brdf.update_materials(),
     "adjust": lambda folder: bpy.ops.measured_brdf.adjust(),
