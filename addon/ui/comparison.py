@@ -48,8 +48,9 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
         shown = {name: _shown(material, data, kept, name) for name in _CHEAPEST_FIRST}
         columns = 2 if is_narrow(_FOUR_ABREAST) else 4
         grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True)
+        can_choose = material.is_editable and material.override_library is None
         for name in PRESET_DESCRIPTIONS:
-            _draw_preset(grid, name, shown[name], picture_scale(context, columns), material.is_editable)
+            _draw_preset(grid, name, shown[name], picture_scale(context, columns), can_choose)
         layout.label(text="RMSE at the samples, and at held-out ones (1/sr)")
 
 
