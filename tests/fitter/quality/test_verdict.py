@@ -1,0 +1,101 @@
+"""The verdict on a fit: errors as the eye sees them, grades, and words."""
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.methods import prior, regression_kriging
+from fitter.quality import verdict
+from fitter.quality.verdict import UNKNOWN, Verdict
+from fitter.samples import Samples
+
+
+def white(values, theta_o=0.3):
+    """Samples of a white surface, of these values relative to it after the cosine of the outgoing angle."""
+    values = np.asarray(values, dtype=float)
+    angles = [np.full(len(values), angle) for angle in (0.2, 0.0, theta_o, 2.0)]
+    return Samples(*angles, (values / np.pi / np.cos(theta_o))[:, None])
+
+
+@pytest.mark.parametrize(("measured", "predicted", "expected"), [
+    (0.125, 0.216, 10.0), (1.0, 1.0, 0.0), (0.0, 0.001, 10.0), (0.0, -0.5, 0.0), (27.0, 1000.0, 0.0),
+    (1.0, 1000.0, 100.0)])
+def test_steps_are_those_of_cube_roots_as_far_as_screens_show_them(measured, predicted, expected):
+    samples = white([measured])
+    assert verdict.steps(samples, white([predicted]).values) == pytest.approx(expected)
+
+
+def test_steps_do_not_depend_on_how_many_samples_agree_in_kind():
+    assert verdict.steps(white([0.125] * 7), white([0.216] * 7).values) == pytest.approx(10.0)
+    assert verdict.steps(white([0.125, 1]), white([0.216, 1]).values) == pytest.approx(10 / np.sqrt(2))
+
+
+def test_a_step_is_about_that_of_lightness():
+    """Of CIELAB, L* = 116 Y^(1/3) - 16."""
+    grey, lighter = 0.18, 0.20
+    expected = 116 * (np.cbrt(lighter) - np.cbrt(grey))
+    assert verdict.steps(white([grey]), white([lighter]).values) == pytest.approx(expected, rel=0.2)
+
+
+def test_a_fit_of_what_it_can_hold_is_excellent_everywhere(random):
+    theta_i, theta_o = 1.2 * np.sqrt(random.random((2, 300)))
+    samples = Samples(theta_i, 0 * theta_i, theta_o, np.pi * random.random(300), np.full((300, 1), 0.1))
+    made = prior.lambertian(np.array([[0.1]]))
+    found = verdict.of(samples, made, verdict.unseen(samples, lambda part: prior.lambertian(part.values)))
+    assert (found.match, found.between) == pytest.approx((0, 0), abs=1e-9)
+    assert found.farthest == pytest.approx(np.degrees(max(theta_i.max(), theta_o.max())))
+    assert verdict.is_well(found)
+
+
+def test_what_a_fit_has_not_seen_is_predicted_not_repeated(random):
+    """A model that knows its samples by heart, and is black elsewhere."""
+    class ByHeart:
+        def __init__(self, seen):
+            self.seen = dict(zip(seen.theta_o.tolist(), seen.values[:, 0].tolist(), strict=True))
+
+        def evaluate(self, theta_i, phi_i, theta_o, phi_o):
+            return np.array([[self.seen.get(angle, 0.0)] for angle in np.asarray(theta_o).tolist()])
+
+    theta_o = random.random(50)
+    samples = Samples(0 * theta_o, 0 * theta_o, theta_o, 0 * theta_o, (1 / np.pi / np.cos(theta_o))[:, None])
+    assert verdict.steps(samples, ByHeart(samples).evaluate(*samples.directions)) == 0
+    assert verdict.unseen(samples, ByHeart) == pytest.approx(100)
+
+
+def test_one_sample_says_nothing_of_others():
+    assert verdict.unseen(white([0.5]), lambda part: prior.lambertian(part.values)) == UNKNOWN
+
+
+def test_no_fit_is_better_between_its_samples_than_at_them():
+    found = verdict.of(white([0.125, 0.125]), prior.lambertian(np.array([[1.0]])), 0.1)
+    assert found.between == found.match > 1
+
+
+def test_kriging_predicts_a_sample_from_the_others_alone(glossy, random):
+    some = fitter.Samples(*(angle[:150] for angle in glossy.directions), glossy.values[:150, :1])
+    spoiled = some.values.copy()
+    spoiled[7] *= 3
+    plain, other = (regression_kriging.Estimate(fitter.Samples(*some.directions, values))
+                    for values in (some.values, spoiled))
+    assert plain.left_out.shape == some.values.shape
+    # its own value enters the prior alone, which all samples have
+    assert abs(other.left_out[7] / plain.left_out[7] - 1) < 0.5
+    assert verdict.steps(some, plain.left_out) < 10
+
+
+@pytest.mark.parametrize(("found", "text"), [
+    (Verdict(1.0, 2.0, 90.0, 5.0), "Matches the measurements: excellent. Between them: excellent"),
+    (Verdict(1.01, 2.01, 90.0, 5.0), "Matches the measurements: good. Between them: good"),
+    (Verdict(3.01, 4.01, 90.0, 25.0), "Matches the measurements: fair. Between them: fair"),
+    (Verdict(6.01, 8.01, 70.4, 30.0), "Matches the measurements: poor. Between them: poor, uncertain beyond 70 degrees "
+                                      "and in gaps of up to 30 degrees"),
+    (Verdict(0.1, UNKNOWN, 70, 5.0), "Matches the measurements: excellent. Between them: uncertain beyond 70 degrees"),
+    (Verdict(0.1, UNKNOWN, 90.0, 5.0), "Matches the measurements: excellent. Between them: not judged")])
+def test_the_verdict_in_words(found, text):
+    assert verdict.sentence(found) == text
+
+
+@pytest.mark.parametrize(("match", "between", "well"), [
+    (0.5, 0.5, True), (3.0, 4.0, True), (0.5, UNKNOWN, True), (3.1, 3.1, False), (0.5, 4.1, False)])
+def test_well_is_at_least_good(match, between, well):
+    assert verdict.is_well(Verdict(match, between, 90.0, 5.0)) is well
