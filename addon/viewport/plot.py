@@ -155,13 +155,7 @@ def dashes(points: FloatArray, dash: float, gap: float) -> FloatArray:
 
 
 def shown_value(value: float) -> str:
-    """A value for people, 1/sr.
-
-    Examples
-    --------
-    >>> [shown_value(value) for value in (0.0, 0.001234, 0.1, 12.345, 1234.5)]
-    ['0', '0.00123', '0.1', '12.3', '1230']
-    """
+    """A value for people, 1/sr: three digits."""
     if value == 0:
         return "0"
     digits = 2 - math.floor(math.log10(abs(value)))

@@ -74,6 +74,13 @@ def test_rings_have_values_of_one_digit_and_lie_where_such_values_do(plot, radiu
     assert max(np.diff([length for _, length in found])) < -0.1, "their labels do not overlap"
 
 
+@pytest.mark.parametrize(("value", "shown"), [
+    (0.0, "0"), (0.001234, "0.00123"), (0.1, "0.1"), (12.345, "12.3"), (1234.5, "1230"), (-0.02, "-0.02"),
+    (1.2345e-9, "1.2e-09")])
+def test_values_are_shown_with_three_digits(plot, value, shown):
+    assert plot.shown_value(value) == shown
+
+
 def test_dashes_cover_their_share_of_a_line_and_lie_on_it(plot):
     turn = np.linspace(0, math.pi, 400)
     arc = 50 * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
