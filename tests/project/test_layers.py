@@ -9,7 +9,7 @@ from support.checkout import ROOT
 # from low to high; parts of one layer do not import one another
 FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files", "progress"), ("samples",),
           ("coordinates", "lattice"), ("model",), ("quality", "published"), ("methods",), ("presets",),
-          ("cycles", "formats", "lobe", "pictures"), ("packed_picture",), ("__init__",), ("report",),
+          ("cycles", "formats", "lobe", "pictures"), ("packed_picture", "swatch"), ("__init__",), ("report",),
           ("cli",), ("__main__",))
 ADDON = (("annotations", "data_sources", "manual", "versions"), ("transaction",), ("scene",), ("materials",),
          ("preferences",), ("jobs",), ("library",), ("operators",), ("viewport",), ("ui",), ("command",), ("__init__",))
