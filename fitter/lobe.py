@@ -69,7 +69,7 @@ def lobe_surface(model: Reflectance, theta_i: float, phi_i: float = 0.0, rows: i
 
     >>> from .methods import prior
     >>> lobe = lobe_surface(prior.lambertian(np.array([[0.3]])), 0.5, radius="linear")
-    >>> np.linalg.norm(lobe.vertices, axis=1).round(6).min(), lobe.normals[0].round(6).tolist()
+    >>> float(np.linalg.norm(lobe.vertices, axis=1).round(6).min()), lobe.normals[0].round(6).tolist()
     (0.3, [0.0, 0.0, 1.0])
     """
     theta = _about(theta_i, np.pi / 2, rows)
