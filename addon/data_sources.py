@@ -31,14 +31,10 @@ class DataSource(NamedTuple):
     files: str
 
     @property
-    def title(self) -> str:
-        """Name and owner."""
-        return f"{self.name}: {self.owner}"
-
-    @property
     def facts(self) -> tuple[str, ...]:
         """What users should know, a line each."""
-        return (f"Licence: {self.licence}", f"Size: {self.size}", f"Files: {self.files}", f"Good for {self.good_for}")
+        return (f"By {self.owner}", f"Licence: {self.licence}", f"Size: {self.size}", f"Files: {self.files}",
+                f"Good for {self.good_for}")
 
 
 SOURCES = (

@@ -62,7 +62,7 @@ class MeasuredPreferences(bpy.types.AddonPreferences):
         if body is not None:
             for source in SOURCES:
                 column = body.column(align=True)
-                column.operator("wm.url_open", text=source.title, icon="URL").url = source.url
+                column.operator("wm.url_open", text=source.name, icon="URL").url = source.url
                 for text in source.facts:
                     column.label(text=text)
         manual.draw_link(layout)

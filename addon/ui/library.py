@@ -71,7 +71,7 @@ class _Sources(_StartPanel):
         layout = present(self.layout)
         for source in SOURCES:
             column = layout.column(align=True)
-            column.operator("wm.url_open", text=source.title, icon="URL").url = source.url
+            column.operator("wm.url_open", text=source.name, icon="URL").url = source.url
             for text in source.facts:
                 draw_wrapped(column, text, "DOT")
 

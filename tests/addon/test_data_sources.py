@@ -10,7 +10,7 @@ def test_each_source_is_complete_and_in_the_manual(extension):
     manual = (ROOT / "docs" / "manual.md").read_text("utf-8")
     for source in SOURCES:
         assert source.url.startswith(("https://", "http://"))
-        assert len(source.facts) == 4
+        assert len(source.facts) == 5
         row = next(line for line in manual.splitlines() if line.startswith(f"| [{source.name}]({source.url})"))
         for text in (source.owner, source.licence, source.size, source.good_for):
             assert text, source.name
