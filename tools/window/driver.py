@@ -74,7 +74,7 @@ def panel(h):
 def compare(h):
     stage(h, "compare")
     import_sample()
-    h.wait(40)
+    h.wait(110)
 
 
 def compare_with(h):
@@ -155,7 +155,7 @@ def shoot_popup(h):
 def anisotropy(h):
     stage(h, "pictures", "rendering")
     import_sample("", STEEL)
-    h.wait(25)
+    h.wait(90)
 
 
 def assets(h):
