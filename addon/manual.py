@@ -24,8 +24,10 @@ TOPICS: tuple[tuple[str, str], ...] = (
     *((f"{_OPERATORS}{name}", "manual#get-data-in") for name in
       ("browse", "import_data", "import_folder", "choose_sample")),
     (f"{_OPERATORS}say_units", "formats#if-the-file-does-not-say"),
-    *((f"{_OPERATORS}{name}", "manual#fit") for name in ("fit", "cancel", "adjust", "mix", "add_node")),
+    *((f"{_OPERATORS}{name}", "manual#fit") for name in ("fit", "cancel")),
     *((f"{_OPERATORS}{name}", "manual#compare") for name in ("pin", "render_look", "large_view")),
+    (f"{_OPERATORS}adjust", "manual/adjusting#adjust-and-mix"),
+    *((f"{_OPERATORS}{name}", "manual/adjusting#mix-measured-materials") for name in ("mix", "add_node")),
     (f"{_OPERATORS}use_preset", "manual#choose-what-it-may-cost"),
     *((f"{_OPERATORS}{name}", "manual/engines#choose") for name in ("enable_osl", "use_method")),
     *((f"{_OPERATORS}{name}", "manual#render") for name in ("check_scene", "fix_setting")),
@@ -39,6 +41,8 @@ TOPICS: tuple[tuple[str, str], ...] = (
     *((f"{_MATERIAL}{name}", "manual#get-data-in") for name in ("filepath", "sample")),
     (f"{_MATERIAL}shown_*", "manual#look-before-you-fit"),
     (f"{_MATERIAL}rendering", "manual/engines#choose"),
+    *((f"{_MATERIAL}{name}", "manual/adjusting#adjust-and-mix") for name in
+      ("diffuse_gain", "diffuse_tint", "highlight_*", "coat*")),
     (f"{_MATERIAL}*", "manual#choose-what-it-may-cost"),
     ("bpy.types.measuredcomparison.*", "manual#compare"),
     (f"{_PREFERENCES}*", "manual#preferences"),
