@@ -15,6 +15,7 @@ DATA := $(or $(MEASURED_BRDF_DATA),../shared/data)
 MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
+.DELETE_ON_ERROR:
 .PHONY: demo test test-matrix test-mitsuba test-slurm fuzz stability mutants lint bench bench-scale held-out dense report \
 	results zip docs title gallery clean
 
