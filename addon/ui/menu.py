@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..operators import assets, checks, compare, fit, folders, import_data, mix, rendering, update
+from ..operators import assets, checks, compare, fit, folders, import_data, large_view, mix, rendering, update
 from ..viewport import inspect_reflectance
 
 # what it says, for those that are called something else on a button
@@ -13,6 +13,8 @@ _ENTRIES: tuple[tuple[type[bpy.types.Operator], str], ...] = (
     (fit.MEASUREDBRDF_OT_fit, "Fit Measured BRDF Again"),
     (inspect_reflectance.MEASUREDBRDF_OT_inspect, "Inspect Reflectance of Measured BRDF"),
     (compare.MEASUREDBRDF_OT_pin, "Compare with This Measured BRDF"),
+    (compare.MEASUREDBRDF_OT_render_look, "Test Render of Measured BRDF"),
+    (large_view.MEASUREDBRDF_OT_large_view, "Large View of Measured BRDF..."),
     (mix.MEASUREDBRDF_OT_mix, "Mix Measured BRDFs..."),
     (update.MEASUREDBRDF_OT_update_materials, "Update Measured BRDFs"),
     (assets.MEASUREDBRDF_OT_save_asset, "Save Measured BRDF to Asset Library"),
