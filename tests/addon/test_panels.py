@@ -352,3 +352,17 @@ def test_only_the_import_of_a_user_leads_to_the_tab(blender, file, monkeypatch):
     outcome = tasks.outcome(str(file), "", {"diffuse_level": 1, "specular_level": None})
     operator.apply(blender.context, [(str(file), "", outcome, None)])
     assert shown == ["glossy.001"]
+
+
+@pytest.mark.parametrize("odd", [float("nan"), float("inf"), -1e30, "", "[1]", '{"tolerance": 3}', "x" * 2000,
+                                 "\u00e9"])
+def test_results_of_a_damaged_file_are_drawn_or_left_out(ui, material, odd):
+    """Of any kind, where the property can hold it."""
+    settings = material.measured_brdf
+    for name in ("match", "between", "farthest", "hole", "sphere", "fitted_as", "fitted_levels", "colours", "filepath"):
+        if isinstance(getattr(settings, name), type(odd)):
+            setattr(settings, name, odd)
+    for panel in (ui.fit.MEASUREDBRDF_PT_material, ui.details.MEASUREDBRDF_PT_details,
+                  ui.details.MEASUREDBRDF_PT_settings):
+        assert draw(panel, material=material).texts
+    ui.queue.unregister()
