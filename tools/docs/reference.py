@@ -50,8 +50,9 @@ def python() -> str:
     for kind, names in kinds.items():
         parts.append(f"\n## {kind}\n")
         for name in sorted(names, key=str.lower):
-            members = "\n   :members:" if kind == "Classes" else ""
-            parts.append(f"\n```{{eval-rst}}\n.. {directives[kind]}:: fitter.{name}{members}\n```\n")
+            options = {"Classes": "\n   :members:", "Data": "\n   :module: fitter"}.get(kind, "")
+            target = name if kind == "Data" else f"fitter.{name}"
+            parts.append(f"\n```{{eval-rst}}\n.. {directives[kind]}:: {target}{options}\n```\n")
             parts.append(_presets() if name == "PRESETS" else "")
     return "".join(parts)
 
