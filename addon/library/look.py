@@ -172,8 +172,10 @@ def _reported(report: Report) -> Iterator[None]:
     @persistent
     def on_stats(statistics: Any, *_: object) -> None:
         found = _SAMPLE.search(str(statistics))
-        report(int(found[1]) / int(found[2]) if found else 0.0, "Rendering")
+        if found is not None:
+            report(int(found[1]) / int(found[2]), "Rendering")
 
+    report(0.0, "Rendering")
     bpy.app.handlers.render_stats.append(on_stats)
     try:
         yield
