@@ -15,10 +15,10 @@ from ..materials import material as materials
 from ..operators.compare import SIZE, MEASUREDBRDF_OT_pin, MEASUREDBRDF_OT_render_look
 from ..operators.large_view import MEASUREDBRDF_OT_large_view
 from .comparison import picture_scale
-from .layout import MaterialPanel, draw_table, draw_wrapped, is_narrow
+from .layout import MaterialPanel, draw_row, draw_table, draw_wrapped, is_narrow
 
 _HEADINGS = "", "A", "B"
-_TWO_ABREAST = 36           # characters that two pictures need beside one another
+_TWO_ABREAST = 36           # characters that two pictures, or two columns of numbers, need beside one another
 
 
 class MeasuredPanel(MaterialPanel):
@@ -55,7 +55,15 @@ class MEASUREDBRDF_PT_compare_with(MeasuredPanel, bpy.types.Panel):
         layout.operator_menu_enum(MEASUREDBRDF_OT_large_view.bl_idname, "kind", text="Large View",
                                   icon="FULLSCREEN_ENTER")
         columns = [_numbers(each, scene) for each in (material, other)]
-        draw_table(layout, _HEADINGS, [(name, mine, columns[1][name]) for name, mine in columns[0].items()])
+        rows = [(name, mine, columns[1][name]) for name, mine in columns[0].items()]
+        if is_narrow(_TWO_ABREAST):
+            draw_table(layout, _HEADINGS, rows)
+            return
+        column = layout.column(align=True)
+        for name, *values in (_HEADINGS, *rows):
+            parts = column.split(factor=0.4)
+            parts.label(text=name)
+            draw_row(parts, *values)
 
 
 class MEASUREDBRDF_PT_look(MeasuredPanel, bpy.types.Panel):
