@@ -11,7 +11,7 @@ from ..jobs import modal, queries, tasks
 from ..jobs.job import Job
 from ..materials.properties import fit_arguments, name_of_fit
 from ..operators import fit
-from .layout import MaterialPanel, draw_value, draw_warning, is_narrow
+from .layout import MaterialPanel, draw_value, draw_warning, is_narrow, wrapped
 
 _HEADINGS = "Coefficients", "KB", "RMSE", "Held out"
 _CHEAPEST_FIRST = sorted(PRESETS, key=lambda name: (PRESETS[name]["method"] != "mba", PRESETS[name]["diffuse_level"]))
@@ -51,7 +51,8 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
         can_choose = material.is_editable and material.override_library is None
         for name in PRESET_DESCRIPTIONS:
             _draw_preset(grid, name, shown[name], picture_scale(context, columns), can_choose)
-        layout.label(text="RMSE at the samples, and at held-out ones (1/sr)")
+        for line in wrapped("RMSE at the samples, and at held-out ones (1/sr)"):
+            layout.label(text=line)
 
 
 def picture_scale(context: bpy.types.Context, columns: int, largest: float = _LARGEST) -> float:
