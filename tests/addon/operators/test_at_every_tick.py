@@ -115,8 +115,7 @@ def fitting(_folder):
 
 def assert_whole():
     """Every measured material has its shader, every shader its material, and Blender can save the file."""
-    groups = {tree.name for tree in bpy.data.node_groups if tree.name.startswith("Measured BRDF")
-              and "Lamps" not in tree.name and tree.users}
+    groups = {tree.name for tree in bpy.data.node_groups if "Measured BRDF Shader" in tree.nodes and tree.users}
     used = set()
     for item in bpy.data.materials:
         if item.measured_brdf.coefficients:
