@@ -130,6 +130,7 @@ def quick(extension, monkeypatch):
             return _known[key]
         return remembered
 
-    for module, names in ((compiler, ["compile_shader"]), (tasks, ["outcome", "rebake", "adjusted"]), (pictures, ["lit_sphere"])):
+    for module, names in ((compiler, ["compile_shader"]), (tasks, ["outcome", "rebake", "adjusted"]),
+                          (pictures, ["lit_sphere"])):
         for name in names:
             monkeypatch.setattr(module, name, remember(getattr(module, name)))
