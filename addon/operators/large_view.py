@@ -84,30 +84,46 @@ class MEASUREDBRDF_OT_large_view(InBackground, bpy.types.Operator):
         pair = (pinned, mine) if self._flipped else (mine, pinned)
         return process.Calculation(partial(comparisons.split_sphere, *pair, self._at, _DRAWN))
 
-    def apply(self, context: bpy.types.Context, result: Any) -> None:
+    def apply(self, _context: bpy.types.Context, result: Any) -> None:
         picture = result
         if self._look is not None:
             rendered = self._look.store()
             picture, other = rendered[0], rendered[-1]
             if len(rendered) > 1:
                 picture = split(*((other, picture) if self._flipped else (picture, other)), self._at)
-        show(context, picture)
+        show(picture)
 
 
-def show(context: bpy.types.Context, picture: SingleArray) -> None:
+def show(picture: SingleArray) -> None:
     """Show a picture, (size, size, 4), in the Image Editor that showed the last one, or else in a new window.
 
     In scripts no window opens.
     """
     global _shown
-    image = _image(picture)
+    image, areas = _image(picture), _areas()
     if bpy.app.background:
         return
-    areas = _areas() or [_new_area(context)]
     _shown = picture, [area.as_pointer() for area in areas]
     for area in areas:
         area.spaces.active.image = image
         area.tag_redraw()
+    if not areas:
+        # not now: the operator that is running belongs to another window
+        bpy.app.timers.register(_open_window, first_interval=0)
+
+
+def _open_window() -> None:
+    """Show the last picture in a window of its own."""
+    global _shown
+    manager, image = present(bpy.context.window_manager), bpy.data.images.get(NAME)
+    if _shown is None or image is None:         # undone meanwhile
+        return
+    with bpy.context.temp_override(window=manager.windows[0]):
+        bpy.ops.wm.window_new()
+    area = manager.windows[-1].screen.areas[0]
+    area.type = "IMAGE_EDITOR"
+    area.spaces.active.image = image
+    _shown = _shown[0], [area.as_pointer()]
 
 
 def _image(picture: SingleArray) -> bpy.types.Image:
@@ -141,15 +157,6 @@ def _areas() -> list[bpy.types.Area]:
     known = [] if _shown is None else _shown[1]
     return [area for window in bpy.context.window_manager.windows for area in window.screen.areas
             if area.as_pointer() in known and area.type == "IMAGE_EDITOR"]
-
-
-def _new_area(context: bpy.types.Context) -> bpy.types.Area:
-    """An Image Editor in a window of its own."""
-    bpy.ops.wm.window_new()
-    window = context.window_manager.windows[-1]
-    area = window.screen.areas[0]
-    area.type = "IMAGE_EDITOR"
-    return area
 
 
 def _take_from_editors() -> bpy.types.Image | None:

@@ -206,7 +206,7 @@ def test_a_large_view_that_the_user_has_taken_into_the_file_is_kept(one, tmp_pat
 def test_a_large_view_that_fails_leaves_no_image(one, monkeypatch):
     from measured_brdf.addon.operators import large_view
 
-    def fails(_context, picture):
+    def fails(picture):
         large_view._image(picture)
         raise ValueError("no window")
 
