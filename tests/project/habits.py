@@ -74,7 +74,8 @@ def event(kind):
     return SimpleNamespace(type=kind, value="PRESS")
 
 
-context = SimpleNamespace(object=None, scene=bpy.context.scene, workspace=None, evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
+context = SimpleNamespace(object=None, scene=bpy.context.scene, workspace=None,
+                          evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
                           window_manager=SimpleNamespace(event_timer_remove=lambda timer: None))
 before = counts()
 attempt = Drop()
