@@ -169,7 +169,7 @@ def _materials() -> Iterator[Finding]:
         if material.users > material.use_fake_user and (count := materials.mixed(material.node_tree)) > _MOST_MIXED:
             yield Finding(f"mixed:{material.name}", f"{material.name} mixes {count} measured materials: Cycles has "
                           f"room for the closures of {_MOST_MIXED}, and where there are several lamps, light of the "
-                          "others is lost. Mix fewer, or give faces materials of their own")
+                          "others is lost. Mix them by Mix Measured BRDFs, which renders one at a time")
     outdated = [material.name for material in bpy.data.materials if material.measured_brdf.coefficients
                 and material.is_editable and versions.made_by(material) != versions.CURRENT
                 and materials.is_outdated(material)]
