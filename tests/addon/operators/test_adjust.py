@@ -1,5 +1,7 @@
 """Adjustments of a material, as a script makes them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -91,3 +93,56 @@ def test_the_group_has_the_name_of_its_material(material):
     from measured_brdf.addon.materials import material as materials
 
     assert materials.group_node(material).node_tree.name == material.name == "felt"
+
+
+class _Window:
+    """Stands for Blender with a window, in which timers run and operators begin."""
+
+    def __init__(self, bpy):
+        self.data, self.context, self.begun, self.timers = bpy.data, bpy.context, [], []
+        self.app = SimpleNamespace(background=False, timers=SimpleNamespace(
+            is_registered=lambda function: function in self.timers,
+            register=lambda function, first_interval: self.timers.append(function),
+            unregister=self.timers.remove))
+        self.ops = SimpleNamespace(measured_brdf=SimpleNamespace(adjust=self._adjust))
+
+    def _adjust(self, how):
+        self.begun.append((how, self.context.material.name))
+
+
+def test_a_changed_slider_is_applied_by_itself_once_it_rests(blender, extension, material, monkeypatch):
+    adjust = extension.addon.operators.adjust
+    window, now = _Window(blender), [100.0]
+    monkeypatch.setattr(adjust, "bpy", window)
+    monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
+    settings = material.measured_brdf
+    settings.diffuse_gain = 0.9
+    now[0] += 0.3
+    settings.diffuse_gain = 0.5             # still moving
+    assert window.timers == [adjust._apply]
+    now[0] += 0.3
+    assert adjust._apply() is not None
+    assert window.begun == []
+    monkeypatch.setattr(adjust.modal, "running", object())
+    now[0] += 1
+    assert adjust._apply() is not None      # after what runs
+    monkeypatch.setattr(adjust.modal, "running", None)
+    assert adjust._apply() is None
+    assert window.begun == [("INVOKE_DEFAULT", material.name)]
+
+
+def test_a_slider_that_is_back_where_it_was_and_a_deleted_material_begin_nothing(blender, extension, material,
+                                                                                 monkeypatch):
+    adjust = extension.addon.operators.adjust
+    window, now = _Window(blender), [100.0]
+    monkeypatch.setattr(adjust, "bpy", window)
+    monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
+    material.measured_brdf.coat = 0.5
+    material.measured_brdf.coat = 0.0
+    now[0] += 1
+    assert adjust._apply() is None
+    material.measured_brdf.coat = 0.5
+    blender.data.materials.remove(material)
+    now[0] += 1
+    assert adjust._apply() is None
+    assert window.begun == []
