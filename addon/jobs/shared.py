@@ -34,10 +34,10 @@ def once(key: str, work: Callable[[], _Result]) -> _Result:
     name = hashlib.sha256(key.encode()).hexdigest()[:24]
     path = Path(os.environ[FOLDER], f"{name}.result")
     with _locked(path):
-        if path.is_file():
+        with contextlib.suppress(OSError):      # not there, or just forgotten by another process
             os.utime(path)
-            result: _Result = pickle.loads(path.read_bytes())
-            return result
+            known: _Result = pickle.loads(path.read_bytes())
+            return known
         with progress.overheard(lambda fraction, doing: write_progress(_progress_of(path), fraction, doing)):
             result = work()
         with contextlib.suppress(OSError), replacing(path) as stream:
@@ -69,20 +69,26 @@ def _forget_oldest(folder: Path) -> None:
             path.unlink()
 
 
+# Some file systems have no locks, and say so by another error than that a file is locked: there, two processes may do
+# the same work.
 if sys.platform == "win32":
     import msvcrt
 
     def _try_to_lock(file: int) -> bool:
         os.lseek(file, 0, os.SEEK_SET)
         with contextlib.suppress(OSError):
-            msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
-            return True
-        return False
+            try:
+                msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
+            except PermissionError:
+                return False
+        return True
 else:
     import fcntl
 
     def _try_to_lock(file: int) -> bool:
         with contextlib.suppress(OSError):
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return True
-        return False
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return False
+        return True

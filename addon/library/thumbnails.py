@@ -51,8 +51,8 @@ class Found(NamedTuple):
 
     @property
     def label(self) -> str:
-        """The name of the sample, or of the file."""
-        return self.sample or Path(self.path).name
+        """The name of the sample, or of the file, as text that Blender takes: names of files may be any bytes."""
+        return _as_unicode(self.sample or Path(self.path).name)
 
     @property
     def has_picture(self) -> bool:
@@ -76,16 +76,17 @@ def scan(folder: str, _report: Report = silent) -> list[Found]:
     for gone in [path for path in _known if Path(path).parent == Path(folder) and path not in stamps]:
         del _known[gone]
     found: list[Found] = []
+    others = set(map(Path, stamps))
     for path, stamp in stamps.items():
         if path not in _known or _known[path][0] != stamp:
-            _known[path] = stamp, _found_in(Path(path), stamp, [Path(other) for other in stamps])
+            _known[path] = stamp, _found_in(Path(path), stamp, others)
         found += _known[path][1]
         if len(found) >= MOST:
             break
     return found[:MOST]
 
 
-def _found_in(path: Path, stamp: tuple[int, int], others: list[Path]) -> list[Found]:
+def _found_in(path: Path, stamp: tuple[int, int], others: set[Path]) -> list[Found]:
     if stamp[1] > LARGEST_FITTED:                       # one sample: no CURET file is that large
         return [] if path.suffix.lower() in PLAIN else [Found(str(path), "", stamp)]
     if path.suffix.lower() in PLAIN and not discovery.is_recognised(path):
@@ -99,8 +100,12 @@ def _found_in(path: Path, stamp: tuple[int, int], others: list[Path]) -> list[Fo
     except fitter.UnitsUnknownError:                    # the import asks for them
         return [Found(str(path), "", stamp)]
     except ValueError as error:
-        return [Found(str(path), "", stamp, str(error))]
+        return [Found(str(path), "", stamp, _as_unicode(str(error)))]
     return [Found(str(path), name, stamp) for _, name in samples] or [Found(str(path), "", stamp)]
+
+
+def _as_unicode(text: str) -> str:
+    return text.encode("utf-8", "replace").decode("utf-8")
 
 
 def of_published(name: str, cache: str, _report: Report = silent) -> SingleArray:

@@ -1,5 +1,6 @@
 """What the workers of one Blender have worked out is worked out once, and their progress moves."""
 
+import sys
 import time
 from functools import partial
 
@@ -120,6 +121,32 @@ def test_a_single_process_shares_nothing(extension, monkeypatch, tmp_path):
         assert shared.once("key", lambda: done.append(1) or len(done)) == len(done)
     monkeypatch.setenv(shared.FOLDER, str(tmp_path))
     assert [shared.once("key", lambda: done.append(1) or len(done)) for _ in range(2)] == [3, 3]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="fcntl")
+def test_where_files_cannot_be_locked_the_work_is_done_all_the_same(extension, monkeypatch, tmp_path):
+    import errno
+
+    from measured_brdf.addon.jobs import shared
+
+    answers = [OSError(errno.ENOLCK, "No locks available"), AssertionError("it waits for a lock that it cannot get")]
+
+    def flock(_file, _operation):
+        raise answers.pop(0)
+
+    monkeypatch.setenv(shared.FOLDER, str(tmp_path))
+    monkeypatch.setattr(shared.fcntl, "flock", flock)
+    assert shared.once("key", lambda: 5) == 5
+
+
+def test_a_result_that_another_process_forgets_meanwhile_is_worked_out_again(extension, monkeypatch, tmp_path):
+    from measured_brdf.addon.jobs import shared
+
+    monkeypatch.setenv(shared.FOLDER, str(tmp_path))
+    assert shared.once("key", lambda: 5) == 5
+    path, = tmp_path.glob("*.result")
+    monkeypatch.setattr(shared.os, "utime", lambda _path: path.unlink() or path.stat())
+    assert shared.once("key", lambda: 6) == 6
 
 
 def test_only_the_latest_results_are_kept(extension, monkeypatch, tmp_path):

@@ -69,6 +69,26 @@ def test_a_broken_link_is_left_out(thumbnails, folder):
     assert labels(thumbnails.scan(str(folder))) == ["a.astm", "b.astm"]
 
 
+def test_names_that_are_not_unicode_are_listed_as_text(thumbnails, folder):
+    os.rename(folder / "a.astm", os.fsencode(folder) + b"/caf\xe9.astm")
+    with open(os.fsencode(folder) + b"/no\xe9.astm", "wb") as stream:
+        stream.write(b"broken")
+    _, readable, broken = thumbnails.scan(str(folder))
+    assert readable.label.encode() == b"caf?.astm"
+    assert os.path.samefile(readable.path, os.fsencode(folder) + b"/caf\xe9.astm")
+    assert b"no?.astm" in broken.error.encode()
+
+
+def test_the_files_of_a_folder_are_gathered_once(thumbnails, folder, monkeypatch):
+    """A list of them for each file would take minutes in a folder of ten thousand."""
+    given = []
+    monkeypatch.setattr(thumbnails, "_found_in", lambda path, stamp, others: given.append(others) or [])
+    thumbnails.scan(str(folder))
+    assert len(given) == 3
+    assert all(others is given[0] for others in given)
+    assert folder / "a.astm" in given[0]
+
+
 def test_a_table_without_units_is_listed_because_the_import_asks(thumbnails, folder):
     (folder / "unknown.csv").write_text("theta_i,theta_o,phi,BRDF\n0.5,0.5,1,1\n0.2,0.3,1,1\n")
     found = next(each for each in thumbnails.scan(str(folder)) if each.label == "unknown.csv")
