@@ -228,10 +228,25 @@ stage.background(scene, 1)
 stage.add_sphere()
 bpy.ops.measured_brdf.import_data(filepath=sys.argv[1], preset="Draft")
 scene.cycles.shading_system = False
-cycles = stage.render(scene)[..., :3].mean()
-scene.render.engine = {EEVEE!r}
 scene.eevee.taa_render_samples = 16
-print("MEANS", cycles, stage.render(scene)[..., :3].mean())
+means = []
+
+
+def render_in_both():
+    for engine in ("CYCLES", {EEVEE!r}):
+        scene.render.engine = engine
+        means.append(stage.render(scene)[..., :3].mean())
+
+
+render_in_both()
+names = [bpy.context.object.active_material.name]
+bpy.ops.measured_brdf.import_data(filepath="published:red-fabric", preset="Draft")
+names.append(bpy.context.object.active_material.name)
+render_in_both()
+bpy.ops.measured_brdf.mix(first=names[0], second=names[1], factor=0.25)
+assert bpy.context.object.active_material.name == " + ".join(names)
+render_in_both()
+print("MEANS", *means)
 """
 
 
@@ -244,9 +259,13 @@ def test_eevee_shows_about_as_much_light_as_cycles(write_astm, glossy, tmp_path)
     if "MEANS" not in found.stdout and "context" in found.stderr:
         pytest.skip("EEVEE needs OpenGL; on Debian, libegl-mesa0 and libgl1-mesa-dri have it in software")
     assert found.returncode == 0, found.stderr
-    cycles, eevee = map(float, found.stdout.split("MEANS")[1].split()[:2])
+    cycles, eevee, cycles_of_other, eevee_of_other, mixed_in_cycles, mixed_in_eevee = map(
+        float, found.stdout.split("MEANS")[1].split()[:6])
     assert cycles > 0.01
     assert eevee == pytest.approx(cycles, rel=0.1)
+    assert abs(cycles_of_other / cycles - 1) > 0.2
+    assert mixed_in_cycles == pytest.approx(0.75 * cycles + 0.25 * cycles_of_other, rel=0.02)
+    assert mixed_in_eevee == pytest.approx(0.75 * eevee + 0.25 * eevee_of_other, rel=0.02)
 
 
 def test_an_import_says_in_words_what_it_is_worth_and_how_it_is_rendered(scene, imported, monkeypatch, capfd):
