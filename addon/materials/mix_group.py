@@ -118,7 +118,7 @@ def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types
                                                      (_PARTS[1], second, source.outputs[FACTOR]))):
         y = -300 * number
         picked = tree.nodes.new("ShaderNodeMix")        # of floats: 0, the share, without the script node
-        picked.location, picked.inputs[0].default_value = (-350, y), 0
+        picked.location, picked.inputs[0].default_value, picked.clamp_result = (-350, y), 0, True
         strength = _math(tree, "MULTIPLY", -150, y)
         node = tree.nodes.new("ShaderNodeGroup")
         node.name, node.node_tree, node.location, node.width = name, part, (50, y), 200

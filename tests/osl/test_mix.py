@@ -94,6 +94,21 @@ def test_a_mask_tells_where_each_is_seen(sphere, fits, osl):
                                rtol=0.03)
 
 
+@pytest.mark.parametrize("osl", [True, False])
+@pytest.mark.parametrize(("factor", "alone"), [(2.5, "krylon"), (-1.5, "felt")])
+def test_a_mask_beyond_black_and_white_shows_one_material_as_it_is(sphere, fits, osl, factor, alone):
+    scene = sphere(16, osl)
+    made = mixed("felt", "krylon", 0.5)
+    mask = made.node_tree.nodes.new("ShaderNodeValue")
+    mask.outputs[0].default_value = factor
+    node = next(node for node in made.node_tree.nodes if node.type == "GROUP")
+    made.node_tree.links.new(mask.outputs[0], node.inputs["Factor"])
+    set_up, integrate, _, tolerance = LIGHTS["sun"]
+    set_up()
+    ratio = render(scene)[..., :3].mean(axis=(0, 1)) / integrate(fits[alone])
+    assert ratio == pytest.approx([1, 1, 1], abs=tolerance if osl else 0.06)
+
+
 def test_a_mix_follows_its_materials(sphere, fits):
     from measured_brdf.addon.materials import material as materials
 
