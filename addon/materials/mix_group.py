@@ -97,9 +97,9 @@ def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types
         "The surface for Cycles")
     sockets.new_socket(node_group.EEVEE, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
         "The surface for EEVEE")
-    share = sockets.new_socket(FACTOR, in_out="INPUT", socket_type="NodeSocketFloat")
-    share.subtype, share.default_value, share.min_value, share.max_value = "FACTOR", factor, 0, 1
-    share.description = f"Share of {second.name}; connect a mask to it"
+    mixed = sockets.new_socket(FACTOR, in_out="INPUT", socket_type="NodeSocketFloat")
+    mixed.subtype, mixed.default_value, mixed.min_value, mixed.max_value = "FACTOR", factor, 0, 1
+    mixed.description = f"Share of {second.name}; connect a mask to it"
     seen = {FACTOR}
     for part in (first, second):
         for item in _sockets(part):
@@ -111,14 +111,15 @@ def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types
     script.name = script.label = _SCRIPT
     source.location, script.location, output.location = (-900, 0), (-600, 250), (900, 0)
     _compile(script)
-    rest = _math(tree, "SUBTRACT", -600, -20)
-    rest.inputs[0].default_value = 1
-    tree.links.new(source.outputs[FACTOR], rest.inputs[1])
+    share, rest = tree.nodes.new("ShaderNodeClamp"), _math(tree, "SUBTRACT", -600, -20)
+    share.location, rest.inputs[0].default_value = (-600, -300), 1
+    tree.links.new(source.outputs[FACTOR], share.inputs["Value"])
+    tree.links.new(share.outputs[0], rest.inputs[1])
     for number, (name, part, share_of) in enumerate(((_PARTS[0], first, rest.outputs[0]),
-                                                     (_PARTS[1], second, source.outputs[FACTOR]))):
+                                                     (_PARTS[1], second, share.outputs[0]))):
         y = -300 * number
         picked = tree.nodes.new("ShaderNodeMix")        # of floats: 0, the share, without the script node
-        picked.location, picked.inputs[0].default_value, picked.clamp_result = (-350, y), 0, True
+        picked.location, picked.inputs[0].default_value = (-350, y), 0
         strength = _math(tree, "MULTIPLY", -150, y)
         node = tree.nodes.new("ShaderNodeGroup")
         node.name, node.node_tree, node.location, node.width = name, part, (50, y), 200
