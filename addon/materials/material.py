@@ -165,12 +165,12 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
         If this Blender cannot compile the shader that picks one of them; the file then stays as it was.
     """
     with new_data_removed_on_error():
-        trees = [present(present(surface_node(item)).node_tree) for item in (first, second)]
+        nodes = [present(surface_node(item)) for item in (first, second)]
         mixed = bpy.data.materials.new(f"{first.name} + {second.name}")
         _use_nodes(mixed)
         tree = present(mixed.node_tree)
         tree.nodes.clear()
-        node, _ = _show(mixed, mix_group.create(first, trees[0], second, trees[1], factor))
+        node, _ = _show(mixed, mix_group.create(first, nodes[0], second, nodes[1], factor))
         node.inputs[mix_group.FACTOR].default_value = factor
         if mask is not None:
             picture = tree.nodes.new("ShaderNodeTexImage")

@@ -26,9 +26,11 @@ _ERRORS = (node_group.FAST_ERROR, node_group.FAST_WORST, node_group.NODES_ERROR,
            node_group.EEVEE_ERROR, node_group.EEVEE_WORST)
 
 
-def create(first: bpy.types.Material, first_tree: bpy.types.NodeTree, second: bpy.types.Material,
-           second_tree: bpy.types.NodeTree, factor: float) -> bpy.types.NodeTree:
-    """Make a node group that mixes what two materials show: their measured groups, or mixes.
+def create(first: bpy.types.Material, first_node: bpy.types.Node, second: bpy.types.Material,
+           second_node: bpy.types.Node, factor: float) -> bpy.types.NodeTree:
+    """Make a node group that mixes what two materials show: the nodes of their measured groups, or of mixes.
+
+    Of the nodes' inputs it takes the factor of a mix; the others are inputs of the new group.
 
     Raises
     ------
@@ -39,8 +41,12 @@ def create(first: bpy.types.Material, first_tree: bpy.types.NodeTree, second: bp
         tree = bpy.data.node_groups.new(f"{first.name} + {second.name}", "ShaderNodeTree")
         for name, material in zip(_PARTS, (first, second), strict=True):
             tree[name] = material
+        first_tree, second_tree = present(first_node.node_tree), present(second_node.node_tree)
         tree[_COUNT] = count(first_tree) + count(second_tree)
         _fill(tree, first_tree, second_tree, factor)
+        for name, node in zip(_PARTS, (first_node, second_node), strict=True):
+            if FACTOR in node.inputs:
+                tree.nodes[name].inputs[FACTOR].default_value = node.inputs[FACTOR].default_value
         _remember_errors(tree)
     return tree
 
@@ -150,16 +156,9 @@ def _connect(tree: bpy.types.NodeTree) -> None:
                      else source.outputs.get(socket.name) if socket.name != FACTOR else None)
             if given is not None and not socket.is_linked:
                 tree.links.new(given, socket)
-        if FACTOR in node.inputs:
-            node.inputs[FACTOR].default_value = _default(node.node_tree)
         for output in (node_group.CYCLES, node_group.EEVEE):
             if output in node.outputs and not tree.nodes[output].inputs[number].is_linked:
                 tree.links.new(node.outputs[output], tree.nodes[output].inputs[number])
-
-
-def _default(tree: bpy.types.NodeTree) -> float:
-    """The factor with which a mix was made."""
-    return float(next(item.default_value for item in _sockets(tree) if item.name == FACTOR))
 
 
 def _sockets(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTreeInterfaceSocket]:

@@ -62,7 +62,8 @@ def test_a_mix_has_the_light_of_both(sphere, fits, light, osl, samples):
 def test_a_mix_of_a_mix_has_the_light_of_all(sphere, fits):
     set_up, integrate, _, tolerance = LIGHTS["sun"]
     scene = sphere(144)
-    mixed("felt", "krylon", 0.3)
+    inner = mixed("felt", "krylon", 0.8)
+    next(node for node in inner.node_tree.nodes if node.type == "GROUP").inputs["Factor"].default_value = 0.3
     mixed("leather", "felt + krylon", 0.6)
     set_up()
     expected = integrate(fitter.Mix(fits["leather"], fitter.Mix(fits["felt"], fits["krylon"], 0.3), 0.6))
