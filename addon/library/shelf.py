@@ -25,6 +25,7 @@ _RECHECK = 2.0              # s, after which a folder is scanned again
 _TICK = 2.5                 # s, between two redraws of a panel that shows a folder
 _KEPT = 600                 # icons
 _icon_ids: dict[tuple[Any, ...], int] = {}
+_failed: dict[tuple[Any, ...], Exception] = {}      # the queue forgets: broken files would be tried for ever
 _collection: "bpy.utils.previews.ImagePreviewCollection | None" = None
 _was_drawn = False
 
@@ -66,7 +67,13 @@ def measurement_icon(found: thumbnails.Found, how: Arguments) -> tuple[int, Exce
 def _icon(key: tuple[Any, ...], work: Callable[[Report], SingleArray], lane: str) -> tuple[int, Exception | None]:
     if key in _icon_ids:
         return _icon_ids[key], None
+    if key in _failed:
+        return 0, _failed[key]
     job = queue.ask(("thumbnail", *key), work, lane, then=lambda done: _keep(key, present(done.result)))
+    if isinstance(job.error, ValueError):       # of the file; that a worker was killed says nothing of it
+        _failed[key] = job.error
+        if len(_failed) > _KEPT:
+            del _failed[next(iter(_failed))]
     return _icon_ids.get(key, 0), job.error
 
 
@@ -101,6 +108,7 @@ def unregister() -> None:
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
     _icon_ids.clear()
+    _failed.clear()
     if _collection is not None:
         bpy.utils.previews.remove(_collection)
     _collection = None

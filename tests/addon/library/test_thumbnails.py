@@ -149,6 +149,30 @@ def test_the_picture_of_an_unreadable_measurement_is_an_error(thumbnails, folder
         thumbnails.of_measurement(found, str(tmp_path / "cache"), {})
 
 
+def test_a_picture_that_cannot_be_drawn_is_not_tried_for_ever(extension, monkeypatch):
+    """The queue keeps few answers: with more broken files than that in a folder, each would be asked for again."""
+    from measured_brdf.addon.jobs.job import Job
+    from measured_brdf.addon.library import shelf
+    from measured_brdf.addon.library.thumbnails import Found
+
+    asked = []
+
+    def ask(key, _work, _lane, then):
+        asked.append(key)
+        job = Job(None)
+        job.error = RuntimeError("the worker was killed") if len(asked) == 1 else ValueError("no units")
+        return job
+
+    monkeypatch.setattr(shelf.queue, "ask", ask)
+    file = Found("broken.csv", "", (1, 2))
+    shown = [shelf.measurement_icon(file, {}) for _ in range(4)]
+    assert [str(error) for _, error in shown] == ["the worker was killed", *["no units"] * 3]
+    assert len(asked) == 2
+    shelf.measurement_icon(file._replace(stamp=(3, 2)), {})
+    assert len(asked) == 3                  # it has changed: tried again
+    shelf._failed.clear()
+
+
 def test_a_worker_lists_a_folder(extension, folder):
     import time
     from functools import partial
