@@ -7,11 +7,12 @@ from typing import Any, Protocol, cast
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from ...fitter import PRESETS
+from ...fitter import PRESETS, DatasetError, published
 from ...fitter.formats import KNOWN_FILES, illuminants
 from ...fitter.formats.reading import ENCODINGS
 from ...fitter.lattice.dense import MAX_LEVEL
 from ...fitter.presets import PRESET_DESCRIPTIONS
+from ...fitter.quality import verdict
 from ...fitter.quality.verdict import UNKNOWN
 from ...fitter.samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY
 from ..annotations import Arguments
@@ -206,6 +207,20 @@ def name_of_fit(settings: Any) -> str:
     if arguments is not None and "tolerance" in arguments:
         return f"Auto {settings.fitted_levels}"
     return next((name for name, preset in _ARGUMENTS.items() if arguments == preset), settings.fitted_levels)
+
+
+def worth(settings: Any) -> tuple[str, bool]:
+    """What a material is worth, in one line, and whether that is all one could wish for."""
+    name = published.name_in(settings.filepath)
+    if name is not None:
+        try:
+            return published.find(name).description, True
+        except DatasetError as error:
+            return str(error), False
+    if settings.match < 0:
+        return "", False                # an older version did not judge its fits
+    found = verdict.Verdict(*(getattr(settings, field) for field in verdict.Verdict._fields))
+    return verdict.sentence(found), verdict.is_well(found)
 
 
 def is_preset(choices: Choices, name: str) -> bool:

@@ -9,14 +9,13 @@ from bpy_extras.io_utils import ImportHelper
 
 from ...fitter import SampleUnknownError
 from ...fitter.formats import is_there
-from ...fitter.quality import verdict
 from ..annotations import OperatorResult, present
 from ..jobs import process, queries, tasks
 from ..jobs.modal import InBackground, Steps
 from ..library.discovery import GLOB
 from ..materials import compiler, material, rendered
 from ..materials.adjustments import edit_arguments
-from ..materials.properties import CHOICES, PRESET_ITEMS, READING, fit_arguments, use_preset
+from ..materials.properties import CHOICES, PRESET_ITEMS, READING, fit_arguments, use_preset, worth
 from ..materials.reading import load_arguments
 from ..transaction import by_session_uid
 from .active_material import active_material, is_editable
@@ -96,9 +95,9 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
             raise ValueError("The material has been removed meanwhile")
         before, space = target.measured_brdf.digest, target.measured_brdf.colours
         queries.tell_fit(outcome.measured, fit_arguments(self._choices), outcome.fitted)
-        told = verdict.sentence(outcome.verdict)
         how = rendered.advice(target, present(context.scene)) if material.is_measured(target) else ""
         material.assign(target, outcome, self._choices, context, shader)
+        told = worth(target.measured_brdf)[0]
         if before not in ("", outcome.measured.digest) and space == target.measured_brdf.colours:
             told = f"the measurements differ from those of the previous fit. {told}"
         self.report({"INFO"}, f"{target.name}: {told}. {how}" if how else f"{target.name}: {told}")

@@ -13,14 +13,13 @@ from bpy_extras.io_utils import ImportHelper
 
 from ...fitter import DatasetError, SampleUnknownError, UnitsUnknownError
 from ...fitter.formats import EXTENSIONS, FORMAT_NAMES, list_samples
-from ...fitter.quality import verdict
 from .. import preferences
 from ..annotations import OperatorResult, present
 from ..jobs import process, queries, tasks
 from ..jobs.modal import InBackground, Steps
 from ..library.discovery import GLOB
 from ..materials import compiler, material, rendered
-from ..materials.properties import CHOICES, LEVELS, READING, FitChoices, fit_arguments, use_preset
+from ..materials.properties import CHOICES, LEVELS, READING, FitChoices, fit_arguments, use_preset, worth
 from ..materials.reading import draw_reading, load_arguments
 from . import tabs, targets
 
@@ -81,7 +80,7 @@ class MakesMaterials(HasTarget, InBackground):
         queries.tell_fit(outcomes[0].measured, fit_arguments(choices), outcomes[0].fitted)
         told = f"{len(made)} materials; {len(failed)} files failed"
         if len(made) == 1:
-            told = f"{made[0].name}: {verdict.sentence(outcomes[0].verdict)}"
+            told = f"{made[0].name}: {worth(made[0].measured_brdf)[0]}"
         how = rendered.advice(made[0], present(context.scene))
         # last, because it is the only change that is not taken back on an error
         if why := targets.assign(targets.Target(self.target, self.slot), made[0]):

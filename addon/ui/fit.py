@@ -4,8 +4,7 @@ from typing import Any
 
 import bpy
 
-from ...fitter import PRESETS, DatasetError, SampleUnknownError, published
-from ...fitter.quality import verdict
+from ...fitter import PRESETS, SampleUnknownError, published
 from .. import manual, versions
 from ..annotations import present
 from ..jobs import modal, queries, tasks
@@ -13,7 +12,7 @@ from ..jobs.job import Job
 from ..materials import material as materials
 from ..materials import rendered
 from ..materials.adjustments import edit_arguments
-from ..materials.properties import is_as_fitted, is_preset, name_of_fit
+from ..materials.properties import is_as_fitted, is_preset, name_of_fit, worth
 from ..materials.reading import draw_reading, other_colours, scene_colours
 from ..operators import assets, fit, import_data, local, presets, samples, update
 from ..operators.active_material import active_material, can_change
@@ -133,20 +132,6 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
     if text:
         draw_wrapped(column, text, "CHECKMARK" if is_well else "INFO")
     inspect.draw(layout)
-
-
-def worth(settings: Any) -> tuple[str, bool]:
-    """What a material is worth, in one line, and whether that is all one could wish for."""
-    name = published.name_in(settings.filepath)
-    if name is not None:
-        try:
-            return published.find(name).description, True
-        except DatasetError as error:
-            return str(error), False
-    if settings.match < 0:
-        return "", False                # an older version did not judge its fits
-    found = verdict.Verdict(*(getattr(settings, field) for field in verdict.Verdict._fields))
-    return verdict.sentence(found), verdict.is_well(found)
 
 
 def _draw_rendering(layout: bpy.types.UILayout, material: bpy.types.Material, scene: bpy.types.Scene) -> None:

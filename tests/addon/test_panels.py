@@ -77,17 +77,26 @@ def test_what_the_verdict_says_is_what_the_fit_is_worth(material, glossy):
     assert settings.hole == pytest.approx(coverage.widest_hole(glossy)[0], abs=0.01)
 
 
-def test_a_material_of_an_older_version_is_not_judged(ui, material):
+def test_a_material_of_an_older_version_is_not_judged(material):
+    from measured_brdf.addon.materials.properties import worth
+
     material.measured_brdf.match = -1
-    assert ui.fit.worth(material.measured_brdf) == ("", False)
+    assert worth(material.measured_brdf) == ("", False)
 
 
-def test_a_published_fit_is_called_one(ui, material):
-    material.measured_brdf.filepath = "published:chrome"
-    text, _ = ui.fit.worth(material.measured_brdf)
-    assert "ublished fit" in text
-    assert "not a measurement" in text
-    assert "Matches" not in text
+def test_a_published_fit_is_called_one_in_the_panel_and_when_it_is_made(blender, capfd):
+    from measured_brdf.addon.materials.properties import worth
+
+    blender.ops.mesh.primitive_cube_add()
+    capfd.readouterr()
+    blender.ops.measured_brdf.import_data(filepath="published:chrome", preset="Draft")
+    material = blender.context.object.active_material
+    imported, shown = capfd.readouterr().out, worth(material.measured_brdf)[0]
+    blender.ops.measured_brdf.fit()
+    for text in (imported, shown, capfd.readouterr().out):
+        assert "ublished fit" in text
+        assert "not a measurement" in text
+        assert "Matches" not in text
 
 
 @pytest.mark.parametrize("preset", list(PRESETS))
