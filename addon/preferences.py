@@ -3,7 +3,7 @@
 from typing import NamedTuple, Protocol
 
 import bpy
-from bpy.props import EnumProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from . import manual
 from .annotations import present
@@ -25,11 +25,15 @@ class Preferences(Protocol):
     @property
     def asset_library(self) -> str: ...
 
+    @property
+    def offer_library(self) -> bool: ...
+
 
 class _Defaults(NamedTuple):
     preset: str = "Standard"
     data_folder: str = ""
     asset_library: str = ""
+    offer_library: bool = True
 
 
 _DEFAULTS = _Defaults()
@@ -48,12 +52,15 @@ class MeasuredPreferences(bpy.types.AddonPreferences):
     asset_library: StringProperty(name="Asset Library", subtype="DIR_PATH",
                                   description="Folder into which Save to Asset Library writes. Empty: materials become "
                                               "assets of the open file")
+    offer_library: BoolProperty(name="Offer the Starter Library", default=_DEFAULTS.offer_library,
+                                description="Open Start from... in the Material tab of files that have no measured "
+                                            "material yet")
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = present(self.layout)
         column = layout.column()
         column.use_property_split = True
-        for name in ("preset", "data_folder", "asset_library"):
+        for name in ("preset", "data_folder", "asset_library", "offer_library"):
             column.prop(self, name)
         layout.operator("measured_brdf.add_starter_library", text="Add the Starter Library to the Asset Browser",
                         icon="ASSET_MANAGER")

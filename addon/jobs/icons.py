@@ -37,6 +37,7 @@ def icon(key: Key, function: Callable[[Report], Any], lane: str = "fit") -> tupl
     """
     job = queue.ask(key, function, lane, then=lambda done: _make_icon(key, done))
     if key in _icon_ids:
+        _icon_ids[key] = _icon_ids.pop(key)         # used last
         return _icon_ids[key], job
     return next((icon for other, icon in reversed(_icon_ids.items()) if other[:2] == key[:2]), 0), job
 

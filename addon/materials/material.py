@@ -172,6 +172,9 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
         tree.nodes.clear()
         node, _ = _show(mixed, mix_group.create(first, nodes[0], second, nodes[1], factor))
         node.inputs[mix_group.FACTOR].default_value = factor
+        for each in tree.nodes:
+            each.select = each == node
+        tree.nodes.active = node
         if mask is not None:
             picture = tree.nodes.new("ShaderNodeTexImage")
             picture.image, picture.location = mask, (node.location.x - 320, node.location.y)

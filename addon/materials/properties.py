@@ -220,6 +220,8 @@ def worth(settings: Any) -> tuple[str, bool]:
     if settings.match < 0:
         return "", False                # an older version did not judge its fits
     found = verdict.Verdict(*(getattr(settings, field) for field in verdict.Verdict._fields))
+    if settings.adjusted not in ("", as_text({})):
+        return f"Before it was adjusted: {verdict.sentence(found)}", False
     return verdict.sentence(found), verdict.is_well(found)
 
 

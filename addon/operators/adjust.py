@@ -1,6 +1,7 @@
 """Applies the adjustments of a material to its shader, by itself while the user changes them in a window."""
 
 import time
+from contextlib import suppress
 from functools import partial
 
 import bpy
@@ -58,6 +59,8 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
         materials.adjust(target, prepared[0], context, prepared[1])
         if self.reset:
             adjustments.reset(target.measured_brdf)
+        elif not is_as_adjusted(target.measured_brdf):      # the user has undone or changed something meanwhile
+            _apply_soon(target)
 
 
 def _apply_soon(material: bpy.types.Material) -> None:
@@ -81,7 +84,8 @@ def _apply() -> float | None:
         if target is not None and windows and not is_as_adjusted(target.measured_brdf):
             with bpy.context.temp_override(window=windows[0], material=target):
                 if MEASUREDBRDF_OT_adjust.poll(bpy.context):
-                    bpy.ops.measured_brdf.adjust("INVOKE_DEFAULT")
+                    with suppress(RuntimeError):            # the operator has reported what is wrong
+                        bpy.ops.measured_brdf.adjust("INVOKE_DEFAULT")
     return _AGAIN if _changed else None
 
 

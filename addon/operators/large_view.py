@@ -24,6 +24,7 @@ from .active_material import active_material
 from .compare import LARGE, Look, has_measured
 
 NAME = "Measured BRDF View"
+_MARK = "measured_brdf_view"         # custom property of the image
 _DRAWN = 768                            # pixels on a side, where nothing is rendered
 SPHERE, SPLIT, POLAR, LOOK = "SPHERE", "SPLIT", "POLAR", "LOOK"
 KINDS = ((SPHERE, "Sphere", "The lit sphere of the material"),
@@ -115,7 +116,7 @@ def show(picture: SingleArray) -> None:
 def _open_window() -> None:
     """Show the last picture in a window of its own."""
     global _shown
-    manager, image = present(bpy.context.window_manager), bpy.data.images.get(NAME)
+    manager, image = present(bpy.context.window_manager), _ours()
     if _shown is None or image is None:         # undone meanwhile
         return
     with bpy.context.temp_override(window=manager.windows[0]):
@@ -127,12 +128,13 @@ def _open_window() -> None:
 
 
 def _image(picture: SingleArray) -> bpy.types.Image:
-    """The image of this name, with a picture over a plain background."""
+    """The image, with a picture over a plain background."""
     height, width = picture.shape[:2]
-    image = bpy.data.images.get(NAME)
-    if image is None or not _is_ours(image) or tuple(image.size) != (width, height):
+    image = _ours()
+    if image is None or tuple(image.size) != (width, height):
         new = bpy.data.images.new(NAME, width, height, alpha=False)
-        if image is not None and _is_ours(image):
+        new[_MARK] = True
+        if image is not None:
             image.user_remap(new)
             bpy.data.images.remove(image)
             new.name = NAME
@@ -144,6 +146,11 @@ def _image(picture: SingleArray) -> bpy.types.Image:
     image.update()
     image.pack()                # or Blender would ask on quitting whether to save it
     return image
+
+
+def _ours() -> bpy.types.Image | None:
+    """The image of this module: one that has its mark, and that users have not taken for themselves."""
+    return next((image for image in bpy.data.images if image.get(_MARK) is not None and _is_ours(image)), None)
 
 
 def _is_ours(image: bpy.types.Image) -> bool:
@@ -161,8 +168,8 @@ def _areas() -> list[bpy.types.Area]:
 
 def _take_from_editors() -> bpy.types.Image | None:
     """Take the image from all editors, so that it is not saved: the image, if it was there and is ours."""
-    image = bpy.data.images.get(NAME)
-    if image is None or not _is_ours(image):
+    image = _ours()
+    if image is None:
         return None
     for screen in bpy.data.screens:
         for area in screen.areas:

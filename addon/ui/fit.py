@@ -45,12 +45,11 @@ class MEASUREDBRDF_PT_material(_Main, MaterialPanel, bpy.types.Panel):
 class MEASUREDBRDF_PT_begin(_Main, MaterialPanel, bpy.types.Panel):
     """How to begin, where there is no measured material yet"""
 
+    bl_options = {"HIDE_HEADER"}
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return _can_have_material(context) and not has_data(context)
-
-    def draw_header_preset(self, _context: bpy.types.Context) -> None:
-        manual.draw_link(present(self.layout))
 
 
 class MEASUREDBRDF_PT_sidebar(_Main, bpy.types.Panel):
@@ -77,7 +76,7 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         _draw_progress(layout, modal.running)
     material = active_material(context)
     if material is None:
-        layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
+        _draw_import(layout)
         return
     settings, fitted = material.measured_brdf, materials.is_measured(material)
     if materials.mix_node(material) is not None and not fitted:
@@ -96,7 +95,7 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     body = layout.column()
     body.enabled = can_be_changed
     if not settings.filepath:
-        body.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
+        _draw_import(body)
     if settings.filepath or not materials.is_shown(material):
         body.prop(settings, "filepath")
     if settings.filepath:
@@ -106,6 +105,12 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         _draw_start(body, settings, data, fitted)
     if fitted:
         layout.operator(assets.MEASUREDBRDF_OT_save_asset.bl_idname, icon="ASSET_MANAGER")
+
+
+def _draw_import(layout: bpy.types.UILayout) -> None:
+    row = layout.row(align=True)
+    row.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
+    row.operator("wm.url_open", text="", icon="HELP").url = manual.url()
 
 
 def _draw_progress(layout: bpy.types.UILayout, job: Job[Any]) -> None:

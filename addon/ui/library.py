@@ -7,6 +7,7 @@ from ..annotations import present
 from ..data_sources import SOURCES
 from ..jobs import modal
 from ..library import shelf, starter, thumbnails
+from ..materials import material as materials
 from ..materials.reading import scene_colours
 from ..operators import import_data, library
 from .layout import draw_warning, draw_wrapped, room
@@ -25,24 +26,44 @@ class _StartPanel:
     bl_parent_id = "MEASUREDBRDF_PT_material"
 
 
-class MEASUREDBRDF_PT_start(_StartPanel, bpy.types.Panel):
+class _Start(_StartPanel):
+    bl_label = "Start from..."
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _draw_published(present(self.layout), context)
+
+
+class MEASUREDBRDF_PT_start(_Start, bpy.types.Panel):
     """Materials that come with the extension: published fits of the 100 materials of MERL"""
 
-    bl_label = "Start from..."
     bl_parent_id = "MEASUREDBRDF_PT_begin"
 
-    def draw(self, context: bpy.types.Context) -> None:
-        _draw_published(present(self.layout), context)
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _is_offered(context)
 
 
-class MEASUREDBRDF_PT_start_again(_StartPanel, bpy.types.Panel):
-    """Another material that comes with the extension: published fits of the 100 materials of MERL"""
+class MEASUREDBRDF_PT_start_first(_Start, bpy.types.Panel):
+    """Materials that come with the extension: published fits of the 100 materials of MERL"""
 
-    bl_label = "Start from..."
+    bl_parent_id = "MEASUREDBRDF_PT_begin"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context: bpy.types.Context) -> None:
-        _draw_published(present(self.layout), context)
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return not _is_offered(context)
+
+
+class MEASUREDBRDF_PT_start_again(_Start, bpy.types.Panel):
+    """Another material that comes with the extension: published fits of the 100 materials of MERL"""
+
+    bl_options = {"DEFAULT_CLOSED"}
+
+
+def _is_offered(context: bpy.types.Context) -> bool:
+    """Whether the starter library is open above materials that are not measured: in files that have no measured one,
+    unless the preferences say otherwise."""
+    return preferences.get(context).offer_library and not any(map(materials.is_shown, bpy.data.materials))
 
 
 class _Folder(_StartPanel):
@@ -157,5 +178,6 @@ def _grid(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     return layout.grid_flow(row_major=True, columns=max(room() // _CELL, 2), even_columns=True, align=False)
 
 
-classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_folder_first, MEASUREDBRDF_PT_sources_first,
+classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_start_first, MEASUREDBRDF_PT_folder_first,
+           MEASUREDBRDF_PT_sources_first,
            MEASUREDBRDF_PT_start_again, MEASUREDBRDF_PT_folder, MEASUREDBRDF_PT_sources)

@@ -243,6 +243,7 @@ def _edit(header: dict[str, Any], entries: _Arrays, channels: int, stored: int) 
     arrays = {name: _array(entries, f"edit_{name}", shape, np.float64) for name, shape in shapes.items()}
     for name, array in arrays.items():
         _check_range(f"edit_{name}", array, _LEAST_CEILING if name == "level" else 0, LARGEST)
+    _check((width != 1) == (len(arrays["balance"]) > 0), "its edit has a balance without a width, or the reverse")
     return Edit(**arrays, width=width, coat=coat, coat_width=coat_width)
 
 

@@ -23,16 +23,16 @@ def fits(curet, cornell):
 def test_exact_converges_to_the_edited_function(blender, fits, material, edit, light):
     set_up, integrate, samples, tolerance = LIGHTS[light]
     fit = edited(fits[material], **EDITS[edit])
-    scene = sphere_scene(blender, fit, samples)
+    # narrow highlights at grazing angles, all that a dark channel has, take more samples
+    scene = sphere_scene(blender, fit, 256 if edit == "sharpened" else samples)
     set_up()
     ratio = render(scene)[..., :3].mean(axis=(0, 1)) / integrate(fit)
     assert ratio == pytest.approx([1, 1, 1], abs=tolerance)
 
 
-@pytest.mark.parametrize("edit", ["widened", "coated", "all"])
+@pytest.mark.parametrize("edit", [EDITS["widened"], EDITS["all"], {"coat": 0.8, "coat_width": 0.3}])
 def test_closure_nodes_have_the_light_of_the_edited_function(blender, fits, edit):
-    """Their own error, as they state it, is the most that they may be off by."""
-    fit = edited(fits["krylon"], **EDITS[edit])
+    fit = edited(fits["krylon"], **edit)
     set_up, integrate, samples, _ = LIGHTS["world"]
     scene = sphere_scene(blender, fit, samples)
     scene.cycles.shading_system = False

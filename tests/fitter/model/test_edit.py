@@ -199,7 +199,7 @@ def test_a_damaged_edit_is_refused(tmp_path):
     fit = edited(Fit(*_flat(0.2)), diffuse=0.5, coat=0.3)
     for damaged in (replace(fit.edit, level=np.zeros(1)), replace(fit.edit, coat=2.0),
                     replace(fit.edit, diffuse=np.full(1, np.nan)), replace(fit.edit, highlight=np.ones(2)),
-                    replace(fit.edit, balance=np.ones((5, 1)))):
+                    replace(fit.edit, balance=np.ones((5, 1))), replace(fit.edit, width=2.0)):
         replace(fit, edit=damaged).save(tmp_path / "damaged.npz")
         with pytest.raises(DatasetError, match=r"a damaged fit: .*edit"):
             Fit.load(tmp_path / "damaged.npz")
