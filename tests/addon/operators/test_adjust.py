@@ -51,11 +51,15 @@ def test_the_shader_gets_the_edited_fit_without_the_measurements(blender, curet,
     assert len(blender.data.texts) == 1             # the former shader is gone
 
 
-def test_as_measured_takes_everything_back(blender, curet, material, random):
+def test_as_measured_takes_everything_back(blender, extension, curet, material, random):
+    worth = extension.addon.materials.properties.worth
     settings = material.measured_brdf
+    praise = worth(settings)
     settings.highlight_gain = 3.0
     blender.ops.measured_brdf.adjust()
+    assert worth(settings) == (f"Before it was adjusted: {praise[0]}", False)
     assert blender.ops.measured_brdf.adjust(reset=True) == {"FINISHED"}
+    assert worth(settings) == praise
     assert settings.highlight_gain == 1
     at = directions(random)
     np.testing.assert_allclose(shown(material).evaluate(*at)[:, :1], np.maximum(expected(curet).evaluate(*at), 0),

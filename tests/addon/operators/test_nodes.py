@@ -38,6 +38,17 @@ def test_the_menu_adds_the_node_of_a_material(editor):
     assert {"BSDF", "EEVEE"} <= set(added.outputs.keys())
 
 
+def test_the_starter_library_is_offered_until_a_file_has_a_measured_material(editor, extension, monkeypatch):
+    library, preferences = extension.addon.ui.library, extension.addon.preferences
+    offered, closed = library.MEASUREDBRDF_PT_start, library.MEASUREDBRDF_PT_start_first
+    assert (offered.poll(bpy.context), closed.poll(bpy.context)) == (False, True)
+    for item in [*bpy.data.materials]:
+        bpy.data.materials.remove(item)
+    assert (offered.poll(bpy.context), closed.poll(bpy.context)) == (True, False)
+    monkeypatch.setattr(preferences, "get", lambda _context: preferences._Defaults(offer_library=False))
+    assert (offered.poll(bpy.context), closed.poll(bpy.context)) == (False, True)
+
+
 def test_a_name_that_is_not_there_is_refused(editor):
     before = len(editor.edit_tree.nodes)
     with pytest.raises(RuntimeError, match="'nowhere' is not a measured material"):
