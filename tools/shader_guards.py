@@ -54,7 +54,7 @@ SHADER_GUARDS = [
           "VALUE(PRIOR_CEILING))",
           "(eval_prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(STEEPEST))) - PRIOR_OFFSET",
           "the ceiling between the samples"),
-         ("max(color(f), color(0.0))", "color(f)", "values below 0")),
+         ("max(f, VALUE(0.0))", "f", "values below 0")),
     *_of("osl/sampling_table.h", _SAMPLING,
          ("i == view * CELLS ? table[i] : table[i] - table[i - 1]", "table[i] - table[i - 1]",
           "the first cell of a view"),

@@ -132,7 +132,8 @@ def test_the_command_line_imports_no_report_and_nothing_that_only_reports_need(m
 
 
 def test_inside_the_extension_only_what_blender_has_is_imported_and_only_relatively():
-    allowed = {"bmesh", "bpy", "bpy_extras", "mathutils", "numpy", "cycles", "_cycles", *sys.stdlib_module_names}
+    allowed = {"blf", "bmesh", "bpy", "bpy_extras", "gpu", "gpu_extras", "mathutils", "numpy", "cycles", "_cycles",
+               *sys.stdlib_module_names}
     for path in [*ROOT.glob("addon/**/*.py"), *ROOT.glob("fitter/**/*.py")]:
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             names = []
