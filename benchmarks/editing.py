@@ -1,4 +1,4 @@
-"""What edits and mixes cost: ``python -m benchmarks.editing`` prints the tables of docs/manual/adjusting.md.
+"""What edits and mixes cost: ``python -m benchmarks.editing`` prints two tables.
 
 For a lacquer, a metallic paint and a cloth of the starter library, with each edit: the light that the highlight keeps,
 the error of Fast and of the closure nodes, and the time of a render with Exact, to that of the material as measured.

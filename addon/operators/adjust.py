@@ -56,11 +56,12 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
         target = by_session_uid(bpy.data.materials, self._target)
         if target is None or not target.is_editable or not materials.is_measured(target):
             raise ValueError("The material has been removed meanwhile")
-        materials.adjust(target, prepared[0], context, prepared[1])
+        adjusted, shader = prepared
+        if not self.reset and adjustments.edit_arguments(target.measured_brdf) != adjusted.edit:
+            _apply_soon(target)             # the user has undone or changed something meanwhile
+        materials.adjust(target, adjusted, context, shader)
         if self.reset:
             adjustments.reset(target.measured_brdf)
-        elif not is_as_adjusted(target.measured_brdf):      # the user has undone or changed something meanwhile
-            _apply_soon(target)
 
 
 def _apply_soon(material: bpy.types.Material) -> None:

@@ -8,12 +8,13 @@ import bpy
 from ..annotations import present
 from ..jobs import queries
 from ..jobs.job import Job
-from ..materials.properties import fit_arguments
+from ..materials import material as materials
+from ..materials.properties import fit_arguments, is_as_fitted
 from .layout import MaterialPanel
 
 
 class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
-    """Preview of these settings, before the material is fitted"""
+    """The material's fit; where the settings have been changed since, what they would give, and every level"""
 
     bl_label = "Look"
     bl_parent_id = "MEASUREDBRDF_PT_material"
@@ -21,19 +22,28 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         material = present(context.material)
         settings, data = material.measured_brdf, queries.data(material).result
-        if data is None:
+        # the fit in the shader, which needs no measurements, unless the settings have been changed since
+        is_kept = materials.is_measured(material) and (data is None or is_as_fitted(settings))
+        if data is None and not is_kept:
             return
-        arguments = fit_arguments(settings)
-        anisotropic = data.description.rotations is not None
-        azimuth = settings.shown_phi if anisotropic else 0.0
+        anisotropic = (materials.tangent_input(material) is not None if is_kept or data is None
+                       else data.description.rotations is not None)
+        theta, azimuth = settings.shown_theta, settings.shown_phi if anisotropic else 0.0
         pictures = self.layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
-        _draw_picture(pictures, "Lit sphere", *queries.lit_sphere(data, arguments))
-        polar = queries.polar_plot(data, arguments, settings.shown_theta, azimuth)
+        if is_kept or data is None:
+            _draw_picture(pictures, "Lit sphere", *queries.material_sphere(material))
+            polar = queries.material_polar(material, theta, azimuth, data)
+            turned = queries.material_turned(material, theta) if anisotropic else None
+        else:
+            arguments = fit_arguments(settings)
+            _draw_picture(pictures, "Lit sphere", *queries.lit_sphere(data, arguments))
+            polar = queries.polar_plot(data, arguments, theta, azimuth)
+            turned = queries.turned_plane(data, arguments, theta) if anisotropic else None
         job = _draw_picture(pictures, "Plane of incidence", *polar)
-        if anisotropic:
-            turned = queries.turned_plane(data, arguments, settings.shown_theta)
+        if turned is not None:
             _draw_picture(pictures, "Plane, turned", *turned)
-        _draw_picture(pictures, "RMSE by level", *queries.errors_by_level(data, arguments))
+        if data is not None and not is_kept:
+            _draw_picture(pictures, "RMSE by level", *queries.errors_by_level(data, fit_arguments(settings)))
         column = pictures.column()
         column.label(text="Incidence")
         column.prop(settings, "shown_theta", text="")

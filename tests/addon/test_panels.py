@@ -375,3 +375,24 @@ def test_results_of_a_damaged_file_are_drawn_or_left_out(ui, material, odd):
                   ui.details.MEASUREDBRDF_PT_settings):
         assert draw(panel, material=material).texts
     ui.queue.unregister()
+
+
+def test_look_shows_the_fit_that_the_material_has_and_fits_only_for_other_settings(ui, extension, material,
+                                                                                  monkeypatch):
+    from types import SimpleNamespace as Answer
+
+    asked, done = [], Answer(error=None, finished=1.0, result=(None, float("nan")))
+    queries = extension.addon.jobs.queries
+    for name in ("material_sphere", "material_polar", "lit_sphere", "polar_plot", "errors_by_level"):
+        monkeypatch.setattr(queries, name, lambda *_arguments, name=name: (asked.append(name), (7, done))[1])
+    look = extension.addon.ui.pictures.MEASUREDBRDF_PT_pictures
+    drawn(ui, look, material)
+    assert set(asked) == {"material_sphere", "material_polar"}
+    asked.clear()
+    material.measured_brdf.diffuse_level += 1
+    drawn(ui, look, material)
+    assert set(asked) == {"lit_sphere", "polar_plot", "errors_by_level"}
+    asked.clear()
+    material.measured_brdf.filepath = "/nowhere/file.astm"
+    draw(look, material=material)
+    assert set(asked) == {"material_sphere", "material_polar"}
