@@ -6,7 +6,7 @@ import zipfile
 
 import pytest
 
-from support.checkout import ROOT, extension
+from support.checkout import ROOT
 from tools.docs import check
 
 SPHINX = ROOT / "build" / f"env-docs-{sys.version_info[0]}.{sys.version_info[1]}" / "bin" / "python"
@@ -44,33 +44,26 @@ def test_every_page_is_reached_from_the_first(site):
 
 
 @needs_sphinx
-def test_the_reference_has_every_public_name_operator_argument_and_command(site):
-    import bpy
-
+def test_the_reference_has_every_public_name_operator_argument_and_command(site, blender):
     import fitter
 
     python = check.anchors(site / "reference" / "python.html")
     assert {f"fitter.{name}" for name in fitter.__all__} <= python
     assert {"fitter.Fit.evaluate", "fitter.Samples.directions"} <= python
-    extension().register()
-    try:
-        text = (site / "reference" / "operators.html").read_text("utf-8")
-        names = dir(bpy.ops.measured_brdf)
-        assert {"fit", "import_data"} <= set(names)
-        for name in names:
-            assert name.replace("_", "-") in check.anchors(site / "reference" / "operators.html"), name
-            for argument, _ in getattr(bpy.ops.measured_brdf, name).get_rna_type().properties.items():
-                assert argument in ("rna_type", "filter_glob") or f">{argument}<" in text, (name, argument)
-    finally:
-        extension().unregister()
+    text = (site / "reference" / "operators.html").read_text("utf-8")
+    names = dir(blender.ops.measured_brdf)
+    assert {"fit", "import_data"} <= set(names)
+    for name in names:
+        assert name.replace("_", "-") in check.anchors(site / "reference" / "operators.html"), name
+        for argument, _ in getattr(blender.ops.measured_brdf, name).get_rna_type().properties.items():
+            assert argument in ("rna_type", "filter_glob") or f">{argument}<" in text, (name, argument)
     text = (site / "reference" / "command_line.html").read_text("utf-8")
     for command in ("fitter info", "fitter fit", "fitter bake", "measured_brdf convert", "measured_brdf render"):
         assert f"python -m {command}" in text or f"usage: {command}" in text, command
 
 
 @needs_sphinx
-def test_every_topic_of_f1_leads_to_an_anchor_of_the_extensions_pages(manual_site):
-    extension()
+def test_every_topic_of_f1_leads_to_an_anchor_of_the_extensions_pages(manual_site, extension):
     from measured_brdf.addon import manual
 
     assert len(manual.topics()) > 8
