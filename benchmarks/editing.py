@@ -65,7 +65,7 @@ def _scene(material):
 
     scene = black_scene(SIZE, SIZE, SAMPLES, span=2)
     add_sphere()
-    bpy.context.object.data.materials.append(material() if callable(material) else material)
+    bpy.context.object.data.materials.append(material())
     add_lamp("AREA", 100, (-3, 0, 2), (0, -0.98, 0), size=1.0)
     background(scene, 0.3)
     return scene

@@ -32,15 +32,15 @@ def main():
     path = Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else OUT
     tiles = []
     for text, file, settings in ADJUSTED:
-        material = _import(_stage(), file)
+        _stage()
+        material = _import(file)
         for name, value in settings.items():
             setattr(material.measured_brdf, name, value)
         if settings:
             bpy.ops.measured_brdf.adjust()
         tiles.append(_tile(text))
     _stage()
-    first = _import(bpy.context.scene, FABRIC)
-    second = _import(bpy.context.scene, GOLD)
+    first, second = _import(FABRIC), _import(GOLD)
     bpy.ops.measured_brdf.mix(first=first.name, second=second.name)
     mixed = bpy.context.object.active_material
     noise = mixed.node_tree.nodes.new("ShaderNodeTexNoise")
@@ -59,10 +59,9 @@ def main():
 def _stage():
     scene = gallery.stage()
     scene.render.resolution_x = scene.render.resolution_y = SIZE
-    return scene
 
 
-def _import(scene, file):
+def _import(file):
     bpy.ops.measured_brdf.import_data(filepath=file, preset="Standard")
     return bpy.context.object.active_material
 

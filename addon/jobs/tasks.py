@@ -237,7 +237,7 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
     with progress.part(0.0, share, "Fitting"):
         found = known[1] if known is not None and is_known else fitted(samples, key, arguments)
     with progress.part(share, 1.0):
-        return finish(samples, measured, found, report, edit)
+        return _finish(samples, measured, found, fitter.edited(found.fit, **(edit or {})), edit or {}, report)
 
 
 def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: Report = silent,
@@ -291,8 +291,9 @@ def asset(path: str, sample: str | None, arguments: Arguments, folder: str, repo
         found = fitted(samples, measured.digest, arguments)
         keep.parent.mkdir(parents=True, exist_ok=True)
         found.fit.save(keep)
-    edited = fitter.edited(found.fit, **(edit or {}))
-    return (finish(samples, measured, found, report, edit), pictures.lit_sphere(edited, colours=samples.colours))
+    made = fitter.edited(found.fit, **(edit or {}))
+    return (_finish(samples, measured, found, made, edit or {}, report),
+            pictures.lit_sphere(made, colours=samples.colours))
 
 
 def fit_key(name: str, data_digest: str, arguments: Arguments) -> str:
@@ -331,11 +332,10 @@ def rebake(shaders: Sequence[tuple[str, float, _PassedOn]],
     return done
 
 
-def finish(samples: fitter.Samples, measured: Measured, found: Fitted, report: Report = silent,
-           edit: Arguments | None = None) -> Outcome:
-    """Add to a fit what else a material needs; `edit` are keyword arguments of `fitter.edited`."""
-    edit = edit or {}
-    return Outcome(measured, found, *_baked(fitter.edited(found.fit, **edit), measured.colours, report),
+def _finish(samples: fitter.Samples, measured: Measured, found: Fitted, made: fitter.Fit, edit: Arguments,
+            report: Report) -> Outcome:
+    """Add to a fit what else a material needs; `made` is the fit as `edit` has changed it."""
+    return Outcome(measured, found, *_baked(made, measured.colours, report),
                    verdict.of(samples, found.fit, found.unseen), edit)
 
 

@@ -207,6 +207,18 @@ def _store(node: bpy.types.Node, text: bpy.types.Text, shader: Shader) -> None:
     A script node gets its sockets by compiling. So the node first compiles an empty shader of the same parameters,
     which takes 10 ms instead of 150.
     """
+    if not shader.bytecode:                     # this Blender was built without OSL
+        node.script = text
+        text.from_string(shader.source)
+        return
+    compile_node(node, text, interface(shader.source))
+    text.from_string(shader.source)
+    text.cursor_set(0)
+    node.bytecode, node.bytecode_hash = shader.bytecode, shader.bytecode_hash
+
+
+def compile_node(node: bpy.types.Node, text: bpy.types.Text, source: str) -> None:
+    """Give a script node in INTERNAL mode a small shader, in a text, with an output `Active`. Raises CompileError."""
     from cycles import osl
 
     errors: list[str] = []
@@ -215,19 +227,12 @@ def _store(node: bpy.types.Node, text: bpy.types.Text, shader: Shader) -> None:
         if "ERROR" in kind:
             errors.append(message)
 
-    if not shader.bytecode:                     # this Blender was built without OSL
-        node.script = text
-        text.from_string(shader.source)
-        return
-    text.from_string(interface(shader.source))
+    text.from_string(source)
     node.script = text
-    if "BSDF" not in node.outputs:
+    if _ACTIVE not in node.outputs:
         try:
             osl.update_script_node(node, report)
         except OSError as error:                # it compiles in the folder for temporary files
             errors.append(f"{error.filename or 'temporary files'}: {error.strerror}")
-    if "BSDF" not in node.outputs:
+    if _ACTIVE not in node.outputs:
         raise CompileError("The OSL compiler rejected the shader" + "".join(f": {message}" for message in errors))
-    text.from_string(shader.source)
-    text.cursor_set(0)
-    node.bytecode, node.bytecode_hash = shader.bytecode, shader.bytecode_hash
