@@ -116,6 +116,12 @@ LEAST_HALF_VECTOR = 1e-3
 # The least distance of a lamp, in units of the scene (numerical).
 LEAST_DISTANCE = 1e-6
 
+# Mixes (osl/mix.osl).
+
+# Measured materials that Cycles has room for at one point: it has 64 closures, and a material fills up to 27, its
+# mixture 12, each of four lamps 3, a sampled direction 3.
+MOST_MIXED = 2
+
 # Lobes at lamps (osl/lamp_lobes.h).
 
 # Lobes of one shading point: where more lamps are above the horizon, some are taken at random, ...

@@ -9,17 +9,13 @@ from typing import NamedTuple
 import bpy
 
 from ...fitter.colours import COLOURS
-from ...fitter.shader_constants import MAX_LAMPS
+from ...fitter.shader_constants import MAX_LAMPS, MOST_MIXED
 from .. import versions
 from ..scene import device
 from ..scene.lamps import instances, light_objects, sky_moves
 from . import material as materials
 from . import osl_support, reading, rendered, tangents
 from .properties import AUTOMATIC, EXACT, FAST, NODES
-
-# Cycles has 64 closure slots. A measured material fills up to 27: its mixture 12, each of four lamps 3, a sampled
-# direction 3.
-_MOST_MIXED = 2
 
 
 class Finding(NamedTuple):
@@ -166,10 +162,10 @@ def _refit(material: bpy.types.Material) -> None:
 
 def _materials() -> Iterator[Finding]:
     for material in bpy.data.materials:
-        if material.users > material.use_fake_user and (count := materials.mixed(material.node_tree)) > _MOST_MIXED:
+        if material.users > material.use_fake_user and (count := materials.mixed(material.node_tree)) > MOST_MIXED:
             yield Finding(f"mixed:{material.name}", f"{material.name} mixes {count} measured materials: Cycles has "
-                          f"room for the closures of {_MOST_MIXED}, and where there are several lamps, light of the "
-                          "others is lost. Mix them by Mix Measured BRDFs, which renders one at a time")
+                          f"room for the closures of {MOST_MIXED}, and where there are several lamps, light of the "
+                          "others is lost. Mix them by Mix Measured BRDFs, which renders some of them at a time")
     outdated = [material.name for material in bpy.data.materials if material.measured_brdf.coefficients
                 and material.is_editable and versions.made_by(material) != versions.CURRENT
                 and materials.is_outdated(material)]

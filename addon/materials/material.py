@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from ...fitter.cycles.bake import SHADER_VERSION
+from ...fitter.shader_constants import MOST_MIXED
 from .. import versions
 from ..annotations import Arguments, present
 from ..scene import lamps
@@ -126,32 +127,24 @@ def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, con
     with new_data_removed_on_error(), restored_on_error(material, (*CHOICES, *RESULTS)):
         _use_nodes(material)
         is_new = group_node(material) is None
-        node, before = _show(material, node_group.create(shader, material.name))
+        node, before = _show_look(material, outcome, shader)
         node.label = outcome.measured.name
         rendering = choices.rendering if is_new else rendering_of(material)
         # this correction would bend the shader's directions, which are right as they are
         material.cycles.use_bump_map_correction = False
-        export_surface.update(material, outcome)
-        _colour_solid_view(material, outcome)
         _store(material.measured_brdf, choices, outcome)
         use_rendering(material, rendering)
-        with mix_group.following(material, before, node.node_tree):
-            lamps.update(context.evaluated_depsgraph_get())
-            unused = node_group.unused(before)
+        unused = _replaced(material, before, present(node.node_tree), context)
     bpy.data.batch_remove(unused)
 
 
 def adjust(material: bpy.types.Material, adjusted: Look, context: bpy.types.Context, shader: Shader) -> None:
     """Give a measured material the shader of its fit as it was edited; if that fails, it stays as it was."""
     with new_data_removed_on_error(), restored_on_error(material, RESULTS):
-        node, before = _show(material, node_group.create(shader, material.name))
-        export_surface.update(material, adjusted)
-        _colour_solid_view(material, adjusted)
+        node, before = _show_look(material, adjusted, shader)
         settings = material.measured_brdf
         settings.sphere, settings.adjusted, settings.version = adjusted.sphere, as_text(adjusted.edit), versions.CURRENT
-        with mix_group.following(material, before, node.node_tree):
-            lamps.update(context.evaluated_depsgraph_get())
-            unused = node_group.unused(before)
+        unused = _replaced(material, before, present(node.node_tree), context)
     bpy.data.batch_remove(unused)
 
 
@@ -162,7 +155,7 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
     Raises
     ------
     compiler.CompileError
-        If this Blender cannot compile the shader that picks one of them; the file then stays as it was.
+        If this Blender cannot compile the shader of their shares; the file then stays as it was.
     """
     with new_data_removed_on_error():
         nodes = [present(surface_node(item)) for item in (first, second)]
@@ -256,11 +249,12 @@ def shows(material: bpy.types.Material, engine: Literal["CYCLES", "EEVEE"]) -> b
 
 
 def mixed(tree: bpy.types.NodeTree | None) -> int:
-    """How many measured BRDFs a node tree renders at once, also inside of node groups; of a mix, one at a time."""
+    """How many measured BRDFs a node tree renders at once, also inside of node groups; of a mix, at most two."""
     if tree is None:
         return 0
     groups = [node.node_tree for node in tree.nodes if node.type == "GROUP" and node.node_tree is not None]
-    return sum(1 if node_group.script_node(group) is not None or mix_group.is_mix(group) else mixed(group)
+    return sum(1 if node_group.script_node(group) is not None
+               else min(mix_group.count(group), MOST_MIXED) if mix_group.is_mix(group) else mixed(group)
                for group in groups)
 
 
@@ -367,6 +361,23 @@ def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.t
     elif any(link.from_node.name != _FORMER for link in eevee.inputs["Surface"].links):
         return
     tree.links.new(node.outputs[node_group.EEVEE], eevee.inputs["Surface"])
+
+
+def _show_look(material: bpy.types.Material, look: Look,
+               shader: Shader) -> tuple[bpy.types.Node, bpy.types.NodeTree | None]:
+    """Give a material a look, in every renderer and in exports: what `_show` returns."""
+    node, before = _show(material, node_group.create(shader, material.name))
+    export_surface.update(material, look)
+    _colour_solid_view(material, look)
+    return node, before
+
+
+def _replaced(material: bpy.types.Material, before: bpy.types.NodeTree | None, after: bpy.types.NodeTree,
+              context: bpy.types.Context) -> list[bpy.types.ID]:
+    """Tell mixes and lamps of a material's new group: what nothing uses any more. If that fails, mixes stay."""
+    with mix_group.following(material, before, after):
+        lamps.update(context.evaluated_depsgraph_get())
+        return node_group.unused(before)
 
 
 def _colour_solid_view(material: bpy.types.Material, outcome: Look) -> None:

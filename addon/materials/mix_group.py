@@ -1,7 +1,8 @@
 """The node group of a mix of two measured materials, which holds the groups of both.
 
-Where Cycles renders with OSL, one of the two renders each sample, as often as its share is: the other is given a
-strength of 0, and returns at once. Elsewhere closures have their share. The materials that are mixed may be mixes.
+Both have their share. Where Cycles renders with OSL and has no room for the closures of both (osl/mix.osl), one of them
+renders each sample, as often as its share is: the other is given a strength of 0, and returns at once. The materials
+that are mixed may be mixes.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ import bpy
 
 from ...fitter.cycles.bake import mix_source
 from ..annotations import present
+from ..scene import lamps
 from ..transaction import new_data_removed_on_error
 from . import node_group, osl_support
-from .compiler import CompileError
 
 FACTOR = "Factor"
 _SCRIPT = "Measured BRDF Mix Shader"
@@ -116,7 +117,9 @@ def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types
                                                                      "NodeGroupOutput"))
     script.name = script.label = _SCRIPT
     source.location, script.location, output.location = (-900, 0), (-600, 250), (900, 0)
-    _compile(script)
+    script.mode = "INTERNAL"
+    if not osl_support.missing():               # else it stays empty
+        node_group.compile_node(script, bpy.data.texts.new(f"{_SCRIPT}.osl"), mix_source())
     share, rest = tree.nodes.new("ShaderNodeClamp"), _math(tree, "SUBTRACT", -600, -20)
     share.location, rest.inputs[0].default_value = (-600, -300), 1
     tree.links.new(source.outputs[FACTOR], share.inputs["Value"])
@@ -138,7 +141,11 @@ def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types
         strength.name = f"{name} Strength"
     if script.outputs:
         tree.links.new(source.outputs[FACTOR], script.inputs["Factor"])
-        script.inputs["Stream"].default_value = tree[_COUNT]
+        script.inputs["Mixed"].default_value = tree[_COUNT]
+        scene_lamps = tree.nodes.new("ShaderNodeGroup")
+        scene_lamps.node_tree = lamps.node_tree()
+        scene_lamps.location, scene_lamps.hide = (-900, 250), True
+        tree.links.new(scene_lamps.outputs["Frugal"], script.inputs["Frugal"])
     for number, name in enumerate((node_group.CYCLES, node_group.EEVEE)):
         both = tree.nodes.new("ShaderNodeAddShader")
         both.name, both.location = name, (500, -200 * number)
@@ -179,25 +186,6 @@ def _math(tree: bpy.types.NodeTree, operation: str, x: float, y: float) -> bpy.t
     node = tree.nodes.new("ShaderNodeMath")
     node.operation, node.location = operation, (x, y)
     return node
-
-
-def _compile(script: bpy.types.Node) -> None:
-    """Give the script node its shader; without OSL it stays empty."""
-    if osl_support.missing():
-        return
-    from cycles import osl
-
-    text = bpy.data.texts.new(f"{_SCRIPT}.osl")
-    text.from_string(mix_source())
-    script.mode, script.script = "INTERNAL", text
-    errors: list[str] = []
-    if not script.outputs:
-        try:
-            osl.update_script_node(script, lambda kind, message: errors.append(message))
-        except OSError as error:                # it compiles in the folder for temporary files
-            errors.append(f"{error.filename or 'temporary files'}: {error.strerror}")
-    if "Active" not in script.outputs:
-        raise CompileError("The OSL compiler rejected the shader of the mix" + "".join(f": {each}" for each in errors))
 
 
 def _remember_errors(tree: bpy.types.NodeTree) -> None:

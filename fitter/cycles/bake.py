@@ -93,9 +93,9 @@ def _completed(template: str, generated: dict[str, str]) -> str:
 
 
 def mix_source() -> str:
-    """OSL source of the shader that tells which of two mixed materials renders a sample."""
+    """OSL source of the shader that tells how strong two mixed materials are in a sample."""
     constants = "".join(f"#define {name} {value}\n" for name, value in shader_constants().items()
-                        if name.startswith(("RANDOM_", "SEED_")))
+                        if name.startswith(("MOST_MIXED", "RANDOM_", "SEED_")))
     return _completed((_SOURCES / MIX_SHADER).read_text("utf-8"), {"baked_constants.h": constants})
 
 
