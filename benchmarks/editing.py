@@ -13,8 +13,8 @@ import numpy as np
 import fitter
 from fitter.cycles.bake import bake, fast_error
 from fitter.cycles.node_mixture import node_mixtures
-from fitter.quality.physics import directional_albedo
 from support import checkout
+from support.albedo import mirror_albedo
 
 MATERIALS = ("specular-blue-phenolic", "gold-metallic-paint", "red-fabric")
 EDITS = {
@@ -53,7 +53,8 @@ def _kept(fit, edit):
     """The largest change of the light that the highlight reflects, over five polar angles, where it is to be kept."""
     if "width" not in edit:
         return ""
-    before, after = (directional_albedo(fitter.edited(fit, diffuse=0.0, **more), ANGLES, 400) for more in ({}, edit))
+    before, after = (np.array([mirror_albedo(fitter.edited(fit, diffuse=0.0, **more), angle) for angle in ANGLES])
+                     for more in ({}, edit))
     changes = (after / before - 1)[before > 1e-3]
     return f"{changes.min():+.1%} to {changes.max():+.1%}"
 

@@ -47,9 +47,8 @@ def check(scene: bpy.types.Scene) -> list[Finding]:
 def _outputs(scene: bpy.types.Scene) -> Iterator[Finding]:
     """Materials whose output for the engine has another surface."""
     engine = "EEVEE" if rendered.in_eevee(scene) else "Cycles"
-    for item in bpy.data.materials:
-        if (item.users > item.use_fake_user and materials.is_measured(item)
-                and rendered.in_scene(item, scene).how == rendered.OTHER):
+    for item in rendered.used():
+        if rendered.in_scene(item, scene).how == rendered.OTHER:
             yield Finding(f"output:{item.name}", f"{item.name} does not show the measurements: the output for {engine} "
                           f"has another surface. Connect the node group to one whose Target is {engine}")
 
@@ -57,7 +56,7 @@ def _outputs(scene: bpy.types.Scene) -> Iterator[Finding]:
 def _osl(scene: bpy.types.Scene) -> Iterator[Finding]:
     """Materials that are to be rendered with OSL, and are not."""
     why = rendered.without_osl(scene)
-    used = [item for item in bpy.data.materials if materials.is_measured(item)]
+    used = rendered.used()
     if not why:
         yield from _optix(scene, used)
         return

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from typing import cast
 
 import bpy
+import numpy as np
 
 from ...fitter.cycles.bake import mix_source
 from ..annotations import present
@@ -23,6 +24,7 @@ FACTOR = "Factor"
 _SCRIPT = "Measured BRDF Mix Shader"
 _PARTS = "First", "Second"              # nodes; and custom properties of the group, which hold the materials
 _COUNT = "mixed"                        # custom property of the group: how many measured BRDFs it holds
+_LOOKS = "Tint", "Strength", "Rotation" # inputs that change the look by their values
 _ERRORS = (node_group.FAST_ERROR, node_group.FAST_WORST, node_group.NODES_ERROR, node_group.NODES_WORST,
            node_group.EEVEE_ERROR, node_group.EEVEE_WORST)
 
@@ -60,6 +62,15 @@ def is_mix(tree: bpy.types.NodeTree | None) -> bool:
 def count(tree: bpy.types.NodeTree) -> int:
     """How many measured BRDFs a group holds."""
     return int(tree.get(_COUNT, 1))
+
+
+def left_behind(node: bpy.types.Node) -> list[str]:
+    """The inputs of a material's node that a mix does not take over, and that were connected or changed."""
+    tree = present(node.node_tree)
+    defaults = {item.name: item.default_value for item in _sockets(tree)
+                if item.in_out == "INPUT" and item.name in _LOOKS}
+    return [socket.name for socket in node.inputs if socket.is_linked
+            or (socket.name in defaults and not np.array_equal(socket.default_value, defaults[socket.name]))]
 
 
 def parts(tree: bpy.types.NodeTree) -> tuple[bpy.types.Material | None, bpy.types.Material | None]:

@@ -125,11 +125,15 @@ def advice(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
     return text
 
 
+def used() -> list[bpy.types.Material]:
+    """The materials of the file that show measurements, or mixes of them, and are used."""
+    return [item for item in bpy.data.materials if item.users > item.use_fake_user
+            and (materials.is_measured(item) or materials.mix_node(item) is not None)]
+
+
 def summary(scene: bpy.types.Scene) -> str:
     """What a render without a window says, in one line; empty without measured materials."""
-    used = [item for item in bpy.data.materials if item.users > item.use_fake_user
-            and (materials.is_measured(item) or materials.mix_node(item) is not None)]
-    counts = Counter(in_scene(item, scene).how for item in used)
+    counts = Counter(in_scene(item, scene).how for item in used())
     if not counts:
         return ""
     parts = [f"{counts[how]} {text}" for how, text in ((EXACT, "exact"), (FAST, "fast"), (NODES, "by closure nodes"),

@@ -4,7 +4,7 @@ import bpy
 from bpy.props import FloatProperty, StringProperty
 
 from ..annotations import OperatorResult, present
-from ..materials import compiler
+from ..materials import compiler, mix_group
 from ..materials import material as materials
 from ..transaction import new_data_removed_on_error
 from . import targets
@@ -64,15 +64,21 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
         if self.mask and mask is None:
             self.report({"ERROR"}, f"{self.mask!r} is not an image of this file")
             return {"CANCELLED"}
+        first, second = present(found[0]), present(found[1])
+        left = {item.name: mix_group.left_behind(present(materials.surface_node(item))) for item in (first, second)}
         try:
             with new_data_removed_on_error():
-                mixed = materials.mix(present(found[0]), present(found[1]), self.factor, mask, context)
+                mixed = materials.mix(first, second, self.factor, mask, context)
                 if why := targets.assign(targets.active(context), mixed):
                     mixed.use_fake_user = True
                     self.report({"WARNING"}, f"{mixed.name} is not assigned: {why}")
         except (compiler.CompileError, ValueError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
+        for name, inputs in left.items():
+            if inputs:
+                self.report({"WARNING"}, f"{', '.join(inputs)} of the node of {name} stays there: set or connect it at "
+                                         "the node of the mix")
         self.report({"INFO"}, f"{mixed.name} mixes {self.first} and {self.second}")
         return {"FINISHED"}
 

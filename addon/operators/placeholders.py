@@ -1,7 +1,7 @@
 """Bakes placeholders of the starter library when they are used: in a window, shortly after one was put on an object.
 
-A placeholder that was there when the file was opened, or that has been tried before in this session, is left to the Fit
-button: so undo, and Esc, are the user's last word.
+A placeholder that was there when the file was opened or the extension enabled, or that has been tried before in this
+session, is left to the Fit button: so undo, and Esc, are the user's last word.
 """
 
 import bpy
@@ -51,6 +51,11 @@ def _on_change(_scene: object, depsgraph: bpy.types.Depsgraph) -> None:
 
 @persistent
 def _on_load(_file: object) -> None:
+    _leave_all()
+
+
+def _leave_all() -> None:
+    """Leave the placeholders that are there to the Fit button."""
     _tried.clear()
     _tried.update(item.session_uid for item in bpy.data.materials)
 
@@ -61,11 +66,13 @@ classes = ()
 def register() -> None:
     bpy.app.handlers.depsgraph_update_post.append(_on_change)
     bpy.app.handlers.load_post.append(_on_load)
+    bpy.app.timers.register(_leave_all, first_interval=0)       # `bpy.data` cannot be read here
 
 
 def unregister() -> None:
     bpy.app.handlers.load_post.remove(_on_load)
     bpy.app.handlers.depsgraph_update_post.remove(_on_change)
-    if bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.unregister(_tick)
+    for timer in (_tick, _leave_all):
+        if bpy.app.timers.is_registered(timer):
+            bpy.app.timers.unregister(timer)
     _tried.clear()

@@ -144,6 +144,21 @@ def test_a_mix_follows_its_materials(sphere, fits):
     assert len([text for text in bpy.data.texts if text.name.startswith("felt")]) == 1
 
 
+def test_what_is_set_at_the_nodes_of_both_is_told_to_stay_there(sphere, capfd):
+    sphere(4)
+    felt, krylon = (bpy.data.materials[name] for name in ("felt", "krylon"))
+    nodes = [next(node for node in item.node_tree.nodes if node.type == "GROUP") for item in (felt, krylon)]
+    mixed("felt", "krylon", 0.5)
+    assert "stays there" not in capfd.readouterr().out
+    nodes[0].inputs["Tint"].default_value = (1, 0, 0, 1)
+    bump = krylon.node_tree.nodes.new("ShaderNodeBump")
+    krylon.node_tree.links.new(bump.outputs[0], nodes[1].inputs["Normal"])
+    bpy.ops.measured_brdf.mix(first="felt", second="krylon")
+    told = capfd.readouterr().out
+    assert "Tint of the node of felt stays there" in told
+    assert "Normal of the node of krylon stays there" in told
+
+
 def test_what_cannot_be_mixed_is_refused(sphere):
     sphere(4)
     before = len(bpy.data.materials), len(bpy.data.node_groups), len(bpy.data.texts)

@@ -103,6 +103,18 @@ def test_a_placeholder_is_baked_once_when_an_object_begins_to_use_it(blender, st
     assert not placeholders.bake_next()
 
 
+def test_what_an_object_uses_when_the_extension_is_enabled_is_left_to_the_fit_button(blender, starter, monkeypatch):
+    from measured_brdf.addon.operators import placeholders
+
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.data.materials.append(append(starter, "Red fabric (published fit)"))
+    placeholders.unregister()
+    placeholders.register()
+    assert bpy.app.timers.is_registered(placeholders._leave_all)
+    placeholders._leave_all()                               # the timer, which Blender calls in its window
+    assert not placeholders.bake_next()
+
+
 def test_without_a_window_nothing_is_baked_by_itself(blender, starter):
     from measured_brdf.addon.operators import placeholders
 

@@ -15,6 +15,7 @@ from fitter.errors import DatasetError
 from fitter.methods.editing import edited
 from fitter.model import edit
 from fitter.model.fit import Fit
+from support.albedo import mirror_albedo
 from support.made_fits import MADE_FITS
 
 POLAR = st.floats(0.01, 1.5)
@@ -82,26 +83,11 @@ def test_a_widened_highlight_reflects_as_much_light_at_every_angle(cornell, widt
     before, after = edited(fit, diffuse=0.0), edited(fit, diffuse=0.0, width=width)
     ratios = []
     for theta in np.radians([0, 20, 40, 60, 75]):
-        once, again = (_albedo(each, theta) for each in (before, after))
+        once, again = (mirror_albedo(each, theta) for each in (before, after))
         ratios.append(again / once)
     assert np.abs(np.array(ratios) - 1).max() < 0.04
     mirror = np.radians(60), 0.0, np.radians(60), np.pi
     assert ((after.evaluate(*mirror) > before.evaluate(*mirror)) == (width < 1)).all()
-
-
-def _albedo(fit, theta):
-    """By rings about the mirror direction, closer where that is near."""
-    mirror = vectors(theta, np.pi)
-    x = np.array([np.cos(theta), 0, np.sin(theta)])
-    y = np.cross(mirror, x)
-    u, turn = (np.arange(400) + 0.5) / 400, 2 * np.pi * (np.arange(240) + 0.5) / 240
-    away, width = np.pi * u ** 3, 3 * np.pi * u ** 2 / 400
-    to = (np.cos(away)[:, None, None] * mirror + np.sin(away)[:, None, None]
-          * (np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * y))
-    up = to[..., 2] > 1e-3
-    value = fit.evaluate(theta, 0.0, np.arccos(np.clip(to[up, 2], -1, 1)), np.arctan2(to[up, 1], to[up, 0]))
-    weight = np.broadcast_to((np.sin(away) * width)[:, None] * (2 * np.pi / 240), up.shape)[up] * to[up, 2]
-    return value.T @ weight
 
 
 def test_the_parts_are_what_lies_below_and_above_the_level(random):
@@ -128,7 +114,7 @@ def test_the_coat_is_ggx_over_what_it_lets_through(random):
     fit, bare = edited(Fit(*_flat(0.25)), coat=0.7, coat_width=0.3), edited(Fit(*_flat(0.0)), coat=1.0, coat_width=0.3)
     directions = random_pairs(random, 100)
     directions[0][:], directions[2][:] = random.choice([0.2, 0.7, 1.2], (2, 100))
-    lost = {theta: 0.7 * _albedo(bare, theta)[0] for theta in (0.2, 0.7, 1.2)}
+    lost = {theta: 0.7 * mirror_albedo(bare, theta)[0] for theta in (0.2, 0.7, 1.2)}
     i, o = vectors(*directions[:2]), vectors(*directions[2:])
     for at, (a, b) in enumerate(zip(i, o, strict=True)):
         h = (a + b) / np.linalg.norm(a + b)
@@ -143,7 +129,7 @@ def test_the_coat_is_ggx_over_what_it_lets_through(random):
 def test_a_coat_over_white_never_reflects_more_than_there_is(alpha):
     fit = edited(Fit(*_flat(1 / np.pi)), coat=1.0, coat_width=alpha)
     for theta in np.radians([0, 30, 60, 80, 87]):
-        assert 0.88 < _albedo(fit, theta)[0] < 1.001
+        assert 0.88 < mirror_albedo(fit, theta)[0] < 1.001
 
 
 def _flat(value):
