@@ -15,7 +15,7 @@ from ..materials import material as materials
 from ..operators.compare import SIZE, MEASUREDBRDF_OT_pin, MEASUREDBRDF_OT_render_look
 from ..operators.large_view import MEASUREDBRDF_OT_large_view
 from .comparison import picture_scale
-from .layout import MaterialPanel, draw_row, draw_table, draw_wrapped, is_narrow
+from .layout import MaterialPanel, draw_row, draw_wrapped, is_narrow
 
 _HEADINGS = "", "A", "B"
 _TWO_ABREAST = 36           # characters that two pictures, or two columns of numbers, need beside one another
@@ -56,10 +56,12 @@ class MEASUREDBRDF_PT_compare_with(MeasuredPanel, bpy.types.Panel):
                                   icon="FULLSCREEN_ENTER")
         columns = [_numbers(each, scene) for each in (material, other)]
         rows = [(name, mine, columns[1][name]) for name, mine in columns[0].items()]
-        if is_narrow(_TWO_ABREAST):
-            draw_table(layout, _HEADINGS, rows)
-            return
         column = layout.column(align=True)
+        if is_narrow(_TWO_ABREAST):
+            for name, *values in rows:
+                column.label(text=name)
+                draw_row(column, *(f"{heading}: {value}" for heading, value in zip(_HEADINGS[1:], values, strict=True)))
+            return
         for name, *values in (_HEADINGS, *rows):
             parts = column.split(factor=0.4)
             parts.label(text=name)

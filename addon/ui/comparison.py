@@ -17,7 +17,7 @@ _HEADINGS = "Coefficients", "KB", "RMSE", "Held out"
 _CHEAPEST_FIRST = sorted(PRESETS, key=lambda name: (PRESETS[name]["method"] != "mba", PRESETS[name]["diffuse_level"]))
 _FOUR_ABREAST = 66          # characters that four spheres with their numbers need beside one another
 _UNIT, _LARGEST = 20, 9     # pixels of an icon of the scale 1, and the largest scale
-_BESIDE = 60                # pixels of a region beside its pictures
+_BESIDE = 40                # pixels of a region beside its pictures
 _FORMS = "{} coefficients", "{} KB", "RMSE {}", "Held out {}"
 _UNKNOWN, _FAILED = ("...",) * 4, ("-",) * 4
 

@@ -1,9 +1,10 @@
 """What the panels share: where they are, and how they draw text."""
 
 import textwrap
-from collections.abc import Sequence
+from functools import lru_cache
 from typing import Literal
 
+import blf
 import bpy
 
 from ..materials import material as materials
@@ -11,7 +12,9 @@ from ..materials import material as materials
 _Icon = Literal["CHECKMARK", "DOT", "ERROR", "INFO", "MATERIAL"]
 _CHARACTER, _MARGIN = 5.9, 60       # pixels at a scale of 1: of a character on average, and beside texts with an icon
 _TABS = 30                  # pixels at a scale of 1: of the tabs of a sidebar
-_SHORTEST = 20              # line, characters
+_EDGES, _BUTTON = 24, 14    # pixels at a scale of 1: beside buttons, and beside the text of one
+_SHORTEST, _LEAST = 20, 8   # characters of a line, where the width is not known, and of the narrowest
+_NARROWEST = 0.3            # of characters on average, in sizes of the font
 _NARROW = 40                # characters: less is narrow
 _GAP = 2                    # characters between the columns of a table
 
@@ -41,16 +44,47 @@ def draw_row(layout: bpy.types.UILayout, *texts: str) -> None:
         row.label(text=text)
 
 
-def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: _Icon = "ERROR") -> None:
-    """Draw text in several lines, with an icon at the first."""
+def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: _Icon = "ERROR", beside: int = 0) -> None:
+    """Draw text in several lines, with an icon at the first; `beside` is as in `wrapped`."""
     column = layout.column(align=True)
-    for number, line in enumerate(wrapped(text)):
+    for number, line in enumerate(wrapped(text, beside)):
         column.label(text=line, icon=icon if number == 0 else "BLANK1")
 
 
-def wrapped(text: str) -> list[str]:
-    """Text in lines as wide as the region that is drawn."""
-    return textwrap.wrap(text, room())
+def wrapped(text: str, beside: int = 0) -> tuple[str, ...]:
+    """Text in lines as wide as the region that is drawn, less what stands beside it, in pixels at a scale of 1."""
+    return _wrap(text, 1, _MARGIN + beside, 0, True)
+
+
+def on_buttons(text: str, columns: int) -> tuple[str, ...]:
+    """The text of a button in lines, each for a button of its own, where buttons stand in so many columns."""
+    return _wrap(text, columns, _EDGES, _BUTTON, False) if bpy.context.region is not None else (text,)
+
+
+def _wrap(text: str, columns: int, margin: int, beside: int, breaks_words: bool) -> tuple[str, ...]:
+    """Text in lines as wide as a column: of the region without a margin, and each without what is beside the text."""
+    region, preferences = bpy.context.region, bpy.context.preferences
+    if region is None:
+        return tuple(textwrap.wrap(text, _SHORTEST))
+    scale = preferences.system.ui_scale
+    width = (region.width - scale * (margin + _tabs(region))) / columns - scale * beside
+    return _lines(text, int(width), scale * preferences.ui_styles[0].widget.points, breaks_words)
+
+
+def fits(text: str) -> bool:
+    """Whether text has room on a button as wide as the region that is drawn."""
+    return bpy.context.region is None or len(wrapped(text)) == 1
+
+
+@lru_cache(maxsize=512)
+def _lines(text: str, width: int, size: float, breaks_words: bool) -> tuple[str, ...]:
+    """Text in lines of so many pixels, by the font of the interface; the longest lines of equally many characters."""
+    blf.size(0, size)
+    for characters in range(min(len(text), int(width / size / _NARROWEST)), _LEAST, -1):
+        lines = textwrap.wrap(text, characters, break_long_words=breaks_words)
+        if all(blf.dimensions(0, line)[0] <= width for line in lines):
+            return tuple(lines)
+    return tuple(textwrap.wrap(text, _LEAST, break_long_words=breaks_words))
 
 
 def draw_warning(layout: bpy.types.UILayout, text: str) -> None:
@@ -65,8 +99,11 @@ def room() -> int:
     region, scale = bpy.context.region, bpy.context.preferences.system.ui_scale
     if region is None:
         return _SHORTEST
-    margin = _MARGIN + (_TABS if region.type == "UI" else 0)
-    return max(int((region.width / scale - margin) / _CHARACTER), _SHORTEST)
+    return max(int((region.width / scale - _MARGIN - _tabs(region)) / _CHARACTER), _SHORTEST)
+
+
+def _tabs(region: bpy.types.Region) -> int:
+    return _TABS if region.type == "UI" else 0
 
 
 def is_narrow(characters: int = _NARROW) -> bool:
@@ -78,22 +115,6 @@ def choices(layout: bpy.types.UILayout, longest: int) -> bpy.types.UILayout:
     """A layout for four buttons, of which the longest text has so many characters: beside one another, if they fit."""
     columns = 2 if is_narrow(4 * (longest + _GAP)) else 4
     return layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=True, align=True)
-
-
-def draw_table(layout: bpy.types.UILayout, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Draw a table of texts; where the region is too narrow, the rows over one another, each cell with its heading."""
-    cells = [headings, *rows]
-    widest = max((len(text) for row in cells for text in row), default=0)
-    column = layout.column(align=True)
-    if not is_narrow(len(headings) * (widest + _GAP)):
-        for row in cells:
-            draw_row(column, *row)
-        return
-    for first, *others in rows:
-        column.label(text=first)
-        for heading, text in zip(headings[1:], others, strict=True):
-            draw_value(column, heading, text)
-        column.separator()
 
 
 def draw_value(layout: bpy.types.UILayout, name: str, text: str) -> None:

@@ -10,7 +10,7 @@ from ..library import shelf, starter, thumbnails
 from ..materials import material as materials
 from ..materials.reading import scene_colours
 from ..operators import import_data, library
-from .layout import draw_warning, draw_wrapped, room
+from .layout import draw_warning, draw_wrapped, on_buttons, room
 
 _CELL = 16                  # characters: the width of a cell with a thumbnail
 _SCALE = 4.5                # of thumbnails
@@ -111,14 +111,19 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> N
     choices = context.window_manager.measured_brdf_shelf
     row = layout.row(align=True)
     row.prop(choices, "search", text="", icon="VIEWZOOM")
-    row.prop(choices, "tag", text="")
+    kind = row.row(align=True)
+    kind.active = not choices.search        # which is in all kinds
+    kind.prop(choices, "tag", text="")
     found = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
+    if not found:
+        draw_wrapped(layout, "No material has these words in its name or kind", "INFO")
     grid = _grid(layout)
     for each in found[:_MOST]:
         cell = grid.column(align=True)
         cell.enabled = modal.running is None
         _draw_thumbnail(cell, shelf.swatch_icon(each.name))
-        cell.operator(library.MEASUREDBRDF_OT_use_published.bl_idname, text=each.label).name = each.name
+        for line in on_buttons(each.label, _columns()):
+            cell.operator(library.MEASUREDBRDF_OT_use_published.bl_idname, text=line).name = each.name
     _draw_rest(layout, len(found), "materials")
     draw_wrapped(layout, "Published fits of MERL's materials (Low et al. 2012), not measurements", "INFO")
     if not starter.is_offered(context):
@@ -158,8 +163,9 @@ def _draw_measurement(cell: bpy.types.UILayout, found: thumbnails.Found, how: di
     cell.enabled = modal.running is None
     icon, error = shelf.measurement_icon(found, how) if found.has_picture else (0, None)
     _draw_thumbnail(cell, icon, "ERROR" if error is not None else "FILE" if not found.has_picture else "TIME")
-    button = cell.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, text=found.label)
-    button.filepath, button.sample = found.path, found.sample
+    for line in on_buttons(found.label, _columns()):
+        button = cell.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, text=line)
+        button.filepath, button.sample = found.path, found.sample
 
 
 def _draw_thumbnail(cell: bpy.types.UILayout, icon_id: int, meanwhile: str = "TIME") -> None:
@@ -175,7 +181,11 @@ def _draw_rest(layout: bpy.types.UILayout, count: int, what: str) -> None:
 
 
 def _grid(layout: bpy.types.UILayout) -> bpy.types.UILayout:
-    return layout.grid_flow(row_major=True, columns=max(room() // _CELL, 2), even_columns=True, align=False)
+    return layout.grid_flow(row_major=True, columns=_columns(), even_columns=True, align=False)
+
+
+def _columns() -> int:
+    return max(room() // _CELL, 2)
 
 
 classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_start_first, MEASUREDBRDF_PT_folder_first,

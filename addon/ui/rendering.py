@@ -8,7 +8,7 @@ from ..materials import material as materials
 from ..materials.properties import AUTOMATIC, RENDERINGS
 from ..operators.checks import MEASUREDBRDF_OT_fix_setting
 from ..operators.rendering import MEASUREDBRDF_OT_enable_osl, MEASUREDBRDF_OT_use_method
-from .layout import MaterialPanel, choices, draw_wrapped
+from .layout import MaterialPanel, choices, draw_wrapped, fits
 
 
 class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
@@ -39,4 +39,8 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
             column = layout.box().column(align=True)
             draw_wrapped(column, finding.message)
             if finding.fix is not None:
-                column.operator(MEASUREDBRDF_OT_fix_setting.bl_idname, text=finding.change).key = finding.key
+                text = finding.change
+                if not fits(text):
+                    draw_wrapped(column, text, "DOT")
+                    text = "Fix"
+                column.operator(MEASUREDBRDF_OT_fix_setting.bl_idname, text=text).key = finding.key

@@ -150,9 +150,7 @@ def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(ui,
     shown = drawn(ui, ui.compare_with.MEASUREDBRDF_PT_compare_with, material)
     texts = [entry[2] for entry in shown.drawn if entry[0] == "text"]
     assert texts[:2] == ["A: glossy", "B: dull"]
-    place = texts.index("Coefficients")
-    values = [text for text in texts[place + 1:place + 5] if text not in "AB"]
-    assert values == counts
+    assert values_of(texts, "Coefficients") == counts
     for each, albedo in ((material, values_of(texts, "Albedo %")[0]), (other, values_of(texts, "Albedo %")[1])):
         made = tasks.kept_fit(queries.kept(each))
         random = np.random.default_rng(4)
@@ -166,7 +164,7 @@ def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(ui,
 
 def values_of(texts, name):
     place = texts.index(name)
-    return [text for text in texts[place + 1:place + 5] if text not in "AB"][:2]
+    return [text.removeprefix(letter) for letter, text in zip(("A: ", "B: "), texts[place + 1:place + 3], strict=True)]
 
 
 def test_a_damaged_shader_is_said_and_the_other_is_still_shown(ui, material, other):

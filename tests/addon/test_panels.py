@@ -49,7 +49,7 @@ def use_cycles(scene, osl=True):
 def test_without_a_material_the_panel_offers_to_import(ui, blender):
     blender.ops.mesh.primitive_cube_add()
     shown = draw(ui.fit.MEASUREDBRDF_PT_material)
-    assert shown.button("Import Measured BRDF").operator == "measured_brdf.import_data"
+    assert shown.button("Import File...").operator == "measured_brdf.import_data"
 
 
 def test_the_panel_opens_with_the_picture_the_preset_and_a_verdict(ui, material, monkeypatch):
@@ -229,25 +229,34 @@ def test_compression_is_explained_as_what_is_kept(ui, material, dropped, text):
     assert text in draw(ui.details.MEASUREDBRDF_PT_settings, material=material).texts
 
 
-def test_tables_are_stacked_where_the_region_is_narrow(ui, monkeypatch):
-    from support.drawn import Layout
-
-    table = ("Preset", "Coefficients", "KB"), [("Paper", "17,000", "140"), ("Draft", "700", "8")]
-    for characters, expected in ((80, "Preset Coefficients KB Paper 17,000 140 Draft 700 8"),
-                                 (30, "Paper Coefficients 17,000 KB 140 Draft Coefficients 700 KB 8")):
-        monkeypatch.setattr(ui.layout, "room", lambda characters=characters: characters)
-        layout = Layout()
-        ui.layout.draw_table(layout, *table)
-        assert layout.texts == expected
-
-
 @pytest.mark.parametrize(("kind", "width", "scale", "expected"), [
     ("WINDOW", 420, 1.0, 61), ("WINDOW", 420, 1.25, 46), ("WINDOW", 60, 1.0, 20), ("UI", 420, 1.0, 55)])
-def test_text_wraps_by_the_width_of_the_region(ui, monkeypatch, kind, width, scale, expected):
+def test_columns_follow_from_the_width_of_the_region(ui, monkeypatch, kind, width, scale, expected):
     system = SimpleNamespace(system=SimpleNamespace(ui_scale=scale))
     monkeypatch.setattr(ui.layout, "bpy", SimpleNamespace(context=SimpleNamespace(
         region=SimpleNamespace(type=kind, width=width), preferences=system)))
     assert ui.layout.room() == expected
+
+
+@pytest.mark.parametrize("width", [150, 220, 400])
+@pytest.mark.parametrize("scale", [1.0, 1.25, 2.0])
+def test_lines_fill_the_width_of_the_region_and_are_not_cut(ui, monkeypatch, width, scale):
+    import blf
+
+    text = ("Published fit of MERL's specular-blue-phenolic, not a measurement (Low, Kronander, Ynnerman, Unger 2012, "
+            "ACM TOG 31(1)). WITH CAPITALS: MMMM WWWW MMMM WWWW; illicit little lilies")
+    monkeypatch.setattr(ui.layout, "bpy", SimpleNamespace(context=SimpleNamespace(
+        region=SimpleNamespace(type="WINDOW", width=width * scale), preferences=SimpleNamespace(
+            system=SimpleNamespace(ui_scale=scale),
+            ui_styles=[SimpleNamespace(widget=SimpleNamespace(points=11.0))]))))
+    widest = {}
+    for beside in (0, 24):
+        lines = ui.layout.wrapped(text, beside)
+        blf.size(0, 11.0 * scale)
+        widest[beside] = max(blf.dimensions(0, line)[0] for line in lines) / scale
+        assert "".join(lines).replace(" ", "") == text.replace(" ", "")
+        assert widest[beside] <= width - beside - 50
+    assert widest[0] > 0.7 * (width - 60)
 
 
 def test_the_sidebar_shows_what_the_material_tab_shows(ui, material):
