@@ -19,7 +19,7 @@ from ..jobs import process, queries, tasks
 from ..jobs.modal import InBackground, Steps
 from ..library.discovery import GLOB
 from ..materials import compiler, material, rendered
-from ..materials.properties import CHOICES, LEVELS, READING, FitChoices, fit_arguments, use_preset, worth
+from ..materials.properties import CHOICES, LEVELS, FitChoices, fit_arguments, use_preset, worth
 from ..materials.reading import draw_reading, load_arguments
 from . import tabs, targets
 
@@ -153,7 +153,7 @@ class MEASUREDBRDF_OT_browse(FitChoices, HasTarget, bpy.types.Operator, ImportHe
     """Choose files of measured reflectance and make materials of them"""
 
     bl_idname = "measured_brdf.browse"
-    bl_label = "Import Measured BRDF"
+    bl_label = "Import BRDF"                # on the button of the file browser, which has little room
 
     filter_glob: StringProperty(default=GLOB, options={"HIDDEN"})
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
@@ -171,9 +171,15 @@ class MEASUREDBRDF_OT_browse(FitChoices, HasTarget, bpy.types.Operator, ImportHe
         layout = present(self.layout)
         layout.use_property_split = True
         layout.use_property_decorate = False
-        for name in CHOICES[1:]:
-            if name not in READING:
-                layout.prop(self, name)
+        for name in ("preset", "sample", "rendering"):
+            layout.prop(self, name)
+        header, body = layout.panel("MEASUREDBRDF_levels", default_closed=True)
+        header.label(text="Fit Settings")
+        if body is not None:
+            for name in (*LEVELS, "use_tolerance", "tolerance"):
+                row = body.row()
+                row.active = name == "use_tolerance" or self.use_tolerance == (name == "tolerance")
+                row.prop(self, name)
         draw_reading(layout, self)
 
     def execute(self, _context: bpy.types.Context) -> OperatorResult:

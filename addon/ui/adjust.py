@@ -8,6 +8,7 @@ from ..materials.adjustments import edit_arguments
 from ..materials.properties import is_as_adjusted
 from ..operators.active_material import active_material
 from ..operators.adjust import MEASUREDBRDF_OT_adjust
+from ..operators.mix import MEASUREDBRDF_OT_mix
 from .layout import MaterialPanel
 
 
@@ -43,6 +44,7 @@ class _Adjust:
         back = row.row(align=True)
         back.enabled = bool(edit_arguments(settings)) or not is_as_adjusted(settings)
         back.operator(MEASUREDBRDF_OT_adjust.bl_idname, text="As Measured", icon="LOOP_BACK").reset = True
+        layout.operator(MEASUREDBRDF_OT_mix.bl_idname, text="Mix with Another...", icon="NODE_MATERIAL")
 
 
 class MEASUREDBRDF_PT_adjust(_Adjust, MaterialPanel, bpy.types.Panel):

@@ -22,6 +22,8 @@ from .comparison import draw_cost, picture_scale
 from .layout import MaterialPanel, choices, draw_warning, draw_wrapped, has_data
 from .mix import draw_mix
 
+_HELP = 24                  # pixels at a scale of 1: of the button that opens the manual
+
 
 class _Main:
     """What the panels in the material tab and the one in the sidebar share."""
@@ -81,7 +83,8 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     settings, fitted = material.measured_brdf, materials.is_measured(material)
     if materials.mix_node(material) is not None and not fitted:
         draw_mix(layout, material)
-        _draw_rendering(layout, material, present(context.scene))
+        if getattr(context, "material", None) is None:      # in the sidebar; in the tab, the panel Rendering follows
+            _draw_rendering(layout, material, present(context.scene))
         return
     if fitted:
         _draw_look(layout, context, material)
@@ -109,7 +112,7 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
 
 def _draw_import(layout: bpy.types.UILayout) -> None:
     row = layout.row(align=True)
-    row.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, icon="IMPORT")
+    row.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, text="Import File...", icon="IMPORT")
     row.operator("wm.url_open", text="", icon="HELP").url = manual.url()
 
 
@@ -131,7 +134,8 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
     column = layout.column(align=True)
     row = column.row()
     adjusted = ", adjusted" if edit_arguments(settings) else ""
-    draw_wrapped(row, f"{settings.name_of_data}: {name_of_fit(settings)}{adjusted}", "MATERIAL")
+    draw_wrapped(row, f"{settings.name_of_data}: {name_of_fit(settings)}{adjusted}", "MATERIAL",
+                 _HELP)
     row.operator("wm.url_open", text="", icon="HELP", emboss=False).url = manual.url()
     text, is_well = worth(settings)
     if text:

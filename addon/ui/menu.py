@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..operators import assets, checks, compare, fit, folders, import_data, large_view, mix, rendering, update
+from ..operators import assets, checks, compare, fit, folders, import_data, large_view, library, mix, rendering, update
 from ..viewport import inspect_reflectance
 
 # what it says, for those that are called something else on a button
@@ -10,6 +10,8 @@ _ENTRIES: tuple[tuple[type[bpy.types.Operator], str], ...] = (
     (import_data.MEASUREDBRDF_OT_browse, "Import Measured BRDF..."),
     (folders.MEASUREDBRDF_OT_import_folder, "Import Folder of Measured BRDFs..."),
     (folders.MEASUREDBRDF_OT_convert_folder, "Convert Folder to Measured BRDF Library..."),
+    (library.MEASUREDBRDF_OT_search_published, "Measured BRDF from the Starter Library..."),
+    (library.MEASUREDBRDF_OT_add_starter_library, "Starter Library of Measured BRDFs to the Asset Browser"),
     (fit.MEASUREDBRDF_OT_fit, "Fit Measured BRDF Again"),
     (inspect_reflectance.MEASUREDBRDF_OT_inspect, "Inspect Reflectance of Measured BRDF"),
     (compare.MEASUREDBRDF_OT_pin, "Compare with This Measured BRDF"),

@@ -158,13 +158,16 @@ def test_the_dialog_imports_with_what_was_chosen(blender, cube, file):
 def test_the_dialogs_draw_the_options(extension):
     module = extension.addon.operators.import_data
     for cls, expected in ((module.MEASUREDBRDF_OT_browse, {"angles", "quantity", "illuminant", "isotropic",
-                                                            "symmetry", "encoding", "sample", "preset"}),
+                                                            "symmetry", "encoding", "sample", "preset", "rendering",
+                                                            "diffuse_level", "specular_level", "compression",
+                                                            "use_tolerance", "tolerance"}),
                           (module.MEASUREDBRDF_OT_say_units, {"angles", "quantity"})):
         layout, body = MagicMock(), MagicMock()
         layout.panel.return_value = (MagicMock(), body)
-        operator = SimpleNamespace(layout=layout, complaint="the angles may be degrees or radians " * 5)
+        operator = SimpleNamespace(layout=layout, use_tolerance=False,
+                                   complaint="the angles may be degrees or radians " * 5)
         cls.draw(operator, None)
-        drawn = [call.args[1] for part in (layout, body) for call in part.prop.call_args_list]
+        drawn = [call.args[1] for part in (layout, body, body.row.return_value) for call in part.prop.call_args_list]
         assert expected <= set(drawn)
         assert len(drawn) == len(set(drawn))
 
