@@ -64,7 +64,8 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
         if self.mask and mask is None:
             self.report({"ERROR"}, f"{self.mask!r} is not an image of this file")
             return {"CANCELLED"}
-        first, second = present(found[0]), present(found[1])
+        first: bpy.types.Material = present(found[0])
+        second: bpy.types.Material = present(found[1])
         left = {item.name: mix_group.left_behind(present(materials.surface_node(item))) for item in (first, second)}
         try:
             with new_data_removed_on_error():
