@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 _OSL, _GUARDS, _RENDERING = "tests/osl/test_shader.py", "tests/osl/test_shader_guards.py", "tests/osl/test_rendering.py"
 _FIT = (_OSL, "-k", "evaluates_the_fit and leather or every_part or version_2 or below_zero or slot")
+_EDITED = ("tests/osl/test_edited_shader.py",)
+_MIX = ("tests/osl/test_mix.py", "-k", "no_room or beyond")
 _SAMPLING = (_OSL, _GUARDS, "-k", "drawn or cell")
 _ANISOTROPIC = ("tests/osl/test_anisotropic_shader.py",)
 _TANGENT = ("tests/osl/test_anisotropic_rendering.py", "-k", "tangent or brushed-0.0-sun")
@@ -55,6 +57,20 @@ SHADER_GUARDS = [
           "(eval_prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(STEEPEST))) - PRIOR_OFFSET",
           "the ceiling between the samples"),
          ("max(f, VALUE(0.0))", "f", "values below 0")),
+    *_of("osl/edit.h", _EDITED,
+         ("max(w[2] * cosine - before * sine, HORIZON)", "w[2] * cosine - before * sine",
+          "directions that are turned below the horizon"),
+         ("sqrt(max(h[2] * h[2], LEAST_HEIGHT_2))", "h[2]", "both directions grazing"),
+         ("if (run > LEAST_LENGTH)", "if (1)", "a half vector on the normal"),
+         ("(h[0] * h[0] + h[1] * h[1]) / max(h[2] * h[2], LEAST_HEIGHT_2)",
+          "(h[0] * h[0] + h[1] * h[1]) / (h[2] * h[2])", "a coat where both directions are grazing"),
+         ("min(0.5 * length(h), 1.0)", "0.5 * length(h)", "rounding at retro-reflection"),
+         ("COAT_ALPHA_2) + COAT_ALPHA_2), LEAST_LENGTH)", "COAT_ALPHA_2) + COAT_ALPHA_2), 0.0)",
+          "a narrow coat where both directions are grazing")),
+    *_of("osl/mix.osl", _MIX,
+         ("if (Frugal || Mixed > MOST_MIXED)", "if (Mixed > MOST_MIXED)", "closures of two on a GPU"),
+         ("if (Frugal || Mixed > MOST_MIXED)", "if (Frugal)", "closures of three"),
+         ("clamp(Factor, 0.0, 1.0)", "Factor", "masks beyond black and white")),
     *_of("osl/sampling_table.h", _SAMPLING,
          ("i == view * CELLS ? table[i] : table[i] - table[i - 1]", "table[i] - table[i - 1]",
           "the first cell of a view"),

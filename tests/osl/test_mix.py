@@ -71,22 +71,26 @@ def test_a_mix_of_a_mix_has_the_light_of_all(sphere, fits):
     assert ratio == pytest.approx([1, 1, 1], abs=tolerance)
 
 
-@pytest.mark.parametrize("frugal", [False, True])
-def test_one_at_a_time_where_there_is_no_room_for_both(sphere, extension, monkeypatch, frugal):
+@pytest.mark.parametrize(("count", "frugal", "one_at_a_time"), [(2, False, False), (2, True, True), (3, False, True)])
+def test_one_at_a_time_where_there_is_no_room_for_both(sphere, extension, monkeypatch, count, frugal, one_at_a_time):
     """A sample of one of two, taken at random, is off by half their difference; one of both is not."""
     monkeypatch.setattr(extension.addon.scene.lamps, "renders_on_gpu", lambda scene: frugal)
     samples = 16
     scene = sphere(samples)
-    made = mixed("felt", "krylon", 0.5)
+    parts = "felt", "krylon"
+    if count == 3:
+        mixed(*parts, 0.5)
+        parts = "leather", "felt + krylon"
+    made = mixed(*parts, 0.5)
     LIGHTS["sun"][0]()
     pictures = []
-    for material in (made, bpy.data.materials["felt"], bpy.data.materials["krylon"]):
+    for material in (made, *(bpy.data.materials[name] for name in parts)):
         bpy.context.object.material_slots[0].material = material
         pictures.append(render(scene)[..., :3])
-    both, felt, krylon = pictures
-    error = np.sqrt(np.mean((both - (felt + krylon) / 2) ** 2))
-    expected = np.sqrt(np.mean((felt - krylon) ** 2)) / 2 / np.sqrt(samples)
-    assert error == pytest.approx(expected, rel=0.25) if frugal else error < expected / 5
+    both, first, second = pictures
+    error = np.sqrt(np.mean((both - (first + second) / 2) ** 2))
+    expected = np.sqrt(np.mean((first - second) ** 2)) / 2 / np.sqrt(samples)
+    assert error == pytest.approx(expected, rel=0.25) if one_at_a_time else error < expected / 5
 
 
 @pytest.mark.parametrize("osl", [True, False])
