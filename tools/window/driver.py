@@ -62,7 +62,7 @@ def column(h):
 
 def library(h):
     stage(h, "start")
-    h.wait(8)
+    h.wait(25)
 
 
 def panel(h):
