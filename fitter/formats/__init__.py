@@ -4,6 +4,7 @@ To add a format, write a module that ends with its `Format`, and enter it in `FO
 """
 
 from collections.abc import Collection
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +60,8 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
     Returns
     -------
     Samples
-        Their `notes` say which options were followed, and how many samples lie outside of the colour space.
+        Their `notes` say which options were followed, which had no effect, and how many samples lie outside of the
+        colour space.
 
     Raises
     ------
@@ -83,7 +85,9 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
     if (name := published.name_in(path)) is not None:
         _no_sample(path, sample)
         samples = published.load_published(name)
-        return converted(samples if isotropic is None else isotropy.as_asked(samples, isotropic), colours)
+        if isotropic is not None:
+            samples = isotropy.as_asked(samples, isotropic)
+        return converted(_without(reading, (), "published fits", samples), colours)
     known, content = _recognised(path)
     options: dict[str, Any] = {"reading": reading} if known.options else {}
     if known.list_samples is not None:
@@ -93,7 +97,17 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
     samples = known.read(path, content, **options)
     if isotropic is not None and "isotropic" not in known.options:
         samples = isotropy.as_asked(samples, isotropic)
-    return converted(samples, colours)
+    return converted(_without(reading, known.options, f"{known.name} files", samples), colours)
+
+
+def _without(reading: Reading, options: tuple[str, ...], files: str, samples: Samples) -> Samples:
+    """Samples with a note of the options that were chosen, and that do not matter to their format."""
+    # `isotropic` matters to all
+    ignored = [field.name for field in fields(Reading) if field.name not in (*options, "isotropic")
+               and getattr(reading, field.name) != field.default]
+    if not ignored:
+        return samples
+    return replace(samples, notes=(*samples.notes, f"Without effect on {files}: {', '.join(ignored)}"))
 
 
 def _no_sample(path: str | Path, sample: str | int | None) -> None:

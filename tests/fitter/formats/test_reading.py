@@ -132,3 +132,14 @@ def test_spectra_of_every_text_format_follow_the_illuminant(tmp_path):
         expected = spectra.srgb_weights(bands.astype(float), "A") @ ramp
         np.testing.assert_allclose(fitter.load(path, illuminant="A").values[0], expected, rtol=1e-12, err_msg=kind)
         assert fitter.load(path, illuminant="A").notes[-1] == "Spectra seen under the illuminant A"
+
+
+def test_a_note_names_the_options_that_a_format_does_not_have(tmp_path):
+    path = tmp_path / "paint.brdf"
+    path.write_text("3\n400 550 700\n0.5 0 0.5 3 0.1 0.2 0.3")
+    options = {"angles": "degrees", "quantity": "brdf", "illuminant": "A", "symmetry": "mirror", "isotropic": True}
+    assert "Without effect on pbrt-v2 files: angles, quantity, symmetry" in fitter.load(path, **options).notes
+    assert ("Without effect on published fits: angles, quantity, illuminant, symmetry"
+            in fitter.load("published:chrome", **options).notes)
+    for each in (path, "published:chrome"):
+        assert not any("Without effect" in note for note in fitter.load(each, isotropic=True).notes)
