@@ -34,16 +34,34 @@ def update(material: bpy.types.Material, outcome: Look) -> None:
     is, and is what is exported.
     """
     node = _node(present(material.node_tree))
-    if node is None:
+    if node is not None:
+        _set(node, inputs(outcome.principled, lambda color: shown(outcome, color)))
+
+
+def mix(material: bpy.types.Material, first: bpy.types.Material, second: bpy.types.Material, share: float) -> None:
+    """Set the Principled BSDF of a mix between those of two materials; `share` is that of the second.
+
+    Where one of them has none, the mix stays as it is.
+    """
+    parts = [present(item.node_tree).nodes.get(NAME) for item in (first, second)]
+    if any(part is None or _FITTED not in part for part in parts):
         return
-    before, fitted = node.get(_FITTED, {}), {}
-    for name, value in inputs(outcome.principled, lambda color: shown(outcome, color)).items():
+    node = _node(present(material.node_tree))
+    if node is not None:
+        weights = np.array([1 - share, share])
+        names: list[str] = list(present(parts[0])[_FITTED].keys())
+        _set(node, {name: (weights @ np.array([present(part).inputs[name].default_value for part in parts])).tolist()
+                    for name in names})
+
+
+def _set(node: bpy.types.Node, values: dict[str, Any]) -> None:
+    before = node.get(_FITTED, {})
+    for name, value in values.items():
         socket = node.inputs[name]
         # what a user has changed since the last fit stays
         if name not in before or np.allclose(before[name], socket.default_value, atol=1e-6):
             socket.default_value = value
-        fitted[name] = value
-    node[_FITTED] = fitted
+    node[_FITTED] = values
 
 
 def inputs(close: Principled, shown: Callable[[FloatArray], FloatArray]) -> dict[str, Any]:

@@ -173,6 +173,7 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
             picture.image, picture.location = mask, (node.location.x - 320, node.location.y)
             tree.links.new(picture.outputs["Color"], node.inputs[mix_group.FACTOR])
         mixed.cycles.use_bump_map_correction = False
+        export_surface.mix(mixed, first, second, factor)
         weights = np.array([1 - factor, factor])
         mixed.diffuse_color = weights @ np.array([item.diffuse_color for item in (first, second)])
         mixed.roughness, mixed.metallic = (float(weights @ [getattr(item, name) for item in (first, second)])
@@ -377,7 +378,24 @@ def _replaced(material: bpy.types.Material, before: bpy.types.NodeTree | None, a
     """Tell mixes and lamps of a material's new group: what nothing uses any more. If that fails, mixes stay."""
     with mix_group.following(material, before, after):
         lamps.update(context.evaluated_depsgraph_get())
-        return node_group.unused(before)
+        unused = node_group.unused(before)
+        _export_mixes_of(material)
+        return unused
+
+
+def _export_mixes_of(material: bpy.types.Material) -> None:
+    """Renew what is exported of mixes of a material, and of mixes of them."""
+    waiting, seen = [material], {material}
+    for part in waiting:
+        for item in bpy.data.materials:
+            node = mix_node(item)
+            if node is None or item in seen or not item.is_editable:
+                continue
+            first, second = mix_group.parts(present(node.node_tree))
+            if first is not None and second is not None and part in (first, second):
+                export_surface.mix(item, first, second, node.inputs[mix_group.FACTOR].default_value)
+                seen.add(item)
+                waiting.append(item)
 
 
 def _colour_solid_view(material: bpy.types.Material, outcome: Look) -> None:

@@ -153,6 +153,32 @@ def test_obj_and_fbx_have_the_fitted_color(blender, material, tmp_path):
     assert tuple(PrincipledBSDFWrapper(material).base_color) == pytest.approx(CLOTH.base_color, abs=EXACT)
 
 
+def test_a_mix_is_exported_between_its_materials_and_follows_them(blender, gltf, quick, tmp_path):
+    blender.ops.mesh.primitive_plane_add()
+    for name in ("red-fabric", "chrome"):
+        blender.ops.measured_brdf.import_data(filepath=f"published:{name}", preset="Draft")
+    first, second = (blender.data.materials[f"{name} (published fit)"] for name in ("Red fabric", "Chrome"))
+    blender.ops.measured_brdf.mix(first=first.name, second=second.name, factor=0.25)
+
+    def exported(material):
+        blender.context.object.material_slots[0].material = material
+        path = tmp_path / "a.gltf"
+        blender.ops.export_scene.gltf(filepath=str(path), export_format="GLTF_SEPARATE")
+        found = json.loads(path.read_text())["materials"][0]["pbrMetallicRoughness"]
+        return np.array([*found.get("baseColorFactor", (1, 1, 1, 1)), found.get("metallicFactor", 1),
+                         found.get("roughnessFactor", 1)])
+
+    mixed = blender.data.materials[f"{first.name} + {second.name}"]
+    before = exported(mixed)
+    np.testing.assert_allclose(before, 0.75 * exported(first) + 0.25 * exported(second), atol=1e-5)
+    first.measured_brdf.diffuse_tint = (0, 0, 1)
+    with blender.context.temp_override(material=first):
+        blender.ops.measured_brdf.adjust()
+    after = exported(mixed)
+    assert abs(after - before).max() > 0.05
+    np.testing.assert_allclose(after, 0.75 * exported(first) + 0.25 * exported(second), atol=1e-5)
+
+
 def test_renderers_keep_their_outputs(blender, material):
     before = {target: material.node_tree.get_output_node(target).name for target in ("CYCLES", "EEVEE")}
     update(material, CLOTH)
