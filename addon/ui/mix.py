@@ -13,7 +13,9 @@ def draw_mix(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
     node = present(materials.mix_node(material))
     names = [item.name if item is not None else "a material that has been deleted"
              for item in mix_group.parts(present(node.node_tree))]
-    draw_wrapped(layout, f"From {names[0]} (factor 0) to {names[1]} (factor 1). It follows changes of both", "MATERIAL")
+    draw_wrapped(layout, "A mix, which follows changes of both materials", "MATERIAL")
+    for number, name in enumerate(names):
+        draw_wrapped(layout, f"Factor {number}: {name}", "DOT")
     factor = node.inputs[mix_group.FACTOR]
     if factor.is_linked:
         draw_wrapped(layout, f"The factor comes from {present(factor.links)[0].from_node.name}", "DOT")
