@@ -5,6 +5,7 @@
 
 # ruff: noqa: D103 (the functions are the pictures)
 
+import sys
 from types import SimpleNamespace
 
 import bpy
@@ -37,8 +38,8 @@ def open_panels(names):
         if (getattr(cls, "bl_context", "") == "material" and not cls.__name__.startswith("MEASUREDBRDF")
                 and cls.is_registered and "HIDE_HEADER" not in getattr(cls, "bl_options", ())):
             bpy.utils.unregister_class(cls)
-    panels = [cls for cls in bpy.types.Panel.__subclasses__()
-              if getattr(cls, "bl_parent_id", "").startswith("MEASUREDBRDF")]
+    ui = next(module for name, module in sys.modules.items() if name.endswith("measured_brdf.addon.ui"))
+    panels = [cls for cls in ui.classes if getattr(cls, "bl_parent_id", "").startswith("MEASUREDBRDF")]
     for cls in panels:
         bpy.utils.unregister_class(cls)
     for cls in panels:
@@ -125,8 +126,7 @@ def moved(h):
 def fitting(h):
     stage(h)
     import_sample()
-    settings = bpy.context.object.active_material.measured_brdf
-    settings.preset = "Reference"
+    bpy.ops.measured_brdf.use_preset(preset="Reference")
     with h.override(h.area("VIEW_3D")):
         bpy.ops.measured_brdf.fit("INVOKE_DEFAULT")
     h.wait(2)
