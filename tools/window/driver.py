@@ -75,7 +75,7 @@ def panel(h):
 def compare(h):
     stage(h, "compare")
     import_sample()
-    h.wait(110)
+    h.wait(160)
 
 
 def compare_with(h):
@@ -153,9 +153,9 @@ def shoot_popup(h):
 
 
 def anisotropy(h):
-    stage(h, "pictures", "rendering")
+    stage(h, "pictures")
     import_sample("", STEEL)
-    h.wait(90)
+    h.wait(60)
 
 
 def assets(h):
