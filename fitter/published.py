@@ -61,6 +61,11 @@ class Published(NamedTuple):
         return f"{self.label} (published fit)"
 
     @property
+    def brief(self) -> str:
+        """What it is, in a line."""
+        return f"Published fit of MERL's {self.name} (Low et al. 2012), not a measurement"
+
+    @property
     def description(self) -> str:
         """What it is, with the source."""
         return f"Published fit of MERL's {self.name}, not a measurement ({CITATION})"

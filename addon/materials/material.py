@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -196,6 +196,7 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
             material.measured_brdf.version = versions.CURRENT
         lamps.update(context.evaluated_depsgraph_get())
         unused = {item for before in replaced for item in node_group.unused(before)}
+        _take_name(tree, unused, materials[0].name)
     bpy.data.batch_remove(unused)
 
 
@@ -380,7 +381,18 @@ def _replaced(material: bpy.types.Material, before: bpy.types.NodeTree | None, a
         lamps.update(context.evaluated_depsgraph_get())
         unused = node_group.unused(before)
         _export_mixes_of(material)
+        _take_name(after, unused, material.name)
         return unused
+
+
+def _take_name(tree: bpy.types.NodeTree, unused: Collection[bpy.types.ID], name: str) -> None:
+    """Give a new group the name that it could not have beside what it replaces. Nothing may fail after this."""
+    text = present(node_group.script_node(tree)).script
+    for item in unused:
+        item.name = f"{name} (replaced)"
+    tree.name = name
+    if text is not None:
+        text.name = f"{name}.osl"
 
 
 def _export_mixes_of(material: bpy.types.Material) -> None:

@@ -214,7 +214,7 @@ def worth(settings: Any) -> tuple[str, bool]:
     name = published.name_in(settings.filepath)
     if name is not None:
         try:
-            return published.find(name).description, True
+            return published.find(name).brief, False
         except DatasetError as error:
             return str(error), False
     if settings.match < 0:

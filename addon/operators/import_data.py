@@ -12,7 +12,7 @@ from bpy.props import CollectionProperty, IntProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
 from ...fitter import DatasetError, SampleUnknownError, UnitsUnknownError
-from ...fitter.formats import EXTENSIONS, FORMAT_NAMES, list_samples
+from ...fitter.formats import EXTENSIONS, list_samples
 from .. import preferences
 from ..annotations import OperatorResult, present
 from ..jobs import process, queries, tasks
@@ -254,7 +254,7 @@ def begin_with_preference(operator: Any, context: bpy.types.Context) -> None:
 
 
 def _menu_item(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    menu.layout.operator(MEASUREDBRDF_OT_browse.bl_idname, text=f"Measured BRDF ({', '.join(FORMAT_NAMES)})")
+    menu.layout.operator(MEASUREDBRDF_OT_browse.bl_idname, text="Measured BRDF (MERL, RGL, CURET, table...)")
 
 
 classes = (MEASUREDBRDF_OT_import_data, MEASUREDBRDF_OT_browse, MEASUREDBRDF_OT_say_units, MEASUREDBRDF_FH_measurements)

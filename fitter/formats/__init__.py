@@ -23,7 +23,6 @@ from .text import plain_text, read_bytes
 FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, utia.FORMAT, zemax.FORMAT,
                                astm.FORMAT, pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
 EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
-FORMAT_NAMES = tuple(dict.fromkeys(known.name for known in FORMATS[::-1]))
 PLAIN = (".bin", ".txt")    # extensions of which most files are no measurements
 KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
 

@@ -93,10 +93,23 @@ def test_adjusting_a_copy_leaves_the_original(blender, curet, material, random):
                                atol=1e-6)
 
 
-def test_the_group_has_the_name_of_its_material(material):
+@pytest.mark.parametrize("change", ["import", "adjust", "fit", "update"])
+def test_the_group_has_the_name_of_its_material(blender, material, change):
+    from measured_brdf.addon import versions
     from measured_brdf.addon.materials import material as materials
 
+    if change == "adjust":
+        material.measured_brdf.diffuse_gain = 0.5
+        blender.ops.measured_brdf.adjust()
+    elif change == "fit":
+        blender.ops.measured_brdf.fit(preset="Draft")
+    elif change == "update":
+        material.measured_brdf.version = "0.1.0"
+        materials.group_node(material).node_tree["shader_version"] = 1
+        assert blender.ops.measured_brdf.update_materials() == {"FINISHED"}
+        assert versions.made_by(material) == versions.CURRENT
     assert materials.group_node(material).node_tree.name == material.name == "felt"
+    assert [text.name for text in blender.data.texts] == ["felt.osl"]
 
 
 class _Window:
