@@ -31,11 +31,12 @@ class Shown(NamedTuple):
 
 
 class Measurements(NamedTuple):
-    """Samples near the plane of incidence, as `pictures.near_plane` returns them."""
+    """Samples near the plane of incidence, as `pictures.near_plane` returns them, and what they come from."""
 
     theta_o: FloatArray
     values: FloatArray
     theta_i: float
+    source: str = "measured"
 
 
 class Inspection:

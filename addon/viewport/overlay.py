@@ -23,7 +23,7 @@ _GREY: Sequence[Color] = ((0.9, 0.9, 0.9, 1.0),)
 _RGB: Sequence[Color] = ((1.0, 0.38, 0.34, 1.0), (0.45, 0.85, 0.4, 1.0), (0.42, 0.62, 1.0, 1.0))
 _KEY = np.array([-0.42, 0.58, 0.7])         # direction of the light on the lobe: right, up, toward the viewer
 _TEXT, _SMALL = 13.0, 11.0                  # pixels at a scale of 1
-_LONGEST = 26               # name, characters
+_LONGEST = 44               # name, characters; of two, each half as long
 _HIDDEN = 0.3               # opacity of lines behind something
 
 
@@ -222,7 +222,7 @@ def _draw_curves(inspection: Inspection, plot: Plot) -> None:
             else:
                 drawing.strokes(dashes(points, 7 * scale, 5 * scale), color, 1.6, scale)
     if inspection.samples is not None:
-        theta, values, _ = inspection.samples
+        theta, values = inspection.samples[:2]
         for channel, color in enumerate(colors_of(values)):
             centers = plot.points(theta, lengths(values[:, channel], largest, radius))
             drawing.discs(centers, 3.6 * scale, (0.05, 0.05, 0.05, 1.0))
@@ -232,15 +232,16 @@ def _draw_curves(inspection: Inspection, plot: Plot) -> None:
 def _draw_titles(inspection: Inspection, plot: Plot) -> None:
     scale, (first, *others) = plot.scale, inspection.fits
     x, y = plot.line(0)
-    width = drawing.text(_short(first.name), (x, y), _TEXT * scale, _INK)
+    longest = _LONGEST // (1 + len(others))
+    width = drawing.text(_short(first.name, longest), (x, y), _TEXT * scale, _INK)
     if others:
-        drawing.text(f"   dashed: {_short(others[0].name)}", (x + width, y), _TEXT * scale, _DIM)
+        drawing.text(f"   dashed: {_short(others[0].name, longest)}", (x + width, y), _TEXT * scale, _DIM)
     parts = [f"Light {math.degrees(inspection.theta_i):.1f}\u00b0"]
     if not first.fit.isotropic:
         parts[0] += f", azimuth {math.degrees(inspection.phi_i) % 360:.0f}\u00b0"
     parts.append(f"radius: {'cube root' if inspection.radius == 'cube root' else 'linear'}")
     if inspection.samples is not None and len(inspection.samples.theta_o):
-        parts.append(f"dots: measured at {math.degrees(inspection.samples.theta_i):.1f}\u00b0")
+        parts.append(f"dots: {inspection.samples.source} at {math.degrees(inspection.samples.theta_i):.1f}\u00b0")
     drawing.text("   ".join(parts), plot.line(1), _SMALL * scale, _DIM)
 
 
@@ -268,8 +269,8 @@ def _draw_values(inspection: Inspection, plot: Plot) -> None:
         drawing.text("1/sr", (2 * plot.center[0] - x, y), _TEXT * scale, _DIM, 1.0)
 
 
-def _short(name: str) -> str:
-    return name if len(name) <= _LONGEST else f"{name[:_LONGEST - 1]}\u2026"
+def _short(name: str, longest: int) -> str:
+    return name if len(name) <= longest else f"{name[:longest - 1]}\u2026"
 
 
 def colors_of(values: FloatArray) -> Sequence[Color]:

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from bpy.app.handlers import persistent
 
-from ...fitter import Fit
+from ...fitter import Fit, published
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import COLOURS, DEFAULT
 from ..annotations import present
@@ -120,7 +120,8 @@ class Session:
                                   None if other is None else _shown(other, queries.of_material(other)))
         samples = queries.near_plane(material, inspection.theta_i, inspection.phi_i)
         if samples is not None and samples.finished is not None:
-            found = None if samples.result is None else Measurements(*samples.result)
+            source = "measured" if published.name_in(material.measured_brdf.filepath) is None else "published fit"
+            found = None if samples.result is None else Measurements(*samples.result, source)
             changed |= found is not inspection.samples and not _same(found, inspection.samples)
             inspection.samples = found
         if changed:

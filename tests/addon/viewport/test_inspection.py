@@ -221,6 +221,22 @@ def test_it_begins_at_the_spot_under_the_mouse_and_takes_the_fit_of_its_material
                                rtol=1e-5)
 
 
+@pytest.mark.parametrize(("file", "source"), [("published:chrome", "published fit"), ("brass.astm", "measured")])
+def test_the_dots_of_a_published_fit_are_not_called_measured(stage, parts, monkeypatch, file, source):
+    from measured_brdf.addon.viewport import overlay
+
+    answered = SimpleNamespace(finished=1.0, result=(np.array([0.1]), np.ones((1, 3)), 0.7))
+    monkeypatch.setattr(parts.session.queries, "near_plane", lambda *_: answered)
+    stage.item.active_material.measured_brdf.filepath = file
+    stage.begin()
+    answer()
+    stage.send("TIMER")
+    said = []
+    monkeypatch.setattr(overlay.drawing, "text", lambda text, *_: said.append(text) or 0)
+    overlay._draw_titles(inspection_of(parts), parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0, 1))
+    assert f"dots: {source} at 40.1\u00b0" in said[-1]
+
+
 def test_dragging_and_keys_are_taken_and_everything_else_is_passed_through(stage, parts):
     stage.begin()
     answer()
