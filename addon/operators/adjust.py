@@ -1,10 +1,16 @@
-"""Applies the adjustments of a material to its shader, by itself while the user changes them in a window."""
+"""Applies the adjustments of a material to its shader, by itself while the user changes them in a window.
+
+Blender then has two steps to undo: the slider, and what it does. What lies between them is no state to stop at, so that
+undo and redo take both.
+"""
 
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 
 import bpy
+from bpy.app.handlers import persistent
 from bpy.props import BoolProperty
 
 from ..annotations import OperatorResult, present
@@ -19,6 +25,7 @@ from .active_material import active_material, is_editable
 _PAUSE = 0.4                # s without a change, after which adjustments are applied
 _AGAIN = 0.1                # s, after which is asked again whether they can be
 _changed: dict[int, float] = {}         # session_uid of materials with adjustments to apply, and when they were changed
+_applied: set[int] = set()              # session_uid of materials whose adjustments were applied by themselves
 
 
 class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
@@ -87,7 +94,44 @@ def _apply() -> float | None:
                 if MEASUREDBRDF_OT_adjust.poll(bpy.context):
                     with suppress(RuntimeError):            # the operator has reported what is wrong
                         bpy.ops.measured_brdf.adjust("INVOKE_DEFAULT")
+                        _applied.add(uid)
     return _AGAIN if _changed else None
+
+
+@persistent
+def _on_undo(_scene: object, *_: object) -> None:
+    _step_once_more(_undo)
+
+
+@persistent
+def _on_redo(_scene: object, *_: object) -> None:
+    _step_once_more(_redo)
+
+
+def _step_once_more(step: Callable[[], None]) -> None:
+    """If Blender has stopped between a slider and its effect, take a step: soon, since handlers must not."""
+    if not bpy.app.background and _is_between():
+        bpy.app.timers.register(step, first_interval=0)
+
+
+def _is_between() -> bool:
+    return any(item.session_uid in _applied and item.session_uid not in _changed and materials.is_measured(item)
+               and not is_as_adjusted(item.measured_brdf) for item in bpy.data.materials)
+
+
+def _undo() -> None:
+    _step(bpy.ops.ed.undo)
+
+
+def _redo() -> None:
+    _step(bpy.ops.ed.redo)
+
+
+def _step(step: Callable[[], object]) -> None:
+    windows = present(bpy.context.window_manager).windows
+    if windows and modal.running is None and _is_between():
+        with bpy.context.temp_override(window=windows[0]), suppress(RuntimeError):      # there is nothing to undo
+            step()
 
 
 classes = (MEASUREDBRDF_OT_adjust,)
@@ -95,10 +139,16 @@ classes = (MEASUREDBRDF_OT_adjust,)
 
 def register() -> None:
     adjustments.listeners.append(_apply_soon)
+    bpy.app.handlers.undo_post.append(_on_undo)
+    bpy.app.handlers.redo_post.append(_on_redo)
 
 
 def unregister() -> None:
     adjustments.listeners.remove(_apply_soon)
+    bpy.app.handlers.undo_post.remove(_on_undo)
+    bpy.app.handlers.redo_post.remove(_on_redo)
     _changed.clear()
-    if bpy.app.timers.is_registered(_apply):
-        bpy.app.timers.unregister(_apply)
+    _applied.clear()
+    for timer in (_apply, _undo, _redo):
+        if bpy.app.timers.is_registered(timer):
+            bpy.app.timers.unregister(timer)

@@ -121,7 +121,9 @@ class _Window:
             is_registered=lambda function: function in self.timers,
             register=lambda function, first_interval: self.timers.append(function),
             unregister=self.timers.remove))
-        self.ops = SimpleNamespace(measured_brdf=SimpleNamespace(adjust=self._adjust))
+        self.ops = SimpleNamespace(measured_brdf=SimpleNamespace(adjust=self._adjust),
+                                   ed=SimpleNamespace(undo=lambda: self.begun.append("undo"),
+                                                      redo=lambda: self.begun.append("redo")))
 
     def _adjust(self, how):
         self.begun.append((how, self.context.material.name))
@@ -146,6 +148,31 @@ def test_a_changed_slider_is_applied_by_itself_once_it_rests(blender, extension,
     monkeypatch.setattr(adjust.modal, "running", None)
     assert adjust._apply() is None
     assert window.begun == [("INVOKE_DEFAULT", material.name)]
+
+
+def test_undo_and_redo_do_not_stop_between_a_slider_and_its_effect(blender, extension, material, monkeypatch):
+    adjust = extension.addon.operators.adjust
+    window, now = _Window(blender), [100.0]
+    monkeypatch.setattr(adjust, "bpy", window)
+    monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
+    settings = material.measured_brdf
+    settings.diffuse_gain = 0.5
+    adjust._on_undo(None)
+    assert window.timers == [adjust._apply], "it is still to be applied"
+    now[0] += 1
+    adjust._apply()
+    for handler, timer, step in ((adjust._on_undo, adjust._undo, "undo"), (adjust._on_redo, adjust._redo, "redo")):
+        window.begun.clear()
+        handler(None)                       # the slider is where it was moved to, the shader as before
+        assert window.timers[-1] == timer
+        timer()
+        assert window.begun == [step]
+    settings["diffuse_gain"] = 1.0          # as undo leaves it: no listener is told
+    window.begun.clear()
+    window.timers.clear()
+    adjust._on_undo(None)
+    adjust._undo()
+    assert window.begun == window.timers == []
 
 
 def test_a_slider_that_is_back_where_it_was_and_a_deleted_material_begin_nothing(blender, extension, material,
