@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -134,8 +134,10 @@ def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, con
         material.cycles.use_bump_map_correction = False
         _store(material.measured_brdf, choices, outcome)
         use_rendering(material, rendering)
-        unused = _replaced(material, before, present(node.node_tree), context)
+        unused, names = _replaced(material, before, present(node.node_tree), context)
     bpy.data.batch_remove(unused)
+    for item, name in names:
+        item.name = name
 
 
 def adjust(material: bpy.types.Material, adjusted: Look, context: bpy.types.Context, shader: Shader) -> None:
@@ -144,8 +146,10 @@ def adjust(material: bpy.types.Material, adjusted: Look, context: bpy.types.Cont
         node, before = _show_look(material, adjusted, shader)
         settings = material.measured_brdf
         settings.sphere, settings.adjusted, settings.version = adjusted.sphere, as_text(adjusted.edit), versions.CURRENT
-        unused = _replaced(material, before, present(node.node_tree), context)
+        unused, names = _replaced(material, before, present(node.node_tree), context)
     bpy.data.batch_remove(unused)
+    for item, name in names:
+        item.name = name
 
 
 def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, mask: bpy.types.Image | None,
@@ -196,8 +200,10 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
             material.measured_brdf.version = versions.CURRENT
         lamps.update(context.evaluated_depsgraph_get())
         unused = {item for before in replaced for item in node_group.unused(before)}
-        _take_name(tree, unused, materials[0].name)
+        names = _names(tree, materials[0].name)
     bpy.data.batch_remove(unused)
+    for item, name in names:
+        item.name = name
 
 
 def remove(material: bpy.types.Material) -> None:
@@ -375,24 +381,22 @@ def _show_look(material: bpy.types.Material, look: Look,
 
 
 def _replaced(material: bpy.types.Material, before: bpy.types.NodeTree | None, after: bpy.types.NodeTree,
-              context: bpy.types.Context) -> list[bpy.types.ID]:
-    """Tell mixes and lamps of a material's new group: what nothing uses any more. If that fails, mixes stay."""
+              context: bpy.types.Context) -> tuple[list[bpy.types.ID], list[tuple[bpy.types.ID, str]]]:
+    """Tell mixes and lamps of a material's new group: what nothing uses any more, and `_names`.
+
+    If that fails, mixes stay.
+    """
     with mix_group.following(material, before, after):
         lamps.update(context.evaluated_depsgraph_get())
         unused = node_group.unused(before)
         _export_mixes_of(material)
-        _take_name(after, unused, material.name)
-        return unused
+        return unused, _names(after, material.name)
 
 
-def _take_name(tree: bpy.types.NodeTree, unused: Collection[bpy.types.ID], name: str) -> None:
-    """Give a new group the name that it could not have beside what it replaces. Nothing may fail after this."""
+def _names(tree: bpy.types.NodeTree, name: str) -> list[tuple[bpy.types.ID, str]]:
+    """The names of a new group and its source text, which they cannot have beside those that they replace."""
     text = present(node_group.script_node(tree)).script
-    for item in unused:
-        item.name = f"{name} (replaced)"
-    tree.name = name
-    if text is not None:
-        text.name = f"{name}.osl"
+    return [(tree, name)] if text is None else [(tree, name), (text, f"{name}.osl")]
 
 
 def _export_mixes_of(material: bpy.types.Material) -> None:
