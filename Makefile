@@ -16,7 +16,7 @@ MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
 .DELETE_ON_ERROR:
-.PHONY: demo test test-matrix test-mitsuba test-slurm fuzz stability mutants lint bench bench-scale held-out dense report \
+.PHONY: demo test test-matrix test-mitsuba test-slurm test-window fuzz stability mutants lint bench bench-scale held-out dense report \
 	results zip docs title gallery clean
 
 demo: $(ENV)/ready
@@ -36,6 +36,12 @@ test-mitsuba: $(ENV)/ready
 # as root, on Debian: installs Slurm and runs it for as long as the test takes
 test-slurm: $(ENV)/ready
 	$(RUN) -m pytest tests/project/test_slurm.py
+
+# as root, on Debian: puts a Blender with a window into build/window (1.2 GB, two minutes) where none is named
+WINDOW := $(or $(MEASURED_BRDF_WINDOW),build/window)
+test-window: $(ENV)/ready
+	test -x $(WINDOW)/usr/bin/blender || bash ../shared/tools/blender_gui/setup_blender_gui.sh $(WINDOW) sid
+	MEASURED_BRDF_WINDOW=$(abspath $(WINDOW)) $(RUN) -m pytest tests/window
 
 fuzz: $(ENV)/ready
 	$(RUN) -m tools.fuzz

@@ -8,11 +8,11 @@ The layers, from low to high: `scene`, `materials`, `jobs`, `library`, `operator
 from . import command, manual, operators, preferences, ui, viewport
 from .annotations import Registrable
 from .jobs import icons, process, queue
-from .materials import comparison, properties, rendered
+from .materials import comparison, mix_group, properties, rendered
 from .scene import lamps
 
 _MODULES: tuple[Registrable, ...] = (properties, comparison, preferences, icons, operators, viewport, ui, lamps,
-                                      rendered, manual, command)
+                                      rendered, mix_group, manual, command)
 
 
 def register() -> None:

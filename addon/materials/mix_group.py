@@ -13,6 +13,7 @@ from typing import cast
 
 import bpy
 import numpy as np
+from bpy.app.handlers import persistent
 
 from ...fitter.cycles.bake import mix_source
 from ..annotations import present
@@ -77,6 +78,34 @@ def parts(tree: bpy.types.NodeTree) -> tuple[bpy.types.Material | None, bpy.type
     """The materials that a group mixes; None for one that has been deleted."""
     first, second = (tree.get(name) for name in _PARTS)
     return first, second
+
+
+def keep(*followed: bpy.types.Material) -> None:
+    """Have materials that mixes follow saved with the file, though nothing else uses them.
+
+    Windows of Blender (5.2) forget the user that a group's custom property is, after a second or so, and a material
+    without users is not saved.
+    """
+    for material in followed:
+        if material.library is None:
+            material.use_fake_user = True
+
+
+@persistent
+def _keep_all(*_: object) -> None:
+    """Before a file is saved, which an earlier version may have made."""
+    for tree in bpy.data.node_groups:
+        if is_mix(tree) and tree.library is None:
+            keep(*(material for material in parts(tree) if material is not None))
+
+
+def register() -> None:
+    bpy.app.handlers.save_pre.append(_keep_all)
+
+
+def unregister() -> None:
+    if _keep_all in bpy.app.handlers.save_pre:
+        bpy.app.handlers.save_pre.remove(_keep_all)
 
 
 @contextmanager

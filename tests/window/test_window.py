@@ -1,0 +1,34 @@
+"""What only a real window does: ``make test-window`` makes one (Debian, as root), and runs this."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from support.checkout import ROOT
+
+SCRIPTS = ROOT.parent / "shared" / "tools" / "blender_gui"
+BLENDER = Path(os.environ.get("MEASURED_BRDF_WINDOW", ROOT / "build" / "window"))
+DRIVERS = Path(__file__).parent
+
+
+def in_window(driver, folder):
+    """The lines that a driver prints in a Blender with the extension as it is in the checkout."""
+    if not (SCRIPTS / "shot.sh").is_file() or not (BLENDER / "usr" / "bin" / "blender").is_file():
+        pytest.skip(f"no Blender with a window in {BLENDER}: make test-window, or name it in MEASURED_BRDF_WINDOW")
+    source, files = folder / "source", ["blender_manifest.toml", "__init__.py", "__main__.py", "LICENSE"]
+    source.mkdir()
+    subprocess.run(["cp", "-r", *files, "addon", "fitter", "osl", source], cwd=ROOT, check=True)
+    done = subprocess.run(["bash", SCRIPTS / "shot.sh", BLENDER, source, DRIVERS / driver, folder / "window.png"],
+                          capture_output=True, text=True, check=False, env=os.environ | {"SHOT_TIMEOUT": "500"})
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout.splitlines()
+
+
+def test_what_a_mix_of_the_dialog_follows_is_saved(tmp_path):
+    lines = in_window("mix_driver.py", tmp_path)
+    made, saved = (set(next(line for line in lines if line.startswith(word)).split("|")[1:])
+                   for word in ("MADE", "SAVED"))
+    assert len(made) == 2
+    assert made <= saved
