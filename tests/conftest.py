@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from support import checkout
+from support import checkout, kept
+
+kept.keep("fitter")
 
 collect_ignore = ["project/habits.py"]           # a script of its own; doctests would import it
 
@@ -20,6 +22,11 @@ def pytest_ignore_collect(collection_path, config):
     if collection_path.stem in APART and not any(APART[collection_path.stem] in argument for argument in config.args):
         return True
     return None
+
+
+def pytest_sessionstart():
+    """What no test has asked for in days goes."""
+    kept.remove_unused()
 
 
 @pytest.fixture(scope="session")
@@ -99,6 +106,8 @@ def write_astm():
 def extension():
     """The checkout as the package that Blender makes of it, registered."""
     package = checkout.extension()
+    kept.keep("measured_brdf.fitter")
+    kept.keep_bytecode()
     package.register()
     yield package
     package.unregister()
@@ -111,6 +120,13 @@ def blender(extension):
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     return bpy
+
+
+@pytest.fixture
+def fresh():
+    """Nothing that was made before is used: for tests that replace what fits or mixtures depend on."""
+    with kept.fresh():
+        yield
 
 
 _known = {}

@@ -35,8 +35,11 @@ class Shader(NamedTuple):
 
 def compile_shader(source: str, nodes: Nodes) -> Shader:
     """Compile OSL source, to go with closure nodes. Raises CompileError."""
-    if osl_support.missing():
-        return Shader(source, "", nodes)
+    return Shader(source, "" if osl_support.missing() else _bytecode(source), nodes)
+
+
+def _bytecode(source: str) -> str:
+    """What the OSL compiler makes of source text. Raises CompileError."""
     import _cycles
 
     size = len(source.encode("utf-8"))
@@ -55,4 +58,4 @@ def compile_shader(source: str, nodes: Nodes) -> Shader:
                            f"{error.strerror or error}") from error
     if not bytecode:
         raise CompileError("The OSL compiler wrote an empty file; the disk may be full")
-    return Shader(source, _OPTIONS.sub("", bytecode), nodes)
+    return _OPTIONS.sub("", bytecode)

@@ -9,6 +9,8 @@ from fitter.cycles.bake import bake
 from fitter.cycles.node_mixture import node_mixtures
 from fitter.samples import Samples, subset
 
+pytestmark = pytest.mark.usefixtures("fresh")       # what is kept tells no progress
+
 
 def told_by(work):
     told = []

@@ -6,11 +6,13 @@ import pytest
 import fitter
 from benchmarks import baselines_osl
 from fitter.report.baselines import koenderink, lafortune
+from support.cases import release
 from support.osl_probe import probe_osl
 
 COUNT = 2500
 
 
+@release
 @pytest.mark.parametrize(("baseline", "write"), [(koenderink, baselines_osl.koenderink),
                                                  (lafortune, baselines_osl.lafortune)])
 def test_a_baseline_in_osl_is_that_in_numpy(blender, glossy, random, baseline, write):

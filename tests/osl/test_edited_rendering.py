@@ -7,6 +7,8 @@ import fitter
 from fitter.cycles import node_mixture
 from fitter.methods.editing import edited
 
+from support.cases import quick
+from support.stage import material_for
 from .test_edited_shader import EDITS
 from .test_rendering import LIGHTS, render, sphere_scene
 
@@ -17,9 +19,10 @@ def fits(curet, cornell):
             "krylon": fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"])}
 
 
-@pytest.mark.parametrize(("material", "edit", "light"), [
+@pytest.mark.parametrize(("material", "edit", "light"), quick([
     ("krylon", "widened", "point lamp"), ("krylon", "sharpened", "point lamp"), ("krylon", "all", "world"),
-    ("krylon", "all", "sun"), ("felt", "coated", "area lamp"), ("felt", "gains", "sun without a size")])
+    ("krylon", "all", "sun"), ("felt", "coated", "area lamp"), ("felt", "gains", "sun without a size")],
+    ("krylon", "all", "sun")))
 def test_exact_converges_to_the_edited_function(blender, fits, material, edit, light):
     set_up, integrate, samples, tolerance = LIGHTS[light]
     fit = edited(fits[material], **EDITS[edit])
@@ -30,11 +33,11 @@ def test_exact_converges_to_the_edited_function(blender, fits, material, edit, l
     assert ratio == pytest.approx([1, 1, 1], abs=tolerance)
 
 
-@pytest.mark.parametrize("edit", [EDITS["widened"], EDITS["all"], {"coat": 0.8, "coat_width": 0.3}])
+@pytest.mark.parametrize("edit", quick([EDITS["widened"], EDITS["all"], {"coat": 0.8, "coat_width": 0.3}], EDITS["all"]))
 def test_closure_nodes_have_the_light_of_the_edited_function(blender, fits, edit):
     fit = edited(fits["krylon"], **edit)
     set_up, integrate, samples, _ = LIGHTS["world"]
-    scene = sphere_scene(blender, fit, samples)
+    scene = sphere_scene(blender, fit, samples, material_for)
     scene.cycles.shading_system = False
     set_up()
     light = integrate(fit)

@@ -1,10 +1,13 @@
 """The shader of an edited fit, run inside Cycles, against NumPy; and its pictures against integrals."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 import fitter
 from fitter.methods.editing import edited
+from support.cases import quick
 from support.osl_probe import probe_osl
 
 from .test_shader import COUNT, VECTORS, angles, direction_pairs
@@ -23,8 +26,9 @@ FITS = {
 }
 
 
-@pytest.mark.parametrize("edit", EDITS)
-@pytest.mark.parametrize("name", FITS)
+@pytest.mark.parametrize(("name", "edit"), quick(
+    itertools.product(FITS, EDITS), ("krylon, Standard", "all"), ("krylon, Standard", "sharpened"),
+    ("leather (4,6,95)", "coated")))
 def test_the_shader_evaluates_the_edited_fit(blender, curet, cornell, random, name, edit):
     from measured_brdf.addon.materials import osl_support
 

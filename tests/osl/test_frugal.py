@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fitter
+from support.cases import quick, release
 from support.osl_probe import probe_osl
 from support.spheres import normals, reflected
 from support.stage import (
@@ -15,7 +16,7 @@ from support.stage import (
     add_sphere,
     background,
     black_scene,
-    material_for,
+    osl_material_for,
     render,
     rotation_toward,
     set_input,
@@ -40,7 +41,7 @@ def frugal(extension, monkeypatch):
 def sphere(fit, samples, exact):
     scene = black_scene(SIZE, SIZE, samples, span=2)
     scene.cycles.max_bounces = 0
-    material = material_for(fit)
+    material = osl_material_for(fit)
     add_sphere().data.materials.append(material)
     set_input(material, "Exact", exact)
     return scene
@@ -73,9 +74,8 @@ def integral(fit, resolution=200):
     return mean
 
 
-@pytest.mark.parametrize("exact", [True, False])
-@pytest.mark.parametrize("count", [1, 2, 4, 32])
-@pytest.mark.parametrize("material", ["foil", "krylon"])
+@pytest.mark.parametrize(("material", "count", "exact"), quick(
+    itertools.product(["foil", "krylon"], [1, 2, 4, 32], [True, False]), ("krylon", 4, True)))
 def test_one_lobe_for_all_lamps_gives_the_mean_of_numerical_integration(blender, fits, frugal, material, count, exact):
     lamps = list(zip(places(count), powers(count), strict=True))
     expected = integral(fits[material])(lamps)
@@ -89,6 +89,7 @@ def test_one_lobe_for_all_lamps_gives_the_mean_of_numerical_integration(blender,
         assert ratio == pytest.approx([1, 1, 1], abs=0.01)
 
 
+@release
 @pytest.mark.parametrize("exact", [True, False])
 def test_one_lobe_for_lamps_with_and_without_a_size_gives_the_same_mean(blender, fits, frugal, exact):
     means = []
@@ -104,7 +105,7 @@ def test_one_lobe_for_lamps_with_and_without_a_size_gives_the_same_mean(blender,
     assert means[1] == pytest.approx(means[0], rel=0.01)
 
 
-@pytest.mark.parametrize(("radii", "frugal", "counts"), [
+@pytest.mark.parametrize(("radii", "frugal", "counts"), quick([
     ([0.001] * 6, 1, {1}),
     ([0.001] * 6, 0, {2}),
     ([0.2] * 6, 1, {1}),                        # their lobes reach one another
@@ -112,7 +113,7 @@ def test_one_lobe_for_lamps_with_and_without_a_size_gives_the_same_mean(blender,
     ([0.001] * 3, 0, {3}),
     ([0.001, 1.0, 1.0], 1, {1}),                # the others are too large for a lobe, and brighter
     ([1.0, 1.0], 1, {0}),
-])
+], ([0.001] * 6, 1, {1}), ([0.001] * 6, 0, {2})))
 def test_no_more_lobes_are_left_than_fit_and_the_only_one_has_a_lamp(blender, fits, radii, frugal, counts):
     from measured_brdf.addon.materials import osl_support
 
@@ -135,8 +136,7 @@ def test_no_more_lobes_are_left_than_fit_and_the_only_one_has_a_lamp(blender, fi
     assert set(np.round(found[:, 0]).astype(int)) == counts
 
 
-@pytest.mark.parametrize("value", [True, False])
-@pytest.mark.parametrize("exact", [True, False])
+@pytest.mark.parametrize(("exact", "value"), quick(itertools.product([True, False], [True, False]), (True, True)))
 def test_eight_lamps_in_one_place_give_the_light_of_one(blender, fits, frugal, exact, value):
     """Some of them have a lobe, and what it carries is counted once: where the mixture is not the fit."""
     frugal(value)
@@ -146,7 +146,7 @@ def test_eight_lamps_in_one_place_give_the_light_of_one(blender, fits, frugal, e
     scene = black_scene(8, 8, 256, span=0.5)
     scene.cycles.max_bounces = 0
     blender.ops.mesh.primitive_plane_add(size=4)
-    material = material_for(fit)
+    material = osl_material_for(fit)
     blender.context.object.data.materials.append(material)
     set_input(material, "Exact", exact)
     vector = material.node_tree.nodes.new("ShaderNodeCombineXYZ")
@@ -162,7 +162,7 @@ def test_eight_lamps_in_one_place_give_the_light_of_one(blender, fits, frugal, e
 
 def test_no_weight_stands_beside_its_closure(blender, fits):
     """A weight that is not a part of its closure takes 24 of a GPU's 1024 bytes."""
-    material = material_for(fits["foil"])
+    material = osl_material_for(fits["foil"])
     group = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
     bytecode = next(node for node in group.nodes if node.type == "SCRIPT").bytecode
     operations = [line for line in bytecode.splitlines() if not line.startswith("#")]

@@ -1,5 +1,6 @@
 """Whole pictures of spheres, through the add-on, against numerical integration of `Fit.evaluate`."""
 
+import itertools
 import math
 
 import bpy
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 import fitter
+from support.cases import quick, release
 from support.spheres import normals, reflected
 from support.stage import (
     add_lamp,
@@ -14,7 +16,7 @@ from support.stage import (
     background,
     black_scene,
     blank_material,
-    material_for,
+    osl_material_for,
     render,
     rotation_toward,
     set_input,
@@ -27,10 +29,10 @@ POWER = 100.0
 AREA_SIDE = 2.0
 
 
-def sphere_scene(blender, fit, samples):
+def sphere_scene(blender, fit, samples, make=osl_material_for):
     scene = black_scene(SIZE, SIZE, samples, span=2)
     scene.cycles.max_bounces = 0
-    add_sphere().data.materials.append(material_for(fit))
+    add_sphere().data.materials.append(make(fit))
     return scene
 
 
@@ -104,8 +106,9 @@ def fits(curet, cornell):
     return {"foil": fitter.fit(curet("aluminum foil")), "krylon": fitter.fit(cornell("krylon_blue_RGB"))}
 
 
-@pytest.mark.parametrize("material", ["foil", "krylon"])
-@pytest.mark.parametrize("light", LIGHTS)
+@pytest.mark.parametrize(("material", "light"), quick(
+    itertools.product(["foil", "krylon"], LIGHTS), ("foil", "world"), ("krylon", "sun"), ("krylon", "area lamp"),
+    ("foil", "point lamp without a size")))
 def test_the_mean_of_a_sphere_is_that_of_numerical_integration(blender, fits, material, light):
     set_up, integrate, samples, tolerance = LIGHTS[light]
     fit = fits[material]
@@ -165,8 +168,8 @@ def stored(tree):
              *(round(x, 6) for x in value[f"Extent{number}"][:2])) for number in range(1, count + 1)]
 
 
-@pytest.mark.parametrize("material", ["foil", "krylon"])
-@pytest.mark.parametrize("exact", [True, False])
+@pytest.mark.parametrize(("material", "exact"), quick(
+    itertools.product(["foil", "krylon"], [True, False]), ("krylon", True)))
 def test_a_sphere_in_a_mirror_is_as_bright_as_the_sphere(blender, fits, material, exact):
     """There the fit is evaluated at a small lamp in some of the samples only."""
     fit = fits[material]
@@ -179,14 +182,14 @@ def test_a_sphere_in_a_mirror_is_as_bright_as_the_sphere(blender, fits, material
     blender.context.object.data.materials.append(mirror)
     sphere = add_sphere()
     sphere.location = 10, 0, 0
-    sphere.data.materials.append(material_for(fit))
+    sphere.data.materials.append(osl_material_for(fit))
     set_input(sphere.data.materials[0], "Exact", exact)
     add_lamp("SUN", 1, rotation=rotation_toward((-math.cos(FROM_THE_LEFT), math.sin(FROM_THE_LEFT), 0)), angle=0)
     ratio = render(scene)[..., :3].mean(axis=(0, 1)) / mean_under_sun(fit)
     assert ratio == pytest.approx([1, 1, 1], abs=0.01)
 
 
-@pytest.mark.parametrize("apart", [0.0, 0.005, 0.03])
+@pytest.mark.parametrize("apart", quick([0.0, 0.005, 0.03], 0.005))
 def test_lamps_close_together_are_not_counted_twice(blender, fits, apart):
     fit = fits["foil"]
     scene = sphere_scene(blender, fit, 16)
@@ -214,7 +217,7 @@ def test_the_normal_input_turns_the_surface(blender, fits):
     scene = black_scene(8, 8, samples=64, span=1)
     sun(angle=0)
     blender.ops.mesh.primitive_plane_add(size=4)
-    material = material_for(fit)
+    material = osl_material_for(fit)
     blender.context.object.data.materials.append(material)
     nodes = material.node_tree.nodes
     vector = nodes.new("ShaderNodeCombineXYZ")
@@ -227,7 +230,7 @@ def test_the_normal_input_turns_the_surface(blender, fits):
     assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.01)
 
 
-@pytest.mark.parametrize("exact", [True, False])
+@pytest.mark.parametrize("exact", quick([True, False], True))
 def test_a_white_surface_neither_loses_nor_gains_light(blender, exact):
     """A fit of albedo 1 returns the light of a white world, to about a percent."""
     theta = np.linspace(0, 1.5, 12)
@@ -243,6 +246,7 @@ def test_a_white_surface_neither_loses_nor_gains_light(blender, exact):
     assert render(scene)[..., :3].mean() == pytest.approx(expected, rel=0.005)
 
 
+@release
 def test_more_lamps_without_a_size_than_lobes_still_give_all_their_light(blender, fits):
     """The shader then chooses lamps at random; the expectation is their sum."""
     fit = fits["foil"]
@@ -286,7 +290,7 @@ def test_back_faces_and_uneven_scales_are_lit_as_the_surface_they_show(blender, 
         sun(angle=0)
         blender.ops.mesh.primitive_plane_add(size=4, rotation=(turn, 0, 0))
         blender.context.object.scale = scale
-        blender.context.object.data.materials.append(material_for(fits["krylon"]))
+        blender.context.object.data.materials.append(osl_material_for(fits["krylon"]))
         means.append(render(scene)[..., :3].mean())
     assert means[1] == pytest.approx(means[0], rel=2e-3)
     assert means[2] == pytest.approx(means[0], rel=2e-3)
@@ -297,7 +301,7 @@ def test_light_from_below_the_horizon_does_not_leak(blender, fits):
     scene = black_scene(8, 8, samples=64, span=0.5)
     scene.camera.rotation_euler, scene.camera.location = (1.3, 0, 0), (0, -9, 2.5)
     blender.ops.mesh.primitive_plane_add(size=4)
-    blender.context.object.data.materials.append(material_for(fits["foil"]))
+    blender.context.object.data.materials.append(osl_material_for(fits["foil"]))
     add_lamp("SUN", 1, rotation=(-math.radians(95), 0, 0), angle=0.1)
     assert render(scene)[..., :3].mean() < 1e-3
 
@@ -309,10 +313,11 @@ def sphere_far_away(fit, distance):
     background(scene, 1)
     sphere = add_sphere()
     sphere.location = distance, 0, 0
-    sphere.data.materials.append(material_for(fit))
+    sphere.data.materials.append(osl_material_for(fit))
     return render(scene)[..., :3].mean(axis=(0, 1))
 
 
+@release
 def test_ten_kilometres_from_the_origin_a_sphere_is_what_it_is_there(blender, fits):
     assert sphere_far_away(fits["foil"], 1e4) == pytest.approx(sphere_far_away(fits["foil"], 0), rel=3e-3)
 
@@ -337,10 +342,11 @@ def catcher_noise(make_material):
     return np.sqrt(np.mean((alpha[0] - alpha[1]) ** 2) / 2)
 
 
+@release
 def test_a_shadow_catcher_is_nearly_as_quiet_as_a_principled_one(blender, fits):
     def principled():
         material, shader, surface = blank_material("Principled", "ShaderNodeBsdfPrincipled")
         material.node_tree.links.new(shader.outputs[0], surface)
         return material
 
-    assert catcher_noise(lambda: material_for(fits["krylon"])) < 1.5 * catcher_noise(principled)
+    assert catcher_noise(lambda: osl_material_for(fits["krylon"])) < 1.5 * catcher_noise(principled)

@@ -1,0 +1,153 @@
+"""What many tests need made once: fits, closure mixtures, closure nodes and bytecode, kept in build/kept.
+
+An entry lies under a hash of the code that makes it, of its arguments, and of the versions of Python, NumPy and Blender.
+Both copies of the fitter, `fitter` and `measured_brdf.fitter`, share entries. What depends on anything else (functions
+of a test, constants that a test replaced) is made anew: `fresh` says so.
+"""
+
+import functools
+import hashlib
+import importlib
+import io
+import os
+import pickle
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from .checkout import ROOT
+
+FOLDER = Path(os.environ.get("MEASURED_BRDF_KEPT") or ROOT / "build" / "kept")
+_COPIES = "measured_brdf.fitter.", "fitter."
+_KNOWN = "numpy", "builtins", "collections", "copyreg", "_codecs"
+_UNUSED = 3 * 86400         # s, after which an entry goes
+_LARGEST = 1 << 26          # bytes of an entry
+_on = True
+
+
+class _UnkeepableError(Exception):
+    """An argument's meaning is not in its pickle."""
+
+
+class _Pickler(pickle.Pickler):
+    def persistent_id(self, item):
+        if not isinstance(item, type) and not callable(item):
+            return None
+        module = getattr(item, "__module__", None) or ""
+        for prefix in _COPIES:
+            if module.startswith(prefix) and isinstance(item, type):
+                return module.removeprefix(prefix), item.__qualname__
+        if module.split(".")[0] in _KNOWN:
+            return None
+        raise _UnkeepableError
+
+
+class _Unpickler(pickle.Unpickler):
+    def __init__(self, file, package):
+        super().__init__(file)
+        self.package = package
+
+    def persistent_load(self, name):
+        module, qualname = name
+        return functools.reduce(getattr, qualname.split("."), importlib.import_module(self.package + module))
+
+
+def _pickled(item):
+    stream = io.BytesIO()
+    try:
+        _Pickler(stream, protocol=5).dump(item)
+    except (_UnkeepableError, pickle.PicklingError, TypeError, AttributeError):
+        return None
+    return stream.getvalue()
+
+
+@functools.cache
+def _code():
+    """A hash of all code that fits and bakes, and of what runs it."""
+    known = hashlib.blake2b(f"{sys.version} {np.__version__}".encode())
+    for folder in ("fitter", "osl"):
+        for path in sorted((ROOT / folder).rglob("*")):
+            if path.suffix in (".py", ".csv", ".h", ".osl") and "report" not in path.parts:
+                known.update(path.read_bytes())
+    return known.digest()
+
+
+def kept(function, code=_code):
+    """A function of its arguments alone, as one that does its work once for all tests."""
+    package = next((prefix for prefix in _COPIES if function.__module__.startswith(prefix)), _COPIES[0])
+    name = f"{function.__module__.removeprefix(package)}.{function.__qualname__}"
+
+    @functools.wraps(function)
+    def once(*arguments, **more):
+        asked = _pickled((name, arguments, sorted(more.items()))) if _on else None
+        if asked is None:
+            return function(*arguments, **more)
+        path = FOLDER / f"{hashlib.blake2b(code() + asked, digest_size=20).hexdigest()}.pickle"
+        try:
+            with path.open("rb") as file:
+                result = _Unpickler(file, package).load()
+            path.touch()
+            return result
+        except FileNotFoundError:
+            pass
+        result = function(*arguments, **more)
+        made = _pickled(result)
+        if made is not None and len(made) <= _LARGEST:
+            FOLDER.mkdir(parents=True, exist_ok=True)
+            beside = path.with_suffix(f".{os.getpid()}")
+            beside.write_bytes(made)
+            beside.replace(path)
+        return result
+
+    once.made_anew = function
+    return once
+
+
+def replace(module, name, code=_code):
+    """Put a `kept` function in the place of one, also in modules that have imported it."""
+    function = getattr(module, name)
+    if hasattr(function, "made_anew"):
+        return
+    once = kept(function, code)
+    for each in list(sys.modules.values()):
+        if getattr(each, "__dict__", {}).get(name) is function:
+            setattr(each, name, once)
+
+
+def keep(package):
+    """Have a copy of the fitter, "fitter" or "measured_brdf.fitter", make things once."""
+    methods = importlib.import_module(f"{package}.methods")
+    for table in (methods.METHODS, methods._PREPARATIONS):
+        table.update({name: kept(function) for name, function in table.items() if not hasattr(function, "made_anew")})
+    for module, name in (("cycles.closure_mixture", "closure_mixture"), ("cycles.node_mixture", "node_mixtures")):
+        replace(importlib.import_module(f"{package}.{module}"), name)
+
+
+def keep_bytecode():
+    """Have the extension compile a shader once."""
+    import bpy
+
+    compiler = importlib.import_module("measured_brdf.addon.materials.compiler")
+    code = (bpy.app.version_string + bpy.app.build_hash.decode()).encode() + Path(compiler.__file__).read_bytes()
+    replace(compiler, "_bytecode", lambda: code)
+
+
+def remove_unused():
+    """Remove entries that no test has asked for lately."""
+    for path in FOLDER.glob("*") if FOLDER.is_dir() else ():
+        if path.stat().st_mtime < time.time() - _UNUSED:
+            path.unlink(missing_ok=True)
+
+
+@contextmanager
+def fresh():
+    """Make everything anew, where a test has replaced what it depends on."""
+    global _on
+    _on = False
+    try:
+        yield
+    finally:
+        _on = True
