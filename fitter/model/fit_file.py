@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 FORMAT = "measured-brdf-fit"
 VERSION = 7
-_READABLE = (2, 3, 4, 5, 6, 7)
+_FIRST = 2                  # that extension 0.1.0 wrote; the versions between are those of no release
 LARGEST = 100 * LARGEST_VALUE   # of any number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
 _PRIOR = ("kd", "ks", "alpha", "gamma", "f0")
@@ -105,7 +105,7 @@ def read(path: str | Path) -> dict[str, Any]:
             raise ValueError("no header of a fit")
     except (ValueError, KeyError, RecursionError) as error:
         raise DatasetError("not a fit saved by Measured BRDF", path) from error
-    if header.get("version") not in _READABLE:
+    if header.get("version") not in (_FIRST, VERSION):
         raise DatasetError(f"a fit of version {header.get('version')!r}, expected {VERSION}; fit the data again", path)
     try:
         return _assemble(_upgraded(header, entries), entries)
@@ -155,18 +155,14 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
 
 
 def _upgraded(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
-    """The header of an older version with what it lacks: version 2 had no softening, versions 2 and 3 did not name
-    coordinates and transform, and up to version 4 nothing was stretched and all lobes were mirrors'."""
-    version = header["version"]
-    if version < 4:
-        log_relative = "prior_kd" in entries
-        header |= {"coordinates": (HalfDifference if log_relative else Nusselt).name,
-                   "transform": (LogRelative if log_relative else IDENTITY).name}
-    if version < 3:
-        header["softening"] = 0.0
-    if version < 5:
-        header |= {"stretch": stretch.NONE, "lobes": ["mirror"] * len(np.atleast_1d(entries.get("prior_ks", [])))}
-    return header
+    """The header of the first version with what it lacks: it did not name coordinates and transform, did not soften nor
+    stretch, and all lobes were mirrors'."""
+    if header["version"] == VERSION:
+        return header
+    log_relative = "prior_kd" in entries
+    return header | {"coordinates": (HalfDifference if log_relative else Nusselt).name,
+                     "transform": (LogRelative if log_relative else IDENTITY).name, "softening": 0.0,
+                     "stretch": stretch.NONE, "lobes": ["mirror"] * len(np.atleast_1d(entries.get("prior_ks", [])))}
 
 
 def _coordinates(header: dict[str, Any]) -> Coordinates:
