@@ -1,8 +1,9 @@
 """``make fuzz``: how the readers treat damaged and hostile files.
 
 A case is a file of one of the formats, real where the measurements are at hand, put through up to four mutations.
-`check` holds what is promised of every one: a `DatasetError` that names the file, or the numbers that a naive reading
-of the same bytes finds; and no more than `SECONDS` and `MEMORY` times the file.
+`check` holds what is promised of every one: a `DatasetError` that names the file, or finite numbers within the limits
+of `Samples`; and no more than `SECONDS` and `MEMORY` times the file. Of the formats in `NAIVE`, the numbers are those
+that a naive reading of the same bytes finds.
 """
 
 import contextlib
@@ -17,7 +18,6 @@ import time
 import tracemalloc
 import zlib
 from collections import Counter, defaultdict
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -25,11 +25,12 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 import fitter
-from fitter import cli
+from fitter import cli, formats
 from fitter.colours import conversion
 from fitter.cycles.bake import bake
-from fitter.formats import curet, mat5, mbsdf, merl, rgl, spectra, table, tensor_file, utia, zemax
+from fitter.formats import astm, curet, merl, spectra
 from fitter.methods import METHODS
+from fitter.samples import LARGEST_VALUE
 from support import (
     anisotropic_instruments,
     checkout,
@@ -260,16 +261,10 @@ def check(content, path):
     _read_with_options(content, path, samples)
     if samples is None:
         return "refused", seconds, memory
-    angles, values = naive(content)
-    # RGL's nodes come first; tests/fitter/formats/test_rgl.py has what is between, and test_samples.py images
-    more = rgl.recognises(content) or any(note.startswith("Symmetr") for note in samples.notes)
-    assert len(samples) >= len(values) if more else len(samples) == len(values)
-    directions = np.transpose(samples.directions)[:len(values)]
-    if b"\0" in content or zemax.recognises(content):      # angles that are computed: known but for whole turns
-        np.testing.assert_allclose(_vectors(directions), _vectors(angles), rtol=0, atol=1e-6)
-    else:
-        np.testing.assert_array_equal(np.minimum(angles, [np.pi / 2, np.inf] * 2), directions)
-    np.testing.assert_allclose(samples.values[:len(values)], values, rtol=1e-9, atol=1e-9 * np.abs(values).max())
+    _check_limits(samples)
+    known, _ = formats._recognised(path)
+    if known in NAIVE:
+        _compare(samples, *NAIVE[known](content), computed=known is merl.FORMAT)
     assert shown.description.count == len(samples)
     assert 0 <= shown.description.gap <= 180
     if len(samples) > _MOST_FITTED:
@@ -277,6 +272,26 @@ def check(content, path):
     which, rest = divmod(zlib.crc32(content), _ONE_OF)
     _fit_and_bake(samples, path, list(METHODS)[which % len(METHODS)] if rest == 0 else None)
     return "read", seconds, memory
+
+
+def _check_limits(samples):
+    assert np.isfinite(samples.directions).all()
+    assert np.abs(samples.values).max() <= LARGEST_VALUE
+    for theta in (samples.theta_i, samples.theta_o):
+        assert theta.min() >= 0
+        assert theta.max() <= np.pi / 2
+
+
+def _compare(samples, angles, values, computed):
+    """Compare samples with a naive reading; where angles are computed, they are known but for whole turns."""
+    repeated = any(note.startswith("Symmetr") for note in samples.notes)        # test_samples.py has the images
+    assert len(samples) >= len(values) if repeated else len(samples) == len(values)
+    directions = np.transpose(samples.directions)[:len(values)]
+    if computed:
+        np.testing.assert_allclose(_vectors(directions), _vectors(angles), rtol=0, atol=1e-6)
+    else:
+        np.testing.assert_array_equal(np.minimum(angles, [np.pi / 2, np.inf] * 2), directions)
+    np.testing.assert_allclose(samples.values[:len(values)], values, rtol=1e-9, atol=1e-9 * np.abs(values).max())
 
 
 def _read_with_options(content, path, samples):
@@ -330,39 +345,13 @@ def _fit_and_bake(samples, path, baked):
             bake(again)
 
 
-def naive(content):
-    """Angles (n, 4) and values (n, channels) of a valid file; for any other, whatever comes."""
-    if content.startswith(mat5.MAGIC):
-        return _naive_paint(content)
-    if content.startswith(tensor_file.MAGIC):
-        return _naive_rgl(content)
-    if merl.recognises(content):
-        return _naive_merl(content)
-    if utia.recognises(content):
-        return _naive_utia(content)
-    if content.startswith(mbsdf.MAGIC):
-        return _naive_mbsdf(content)
+# angles (n, 4) and values (n, channels) of a valid file, by format
+
+def _naive_astm(content):
     text = content.removeprefix(b"\xef\xbb\xbf").decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
     lines = [line for line in text.split("\n") if line.split()]
-    if zemax.recognises(text.encode("latin-1")):
-        return _naive_zemax([line.split() for line in lines if not line.lstrip().startswith("#")])
-    start = next((n for n, line in enumerate(lines) if line.startswith("VARS")), None)
-    if start is not None:
-        return _naive_astm(lines[start][4:], lines[start + 1:])
-    if table.recognises(text.encode("latin-1")):
-        return _naive_table(lines)
-    if len(lines[0].split()) > 100:
-        return (curet.geometry()[:, [2, 3, 0, 1]],
-                np.array([lines[0].split()[1:]], dtype=float).T)
-    else:
-        tokens = " ".join(line.partition("#")[0] for line in lines).split()
-        bands = np.array(tokens[1:1 + int(tokens[0])], dtype=float)
-        numbers = np.array(tokens[1 + len(bands):], dtype=float).reshape(-1, 4 + len(bands))
-    values = numbers[:, 4:]
-    return numbers[:, :4], values if bands is None else values @ spectra.srgb_weights(np.array(bands)).T
-
-
-def _naive_astm(header, rows):
+    start = next(n for n, line in enumerate(lines) if line.startswith("VARS"))
+    header, rows = lines[start][4:], lines[start + 1:]
     names = [name.strip().lower() for name in header.split("," if "," in header else None)]
     table = np.array([row.split("," if "," in rows[0] else None) for row in rows], dtype=float)
     if table.shape[1] > len(names):
@@ -387,102 +376,9 @@ def _naive_astm(header, rows):
     return angles, values @ spectra.srgb_weights(bands).T
 
 
-def _naive_table(lines):
-    """One dictionary a row."""
-    said = dict(line.lstrip("# \t").lower().replace("=", ":").split(":", 1) for line in lines
-                if line.lstrip().startswith("#") and (":" in line or "=" in line))
-    names, *rows = [line.strip() for line in lines if not line.lstrip().startswith("#")]
-    separator = next((mark for mark in "\t;," if mark in names), None)
-    if separator != ",":
-        rows = [row.replace(",", ".") for row in rows]
-    names = [name.strip(" \t'\"").lower() for name in names.split(separator)]
-    found = {}
-    for row in rows:
-        cells = dict(zip(names, (cell.strip(" \t'\"") for cell in row.split(separator)), strict=False))
-        empty = ("", "-", "--", "*", "na", "n/a", "nan", "null", "none")
-        if any(cells.get(name, "").lower() in empty for name in names):
-            continue
-        of = {}
-        for name, cell in cells.items():
-            kind = name.replace("_", "").removeprefix("theta")
-            if name.startswith("theta"):
-                of["ti" if kind[:1] == "i" else "to"] = float(cell)
-            elif name.startswith("phi"):
-                of["pi" if name[3:].replace("_", "")[:1] == "i" else "po"] = float(cell)
-        angles = [of["ti"], of.get("pi", 0.0), of["to"], of["po"]]
-        if "deg" in names[0] or ("rad" not in names[0] and not said.get("angles", "d").strip().startswith("r")):
-            angles = np.radians(angles).tolist()
-        values = [float(cells[name]) for name in (("r", "g", "b") if "r" in cells else ("brdf*cos_o",))]
-        if "standard" in cells:
-            values = [value / float(cells["standard"]) * float(said.get("standard", 1)) / np.pi for value in values]
-        if "brdf*cos_o" in cells:
-            if math.cos(angles[2]) < 1e-3:
-                continue
-            values = [value / math.cos(angles[2]) for value in values]
-        same = tuple(round(number / 1e-6) for number in np.mod(angles, 2 * np.pi))
-        found.setdefault(same, (angles, []))[1].append(values)
-    return (np.array([angles for angles, _ in found.values()]),
-            np.array([np.mean(values, axis=0) for _, values in found.values()]))
-
-
-def _naive_zemax(lines):
-    """Out of the mirrored ray by the radial angle: towards the normal, turned by the azimuth."""
-    angles = {line[0]: [float(angle) for angle in after] for line, after in pairwise(lines)
-              if line[0] in ("SampleRotation", "AngleOfIncidence", "ScatterAzimuth", "ScatterRadial")}
-    starts = [n for n, line in enumerate(lines) if line[0].startswith("DataBegin")]
-    rows = iter([[float(number) for number in line] for start in starts for line in
-                 lines[start:next(n for n in range(start, len(lines)) if lines[n][0].startswith("DataEnd"))]
-                 if not line[0].startswith(("DataBegin", "TIS"))])
-    blocks = [(turn, theta) for turn in np.radians(angles["SampleRotation"])
-              for theta in np.radians(angles["AngleOfIncidence"])]
-    table = np.array(list(rows)).reshape(len(starts), len(blocks), len(angles["ScatterAzimuth"]),
-                                         len(angles["ScatterRadial"]))
-    several = len(angles["SampleRotation"]) > 1
-    found, values = [], []
-    for i, (turn, theta) in enumerate(blocks):
-        turn = -turn if several else 0
-        mirror, normal = np.array([-math.sin(theta), 0, math.cos(theta)]), [0, 0, 1]
-        for a, azimuth in enumerate(np.radians(angles["ScatterAzimuth"])):
-            for r, radial in enumerate(np.radians(angles["ScatterRadial"])):
-                value = table[:, i, a, r]
-                if radial == 0:
-                    here = table[:, i, :, r][:, table[:, i, :, r].any(axis=0)]
-                    value = here.mean(axis=1) if a == 0 and here.size else np.zeros(len(value))
-                level = np.array([math.cos(theta), 0, math.sin(theta)])         # from the mirrored ray to the normal
-                side = np.cross(mirror, level)
-                out = (math.cos(radial) * mirror
-                       + math.sin(radial) * (math.cos(azimuth) * level + math.sin(azimuth) * side))
-                if value.any() and out @ normal > 1e-9:
-                    found.append([theta, turn, math.atan2(math.hypot(*out[:2]), out[2]),
-                                  math.atan2(out[1], out[0]) + turn])
-                    values.append(value)
-    values = np.array(values)
-    return np.array(found), values if len(starts) == 1 else values @ spectra.XYZ_TO_SRGB.T
-
-
-def _naive_mbsdf(content):
-    start = min(content.find(mark) + len(mark) for mark in (b"MBSDF_DATA=\n", b"MBSDF_DATA_REFLECTION=\n")
-                if b"\n" + mark in content)
-    kind, n, m = struct.unpack("<3I", content[start:start + 12])
-    channels = 3 if kind else 1
-    table = np.array(struct.unpack_from(f"<{n * n * m * channels}f", content, start + 12)).reshape(n, n, m, channels)
-    cells = [(i, j, k) for i in range(n) for j in range(n) for k in range(m if i and j else 1)]
-    return (np.array([[i * math.pi / 2 / n, 0, j * math.pi / 2 / n, k * math.pi / (m - 1)] for i, j, k in cells]),
-            np.array([table[i, j, k] if i and j else table[i, j].mean(axis=0) for i, j, k in cells]))
-
-
-def _naive_paint(content):
-    from scipy.io import loadmat
-
-    arrays = loadmat(io.BytesIO(content))
-    wavelength = arrays["wavelength"].ravel().astype(float)
-    fr = arrays["fr"] if arrays["fr"].shape[1] == len(wavelength) else arrays["fr"].T
-    angles = []
-    for name in ("dir_in", "dir_out"):
-        vectors = np.array(arrays[name] if arrays[name].shape[1] == 3 else arrays[name].T, dtype=float)
-        x, y, z = (vectors / np.linalg.norm(vectors, axis=1)[:, None]).T
-        angles += [np.arccos(np.clip(z, -1, 1)), np.arctan2(y, x)]
-    return np.transpose(angles), fr @ spectra.srgb_weights(wavelength).T
+def _naive_curet(content):
+    first = next(line for line in content.removeprefix(b"\xef\xbb\xbf").splitlines() if line.split())
+    return curet.geometry()[:, [2, 3, 0, 1]], np.array([first.split()[1:]], dtype=float).T
 
 
 def _naive_merl(content):
@@ -507,87 +403,7 @@ def _naive_merl(content):
     return np.array(angles), np.array(values)
 
 
-def _naive_utia(content):
-    """Entry by entry; where a direction is the normal, the mean of all its azimuths."""
-    numbers = np.array(struct.unpack(f"<{3 * 288 ** 2}d", content)).reshape(3, 288 ** 2)
-    found = {}
-    for place in range(288 ** 2):
-        row, column = divmod(place, 288)
-        ti, pi, to, po = row // 48, row % 48, column // 48, column % 48
-        found.setdefault((ti, pi * (ti > 0), to, po * (to > 0)), []).append(place)
-    return (np.radians(np.array(list(found)) * [15, 7.5, 15, 7.5]),
-            np.array([numbers[:, places].mean(axis=1) if len(places) > 1 else numbers[:, places[0]]
-                      for places in found.values()]))
-
-
-def _naive_rgl(content):
-    """Azimuth by azimuth; of an anisotropic material the last is the first again where they make a turn or a half."""
-    fields = tensor_file.read(content, "naive")
-    phi_i = fields["phi_i"].astype(float)
-    if len(phi_i) < 3:
-        return _naive_azimuth(fields, 0, 0.0)
-    closes = min(abs(phi_i[-1] - phi_i[0] - turn) for turn in (np.pi, 2 * np.pi)) < 1e-3
-    parts = [_naive_azimuth(fields, p, turn) for p, turn in enumerate(phi_i[:-1] if closes else phi_i)]
-    return tuple(np.concatenate(part) for part in zip(*parts, strict=True))
-
-
-def _naive_azimuth(fields, p, turn):
-    """Node by node: the half vector below which the share s of the density is, found by halving."""
-    theta_i, vndf = fields["theta_i"].astype(float), fields["vndf"][p].astype(float)
-    if "spectra" in fields:
-        weights = spectra.srgb_weights(fields["wavelengths"].astype(float))
-        rgb = np.einsum("tbyx,cb->tcyx", fields["spectra"][p].astype(float), weights)
-    else:
-        rgb = fields["rgb"][p].astype(float)
-    size = rgb.shape[-1]
-    angles, values = [], []
-    for t, angle in enumerate(np.minimum(theta_i, np.pi / 2)):
-        for row in range(size - 1):
-            y = _where([_area(line) for line in vndf[t]], row / (size - 1))
-            line = [_at(column, y) for column in vndf[t].T]
-            for column in range(0 if row == 0 else 1, size):
-                x = _where(line, column / (size - 1)) if column else 0.0
-                theta_h, phi_h = x * x * math.pi / 2, (2 * y - 1) * math.pi
-                half = np.array([math.sin(theta_h) * math.cos(phi_h), math.sin(theta_h) * math.sin(phi_h),
-                                 math.cos(theta_h)])
-                wi = np.array([math.sin(angle) * math.cos(turn), math.sin(angle) * math.sin(turn), math.cos(angle)])
-                wo = 2 * (half @ wi) * half - wi
-                theta_o = math.atan2(math.hypot(wo[0], wo[1]), wo[2])
-                if math.cos(theta_o) <= 1e-6:
-                    continue
-                value = rgb[t, :, row, column] if column else rgb[t, :, :-1, 0].mean(axis=1)
-                if fields["jacobian"][0]:
-                    ndf = _at([_at(line, x) for line in fields["ndf"].astype(float)], y)
-                    sigma = _at([_at(line, math.sqrt(2 * angle / math.pi)) for line in fields["sigma"].astype(float)],
-                                (turn + np.pi) / (2 * np.pi) % 1)
-                    value = value * ndf / (4 * sigma)
-                angles.append([angle, turn, theta_o, math.atan2(wo[1], wo[0])])
-                values.append(value / math.cos(theta_o))
-    return np.array(angles), np.array(values)
-
-
-def _at(values, place):
-    """Interpolate equidistant values over 0 to 1."""
-    return float(np.interp(place * (len(values) - 1), range(len(values)), values))
-
-
-def _area(values):
-    return sum(values[:-1] + values[1:]) / 2
-
-
-def _where(density, share):
-    """Where, over 0 to 1, a density has this share of its integral below."""
-    density = np.array(density)
-    parts = (density[1:] + density[:-1]) / 2
-    target = share * parts.sum()
-    before = np.append(0, np.cumsum(parts))
-    index = next((index for index in range(len(parts)) if target <= before[index + 1]), len(parts) - 1)
-    low, high = 0.0, 1.0
-    for _ in range(60):
-        middle = (low + high) / 2
-        reached = before[index] + middle * (density[index] + middle / 2 * (density[index + 1] - density[index]))
-        low, high = (middle, high) if reached < target else (low, middle)
-    return (index + low) / len(parts)
+NAIVE = {astm.FORMAT: _naive_astm, curet.FORMAT: _naive_curet, merl.FORMAT: _naive_merl}
 
 
 def run(count, folder):

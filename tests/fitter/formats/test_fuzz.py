@@ -25,7 +25,7 @@ def test_the_files_to_be_damaged_are_read_as_they_stand(path, name):
 @settings(max_examples=300, deadline=None, database=None, suppress_health_check=list(HealthCheck))
 @seed(7)
 @given(fuzz.cases(FILES))
-def test_a_damaged_file_is_refused_or_read_as_a_naive_reader_does(path, case):
+def test_a_damaged_file_is_refused_or_read_within_limits_and_as_a_naive_reader_does(path, case):
     fuzz.check(case[1], path)
 
 
