@@ -109,6 +109,7 @@ def extension():
     kept.keep("measured_brdf.fitter")
     kept.keep_bytecode()
     package.register()
+    package.addon.jobs.process._SCRIPT = checkout.ROOT / "support" / "kept_worker.py"
     yield package
     package.unregister()
 

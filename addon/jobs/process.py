@@ -24,6 +24,7 @@ from .tasks import silent
 _Result = TypeVar("_Result")
 
 ENDED_EARLY = "The fitting process has ended early: it was killed, or memory ran out"
+_SCRIPT = Path(__file__).with_name("worker.py")
 _PACKAGE = __package__.rpartition(".addon")[0]
 
 
@@ -37,8 +38,7 @@ class Worker:
     def __init__(self) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="measured_brdf_")
         root = Path(__file__).parents[2]
-        script = str(Path(__file__).with_name("worker.py"))
-        command = [sys.executable, *bpy.app.python_args, script, _PACKAGE, str(root), self._folder.name]
+        command = [sys.executable, *bpy.app.python_args, str(_SCRIPT), _PACKAGE, str(root), self._folder.name]
         # several workers share the processors with Blender, so each uses one
         environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", shared.FOLDER: _shared_folder()}
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, env=environment,

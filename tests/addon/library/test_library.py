@@ -9,7 +9,9 @@ from dataclasses import replace
 import bpy
 import pytest
 
+from support import command
 from support.blend_state import state
+from support.cases import quick
 from support.checkout import ROOT
 from support.stage import black_scene
 
@@ -27,13 +29,12 @@ def folder(tmp_path, glossy, write_astm):
 
 
 @pytest.fixture
-def library(tmp_path):
+def library(blender, tmp_path):
     return tmp_path / "out" / "library.blend"
 
 
 def convert(folder, out, *more):
-    return subprocess.run([sys.executable, ROOT, "convert", folder, "-o", out, *CHEAP, *more], capture_output=True,
-                          text=True, check=False, timeout=300)
+    return command.run("convert", folder, "-o", out, *CHEAP, *more)
 
 
 def names(path, kind="materials"):
@@ -75,7 +76,9 @@ def make_scene_with_library_material(path, folder):
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
 
 
-@pytest.mark.parametrize("make", [make_scene, make_assets, make_nonsense, make_scene_with_library_material])
+@pytest.mark.parametrize("make", quick(
+    [make_scene, make_assets, make_nonsense, make_scene_with_library_material], make_nonsense,
+    make_scene_with_library_material))
 def test_what_is_not_a_library_of_ours_is_refused_and_with_force_put_aside(blender, folder, library, make):
     make(library, folder) if make is make_scene_with_library_material else make(library)
     before = {path.name: path.read_bytes() for path in library.parent.iterdir() if path.is_file()}
@@ -158,7 +161,7 @@ def test_materials_whose_measurements_are_not_given_are_kept_unless_they_are_to_
     assert names(library) == ["b"]
 
 
-@pytest.mark.parametrize("given", ["nowhere", "empty"])
+@pytest.mark.parametrize("given", quick(["nowhere", "empty"], "empty"))
 def test_a_wrong_or_empty_folder_takes_nothing_out_of_a_library(folder, library, tmp_path, given):
     (tmp_path / "empty").mkdir()
     assert convert(folder, library).returncode == 0
@@ -285,16 +288,19 @@ def test_a_second_writer_is_told_who_is_first(folder, library, held):
     assert not library.with_name("library.blend.lock").exists()
 
 
-def convert_to_small_files(size, arguments):
+@pytest.fixture
+def convert_to_small_files(library, monkeypatch):
     """Convert with as few as `size` materials a file."""
-    script = (f"import sys; sys.path.insert(0, {str(ROOT)!r}); sys.argv[1:] = {arguments!r}\n"
-              "from support import checkout; package = checkout.extension(); package.register()\n"
-              f"package.addon.command.library_file.MATERIALS_PER_FILE = {size}\n"
-              "code = package.addon.command.main(); package.unregister(); sys.exit(code)")
-    return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=300)
+    from measured_brdf.addon.library import library_file
+
+    def run(size, arguments):
+        monkeypatch.setattr(library_file, "MATERIALS_PER_FILE", size)
+        return command.run(*arguments)
+    return run
 
 
-def test_a_full_file_whose_material_cannot_be_fitted_again_stays_as_it_is(blender, folder, library, glossy, write_astm):
+def test_a_full_file_whose_material_cannot_be_fitted_again_stays_as_it_is(
+        convert_to_small_files, folder, library, glossy, write_astm):
     from measured_brdf.addon.jobs import tasks
     from measured_brdf.fitter import load
 
@@ -316,7 +322,8 @@ def test_a_full_file_whose_material_cannot_be_fitted_again_stays_as_it_is(blende
     assert not list(library.parent.glob("*.kept*"))
 
 
-def test_a_large_library_is_several_files_of_which_each_is_whole(blender, folder, library, glossy, write_astm):
+def test_a_large_library_is_several_files_of_which_each_is_whole(
+        convert_to_small_files, folder, library, glossy, write_astm):
     """With as few as two materials a file; a material stays in its file."""
     def run():
         return convert_to_small_files(2, arguments)

@@ -10,6 +10,8 @@ import uuid
 import numpy as np
 import pytest
 
+from support import command
+from support.cases import quick, release
 from support.checkout import ROOT
 from support.stage import black_scene
 
@@ -100,7 +102,7 @@ def test_saved_and_loaded_the_settings_are_the_same(blender, material, tmp_path)
     assert settings_of(blender.data.materials[name]) == before
 
 
-@pytest.mark.parametrize("how", ["append", "link", "override"])
+@pytest.mark.parametrize("how", quick(["append", "link", "override"], "override"))
 def test_in_another_file_the_settings_are_the_same(blender, material, tmp_path, how):
     before, name = settings_of(material), material.name
     blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
@@ -273,16 +275,22 @@ def three(ten):
     return ten
 
 
-def command(folder, out):
+def command_for(folder, out):
     return [sys.executable, ROOT, "convert", folder, "-o", out, "--preset", "Paper", "--diffuse-level", "2",
             "--specular-level", "none"]
 
 
 def convert(folder, out, *more):
-    return subprocess.run([*command(folder, out), *more], capture_output=True, text=True, check=False, timeout=300)
+    return command.run(*command_for(folder, out)[2:], *more)
 
 
+@release
 def test_of_ten_files_one_broken_the_command_does_the_others(blender, ten, tmp_path, glossy, write_astm):
+    """In processes of its own, as users run it."""
+    def convert(*arguments):
+        return subprocess.run([*command_for(*arguments[:2]), *arguments[2:]], capture_output=True, text=True,
+                              check=False, timeout=300)
+
     out = tmp_path / "out" / "library.blend"
     done = convert(ten, out)
     assert done.returncode == 1, done.stdout + done.stderr
@@ -309,7 +317,7 @@ def test_of_ten_files_one_broken_the_command_does_the_others(blender, ten, tmp_p
         "other", *(f"paint {number}" for number in (0, 1, 2, 3, 5, 6, 8))]
 
 
-def test_shards_share_the_work(three, tmp_path):
+def test_shards_share_the_work(blender, three, tmp_path):
     (three / "9.astm").unlink()
     for part in (1, 2):
         done = convert(three, tmp_path / "library.blend", "--shard", f"{part}/2", "--processes", "1")
@@ -319,13 +327,14 @@ def test_shards_share_the_work(three, tmp_path):
     assert {path.name for path in tmp_path.glob("*.blend")} == {"library-1of2.blend", "library-2of2.blend"}
 
 
+@release
 def test_a_conversion_that_is_killed_leaves_the_old_library_and_a_rerun_goes_on_where_it_was(blender, ten, tmp_path):
     folder, out = tmp_path / "old", tmp_path / "library.blend"
     folder.mkdir()
     (ten / "0.astm").rename(folder / "0.astm")
     assert convert(folder, out).returncode == 0
     old, fits = out.read_bytes(), out.with_suffix(".fits")
-    process = subprocess.Popen([*command(ten, out), "--processes", "1"], stdout=subprocess.DEVNULL,
+    process = subprocess.Popen([*command_for(ten, out), "--processes", "1"], stdout=subprocess.DEVNULL,
                                stderr=subprocess.DEVNULL, start_new_session=True)
     while len(list(fits.glob("*.npz"))) < 4:
         assert process.poll() is None
@@ -353,6 +362,7 @@ def test_the_batch_operator_leaves_the_open_file_as_it_is(blender, material, thr
         assert len(source.materials) == 2
 
 
+@release
 def test_the_command_describes_and_renders(three, tmp_path):
     done = subprocess.run([sys.executable, ROOT, "info", three], capture_output=True, text=True, check=False)
     assert done.returncode == 1

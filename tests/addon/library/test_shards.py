@@ -1,11 +1,8 @@
 """Shards of a library, when measurements are damaged or few."""
 
-import subprocess
-import sys
-
 import pytest
 
-from support.checkout import ROOT
+from support import command
 from support.synthetic import make_files
 
 SHARDS = 2
@@ -24,9 +21,8 @@ def measurements(tmp_path):
 
 
 def convert(folder, library, *more):
-    return subprocess.run([sys.executable, ROOT, "convert", folder, "-o", library, "--preset", "Paper",
-                           "--diffuse-level", "2", "--specular-level", "none", *more], capture_output=True, text=True,
-                          check=False, timeout=300)
+    return command.run("convert", folder, "-o", library, "--preset", "Paper", "--diffuse-level", "2",
+                       "--specular-level", "none", *more)
 
 
 def convert_shards(folder, library):

@@ -1,0 +1,18 @@
+"""The extension's command line in this Blender: a second one takes two seconds to start."""
+
+import io
+from contextlib import redirect_stderr, redirect_stdout
+from subprocess import CompletedProcess
+
+import bpy
+
+
+def run(*arguments):
+    """What `blender --command measured_brdf ARGUMENTS` does with no file open: a CompletedProcess."""
+    from measured_brdf.addon import command
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    stdout, stderr = io.StringIO(), io.StringIO()
+    with redirect_stdout(stdout), redirect_stderr(stderr):
+        code = command.main([str(argument) for argument in arguments])
+    return CompletedProcess(arguments, code, stdout.getvalue(), stderr.getvalue())
