@@ -5,6 +5,7 @@ Both copies of the fitter, `fitter` and `measured_brdf.fitter`, share entries. W
 of a test, constants that a test replaced) is made anew: `fresh` says so.
 """
 
+import dataclasses
 import functools
 import hashlib
 import importlib
@@ -75,6 +76,20 @@ def _code():
     return known.digest()
 
 
+def _nameless(item):
+    """Samples or a fit without what does not matter to their numbers; anything else as it is."""
+    if not hasattr(item, "source") or not dataclasses.is_dataclass(item):
+        return item
+    return dataclasses.replace(item, name="", source="", **({"notes": ()} if hasattr(item, "notes") else {}))
+
+
+def _named_as(item, result):
+    """A fit that was made of samples of other names, with those of these."""
+    if not hasattr(result, "source") or not dataclasses.is_dataclass(result):
+        return result
+    return dataclasses.replace(result, name=item.name, source=item.source)
+
+
 def kept(function, code=_code):
     """A function of its arguments alone, as one that does its work once for all tests."""
     package = next((prefix for prefix in _COPIES if function.__module__.startswith(prefix)), _COPIES[0])
@@ -82,7 +97,7 @@ def kept(function, code=_code):
 
     @functools.wraps(function)
     def once(*arguments, **more):
-        asked = _pickled((name, arguments, sorted(more.items()))) if _on else None
+        asked = _pickled((name, [*map(_nameless, arguments)], sorted(more.items()))) if _on else None
         if asked is None:
             return function(*arguments, **more)
         path = FOLDER / f"{hashlib.blake2b(code() + asked, digest_size=20).hexdigest()}.pickle"
@@ -90,7 +105,7 @@ def kept(function, code=_code):
             with path.open("rb") as file:
                 result = _Unpickler(file, package).load()
             path.touch()
-            return result
+            return _named_as(arguments[0], result)
         except FileNotFoundError:
             pass
         result = function(*arguments, **more)
