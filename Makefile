@@ -1,4 +1,4 @@
-# make demo | test | test-matrix | test-mitsuba | test-slurm | fuzz | stability | mutants | lint | bench | bench-scale
+# make demo | test | test-all | test-matrix | test-mitsuba | test-slurm | fuzz | stability | mutants | lint | bench | bench-scale
 # | held-out | dense | report | results | zip | docs | title | gallery
 # PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
@@ -16,14 +16,22 @@ MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
 .DELETE_ON_ERROR:
-.PHONY: demo test test-matrix test-mitsuba test-slurm test-window fuzz stability mutants lint bench bench-scale held-out dense report \
+.PHONY: demo test test-all test-matrix test-mitsuba test-slurm test-window fuzz stability mutants lint bench bench-scale held-out dense report \
 	results zip docs title gallery clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
 
+# what protects users, on two processors at most ten minutes
+PYTEST := OPENBLAS_NUM_THREADS=1 $(RUN) -m pytest -n 2 --dist loadfile
 test: $(ENV)/ready
-	$(RUN) -m pytest
+	$(PYTEST) -m "not release"
+
+# everything: also what only a release needs, on every supported Blender, and with each guard removed in turn; hours
+test-all: $(ENV)/ready
+	$(PYTEST)
+	$(RUN) -m tools.test_matrix
+	$(RUN) -m tools.mutants
 
 test-matrix: $(ENV)/ready
 	$(RUN) -m tools.test_matrix

@@ -6,6 +6,9 @@ import pytest
 pytest.importorskip("bpy")
 
 from benchmarks import ordinary
+from support.cases import release
+
+pytestmark = release        # benchmarks are run for releases
 
 
 def pictures(random, deviation):

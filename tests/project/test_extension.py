@@ -9,6 +9,7 @@ import zipfile
 
 import pytest
 
+from support.cases import release
 from support.checkout import ROOT
 
 TOOL = ROOT / "tools" / "blender_extension.py"
@@ -162,6 +163,7 @@ def test_installed_from_the_zip_into_a_clean_profile_it_works_and_goes_again(pac
     assert not (ROOT / "profile").exists()
 
 
+@release
 def test_a_day_with_the_installed_extension(package, glossy, write_astm, tmp_path):
     """Drop, cancel, undo, redo, copy, refit, save, reload, append, link, and a batch with one broken file of ten."""
     folder = tmp_path / "data"

@@ -6,8 +6,11 @@ import zipfile
 
 import pytest
 
+from support.cases import release
 from support.checkout import ROOT
 from tools.docs import check
+
+pytestmark = release        # `make docs` builds the site and checks its links
 
 SPHINX = ROOT / "build" / f"env-docs-{sys.version_info[0]}.{sys.version_info[1]}" / "bin" / "python"
 needs_sphinx = pytest.mark.skipif(not SPHINX.exists(), reason="`make docs` installs Sphinx")

@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 
 from support.blend_state import state
+from support.cases import release
 from support.checkout import ROOT
+
+pytestmark = release        # `make zip` makes the library
 
 
 @pytest.fixture(scope="module")

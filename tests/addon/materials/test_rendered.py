@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
+from support.cases import quick, release
 from support.checkout import ROOT
 from support.stage import add_sphere, background, black_scene, render
 
@@ -87,7 +88,7 @@ def test_nodes_are_shown_with_osl_too_where_they_are_chosen(scene, imported):
     np.testing.assert_allclose(render(scene), with_osl, atol=0.02)
 
 
-@pytest.mark.parametrize("choice", ["AUTO", "EXACT", "FAST", "NODES"])
+@pytest.mark.parametrize("choice", quick(["AUTO", "EXACT", "FAST", "NODES"], "EXACT", "NODES"))
 def test_a_choice_can_be_changed_and_outlives_a_refit(scene, imported, choice):
     material = imported("FAST" if choice == "NODES" else "NODES")
     assert bpy.ops.measured_brdf.use_method(method=choice) == {"FINISHED"}
@@ -97,7 +98,7 @@ def test_a_choice_can_be_changed_and_outlives_a_refit(scene, imported, choice):
     assert materials.rendering_of(material) == choice
 
 
-@pytest.mark.parametrize("device", ["HIP", "METAL", "ONEAPI", "CUDA"])
+@pytest.mark.parametrize("device", quick(["HIP", "METAL", "ONEAPI", "CUDA"], "METAL"))
 def test_a_device_without_osl_is_named_and_rendered_by_nodes(scene, imported, monkeypatch, device):
     from measured_brdf.addon.scene import device as devices
 
@@ -250,6 +251,7 @@ print("MEANS", *means)
 """
 
 
+@release
 def test_eevee_shows_about_as_much_light_as_cycles(write_astm, glossy, tmp_path):
     """In a process of its own, which Blender ends where there is no OpenGL."""
     path = tmp_path / "glossy.astm"

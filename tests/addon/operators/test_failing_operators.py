@@ -3,7 +3,6 @@
 import contextlib
 import os
 import sys
-from collections import Counter
 from pathlib import Path
 
 import bpy
@@ -18,8 +17,6 @@ SCENE = f"{ADDON}scene"          # its lamp groups are derived data, and its fun
 # transactions are what is tested; the others change no data of Blender's
 QUIET = ("annotations.py", "transaction.py", "tasks.py", "process.py", "queue.py", "properties.py", "compiler.py",
          "versions.py", "icons.py", "preferences.py")
-# its functions are called hundreds of times, in one transaction: a few of each will do
-REPEATED, MOST_REPEATED = "closure_nodes.py", 2
 # these change nothing, and Blender calls them before an operator begins and after it has ended
 OUTSIDE = ("poll", "is_editable", "can_change", "is_measured", "group_node", "script_node", "active_material",
            "execute", "run", "_path", "_failed", "_on_change")
@@ -30,11 +27,10 @@ class InjectedError(Exception):
 
 
 class _Injection:
-    """Raise at the n-th call of a function of the add-on, while it is active."""
+    """Raise at the first call of the n-th function of the add-on that is called, while it is active."""
 
     def __init__(self, at):
-        self.at, self.calls, self.where = at, 0, None
-        self.repeated = Counter()
+        self.at, self.where, self.called = at, None, set()
 
     def __enter__(self):
         sys.settrace(self._trace)
@@ -49,12 +45,10 @@ class _Injection:
             return
         if path.endswith(QUIET) or name in OUTSIDE or name[0] == "<":
             return
-        if path.endswith(REPEATED):
-            self.repeated[name] += 1
-            if self.repeated[name] > MOST_REPEATED:
-                return
-        self.calls += self.where is None
-        if self.where is None and self.calls == self.at:
+        if self.where is not None or frame.f_code in self.called:
+            return
+        self.called.add(frame.f_code)
+        if len(self.called) == self.at:
             self.where = f"{Path(path).name}: {name}"
             raise InjectedError(self.where)
 

@@ -13,6 +13,7 @@ from fitter.quality.cross_validation import cube_root
 from fitter.report.baselines import anisotropic
 from fitter.samples import RGB, Samples, subset
 from support.anisotropic import ANISOTROPIC, between, brushed_fit, rotations
+from support.cases import quick, release
 
 TRUTHS = {truth.name: truth for truth in ANISOTROPIC}
 COUNT = 8000                # directions between the samples
@@ -41,7 +42,7 @@ def standard(name):
     return fitter.fit(samples(name), **STANDARD)
 
 
-@pytest.mark.parametrize("name", ["lacquered b", "woven b"])
+@pytest.mark.parametrize("name", quick(["lacquered b", "woven b"], "lacquered b"))
 def test_between_the_samples_it_has_less_than_half_of_the_error_of_other_models(name):
     truth, unseen = TRUTHS[name], between(COUNT)
     ours = error(standard(name), truth, unseen)
@@ -74,6 +75,7 @@ def test_a_frame_that_is_turned_turns_the_fit():
     assert np.sqrt(np.mean((cube_root(c, found) - true) ** 2) / np.mean(true ** 2)) < 0.03
 
 
+@release
 def test_noise_and_holes_leave_a_smooth_fit(random):
     """5 % noise, and no samples within a cone: the fit is nearer to the truth than its samples are."""
     truth, directions = TRUTHS["lacquered b"], rotations(12)
@@ -97,6 +99,7 @@ class Measured:
         return self._held.values
 
 
+@release
 def test_half_of_the_values_may_be_zero():
     """A detector that sees nothing below a threshold: no fit of its zeros is negative or has lobes there."""
     full = samples("brushed b")
@@ -141,6 +144,7 @@ def test_the_papers_method_in_four_dimensions_meets_its_samples():
                                    rtol=1e-5)
 
 
+@release
 def test_finer_levels_of_the_papers_method_are_truer_and_level_6_fits_in_memory():
     few = subset(samples("woven b"), np.random.default_rng(5).permutation(len(samples("woven b")))[:300])
     errors = [error(fitter.fit(few, 2, level, compression), TRUTHS["woven b"], few.directions)
@@ -154,6 +158,7 @@ def test_levels_that_are_too_fine_are_refused(diffuse, specular):
         fitter.fit(samples("brushed a"), diffuse, specular)
 
 
+@release
 def test_the_smallest_fit_within_a_tolerance_is_found_again(monkeypatch):
     monkeypatch.setattr(tolerance, "DIFFUSE_LEVELS", (2,))
     monkeypatch.setattr(tolerance, "KEPT", (0, 188))

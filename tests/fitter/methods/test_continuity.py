@@ -22,6 +22,7 @@ from fitter.coordinates.rusinkiewicz import Rusinkiewicz
 from fitter.model.transform import IDENTITY, STEEPEST
 from fitter.samples import subset
 from support import checkout
+from support.cases import quick, release
 from support.made_fits import made_fit
 
 STEPS = 3e-4, 3e-5          # radians: far below the softening radius, and a cell of the finest stretched lattice
@@ -163,7 +164,8 @@ MADE |= {str(system): (system, False) for system in (
 
 
 @pytest.mark.parametrize("seam", SEAMS)
-@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize("name", quick(MADE, "HalfDifference, 5, not damped", "Rusinkiewicz, 33, damped",
+                                       str(AnisotropicRusinkiewicz(12.0, 3.0, 0.4))))
 def test_fits_of_every_part_are_smooth_across_the_seams(name, seam):
     """Random lattices, whose field has no reason to be smooth where the coordinates are not; all kinds of lobes."""
     coordinates, damped = MADE[name]
@@ -176,7 +178,7 @@ def test_fits_of_every_part_are_smooth_across_the_seams(name, seam):
 
 
 @pytest.mark.parametrize("seam", SEAMS)
-@pytest.mark.parametrize("preset", KRIGED)
+@pytest.mark.parametrize("preset", quick(KRIGED, "Standard"))
 def test_fits_of_synthetic_data_are_smooth_across_the_seams(preset, seam):
     found = smooth(synthetic(preset), seam)
     assert len(found) > 2.9 * len(SEAMS[seam])
@@ -185,6 +187,7 @@ def test_fits_of_synthetic_data_are_smooth_across_the_seams(preset, seam):
 
 @pytest.mark.parametrize("seam", SEAMS)
 @pytest.mark.parametrize(("name", "preset"), REAL)
+@release
 def test_fits_of_real_data_are_smooth_across_the_seams(name, preset, seam):
     found = smooth(real(name, preset), seam)
     assert len(found)
@@ -199,7 +202,8 @@ def test_without_softening_the_check_finds_retro_reflection_and_no_other_seam(st
     assert {"retro-reflection", "both graze"} <= rough <= {"retro-reflection", "both graze", "both at the normal"}
 
 
-@pytest.mark.parametrize("seam", [name for name in SEAMS if name not in NOT_THE_PAPERS])
+@pytest.mark.parametrize("seam", quick((name for name in SEAMS if name not in NOT_THE_PAPERS),
+                                       "plane of incidence, same side"))
 def test_the_papers_fit_is_smooth_but_at_normal_incidence(glossy, seam):
     fit = fitter.fit(subset(glossy, slice(400)), **fitter.PRESETS["Paper"])
     assert smooth(fit, seam).all()

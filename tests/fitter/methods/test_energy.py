@@ -21,6 +21,7 @@ from fitter.model.transform import LogRelative, factor_of_angle
 from fitter.samples import subset
 from fitter.shader_constants import DAMPING_KNOTS
 from support import truths
+from support.cases import quick
 
 ANGLES = np.linspace(0, np.pi / 2, 200)
 AT_MOST = 1.005
@@ -96,7 +97,7 @@ def test_the_sets_are_what_they_are_called():
     assert 1.25 < albedo(BRIGHT, 0.0, True) < 1.4
 
 
-@pytest.mark.parametrize("name", SETS)
+@pytest.mark.parametrize("name", quick(SETS, "brighter than light"))
 def test_a_fit_reflects_no_more_light_than_it_receives(name):
     assert albedos(fitted(name), ANGLES[::5]).max() <= AT_MOST
 
@@ -128,8 +129,8 @@ MADE = {
     "a rough field": (HalfDifference(stretch=5.0), lobes(0.25, ("mirror", 2.0, 0.4, 2.0, 0.1)), 0.8)}
 
 
-@pytest.mark.parametrize("farthest", [90, 60])
-@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize("farthest", quick([90, 60], 60))
+@pytest.mark.parametrize("name", quick(MADE, "a mirror", "a Lambertian of albedo 3", "a rough field"))
 def test_whatever_a_fit_is_it_conserves_energy_once_it_is_damped(name, farthest):
     fit = random_fit(*MADE[name])
     found = conserved(fit, up_to(farthest))
@@ -148,7 +149,7 @@ def test_a_lambertian_that_is_too_bright_becomes_white(kd):
     np.testing.assert_allclose(np.pi * found.evaluate(theta, 0, theta[::-1], 2.0), 0.999, atol=2e-3)
 
 
-@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize("name", quick(MADE, "a mirror", "a Lambertian of albedo 3"))
 def test_no_more_light_is_lost_than_must_be(name):
     """Of the angles around the largest albedo; the factor is smooth, and so takes more from their neighbours."""
     fit = random_fit(*MADE[name])

@@ -3,12 +3,14 @@ import pytest
 
 import fitter
 from support import truths
+from support.cases import release
 
 
 def rmse(samples, fit):
     return fitter.error_metrics(samples.values, fit.evaluate(*samples.directions)).rmse
 
 
+@release
 def test_the_tolerance_is_met_on_sets_of_every_kind_and_what_it_costs_is_less_than_standard(curet, cornell):
     sets = [curet(number) for number in range(1, 62, 12)] + [cornell("garnet_red_RGB")]
     sets += [truth.measured("CURET") for truth in truths.TRUTHS.values()]
@@ -26,6 +28,7 @@ def test_a_smaller_tolerance_costs_more(curet):
     assert fits[0].nbytes < fits[1].nbytes < fits[2].nbytes
 
 
+@release
 def test_by_held_out_samples(curet):
     samples = curet("plaster a")
     fit = fitter.fit_within(samples, 0.01, held_out=True)

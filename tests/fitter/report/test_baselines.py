@@ -9,6 +9,9 @@ import fitter
 from fitter.methods import gaussian_process
 from fitter.quality.cross_validation import held_out
 from fitter.report.baselines import bounds, ggx, koenderink, lafortune, low2012, neural, thin_plate
+from support.cases import release
+
+pytestmark = release        # only reports and benchmarks use them
 
 
 def directions(random, count=600):

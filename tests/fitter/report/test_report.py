@@ -10,6 +10,9 @@ from fitter.quality import cross_validation, physics
 from fitter.report import comparison, findings, markdown, pareto, ringing, tables, times
 from fitter.report.baselines import koenderink, lafortune
 from fitter.report.methods import BASELINES, METHODS
+from support.cases import release
+
+pytestmark = release        # reports are made for releases
 
 
 @pytest.fixture

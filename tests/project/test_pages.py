@@ -1,0 +1,282 @@
+"""What pages say of the code is so: names and the files that have them, layers, what is free of bpy, numbers, labels of
+the interface, and tables that add up."""
+
+import ast
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from benchmarks import ablation
+from fitter import shader_constants as shader
+from fitter.coordinates.half_difference import SOFTENING
+from fitter.methods import gaussian_process, many_samples, prior, regression_kriging, thin_plate
+from fitter.model.microfacet import MAX_LOBES
+from fitter.presets import PRESETS
+from support.checkout import ROOT
+
+from .test_docs import NOT_OURS, PATH, files, named_in
+from .test_layers import ADDON, FITTER, imports
+
+PAGES = {path.relative_to(ROOT).as_posix(): path.read_text("utf-8")
+         for path in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "manual").glob("*.md"))}
+MANUAL = [page for page in PAGES if page in ("README.md", "docs/start.md", "docs/manual.md", "docs/formats.md")
+          or page.startswith("docs/manual/")]
+CYCLES = {"docs/devices.md"}                # names what is in the sources of Cycles and Blender
+IDENTIFIER = re.compile(r"([A-Za-z_]\w*)(\(.*\))?")
+OWN = re.compile(r"_\w+|[A-Z][A-Z0-9_]*[A-Z0-9]")       # a constant, or a private name
+NOT_NAMES = {"NAME", "FILE", "PRESET"}
+SUFFIXES = (".py", ".h", ".osl", ".toml")
+BLENDER = {"bpy", "blf", "bmesh", "bpy_extras", "gpu", "gpu_extras", "mathutils", "_cycles"}
+# names in Blender that the manual leads through, and words in bold that are no names
+BLENDERS_OWN = {"File", "Import", "Edit", "Preferences", "Get Extensions", "the arrow at the top right", "Add-ons",
+                "Install from Disk", "Properties", "Material", "Image", "Save As", "F3", "Shift+A", "Color Management",
+                "Render properties", "Light Paths", "Filter Glossy"}
+EMPHASISED = {"published fits, not measurements", "exactly", "Untested", "The sphere", "The curves", "The numbers",
+              "The lobe", "The normal", "The plot", "Documentation", "Known limits.", "Files", "Materials", "Looking",
+              "Editing", "Light", "Engines", "Reuse",
+              "Do not mix it with a Principled BSDF, Glass or another measured material there"}
+
+
+def without_code(text):
+    return re.sub(r"^```.*?^```$|^ {4}.*$", "", text, flags=re.DOTALL | re.MULTILINE)
+
+
+def blocks(text):
+    """Paragraphs, items of lists and rows of tables, each of which names files and what is in them."""
+    return re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.) )|\n(?=\|)", re.sub(r"^```.*?^```$", "", text,
+                                                                        flags=re.DOTALL | re.MULTILINE))
+
+
+@cache
+def words(path):
+    return frozenset(re.findall(r"\w+", path.read_text("utf-8"))) if path.is_file() else frozenset().union(
+        *(words(each) for each in path.rglob("*") if each.suffix in SUFFIXES))
+
+
+@cache
+def words_of_all():
+    """The words of all sources but these two tests, whose examples are names that are not there."""
+    folders = [ROOT / name for name in ("addon", "benchmarks", "demo_scenes", "fitter", "osl", "support", "tools")]
+    others = [path for path in (ROOT / "tests").rglob("*.py") if path.name not in ("test_docs.py", "test_pages.py")]
+    return frozenset().union(*map(words, [*folders, *others, ROOT / "Makefile", ROOT / "pyproject.toml"]))
+
+
+def names_that_are_not_there(text):
+    """The names that no source has, and constants and private names that no file has of those named beside them."""
+    found = set()
+    for block in blocks(text):
+        named = [ROOT / path for name in named_in(block) if PATH.fullmatch(name) and not NOT_OURS.match(name)
+                 for path in files(name)]
+        beside = frozenset().union(*(words(path) for path in named if path.is_dir() or path.suffix in SUFFIXES))
+        for quoted in re.findall(r"`([^`]+)`", block):
+            match = IDENTIFIER.fullmatch(" ".join(quoted.split()))
+            if match and match[1] not in NOT_NAMES | (beside if OWN.fullmatch(match[1]) and beside else words_of_all()):
+                found.add(match[1])
+    return sorted(found)
+
+
+@pytest.mark.parametrize("page", sorted(PAGES.keys() - CYCLES))
+def test_names_are_in_the_files_that_a_page_says_they_are_in(page):
+    assert names_that_are_not_there(PAGES[page]) == []
+
+
+@pytest.mark.parametrize(("text", "found"), [
+    ("1. `fitter/shader_constants.py`: `LOBES` and `ROW`\n2. `_choose` and `fit(samples)`", []),
+    ("1. `fitter/shader_constants.py`: `EXPONENT_9`, which no source has; `nowhere_defined`",
+     ["EXPONENT_9", "nowhere_defined"]),
+    ("| `_choose` of `fitter/cycles/bake.py` |\n| `_choose` of `fitter/cycles/closure_mixture.py` |", ["_choose"])])
+def test_a_name_that_is_not_there_is_noticed(text, found):
+    assert names_that_are_not_there(text) == found
+
+
+def layers_of(text):
+    """The packages of `fitter` and of `addon` that the page's tables have, a set for each row."""
+    found = {"fitter": [], "addon": []}
+    for row in re.findall(r"^\| (`(?:fitter|addon)/[^|]*) \| [^|]* \|$", text.partition("\n## Layers")[2].partition(
+            "\n## ")[0], re.MULTILINE):
+        names = [name.removesuffix(".py").strip("/").split("/")[1] for name in re.findall(r"`([^`]+)`", row)]
+        found[row[1:].partition("/")[0]].append(set(names))
+    return found
+
+
+def out_of_order(rows, layers):
+    """Which names rows lack or have too many, and which pairs stand the other way round than in the layers."""
+    height = {name: number for number, layer in enumerate(layers) for name in layer if not name.startswith("__")}
+    place = {name: number for number, row in enumerate(rows) for name in row}
+    wrong = sorted(height.keys() ^ place.keys())
+    return wrong + [(low, high) for low in place for high in place if low in height and high in height
+                    and height[low] < height[high] and place[low] > place[high]]
+
+
+def test_the_page_has_the_layers_that_the_imports_keep():
+    found = layers_of(PAGES["docs/architecture.md"])
+    assert out_of_order(found["fitter"], FITTER) == []
+    assert out_of_order(found["addon"], ADDON) == []
+
+
+def test_a_layer_that_stands_elsewhere_is_noticed():
+    page = "\n## Layers\n\n| `fitter/samples.py` | x |\n| `fitter/model/`, `fitter/old.py` | y |\n\n## Facts\n"
+    found = layers_of(page)["fitter"]
+    assert found == [{"samples"}, {"model", "old"}]
+    assert out_of_order(found, (("samples",), ("model",))) == ["old"]
+    assert out_of_order(found, (("model",), ("samples", "old"))) == [("model", "samples"), ("model", "old")]
+
+
+def at_import(tree):
+    """The statements that run when a module is imported, without those for type checkers."""
+    for node in tree.body:
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            node.body = []
+    return ast.unparse([node for node in tree.body if not isinstance(node, ast.FunctionDef | ast.ClassDef)])
+
+
+@cache
+def without_bpy():
+    """The modules of `addon` that import nothing of Blender's, nor does what they import; `addon` itself left out,
+    which worker processes do not import."""
+    sources = {path.relative_to(ROOT).as_posix(): path for path in (ROOT / "addon").rglob("*.py")}
+    modules = {name.removesuffix(".py").removesuffix("/__init__").replace("/", "."): name for name in sources}
+    imported = {}
+    for name, path in sources.items():
+        found = list(imports(name, at_import(ast.parse(path.read_text("utf-8")))))
+        parts = {".".join(module[:end]) for module in found for end in range(2, len(module) + 1)}
+        imported[name] = {modules[part] for part in parts & modules.keys()} | {
+            module[0] for module in found if module[0] in BLENDER}
+    need = set(BLENDER)
+    while more := {name for name in sources if name not in need and imported[name] & need}:
+        need |= more
+    return {name for name in sources if name not in need and not name.endswith("__init__.py")}
+
+
+def test_what_the_page_calls_free_of_bpy_is():
+    sentence = re.search(r"[^.]*\n?Free of `bpy`.*?\n\n", PAGES["docs/architecture.md"], re.DOTALL)[0]
+    said = {name for name in named_in(sentence) if name.endswith(".py")}
+    assert len(said) > 5
+    assert said - without_bpy() == set()
+    assert {name for name in without_bpy() if name.startswith("addon/jobs/")} - said == set()
+
+
+def test_an_import_of_bpy_through_another_module_is_noticed():
+    assert "addon/jobs/process.py" not in without_bpy()             # imports bpy
+    assert "addon/viewport/inspection.py" not in without_bpy()      # imports surface.py, which does
+    assert "addon/annotations.py" in without_bpy()                  # for type checkers only
+
+
+def count(number):
+    return f"{number:,}"
+
+
+# a page, what it says around a number, and the number
+NUMBERS = (
+    ("docs/rendering.md", r"hands the shader up to (\d+) lamps", shader.MAX_LAMPS),
+    ("docs/rendering.md", r"no more than (\w+) lamps above the horizon", {4: "four"}.get(shader.MAX_LOBES)),
+    ("docs/rendering.md", r"Of more than (\w+) lamps above the horizon", {4: "four"}.get(shader.MAX_LOBES)),
+    ("docs/rendering.md", r"For each of (\d+) view angles", shader.VIEWS),
+    ("docs/rendering.md", r"table of (\d+ x \d+) cells about the mirror", f"{shader.RINGS} x {shader.SECTORS}"),
+    ("docs/rendering.md", r"diffuse_ramp` about the\s+normal and (\w+) lobes", {3: "three"}.get(shader.LOBES)),
+    ("docs/rendering.md", r"and (\d+) polar angles times", shader.POLAR_VIEWS - 1),
+    ("docs/rendering.md", r"polar angles times (\d+) azimuths", shader.AZIMUTH_VIEWS),
+    ("docs/fitting.md", r"A Gaussian process takes ([\d,]+) samples", count(gaussian_process.MOST_SAMPLES)),
+    ("docs/fitting.md", r"softening radius of ([\d.]+)", SOFTENING),
+    ("docs/fitting.md", r"at most (\w+) lobes", {3: "three"}.get(MAX_LOBES)),
+    ("docs/fitting.md", r"up to (\d+) samples the spline", regression_kriging._FEW),
+    ("docs/fitting.md", r"likelihood of (\d+) samples", regression_kriging._SEARCHED),
+    ("docs/fitting.md", r"([\d,]+) directions between", count(regression_kriging._BETWEEN)),
+    ("docs/fitting.md", r"or to ([\d,]+) of them at random", count(many_samples.MOST)),
+    ("docs/fitting.md", r"At most ([\d,]+) control points of the sparse", count(many_samples._MOST_SPARSE)),
+    ("docs/fitting.md", r"one of (\w+) smoothings", {8: "eight"}.get(len(thin_plate.SMOOTHINGS))),
+    ("docs/fitting.md", r"one of (\w+) starts", {7: "seven"}.get(len(prior._STARTS))),
+    ("docs/fitting.md", r"Standard` is D = 4, S = 5 and C = ([\d.]+)", PRESETS["Standard"]["compression"]),
+    *(("docs/fitting.md", rf"\| {name} \|[^|]*\| ([^|]*) \|", ", ".join(f"{value:g}" for value in values))
+      for name, values in gaussian_process.CHOICES.items()))
+
+
+def numbers_said(text, pattern):
+    found = re.search(pattern.replace(" ", r"\s+"), text)
+    return None if found is None else found[1]
+
+
+@pytest.mark.parametrize(("page", "pattern", "number"), NUMBERS, ids=[number[1] for number in NUMBERS])
+def test_a_page_has_the_number_that_the_code_has(page, pattern, number):
+    assert numbers_said(PAGES[page], pattern) == str(number)
+
+
+@cache
+def labels():
+    """The texts of the interface, as far as sources have them in one piece."""
+    found = set()
+    for path in [*(ROOT / "addon").rglob("*.py"), ROOT / "fitter" / "presets.py",
+                 *(ROOT / "fitter" / "quality" / f"{name}.py" for name in ("describe", "verdict"))]:
+        tree = ast.parse(path.read_text("utf-8"))
+        documented = [node for node in ast.walk(tree) if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)]
+        comments = {id(node.body[0].value) for node in documented if isinstance(node.body[0], ast.Expr)}
+        texts = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)
+                 and isinstance(node.value, str) and id(node) not in comments}
+        found |= {text.partition(":")[0].strip().removesuffix("...") for text in texts if text.strip()[:1].isupper()
+                  and len(text) < 60}
+    return found
+
+
+def unknown_labels(text):
+    """The words in bold, and the steps of a way through menus (A > B), that neither we nor Blender have."""
+    text = without_code(text)
+    known = labels() | BLENDERS_OWN
+    folded = {label.casefold() for label in known}
+    bold = {" ".join(words.split()) for words in re.findall(r"\*\*([^*]+)\*\*", text)} - EMPHASISED
+    unknown = {words for words in bold if words.removesuffix("...").casefold() not in folded}
+    flat = " ".join(re.sub(r"\*\*|`", "", text).split())
+    for sign in re.finditer(r" > ", flat):
+        before, after = flat[:sign.start()], flat[sign.end():]
+        if not any(before.endswith(label) for label in known):
+            unknown.add(before[-20:])
+        if not any(after.startswith(label) and re.match(r"(?:\.\.\.)?(?! ?\(|\w)", after[len(label):])
+                   for label in known):
+            unknown.add(after[:30])
+    return unknown
+
+
+@pytest.mark.parametrize("page", MANUAL)
+def test_the_manual_names_what_the_interface_has(page):
+    assert unknown_labels(PAGES[page]) == set()
+
+
+def test_a_label_that_the_interface_lacks_is_noticed():
+    assert unknown_labels("**Enable OSL**, **exactly**, **Start from...**, File > Import > Measured BRDFs (folder).") == set()
+    assert unknown_labels("Press **Enable OSL2**.") == {"Enable OSL2"}
+    assert unknown_labels("File > Import > Measured BRDF (CURET, pbrt-v2) reads") == {"Measured BRDF (CURET, pbrt-v2)"}
+
+
+def wrong_sums(text):
+    """The columns of tables whose row "all" is not the sum of the others: (heading, sum, what the row says)."""
+    for table in re.findall(r"(?:^\|.*\|$\n?)+", text, re.MULTILINE):
+        heading, _, *rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()]
+        if rows and rows[-1][0] == "all":
+            for column, (name, *cells) in enumerate(zip(heading, *rows, strict=True)):
+                numbers = [cell.replace(",", "") for cell in cells]
+                if column and all(map(str.isdigit, numbers)) and sum(map(int, numbers[:-1])) != int(numbers[-1]):
+                    yield name, sum(map(int, numbers[:-1])), int(numbers[-1])
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_tables_add_up(page):
+    assert list(wrong_sums(PAGES[page])) == []
+
+
+def test_a_table_that_does_not_add_up_is_noticed():
+    table = "| of | run |\n|---|---:|\n| a | 1,000 |\n| b | 7 |\n| all | {} |\n"
+    assert list(wrong_sums(table.format("1,007"))) == []
+    assert list(wrong_sums(table.format("1,008"))) == [("run", 1007, 1008)]
+
+
+@pytest.mark.parametrize("stage", ablation.STAGES, ids=lambda stage: stage.name)
+def test_what_the_ablation_replaces_is_there(stage):
+    with ablation.off(stage):
+        pass
+
+
+def test_the_page_has_the_stages_of_the_ablation():
+    page = Path(ROOT / "docs" / "fitting.md").read_text("utf-8")
+    rows = re.findall(r"^\| ([^|]*) \| +[\d.]+ \| +[\d.]+ \|$", page, re.MULTILINE)
+    assert rows == [stage.name for stage in ablation.STAGES]
