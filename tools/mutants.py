@@ -22,6 +22,7 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
+from support import kept
 from support.checkout import ROOT, measurements
 from tools.shader_guards import SHADER_GUARDS
 
@@ -172,7 +173,8 @@ def copy_checkout(folder):
 
 def run_tests(folder, tests):
     """What the tests of a copy say: an empty string where all pass, else the first that fails, or how they ended."""
-    environment = os.environ | {"MEASURED_BRDF_DATA": str(measurements().resolve()), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment = os.environ | {"MEASURED_BRDF_DATA": str(measurements().resolve()), "PYTHONDONTWRITEBYTECODE": "1",
+                                "MEASURED_BRDF_KEPT": str(kept.FOLDER)}
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--tb=line", *tests]
     try:
         done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=_LIMIT,
