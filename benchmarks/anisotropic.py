@@ -24,7 +24,7 @@ from fitter.samples import RGB, Samples, subset
 from support.anisotropic import ANISOTROPIC, between, rotations
 from support.checkout import measurements
 
-from .held_out.run import commit
+from .harness.running import commit
 
 FILES = ("rgl/synthetic_aniso_rgb.bsdf", "goniometer/IMX455.bsdf")
 PRESETS = ("Draft", "Standard", "Reference")

@@ -17,8 +17,8 @@ from fitter import cli
 from fitter.report import Supplement, findings, markdown, plots
 from support.checkout import extension
 
-from .dense.supplement import dense_sets
-from .held_out.supplement import judged_sets
+from .dense.bench import dense_sets
+from .held_out.bench import judged_sets
 
 
 def times_in_cycles(shown, out):

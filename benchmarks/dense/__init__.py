@@ -1,8 +1,8 @@
 """``make dense``: Standard and its rivals on dense measurements, the files of RGL and MERL's materials made of nets.
 
 `materials` says which they are, what is true of them and which published models there are, `judging` fits and measures
-one, `run` goes through them and continues an interrupted run. `sphere` integrates pictures under the `sky`, and
-`image_errors` compares them. `summary` writes the tables, `sheet` draws the pictures.
+one, and `harness` goes through them. `sphere` integrates pictures under the `sky`, and `image_errors` compares them.
+`summary` writes the tables, `sheet` draws the pictures. `bench` has all of it together.
 
     python -m benchmarks.dense [--materials NAME...] [--jobs N] [--resume] [--out FOLDER]
 """

@@ -2,7 +2,7 @@
 
 The presets are fitted to all samples, but those of the paper's method, which takes a minute for MERL's million, to
 PAPER_SAMPLES of them at random: brass's and white marble's errors at the samples differ by less than 1 % from those of
-fits to all. All are judged at all samples; and between them, at the directions of `held_out.judging`, of which almost
+fits to all. All are judged at all samples; and between them, at the directions of `harness.judging`, of which almost
 none is a sample, against the truth: the file's own function, or the net. Folds, as `held_out` has, would judge the
 presets at what they have not seen, but not the published models, which have seen all. The table's function between
 RGL's angles of incidence, some ten degrees apart, is its authors' interpolation.
@@ -17,23 +17,23 @@ extrapolated samples would decide its width.
 """
 
 import time
+from functools import partial
 
 import numpy as np
 
 import fitter
 from fitter.methods import prepare
-from fitter.quality.cross_validation import cube_root
 from fitter.report.baselines import ggx
 from fitter.samples import distinct_channels, subset
 
-from ..held_out.judging import STEEPEST, directions
+from ..harness.judging import KINDS, are_judged, attempted, directions, errors
 from . import image_errors, sky, sphere
 
 OWN = ("Draft", "Standard", "Reference", "Paper")
 GGX = "GGX"
 GGX_SAMPLES, PAPER_SAMPLES = 4000, 100_000
 PLACES = ("samples", "clipped", "between")
-ERRORS = tuple(f"{place}_{error}" for place in PLACES for error in ("rmse", "cube_root_rmse", "cube_root_mae"))
+ERRORS = tuple(f"{place}_{kind}" for place in PLACES for kind in KINDS)
 RENDERED = ("psnr", "mae", "flip", "delta_e_itp")
 TRUTH = "truth"
 _SEED = 2012
@@ -52,40 +52,40 @@ def judge(material, presets=OWN, scene=None):
     Returns
     -------
     record : dict
-        name, family; samples, channels (distinct ones), seconds; and models: for each bytes of all channels, seconds of
+        name, family; samples, channels (distinct ones); and models: for each bytes of all channels, seconds of
         the fit in processor time, `ERRORS` and `RENDERED`, 1/sr, or to the power 1/3 where of cube roots; `_mae` is the
         *mean* absolute difference. What is not known is None: all errors of a model that the samples are made of, and
         of one that failed, which says why in "failed".
     pictures : dict
         Of the truth and the models: (size, size, 3) float32, scene-linear.
     """
-    start = time.process_time()
     opened = material.open()
     samples, truth = opened.samples, opened.truth
     scene = sphere.scene(sky.clear) if scene is None else scene
-    record = {"name": material.name, "family": material.family, "samples": len(samples),
-              "channels": len(distinct_channels(samples)[0].channels), "models": {}}
     between = directions()
-    known = np.maximum(sphere.evaluated(truth, between), 0), sphere.render(truth, scene)
-    pictures = {TRUTH: known[1].astype(np.float32)}
-    for name, make in _makers(samples, presets, opened.rivals).items():
+    exact, true_picture = np.maximum(sphere.evaluated(truth, between), 0), sphere.render(truth, scene)
+    pictures = {TRUTH: true_picture.astype(np.float32)}
+
+    def measured(name, make):
         begun = time.process_time()
-        try:
-            model = make()
-            fitted = time.process_time() - begun
-            picture = sphere.render(model, scene)
-            values = sphere.evaluated(model, samples.directions)
-            row = {"bytes": model.nbytes, "seconds": fitted,
-                   **_differences("samples", samples.theta_o, samples.values, values),
-                   **_differences("clipped", samples.theta_o, np.maximum(samples.values, 0), values),
-                   **_differences("between", between[2], known[0], sphere.evaluated(model, between)),
-                   **image_errors.errors(known[1], picture, scene.inside)}
-            pictures[name] = picture.astype(np.float32)
-        except Exception as error:              # a long run goes on, and tells
-            row = _unknown(None, time.process_time() - begun) | {"failed": repr(error)}
-        record["models"][name] = row
-    record["models"] |= {name: _unknown(size, 0.0) for name, size in opened.stored.items()}
-    return record | {"seconds": time.process_time() - start}, pictures
+        model = make()
+        fitted = time.process_time() - begun
+        picture = sphere.render(model, scene)
+        values = sphere.evaluated(model, samples.directions)
+        row = {"bytes": model.nbytes, "seconds": fitted,
+               **errors("samples", samples.theta_o, samples.values, values),
+               **errors("clipped", samples.theta_o, np.maximum(samples.values, 0), values),
+               **errors("between", between[2], exact, sphere.evaluated(model, between)),
+               **image_errors.errors(true_picture, picture, scene.inside)}
+        pictures[name] = picture.astype(np.float32)
+        return row
+
+    unknown = "bytes", *ERRORS, *RENDERED
+    models = {name: attempted(partial(measured, name, make), unknown)
+              for name, make in _makers(samples, presets, opened.rivals).items()}
+    models |= {name: dict.fromkeys(unknown) | {"bytes": size, "seconds": 0.0} for name, size in opened.stored.items()}
+    return {"name": material.name, "family": material.family, "samples": len(samples),
+            "channels": len(distinct_channels(samples)[0].channels), "models": models}, pictures
 
 
 def _makers(samples, presets, rivals):
@@ -107,7 +107,7 @@ def _makers(samples, presets, rivals):
 
 def _below(samples):
     """The samples to STEEPEST, or where there are none all."""
-    kept = np.maximum(samples.theta_i, samples.theta_o) < np.radians(STEEPEST) + 1e-4
+    kept = are_judged(samples)
     return subset(samples, kept) if kept.any() else samples
 
 
@@ -117,17 +117,3 @@ def _thinned(samples, count):
         return samples
     kept = np.random.default_rng(_SEED).choice(len(samples), count, replace=False)
     return subset(samples, np.sort(kept))
-
-
-def _differences(place, theta_o, truth, found):
-    """The errors of one place."""
-    if not np.isfinite(found).all():
-        raise ArithmeticError(f"not a finite number, {place}")
-    cubes = cube_root(theta_o, found) - cube_root(theta_o, truth)
-    return {f"{place}_rmse": float(np.sqrt(np.mean((found - truth) ** 2))),
-            f"{place}_cube_root_rmse": float(np.sqrt(np.mean(cubes ** 2))),
-            f"{place}_cube_root_mae": float(np.abs(cubes).mean())}
-
-
-def _unknown(size, seconds):
-    return {"bytes": size, "seconds": seconds, **dict.fromkeys((*ERRORS, *RENDERED))}

@@ -16,15 +16,15 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from fitter.formats import rgl
 from fitter.formats.merl import read
 from fitter.model import Model, Reflectance
 from fitter.report.baselines import low2012, neural
-from fitter.samples import RGB, Samples
+from fitter.samples import Samples
 from support import merl_files
 from support.checkout import measurements
+
+from ..harness.running import named
 
 FAMILIES = ("RGL", "MERL")
 NEURAL, TURNED, MICROFACET, TABLE = "Neural", "Neural, turned", "Microfacet", "RGL table"
@@ -98,11 +98,6 @@ class Turned:
     model: Model
 
     @property
-    def coefficient_count(self):
-        """Those of the model."""
-        return self.model.coefficient_count
-
-    @property
     def nbytes(self):
         """Those of the model."""
         return self.model.nbytes
@@ -123,9 +118,9 @@ def at_hand(names=()):
             missing = [path for path in needed if not path.is_file()]
             if missing:
                 left_out.append(f"{family} {name}: {missing[0]} is not there")
-            elif not names or any(part.lower() in name.lower() for part in names):
+            else:
                 found.append(Material(name, family, partial(opened, name)))
-    return found, left_out
+    return named(found, names), left_out
 
 
 def of_rgl(name):
@@ -145,9 +140,3 @@ def of_merl(name):
     if (folder / "low2012_microfacet.json").is_file():
         rivals[MICROFACET] = low2012.published(folder / "low2012_microfacet.json", name)
     return Opened(read(f"{name}.binary", merl_files.of_model(net)), net, rivals)
-
-
-def of_truth(truth, directions):
-    """Any reflectance at directions: for tests."""
-    values = truth.evaluate(*directions)
-    return Opened(Samples(*directions, np.asarray(values), RGB[:values.shape[1]], "made", "made"), truth, {})

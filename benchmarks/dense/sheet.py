@@ -1,9 +1,11 @@
 """The contact sheet: the truth beside Standard, Draft, the published model and Paper, drawn with matplotlib."""
 
+import numpy as np
+
 from fitter.pictures import sphere, srgb
 from fitter.report.plots import pyplot, save
 
-from . import image_errors, run
+from . import image_errors
 from .judging import TRUTH
 from .materials import MICROFACET, NEURAL
 
@@ -13,28 +15,18 @@ COLUMNS = (TRUTH, "Standard", "Draft", (NEURAL, MICROFACET), "Paper")
 _BACKGROUND, _INK = 0.16, "0.9"
 
 
+def pictures_of(record, out):
+    """The file of a material's pictures: by model, (size, size, 3) float32, scene-linear."""
+    return out / f"{record['name']}.npz"
+
+
 def draw(results, out, into=None):
-    """Draw `NAME`, of the materials SHOWN, or where none of them is there of the first six.
-
-    Parameters
-    ----------
-    results : dict
-        Of `run.run`.
-    out : Path
-        The folder of that run, which has the pictures.
-    into : Path, optional
-        Where to draw; `out` by default.
-
-    Returns
-    -------
-    list of str
-        The name of the picture; none if matplotlib is not installed.
-    """
+    """Draw `NAME`, of the materials SHOWN, or where none of them is there of the first six, as `Bench.draw` does."""
     records = {record["name"]: record for record in results["materials"]}
     shown = [records[name] for name in SHOWN if name in records] or list(records.values())[:len(SHOWN)]
     if pyplot() is None or not shown:
         return []
-    save(_figure([(record, run.pictures(out, record["name"])) for record in shown]), (into or out) / NAME)
+    save(_figure([(record, np.load(pictures_of(record, out))) for record in shown]), (into or out) / NAME)
     return [NAME]
 
 

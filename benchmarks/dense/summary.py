@@ -1,11 +1,12 @@
 """The results in words and tables: what was wished for and for how many materials it holds, medians, and every row."""
 
-from pathlib import Path
+import math
 from statistics import median
 from typing import NamedTuple
 
 from fitter.report.markdown import table
 
+from ..harness import summary
 from . import image_errors, judging, sphere
 from .materials import FAMILIES, MICROFACET, NEURAL, TURNED
 
@@ -49,14 +50,9 @@ CAPTION = (f"Fits to all samples (of MERL's million, Paper to {judging.PAPER_SAM
 
 def ratios(records, wish, error):
     """The preset's error over the least of the rivals', by material; infinite where the preset failed."""
-    found = {}
-    for record in records:
-        models = record["models"]
-        others = [models[name][error] for name in wish.rivals if name in models and models[name][error] is not None]
-        if record["family"] == wish.family and wish.own in models and others:
-            own = models[wish.own][error]
-            found[record["name"]] = float("inf") if own is None else own / max(min(others), 1e-300)
-    return found
+    found = {record["name"]: summary.ratio(record["models"], wish.own, wish.rivals, error)
+             for record in records if record["family"] == wish.family}
+    return {name: ratio for name, ratio in found.items() if not math.isnan(ratio)}
 
 
 def wishes_text(records):
@@ -114,9 +110,14 @@ def all_rows(records):
 def text(results, pictures=()):
     """All of it as Markdown, without a heading of its own."""
     records = results["materials"]
-    return "\n".join((wishes_text(records), CAPTION, *(f"![{Path(name).stem}]({name})\n" for name in pictures),
-                      "### Medians\n", medians(records), "### All materials\n", all_rows(records),
-                      *(f"Left out: {reason}.\n" for reason in results["left_out"])))
+    return summary.page(results, pictures, wishes_text(records), CAPTION, tables=[
+        ("Medians", medians(records)), ("All materials", all_rows(records))])
+
+
+def outcome(results):
+    """What matters most: every row, medians, and what holds."""
+    records = results["materials"]
+    return f"{all_rows(records)}\n{medians(records)}\n{wishes_text(records)}"
 
 
 def _heads():

@@ -15,22 +15,7 @@ _DOT = 0.9                  # of the picture: how bright the median highlight of
 
 
 def draw(results, out, into=None):
-    """Draw the pictures of the telling sets among the results.
-
-    Parameters
-    ----------
-    results : dict
-        Of `run.run`.
-    out : Path
-        The folder of that run, which has the views.
-    into : Path, optional
-        Where to draw; `out` by default.
-
-    Returns
-    -------
-    list of str
-        The names of the pictures; none if matplotlib is not installed, and none of which no set is there.
-    """
+    """Draw the pictures of the telling sets among the results, as `Bench.draw` does."""
     if pyplot() is None:
         return []
     records = {record["name"]: record for record in results["sets"]}

@@ -24,6 +24,8 @@ from fitter.samples import Samples
 from support import truths
 from support.checkout import measurements
 
+from ..harness.running import named
+
 HALVES = ("judged", "chosen")
 FAMILIES = ("CURET", "Cornell", "RGL", "MERL nets", "synthetic")
 _CORNELL = {"krylon_blue_RGB": "chosen", "cayman": "judged", "garnet_red_RGB": "judged"}
@@ -50,8 +52,8 @@ class JudgedSet:
     open: Callable[[], tuple[Samples, truths.Truth | None]]
 
 
-def at_hand(half="all"):
-    """The sets of a half, or of "all", and why others are left out: lists of `JudgedSet` and of str."""
+def at_hand(half="all", names=()):
+    """The sets of a half, or of "all", whose names contain one of the names; and why others are left out, in words."""
     found, left_out = [], []
     for family in (_curet, _cornell, _rgl, _merl, _synthetic):
         try:
@@ -59,13 +61,7 @@ def at_hand(half="all"):
                 (found if isinstance(item, JudgedSet) else left_out).append(item)
         except (fitter.DatasetError, OSError) as error:
             left_out.append(str(error))
-    return [each for each in found if half in ("all", each.half)], left_out
-
-
-def named(found, names):
-    """Those of the sets whose names contain one of the names; all of them without names."""
-    return [each for each in found
-            if not names or any(name.lower() in each.name.lower() for name in names)]
+    return named([each for each in found if half in ("all", each.half)], names), left_out
 
 
 def _half(number):

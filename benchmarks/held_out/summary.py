@@ -1,11 +1,12 @@
 """The results in words and tables: how often Standard predicts best, and by how much it loses where it does not."""
 
 import math
-from pathlib import Path
 
 from fitter.report.markdown import table
 
-from .judging import DIRECTIONS, SMALL, STEEPEST
+from ..harness import summary
+from ..harness.judging import DIRECTIONS, STEEPEST
+from .judging import SMALL
 from .sets import FAMILIES, HALVES
 
 OWN = "Standard"
@@ -19,26 +20,6 @@ CAPTION = (f"Sets of up to {SMALL} samples are predicted in five folds, each fro
            f"{STEEPEST:.0f} degrees. Where the truth is known, the same fit, which has not seen the first fold, is "
            f"compared with it at {DIRECTIONS:,} directions too: a third of them near the mirror direction, a sixth "
            f"near the light's. Cube root: RMSE of the cube root of cosine-weighted values.\n")
-
-
-def ratio(record, error):
-    """The error of Standard over the least of the other methods': at most 1 where Standard is best.
-
-    Infinite where Standard failed, and not a number where the error is not known of this set.
-
-    Examples
-    --------
-    >>> methods = {name: {"held_out_rmse": error} for name, error in (("Standard", 0.3), ("a", 0.2), ("b", 0.4))}
-    >>> round(ratio({"methods": methods}, "held_out_rmse"), 3)
-    1.5
-    """
-    found = {name: row[error] for name, row in record["methods"].items()}
-    own = found.pop(OWN)
-    others = [value for value in found.values() if value is not None]
-    if own is None:
-        return math.inf if others or error.startswith("held_out") else math.nan
-    least = min(others, default=math.inf)
-    return own / least if least else (math.inf if own else 1.0)
 
 
 def shares(records, place="held_out"):
@@ -58,8 +39,8 @@ def shares(records, place="held_out"):
         the sets in which Standard is behind and its ratio to the best, (name, ratio), the worst first; and
         largest_bytes, of Standard a channel. None where no set has a truth.
     """
-    ratios = {error: {record["name"]: found for record in records
-                      if not math.isnan(found := ratio(record, f"{place}_{error}"))}
+    ratios = {error: {record["name"]: found for record in records if not math.isnan(found := summary.ratio(
+        record["methods"], OWN, record["methods"].keys() - {OWN}, f"{place}_{error}"))}
               for error in ("rmse", "cube_root_rmse")}
     count = len(ratios["rmse"])
     if not count:
@@ -86,8 +67,8 @@ def bytes_per_channel(record):
 
 def text(results, pictures=()):
     """All of it as Markdown, without a heading of its own: the shares, the pictures and the table of all sets."""
-    return "\n".join((shares_text(results), *(f"![{Path(name).stem}]({name})\n" for name in pictures),
-                      "### All sets\n", CAPTION, all_sets(results), _left_out(results)))
+    return summary.page(results, pictures, shares_text(results),
+                        tables=[("All sets", f"{CAPTION}\n{all_sets(results)}")])
 
 
 def shares_text(results):
@@ -153,10 +134,6 @@ def _worst(behind):
     told = ", ".join(f"{name} {'failed' if math.isinf(found) else f'{found:#.3g}'}" for name, found in behind[:_WORST])
     rest = len(behind) - _WORST
     return (told or "nowhere") + (f", and {rest} more" if rest > 0 else "")
-
-
-def _left_out(results):
-    return "".join(f"\nLeft out: {reason}.\n" for reason in results["left_out"])
 
 
 def _percent(share):

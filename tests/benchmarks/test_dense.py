@@ -1,28 +1,28 @@
 """Dense measurements: pictures against integrals, their errors against standards, published models against formulas."""
 
-import json
-import runpy
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from benchmarks.dense import image_errors, judging, materials, run, sheet, sky, sphere, summary, supplement
+from benchmarks.dense import bench, image_errors, judging, materials, sheet, sky, sphere, summary
+from benchmarks.harness.judging import directions
 from fitter.formats import merl
 from fitter.methods.prior import lambertian
-from fitter.model.microfacet import Microfacet, geometry
+from fitter.model.microfacet import Microfacet
 from fitter.quality import cross_validation
-from support import checkout, merl_files
+from fitter.samples import RGB, Samples
+from support import merl_files
 
 WHITE = lambertian(np.full((1, 3), 0.8 / np.pi))
 GLOSSY = Microfacet(np.array([0.02, 0.03, 0.05]), np.full((1, 3), 4.0), np.array([0.1]), np.array([2.0]),
                     np.array([0.05]))
-SMALL = 24                  # pixels
+SMALL = 16                  # pixels
 
 
 @pytest.fixture(scope="module")
 def clear():
-    return sky.clear(60)
+    return sky.clear(40)
 
 
 def by_hand(image, normal):
@@ -64,32 +64,6 @@ def test_other_numbers_give_the_same_picture_of_a_narrow_peak(clear):
     assert found["mae"] < 0.005
 
 
-def test_each_strategy_has_a_density_that_integrates_to_one(clear):
-    """Estimated by directions that the cosine chooses, or the sky."""
-    normal = np.array([[0.3, 0.2, np.sqrt(1 - 0.13)]])
-    u = np.random.default_rng(1).random((1, 200_000, 2))
-    even = sky.even(60)
-    toward = sphere._sampled("sky", None, normal, u, even)[0]
-    normals = np.repeat(normal, len(toward), axis=0)
-    above = np.einsum("nc,nc->n", toward, normals) > 0
-    for kind, alpha, least in (("sky", None, 1), ("cosine", None, 1), ("lobe", 0.3, 0.97)):
-        density = sphere._density(kind, alpha, normals, toward, clear)
-        kept = above if kind == "cosine" else np.ones(len(toward), dtype=bool)
-        total = np.mean(np.where(kept, density, 0) / sphere._density("sky", None, normals, toward, even))
-        assert least - 0.02 < total < 1.02, kind
-
-
-def test_directions_of_the_sky_are_chosen_as_often_as_its_density_says(clear):
-    found = clear.sampled(np.random.default_rng(3).random((100_000, 2)))
-    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1)
-    for axis in range(3):
-        for sign in (-1, 1):
-            toward = sky.directions(360).reshape(-1, 3)
-            area = np.repeat(np.sin(np.pi * (np.arange(360) + 0.5) / 360) * (np.pi / 360) ** 2, 720)
-            expected = (clear.density(toward) * area)[sign * toward[:, axis] > 0].sum()
-            assert np.mean(sign * found[:, axis] > 0) == pytest.approx(expected, abs=0.006)
-
-
 def test_the_sky_is_preethams():
     """Luminance of the zenith by hand at turbidity 3 and a sun of 45 degrees; and it is blue, and bright at the sun."""
     sun = np.array([np.sqrt(0.5), np.sqrt(0.5), 0])
@@ -101,7 +75,7 @@ def test_the_sky_is_preethams():
 
 
 def test_the_sun_has_its_share(clear):
-    toward = sky.directions(60)
+    toward = sky.directions(len(clear.radiance))
     _, area = sky._chances(clear.radiance)
     disk = (toward @ sky.SUN > np.cos(sky.SUN_RADIUS)) * area[:, None]
     up = np.maximum(toward[..., 1], 0) * area[:, None]
@@ -154,43 +128,35 @@ def test_a_file_of_merl_made_of_a_model_reads_as_the_model():
     assert samples.theta_o.max() > 1.3
 
 
-def test_a_file_of_merl_is_that_of_the_authors_net(tmp_path, monkeypatch):
-    path, nets = checkout.measurements().parent / "tools" / "merl_binary.py", checkout.measurements() / "merl"
-    if not (path.is_file() and (nets / "nbrdf_nets.npz").is_file()):
-        pytest.skip(f"{path} or the networks are absent")
-    monkeypatch.setattr("sys.argv", [str(path), "brass", str(tmp_path / "brass.binary")])
-    runpy.run_path(str(path), run_name="__main__")
-    theirs = merl.read("theirs", (tmp_path / "brass.binary").read_bytes())
-    ours = materials.of_merl("brass").samples
-    assert len(ours) == len(theirs)
-    # where the half vector is the normal, theirs has a value for each azimuth of no length, ours one
-    tilted = geometry(*ours.directions).tan2_h > 1e-9
-    assert np.mean(tilted) > 0.98
-    np.testing.assert_allclose(ours.values[tilted], theirs.values[tilted], rtol=2e-3, atol=1e-4)
+def opened():
+    """A cheap material: a hundred directions of a synthetic gloss."""
+    theta_i, theta_o, phi_o = np.random.default_rng(4).random((3, 100)) * [[1.4], [1.4], [np.pi]]
+    at = theta_i, 0 * theta_i, theta_o, phi_o
+    rivals = {materials.NEURAL: WHITE, materials.TURNED: materials.Turned(GLOSSY)}
+    return materials.Opened(Samples(*at, GLOSSY.evaluate(*at), RGB), GLOSSY, rivals, {materials.TABLE: 659_000})
 
 
 def made(name="paint"):
-    """A cheap material: a hundred directions of a synthetic gloss."""
-    random = np.random.default_rng(4)
-    theta_i, theta_o, phi_o = random.random((3, 100)) * [[1.4], [1.4], [np.pi]]
-    rivals = {materials.NEURAL: WHITE, materials.TURNED: materials.Turned(GLOSSY)}
-    opened = materials.of_truth(GLOSSY, (theta_i, 0 * theta_i, theta_o, phi_o))
-    return materials.Material(name, "RGL", lambda: replace(opened, rivals=rivals, stored={materials.TABLE: 659_000}))
+    return materials.Material(name, "RGL", opened)
 
 
 @pytest.fixture(scope="module")
-def judged():
-    of = sphere.scene(lambda: sky.clear(60), SMALL)
-    return judging.judge(made(), ("Paper", "Draft"), of)
+def scene():
+    return sphere.scene(lambda: sky.clear(40), SMALL)
+
+
+@pytest.fixture(scope="module")
+def judged(scene):
+    return judging.judge(made(), ("Draft",), scene)
 
 
 def test_a_record_holds_the_errors_of_each_model(judged):
     record, pictures = judged
-    opened = made().open()
+    samples = opened().samples
     white = record["models"][materials.NEURAL]
-    errors = cross_validation.errors(opened.samples, WHITE.evaluate(*opened.samples.directions))
+    errors = cross_validation.errors(samples, WHITE.evaluate(*samples.directions))
     assert (white["samples_rmse"], white["samples_cube_root_rmse"]) == pytest.approx(tuple(errors))
-    at = judging.directions()
+    at = directions()
     cubes = [cross_validation.cube_root(at[2], of.evaluate(*at)) for of in (GLOSSY, WHITE)]
     assert white["between_cube_root_mae"] == pytest.approx(np.abs(cubes[0] - cubes[1]).mean())
     reciprocal = record["models"][materials.TURNED]
@@ -199,53 +165,41 @@ def test_a_record_holds_the_errors_of_each_model(judged):
     assert record["models"][materials.TABLE]["bytes"] == 659_000
     assert record["models"]["Draft"]["samples_cube_root_rmse"] < white["samples_cube_root_rmse"] / 5
     assert record["models"]["Draft"]["psnr"] > white["psnr"] + 5
-    assert set(pictures) == {"truth", "Paper", "Draft", materials.NEURAL, materials.TURNED, "GGX"}
+    assert set(pictures) == {"truth", "Draft", materials.NEURAL, materials.TURNED, "GGX"}
     brightest = np.percentile(pictures["truth"], 99)
     assert brightest > 3 * np.median(pictures["truth"][pictures["truth"] > 0])
 
 
-def test_negative_samples_count_as_they_are_and_as_0():
-    opened = made().open()
-    values = opened.samples.values.copy()
+def test_negative_samples_count_as_they_are_and_as_0(scene):
+    values = opened().samples.values.copy()
     values[7] = -1.0
-    samples = replace(opened.samples, values=values)
-    record, _ = judging.judge(materials.Material("dark", "RGL", lambda: replace(opened, samples=samples)), (),
-                              sphere.scene(lambda: sky.clear(60), SMALL))
+    samples = replace(opened().samples, values=values)
+    record, _ = judging.judge(materials.Material("dark", "RGL", lambda: replace(opened(), samples=samples)), (), scene)
     row = record["models"]["GGX"]
     assert row["samples_rmse"] > row["clipped_rmse"]
     assert row["samples_cube_root_mae"] > row["clipped_cube_root_mae"]
 
 
-def test_a_model_that_fails_is_recorded_and_the_others_go_on(monkeypatch):
+def test_a_model_that_fails_is_recorded_and_the_others_go_on(monkeypatch, scene):
     monkeypatch.setattr(judging.ggx, "fit", lambda samples: 1 / 0)
-    record, _ = judging.judge(made(), (), sphere.scene(lambda: sky.clear(60), SMALL))
+    record, _ = judging.judge(made(), (), scene)
     assert "ZeroDivisionError" in record["models"]["GGX"]["failed"]
     assert record["models"][materials.NEURAL]["mae"] > 0
     assert "failed" in summary.all_rows([record])
 
 
-def test_a_run_is_written_and_continued(judged, tmp_path):
-    told, asked = [], []
-
-    def judge(material):
-        asked.append(material.name)
-        return judged[0] | {"name": material.name}, judged[1]
-
-    first = run.run([made("a")], tmp_path, progress=told.append, judge=judge)
-    second = run.run([made("a"), made("b")], tmp_path, resume=True, progress=told.append, judge=judge)
-    assert asked == ["a", "b"]
-    assert json.loads((tmp_path / "results.json").read_text())["materials"] == second["materials"]
-    assert first["code"] == run.digest()
-    assert [record["name"] for record in second["materials"]] == ["a", "b"]
-    assert "[2/2] b: Paper" in told[-1]
-    np.testing.assert_array_equal(run.pictures(tmp_path, "b")["truth"], judged[1]["truth"])
-    text = summary.text(second, sheet.draw(second, tmp_path))
+def test_the_pictures_of_a_material_are_kept_and_drawn(judged, tmp_path, monkeypatch):
+    monkeypatch.setattr(judging, "judge", lambda material: judged)
+    record = bench.BENCH.judge(made(), tmp_path)
+    assert bench.BENCH.is_whole(record, tmp_path)
+    np.testing.assert_array_equal(np.load(sheet.pictures_of(record, tmp_path))["truth"], judged[1]["truth"])
+    results = {"materials": [record], "left_out": ["steel: why"]}
+    text = bench.BENCH.text(results, bench.BENCH.draw(results, tmp_path))
     assert f"![dense_spheres]({sheet.NAME})" in text
+    assert "Left out: steel: why." in text
     assert (tmp_path / sheet.NAME).stat().st_size > 10_000
-    assert "older than the code" in supplement.origin(second | {"code": "0"}, [])
-    (tmp_path / "b.npz").unlink()
-    run.run([made("a"), made("b")], tmp_path, resume=True, progress=told.append, judge=judge)
-    assert asked == ["a", "b", "b"]
+    sheet.pictures_of(record, tmp_path).unlink()
+    assert not bench.BENCH.is_whole(record, tmp_path)
 
 
 def row(error, size=3000):
@@ -268,10 +222,3 @@ def test_the_wishes_are_judged_by_the_better_reading_of_the_net():
     assert "MERL" not in text
     failed = records[0]["models"] | {"Standard": row(None)}
     assert summary.ratios([records[0] | {"models": failed}], summary.WISHES[0], "mae") == {"a": np.inf}
-
-
-def test_the_materials_are_twenty_and_eight():
-    found, left_out = materials.at_hand()
-    assert (len(materials.RGL), len(materials.MERL)) == (8, 20)
-    assert len(found) + len(left_out) == 28
-    assert len({material.name for material in found}) == len(found)
