@@ -1,7 +1,7 @@
 """The operators, one file for each subject, and the entries in the File > Import menu.
 
 Operators are thin: they read their settings, call `library`, `materials` and `jobs`, and report. Of the layers, only
-`ui` and `command` import this package.
+`ui` imports this package.
 """
 
 import bpy
