@@ -75,6 +75,9 @@ def names_that_are_not_there(text):
             known = beside if OWN.fullmatch(quoted) and beside else beside | words_of_all()
             if match and match[1] not in known | NOT_NAMES:
                 found.add(match[1])
+        for name, path in re.findall(r"`([A-Za-z_]\w*)`\s+(?:in|of)\s+`([\w./]+)`", block):
+            if PATH.fullmatch(path) and not any(name in words(ROOT / each) for each in files(path)):
+                found.add(name)
     return sorted(found)
 
 
@@ -87,7 +90,8 @@ def test_names_are_in_the_files_that_a_page_says_they_are_in(page):
     ("1. `fitter/shader_constants.py`: `LOBES` and `ROW`\n2. `_choose` and `fit(samples)`", []),
     ("1. `fitter/shader_constants.py`: `EXPONENT_9`, which no source has; `nowhere_defined`",
      ["EXPONENT_9", "nowhere_defined"]),
-    ("| `_choose` of `fitter/cycles/bake.py` |\n| `_choose` of `fitter/cycles/closure_mixture.py` |", ["_choose"])])
+    ("| `_choose` of `fitter/cycles/bake.py` |\n| `_choose` of `fitter/cycles/closure_mixture.py` |", ["_choose"]),
+    ("`_choose` in `fitter/cycles/bake.py`, beside `fitter/cycles/closure_mixture.py`", ["_choose"])])
 def test_a_name_that_is_not_there_is_noticed(text, found):
     assert names_that_are_not_there(text) == found
 
