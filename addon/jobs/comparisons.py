@@ -3,7 +3,6 @@
 Functions take `report(fraction, doing)`, as in `tasks`.
 """
 
-from collections import OrderedDict
 from typing import NamedTuple
 
 import numpy as np
@@ -12,10 +11,10 @@ from ...fitter import pictures
 from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.quality import physics
 from ..annotations import Report
+from .recent import Recent
 from .tasks import Kept, kept_fit, silent
 
-_KEPT = 8
-_spheres: "OrderedDict[tuple[str, int], SingleArray]" = OrderedDict()        # by digest and size
+_spheres: Recent[tuple[str, int], SingleArray] = Recent(8)       # by digest and size
 
 
 class Figures(NamedTuple):
@@ -44,9 +43,6 @@ def sphere(kept: Kept, size: int, report: Report = silent) -> SingleArray:
     key = kept.digest, size
     if key not in _spheres:
         _spheres[key] = pictures.lit_sphere(kept_fit(kept), size, colours=kept.colours, with_tangent=True)
-    _spheres.move_to_end(key)
-    while len(_spheres) > _KEPT:
-        _spheres.popitem(last=False)
     return _spheres[key]
 
 

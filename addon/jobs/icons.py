@@ -6,14 +6,14 @@ from typing import Any
 import bpy.utils.previews
 
 from ...fitter.arrays import SingleArray
-from ..annotations import Report
+from ..annotations import Report, present
 from . import queue
 from .job import Job
+from .recent import Recent
 
 Key = tuple[Any, ...]
 _Picture = SingleArray | tuple[SingleArray, Any]
-_KEPT = 48
-_icon_ids: dict[Key, int] = {}
+_icon_ids: Recent[Key, int] = Recent(48, lambda key: present(_collection).__delitem__(repr(key)))
 _collection: "bpy.utils.previews.ImagePreviewCollection | None" = None
 
 
@@ -37,7 +37,6 @@ def icon(key: Key, function: Callable[[Report], Any], lane: str = "fit") -> tupl
     """
     job = queue.ask(key, function, lane, then=lambda done: _make_icon(key, done))
     if key in _icon_ids:
-        _icon_ids[key] = _icon_ids.pop(key)         # used last
         return _icon_ids[key], job
     return next((icon for other, icon in reversed(_icon_ids.items()) if other[:2] == key[:2]), 0), job
 
@@ -62,9 +61,6 @@ def _make_icon(key: Key, job: Job[_Picture]) -> None:
 def _add(key: Key, picture: SingleArray | None) -> None:
     if _collection is None or picture is None or key in _icon_ids:      # a forgotten question may be asked again
         return
-    if len(_icon_ids) >= _KEPT:
-        oldest = next(iter(_icon_ids))
-        del _icon_ids[oldest], _collection[repr(oldest)]
     preview = _collection.new(repr(key))
     fill(preview, picture)
     _icon_ids[key] = preview.icon_id

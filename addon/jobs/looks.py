@@ -1,7 +1,6 @@
 """Renders of materials that were asked for in this session, kept for as long as material and choice stay the same."""
 
 import hashlib
-from collections import OrderedDict
 from typing import Any, NamedTuple
 
 import bpy
@@ -10,9 +9,9 @@ from ...fitter.arrays import SingleArray
 from ..annotations import present
 from ..materials import comparison, node_group
 from . import icons
+from .recent import Recent
 
-_KEPT = 12                  # pictures
-_pictures: "OrderedDict[Key, SingleArray]" = OrderedDict()
+_pictures: "Recent[Key, SingleArray]" = Recent(12)
 
 
 class Key(NamedTuple):
@@ -53,9 +52,6 @@ def key(scene: bpy.types.Scene, material: bpy.types.Material, size: int) -> Key:
 def store(found: Key, picture: SingleArray) -> None:
     """Keep a picture: (size, size, 4)."""
     _pictures[found] = picture
-    _pictures.move_to_end(found)
-    while len(_pictures) > _KEPT:
-        _pictures.popitem(last=False)
 
 
 def known(found: Key) -> SingleArray | None:

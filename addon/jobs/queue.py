@@ -4,7 +4,6 @@ Answers are cached by key. Missing ones are worked out in the order in which pan
 """
 
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from typing import Any, NamedTuple, TypeVar
 
@@ -13,16 +12,16 @@ import bpy
 from ..annotations import Report
 from .job import Job
 from .process import worker
+from .recent import Recent
 from .tasks import silent
 
 _Answer = TypeVar("_Answer")
 _Then = Callable[[Job[Any]], object] | None
 
-_KEPT = 64                  # answers in the cache
 _INTERVAL = 0.1             # s, between two polls of the workers
 _REDRAW = 0.5               # s, between two redraws while they work
 _UNWANTED = 2.0             # s, after which a question is dropped that no panel has asked again
-_answers: OrderedDict[Hashable, Job[Any]] = OrderedDict()       # by key: the last finished job, else the pending one
+_answers: Recent[Hashable, Job[Any]] = Recent(64)       # by key: the last finished job, else the pending one
 _drawn = 0.0                # when the panels were last redrawn
 
 
@@ -99,7 +98,7 @@ def ask(key: Hashable, function: Callable[[Report], _Answer], lane: str = "fit",
             question.job.asked = now
             return job if job is not None else question.job
     if job is not None and job.finished is not None:
-        _answers.move_to_end(key)
+        _answers[key] = job             # used last
         if max_age is None or now - job.finished < max_age:
             return job
     new = Job(function)
@@ -164,9 +163,6 @@ def _poll() -> float | None:
 def _keep(question: _Question) -> None:
     key, job, then = question
     _answers[key] = job
-    _answers.move_to_end(key)
-    while len(_answers) > _KEPT:
-        _answers.popitem(last=False)
     if then is not None and job.error is None:
         then(job)
 

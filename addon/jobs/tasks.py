@@ -8,7 +8,6 @@ import json
 import math
 import os
 import time
-from collections import OrderedDict
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -31,6 +30,7 @@ from ...fitter.quality import cross_validation, describe, verdict
 from ...fitter.samples import distinct_channels
 from ..annotations import Arguments, Report
 from . import shared
+from .recent import Recent
 
 _PassedOn = TypeVar("_PassedOn")
 
@@ -47,11 +47,12 @@ _KEPT = 12                  # fits in the cache, a few MB each
 _LARGEST = 2.0 ** 62        # integer of a digest: a file may hold an azimuth of 1e300
 _QUICK = 5000               # samples of which one more fit takes a second at most
 _SMALL = 1 << 20            # bytes: smaller files are read anew whenever they are asked for
-_fits: "OrderedDict[tuple[str, str], Fitted]" = OrderedDict()
-_loaded: "dict[tuple[str, str, str], tuple[tuple[int, int], fitter.Samples, Measured]]" = {}     # the last large file
-_described: "dict[Measured, Data]" = {}                      # the last description
-_preparations: dict[tuple[str, str], Arguments] = {}         # of the samples fitted last
-_unbaked: "OrderedDict[str, fitter.Fit]" = OrderedDict()
+_fits: "Recent[tuple[str, str], Fitted]" = Recent(_KEPT)
+_unbaked: "Recent[str, fitter.Fit]" = Recent(_KEPT)
+# of the last samples: those of a large file, by what was asked and the file's stamp; their description; preparations
+_loaded: "Recent[tuple[tuple[str, str, str], tuple[int, int]], tuple[fitter.Samples, Measured]]" = Recent(1)
+_described: "Recent[Measured, Data]" = Recent(1)
+_preparations: Recent[tuple[str, str], Arguments] = Recent(1)
 
 
 def silent(_fraction: float, _doing: str) -> None:
@@ -174,7 +175,6 @@ def read(path: str, sample: str | None, report: Report = silent, how: Arguments 
     if measured in _described and _stamp(path) is not None:
         return _described[measured]
     found = Data(measured, describe.describe(samples, formats.overflowed(path, sample or None)))
-    _described.clear()
     _described[measured] = found
     return found
 
@@ -183,14 +183,13 @@ def _load(path: str, sample: str | None, how: Arguments | None) -> tuple[fitter.
     """Read measurements; a large file only if it has changed since it was read last."""
     asked = path, sample or "", freeze(how or {})
     stamp = _stamp(path)
-    if stamp is None or asked not in _loaded or _loaded[asked][0] != stamp:
-        samples = fitter.load(path, sample or None, **(how or {}))
-        measured = Measured(*asked, samples.name, samples.channels, samples.colours, digest(samples))
-        if stamp is None:
-            return samples, measured
-        _loaded.clear()
-        _loaded[asked] = stamp, samples, measured
-    return _loaded[asked][1:]
+    if stamp is not None and (asked, stamp) in _loaded:
+        return _loaded[asked, stamp]
+    samples = fitter.load(path, sample or None, **(how or {}))
+    found = samples, Measured(*asked, samples.name, samples.channels, samples.colours, digest(samples))
+    if stamp is not None:
+        _loaded[asked, stamp] = found
+    return found
 
 
 def _stamp(path: str) -> tuple[int, int] | None:
@@ -361,9 +360,6 @@ def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Rep
     whole = key, freeze(arguments)
     if whole not in _fits:
         _fits[whole] = shared.once(f"fit {whole}", lambda: _fitted(samples, key, arguments))
-    _fits.move_to_end(whole)
-    while len(_fits) > _KEPT:
-        _fits.popitem(last=False)
     return _fits[whole]
 
 
@@ -404,7 +400,7 @@ def _prepared(samples: fitter.Samples, key: str, arguments: Arguments) -> Argume
         return {}
     known = key, arguments["method"]
     if known not in _preparations:
-        _preparations.clear()
+        _preparations.clear()       # it may be large
         _preparations[known] = shared.once(f"preparation {known}",
                                            lambda: methods.prepare(samples, arguments["method"]))
     return _preparations[known]
@@ -507,9 +503,6 @@ def kept_fit(kept: Kept, _report: Report = silent) -> fitter.Fit:
     key = kept.digest
     if key not in _unbaked:
         _unbaked[key] = unbake(kept.source, kept.name, kept.compression)
-    _unbaked.move_to_end(key)
-    while len(_unbaked) > _KEPT:
-        _unbaked.popitem(last=False)
     return _unbaked[key]
 
 

@@ -17,6 +17,7 @@ from ...fitter.arrays import SingleArray
 from ..annotations import Arguments, Report, present
 from ..jobs import icons, queue, tasks
 from ..jobs.job import Job
+from ..jobs.recent import Recent
 from . import thumbnails
 
 ALL = "all"
@@ -24,8 +25,8 @@ _PACKAGE = __package__.rpartition(".addon")[0]
 _RECHECK = 2.0              # s, after which a folder is scanned again
 _TICK = 2.5                 # s, between two redraws of a panel that shows a folder
 _KEPT = 600                 # icons
-_icon_ids: dict[tuple[Any, ...], int] = {}
-_failed: dict[tuple[Any, ...], Exception] = {}      # the queue forgets: broken files would be tried for ever
+_icon_ids: Recent[tuple[Any, ...], int] = Recent(_KEPT, lambda key: present(_collection).__delitem__(repr(key)))
+_failed: Recent[tuple[Any, ...], Exception] = Recent(_KEPT)     # the queue forgets: they would be tried for ever
 _collection: "bpy.utils.previews.ImagePreviewCollection | None" = None
 _was_drawn = False
 
@@ -72,17 +73,12 @@ def _icon(key: tuple[Any, ...], work: Callable[[Report], SingleArray], lane: str
     job = queue.ask(("thumbnail", *key), work, lane, then=lambda done: _keep(key, present(done.result)))
     if isinstance(job.error, ValueError):       # of the file; that a worker was killed says nothing of it
         _failed[key] = job.error
-        if len(_failed) > _KEPT:
-            del _failed[next(iter(_failed))]
     return _icon_ids.get(key, 0), job.error
 
 
 def _keep(key: tuple[Any, ...], picture: SingleArray) -> None:
     if _collection is None:
         return
-    if len(_icon_ids) >= _KEPT:
-        oldest = next(iter(_icon_ids))
-        del _icon_ids[oldest], _collection[repr(oldest)]
     preview = _collection.new(repr(key)) if repr(key) not in _collection else _collection[repr(key)]
     icons.fill(preview, picture)
     _icon_ids[key] = preview.icon_id

@@ -20,6 +20,7 @@ from ...fitter.formats import EXTENSIONS, PLAIN
 from ...fitter.pictures import lit_sphere
 from ..annotations import Arguments, Report
 from ..jobs import tasks
+from ..jobs.recent import Recent
 from ..jobs.tasks import silent
 from . import discovery
 
@@ -29,7 +30,7 @@ MOST = 400                  # measurements that a folder shows
 _QUICK: Arguments = {**fitter.PRESETS["Draft"]}
 _VERSION = 1                # of pictures; a new one makes all anew
 _KEPT = 1500                # pictures on disk
-_known: dict[str, tuple[tuple[int, int], list["Found"]]] = {}      # what files held when they were last read
+_known: 'Recent[tuple[str, tuple[int, int]], list["Found"]]' = Recent(1 << 16)     # what files hold, by path and stamp
 
 
 class Found(NamedTuple):
@@ -73,14 +74,12 @@ def scan(folder: str, _report: Report = silent) -> list[Found]:
                 if entry.is_file():
                     status = entry.stat()
                     stamps[entry.path] = status.st_mtime_ns, status.st_size
-    for gone in [path for path in _known if Path(path).parent == Path(folder) and path not in stamps]:
-        del _known[gone]
     found: list[Found] = []
     others = set(map(Path, stamps))
-    for path, stamp in stamps.items():
-        if path not in _known or _known[path][0] != stamp:
-            _known[path] = stamp, _found_in(Path(path), stamp, others)
-        found += _known[path][1]
+    for stamped in stamps.items():
+        if stamped not in _known:
+            _known[stamped] = _found_in(Path(stamped[0]), stamped[1], others)
+        found += _known[stamped]
         if len(found) >= MOST:
             break
     return found[:MOST]

@@ -6,6 +6,7 @@ there is none, only adds noise: the result stays correct (see `lamps`).
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import bpy
@@ -41,9 +42,6 @@ class Spot(NamedTuple):
     direction: Vector3
     radius: float
     irradiance: float
-
-
-_cache: dict[tuple[int, str, int, int], list[Spot]] = {}      # by image
 
 
 def bright_spots(world: bpy.types.World | None) -> list[Spot]:
@@ -95,19 +93,18 @@ def _to_world(node: bpy.types.Node, direction: Vector3) -> Vector3:
 
 
 def _in_image(image: bpy.types.Image) -> list[Spot]:
-    """The `spots` of an image, from the cache where they are known."""
-    width, height = image.size
-    key = image.session_uid, image.filepath, width, height
-    if key not in _cache:
-        while len(_cache) >= _MAX_IMAGES:
-            del _cache[next(iter(_cache))]
-        found: list[Spot] = []
-        if image.source in {"FILE", "GENERATED"} and 0 < width * height <= _MAX_PIXELS:
-            pixels = np.empty(width * height * image.channels, np.float32)
-            image.pixels.foreach_get(pixels)
-            found = spots(pixels.reshape(height, width, image.channels)[..., :3].mean(axis=2))
-        _cache[key] = found
-    return _cache[key]
+    """The `spots` of an image, searched for anew where it has another file or size."""
+    return _searched(image.session_uid, image.filepath, *image.size)
+
+
+@lru_cache(maxsize=_MAX_IMAGES)
+def _searched(session_uid: int, _path: str, width: int, height: int) -> list[Spot]:
+    image = next(each for each in bpy.data.images if each.session_uid == session_uid)
+    if image.source not in {"FILE", "GENERATED"} or not 0 < width * height <= _MAX_PIXELS:
+        return []
+    pixels = np.empty(width * height * image.channels, np.float32)
+    image.pixels.foreach_get(pixels)
+    return spots(pixels.reshape(height, width, image.channels)[..., :3].mean(axis=2))
 
 
 def spots(image: FloatArray | SingleArray) -> list[Spot]:
