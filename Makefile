@@ -1,4 +1,4 @@
-# make demo | test | test-all | test-matrix | test-mitsuba | test-slurm | fuzz | stability | mutants | lint | bench | bench-scale
+# make demo | figures | test | test-all | test-matrix | test-mitsuba | test-slurm | fuzz | stability | mutants | lint | bench | bench-scale
 # | held-out | dense | report | results | zip | docs | title | gallery
 # PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
@@ -16,11 +16,15 @@ MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
 .DELETE_ON_ERROR:
-.PHONY: demo test test-all test-matrix test-mitsuba test-slurm test-window fuzz stability mutants lint bench bench-scale held-out dense report \
+.PHONY: demo figures test test-all test-matrix test-mitsuba test-slurm test-window fuzz stability mutants lint bench bench-scale held-out dense report \
 	results zip docs title gallery clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
+
+# the same pictures as the pages have them: build/figures
+figures: $(ENV)/ready
+	$(RUN) -m demo_scenes --full
 
 # what protects users, on two processors at most ten minutes
 PYTEST := OPENBLAS_NUM_THREADS=1 $(RUN) -m pytest -n 2 --dist loadfile

@@ -1,7 +1,22 @@
-"""``make demo``: imports measurements through the add-on and renders the paper's figures, and anisotropic ones."""
+"""``make demo``: imports measurements through the add-on and renders the paper's figures, and anisotropic ones.
 
+Two processes draw small pictures with few samples, denoised, in a minute or so; ``make figures`` (``--full``) draws the
+same ones as the pages have them.
+"""
+
+import argparse
+import math
+import pickle
+import subprocess
 import sys
+import tempfile
 import time
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from itertools import repeat
+from pathlib import Path
 
 import bpy
 
@@ -12,25 +27,54 @@ from support.stage import lit_sphere, render, suzanne
 
 from . import anisotropic
 
-OUT = ROOT / "build" / "demo"
+PROCESSES = 2
 PAPER = {"preset": "Paper"}
 FIGURE_4 = {"aluminum foil": 15, "felt": 1, "leather": 5}
+_FEWEST_SAMPLES = 8
+_OURS = "demo: "            # begins the lines of a part that are shown
+_LINES = 20                 # of what Blender printed before an error
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Where pictures are written, and their size and samples as shares of those of the pages."""
+
+    folder: Path
+    size: float = 1.0
+    samples: float = 1.0
+
+    def of(self, scene):
+        """A scene with this quality; fewer samples are denoised."""
+        if self.samples < 1:
+            scene.cycles.samples = max(_FEWEST_SAMPLES, round(self.samples * scene.cycles.samples))
+            scene.cycles.use_denoising = True
+        scene.render.resolution_x = round(self.size * scene.render.resolution_x)
+        scene.render.resolution_y = round(self.size * scene.render.resolution_y)
+        return scene
+
+
+DEMO = Quality(ROOT / "build" / "demo", 0.5, 1 / 6)
+FULL = Quality(ROOT / "build" / "figures")
 
 
 class Demo:
-    """The data, whether they are real, and the table of what was rendered."""
+    """The data, whether they are real, how to render, and the table of what was rendered."""
 
-    def __init__(self):
+    def __init__(self, quality, say=print):
         self.data, self.synthetic = synthetic.measurements_or_synthetic()
-        self.rows = []
+        self.quality, self.say, self.rows = quality, say, []
 
     def named(self, name):
         """The name of a material as pictures and the table show it."""
         return f"{name} (synthetic)" if self.synthetic else name
 
-    def render(self, scene, name, path, **choices):
-        """Import measurements for the active object, render, and enter a row in the table."""
+    def fit(self, path, **choices):
+        """Import measurements for the active object."""
         bpy.ops.measured_brdf.import_data(filepath=str(self.data / path), **choices)
+
+    def render(self, scene, name, caption):
+        """Render the active object, and enter a row in the table."""
+        self.say(f"rendering {caption}")
         result = bpy.context.object.active_material.measured_brdf
         start = time.perf_counter()
         picture = render(scene)
@@ -40,27 +84,35 @@ class Demo:
         self.rows.append((self.named(name), notation(*levels), result.bytes, result.rmse, result.seconds, seconds))
         return picture
 
+    def write(self, name, rows):
+        """Write rows of pictures, each with its caption."""
+        sheet.write(self.quality.folder / name, [[sheet.tile(picture, self.named(caption)) for picture, caption in row]
+                                                 for row in rows])
+
 
 def figure_3(demo):
     """Foil at levels 1 to 6, lit from 60 degrees to the left of the viewer."""
     tiles = []
     for level in range(1, 7):
-        picture = demo.render(lit_sphere(60), "aluminum foil", "curet/abrdf.dat", sample="15", diffuse_level=level,
-                              specular_level=-1)
-        tiles.append(sheet.tile(picture, demo.named(f"foil, level {level}")))
-    sheet.write(OUT / "figure_3_levels.png", [tiles[:3], tiles[3:]])
+        scene = demo.quality.of(lit_sphere(60))
+        demo.fit("curet/abrdf.dat", sample="15", diffuse_level=level, specular_level=-1)
+        caption = f"foil, level {level}"
+        tiles.append((demo.render(scene, "aluminum foil", caption), caption))
+    demo.write("figure_3_levels.png", [tiles[:3], tiles[3:]])
 
 
 def figure_4(demo):
     """Foil, felt and leather under a light 0, 30, 60 and 90 degrees to the left of the viewer."""
     rows = []
     for name, number in FIGURE_4.items():
-        row = []
+        scene, row = demo.quality.of(lit_sphere(0)), []
+        demo.fit("curet/abrdf.dat", sample=str(number), **PAPER)
         for angle in (0, 30, 60, 90):
-            picture = demo.render(lit_sphere(angle), name, "curet/abrdf.dat", sample=str(number), **PAPER)
-            row.append(sheet.tile(picture, demo.named(f"{name}, {angle}°")))
+            bpy.data.objects["Sun"].rotation_euler.y = -math.radians(angle)
+            caption = f"{name}, {angle}°"
+            row.append((demo.render(scene, name, caption), caption))
         rows.append(row)
-    sheet.write(OUT / "figure_4_materials.png", rows)
+    demo.write("figure_4_materials.png", rows)
 
 
 def figure_8(demo):
@@ -68,9 +120,54 @@ def figure_8(demo):
     tiles = []
     for label, choices in {"(4,6,95)": PAPER, "Standard": {"preset": "Standard"},
                            "level 6": {"diffuse_level": 6, "specular_level": -1}}.items():
-        picture = demo.render(suzanne(), "krylon blue", "cornell/krylon_blue.astm", **choices)
-        tiles.append(sheet.tile(picture, demo.named(f"krylon blue, {label}")))
-    sheet.write(OUT / "figure_8_compression.png", [tiles])
+        scene = demo.quality.of(suzanne())
+        demo.fit("cornell/krylon_blue.astm", **choices)
+        caption = f"krylon blue, {label}"
+        tiles.append((demo.render(scene, "krylon blue", caption), caption))
+    demo.write("figure_8_compression.png", [tiles])
+
+
+def anisotropic_half(demo, name):
+    """One of the two anisotropic materials: a picture (height, width, 3)."""
+    demo.say(f"fitting and rendering {name.replace('_', ' ')}")
+    return sheet.encode(render(demo.quality.of(getattr(anisotropic, name)()))[..., :3])
+
+
+# the longest first; by a process each
+PARTS = {"pan": partial(anisotropic_half, name="brushed_pan"), "cloth": partial(anisotropic_half, name="satin_cloth"),
+         "figure 8": figure_8, "figure 3": figure_3, "figure 4": figure_4}
+IN_THE_TABLE = "figure 4", "figure 3", "figure 8"
+
+
+def draw(part, quality):
+    """Draw one of `PARTS` in a process of its own, without Blender's words: its picture, if it has one, and rows.
+
+    Raises
+    ------
+    RuntimeError
+        With the last of Blender's words.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        result, said = Path(folder, "drawn"), deque(maxlen=_LINES)
+        command = [sys.executable, "-m", __spec__.name, "--part", part, str(result)]
+        process = subprocess.Popen([*command, *["--full"] * (quality is FULL)], cwd=ROOT, text=True,
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        for line in process.stdout:
+            if line.startswith(_OURS):
+                print(line.removeprefix(_OURS), end="", flush=True)
+            else:
+                said.append(line)
+        if process.wait():
+            raise RuntimeError(f"{part} failed:\n{''.join(said)}")
+        return pickle.loads(result.read_bytes())
+
+
+def draw_here(part, quality, result):
+    """Draw one of `PARTS`, and write what `draw` returns."""
+    extension().register()
+    demo = Demo(quality, lambda text: print(f"\n{_OURS}{text}", flush=True))
+    Path(result).write_bytes(pickle.dumps((PARTS[part](demo), demo.rows)))
+    extension().unregister()
 
 
 def print_table(rows):
@@ -82,14 +179,20 @@ def print_table(rows):
 
 
 def main():
+    parser = argparse.ArgumentParser(prog="python -m demo_scenes", description=__doc__.splitlines()[0])
+    parser.add_argument("--full", action="store_true", help="pictures as the pages have them, into build/figures")
+    parser.add_argument("--part", nargs=2, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    quality = FULL if options.full else DEMO
+    if options.part is not None:
+        draw_here(options.part[0], quality, options.part[1])
+        return
     start = time.perf_counter()
-    extension().register()
-    demo = Demo()
-    for figure in (figure_4, figure_3, figure_8):
-        figure(demo)
-    anisotropic.draw(OUT / "anisotropic.png")
-    print_table(demo.rows)
-    for path in sorted(OUT.glob("*.png")):
+    with ThreadPoolExecutor(PROCESSES) as processes:
+        drawn = dict(zip(PARTS, processes.map(draw, PARTS, repeat(quality)), strict=True))
+    sheet.write(quality.folder / "anisotropic.png", [[drawn["pan"][0], drawn["cloth"][0]]])
+    print_table([row for part in IN_THE_TABLE for row in drawn[part][1]])
+    for path in sorted(quality.folder.glob("*.png")):
         print(path.relative_to(ROOT))
     print(f"{time.perf_counter() - start:.0f} s in all")
 

@@ -1,6 +1,6 @@
 """Anisotropic materials: a brushed pan and a satin cloth, measured at 16 rotations (synthetic tables).
 
-``make demo`` draws them; ``python -m demo_scenes.anisotropic docs/manual/anisotropic.png`` draws the README's picture.
+``make demo`` draws them, and ``make figures`` the README's picture; ``python -m demo_scenes.anisotropic PATH`` only these.
 """
 
 import sys
@@ -128,7 +128,7 @@ def plain(item, color):
     item.data.materials.append(material)
 
 
-def studio(samples):
+def studio(samples=SAMPLES):
     """A dark room."""
     scene = black_scene(WIDTH, HEIGHT, samples, span=1)
     scene.render.film_transparent = False
@@ -144,7 +144,7 @@ def lamp(energy, location, target, size, size_y=None, color=(1, 1, 1)):
              size_y=size_y or size, color=color)
 
 
-def brushed_pan(samples, choices):
+def brushed_pan(samples=SAMPLES, choices=STANDARD):
     """The pan on a table, seen from above at a slant."""
     scene = studio(samples)
     item = pan()
@@ -159,7 +159,7 @@ def brushed_pan(samples, choices):
     return scene
 
 
-def satin_cloth(samples, choices):
+def satin_cloth(samples=SAMPLES, choices=STANDARD):
     """The cloth hanging in folds, its warp running across them."""
     from measured_brdf.addon.materials import tangents
 

@@ -35,10 +35,9 @@ def test_the_demo_imports_fits_and_writes_its_figures(extension, folder, tmp_pat
     from demo_scenes import __main__ as demo
 
     monkeypatch.setattr(demo, "render", lambda scene: np.zeros((8, 8, 4)))
-    monkeypatch.setattr(demo, "OUT", tmp_path)
     monkeypatch.setattr(demo, "FIGURE_4", {"felt": 1})
     monkeypatch.setattr(demo.synthetic, "measurements_or_synthetic", lambda: (folder, True))
-    made = demo.Demo()
+    made = demo.Demo(demo.Quality(tmp_path, 0.1, 0.1))
     for figure in (demo.figure_3, demo.figure_4, demo.figure_8):
         figure(made)
     assert [levels for _, levels, *_ in made.rows] == [
