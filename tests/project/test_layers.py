@@ -93,7 +93,7 @@ def test_what_is_shared_is_imported_from_support():
             assert not_shared(path.relative_to(ROOT).as_posix(), path.read_text("utf-8")) == [], path
 
 
-@pytest.mark.parametrize("name", ["comparisons", "job", "tasks", "worker"])
+@pytest.mark.parametrize("name", ["comparisons", "job", "recent", "tasks", "worker"])
 def test_what_worker_processes_import_does_not_need_blender(name):
     path = f"addon/jobs/{name}.py"
     assert "bpy" not in {module[0] for module in imports(path, (ROOT / path).read_text("utf-8"))}
