@@ -79,7 +79,7 @@ def glossy():
     import fitter
 
     random = np.random.default_rng(1)
-    count = 1500
+    count = 500                 # Gaussian processes take a time that grows with the cube of it
     theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, count)) * 0.98))
     phi_o = random.random(count) * 2 * np.pi
     cosine = (-np.sin(theta_i) * np.sin(theta_o) * np.cos(phi_o)) + np.cos(theta_i) * np.cos(theta_o)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fitter import PRESETS
+from support.cases import quick
 from support.drawn import draw
 
 CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
@@ -99,7 +100,7 @@ def test_a_published_fit_is_called_one_in_the_panel_and_when_it_is_made(blender,
         assert "Matches" not in text
 
 
-@pytest.mark.parametrize("preset", list(PRESETS))
+@pytest.mark.parametrize("preset", quick(PRESETS, "Paper", "Standard"))
 def test_the_name_of_a_fit_is_that_of_its_preset(blender, file, preset, quick):
     from measured_brdf.addon.materials import properties
 

@@ -90,7 +90,7 @@ def test_cancelled_work_ends_at_once_and_the_next_is_done(process, long_work, fi
     assert child.poll() is None
     slow.cancel()
     assert child.poll() is not None
-    assert wait(process.start(partial(tasks.read, str(file), ""))).result.description.count == 1500
+    assert wait(process.start(partial(tasks.read, str(file), ""))).result.description.count == 500
 
 
 def test_a_large_file_is_read_once_and_never_sent(extension, tmp_path, monkeypatch):
@@ -176,7 +176,7 @@ def test_slow_questions_do_not_hold_up_others(queue, long_work, file):
         queue._poll()
         slow.asked = time.monotonic()
         time.sleep(0.02)
-    assert quick.result.description.count == 1500
+    assert quick.result.description.count == 500
     assert slow.finished is None
 
 

@@ -18,6 +18,7 @@ from fitter.cycles.bake import SHADER_VERSION, bake, shader_version
 from fitter.cycles.unbake import unbake
 from fitter.model.transform import IDENTITY
 from support.blend_state import state
+from support.cases import quick, release
 from support.checkout import ROOT
 from support.stage import render
 
@@ -112,6 +113,7 @@ def convert(library):
                           text=True, check=False, timeout=300)
 
 
+@release
 def test_converting_again_brings_a_library_of_the_first_version_up_to_date(blender, old_library):
     from measured_brdf.addon import versions
     from measured_brdf.addon.materials import material
@@ -129,7 +131,8 @@ def test_converting_again_brings_a_library_of_the_first_version_up_to_date(blend
     assert bpy.data.texts["Measured BRDF Library"]
 
 
-@pytest.mark.parametrize(("preset", "channels"), [("Paper", 3), ("Draft", 3), ("Standard", 1), ("Standard", 3)])
+@pytest.mark.parametrize(("preset", "channels"), quick(
+    [("Paper", 3), ("Draft", 3), ("Standard", 1), ("Standard", 3)], ("Paper", 3), ("Standard", 3)))
 def test_a_fit_comes_back_from_its_shader(glossy, preset, channels, random):
     from dataclasses import replace
 
