@@ -1,5 +1,5 @@
-# make demo | figures | test | test-all | test-matrix | test-mitsuba | test-slurm | fuzz | stability | mutants | lint | bench | bench-scale
-# | held-out | dense | report | results | zip | docs | title | gallery
+# make demo | figures | test | test-all | test-matrix | test-mitsuba | test-slurm | test-window | fuzz | stability
+# | mutants | lint | bench | bench-scale | held-out | dense | report | results | zip | docs | title | gallery
 # PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))
@@ -16,8 +16,8 @@ MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
 .DELETE_ON_ERROR:
-.PHONY: demo figures test test-all test-matrix test-mitsuba test-slurm test-window fuzz stability mutants lint bench bench-scale held-out dense report \
-	results zip docs title gallery clean
+.PHONY: demo figures test test-all test-matrix test-mitsuba test-slurm test-window fuzz stability mutants lint bench \
+	bench-scale held-out dense report results zip docs title gallery clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fitter.model.fit import Fit
-from support.cases import quick
 from support.anisotropic import brushed_fit, ggx, vectors
+from support.cases import quick
 from support.made_fits import MADE_FITS
 from support.spheres import normals, radial, reflected_on, turned_tangents
 from support.stage import (

@@ -6,8 +6,8 @@ import pytest
 from fitter.cycles import anisotropic_mixture, half_vector_grid
 from fitter.cycles.closure_mixture import closure_mixture
 from fitter.shader_constants import AZIMUTH_VIEWS, GGX, HALF_RINGS, HALF_SECTORS, NUMBERS, PHONG, POLAR_VIEWS
-from support.cases import quick, release
 from support.anisotropic import ANISOTROPIC, brushed_fit
+from support.cases import quick, release
 from support.osl_probe import probe_osl
 from tests.fitter.cycles.test_anisotropic_mixture import Slanted
 

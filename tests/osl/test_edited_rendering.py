@@ -6,9 +6,9 @@ import pytest
 import fitter
 from fitter.cycles import node_mixture
 from fitter.methods.editing import edited
-
 from support.cases import quick
 from support.stage import material_for
+
 from .test_edited_shader import EDITS
 from .test_rendering import LIGHTS, render, sphere_scene
 
@@ -33,7 +33,8 @@ def test_exact_converges_to_the_edited_function(blender, fits, material, edit, l
     assert ratio == pytest.approx([1, 1, 1], abs=tolerance)
 
 
-@pytest.mark.parametrize("edit", quick([EDITS["widened"], EDITS["all"], {"coat": 0.8, "coat_width": 0.3}], EDITS["all"]))
+@pytest.mark.parametrize("edit", quick(
+    [EDITS["widened"], EDITS["all"], {"coat": 0.8, "coat_width": 0.3}], EDITS["all"]))
 def test_closure_nodes_have_the_light_of_the_edited_function(blender, fits, edit):
     fit = edited(fits["krylon"], **edit)
     set_up, integrate, samples, _ = LIGHTS["world"]

@@ -11,8 +11,8 @@ import pytest
 
 import fitter
 from fitter.cycles import node_mixture
-from support.cases import quick
 from support.anisotropic import brushed_fit
+from support.cases import quick
 from support.spheres import normals, radial, turned_tangents
 from support.stage import add_lamp, add_sphere, background, black_scene, material_for, render, set_input
 

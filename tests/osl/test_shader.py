@@ -12,8 +12,8 @@ from fitter.cycles import closure_mixture, direction_grid
 from fitter.formats import merl
 from fitter.lattice import dense
 from fitter.model.transform import LogRelative
-from support.cases import quick
 from support import merl_files, truths
+from support.cases import quick
 from support.checkout import ROOT
 from support.made_fits import MADE_FITS
 from support.osl_probe import probe_osl
