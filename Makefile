@@ -26,8 +26,8 @@ demo: $(ENV)/ready
 figures: $(ENV)/ready
 	$(RUN) -m demo_scenes --full
 
-# what protects users, on two processors at most ten minutes
-PYTEST := OPENBLAS_NUM_THREADS=1 $(RUN) -m pytest -n 2 --dist loadfile
+# what protects users: some ten minutes on two processors
+PYTEST := OPENBLAS_NUM_THREADS=1 $(RUN) -m pytest -n auto --dist loadfile
 test: $(ENV)/ready
 	$(PYTEST) -m "not release"
 

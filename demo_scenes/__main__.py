@@ -1,11 +1,12 @@
 """``make demo``: imports measurements through the add-on and renders the paper's figures, and anisotropic ones.
 
-Two processes draw small pictures with few samples, denoised, in a minute or so; ``make figures`` (``--full``) draws the
-same ones as the pages have them.
+Two processes draw small pictures with few samples, in a minute or so; ``make figures`` (``--full``) draws the same ones
+as the pages have them.
 """
 
 import argparse
 import math
+import os
 import pickle
 import subprocess
 import sys
@@ -44,16 +45,15 @@ class Quality:
     samples: float = 1.0
 
     def of(self, scene):
-        """A scene with this quality; fewer samples are denoised."""
+        """A scene with this quality. Scenes that need it are denoised in both; a sphere under a sun has no noise."""
         if self.samples < 1:
             scene.cycles.samples = max(_FEWEST_SAMPLES, round(self.samples * scene.cycles.samples))
-            scene.cycles.use_denoising = True
         scene.render.resolution_x = round(self.size * scene.render.resolution_x)
         scene.render.resolution_y = round(self.size * scene.render.resolution_y)
         return scene
 
 
-DEMO = Quality(ROOT / "build" / "demo", 0.5, 1 / 6)
+DEMO = Quality(ROOT / "build" / "demo", size=0.5, samples=1 / 8)
 FULL = Quality(ROOT / "build" / "figures")
 
 
@@ -68,8 +68,9 @@ class Demo:
         """The name of a material as pictures and the table show it."""
         return f"{name} (synthetic)" if self.synthetic else name
 
-    def fit(self, path, **choices):
+    def fit(self, name, path, **choices):
         """Import measurements for the active object."""
+        self.say(f"fitting {name}")
         bpy.ops.measured_brdf.import_data(filepath=str(self.data / path), **choices)
 
     def render(self, scene, name, caption):
@@ -95,8 +96,8 @@ def figure_3(demo):
     tiles = []
     for level in range(1, 7):
         scene = demo.quality.of(lit_sphere(60))
-        demo.fit("curet/abrdf.dat", sample="15", diffuse_level=level, specular_level=-1)
         caption = f"foil, level {level}"
+        demo.fit(caption, "curet/abrdf.dat", sample="15", diffuse_level=level, specular_level=-1)
         tiles.append((demo.render(scene, "aluminum foil", caption), caption))
     demo.write("figure_3_levels.png", [tiles[:3], tiles[3:]])
 
@@ -106,7 +107,7 @@ def figure_4(demo):
     rows = []
     for name, number in FIGURE_4.items():
         scene, row = demo.quality.of(lit_sphere(0)), []
-        demo.fit("curet/abrdf.dat", sample=str(number), **PAPER)
+        demo.fit(name, "curet/abrdf.dat", sample=str(number), **PAPER)
         for angle in (0, 30, 60, 90):
             bpy.data.objects["Sun"].rotation_euler.y = -math.radians(angle)
             caption = f"{name}, {angle}°"
@@ -121,16 +122,18 @@ def figure_8(demo):
     for label, choices in {"(4,6,95)": PAPER, "Standard": {"preset": "Standard"},
                            "level 6": {"diffuse_level": 6, "specular_level": -1}}.items():
         scene = demo.quality.of(suzanne())
-        demo.fit("cornell/krylon_blue.astm", **choices)
         caption = f"krylon blue, {label}"
+        demo.fit(caption, "cornell/krylon_blue.astm", **choices)
         tiles.append((demo.render(scene, "krylon blue", caption), caption))
     demo.write("figure_8_compression.png", [tiles])
 
 
 def anisotropic_half(demo, name):
     """One of the two anisotropic materials: a picture (height, width, 3)."""
-    demo.say(f"fitting and rendering {name.replace('_', ' ')}")
-    return sheet.encode(render(demo.quality.of(getattr(anisotropic, name)()))[..., :3])
+    demo.say(f"fitting {name.replace('_', ' ')}")
+    scene = demo.quality.of(getattr(anisotropic, name)())
+    demo.say(f"rendering {name.replace('_', ' ')}")
+    return sheet.encode(render(scene)[..., :3])
 
 
 # the longest first; by a process each
@@ -150,8 +153,10 @@ def draw(part, quality):
     with tempfile.TemporaryDirectory() as folder:
         result, said = Path(folder, "drawn"), deque(maxlen=_LINES)
         command = [sys.executable, "-m", __spec__.name, "--part", part, str(result)]
-        process = subprocess.Popen([*command, *["--full"] * (quality is FULL)], cwd=ROOT, text=True,
-                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        # idle threads of OpenBLAS spin, and would take the other process's core
+        threads = {"OPENBLAS_NUM_THREADS": str(max(1, (os.cpu_count() or 1) // PROCESSES))}
+        process = subprocess.Popen([*command, *["--full"] * (quality is FULL)], cwd=ROOT, env=os.environ | threads,
+                                   text=True, errors="replace", stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         for line in process.stdout:
             if line.startswith(_OURS):
                 print(line.removeprefix(_OURS), end="", flush=True)
