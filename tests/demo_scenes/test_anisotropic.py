@@ -28,7 +28,7 @@ def test_the_pan_is_a_turned_part_and_the_cloth_has_its_threads_in_a_uv_map(exte
     assert tangents.has_uv(cloth)
 
 
-def test_both_are_imported_and_rendered(extension, tmp_path, monkeypatch):
+def test_both_are_imported_and_rendered(baked_once, tmp_path, monkeypatch):
     import bpy
 
     from demo_scenes import anisotropic
