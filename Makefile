@@ -26,7 +26,7 @@ demo: $(ENV)/ready
 figures: $(ENV)/ready
 	$(RUN) -m demo_scenes --full
 
-# what protects users: some ten minutes on two processors
+# what protects users
 PYTEST := OPENBLAS_NUM_THREADS=1 $(RUN) -m pytest -n auto --dist loadfile
 test: $(ENV)/ready
 	$(PYTEST) -m "not release"
