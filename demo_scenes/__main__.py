@@ -1,7 +1,7 @@
 """``make demo``: imports measurements through the add-on and renders the paper's figures, and anisotropic ones.
 
-Two processes draw small pictures with few samples, in a minute or so; ``make figures`` (``--full``) draws the same ones
-as the pages have them.
+Two processes draw small pictures with few samples; ``make figures`` (``--full``) draws the same ones as the pages have
+them.
 """
 
 import argparse

@@ -104,7 +104,8 @@ def add_sphere(segments=256, rings=128):
         at = row + down
         inner = 1 + (at - 1) * segments + (column + along) % segments
         number = np.where(at == 0, 0, np.where(at == rings, len(points) - 1, inner))
-        return number, np.stack([(column + along) / segments, 1 - at / rings], axis=-1)
+        across = np.where((at == 0) | (at == rings), column + 0.5, column + along)
+        return number, np.stack([across / segments, 1 - at / rings], axis=-1)
 
     corners, places = zip(*(corner(*each) for each in ((0, 0), (1, 0), (1, 1), (0, 1))), strict=True)
     corners, places = np.stack(corners, axis=-1).reshape(-1, 4), np.stack(places, axis=2).reshape(-1, 4, 2)

@@ -137,7 +137,6 @@ _known = {}
 def quick(extension, monkeypatch):
     """Do work that is independent of the open file (fitting, baking, compiling) once for all tests."""
     from measured_brdf.addon.jobs import tasks
-    from measured_brdf.addon.materials import compiler
     from measured_brdf.fitter import pictures
 
     def remember(function):
@@ -148,7 +147,7 @@ def quick(extension, monkeypatch):
             return _known[key]
         return remembered
 
-    for module, names in ((compiler, ["compile_shader"]), (tasks, ["outcome", "rebake", "adjusted"]),
+    for module, names in ((tasks, ["outcome", "rebake", "adjusted"]),
                           (pictures, ["lit_sphere"])):
         for name in names:
             monkeypatch.setattr(module, name, remember(getattr(module, name)))

@@ -112,7 +112,7 @@ def _change(samples, fit):
 
 
 def _single(samples, fit):
-    if fit.transform is not IDENTITY:
+    if fit.transform != IDENTITY:
         return ""               # a transform comes on top of the lattices: tests compare it in OSL
     change = np.abs(single_precision(fit, probe()) - fit.evaluate(*probe())).max()
     return f"{change / (np.abs(samples.values).max() or 1):.1e}"

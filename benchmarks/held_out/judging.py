@@ -14,7 +14,6 @@ from fitter.report.methods import METHODS
 from fitter.samples import distinct_channels, subset
 
 from ..harness.judging import KINDS, are_judged, attempted, directions, errors
-from ..harness.judging import STEEPEST as STEEPEST  # ablation judges by it too
 
 SMALL = 300                 # samples
 _KINDS = KINDS[:2]

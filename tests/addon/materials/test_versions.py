@@ -141,10 +141,10 @@ def test_a_fit_comes_back_from_its_shader(glossy, preset, channels, random):
     back = unbake(bake(fit), "glossy", fit.compression)
     assert (back.coefficient_count, back.nbytes) == (fit.coefficient_count, fit.nbytes)
     angles = random.random((4, 2000)) * [[1.57], [6.3], [1.57], [6.3]]
-    floor = -np.inf if fit.transform is IDENTITY else 0
+    floor = -np.inf if fit.transform == IDENTITY else 0
     np.testing.assert_allclose(back.evaluate(*angles), np.maximum(fit.evaluate(*angles), floor),
                                rtol=1e-6, atol=1e-7)
-    if fit.transform is IDENTITY:                   # the prior's widths come back by way of their squares
+    if fit.transform == IDENTITY:                   # the prior's widths come back by way of their squares
         assert bake(back) == bake(fit)
 
 
