@@ -183,7 +183,6 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
         mixed.roughness, mixed.metallic = (float(weights @ [getattr(item, name) for item in (first, second)])
                                            for name in ("roughness", "metallic"))
         lamps.update(context.evaluated_depsgraph_get())
-    mix_group.keep(first, second)
     return mixed
 
 

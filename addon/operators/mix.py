@@ -76,6 +76,7 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
         except (compiler.CompileError, ValueError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
+        mix_group.keep(first, second)
         for name, inputs in left.items():
             if inputs:
                 self.report({"WARNING"}, f"{', '.join(inputs)} of the node of {name} stays there: set or connect it at "

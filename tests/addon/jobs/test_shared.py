@@ -8,6 +8,7 @@ import pytest
 
 import fitter
 from fitter.samples import subset
+from support.checkout import ROOT
 
 
 @pytest.fixture
@@ -16,6 +17,12 @@ def process(extension):
 
     yield process
     process.unregister()
+
+
+@pytest.fixture
+def making(process, monkeypatch):
+    """Workers that make everything, also what the tests' own keep."""
+    monkeypatch.setattr(process, "_SCRIPT", ROOT / "addon" / "jobs" / "worker.py")
 
 
 @pytest.fixture
@@ -55,7 +62,7 @@ def results(process):
 STANDARD, DRAFT = dict(fitter.PRESETS["Standard"]), dict(fitter.PRESETS["Draft"])
 
 
-def test_after_an_import_no_worker_fits_the_same_again(process, file):
+def test_after_an_import_no_worker_fits_the_same_again(process, making, file):
     """The time that a fit took is another one every time that it is made."""
     from measured_brdf.addon.jobs import tasks
 
@@ -166,7 +173,7 @@ def test_only_the_latest_results_are_kept(extension, monkeypatch, tmp_path):
     assert done == [1, 0]
 
 
-def test_the_bar_of_an_import_moves_to_its_end_through_the_words_of_its_steps(process, file):
+def test_the_bar_of_an_import_moves_to_its_end_through_the_words_of_its_steps(process, making, file):
     from measured_brdf.addon.jobs import tasks
 
     job = begun(process, "operator", partial(tasks.outcomes, [(file, ""), (file, "")], STANDARD))
