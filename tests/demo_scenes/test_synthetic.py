@@ -6,6 +6,7 @@ import pytest
 
 import fitter
 from support import synthetic
+from support.cases import release
 
 
 @pytest.fixture(scope="module")
@@ -99,6 +100,7 @@ def _stand_in(folder, monkeypatch, commands):
     monkeypatch.setattr(sys, "executable", str(script))
 
 
+@release
 def test_the_title_picture_shows_the_materials_at_hand(extension, folder, tmp_path, monkeypatch):
     import bpy
 

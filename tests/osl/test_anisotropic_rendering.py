@@ -9,7 +9,7 @@ import pytest
 
 from fitter.model.fit import Fit
 from support.anisotropic import brushed_fit, ggx, vectors
-from support.cases import quick
+from support.cases import quick, release
 from support.made_fits import MADE_FITS
 from support.spheres import normals, radial, reflected_on, turned_tangents
 from support.stage import (
@@ -220,6 +220,7 @@ def test_a_tangent_along_the_normal_is_like_any_other(blender):
     assert picture.mean() > 0.01
 
 
+@release
 @pytest.mark.parametrize("light", quick(["sun", "area lamp"], "sun"))
 def test_a_quarter_turn_exchanges_the_widths(blender, light):
     pictures = []

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import fitter
-from support.cases import quick
+from support.cases import quick, release
 from support.stage import add_sphere, black_scene
 
 from .test_rendering import LIGHTS, SIZE, render
@@ -61,6 +61,7 @@ def test_a_mix_has_the_light_of_both(sphere, fits, light, osl, samples):
     assert ratio == pytest.approx([1, 1, 1], abs=tolerance if osl else 0.03)
 
 
+@release
 def test_a_mix_of_a_mix_has_the_light_of_all(sphere, fits):
     set_up, integrate, _, tolerance = LIGHTS["sun"]
     scene = sphere(144, names=fits)

@@ -12,7 +12,7 @@ import pytest
 import fitter
 from fitter.cycles import node_mixture
 from support.anisotropic import brushed_fit
-from support.cases import quick
+from support.cases import quick, release
 from support.spheres import normals, radial, turned_tangents
 from support.stage import add_lamp, add_sphere, background, black_scene, material_for, render, set_input
 
@@ -131,6 +131,7 @@ def test_a_normal_that_is_connected_is_the_one_that_is_seen(blender, standard):
     np.testing.assert_allclose(middle, np.broadcast_to(expected, middle.shape), rtol=0.01)
 
 
+@release
 @pytest.mark.parametrize("rotation", quick([0.0, 0.25, 0.6], 0.6))
 def test_an_anisotropic_highlight_follows_tangent_and_rotation(blender, rotation):
     fit = brushed_fit()

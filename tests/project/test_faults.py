@@ -11,6 +11,7 @@ import time
 import pytest
 
 import fitter
+from support.cases import release
 from support.checkout import ROOT
 
 SAVE_AND_BAKE = """
@@ -106,6 +107,7 @@ def test_a_full_disk_is_reported_and_cleaned_up_after(file, tmp_path):
     assert_reported(fitter_command("bake", fit, "-o", shader, preexec_fn=limit_files), folder, shader, before)
 
 
+@release
 def test_a_file_system_without_room_is_reported_and_cleaned_up_after(file, tmp_path):
     disk = tmp_path / "disk"
     disk.mkdir()

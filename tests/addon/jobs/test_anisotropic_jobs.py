@@ -6,6 +6,7 @@ import pytest
 import fitter
 from support.anisotropic import brushed_fit
 from support.anisotropic_tables import STEEL, few, write
+from support.cases import release
 
 CHEAP = {"diffuse_level": 2, "specular_level": 3, "compression": 90.0, "method": "mba"}
 
@@ -74,6 +75,7 @@ def test_isotropic_measurements_have_all_levels(tasks, tmp_path, glossy, write_a
     assert (levels, current) == (list(range(8)), (3, errors[3]))
 
 
+@release
 def test_the_panel_draws_the_tangent_and_thumbnails_do_not(tasks, data, tmp_path):
     drawn = tasks.lit_sphere(data, CHEAP)
     thumbnail = tasks.asset(data.measured.path, None, CHEAP, str(tmp_path / "fits"))[1]

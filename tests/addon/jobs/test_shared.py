@@ -8,6 +8,7 @@ import pytest
 
 import fitter
 from fitter.samples import subset
+from support.cases import release
 from support.checkout import ROOT
 
 
@@ -108,6 +109,7 @@ def test_a_worker_that_is_killed_leaves_its_work_to_others(process, file):
     assert found.errors.rmse > 0
 
 
+@release
 def test_errors_are_raised_in_every_worker_and_not_kept(process, file):
     from measured_brdf.addon.jobs import tasks
 

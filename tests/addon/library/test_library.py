@@ -11,7 +11,7 @@ import pytest
 
 from support import command
 from support.blend_state import state
-from support.cases import quick
+from support.cases import quick, release
 from support.checkout import ROOT
 from support.stage import black_scene
 
@@ -322,6 +322,7 @@ def test_a_full_file_whose_material_cannot_be_fitted_again_stays_as_it_is(
     assert not list(library.parent.glob("*.kept*"))
 
 
+@release
 def test_a_large_library_is_several_files_of_which_each_is_whole(
         convert_to_small_files, folder, library, glossy, write_astm):
     """With as few as two materials a file; a material stays in its file."""

@@ -168,6 +168,7 @@ def test_a_preset_sets_its_levels_and_nothing_else(blender, material):
     assert settings.coefficients == fitted
 
 
+@release
 def test_imported_with_a_preset_alone_its_levels_are_those_of_the_preset(blender, glossy, write_astm, tmp_path):
     from measured_brdf.fitter import PRESETS
     from measured_brdf.fitter.samples import subset
@@ -181,6 +182,7 @@ def test_imported_with_a_preset_alone_its_levels_are_those_of_the_preset(blender
     assert settings.compression == pytest.approx(PRESETS["Standard"]["compression"])
 
 
+@release
 def test_auto_finds_a_fit_within_the_tolerance(blender, glossy, write_astm, tmp_path):
     from measured_brdf.fitter.samples import subset
 
@@ -353,6 +355,7 @@ def test_a_conversion_that_is_killed_leaves_the_old_library_and_a_rerun_goes_on_
         assert len(source.materials) == 9
 
 
+@release
 def test_the_batch_operator_leaves_the_open_file_as_it_is(blender, material, three, tmp_path):
     before = {name: len(getattr(blender.data, name)) for name in ("materials", "texts", "node_groups", "objects")}
     out = tmp_path / "library.blend"

@@ -3,6 +3,7 @@
 import pytest
 
 from support import command
+from support.cases import release
 from support.synthetic import make_files
 
 SHARDS = 2
@@ -37,6 +38,7 @@ def convert_shards(folder, library):
     return codes, names
 
 
+@release
 def test_what_was_made_of_a_file_of_many_samples_stays_when_the_file_is_damaged(blender, measurements, tmp_path):
     library = tmp_path / "library.blend"
     assert convert(measurements, library).returncode == 0

@@ -8,6 +8,7 @@ import sys
 import pytest
 from hypothesis import HealthCheck, given, seed, settings
 
+from support.cases import release
 from support.checkout import ROOT
 from support.stage import add_lamp, black_scene, render
 from tools import fuzz
@@ -56,6 +57,7 @@ def fit(bpy):
     return not complaint(bpy.ops.measured_brdf.fit)
 
 
+@release
 def test_stored_properties_of_any_type_and_size_are_refused_or_harmless(blender, plane, file):
     material = plane.active_material
     whole = dict(stored(material).items())

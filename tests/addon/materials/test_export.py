@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fitter.cycles.principled_bsdf import Principled
+from support.cases import release
 
 CLOTH = Principled(np.array([0.6, 0.3, 0.1]), 0.45, 0.0, 0.3, np.array([0.5, 0.25, 0.125]), 0.4)
 CAR = Principled(np.array([0.8, 0.5, 0.2]), 0.55, 1.0, 0.5, coat_weight=0.7, coat_roughness=0.15)
@@ -153,6 +154,7 @@ def test_obj_and_fbx_have_the_fitted_color(blender, material, tmp_path):
     assert tuple(PrincipledBSDFWrapper(material).base_color) == pytest.approx(CLOTH.base_color, abs=EXACT)
 
 
+@release
 def test_a_mix_is_exported_between_its_materials_and_follows_them(blender, gltf, quick, tmp_path):
     blender.ops.mesh.primitive_plane_add()
     for name in ("red-fabric", "chrome"):

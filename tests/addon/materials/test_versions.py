@@ -57,6 +57,7 @@ def test_a_scene_of_the_first_version_renders_as_it_did_and_is_told_apart(old_sc
     assert "version" in {finding.key for finding in checks.check(bpy.context.scene)}
 
 
+@release
 def test_one_button_brings_it_up_to_date_without_the_measurements(old_scene):
     from measured_brdf.addon import versions
     from measured_brdf.addon.materials import checks, material, node_group

@@ -7,6 +7,7 @@ import pytest
 
 import fitter
 from fitter.cycles.unbake import unbake
+from support.cases import release
 from support.stage import black_scene
 
 
@@ -66,6 +67,7 @@ def test_as_measured_takes_everything_back(blender, extension, curet, material, 
                                rtol=1e-4, atol=1e-6)
 
 
+@release
 def test_a_refit_and_an_update_keep_the_adjustments(blender, curet, material, random):
     from measured_brdf.addon.materials import material as materials
 

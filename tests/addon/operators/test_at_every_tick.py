@@ -7,6 +7,7 @@ import bpy
 import pytest
 
 from support.blend_state import state
+from support.cases import release
 from support.stage import black_scene
 
 CHOICES = {"preset": "Paper", "diffuse_level": 1, "specular_level": -1, "compression": 80.0, "use_tolerance": False,
@@ -174,6 +175,7 @@ def test_the_material_goes_to_the_object_that_was_active_when_it_began(blender, 
     assert bpy.context.object.active_material is None
 
 
+@release
 def test_a_conversion_touches_nothing_of_the_open_file(blender, folder, tmp_path):
     """Not even while it works: its Blender is another one."""
     from measured_brdf.addon.jobs import modal

@@ -9,6 +9,7 @@ import bpy
 import pytest
 
 from support.blend_state import state
+from support.cases import quick
 from support.checkout import ROOT
 from support.stage import black_scene
 
@@ -101,7 +102,7 @@ def changed(before, after):
     return [kind for kind in before if before[kind] != after[kind]]
 
 
-@pytest.mark.parametrize("name", OPERATIONS)
+@pytest.mark.parametrize("name", quick(OPERATIONS, "import", "adjust", "mix"))
 def test_an_error_anywhere_in_an_operator_leaves_the_blend_as_it_was(cube, files, name, capfd):
     if name == "update":
         make_older()

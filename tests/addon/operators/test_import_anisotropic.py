@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from support.anisotropic_tables import STEEL, few, write
+from support.cases import release
 from support.stage import add_lamp, black_scene, render, rotation_toward, set_input
 
 CHEAP = {"preset": "Paper", "diffuse_level": 2, "specular_level": -1}
@@ -38,6 +39,7 @@ def test_an_anisotropic_file_becomes_a_material_with_a_tangent_and_a_rotation(bl
     assert plane.active_material.measured_brdf.shown_phi == 0
 
 
+@release
 def test_it_is_isotropic_where_the_user_says_so_and_a_refit_changes_it(blender, plane, file):
     blender.ops.measured_brdf.import_data(filepath=str(file), isotropic="isotropic", **CHEAP)
     settings = plane.active_material.measured_brdf
@@ -49,6 +51,7 @@ def test_it_is_isotropic_where_the_user_says_so_and_a_refit_changes_it(blender, 
     assert settings.digest != before
 
 
+@release
 def test_a_refit_keeps_the_tangent_and_the_rotation_that_are_connected(blender, plane, file):
     from measured_brdf.addon.materials import tangents
 

@@ -11,6 +11,7 @@ import pytest
 
 import fitter
 from fitter.colours import conversion
+from support.cases import release
 from support.stage import add_lamp, black_scene, render
 
 CHEAP = {"diffuse_level": 2, "specular_level": -1}
@@ -191,6 +192,7 @@ def test_the_space_of_the_file_is_that_of_the_picture(blender, cube, file, space
         expected, abs=0.02)
 
 
+@release
 @HAVE_SPACES
 def test_a_material_of_another_space_is_told_and_mended(blender, cube, file, grey):
     blender.ops.measured_brdf.import_data(filepath=file, **CHEAP, **HOW)

@@ -11,6 +11,7 @@ import pytest
 
 from fitter.methods import prior
 from support.anisotropic import brushed_fit
+from support.cases import release
 from support.checkout import ROOT
 from support.stage import black_scene, material_for
 
@@ -404,6 +405,7 @@ def test_no_3d_view_is_reported(stage, parts):
     assert gone(stage, parts)
 
 
+@release
 def test_an_undone_material_is_followed(stage, parts):
     """The shader changes under the inspection, as undo, an edit or a refit changes it."""
     stage.begin()

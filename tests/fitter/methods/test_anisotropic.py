@@ -42,6 +42,7 @@ def standard(name):
     return fitter.fit(samples(name), **STANDARD)
 
 
+@release
 @pytest.mark.parametrize("name", quick(["lacquered b", "woven b"], "lacquered b"))
 def test_between_the_samples_it_has_less_than_half_of_the_error_of_other_models(name):
     truth, unseen = TRUTHS[name], between(COUNT)
@@ -65,6 +66,7 @@ def test_it_is_reciprocal_and_physical_and_small():
         assert physics.directional_albedo(fit, np.radians([0, 40, 75, 88]), phi_o=phi_o).max() <= 1.01
 
 
+@release
 def test_a_frame_that_is_turned_turns_the_fit():
     """The material is turned by 45 degrees, and so are the directions at which it is judged."""
     held = samples("woven b")
@@ -114,6 +116,7 @@ def test_half_of_the_values_may_be_zero():
     np.testing.assert_allclose(np.cbrt(found[bright]), np.cbrt(full.values[bright]), rtol=0.1)
 
 
+@release
 def test_isotropic_samples_fitted_as_anisotropic_give_the_isotropic_reflectance():
     """A fit of four axes to a reflectance of three: it is the same at all rotations."""
     truth = replace(TRUTHS["brushed a"], function=lambda *directions: brushed_fit(0.2, 0.2).evaluate(*directions))

@@ -127,6 +127,7 @@ def test_where_the_samples_say_nothing_the_fit_is_smooth_and_reciprocal(random):
     assert np.sqrt(np.mean((forth / expected - 1) ** 2)) < 0.1
 
 
+@release
 def test_storage_and_memory_are_bounded_whatever_is_asked_for(random):
     """(4,7,98.2) asks for 41,000 control points, whose equations would have 14 GB."""
     samples = noisy(TRUTHS["matte a"], dense_goniometer(random), 0.01, random)

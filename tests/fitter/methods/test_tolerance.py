@@ -21,6 +21,7 @@ def test_the_tolerance_is_met_on_sets_of_every_kind_and_what_it_costs_is_less_th
         assert fit.nbytes <= 16384 * len(samples.channels), samples.name
 
 
+@release
 def test_a_smaller_tolerance_costs_more(curet):
     samples = curet("velvet")
     fits = [fitter.fit_within(samples, tolerance) for tolerance in (0.05, 0.005, 0.0005)]
@@ -43,6 +44,7 @@ def test_what_cannot_be_reached_is_said(curet, tolerance):
         fitter.fit_within(curet("felt"), tolerance)
 
 
+@release
 @pytest.mark.parametrize("tolerance", [0.03, 0.02, 0.002])
 def test_a_grey_set_gets_the_same_fit_as_one_channel_or_as_three(tolerance):
     random = np.random.default_rng(1)
