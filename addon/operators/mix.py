@@ -73,10 +73,12 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
                 if why := targets.assign(targets.active(context), mixed):
                     mixed.use_fake_user = True
                     self.report({"WARNING"}, f"{mixed.name} is not assigned: {why}")
+                # as `mix_group.keep`; no call may follow the assignment, which is not taken back
+                first.use_fake_user = first.use_fake_user or first.library is None
+                second.use_fake_user = second.use_fake_user or second.library is None
         except (compiler.CompileError, ValueError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        mix_group.keep(first, second)
         for name, inputs in left.items():
             if inputs:
                 self.report({"WARNING"}, f"{', '.join(inputs)} of the node of {name} stays there: set or connect it at "

@@ -16,6 +16,7 @@ from support.checkout import ROOT
 def process(extension):
     from measured_brdf.addon.jobs import process
 
+    process.unregister()        # also what other tests' workers have made
     yield process
     process.unregister()
 
