@@ -55,7 +55,7 @@ def judged(item):
         match, unseen = verdict.steps(samples, made.evaluate(*samples.directions)), verdict.UNKNOWN
         if arguments["method"] == "mba":
             unseen = verdict.unseen(samples, lambda part, arguments=arguments: fitter.fit(part, **arguments))
-        elif hasattr(prepared["estimated"], "left_out"):
+        elif prepared["estimated"].left_out is not None:
             columns = fitter.samples.distinct_channels(samples)[1]
             unseen = math.hypot(match, verdict.steps(samples, prepared["estimated"].left_out[:, columns]))
         found = np.linalg.norm(lab(pictures.lit_sphere(made, _SIZE)) - expected, axis=-1)[inside].mean()

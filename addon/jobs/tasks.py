@@ -23,7 +23,7 @@ from ...fitter.cycles.node_mixture import Nodes, node_mixtures
 from ...fitter.cycles.principled_bsdf import Principled
 from ...fitter.cycles.unbake import unbake
 from ...fitter.methods import tolerance
-from ...fitter.methods.gaussian_process import MOST_SAMPLES
+from ...fitter.methods.regression_kriging import MOST_SAMPLES
 from ...fitter.model import fit_file
 from ...fitter.packed_picture import SIZE, packed
 from ...fitter.quality import cross_validation, describe, verdict
@@ -382,7 +382,7 @@ def _unseen(samples: fitter.Samples, found: Fitted, arguments: Arguments, prepar
     """
     if "estimated" in prepared:
         columns = distinct_channels(samples)[1]
-        left_out = getattr(prepared["estimated"], "left_out", None)
+        left_out = prepared["estimated"].left_out
         if left_out is None:
             return verdict.UNKNOWN
         return math.hypot(verdict.steps(samples, left_out[:, columns]),

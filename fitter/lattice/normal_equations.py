@@ -8,7 +8,6 @@ are. The equations take the square of these in memory, and their solution the cu
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -39,10 +38,8 @@ class NormalEquations:
 
     >>> x = np.random.default_rng(1).uniform([0.5, 0, 0.5], 1, (2000, 3))
     >>> z = (2 * x[:, 1:2] - 1) ** 3 * (2 * x[:, :1] - 1)
-    >>> start = np.zeros((math.prod(dense.shape(1)), 1))
-    >>> weights = np.ones(len(x))
-    >>> equations = NormalEquations(x, [(1, None)])
-    >>> found, = equations.solve(weights, z, [[curvature(1, np.full(len(start), 1e-12))]], [start])
+    >>> norm = 1e-9 * np.eye(math.prod(dense.shape(1)))
+    >>> found, = NormalEquations(x, [(1, None)]).solve(np.ones(len(x)), z, [norm])
     >>> bool(np.allclose(dense.evaluate(found.reshape(*dense.shape(1), 1), 1, x), z, atol=1e-4))
     True
     """
@@ -70,43 +67,43 @@ class NormalEquations:
         starts = np.flatnonzero(np.diff(cells[self._order], prepend=-1)).tolist()
         self._cells = list(zip(starts, [*starts[1:], len(x)], strict=True))
 
-    def solve(self, weights: FloatArray, z: FloatArray, penalties: Sequence[Sequence["Penalty"]],
-              points: Sequence[FloatArray]) -> list[FloatArray]:
-        """The step of control points that minimises the weighted squared error and the penalties.
+    def solve(self, weights: FloatArray, z: FloatArray, norms: Sequence[FloatArray]) -> list[FloatArray]:
+        """The control points that minimise the weighted squared error and the lattices' norms.
 
         Parameters
         ----------
         weights : (n,) float64
             Errors are multiplied by these.
         z : (n, channels) float64
-            What the step is to change at the samples.
-        penalties : sequence of sequences of Penalty
-            Those of each lattice.
-        points : sequence of (k, channels) float64
-            The control points of each lattice from which the step starts.
+        norms : sequence of (k, k) float64
+            Quadratic forms of the control points of each lattice.
 
         Returns
         -------
         list of (k, channels) float64
             Of each lattice.
         """
+        matrix, moment = self.reduced(weights, z, norms)
+        if not len(matrix):
+            return [moment]
+        matrix[np.diag_indices(len(matrix))] += max(_TINY * np.trace(matrix) / len(matrix), np.finfo(float).tiny)
+        found = np.linalg.solve(matrix, moment)[self._unknown]
+        return np.split(found, np.cumsum(self._sizes)[:-1])
+
+    def reduced(self, weights: FloatArray, z: FloatArray, norms: Sequence[FloatArray] = (),
+                ) -> tuple[FloatArray, FloatArray]:
+        """The equations of `solve`, of one unknown for all images of a control point: matrix and right side."""
         matrix, moment = self._assembled(weights, z)
         first = 0
-        for of_lattice, start in zip(penalties, points, strict=True):
-            part = slice(first, first + len(start))
-            for penalty in of_lattice:
-                penalty.add_to(matrix[part, part], moment[part], start)
-            first += len(start)
+        for norm in norms:
+            part = slice(first, first + len(norm))
+            matrix[part, part] += norm
+            first += len(norm)
         for originals, copies in self._copies:
             matrix[originals] += matrix[copies]
             matrix[:, originals] += matrix[:, copies]
             moment[originals] += moment[copies]
-        if not len(self._first):
-            return [moment]
-        matrix, moment = matrix[self._first[:, None], self._first], moment[self._first]
-        matrix[np.diag_indices(len(matrix))] += max(_TINY * np.trace(matrix) / len(matrix), np.finfo(float).tiny)
-        found = np.linalg.solve(matrix, moment)[self._unknown]
-        return np.split(found, np.cumsum(self._sizes)[:-1])
+        return matrix[self._first[:, None], self._first], moment[self._first]
 
     def _assembled(self, weights: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The matrix and the right side, mirror images apart."""
@@ -126,80 +123,6 @@ class NormalEquations:
                 matrix[taps[:, None], taps] += basis.T @ basis
                 moment[taps] += basis.T @ wanted[part]
         return matrix, moment
-
-
-@dataclass(frozen=True)
-class Penalty:
-    """A quadratic form of the control points of a lattice: weighted squares of combinations of them.
-
-    Attributes
-    ----------
-    of : (m, t) int
-        The control points of each combination.
-    factors : (t,) float64
-    weights : (m,) float64
-    """
-
-    of: IntArray
-    factors: FloatArray
-    weights: FloatArray
-
-    def value(self, points: FloatArray) -> float:
-        """The form of control points (k, channels), over all channels."""
-        combined = np.einsum("mtc,t->mc", points[self.of], self.factors)
-        return float((self.weights[:, None] * combined ** 2).sum())
-
-    def add_to(self, matrix: FloatArray, moment: FloatArray, start: FloatArray) -> None:
-        """Add the form to normal equations (k, k) and (k, channels) of a step from a start (k, channels)."""
-        combined = np.einsum("mtc,t->mc", start[self.of], self.factors) * self.weights[:, None]
-        for i, factor in enumerate(self.factors):
-            np.subtract.at(moment, self.of[:, i], factor * combined)
-            for j, other in enumerate(self.factors):
-                np.add.at(matrix, (self.of[:, i], self.of[:, j]), factor * other * self.weights)
-
-
-def curvature(level: int, weights: FloatArray, axes: int = 3) -> Penalty:
-    """The second differences of all control points of a dense lattice, along each axis.
-
-    P. H. C. Eilers, B. D. Marx: Flexible Smoothing with B-splines and Penalties, Statistical Science 11(2), 1996.
-
-    Parameters
-    ----------
-    level : int
-    weights : (points,) float64
-        Of each control point, in the flattened box.
-    axes : int
-
-    Examples
-    --------
-    Straight control points cost nothing.
-
-    >>> straight = np.indices(dense.shape(2))[1].reshape(-1, 1) * 1.0
-    >>> penalty = curvature(2, np.ones(len(straight)))
-    >>> penalty.value(straight), penalty.value(straight ** 2) > 0
-    (0.0, True)
-    """
-    box = np.arange(math.prod(dense.shape(level, axes))).reshape(dense.shape(level, axes))
-    along = [np.moveaxis(box, axis, 0) for axis in range(axes)]
-    of = np.concatenate([np.stack([each[:-2], each[1:-1], each[2:]], axis=-1).reshape(-1, 3) for each in along])
-    return Penalty(of, np.array([1.0, -2, 1]), weights[of[:, 1]])
-
-
-def asymmetry(level: int, weights: FloatArray) -> Penalty:
-    """The differences between control points of a dense lattice of three axes that mirror each other along the second.
-
-    In half and difference coordinates these are the two directions exchanged: a reciprocal reflectance has none.
-
-    Parameters
-    ----------
-    level : int
-    weights : (points,) float64
-        Of each control point, in the flattened box.
-    """
-    box = np.arange(math.prod(dense.shape(level))).reshape(dense.shape(level))
-    half = box.shape[1] // 2
-    pairs = np.stack([box[:, :half], box[:, :-half - 1:-1]], axis=-1).reshape(-1, 2)
-    return Penalty(pairs, np.array([1.0, -1]), weights[pairs[:, 0]])
 
 
 def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> FloatArray:

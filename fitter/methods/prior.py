@@ -12,7 +12,6 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..model.microfacet import (
-    MAX_LOBES,
     NARROWEST,
     NO_GAMMA,
     STEEPEST_TAIL,
@@ -31,6 +30,7 @@ _STARTS: tuple[tuple[Kind, float, float], ...] = (     # kind, alpha and f0 of a
     ("mirror", 0.01, 0.08), ("mirror", 0.03, 0.08), ("mirror", 0.12, 0.08), ("mirror", 0.4, 0.08),
     ("retro", 0.05, 0.9), ("retro", 0.3, 0.9), ("sheen", 1.0, 0.9))
 _ANISOTROPIC_STARTS: tuple[tuple[Kind, float, float], ...] = (("fibre", 0.15, 0.9),)
+_MOST = 3                   # lobes
 _DIP = 0.1                  # at which fibres start
 _NARROWEST_FIBRE = 0.02     # narrower ones are what noise looks like between samples at a few rotations
 _PARAMETERS = 3             # of a lobe's shape, ...
@@ -63,7 +63,7 @@ def parameter_count(model: Microfacet) -> int:
     return model.kd.size + model.ks.size + sum(map(len, model.shapes))
 
 
-def candidates(samples: Samples, offset: float, most: int = MAX_LOBES) -> list[Microfacet]:
+def candidates(samples: Samples, offset: float, most: int = _MOST) -> list[Microfacet]:
     """The Lambertian, and the best models found with one lobe, two lobes, and so on.
 
     Each is a least-squares fit of log(f + offset). A model that has more parameters than a quarter of the values is

@@ -21,9 +21,9 @@ from functools import partial
 
 import numpy as np
 
-from ...arrays import ArrayLike, FloatArray
+from ...arrays import ArrayLike, FloatArray, IntArray
 from ...coordinates.half_difference import SOFTENING, half_difference
-from ...methods import gaussian_process
+from ...methods.gaussian_process import choice
 from ...model.transform import LEAST_OFFSET, bounded_log
 from ...quality.cross_validation import held_out
 from ...samples import Samples, subset
@@ -33,6 +33,7 @@ MOST = 3000                 # samples of an exact solution
 OFFSET = 0.1                # of the logarithm, over the median of the samples: .01 to 10 tried on CURET's odd samples
 SMOOTHINGS = (1e-6, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)       # the first for one that no rounding can make singular
 INNER_FOLDS = 5
+_CANDIDATES = 50_000       # samples among which those that lie farthest apart are looked for
 _SEED = 1977                # of the inner folds
 _FLAT = 1e-6                # extent of a coordinate, over the largest, below which the samples do not determine it
 
@@ -110,7 +111,7 @@ def fit(samples: Samples) -> ThinPlate:
     >>> fit(white).evaluate(0.5, 0, 0.2, 1).round(9).tolist()
     [0.3]
     """
-    samples = subset(samples, gaussian_process.spread(places(samples), MOST))
+    samples = subset(samples, spread(places(samples), MOST))
     if len(samples) < INNER_FOLDS:
         return fit_smoothed(samples, SMOOTHINGS[0])
     errors = [held_out(samples, partial(fit_smoothed, smoothing=choice), INNER_FOLDS, _SEED).cube_root_rmse
@@ -150,3 +151,23 @@ def _offset(values: FloatArray) -> float:
 def _coordinates(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
     """Half and difference coordinates mu: angles broadcast to (...), radians, to (..., 3)."""
     return 2 * half_difference(theta_i, phi_i, theta_o, phi_o, SOFTENING) - 1
+
+
+def spread(points: FloatArray, most: int) -> IntArray:
+    """Indices of at most `most` of points (n, axes), each in turn the farthest from those before, in ascending order.
+
+    Examples
+    --------
+    >>> spread(np.array([[0.0], [0.1], [1.0], [0.4]]), 3).tolist()
+    [0, 2, 3]
+    """
+    if len(points) <= most:
+        return np.arange(len(points))
+    candidates = choice(len(points), _CANDIDATES)
+    points = points[candidates]
+    chosen = np.zeros(most, dtype=int)
+    distance = np.full(len(points), np.inf)
+    for k in range(1, most):
+        distance = np.minimum(distance, ((points - points[chosen[k - 1]]) ** 2).sum(axis=1))
+        chosen[k] = np.argmax(distance)
+    return np.asarray(candidates[np.sort(chosen)])

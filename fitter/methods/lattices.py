@@ -1,0 +1,214 @@
+"""Lattices of the field of a Gaussian process, found from its mean or, of many samples, without it.
+
+The mean of a Gaussian process minimises the squared errors at the samples plus noise times the field's squared norm in
+the kernel's Hilbert space (C. E. Rasmussen, C. K. I. Williams: Gaussian Processes for Machine Learning, 2006, section
+6.2). Two solvers minimise it:
+
+- `of_field`, where the process itself can be solved. The dense lattice interpolates its mean at the nodes. The sparse
+  one follows the mean at the samples and at directions between them, by least squares.
+- `of_samples`, of more. The norm is that of the dense lattice's control points, c^T K^-1 c with the kernel's covariance
+  K of their places, and a multiple of the squared control points of the sparse lattice. Errors are those at the samples
+  themselves.
+"""
+
+import math
+
+import numpy as np
+
+from .. import progress
+from ..arrays import Directions, FloatArray, IntArray
+from ..coordinates import Coordinates
+from ..lattice import dense, least_squares, perfect_hash
+from ..lattice.dense import DenseLattice
+from ..lattice.normal_equations import NormalEquations, gains
+from ..lattice.sparse import SparseLattice
+from ..model.transform import LogRelative
+from ..samples import Samples, subset
+from .gaussian_process import Field, Kernel, choice
+from .levels import Levels
+
+_BETWEEN = 1000             # directions between the samples at which the sparse lattice follows the field, ...
+_NEAR = 30                  # ... half of them up to as many degrees from the mirror direction
+_WEIGHT = 0.5               # errors of the field weigh (f + offset) to this power: 1 would minimise those of f, 1/3
+                            # those of its cube root
+MOST = 50_000               # samples that lattices are fitted to: of a few thousand control points more say no more
+_WEIGHT_OF_MANY = 1 / 3
+_FINEST = {3: 4, 4: 2}      # by the number of axes, level of the largest dense lattice whose equations are solved: a
+                            # finer one is refined from it
+_TRIED = {3: 3, 4: 2}       # likewise, of the lattice whose likelihood is computed
+_VARIANCE = 1e-3            # of a sparse control point, relative to the field's
+_TOGETHER = 4500            # control points that are fitted together: equations take the square of them in memory
+_MOST_BATCHES = {3: 1, 4: 3}    # by the number of axes, as many lots of sparse ones are fitted, one after the other
+_JITTER = 1e-6              # makes the covariance of the control points invertible
+_PRECISE = 0.02             # deviation of a sample, relative to it, up to which it is trusted like any other
+
+
+def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative, field: Field, levels: Levels,
+             ) -> tuple[DenseLattice, SparseLattice | None]:
+    """Fit the lattices to a field.
+
+    Parameters
+    ----------
+    samples : Samples
+        Those that the field was fitted to; isotropic.
+    coordinates : Coordinates
+    transform : LogRelative
+    field : Field
+        Over 2 x - 1 of the coordinates x.
+    levels : Levels
+    """
+    progress.report(0.0, "Fitting the dense lattice")
+    nodes = dense.nodes(levels.diffuse)
+    values = field.at(2 * nodes.reshape(-1, nodes.shape[-1]) - 1).reshape(*nodes.shape[:-1], -1)
+    diffuse = DenseLattice(levels.diffuse, dense.interpolate(values, levels.diffuse).astype(np.float32))
+    if levels.specular is None:
+        return diffuse, None
+    progress.report(0.3, "Fitting the sparse lattice")
+    between = _between(samples)
+    x = np.concatenate([coordinates.encode(*directions) for directions in (samples.directions, between)])
+    directions = tuple(np.concatenate(pair) for pair in zip(samples.directions, between, strict=True))
+    wanted = np.concatenate([field.at_samples, field.at(2 * x[len(samples):] - 1)])
+    # together the directions between weigh as much as the samples
+    share = np.concatenate([np.ones(len(samples)), np.full(_BETWEEN, math.sqrt(len(samples) / _BETWEEN))])
+    bright = np.maximum(transform.reflectance(wanted, *directions), 0).mean(axis=1) + transform.offset
+    return diffuse, least_squares.sparse_fit(x, wanted - diffuse.evaluate(x), share * bright ** _WEIGHT,
+                                             levels.specular, levels.kept)
+
+
+def _between(samples: Samples) -> Directions:
+    """Random directions at which the field is followed, half of them near the mirror direction: four (n,) arrays.
+
+    They reach as far as the samples do.
+    """
+    rng = np.random.default_rng(0)
+    farthest = max(samples.theta_i.max(), samples.theta_o.max())
+    theta_i, theta_o = farthest * np.sqrt(rng.random((2, _BETWEEN)))
+    turn = np.pi * rng.random(_BETWEEN)
+    near = slice(0, _BETWEEN // 2)
+    # offsets from the mirror direction, in the plane of incidence and across it: evenly in the logarithm, over 2.5
+    # decades
+    size = np.radians(_NEAR) * 10 ** (-2.5 * rng.random(_BETWEEN // 2))
+    angle = 2 * np.pi * rng.random(_BETWEEN // 2)
+    theta_o[near] = np.clip(theta_i[near] + size * np.cos(angle), 0, farthest)
+    turn[near] = np.pi - np.minimum(np.abs(size * np.sin(angle)) / np.maximum(np.sin(theta_i[near]), 0.1), np.pi)
+    return theta_i, np.zeros(_BETWEEN), theta_o, turn
+
+
+def of_samples(samples: Samples, coordinates: Coordinates, transform: LogRelative, kernel: Kernel, levels: Levels,
+               ) -> tuple[DenseLattice, SparseLattice | None]:
+    """Fit the lattices to many samples.
+
+    Parameters
+    ----------
+    samples : Samples
+        Isotropic, or not if the coordinates have four axes.
+    coordinates : Coordinates
+    transform : LogRelative
+    kernel : Kernel
+    levels : Levels
+        At most a few thousand control points are kept, whatever the compression.
+    """
+    used = subset(samples, choice(len(samples), MOST))
+    x, z, weights, axes = _problem(used, coordinates, transform)
+
+    progress.report(0.0, "Fitting the dense lattice")
+    level = min(levels.diffuse, _FINEST[axes])
+    norm = kernel.noise * precision(level, axes, kernel)
+    coarse, = NormalEquations(x, [(level, None)]).solve(weights, z, [norm])
+    if levels.specular is None:
+        return _dense(coarse, level, levels.diffuse, axes), None
+    keys, found = np.zeros(0, int), np.zeros((0, z.shape[1]))
+    counts = _batches(levels.kept_of(axes), axes)
+    for number, count in enumerate(counts):
+        progress.report(0.4 + 0.6 * number / len(counts), "Fitting the sparse lattice")
+        field = dense.evaluate(coarse.reshape(*dense.shape(level, axes), -1), level, x)
+        if len(keys):
+            field += _boxed(levels.specular, axes, keys, found).evaluate(x)
+        chosen = least_squares.largest(gains(x, levels.specular, weights, z - field),
+                                       dense.representative(levels.specular, axes).ravel(), count)[1]
+        small = np.full(len(chosen), kernel.noise / _VARIANCE)
+        if len(coarse) + len(chosen) <= _TOGETHER:
+            equations = NormalEquations(x, [(level, None), (levels.specular, chosen)])
+            coarse, more = equations.solve(weights, z, [norm, np.diag(small)])
+        else:
+            more, = NormalEquations(x, [(levels.specular, chosen)]).solve(weights, z - field, [np.diag(small)])
+        keys, found = np.concatenate([keys, chosen]), np.concatenate([found, more])
+    every = _boxed(levels.specular, axes, keys, found).control_points.reshape(-1, z.shape[1])
+    index = perfect_hash.build(np.unique(keys))
+    return (_dense(coarse, level, levels.diffuse, axes),
+            SparseLattice(levels.specular, index, every[index.keys].astype(np.float32), axes))
+
+
+def _problem(samples: Samples, coordinates: Coordinates, transform: LogRelative,
+             ) -> tuple[FloatArray, FloatArray, FloatArray, int]:
+    """Coordinates (n, axes), the field (n, channels) and weights (n,) of samples, and the number of axes."""
+    bright = np.maximum(samples.values, 0).mean(axis=1) / transform.offset + 1
+    weights = bright ** _WEIGHT_OF_MANY
+    if samples.deviation is not None:
+        weights /= np.hypot(1, samples.deviation / _PRECISE)
+    return (coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions), weights,
+            len(coordinates.axes))
+
+
+def likelihood(samples: Samples, coordinates: Coordinates, transform: LogRelative, kernel: Kernel) -> float:
+    """The log-likelihood of each value of many samples, with a dense lattice for the field; constants are left out.
+
+    A few samples do not tell how narrow a highlight is, many do. The control points have the kernel's covariance, and
+    the samples noise that falls with their weights; the variance of the field is the most likely one of each channel
+    (Rasmussen and Williams, equations 5.8, and A.9 and A.10, by which its matrices have the size of the lattice).
+    """
+    x, z, weights, axes = _problem(samples, coordinates, transform)
+    level = _TRIED[axes]
+    matrix, moment = NormalEquations(x, [(level, None)]).reduced(weights, z)
+    first = np.unique(dense.representative(level, axes))
+    inverse = precision(level, axes, kernel)[first[:, None], first]
+    root = np.linalg.cholesky(matrix + kernel.noise * inverse)
+    squares = ((weights[:, None] * z) ** 2).sum(axis=0) - (np.linalg.solve(root, moment) ** 2).sum(axis=0)
+    factor = np.maximum(squares, np.finfo(float).tiny)
+    logarithms = 2 * np.log(np.diag(root)).sum() - np.linalg.slogdet(inverse)[1] - len(root) * np.log(kernel.noise)
+    return float(-0.5 * np.log(factor).mean() - 0.5 * logarithms / len(x))
+
+
+def _batches(kept: int, axes: int) -> list[int]:
+    """The numbers of control points of the sparse lattice that are fitted together, one batch after the other."""
+    batches = min(max(-(-kept // _TOGETHER), 1), _MOST_BATCHES[axes])
+    return [min(kept // batches, _TOGETHER)] * batches
+
+
+def _boxed(level: int, axes: int, keys: IntArray, found: FloatArray) -> DenseLattice:
+    """The lattice whose control points are the sums of some: (k,) positions and (k, channels)."""
+    box = np.zeros((math.prod(dense.shape(level, axes)), found.shape[1]))
+    np.add.at(box, keys, found)
+    return DenseLattice(level, box.reshape(*dense.shape(level, axes), -1))
+
+
+def _dense(control_points: FloatArray, level: int, finer: int, axes: int) -> DenseLattice:
+    """The lattice of a finer level that has the spline of control points (points, channels)."""
+    box = control_points.reshape(*dense.shape(level, axes), -1)
+    while level < finer:
+        box, level = dense.refine(box, level), level + 1
+    return DenseLattice(finer, box.astype(np.float32))
+
+
+def precision(level: int, axes: int, kernel: Kernel) -> FloatArray:
+    """The inverse of a kernel's covariance of the places of a dense lattice's control points: (points, points) float64.
+
+    Of mirror images, which are one unknown, the first has all of it.
+
+    Examples
+    --------
+    The norm of control points that follow a straight line is that of the line.
+
+    >>> matrix = precision(1, 3, Kernel(0.8))
+    >>> matrix.shape, bool(np.ones(len(matrix)) @ matrix @ np.ones(len(matrix)) < 1 / 0.3)
+    ((80, 80), True)
+    """
+    shape, origin = dense.shape(level, axes), dense.origin(level, axes)
+    first = np.unique(dense.representative(level, axes))
+    places = np.moveaxis(np.indices(shape), 0, -1).reshape(-1, axes)[first] + np.array(origin)
+    mu = 2 * places / dense.cells(level) - 1
+    covariance = kernel.covariance(mu, mu)
+    covariance[np.diag_indices(len(mu))] += _JITTER
+    matrix = np.zeros((math.prod(shape),) * 2)
+    matrix[np.ix_(first, first)] = np.linalg.inv(covariance)
+    return matrix
