@@ -7,10 +7,9 @@ from scipy import integrate, interpolate
 import fitter
 from fitter import Samples
 from fitter.lattice import dense, least_squares
-from fitter.methods import prior, regression_kriging
+from fitter.methods import lattices, regression_kriging
 from fitter.methods.levels import Levels
 from fitter.model import microfacet
-from fitter.model.transform import LogRelative
 from fitter.quality import cross_validation
 from fitter.report import ringing
 from fitter.samples import RGB, subset
@@ -203,73 +202,29 @@ def test_a_failed_detector_is_not_followed_but_darkness_is(random, narrow):
     values = narrow.evaluate(*directions)
     failed = values.copy()
     failed[[602, 605, 608]] = 0
-    lobes = narrow.evaluate(*directions)
-    assert regression_kriging._dropouts(failed, lobes).nonzero()[0].tolist() == [602, 605, 608]
-    dark = np.where(directions[2][:, None] > np.radians(60), 0, values)
-    assert (dark == 0).mean() > 0.1
-    assert not regression_kriging._dropouts(dark, 100 * lobes).any()
-
-
-class Wild:
-    """An expert that is e^9 times too bright."""
-
-    def __init__(self, first):
-        self.first = first
-
-    def log_value(self, directions):
-        return self.first.log_value(directions) + 9
-
-
-def test_an_expert_that_runs_away_is_bounded_and_counts_only_near_the_samples(random, narrow):
-    """Samples are below 45 degrees; the mean of experts may differ from the first by log 4 there, and not beyond."""
-    directions = scattered(random, 500)
-    directions = (directions[0] / 2, directions[1], directions[2] / 2, directions[3])
-    estimate = regression_kriging.Estimate(Samples(*directions, narrow.evaluate(*directions)))
-    estimate._others = []
-    far = tuple(np.full(1, angle) for angle in (1.5, 0, 1.5, 0.1))
-    alone = [estimate.field_at(at) for at in (directions, far)]
-    estimate._others = [(1.0, Wild(estimate._own))]
-    beside = estimate.field_at(directions) - alone[0]
-    np.testing.assert_allclose(beside, np.log(4), rtol=1e-2)
-    estimate._farthest = np.pi / 2
-    assert abs(estimate.field_at(far) - alone[1]).max() < 1e-3
-
-
-def test_among_few_samples_the_spline_has_a_share_unless_it_is_far_worse(random):
-    few, many = (Samples(*scattered(random, count), np.full((count, 1), 0.3)) for count in (200, 600))
-
-    def share(samples, of_spline):
-        judge = regression_kriging._Judge(samples, _one(samples), np.ones(len(samples), bool))
-        right = np.log(samples.values + 0.1)
-        found = [(None, right + 0.1), (None, right + 0.1), (None, right + of_spline)]
-        return judge.weights([left_out for _, left_out in found], regression_kriging._least_share(judge, found))
-
-    assert share(few, 0.15)[2] == 0.5           # a little worse
-    assert share(few, 0.6)[2] == 0              # more than four times worse
-    assert share(many, 0.15)[2] == 0
-    assert share(many, -0.1)[2] == 0.5          # the errors cancel
-
-
-def _one(samples):
-    """A transform whose offset is 0.1."""
-    return LogRelative(prior.lambertian(samples.values), 0.1, np.array([10.0]))
+    there = tuple(angle[[602, 605, 608]] for angle in directions)
+    followed = fitter.fit(Samples(*directions, failed), **STANDARD).evaluate(*there)
+    np.testing.assert_allclose(followed, values[[602, 605, 608]], rtol=0.25)
+    beyond = directions[2] > np.radians(60)
+    fit = fitter.fit(Samples(*directions, np.where(beyond[:, None], 0, values)), **STANDARD)
+    assert fit.evaluate(*(angle[directions[2] > np.radians(65)] for angle in directions)).mean() < 0.02
 
 
 def test_between_the_samples_the_lattice_follows_the_field(fresh, monkeypatch, curet):
     """Closer than if it were fitted to the samples alone, in directions that neither fit was shown."""
     samples = curet("aluminum foil")
-    estimate = regression_kriging.Estimate(samples)
+    estimate = regression_kriging.estimate(samples)
     ridge = np.radians(np.arange(15, 76, 2.5))
     at = tuple(np.concatenate(pair) for pair in zip((ridge, 0 * ridge, ridge, np.full(len(ridge), np.pi)),
                                                     scattered(np.random.default_rng(1), 400), strict=True))
-    field = estimate.transform.reflectance(estimate.field_at(at), *at)
+    field = estimate.transform.reflectance(estimate.field.at(2 * estimate.coordinates.encode(*at) - 1), *at)
 
     def error():
         fit = regression_kriging.fit(samples, Levels(4, 5, 98.2), True, estimate)
         return np.sqrt(np.mean((np.cbrt(fit.evaluate(*at)) - np.cbrt(np.maximum(field, 0))) ** 2))
 
     followed = error()
-    monkeypatch.setattr(regression_kriging, "_BETWEEN_WEIGHT", 1e-6)
+    monkeypatch.setattr(lattices, "_BETWEEN", 1)
     assert followed < 0.9 * error()
 
 

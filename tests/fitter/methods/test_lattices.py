@@ -1,0 +1,102 @@
+"""Lattices of a Gaussian process, against SciPy's densities and brute-force least squares over all control points."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from fitter import Samples
+from fitter.coordinates.half_difference import HalfDifference
+from fitter.lattice import dense
+from fitter.methods import lattices, prior
+from fitter.methods.gaussian_process import Kernel
+from fitter.methods.levels import Levels
+from fitter.model.transform import LogRelative
+
+KERNEL = Kernel(0.8, 1e-2)
+
+
+@pytest.fixture
+def samples(random):
+    theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, 90)) * 0.98))
+    values = 0.2 + 0.3 * random.random((90, 2)) * np.cos(theta_i)[:, None]
+    return Samples(theta_i, np.zeros(90), theta_o, random.random(90) * np.pi, values, ("a", "b"))
+
+
+@pytest.fixture
+def transform(samples):
+    return LogRelative(prior.lambertian(samples.values), 0.2, np.ones(2))
+
+
+def basis(x, level):
+    """The sum of basis functions of each control point and its mirror images, at x: (n, unknowns)."""
+    same = dense.representative(level).ravel()
+    first = np.unique(same)
+    return np.stack([dense.evaluate((same == each).astype(float).reshape(*dense.shape(level), 1), level, x)[:, 0]
+                     for each in first], axis=1), first
+
+
+def places(level):
+    at = np.stack(np.unravel_index(basis(np.full((1, 3), 0.75), level)[1], dense.shape(level)), axis=1)
+    return 2 * (at + np.array(dense.origin(level))) / dense.cells(level) - 1
+
+
+def weights(samples, transform):
+    return (samples.values.mean(axis=1) / transform.offset + 1) ** (1 / 3)
+
+
+def test_the_norm_is_the_inverse_of_the_covariance_of_the_control_points_places():
+    mu = places(2)
+    found = lattices.precision(2, 3, KERNEL)
+    first = np.unique(dense.representative(2))
+    covariance = KERNEL.covariance(mu, mu) + 1e-6 * np.eye(len(mu))
+    np.testing.assert_allclose(found[np.ix_(first, first)] @ covariance, np.eye(len(mu)), atol=1e-4)
+    others = np.setdiff1d(np.arange(len(found)), first)
+    assert not found[others].any()
+
+
+def test_the_likelihood_of_many_samples_is_scipys(monkeypatch, samples, transform):
+    """Differences between kernels, and those between coordinates, are those of the samples' joint densities."""
+    monkeypatch.setitem(lattices._TRIED, 3, 1)
+
+    def scipys(coordinates, kernel):
+        design, _ = basis(coordinates.encode(*samples.directions), 1)
+        mu = places(1)
+        prior_covariance = kernel.covariance(mu, mu) + 1e-6 * np.eye(len(mu))
+        matrix = design @ prior_covariance @ design.T + kernel.noise * np.diag(weights(samples, transform) ** -2.0)
+        z = transform.field(samples.values, *samples.directions)
+        return np.mean([stats.multivariate_normal(
+            cov=matrix * (values @ np.linalg.solve(matrix, values) / len(z))).logpdf(values) for values in z.T]) / len(z)
+
+    tried = [(HalfDifference(stretch=stretch), Kernel(0.5, noise)) for stretch in (0.0, 5.0) for noise in (1e-3, 1e-1)]
+    found = [lattices.likelihood(samples, coordinates, transform, kernel) for coordinates, kernel in tried]
+    expected = [scipys(*each) for each in tried]
+    np.testing.assert_allclose(np.subtract(found, found[0]), np.subtract(expected, expected[0]), atol=1e-5)
+
+
+def test_many_samples_are_fitted_by_the_least_errors_and_norm(samples, transform):
+    """The dense lattice alone, by NumPy's least squares over every unknown."""
+    coordinates = HalfDifference(stretch=5.0)
+    fitted, _ = lattices.of_samples(samples, coordinates, transform, KERNEL, Levels(2, None, 0.0))
+    x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
+    design, mu, weight = basis(x, 2)[0], places(2), weights(samples, transform)[:, None]
+    covariance = KERNEL.covariance(mu, mu) + 1e-6 * np.eye(len(mu))
+    root = np.linalg.cholesky(np.linalg.inv(covariance)).T * np.sqrt(KERNEL.noise)
+    expected = np.linalg.lstsq(np.concatenate([design * weight, root]),
+                               np.concatenate([z * weight, np.zeros((len(mu), 2))]), rcond=None)[0]
+    np.testing.assert_allclose(fitted.evaluate(x), design @ expected, atol=2e-4)
+
+
+def test_a_finer_dense_lattice_is_the_same_spline(samples, transform):
+    """Level 5 is refined from level 4, whose equations are solved."""
+    coordinates = HalfDifference(stretch=5.0)
+    coarse, fine = (lattices.of_samples(samples, coordinates, transform, KERNEL, Levels(level, None, 0.0))[0]
+                    for level in (4, 5))
+    x = coordinates.encode(*samples.directions)
+    np.testing.assert_allclose(fine.evaluate(x), coarse.evaluate(x), atol=1e-5)
+
+
+def test_directions_between_samples_reach_as_far_as_these(samples):
+    theta_i, _, theta_o, turn = lattices._between(samples)
+    farthest = max(samples.theta_i.max(), samples.theta_o.max())
+    assert max(theta_i.max(), theta_o.max()) <= farthest
+    assert (np.hypot(theta_o - theta_i, np.pi - turn) < 0.05).mean() > 0.2       # and crowd the mirror direction
