@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import progress
-from ..arrays import FloatArray, IntArray, SingleArray
+from ..arrays import FloatArray, IntArray
 from ..coordinates import ISOTROPIC_AXES
 from ..lattice.dense import MIRRORS
 
@@ -52,21 +52,19 @@ class Kernel:
     noise: float = 1e-4
 
     def covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
-        """Covariance of the field between points: (n, axes) and (m, axes) to (n, m); distances in single precision."""
+        """Covariance of the field between points: (n, axes) and (m, axes) to (n, m)."""
         return np.concatenate([np.zeros((0, len(other))), *(
             self._covariance(mu[start:start + _CHUNK], other) for start in range(0, len(mu), _CHUNK))])
 
     def _covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
-        total = np.zeros((len(mu), len(other)), np.float32)
-        a, b = (mu / self.length).astype(np.float32), (other / self.length).astype(np.float32)
+        total = TREND * (1 + mu @ other.T)
         for weight, signs in _images(mu.shape[1]):
-            distance = np.sqrt(_squared_distance(a, b * signs))
-            total += np.float32(weight * SHARE) * _matern(distance)
-            total += np.float32(weight * (1 - SHARE)) * _matern(distance / np.float32(RATIO))
-        return total + TREND * (1 + mu @ other.T)
+            distance = np.sqrt(_squared_distance(mu / self.length, other * signs / self.length))
+            total += weight * SHARE * _matern(distance) + weight * (1 - SHARE) * _matern(distance / RATIO)
+        return total
 
 
-def _images(axes: int) -> Iterator[tuple[float, SingleArray]]:
+def _images(axes: int) -> Iterator[tuple[float, FloatArray]]:
     """The weight of each image of a point, and the signs of its coordinates."""
     mirrors = ((1,) * axes, *MIRRORS[axes])
     exchanges = ((1.0, (1,) * axes),)
@@ -74,7 +72,7 @@ def _images(axes: int) -> Iterator[tuple[float, SingleArray]]:
         exchanges = (1 - 0.5 * RECIPROCITY, (1, 1, 1)), (0.5 * RECIPROCITY, (1, -1, 1))
     for mirror in mirrors:
         for weight, exchange in exchanges:
-            yield weight / len(mirrors), np.multiply(mirror, exchange).astype(np.float32)
+            yield weight / len(mirrors), np.multiply(mirror, exchange).astype(float)
 
 
 @dataclass(frozen=True)
@@ -89,7 +87,7 @@ class Field:
     weights : (n, channels) float64
         K^-1 z, with the samples' covariance K and values z.
     at_samples : (n, channels) float64
-        The field at the samples: their values without what counts as noise.
+        The samples' values without what is known to be noise.
     """
 
     kernel: Kernel
@@ -136,7 +134,7 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> t
     covariance[np.diag_indices(len(mu))] += noise
     inverse = np.linalg.inv(covariance)
     weights = inverse @ z
-    return Field(kernel, mu, weights, z - noise[:, None] * weights), z - weights / np.diag(inverse)[:, None]
+    return Field(kernel, mu, weights, z - known[:, None] * weights), z - weights / np.diag(inverse)[:, None]
 
 
 class Likeliest(NamedTuple):
@@ -236,14 +234,14 @@ def likelihood(variances: FloatArray, squares: FloatArray) -> float:
     return float(-0.5 * np.log(factor).mean() - 0.5 * np.log(variances).mean())
 
 
-def _squared_distance(a: SingleArray, b: SingleArray) -> Any:
+def _squared_distance(a: FloatArray, b: FloatArray) -> Any:
     """Squared distances between points: (n, axes) and (m, axes) to (n, m)."""
     return np.maximum((a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T, 0)
 
 
-def _matern(distance: SingleArray) -> Any:
+def _matern(distance: FloatArray) -> Any:
     """The Matern kernel of smoothness 5/2 and length 1 (equation 4.17)."""
-    r = np.float32(math.sqrt(5)) * distance
+    r = math.sqrt(5) * distance
     return (1 + r * (1 + r / 3)) * np.exp(-r)
 
 

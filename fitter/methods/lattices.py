@@ -146,6 +146,7 @@ def _problem(samples: Samples, coordinates: Coordinates, transform: LogRelative,
     weights = bright ** _WEIGHT_OF_MANY
     if samples.deviation is not None:
         weights /= np.hypot(1, samples.deviation / _PRECISE)
+    weights /= math.sqrt(np.mean(weights ** 2))         # the kernel's noise is that of the mean sample
     return (coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions), weights,
             len(coordinates.axes))
 

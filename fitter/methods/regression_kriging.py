@@ -12,6 +12,7 @@ steps, each a module:
 5. Where the fit reflects more light than it receives, lower it (`energy`).
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -38,7 +39,6 @@ _STRETCHES = 0.0, 2.0, 5.0, 12.0, 33.0
 _STRETCHES_OF_MANY = 5.0, 12.0, 33.0, 100.0, 300.0, 1000.0
 _SEARCHED = 450             # samples of which the likelihood is computed, ...
 _OF_LATTICES = 8000         # ... of which it is computed once more where there are many, and to which lobes are fitted
-_PENALTY = 1.0              # of the log-likelihood, for each parameter of a prior
 _DARK, _DARKEST = 1e-5, 10.0    # variance of the noise of samples far below the prior, relative to the field's
 _TYPICAL = 400              # directions whose median is the offset
 _LEAST_OF_LARGEST = 1e-9    # of the largest sample, that the offset is
@@ -81,7 +81,7 @@ def estimate(samples: Samples) -> Estimate:
     search = gaussian_process.Search(
         [lambda system=system: _mu(system, searched) for system in systems],
         [each.field(searched.values, *searched.directions) for each in transforms],
-        [_PENALTY * prior.parameter_count(each.prior) / searched.values.size for each in transforms],
+        [_information_criterion(each.prior, searched.values.size) for each in transforms],
         _known_noise(searched, richest))
     trials, first = [], 0
     for number, family in enumerate(families):
@@ -101,6 +101,12 @@ def estimate(samples: Samples) -> Estimate:
         _known_noise(samples, transform))
     plausible = replace(transform, floor=0.0)
     return Estimate(coordinates, transform, found.kernel, field, plausible.reflectance(left_out, *samples.directions))
+
+
+def _information_criterion(model: Microfacet, values: int) -> float:
+    """What a prior's parameters take from the log-likelihood of each value (G. Schwarz: Estimating the Dimension of a
+    Model, Annals of Statistics 6(2), 1978)."""
+    return 0.5 * math.log(values) * prior.parameter_count(model) / values
 
 
 def _mu(coordinates: Coordinates, samples: Samples) -> FloatArray:

@@ -41,7 +41,8 @@ def places(level):
 
 
 def weights(samples, transform):
-    return (samples.values.mean(axis=1) / transform.offset + 1) ** (1 / 3)
+    found = (samples.values.mean(axis=1) / transform.offset + 1) ** (1 / 3)
+    return found / np.sqrt(np.mean(found ** 2))
 
 
 def test_the_norm_is_the_inverse_of_the_covariance_of_the_control_points_places():
