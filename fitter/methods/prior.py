@@ -200,7 +200,7 @@ class _Problem:
                 break
             gain, p, now, damping = now - after, trial, after, damping / 4
             residual, total, parts, strength = found
-            if gain < 1e-4 * now:
+            if gain < 1e-6 * now:
                 break
         return _unpack(p, kinds, count, channels), float((residual ** 2).sum())
 

@@ -39,7 +39,9 @@ _STRETCHES = 0.0, 2.0, 5.0, 12.0, 33.0
 _STRETCHES_OF_MANY = 5.0, 12.0, 33.0, 100.0, 300.0, 1000.0
 _SEARCHED = 450             # samples of which the likelihood is computed, ...
 _OF_LATTICES = 8000         # ... of which it is computed once more where there are many, and to which lobes are fitted
-_DARK, _DARKEST = 1e-5, 10.0    # variance of the noise of samples far below the prior, relative to the field's
+_FAILED, _RARELY = 5.0, 0.01    # samples this many times below the prior count as failures, if they are at most this
+                            # share; ...
+_FAILURE = 10.0             # ... with this variance of their noise, relative to the field's
 _TYPICAL = 400              # directions whose median is the offset
 _LEAST_OF_LARGEST = 1e-9    # of the largest sample, that the offset is
 _MOST_ELONGATED = 10        # ratio of the stretches of an anisotropic half vector
@@ -184,12 +186,12 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
 def _known_noise(samples: Samples, transform: LogRelative) -> FloatArray:
     """The variance of each sample's noise beyond that of the kernel, relative to the field's: (n,).
 
-    Of repeated measurements, their scatter. A sample far below the prior may be a failure of the detector, which reads
-    next to nothing amid a lobe: its noise is that of a reading, in which the logarithm magnifies it.
+    Of repeated measurements, their scatter. A few samples far below the prior are failures of a detector, which reads
+    next to nothing amid a lobe; where there are many, it is the prior that fails.
     """
     field = transform.field(samples.values, *samples.directions)
-    ratio = np.exp(-np.minimum(field.mean(axis=1), 0))
-    noise = np.minimum(_DARK * (ratio ** 4 - 1), _DARKEST)
+    failed = field.mean(axis=1) < -math.log(_FAILED)
+    noise = np.where(failed & (failed.mean() <= _RARELY), _FAILURE, 0.0)
     if samples.deviation is not None:
         bright = np.abs(samples.values).mean(axis=1)
         in_field = samples.deviation * bright / (bright + transform.offset)

@@ -119,11 +119,11 @@ def test_a_fit_reflects_no_more_than_it_receives(random):
 
 
 @pytest.mark.parametrize("name", quick(["felt", "plaster b zoomed", "garnet_red_RGB"], "felt"))
-def test_standard_rings_little_more_than_the_papers_fit(curet, cornell, name):
+def test_standard_rings_less_than_twice_as_much_as_the_papers_fit(curet, cornell, name):
     samples = cornell(name) if "RGB" in name else curet(name)
     ours, papers = (ringing.ringing(samples, fitter.fit(samples, **fitter.PRESETS[preset]))
                     for preset in ("Standard", "Paper"))
-    assert ours < 1.35 * papers
+    assert ours < 2 * papers
 
 
 NAMED = {"felt": 0.00077, "leather": 0.00091, "aluminum foil": 0.00131}
