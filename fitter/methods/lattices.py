@@ -29,6 +29,7 @@ from .levels import Levels
 
 _BETWEEN = 1000             # directions between the samples at which the sparse lattice follows the field, ...
 _NEAR = 30                  # ... half of them up to as many degrees from the mirror direction
+_AZIMUTHS = 16              # averaged over at exact retro-reflection
 _WEIGHT = 0.5               # errors of the field weigh (f + offset) to this power: 1 would minimise those of f, 1/3
                             # those of its cube root
 MOST = 50_000               # samples that lattices are fitted to: of a few thousand control points more say no more
@@ -60,6 +61,8 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
     progress.report(0.0, "Fitting the dense lattice")
     nodes = dense.nodes(levels.diffuse)
     values = field.at(2 * nodes.reshape(-1, nodes.shape[-1]) - 1).reshape(*nodes.shape[:-1], -1)
+    if levels.diffuse:
+        values[0] = _mean_over_azimuths(field, 2 * nodes[0] - 1)
     diffuse = DenseLattice(levels.diffuse, dense.interpolate(values, levels.diffuse).astype(np.float32))
     if levels.specular is None:
         return diffuse, None
@@ -73,6 +76,16 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
     bright = np.maximum(transform.reflectance(wanted, *directions), 0).mean(axis=1) + transform.offset
     return diffuse, least_squares.sparse_fit(x, wanted - diffuse.evaluate(x), share * bright ** _WEIGHT,
                                              levels.specular, levels.kept)
+
+
+def _mean_over_azimuths(field: Field, mu: FloatArray) -> FloatArray:
+    """The mean of a field over the azimuths of the half vector, which it has none of at d = 0, in exact
+    retro-reflection: at nodes (b, c, 3), to (b, c, channels)."""
+    radius, which = np.unique(np.round(np.hypot(mu[..., 1], mu[..., 2]), 9), return_inverse=True)
+    turn = (np.arange(_AZIMUTHS) + 0.5) * (np.pi / 2 / _AZIMUTHS)       # a quarter: the field is even in x and y there
+    ring = np.stack([0 * np.outer(radius, turn), np.outer(radius, np.cos(turn)), np.outer(radius, np.sin(turn))], -1)
+    mean = field.at(ring.reshape(-1, 3)).reshape(len(radius), _AZIMUTHS, -1).mean(axis=1)
+    return np.asarray(mean[which.reshape(mu.shape[:-1])])
 
 
 def _between(samples: Samples) -> Directions:
