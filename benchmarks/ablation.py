@@ -35,10 +35,11 @@ from .held_out import sets
 CURET_STEP = 5              # every fifth of the judged half
 OTHERS = ("Cornell garnet_red_RGB", "RGL vch_silk_blue_rgb", "MERL pvc", "MERL silver-paint")
 QUICK = ("CURET 2 ", "CURET 32 ", "MERL pvc")
-MOST = 640                  # samples: the fits see more than 500, up to which left-out errors are not trusted alone
+MOST = 640                  # samples
 FOLDS = 2
 ALL = "all stages"
-_KRIGING, _PROCESS = "fitter.methods.regression_kriging", "fitter.methods.gaussian_process"
+_KRIGING, _PROCESS, _LATTICES = (f"fitter.methods.{name}" for name in (
+    "regression_kriging", "gaussian_process", "lattices"))
 
 
 class Stage(NamedTuple):
@@ -69,27 +70,33 @@ def _number(value):
     return lambda _original: value
 
 
-def _without_the_last_expert(weights):
-    return lambda judge, predictions, _least: (*weights(judge, predictions[:-1], 0.0), 0.0)
+def _only(number):
+    """One system of coordinates."""
+    return lambda families: lambda samples, model: families(samples, model)[number:number + 1]
+
+
+def _as_it_is(_mean):
+    return lambda field, mu: field.at(mu.reshape(-1, 3)).reshape(*mu.shape[:-1], -1)
 
 
 STAGES = (
-    Stage("Gaussian process: lattices fitted as for many samples", f"{_PROCESS}.MOST_SAMPLES", _number(0), True),
-    Stage("kernel search: one kernel for all", f"{_PROCESS}._ROUNDS", _number(0), True),
-    Stage("choice of the stretch: 5 for all", f"{_PROCESS}.CHOICES", lambda choices: choices | {"stretch": (5.0,)},
-          True),
+    Stage("Gaussian process: lattices fitted as for many samples", f"{_KRIGING}.MOST_SAMPLES", _number(0), True),
+    Stage("search: first length, noise by likelihood", f"{_PROCESS}._ROUNDS", _number(0), True),
+    Stage("choice of the stretch: 5 for all", f"{_KRIGING}._STRETCHES", _number((5.0,)), True),
+    Stage("choice of the length: 1.75 for all", f"{_PROCESS}.LENGTHS", _number((1.75,)), True),
+    Stage("trend of the kernel", f"{_PROCESS}.TREND", _number(1e-6), True),
     Stage("reciprocity of the kernel", f"{_PROCESS}.RECIPROCITY", _number(0.0), True),
-    Stage("bound of overshoots", f"{_PROCESS}._BEYOND", _number(np.inf), True),
-    Stage("half and difference angles", f"{_KRIGING}._SYSTEMS", lambda systems: (systems[0],) * 2, True),
-    Stage("half and difference vectors", f"{_KRIGING}._SYSTEMS", lambda systems: (systems[1],) * 2, True),
+    Stage("half and difference angles", f"{_KRIGING}._families", _only(0), True),
+    Stage("half and difference vectors", f"{_KRIGING}._families", _only(1), True),
     Stage("lobes: a Lambertian prior", "fitter.methods.prior.candidates", lambda of: partial(of, most=0), True),
     Stage("second and third lobe", "fitter.methods.prior.candidates", lambda of: partial(of, most=1), True),
+    Stage("third lobe", "fitter.methods.prior.candidates", lambda of: partial(of, most=2), True),
     Stage("retro-reflecting and sheen lobes", "fitter.methods.prior._STARTS",
           lambda starts: tuple(start for start in starts if start[0] == "mirror"), True),
-    Stage("thin plate", f"{_KRIGING}._Judge.weights", _without_the_last_expert, True),
+    Stage("failures of detectors", f"{_KRIGING}._RARELY", _number(-1.0), True),
     Stage("sparse lattice", arguments=(("specular_level", None),)),
-    Stage("directions between the samples", f"{_KRIGING}._BETWEEN_WEIGHT", _number(0.0)),
-    Stage("second and third round of least squares", f"{_KRIGING}._ROUNDS", _number(1)),
+    Stage("directions between the samples", f"{_LATTICES}._BETWEEN", _number(1)),
+    Stage("mean over azimuths at retro-reflection", f"{_LATTICES}._mean_over_azimuths", _as_it_is),
     Stage("plausibility: floor and energy", arguments=(("plausible", False),)),
 )
 

@@ -2,10 +2,10 @@
 
 C. E. Rasmussen, C. K. I. Williams: Gaussian Processes for Machine Learning, 2006: the regression is equation 2.25, the
 explicit linear basis equation 2.40 with a finite variance, the Matern kernel of smoothness 5/2 equation 4.17, the
-likelihood equation 5.8. The kernel is the sum of a linear one and of two Matern kernels, of a short and a long range.
-The latter are averaged over the mirror images of a sample, so that the field has the symmetries of the lattice; and, of
-three axes, over the sample's reciprocal, with a slightly smaller weight, so that the field is nearly reciprocal but can
-follow samples that are not. Of four axes exchanging the directions is a mirror image.
+likelihood equation 5.8. The kernel is the sum of a linear one and of a Matern kernel. The latter is averaged over the
+mirror images of a sample, so that the field has the symmetries of the lattice; and, of three axes, over the sample's
+reciprocal, with a slightly smaller weight, so that the field is nearly reciprocal but can follow samples that are not.
+Of four axes exchanging the directions is a mirror image.
 
 How far the kernel reaches, how much of the samples is noise, in which coordinates and above which prior, is chosen for
 each set of samples by their likelihood. The variance of the field has its most likely value in each channel; it cancels
@@ -25,12 +25,10 @@ from ..coordinates import ISOTROPIC_AXES
 from ..lattice.dense import MIRRORS
 
 RECIPROCITY = 0.9           # correlation between a pair of directions and its reciprocal
-SHARE = 0.2                 # of the variance that is of short range
-RATIO = 3.5                 # of the long range to the short one
 TREND = 0.3                 # variance of the constant, and of the slope along each axis
-LENGTHS = 0.2, 0.3, 0.5, 0.8, 1.3               # short ranges, ...
+LENGTHS = 0.7, 1.0, 1.75, 2.8, 4.5              # ranges, ...
 NOISES = 1e-5, 1e-4, 1e-3, 1e-2, 1e-1           # and variances of noise, among which the likelihood decides
-_FIRST_LENGTH, _FIRST_SYSTEM = 0.5, 2         # where a search starts
+_FIRST_LENGTH, _FIRST_SYSTEM = 1.75, 2        # where a search starts
 _TINY = 1e-7                # added to every variance of noise: makes the covariance invertible
 _ROUNDS = 2                 # over all that is chosen
 _CHUNK = 256                # rows of the kernel matrix at a time: bounds the memory
@@ -43,7 +41,7 @@ class Kernel:
     Attributes
     ----------
     length : float
-        The short range.
+        Its range.
     noise : float
         The variance of a sample's noise, relative to that of the field.
     """
@@ -59,8 +57,7 @@ class Kernel:
     def _covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
         total = TREND * (1 + mu @ other.T)
         for weight, signs in _images(mu.shape[1]):
-            distance = np.sqrt(_squared_distance(mu / self.length, other * signs / self.length))
-            total += weight * SHARE * _matern(distance) + weight * (1 - SHARE) * _matern(distance / RATIO)
+            total += weight * _matern(np.sqrt(_squared_distance(mu / self.length, other * signs / self.length)))
         return total
 
 

@@ -78,7 +78,7 @@ def test_a_table_that_says_too_little_is_read_by_options(tmp_path):
 
 def test_a_fit_is_recognised_whatever_its_name(file, tmp_path):
     assert run("fit", file, "--preset", "Draft", "-o", tmp_path / "fit.out").returncode == 0
-    assert run("info", tmp_path / "fit.out").stdout.startswith("White: (3,5,99), log-relative in half-difference")
+    assert run("info", tmp_path / "fit.out").stdout.startswith("White: (3,5,99), log-relative in ")
 
 
 def test_a_link_is_written_through(file, tmp_path):

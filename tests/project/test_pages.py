@@ -11,7 +11,7 @@ import pytest
 from benchmarks import ablation
 from fitter import shader_constants as shader
 from fitter.coordinates.half_difference import SOFTENING
-from fitter.methods import gaussian_process, many_samples, prior, regression_kriging, thin_plate
+from fitter.methods import gaussian_process, lattices, prior, regression_kriging
 from fitter.model.microfacet import MAX_LOBES
 from fitter.presets import PRESETS
 from support.checkout import ROOT
@@ -182,19 +182,18 @@ NUMBERS = (
     ("docs/rendering.md", r"diffuse_ramp` about the\s+normal and (\w+) lobes", {3: "three"}.get(shader.LOBES)),
     ("docs/rendering.md", r"and (\d+) polar angles times", shader.POLAR_VIEWS - 1),
     ("docs/rendering.md", r"polar angles times (\d+) azimuths", shader.AZIMUTH_VIEWS),
-    ("docs/fitting.md", r"A Gaussian process takes ([\d,]+) samples", count(gaussian_process.MOST_SAMPLES)),
+    ("docs/fitting.md", r"A Gaussian process takes ([\d,]+) samples", count(regression_kriging.MOST_SAMPLES)),
     ("docs/fitting.md", r"softening radius of ([\d.]+)", SOFTENING),
     ("docs/fitting.md", r"at most (\w+) lobes", {3: "three"}.get(MAX_LOBES)),
-    ("docs/fitting.md", r"up to (\d+) samples the spline", regression_kriging._FEW),
     ("docs/fitting.md", r"likelihood of (\d+) samples", regression_kriging._SEARCHED),
-    ("docs/fitting.md", r"([\d,]+) directions between", count(regression_kriging._BETWEEN)),
-    ("docs/fitting.md", r"or to ([\d,]+) of them at random", count(many_samples.MOST)),
-    ("docs/fitting.md", r"At most ([\d,]+) control points of the sparse", count(many_samples._MOST_SPARSE)),
-    ("docs/fitting.md", r"one of (\w+) smoothings", {8: "eight"}.get(len(thin_plate.SMOOTHINGS))),
+    ("docs/fitting.md", r"([\d,]+) directions between", count(lattices._BETWEEN)),
+    ("docs/fitting.md", r"or to ([\d,]+) of them at random", count(lattices.MOST)),
+    ("docs/fitting.md", r"At most ([\d,]+) control points of the sparse", count(lattices._TOGETHER)),
     ("docs/fitting.md", r"one of (\w+) starts", {7: "seven"}.get(len(prior._STARTS))),
     ("docs/fitting.md", r"Standard` is D = 4, S = 5 and C = ([\d.]+\d)", PRESETS["Standard"]["compression"]),
     *(("docs/fitting.md", rf"\| {name} \|[^|]*\| ([^|]*) \|", ", ".join(f"{value:g}" for value in values))
-      for name, values in gaussian_process.CHOICES.items()))
+      for name, values in (("stretch", regression_kriging._STRETCHES), ("length", gaussian_process.LENGTHS),
+                           ("noise", gaussian_process.NOISES))))
 
 
 def numbers_said(text, pattern):

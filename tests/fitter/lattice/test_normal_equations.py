@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitter.lattice import dense
-from fitter.lattice.normal_equations import NormalEquations, Penalty, asymmetry, curvature, gains
+from fitter.lattice.normal_equations import NormalEquations, gains
 
 
 @pytest.fixture
@@ -38,43 +38,20 @@ def keys(random):
     return np.sort(np.concatenate([groups[k] for k in random.choice(len(groups), 60, replace=False)]))
 
 
-def test_the_step_is_that_of_least_squares(x, keys, random):
+def test_the_control_points_are_those_of_least_squares(x, keys, random):
     z, weights = random.standard_normal((len(x), 2)), random.uniform(0.1, 3, len(x))
-    every = np.arange(math.prod(dense.shape(2)))
-    starts = [random.standard_normal((len(every), 2)), random.standard_normal((len(keys), 2))]
-    for group in images(2):             # equal at the images
-        starts[0][group] = starts[0][group[0]]
-    for group in images(3):
-        starts[1][np.isin(keys, group)] = starts[1][np.isin(keys, group)][:1] if np.isin(keys, group).any() else 0
-    stiffness = random.uniform(0.5, 2, len(every))
-    penalties = [[curvature(2, stiffness), asymmetry(2, 2 * stiffness)],
-                 [Penalty(np.arange(len(keys))[:, None], np.ones(1), np.full(len(keys), 0.3))]]
-    found = NormalEquations(x, [(2, None), (3, keys)]).solve(weights, z, penalties, starts)
+    size = math.prod(dense.shape(2))
+    roots = random.standard_normal((size, size)), 0.5 * random.standard_normal((len(keys), len(keys)))
+    found = NormalEquations(x, [(2, None), (3, keys)]).solve(weights, z, [root.T @ root for root in roots])
 
-    # one row for a sample and for each penalised combination, one column for each unknown
+    # one row for a sample and for each of a norm, one column for each unknown
     groups = [*((2, group) for group in images(2)), *((3, group) for group in images(3) if np.isin(group, keys).any())]
     rows = [np.stack([weights * column(x, level, group) for level, group in groups], axis=1)]
-    wanted = [weights[:, None] * z]
-    box = every.reshape(dense.shape(2))
-    for axis in range(3):
-        along = np.moveaxis(box, axis, -1)
-        for line in along.reshape(-1, along.shape[-1]):
-            for a, b, c in zip(line, line[1:], line[2:], strict=False):
-                factor = np.sqrt(stiffness[b])
-                rows.append([[factor * ((a in group) - 2.0 * (b in group) + (c in group)) if level == 2 else 0
-                              for level, group in groups]])
-                wanted.append(-factor * (starts[0][a] - 2 * starts[0][b] + starts[0][c])[None])
-    for plane in box:
-        for line in plane.T:
-            for a, b in zip(line, line[:len(line) // 2:-1], strict=False):
-                factor = np.sqrt(2 * stiffness[a])
-                rows.append([[factor * ((a in group) - 1.0 * (b in group)) if level == 2 else 0
-                              for level, group in groups]])
-                wanted.append(-factor * (starts[0][a] - starts[0][b])[None])
-    for number, key in enumerate(keys):
-        rows.append([[math.sqrt(0.3) * (level == 3 and key in group) for level, group in groups]])
-        wanted.append(-math.sqrt(0.3) * starts[1][number][None])
-    expected = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=None)[0]
+    for root, of in zip(roots, (2, 3), strict=True):
+        rows.append(np.stack([root[:, group if of == 2 else np.isin(keys, group)].sum(axis=1) if level == of
+                              else np.zeros(len(root)) for level, group in groups], axis=1))
+    wanted = np.concatenate([weights[:, None] * z, np.zeros((len(roots[0]) + len(roots[1]), 2))])
+    expected = np.linalg.lstsq(np.concatenate(rows), wanted, rcond=None)[0]
     for (level, group), value in zip(groups, expected, strict=True):
         mine = found[0][group] if level == 2 else found[1][np.isin(keys, group)]
         assert mine == pytest.approx(np.broadcast_to(value, mine.shape), abs=1e-6)
@@ -84,10 +61,9 @@ def test_the_order_of_the_lattices_does_not_matter(x, keys, random):
     """A lattice that is coarser than the one before it: samples in one of its cells lie in several of the other's."""
     z, weights = random.standard_normal((len(x), 1)), np.ones(len(x))
     every = np.arange(math.prod(dense.shape(2)))
-    starts = [np.zeros((len(each), 1)) for each in (every, keys)]
-    held = [[Penalty(np.arange(len(each))[:, None], np.ones(1), np.full(len(each), 0.1))] for each in (every, keys)]
-    one = NormalEquations(x, [(2, every), (3, keys)]).solve(weights, z, held, starts)
-    other = NormalEquations(x, [(3, keys), (2, every)]).solve(weights, z, held[::-1], starts[::-1])
+    norms = [0.1 * np.eye(len(each)) for each in (every, keys)]
+    one = NormalEquations(x, [(2, every), (3, keys)]).solve(weights, z, norms)
+    other = NormalEquations(x, [(3, keys), (2, every)]).solve(weights, z, norms[::-1])
     for mine, theirs in zip(one, other[::-1], strict=True):
         np.testing.assert_allclose(mine, theirs, atol=1e-9)
 

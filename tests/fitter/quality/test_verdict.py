@@ -75,7 +75,7 @@ def test_kriging_predicts_a_sample_from_the_others_alone(glossy, random):
     some = fitter.Samples(*(angle[:150] for angle in glossy.directions), glossy.values[:150, :1])
     spoiled = some.values.copy()
     spoiled[7] *= 3
-    plain, other = (regression_kriging.Estimate(fitter.Samples(*some.directions, values))
+    plain, other = (regression_kriging.estimate(fitter.Samples(*some.directions, values))
                     for values in (some.values, spoiled))
     assert plain.left_out.shape == some.values.shape
     # its own value enters the prior alone, which all samples have

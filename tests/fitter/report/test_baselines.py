@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.methods import gaussian_process
 from fitter.quality.cross_validation import held_out
 from fitter.report.baselines import bounds, ggx, koenderink, lafortune, low2012, neural, thin_plate
 from support.cases import release
@@ -282,13 +281,13 @@ def test_of_many_samples_a_thin_plate_spline_takes_those_far_apart_and_the_brigh
     assert model.count == 300
     np.testing.assert_allclose(model.evaluate(*at), values, rtol=0.1)
     values[1234] = 50.0
-    assert 1234 in gaussian_process.spread(thin_plate.places(replace(samples, values=values)), 10)
+    assert 1234 in thin_plate.spread(thin_plate.places(replace(samples, values=values)), 10)
 
 
 def test_points_are_taken_farthest_first():
     corners = np.array([[0, 0], [0.5, 0.5], [1, 1], [0.1, 0], [1, 0], [0, 1]])
-    assert gaussian_process.spread(corners, 4).tolist() == [0, 2, 4, 5]
-    assert gaussian_process.spread(corners, 6).tolist() == list(range(6))
+    assert thin_plate.spread(corners, 4).tolist() == [0, 2, 4, 5]
+    assert thin_plate.spread(corners, 6).tolist() == list(range(6))
 
 
 def neural_by_hand(model, theta_i, phi_i, theta_o, phi_o):
