@@ -16,17 +16,17 @@ A table of measurements is made here; `load` reads one from a file.
 True
 """
 
+from .editing import edited
 from .errors import DatasetError, SampleUnknownError, UnitsUnknownError
 from .formats import load
 from .methods import fit
-from .methods.editing import edited
-from .methods.tolerance import fit_within
 from .model.fit import Fit
 from .model.mix import Mix
 from .presets import PRESETS
 from .published import list_published, load_published
 from .quality.metrics import ErrorMetrics, channel_metrics, error_metrics
 from .samples import Samples
+from .tolerance import fit_within
 
 __all__ = ["PRESETS", "DatasetError", "ErrorMetrics", "Fit", "Mix", "SampleUnknownError", "Samples",
            "UnitsUnknownError", "channel_metrics", "edited", "error_metrics", "fit", "fit_within", "list_published",

@@ -15,14 +15,13 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from ... import fitter
-from ...fitter import colours, formats, methods, pictures, progress
+from ...fitter import colours, formats, methods, pictures, progress, tolerance
 from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.cycles import principled
 from ...fitter.cycles.bake import SHADER_VERSION, bake
 from ...fitter.cycles.node_mixture import Nodes, node_mixtures
 from ...fitter.cycles.principled_bsdf import Principled
 from ...fitter.cycles.unbake import unbake
-from ...fitter.methods import tolerance
 from ...fitter.methods.regression_kriging import MOST_SAMPLES
 from ...fitter.model import fit_file
 from ...fitter.packed_picture import SIZE, packed

@@ -64,7 +64,7 @@ class Kernel:
 def _images(axes: int) -> Iterator[tuple[float, FloatArray]]:
     """The weight of each image of a point, and the signs of its coordinates."""
     mirrors = ((1,) * axes, *MIRRORS[axes])
-    exchanges = ((1.0, (1,) * axes),)
+    exchanges: tuple[tuple[float, tuple[int, ...]], ...] = (1.0, (1,) * axes),
     if axes == ISOTROPIC_AXES:
         exchanges = (1 - 0.5 * RECIPROCITY, (1, 1, 1)), (0.5 * RECIPROCITY, (1, -1, 1))
     for mirror in mirrors:

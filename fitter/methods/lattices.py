@@ -136,7 +136,7 @@ def of_samples(samples: Samples, coordinates: Coordinates, transform: LogRelativ
         progress.report(0.4 + 0.6 * number / len(counts), "Fitting the sparse lattice")
         field = dense.evaluate(coarse.reshape(*dense.shape(level, axes), -1), level, x)
         if len(keys):
-            field += _boxed(levels.specular, axes, keys, found).evaluate(x)
+            field += dense.evaluate(_boxed(levels.specular, axes, keys, found), levels.specular, x)
         chosen = least_squares.largest(gains(x, levels.specular, weights, z - field),
                                        dense.representative(levels.specular, axes).ravel(), count)[1]
         small = np.full(len(chosen), kernel.noise / _VARIANCE)
@@ -146,7 +146,7 @@ def of_samples(samples: Samples, coordinates: Coordinates, transform: LogRelativ
         else:
             more, = NormalEquations(x, [(levels.specular, chosen)]).solve(weights, z - field, [np.diag(small)])
         keys, found = np.concatenate([keys, chosen]), np.concatenate([found, more])
-    every = _boxed(levels.specular, axes, keys, found).control_points.reshape(-1, z.shape[1])
+    every = _boxed(levels.specular, axes, keys, found).reshape(-1, z.shape[1])
     index = perfect_hash.build(np.unique(keys))
     return (_dense(coarse, level, levels.diffuse, axes),
             SparseLattice(levels.specular, index, every[index.keys].astype(np.float32), axes))
@@ -189,11 +189,11 @@ def _batches(kept: int, axes: int) -> list[int]:
     return [min(kept // batches, _TOGETHER)] * batches
 
 
-def _boxed(level: int, axes: int, keys: IntArray, found: FloatArray) -> DenseLattice:
-    """The lattice whose control points are the sums of some: (k,) positions and (k, channels)."""
+def _boxed(level: int, axes: int, keys: IntArray, found: FloatArray) -> FloatArray:
+    """The box of control points that are the sums of some: (k,) positions and (k, channels)."""
     box = np.zeros((math.prod(dense.shape(level, axes)), found.shape[1]))
     np.add.at(box, keys, found)
-    return DenseLattice(level, box.reshape(*dense.shape(level, axes), -1))
+    return box.reshape(*dense.shape(level, axes), -1)
 
 
 def _dense(control_points: FloatArray, level: int, finer: int, axes: int) -> DenseLattice:

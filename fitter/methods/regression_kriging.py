@@ -15,6 +15,7 @@ steps, each a module:
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -81,7 +82,7 @@ def estimate(samples: Samples) -> Estimate:
     families = _families(samples, richest.prior)
     systems = [system for family in families for system in family]
     search = gaussian_process.Search(
-        [lambda system=system: _mu(system, searched) for system in systems],
+        [partial(_mu, system, searched) for system in systems],
         [each.field(searched.values, *searched.directions) for each in transforms],
         [_information_criterion(each.prior, searched.values.size) for each in transforms],
         _known_noise(searched, richest))

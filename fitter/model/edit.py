@@ -42,7 +42,7 @@ _Measured = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArra
 
 @dataclass(frozen=True, eq=False)
 class Edit:
-    """An edit of a fit; `methods.editing.edited` makes it.
+    """An edit of a fit; `fitter.edited` makes it.
 
     Attributes
     ----------

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.methods.editing import edited
+from fitter.editing import edited
 from support.cases import quick
 from support.osl_probe import probe_osl
 

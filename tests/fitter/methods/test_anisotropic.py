@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.methods import tolerance
+from fitter import tolerance
 from fitter.quality import physics
 from fitter.quality.cross_validation import cube_root
 from fitter.report.baselines import anisotropic

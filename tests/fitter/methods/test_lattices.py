@@ -65,8 +65,9 @@ def test_the_likelihood_of_many_samples_is_scipys(monkeypatch, samples, transfor
         prior_covariance = kernel.covariance(mu, mu) + 1e-6 * np.eye(len(mu))
         matrix = design @ prior_covariance @ design.T + kernel.noise * np.diag(weights(samples, transform) ** -2.0)
         z = transform.field(samples.values, *samples.directions)
-        return np.mean([stats.multivariate_normal(
-            cov=matrix * (values @ np.linalg.solve(matrix, values) / len(z))).logpdf(values) for values in z.T]) / len(z)
+        variances = [values @ np.linalg.solve(matrix, values) / len(z) for values in z.T]
+        return np.mean([stats.multivariate_normal(cov=matrix * variance).logpdf(values)
+                        for variance, values in zip(variances, z.T, strict=True)]) / len(z)
 
     tried = [(HalfDifference(stretch=stretch), Kernel(0.5, noise)) for stretch in (0.0, 5.0) for noise in (1e-3, 1e-1)]
     found = [lattices.likelihood(samples, coordinates, transform, kernel) for coordinates, kernel in tried]

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 import fitter
 from fitter.cycles.bake import bake
 from fitter.cycles.unbake import unbake
+from fitter.editing import edited
 from fitter.errors import DatasetError
-from fitter.methods.editing import edited
 from fitter.model import edit
 from fitter.model.fit import Fit
 from support.albedo import mirror_albedo

@@ -4,15 +4,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import ArrayLike, FloatArray
-from ..coordinates.half_difference import unproject
-from ..model import edit
-from ..model.edit import COAT_WIDTHS, WIDTHS, Edit
-from ..model.fit import Fit
-from ..model.transform import factor_of_angle
-from ..samples import RGB
-from ..shader_constants import DAMPING_KNOTS
-from . import energy
+from .arrays import ArrayLike, FloatArray
+from .coordinates.half_difference import unproject
+from .methods import energy
+from .model import edit
+from .model.edit import COAT_WIDTHS, WIDTHS, Edit
+from .model.fit import Fit
+from .model.transform import factor_of_angle
+from .samples import RGB
+from .shader_constants import DAMPING_KNOTS
 
 _PAIRS = 4096               # of directions that the level is found from
 _TURNS = 8                  # azimuths at which an anisotropic fit is looked at
@@ -54,8 +54,8 @@ def edited(fit: Fit, diffuse: ArrayLike = 1.0, highlight: ArrayLike = 1.0, width
     --------
     A Lambertian has no highlight:
 
-    >>> from ..coordinates.nusselt import Nusselt
-    >>> from ..lattice import dense
+    >>> from .coordinates.nusselt import Nusselt
+    >>> from .lattice import dense
     >>> grey = Fit(Nusselt(), dense.DenseLattice(1, np.full((*dense.shape(1), 1), 0.2, dtype=np.float32)))
     >>> edited(grey, diffuse=0.5, highlight=9.0).evaluate(0.3, 0, 0.5, 1).round(6).tolist()
     [0.1]

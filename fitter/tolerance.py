@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from .. import progress
-from ..arrays import FloatArray, IntArray
-from ..lattice import dense
-from ..model.fit import Fit, notation
-from ..quality import cross_validation
-from ..quality.metrics import error_metrics
-from ..samples import Samples, distinct_channels, subset
-from . import fit, prepare
-from .levels import KEPT_OF_FOUR, Levels
-from .method import MethodName
+from . import progress
+from .arrays import FloatArray, IntArray
+from .lattice import dense
+from .methods import fit, prepare
+from .methods.levels import KEPT_OF_FOUR, Levels
+from .methods.method import MethodName
+from .model.fit import Fit, notation
+from .quality import cross_validation
+from .quality.metrics import error_metrics
+from .samples import Samples, distinct_channels, subset
 
 METHOD: MethodName = "kriging"
 SPECULAR_LEVEL = 6
