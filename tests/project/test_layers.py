@@ -8,9 +8,9 @@ from support.checkout import ROOT
 
 # from low to high; parts of one layer do not import one another
 FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files", "progress"), ("samples",),
-          ("coordinates", "lattice"), ("model",), ("quality", "published"), ("methods",), ("editing", "presets", "tolerance"),
-          ("cycles", "formats", "lobe", "pictures"), ("packed_picture", "swatch"), ("__init__",), ("report",),
-          ("cli",), ("__main__",))
+          ("coordinates", "lattice"), ("model",), ("quality", "published"), ("methods",),
+          ("editing", "presets", "tolerance"), ("cycles", "formats", "lobe", "pictures"), ("packed_picture", "swatch"),
+          ("__init__",), ("report",), ("cli",), ("__main__",))
 ADDON = (("annotations", "data_sources", "manual", "versions"), ("transaction",), ("scene",), ("materials",),
          ("preferences",), ("jobs",), ("library",), ("operators",), ("viewport",), ("ui",), ("command",), ("__init__",))
 LAYERS = {"fitter": FITTER, "addon": ADDON}
