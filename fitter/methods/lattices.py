@@ -12,6 +12,7 @@ the kernel's Hilbert space (C. E. Rasmussen, C. K. I. Williams: Gaussian Process
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -40,7 +41,7 @@ _TRIED = {3: 3, 4: 2}       # likewise, of the lattice whose likelihood is compu
 _VARIANCE = 1e-3            # of a sparse control point, relative to the field's
 _TOGETHER = 4500            # control points that are fitted together: equations take the square of them in memory
 _MOST_BATCHES = {3: 1, 4: 3}    # by the number of axes, as many lots of sparse ones are fitted, one after the other
-_JITTER = 1e-6              # makes the covariance of the control points invertible
+_JITTER = 1e-4              # makes the covariance of the control points invertible
 _PRECISE = 0.02             # deviation of a sample, relative to it, up to which it is trusted like any other
 
 
@@ -156,7 +157,7 @@ def _problem(samples: Samples, coordinates: Coordinates, transform: LogRelative,
              ) -> tuple[FloatArray, FloatArray, FloatArray, int]:
     """Coordinates (n, axes), the field (n, channels) and weights (n,) of samples, and the number of axes."""
     bright = np.maximum(samples.values, 0).mean(axis=1) / transform.offset + 1
-    weights = bright ** _WEIGHT_OF_MANY
+    weights = (bright * np.cos(samples.theta_o)) ** _WEIGHT_OF_MANY      # reflectance is seen times its cosine
     if samples.deviation is not None:
         weights /= np.hypot(1, samples.deviation / _PRECISE)
     weights /= math.sqrt(np.mean(weights ** 2))         # the kernel's noise is that of the mean sample
@@ -164,14 +165,17 @@ def _problem(samples: Samples, coordinates: Coordinates, transform: LogRelative,
             len(coordinates.axes))
 
 
-def likelihood(samples: Samples, coordinates: Coordinates, transform: LogRelative, kernel: Kernel) -> float:
-    """The log-likelihood of each value of many samples, with a dense lattice for the field; constants are left out.
+def likelihoods(samples: Samples, coordinates: Coordinates, transforms: Sequence[LogRelative], kernel: Kernel,
+                ) -> FloatArray:
+    """The log-likelihood of each value of many samples above each prior, with a dense lattice for the field; constants
+    are left out.
 
     A few samples do not tell how narrow a highlight is, many do. The control points have the kernel's covariance, and
     the samples noise that falls with their weights; the variance of the field is the most likely one of each channel
     (Rasmussen and Williams, equations 5.8, and A.9 and A.10, by which its matrices have the size of the lattice).
     """
-    x, z, weights, axes = _problem(samples, coordinates, transform)
+    x, _, weights, axes = _problem(samples, coordinates, transforms[0])
+    z = np.concatenate([each.field(samples.values, *samples.directions) for each in transforms], axis=1)
     level = _TRIED[axes]
     matrix, moment = NormalEquations(x, [(level, None)]).reduced(weights, z)
     first = np.unique(dense.representative(level, axes))
@@ -180,7 +184,7 @@ def likelihood(samples: Samples, coordinates: Coordinates, transform: LogRelativ
     squares = ((weights[:, None] * z) ** 2).sum(axis=0) - (np.linalg.solve(root, moment) ** 2).sum(axis=0)
     factor = np.maximum(squares, np.finfo(float).tiny)
     logarithms = 2 * np.log(np.diag(root)).sum() - np.linalg.slogdet(inverse)[1] - len(root) * np.log(kernel.noise)
-    return float(-0.5 * np.log(factor).mean() - 0.5 * logarithms / len(x))
+    return np.asarray(-0.5 * np.log(factor).reshape(len(transforms), -1).mean(axis=1) - 0.5 * logarithms / len(x))
 
 
 def _batches(kept: int, axes: int) -> list[int]:

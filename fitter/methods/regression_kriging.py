@@ -72,11 +72,13 @@ class Estimate:
 
 def estimate(samples: Samples) -> Estimate:
     """The likeliest coordinates, prior and kernel of samples, and the field where there are few."""
-    offset = _offset(samples)
+    typical = _typical(samples)
+    offset = _offset(typical)
     ceiling = CEILING * np.maximum(samples.values.max(axis=0), 1e-6 * offset)
     with progress.part(0.0, 0.4, "Fitting lobes"):
         some = subset(samples, gaussian_process.choice(len(samples), _OF_LATTICES))
-        transforms = [LogRelative(model, offset, ceiling) for model in prior.candidates(some, offset)]
+        transforms = [LogRelative(model, offset, ceiling) for model in (
+            prior.lambertian(typical), *prior.candidates(some, offset)[1:])]
     richest = transforms[-1]
     searched = subset(samples, gaussian_process.choice(len(samples), _SEARCHED))
     families = _families(samples, richest.prior)
@@ -96,8 +98,10 @@ def estimate(samples: Samples) -> Estimate:
     coordinates, transform = systems[found.system], transforms[found.prior]
     if not samples.isotropic or len(samples) > MOST_SAMPLES:
         progress.report(0.8)
-        coordinates = max(systems, key=lambda each: lattices.likelihood(some, each, transform, found.kernel))
-        return Estimate(coordinates, transform, found.kernel, None, None)
+        costs = np.array([_information_criterion(each.prior, some.values.size) for each in transforms])
+        values = np.array([lattices.likelihoods(some, each, transforms, found.kernel) - costs for each in systems])
+        system, number = divmod(int(values.argmax()), len(transforms))
+        return Estimate(systems[system], transforms[number], found.kernel, None, None)
     progress.report(0.8, "Interpolating the samples")
     field, left_out = gaussian_process.krige(
         _mu(coordinates, samples), transform.field(samples.values, *samples.directions), found.kernel,
@@ -200,17 +204,16 @@ def _known_noise(samples: Samples, transform: LogRelative) -> FloatArray:
     return np.asarray(noise)
 
 
-def _offset(samples: Samples) -> float:
-    """The offset of `LogRelative`: the median of the samples nearest to directions spread evenly; 1/sr.
-
-    Not the median of the samples, of which most may lie in a peak.
-    """
-    largest = float(np.abs(samples.values).max())
-    if not largest:
-        return 1.0
+def _typical(samples: Samples) -> FloatArray:
+    """The values of the samples nearest to directions spread evenly, (n, channels), 1/sr: most may lie in a peak."""
     system = HalfDifference() if samples.isotropic else AnisotropicRusinkiewicz()
     some = subset(samples, gaussian_process.choice(len(samples), lattices.MOST))
     places = system.encode(*some.directions)
-    nearest = [int(np.argmin(((places - each) ** 2).sum(axis=1)))
-               for each in system.encode(*direction_pairs(_TYPICAL))]
-    return float(max(np.median(np.abs(some.values[nearest])), _LEAST_OF_LARGEST * largest, LEAST_OFFSET))
+    return some.values[[int(np.argmin(((places - each) ** 2).sum(axis=1)))
+                        for each in system.encode(*direction_pairs(_TYPICAL))]]
+
+
+def _offset(typical: FloatArray) -> float:
+    """The offset of `LogRelative`: the median of typical values; 1/sr."""
+    largest = float(np.abs(typical).max())
+    return float(max(np.median(np.abs(typical)), _LEAST_OF_LARGEST * largest, LEAST_OFFSET)) if largest else 1.0
