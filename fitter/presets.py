@@ -23,7 +23,7 @@ PRESETS: dict[str, Preset] = {
     # for rendering scenes: at most 16 KiB a channel
     "Standard": {"diffuse_level": 4, "specular_level": 5, "compression": 98.2, "method": "kriging"},
     # for narrow highlights: keeps every sample as it was measured
-    "Reference": {"diffuse_level": 5, "specular_level": 7, "compression": 99.8, "method": "kriging"},
+    "Reference": {"diffuse_level": 5, "specular_level": 6, "compression": 98.5, "method": "kriging"},
     # exactly the method of Kameya and Lewis 2002, with the compressed fit that they recommend: (4, 6, 95)
     "Paper": {"diffuse_level": 4, "specular_level": 6, "compression": 95.0, "method": "mba"},
 }
