@@ -48,7 +48,7 @@ def test_a_file_that_is_read_as_isotropic_is_other_measurements(tasks, data):
     assert (again.description.rotations, data.description.rotations.count) == (None, 6)
 
 
-@pytest.mark.parametrize(("preset", "chosen"), [("Standard", 5), ("Reference", 7)])
+@pytest.mark.parametrize(("preset", "chosen"), [("Standard", 5), ("Reference", 6)])
 def test_the_plot_of_errors_marks_the_level_of_the_settings_and_leaves_out_equal_fits(tasks, data, plotted, monkeypatch,
                                                                                    preset, chosen):
     fit = tasks.fit                 # quick ones, of the levels that those of the settings become
