@@ -214,6 +214,7 @@ def _typical(samples: Samples) -> FloatArray:
 
 
 def _offset(typical: FloatArray) -> float:
-    """The offset of `LogRelative`: the median of typical values; 1/sr."""
-    largest = float(np.abs(typical).max())
-    return float(max(np.median(np.abs(typical)), _LEAST_OF_LARGEST * largest, LEAST_OFFSET)) if largest else 1.0
+    """The offset of `LogRelative`: the median of typical values, 1/sr; zeros, of which a detector that sees nothing
+    gives many, have no size."""
+    sizes = np.abs(typical[typical != 0])
+    return float(max(np.median(sizes), _LEAST_OF_LARGEST * sizes.max(), LEAST_OFFSET)) if len(sizes) else 1.0

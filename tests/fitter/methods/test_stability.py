@@ -90,7 +90,7 @@ def test_values_may_be_given_in_single_or_double_precision(preset):
     double = replace(samples, values=gloss(samples.theta_i, samples.theta_o, samples.phi_o)[:, None])
     assert (double.values != samples.values).any()
     change = fitter.fit(double, **fitter.PRESETS[preset]).evaluate(*probe()) - fitted(SMOOTH, preset).evaluate(*probe())
-    assert np.abs(change).max() < 1e-3
+    assert np.abs(change).max() < 1e-2
 
 
 @every_preset
