@@ -123,7 +123,8 @@ def of_samples(samples: Samples, coordinates: Coordinates, transform: LogRelativ
         At most a few thousand control points are kept, whatever the compression.
     """
     used = subset(samples, choice(len(samples), MOST))
-    x, z, weights, axes = _problem(used, coordinates, transform)
+    x, axes = coordinates.encode(*used.directions), len(coordinates.axes)
+    z, weights = transform.field(used.values, *used.directions), _weights(used, transform.offset)
 
     progress.report(0.0, "Fitting the dense lattice")
     level = min(levels.diffuse, _FINEST[axes])
@@ -153,38 +154,42 @@ def of_samples(samples: Samples, coordinates: Coordinates, transform: LogRelativ
             SparseLattice(levels.specular, index, every[index.keys].astype(np.float32), axes))
 
 
-def _problem(samples: Samples, coordinates: Coordinates, transform: LogRelative,
-             ) -> tuple[FloatArray, FloatArray, FloatArray, int]:
-    """Coordinates (n, axes), the field (n, channels) and weights (n,) of samples, and the number of axes."""
-    bright = np.maximum(samples.values, 0).mean(axis=1) / transform.offset + 1
+def _weights(samples: Samples, offset: float) -> FloatArray:
+    """What errors of the field at samples are multiplied by: (n,)."""
+    bright = np.maximum(samples.values, 0).mean(axis=1) / offset + 1
     weights = (bright * np.cos(samples.theta_o)) ** _WEIGHT_OF_MANY      # reflectance is seen times its cosine
     if samples.deviation is not None:
         weights /= np.hypot(1, samples.deviation / _PRECISE)
-    weights /= math.sqrt(np.mean(weights ** 2))         # the kernel's noise is that of the mean sample
-    return (coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions), weights,
-            len(coordinates.axes))
+    return np.asarray(weights / math.sqrt(np.mean(weights ** 2)))       # the kernel's noise is that of the mean sample
 
 
-def likelihoods(samples: Samples, coordinates: Coordinates, transforms: Sequence[LogRelative], kernel: Kernel,
+def likelihoods(samples: Samples, systems: Sequence[Coordinates], transforms: Sequence[LogRelative], kernel: Kernel,
                 ) -> FloatArray:
-    """The log-likelihood of each value of many samples above each prior, with a dense lattice for the field; constants
-    are left out.
+    """The log-likelihood of each value of many samples in systems of as many axes, above priors of one offset, with a
+    dense lattice for the field: (systems, transforms); constants are left out.
 
     A few samples do not tell how narrow a highlight is, many do. The control points have the kernel's covariance, and
     the samples noise that falls with their weights; the variance of the field is the most likely one of each channel
     (Rasmussen and Williams, equations 5.8, and A.9 and A.10, by which its matrices have the size of the lattice).
     """
-    x, _, weights, axes = _problem(samples, coordinates, transforms[0])
+    weights = _weights(samples, transforms[0].offset)
     z = np.concatenate([each.field(samples.values, *samples.directions) for each in transforms], axis=1)
+    total = ((weights[:, None] * z) ** 2).sum(axis=0)
+    axes = len(systems[0].axes)
     level = _TRIED[axes]
-    matrix, moment = NormalEquations(x, [(level, None)]).reduced(weights, z)
     first = np.unique(dense.representative(level, axes))
     inverse = precision(level, axes, kernel)[first[:, None], first]
-    root = np.linalg.cholesky(matrix + kernel.noise * inverse)
-    squares = ((weights[:, None] * z) ** 2).sum(axis=0) - (np.linalg.solve(root, moment) ** 2).sum(axis=0)
-    factor = np.maximum(squares, np.finfo(float).tiny)
-    logarithms = 2 * np.log(np.diag(root)).sum() - np.linalg.slogdet(inverse)[1] - len(root) * np.log(kernel.noise)
-    return np.asarray(-0.5 * np.log(factor).reshape(len(transforms), -1).mean(axis=1) - 0.5 * logarithms / len(x))
+    of_lattice = np.linalg.slogdet(inverse)[1] + len(first) * np.log(kernel.noise)
+    found = np.empty((len(systems), len(transforms)))
+    for number, system in enumerate(systems):
+        equations = NormalEquations(system.encode(*samples.directions), [(level, None)])
+        matrix, moment = equations.reduced(weights, z)
+        root = np.linalg.cholesky(matrix + kernel.noise * inverse)
+        squares = np.maximum(total - (np.linalg.solve(root, moment) ** 2).sum(axis=0), np.finfo(float).tiny)
+        logarithms = 2 * np.log(np.diag(root)).sum() - of_lattice
+        found[number] = (-0.5 * np.log(squares).reshape(len(transforms), -1).mean(axis=1)
+                         - 0.5 * logarithms / len(samples))
+    return found
 
 
 def _batches(kept: int, axes: int) -> list[int]:

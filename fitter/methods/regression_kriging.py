@@ -4,9 +4,10 @@ In geostatistics, regression kriging is a regression whose residuals are interpo
 G. B. M. Heuvelink, D. G. Rossiter: About regression-kriging, Computers & Geosciences 33(10), 2007). Here it has five
 steps, each a module:
 
-1. Fit priors of none to two lobes to the samples (`prior`).
+1. Fit priors of none to three lobes to the samples (`prior`).
 2. Choose the coordinates, the prior and the kernel under which the samples are likeliest (`gaussian_process`): the
-   field is the samples' log-ratio to the prior, as `LogRelative` has it.
+   field is the samples' log-ratio to the prior, as `LogRelative` has it. Where there are many samples, choose
+   coordinates and prior once more, by more of them (`lattices`).
 3. Interpolate the field by a Gaussian process with that kernel, where there are few samples.
 4. Fit the lattices to its mean; where there are many samples, directly to these (`lattices`).
 5. Where the fit reflects more light than it receives, lower it (`energy`).
@@ -95,14 +96,14 @@ def estimate(samples: Samples) -> Estimate:
             trials.append(search.best(range(first, first + len(family))))
         first += len(family)
     found = max(trials, key=lambda each: each.value)
-    coordinates, transform = systems[found.system], transforms[found.prior]
     if not samples.isotropic or len(samples) > MOST_SAMPLES:
         progress.report(0.8)
         costs = np.array([_information_criterion(each.prior, some.values.size) for each in transforms])
-        values = np.array([lattices.likelihoods(some, each, transforms, found.kernel) - costs for each in systems])
+        values = lattices.likelihoods(some, systems, transforms, found.kernel) - costs
         system, number = divmod(int(values.argmax()), len(transforms))
         return Estimate(systems[system], transforms[number], found.kernel, None, None)
     progress.report(0.8, "Interpolating the samples")
+    coordinates, transform = systems[found.system], transforms[found.prior]
     field, left_out = gaussian_process.krige(
         _mu(coordinates, samples), transform.field(samples.values, *samples.directions), found.kernel,
         _known_noise(samples, transform))

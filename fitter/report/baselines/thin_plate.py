@@ -114,8 +114,8 @@ def fit(samples: Samples) -> ThinPlate:
     samples = subset(samples, spread(places(samples), MOST))
     if len(samples) < INNER_FOLDS:
         return fit_smoothed(samples, SMOOTHINGS[0])
-    errors = [held_out(samples, partial(fit_smoothed, smoothing=choice), INNER_FOLDS, _SEED).cube_root_rmse
-              for choice in SMOOTHINGS]
+    errors = [held_out(samples, partial(fit_smoothed, smoothing=smoothing), INNER_FOLDS, _SEED).cube_root_rmse
+              for smoothing in SMOOTHINGS]
     return fit_smoothed(samples, SMOOTHINGS[int(np.argmin(errors))])
 
 

@@ -70,7 +70,7 @@ def test_the_likelihood_of_many_samples_is_scipys(monkeypatch, samples, transfor
                         for variance, values in zip(variances, z.T, strict=True)]) / len(z)
 
     tried = [(HalfDifference(stretch=stretch), Kernel(0.5, noise)) for stretch in (0.0, 5.0) for noise in (1e-3, 1e-1)]
-    found = [lattices.likelihoods(samples, coordinates, [transform], kernel)[0] for coordinates, kernel in tried]
+    found = [lattices.likelihoods(samples, [coordinates], [transform], kernel)[0, 0] for coordinates, kernel in tried]
     expected = [scipys(*each) for each in tried]
     np.testing.assert_allclose(np.subtract(found, found[0]), np.subtract(expected, expected[0]), atol=1e-5)
 
