@@ -36,11 +36,11 @@ _WEIGHT = 0.5               # errors of the field weigh (f + offset) to this pow
 MOST = 50_000               # samples that lattices are fitted to: of a few thousand control points more say no more
 _WEIGHT_OF_MANY = 1 / 3
 _FINEST = {3: 4, 4: 2}      # by the number of axes, level of the largest dense lattice whose equations are solved: a
-                            # finer one is refined from it
+                            # finer one is refined from it, and corrected where that helps most
 _TRIED = {3: 3, 4: 2}       # likewise, of the lattice whose likelihood is computed
 _VARIANCE = 1e-3            # of a sparse control point, relative to the field's
-_TOGETHER = 4500            # control points that are fitted together: equations take the square of them in memory
-_MOST_BATCHES = {3: 1, 4: 3}    # by the number of axes, as many lots of sparse ones are fitted, one after the other
+_TOGETHER = 4500            # control points that are fitted together: their equations take the square of it in memory
+_BATCHES = {3: 2, 4: 3}     # by the number of axes, in which the control points of the sparse lattice are chosen
 _JITTER = 1e-4              # makes the covariance of the control points invertible
 _PRECISE = 0.02             # deviation of a sample, relative to it, up to which it is trusted like any other
 
@@ -120,38 +120,61 @@ def of_samples(samples: Samples, coordinates: Coordinates, transform: LogRelativ
     transform : LogRelative
     kernel : Kernel
     levels : Levels
-        At most a few thousand control points are kept, whatever the compression.
+        At most `_TOGETHER` control points of each batch are kept, whatever the compression.
     """
     used = subset(samples, choice(len(samples), MOST))
     x, axes = coordinates.encode(*used.directions), len(coordinates.axes)
     z, weights = transform.field(used.values, *used.directions), _weights(used, transform.offset)
 
     progress.report(0.0, "Fitting the dense lattice")
-    level = min(levels.diffuse, _FINEST[axes])
+    no_keys = np.zeros(0, int)
+    level, finer = min(levels.diffuse, _FINEST[axes]), levels.diffuse
     norm = kernel.noise * precision(level, axes, kernel)
-    coarse, = NormalEquations(x, [(level, None)]).solve(weights, z, [norm])
+    control_points, = NormalEquations(x, [(level, None)]).solve(weights, z, [norm])
+    box = _refined(control_points, level, finer, axes)
+    if level < finer:
+        residual = z - dense.evaluate(box, finer, x)
+        chosen = _most_useful(x, finer, weights, residual, _TOGETHER, no_keys)
+        box += _boxed(finer, axes, chosen, _solved(x, finer, chosen, weights, residual, kernel))
     if levels.specular is None:
-        return _dense(coarse, level, levels.diffuse, axes), None
-    keys, found = np.zeros(0, int), np.zeros((0, z.shape[1]))
-    counts = _batches(levels.kept_of(axes), axes)
-    for number, count in enumerate(counts):
-        progress.report(0.4 + 0.6 * number / len(counts), "Fitting the sparse lattice")
-        field = dense.evaluate(coarse.reshape(*dense.shape(level, axes), -1), level, x)
-        if len(keys):
-            field += dense.evaluate(_boxed(levels.specular, axes, keys, found), levels.specular, x)
-        chosen = least_squares.largest(gains(x, levels.specular, weights, z - field),
-                                       dense.representative(levels.specular, axes).ravel(), count)[1]
-        small = np.full(len(chosen), kernel.noise / _VARIANCE)
-        if len(coarse) + len(chosen) <= _TOGETHER:
-            equations = NormalEquations(x, [(level, None), (levels.specular, chosen)])
-            coarse, more = equations.solve(weights, z, [norm, np.diag(small)])
+        return DenseLattice(finer, box.astype(np.float32)), None
+    keys, sparse = no_keys, _boxed(levels.specular, axes, no_keys, z[:0])
+    for number in range(_BATCHES[axes]):
+        progress.report(0.4 + 0.6 * number / _BATCHES[axes], "Fitting the sparse lattice")
+        residual = z - dense.evaluate(box, finer, x) - dense.evaluate(sparse, levels.specular, x)
+        count = min(levels.kept_of(axes) // _BATCHES[axes], _TOGETHER)
+        chosen = _most_useful(x, levels.specular, weights, residual, count, keys)
+        keys = np.union1d(keys, chosen)
+        if level == finer and len(control_points) + len(keys) <= _TOGETHER:
+            equations = NormalEquations(x, [(level, None), (levels.specular, keys)])
+            control_points, found = equations.solve(weights, z, [norm, _independent(keys, kernel)])
+            box, sparse = _refined(control_points, level, finer, axes), _boxed(levels.specular, axes, keys, found)
         else:
-            more, = NormalEquations(x, [(levels.specular, chosen)]).solve(weights, z - field, [np.diag(small)])
-        keys, found = np.concatenate([keys, chosen]), np.concatenate([found, more])
-    every = _boxed(levels.specular, axes, keys, found).reshape(-1, z.shape[1])
-    index = perfect_hash.build(np.unique(keys))
-    return (_dense(coarse, level, levels.diffuse, axes),
-            SparseLattice(levels.specular, index, every[index.keys].astype(np.float32), axes))
+            found = _solved(x, levels.specular, chosen, weights, residual, kernel)
+            sparse += _boxed(levels.specular, axes, chosen, found)
+    index = perfect_hash.build(keys)
+    return (DenseLattice(finer, box.astype(np.float32)),
+            SparseLattice(levels.specular, index, sparse.reshape(-1, z.shape[1])[index.keys].astype(np.float32), axes))
+
+
+def _most_useful(x: FloatArray, level: int, weights: FloatArray, residual: FloatArray, count: int,
+                 known: IntArray) -> IntArray:
+    """The control points, other than those known, that can each lower the errors most: positions in the box."""
+    gain = gains(x, level, weights, residual)
+    gain[known] = 0
+    return least_squares.largest(gain, dense.representative(level, x.shape[1]).ravel(), count)[1]
+
+
+def _solved(x: FloatArray, level: int, keys: IntArray, weights: FloatArray, residual: FloatArray, kernel: Kernel,
+            ) -> FloatArray:
+    """Independent control points that follow a residual: (k, channels)."""
+    found, = NormalEquations(x, [(level, keys)]).solve(weights, residual, [_independent(keys, kernel)])
+    return found
+
+
+def _independent(keys: IntArray, kernel: Kernel) -> FloatArray:
+    """The norm of independent control points, of errors as `precision` has it: (k, k)."""
+    return np.diag(np.full(len(keys), kernel.noise / _VARIANCE))
 
 
 def _weights(samples: Samples, offset: float) -> FloatArray:
@@ -192,12 +215,6 @@ def likelihoods(samples: Samples, systems: Sequence[Coordinates], transforms: Se
     return found
 
 
-def _batches(kept: int, axes: int) -> list[int]:
-    """The numbers of control points of the sparse lattice that are fitted together, one batch after the other."""
-    batches = min(max(-(-kept // _TOGETHER), 1), _MOST_BATCHES[axes])
-    return [min(kept // batches, _TOGETHER)] * batches
-
-
 def _boxed(level: int, axes: int, keys: IntArray, found: FloatArray) -> FloatArray:
     """The box of control points that are the sums of some: (k,) positions and (k, channels)."""
     box = np.zeros((math.prod(dense.shape(level, axes)), found.shape[1]))
@@ -205,12 +222,12 @@ def _boxed(level: int, axes: int, keys: IntArray, found: FloatArray) -> FloatArr
     return box.reshape(*dense.shape(level, axes), -1)
 
 
-def _dense(control_points: FloatArray, level: int, finer: int, axes: int) -> DenseLattice:
-    """The lattice of a finer level that has the spline of control points (points, channels)."""
+def _refined(control_points: FloatArray, level: int, finer: int, axes: int) -> FloatArray:
+    """The box of a finer level that has the spline of control points (points, channels)."""
     box = control_points.reshape(*dense.shape(level, axes), -1)
     while level < finer:
         box, level = dense.refine(box, level), level + 1
-    return DenseLattice(finer, box.astype(np.float32))
+    return box
 
 
 def precision(level: int, axes: int, kernel: Kernel) -> FloatArray:

@@ -88,13 +88,45 @@ def test_many_samples_are_fitted_by_the_least_errors_and_norm(samples, transform
     np.testing.assert_allclose(fitted.evaluate(x), design @ expected, atol=2e-4)
 
 
-def test_a_finer_dense_lattice_is_the_same_spline(samples, transform):
-    """Level 5 is refined from level 4, whose equations are solved."""
+def independent(level, keys):
+    """The roots of the squared size of independent control points: of each unknown among keys, over all its images."""
+    same = dense.representative(level).ravel()[keys]
+    return np.diag(np.sqrt(KERNEL.noise / lattices._VARIANCE * np.unique(same, return_counts=True)[1]))
+
+
+def test_a_finer_dense_lattice_adds_what_lowers_the_errors(monkeypatch, samples, transform):
+    """Its control points beside the coarser spline are independent: by NumPy's least squares over all of them."""
+    monkeypatch.setitem(lattices._FINEST, 3, 1)
     coordinates = HalfDifference(stretch=5.0)
     coarse, fine = (lattices.of_samples(samples, coordinates, transform, KERNEL, Levels(level, None, 0.0))[0]
-                    for level in (4, 5))
-    x = coordinates.encode(*samples.directions)
-    np.testing.assert_allclose(fine.evaluate(x), coarse.evaluate(x), atol=1e-5)
+                    for level in (1, 2))
+    x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
+    design, weight = basis(x, 2)[0], weights(samples, transform)[:, None]
+    root = independent(2, np.arange(np.prod(dense.shape(2))))
+    added = np.linalg.lstsq(np.concatenate([design * weight, root]),
+                            np.concatenate([(z - coarse.evaluate(x)) * weight, np.zeros((len(root), 2))]),
+                            rcond=None)[0]
+    np.testing.assert_allclose(fine.evaluate(x), coarse.evaluate(x) + design @ added, atol=2e-4)
+
+
+def test_both_lattices_of_many_samples_have_the_least_errors_and_norm_together(samples, transform):
+    """By NumPy's least squares over every unknown of the dense lattice and those of the sparse one that were kept."""
+    coordinates = HalfDifference(stretch=5.0)
+    fitted, sparse = lattices.of_samples(samples, coordinates, transform, KERNEL, Levels(1, 3, 80.0))
+    keys = np.sort(sparse.index.keys)
+    assert 200 < len(keys) <= Levels(1, 3, 80.0).kept
+    x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
+    every, first = basis(x, 3)
+    kept = every[:, np.isin(first, dense.representative(3).ravel()[keys])]
+    mu, weight = places(1), weights(samples, transform)[:, None]
+    covariance = KERNEL.covariance(mu, mu) + 1e-4 * np.eye(len(mu))
+    norm = np.linalg.cholesky(np.linalg.inv(covariance)).T * np.sqrt(KERNEL.noise)
+    more = independent(3, keys)
+    design = np.concatenate([basis(x, 1)[0], kept], axis=1)
+    root = np.block([[norm, np.zeros((len(norm), len(more)))], [np.zeros((len(more), len(norm))), more]])
+    expected = np.linalg.lstsq(np.concatenate([design * weight, root]),
+                               np.concatenate([z * weight, np.zeros((len(root), 2))]), rcond=None)[0]
+    np.testing.assert_allclose(fitted.evaluate(x) + sparse.evaluate(x), design @ expected, atol=2e-4)
 
 
 def test_directions_between_samples_reach_as_far_as_these(samples):
