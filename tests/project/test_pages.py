@@ -188,7 +188,7 @@ NUMBERS = (
     ("docs/fitting.md", r"likelihood of (\d+) samples", regression_kriging._SEARCHED),
     ("docs/fitting.md", r"([\d,]+) directions between", count(lattices._BETWEEN)),
     ("docs/fitting.md", r"or to ([\d,]+) of them at random", count(lattices.MOST)),
-    ("docs/fitting.md", r"At most ([\d,]+) control points of the sparse", count(lattices._TOGETHER)),
+    ("docs/fitting.md", r"At most ([\d,]+) control points of a lattice", count(lattices._TOGETHER)),
     ("docs/fitting.md", r"one of (\w+) starts", {7: "seven"}.get(len(prior._STARTS))),
     ("docs/fitting.md", r"Standard` is D = 4, S = 5 and C = ([\d.]+\d)", PRESETS["Standard"]["compression"]),
     *(("docs/fitting.md", rf"\| {name} \|[^|]*\| ([^|]*) \|", ", ".join(f"{value:g}" for value in values))
