@@ -1,7 +1,7 @@
 """Ordinary scenes, of several measured materials: noise, time, dark specks and fireflies beside a Principled BSDF.
 
 ``python -m benchmarks ordinary`` prints the table of docs/rendering.md. Each scene is rendered with Principled BSDFs of
-like appearance and with measured materials: of the presets Standard and Paper, Exact, and of Standard, Fast. Figures
+like appearance and with measured materials: of the presets Standard and Paper, Exact, and of Standard, Nodes. Figures
 but the counts are ratios to Principled's in the same run.
 
 noise, median
@@ -29,6 +29,7 @@ import bpy
 import numpy as np
 
 import fitter
+from fitter.cycles.node_mixture import node_mixtures
 from fitter.cycles.principled import principled as principled_of
 from support import checkout, stage, synthetic
 
@@ -288,14 +289,16 @@ def ways():
         material.node_tree.links.new(shader.outputs[0], surface)
         return material
 
-    def measured(name, preset, exact):
-        material = stage.material_for(fit(name, preset))
-        stage.set_input(material, "Exact", exact)
+    nodes = functools.cache(lambda name, preset: node_mixtures(fit(name, preset)))
+
+    def measured(name, preset, by_nodes):
+        material = stage.material_for(fit(name, preset), nodes(name, preset))
+        stage.set_input(material, "Nodes", by_nodes)
         return material
 
-    return {"Principled": principled, "Standard": functools.partial(measured, preset="Standard", exact=True),
-            "Fast": functools.partial(measured, preset="Standard", exact=False),
-            "Paper": functools.partial(measured, preset="Paper", exact=True)}
+    return {"Principled": principled, "Standard": functools.partial(measured, preset="Standard", by_nodes=False),
+            "Nodes": functools.partial(measured, preset="Standard", by_nodes=True),
+            "Paper": functools.partial(measured, preset="Paper", by_nodes=False)}
 
 
 def main(scenes=(), only=(), pictures=None):

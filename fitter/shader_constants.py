@@ -9,58 +9,25 @@ number would do: it only keeps single precision away from a division by nothing.
 
 from math import radians
 
-# The table of the closure mixture (cycles/closure_mixture.py, osl/mixture.h).
+# The mixture (cycles/node_mixture.py, osl/mixture.h).
 
-# Values of a colour ramp; Cycles fixes it for diffuse_ramp and phong_ramp.
+# Kinds of its lobes, as `node_lobes` names them.
+DIFFUSE_LOBE = 0
+SHEEN_LOBE = 1
+GGX_LOBE = 2
+BECKMANN_LOBE = 3
+# Values of a colour ramp; Cycles fixes it for phong_ramp.
 KNOTS = 8
-# Lobes of the mixture beside its diffuse_ramp, and their kinds.
-LOBES = 3
-PHONG = 0
-GGX = 1
-# A row of the table holds, for one view, the knots of the diffuse_ramp and of each lobe; then their weights, ...
-WEIGHTS = (LOBES + 1) * KNOTS
-# ... and the factor that gives the mixture the albedo of the fit.
-ALBEDO_SCALE = WEIGHTS + LOBES + 1
-# Entries of a row.
-ROW = ALBEDO_SCALE + 1
-# Numbers of a view that are equal in all channels: kind, shape and angle of each lobe; ...
-LOBE_NUMBERS = 3
-# ... the probability of sampling the remainder, and the share of its closure in the weights then.
-REMAINDER_PROBABILITY = LOBES * LOBE_NUMBERS
-REMAINDER_WEIGHT = REMAINDER_PROBABILITY + 1
-NUMBERS = REMAINDER_WEIGHT + 1
-# Tabulated viewing angles: with one of the two nearest taken at random, more make no visible difference.
-VIEWS = 32
 # The last tabulated viewing angle: beyond 88 degrees a surface fills next to nothing of a picture.
 GRAZING = radians(88)
-# The largest angle between the normal and the axis of the phong_ramps: nearer to the horizon, too much of a lobe would
-# lie below it.
-STEEPEST_AXIS = radians(86)
 # Index of refraction of the microfacet closure; Cycles takes no notice of it for reflection without a Fresnel factor.
 MICROFACET_IOR = 1.5
-# The least share of the albedo in the closure weights of ramps, so that each is sampled.
-LEAST_RAMP_SHARE = 0.1
-# Cycles evaluates a phong_ramp to 0 where its value, 1/sr, is below this; so does the shader.
-LEAST_PHONG = 1e-7
-
-# The sampling tables (cycles/sampling_table.py, osl/sampling_table.h).
-
-# Cells by the angle from the mirror direction, and by the turn about it: 0.2 degrees wide there, 8 far from it.
-RINGS = 32
-SECTORS = 24
-
-# The same for an anisotropic fit, in its principal axes (cycles/half_vector_grid.py, cycles/anisotropic_mixture.py,
-# osl/anisotropic_views.h, osl/half_vector_table.h).
-
-# Tabulated viewing directions: polar angles from the normal, which is one view, to GRAZING, and azimuths for each of
-# the others, in half a turn or, where half a turn of the surface changes it, in a whole one.
-POLAR_VIEWS = 9
-AZIMUTH_VIEWS = 16
-# Cells by the angle of the half vector from the normal, and by its azimuth over the whole turn.
-HALF_RINGS = 16
-HALF_SECTORS = 24
-# Cumulative probabilities are stored in this many parts of 1, as whole numbers: these take the fewest digits.
-PROBABILITY_UNITS = 1e7
+# Smaller cosines from the normal of a lobe count as this (numerical), ...
+LEAST_COSINE = 1e-3
+# ... and smaller squared sines of the half angle of sheen as this, ...
+LEAST_SINE_2 = 1e-9
+# ... and a facet is as rare as exp(-80) at most.
+STEEPEST_FACET = 80.0
 
 # The field of a fit (model/transform.py, model/microfacet.py, coordinates/; osl/fit.h, osl/prior.h,
 # osl/coordinates.h).
@@ -145,15 +112,13 @@ MIN_LOBE_RADIUS = 0.0185
 LOBE_TILT = 0.00423
 # The knot of the ramp, of 0 to 7, that lies at the lamp's edge: the lobe is flat up to there, and ends soon after.
 LOBE_EDGE_KNOT = 1
-# Probability that the fit is evaluated at a small lamp where the camera does not see the surface itself: there an
-# evaluation is worth less than its time.
-INDIRECT_PROBABILITY = 0.25
-# Points on the disk of any other lamp: a triangle integrates quadratic functions exactly.
-LAMP_POINTS = 3
-# The change over a lamp, in the least value of the fit there, up to which a lobe has the mean.
-SMOOTH_CHANGE = 0.2
 # The least value of the fit in the middle of a small lamp, in the mixture's: rounding must not leave less than nothing.
-LEAST_OF_MIXTURE = 0.01
+LEAST_OF_MIXTURE = 0.02
+# The largest share of the mixture's light by which it is changed to the fit at the lamps.
+MOST_CHANGED = 0.3
+MOST_RAISED = 2.0
+# What the lobe of a larger lamp leaves of the mixture at least: at the lamp's edge that may be less than in the middle.
+LEFT_OF_MIXTURE = 0.5
 # Where a lobe has fallen to less it counts as 0.
 LEAST_FALLOFF = 1e-6
 # What a lobe reflects where its height is 1, times its exponent: 2 pi ln 7 for the flat part, and the rest beyond it.
@@ -199,19 +164,15 @@ NEARLY_PARALLEL = 0.9
 RANDOM_SEED_X = 0.0
 RANDOM_SEED_Y = 0.5
 SEED_SCALE = 1000.0
-RANDOM_VIEW = 1.0
-RANDOM_AZIMUTH = 1.5
-RANDOM_CELL = 2.0
+RANDOM_LOBE = 2.0
 RANDOM_RING = 3.0
-RANDOM_SECTOR = 4.0
-RANDOM_SIDE = 5.0
+RANDOM_TURN = 4.0
 RANDOM_LOBES = 6.0
 RANDOM_REMAINDER = 7.0
 RANDOM_TOWARD_LAMP = 7.5
 RANDOM_CONE_HEIGHT = 8.0
 RANDOM_CONE_AZIMUTH = 9.0
 RANDOM_LAMP = 50.0
-RANDOM_LAMP_POINT = 100.0
 RANDOM_MIX = 200.0
 
 

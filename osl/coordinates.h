@@ -64,6 +64,22 @@ vector coordinates(vector wi, vector wo)
   return stretched(s / (1.0 + 2.0 * sqrt((1.0 - SOFTENING_2 * SOFTENING_2) * common / (1.0 + s2))),
                    0.5 * sqrt(sum2) * (wo[2] - wi[2]) / spread, hypot(hypot(sum[0], sum[1]) * over, outer) / spread);
 }
+#elif HALF_ANGLE
+/* The half angle, and the difference vector (h, x, y); see fitter/coordinates/half_angle.py. */
+vector coordinates(vector wi, vector wo)
+{
+  vector sum = wi + wo;
+  float size = sqrt(max(dot(sum, sum), LEAST_HEIGHT_2));
+  float spread = size + 2.0 * sum[2];
+  float r = hypot(sum[0], sum[1]) / spread;
+  float d = 0.5 * length(wi - wo) / (1.0 + size);
+  float x = clamp(0.5 * (wo[2] - wi[2]) / (1.0 + size) * (r * size / (spread * (r * r + SOFTENING_2))), -d, d);
+#if STRETCHED
+  float t = STRETCH * r;
+  r = STRETCH_SCALE * log(t + sqrt(1.0 + t * t));
+#endif
+  return vector(r, x, sqrt(max((d - x) * (d + x), 0.0)));
+}
 #elif ANISOTROPIC_RUSINKIEWICZ
 /* Half and difference vectors; see fitter/coordinates/anisotropic_rusinkiewicz.py. */
 void coordinates(vector wi, vector wo, output float mu[4])

@@ -1,5 +1,4 @@
-/* Lobes at lamps: phong_ramps that are flat over a lamp's disk, and carry there what the mixture misses of the fit, or
- * all of the fit where there is no mixture. */
+/* Lobes at lamps: phong_ramps that are flat over a lamp's disk, and carry there what the mixture misses of the fit. */
 
 #define LAST_KNOT (KNOTS - 1.0)
 #define LOBE_FLAT (LOBE_EDGE_KNOT / LAST_KNOT)      /* a lobe is flat where it has not fallen further */
@@ -51,50 +50,6 @@ int covered_by_lobe(LampList lamps, vector w)
     }
   }
   return 0;
-}
-
-/* What the mixture misses of the fit over a lamp's disk, by its value in the middle and by the table. The mean; or,
- * where it varies much and sampled directions correct the lobe, the least, so that nothing has to be subtracted. */
-color missing_over_lamp(float MISSING[], MixtureView view, vector l, float radius, color in_middle, color mixed,
-                        int exact)
-{
-  vector across = perpendicular(l);
-  vector along = cross(l, across);
-  float out = M_SQRT1_2 * tan(radius);
-  color by_table = eval_missing(MISSING, view, l);
-  color mean = in_middle;
-  color least = in_middle;
-  color most = in_middle;
-  for (int k = 0; k < LAMP_POINTS; k++) {
-    float turn = k * (M_2PI / LAMP_POINTS);
-    vector w = normalize(l + out * (cos(turn) * across + sin(turn) * along));
-    color there = w[2] > HORIZON ? eval_missing(MISSING, view, w) : -mixed;
-    mean += (there - by_table) / LAMP_POINTS;
-    least = min(least, there);
-    most = max(most, there);
-  }
-  if (exact) {
-    color excess = most - least - SMOOTH_CHANGE * max(least + mixed, color(0.0));
-    mean = max(least, mean - max(excess, color(0.0)));
-  }
-  return mean;
-}
-
-/* The fit in the middle of a lamp, times cos theta_i, but no less than `least`; the mixture as fitted is `mixed` there.
- * The fit is evaluated where the camera sees the surface; elsewhere the table and the mixture have it nearly. At a
- * small lamp, which its lobe alone renders, some samples make up for that. */
-color fit_at_lamp(FIT_PARAMETERS, float MISSING[], MixtureView view, vector l, int small, color mixed, color least,
-                  float u)
-{
-  float probability = raytype("camera") ? 1.0 : small ? INDIRECT_PROBABILITY : 0.0;
-  color fitted = 0.0;
-  if (probability < 1.0) {
-    fitted = eval_missing(MISSING, view, l) + mixed;
-  }
-  if (u < probability) {
-    fitted += (max(eval_fit(FIT, to_fit(l), to_fit(view.wo)) * l[2], least) - fitted) / probability;
-  }
-  return fitted;
 }
 
 /* Whether a lamp has a lobe. */
@@ -164,11 +119,30 @@ void keep_taken(float times[MAX_LAMPS], output LampLobes lobes)
   lobes.count = kept;
 }
 
-/* The lobes at the lamps, or at some of many. No lobe takes more than there is: where the mixture exceeds the fit, only
- * that of a small lamp subtracts, since elsewhere the mixture may soon be less; or as much as the mixture was raised
- * by. */
-void fit_lamp_lobes(FIT_PARAMETERS, float MIXTURE[], float MISSING[], float FLAT_RAMP[], MixtureView view,
-                    LampList lamps, int mixture, int exact, int frugal, point seed, output LampLobes lobes)
+/* The fit times cos theta_i, but no less than a little of the mixture, which is what closures can show. */
+color eval_target(FIT_PARAMETERS, Mixture mixture, vector wi, color mixed)
+{
+  return max(eval_fit(FIT, to_fit(wi), to_fit(mixture.wo)) * wi[2], LEAST_OF_MIXTURE * mixed / mixture.kept);
+}
+
+/* Scale the mixture so that the lamps get the light that the fit reflects, channel by channel; but change it by no more
+ * than a share of its light, since elsewhere it was right. */
+void scale_mixture(color ratio, output Mixture mixture)
+{
+  color albedo = mixture_albedo(mixture);
+  color changed = fabs(ratio - 1.0) * albedo;
+  float share = (changed[0] + changed[1] + changed[2]) / max(albedo[0] + albedo[1] + albedo[2], LEAST_LENGTH);
+  mixture.kept = 1.0 + (ratio - 1.0) * min(MOST_CHANGED / max(share, LEAST_LENGTH), 1.0);
+  for (int k = 0; k < LOBES; k++) {
+    mixture.weight[k] *= mixture.kept;
+  }
+}
+
+/* The lobes at the lamps, or at some of many: as high as the mixture falls short of the fit in the middle of the lamp.
+ * No lobe takes more than there is: where the mixture exceeds the fit, that of a small lamp leaves next to nothing, and
+ * that of another lamp a part of the mixture, which may soon be less. */
+void fit_lamp_lobes(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int frugal, point seed, output Mixture mixture,
+                    output LampLobes lobes)
 {
   int sampled = lamps.count > most_lobes(frugal);
   float times[MAX_LAMPS];
@@ -177,36 +151,48 @@ void fit_lamp_lobes(FIT_PARAMETERS, float MIXTURE[], float MISSING[], float FLAT
     sample_lobes(lamps, frugal, seed, times);
     needed_lobes(lamps, times, needed);
   }
+  color fitted[MAX_LAMPS];
+  color mixed[MAX_LAMPS];
+  color all_fitted = 0.0;
+  color all_mixed = 0.0;
+  float density;
+  for (int i = 0; i < lamps.count; i++) {
+    needed[i] = sampled ? needed[i] : has_lobe(lamps, i);
+    if (needed[i]) {
+      mixed[i] = eval_mixture(mixture, lamps.direction[i], density);
+      fitted[i] = eval_target(FIT, mixture, lamps.direction[i], mixed[i]);
+      all_fitted += lamps.light[i] / lamps.direction[i][2] * fitted[i];
+      all_mixed += lamps.light[i] / lamps.direction[i][2] * mixed[i];
+    }
+  }
+  if (!sampled) {
+    color ratio = all_fitted / max(all_mixed, color(LEAST_LENGTH));
+    for (int c = 0; c < 3; c++) {
+      ratio[c] = all_mixed[c] > 0.0 ? min(ratio[c], MOST_RAISED) : 1.0;
+    }
+    scale_mixture(ratio, mixture);
+  }
   lobes.count = 0;
   for (int i = 0; i < lamps.count; i++) {
-    if (sampled ? !needed[i] : !has_lobe(lamps, i)) {
-      continue;
+    if (needed[i]) {
+      vector l = lamps.direction[i];
+      float radius = lamps.radius[i];
+      mixed[i] *= mixture.kept;
+      color height = max(fitted[i], radius < SMALL_LAMP_RADIUS ? color(0.0) : LEFT_OF_MIXTURE * mixed[i]);
+      if (radius >= SMALL_LAMP_RADIUS) {
+        /* over a lamp that reaches the horizon the fit falls to 0 */
+        height = mixed[i] + (height - mixed[i]) * max(1.0 - sin(radius) / l[2], 0.0);
+      }
+      /* near other lamps, the lobes before this one carry a part already */
+      height -= mixed[i] + eval_lobes(FLAT_RAMP, lobes, mixture.wo, l);
+      vector axis = lobe_axis(lamps, i);
+      vector half = mixture.wo + axis;
+      lobes.axis[lobes.count] = axis;
+      lobes.exponent[lobes.count] = lobe_exponent(radius);
+      lobes.height[lobes.count] = height * dot(half, axis) / dot(half, l);
+      times[lobes.count] = times[i];
+      lobes.count++;
     }
-    vector l = lamps.direction[i];
-    float radius = lamps.radius[i];
-    int small = radius < SMALL_LAMP_RADIUS;
-    color mixed = 0.0;
-    if (mixture || !raytype("camera")) {
-      mixed = eval_mixture(MIXTURE, view, l);
-    }
-    color unscaled = mixed / view.scale;
-    mixed *= mixture;
-    color height = fit_at_lamp(FIT, MISSING, view, l, small, unscaled, LEAST_OF_MIXTURE * mixed,
-                               random(seed, RANDOM_LAMP_POINT + i));
-    if (!small) {
-      color missing = missing_over_lamp(MISSING, view, l, radius, height - unscaled, unscaled, exact);
-      height = unscaled + max(missing, color(0.0));
-    }
-    height -= mixed;
-    /* near other lamps, the lobes before this one carry a part already */
-    height -= eval_lobes(FLAT_RAMP, lobes, view.wo, l);
-    vector axis = lobe_axis(lamps, i);
-    vector half = view.wo + axis;
-    lobes.axis[lobes.count] = axis;
-    lobes.exponent[lobes.count] = lobe_exponent(radius);
-    lobes.height[lobes.count] = height * dot(half, axis) / dot(half, l);
-    times[lobes.count] = times[i];
-    lobes.count++;
   }
   if (sampled) {
     keep_taken(times, lobes);

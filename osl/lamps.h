@@ -86,10 +86,7 @@ int sample_lamp(LampList lamps, point seed)
 vector sample_cone(vector axis, float radius, point seed)
 {
   float z = pow(1.0 - random(seed, RANDOM_CONE_HEIGHT), 1.0 / (cone_exponent(radius) + 1.0));
-  float r = sqrt(max(0.0, 1.0 - z * z));
-  float azimuth = M_2PI * random(seed, RANDOM_CONE_AZIMUTH);
-  vector u = perpendicular(axis);
-  return z * axis + r * (cos(azimuth) * u + sin(azimuth) * cross(axis, u));
+  return around(axis, z, M_2PI * random(seed, RANDOM_CONE_AZIMUTH));
 }
 
 /* The density, per solid angle, of a direction from `sample_cone` about a lamp from `sample_lamp`. */

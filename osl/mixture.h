@@ -1,216 +1,247 @@
-/* The closure mixture: a sum of closures that is close to the fit, and its value in any direction.
+/* The mixture: a sum of Cycles' closures that is close to the fit, its value in any direction, and sampling by it.
  *
- * fitter/cycles/closure_mixture.py fits it, and fitter/shader_constants.py describes a row of its tables. The knots of
- * a row are divided by the weight of their ramp. */
+ * fitter/cycles/node_mixture.py fits it, and closure nodes show the same where there is no OSL; fitter/cycles/bake.py
+ * describes its table, and fitter/cycles/node_lobes.py the lobes. Their kinds do not change with the viewing direction:
+ * EACH_LOBE(DO) expands DO(number, kind) for each, so that the compiler knows them. */
 
 #if CHANNELS == 3
-#  define MIXTURE_VALUE color
-#  define MIXTURE_READ(i) color(MIXTURE[3 * (i)], MIXTURE[3 * (i) + 1], MIXTURE[3 * (i) + 2])
+#  define COLOUR_READ(i) color(MIXTURE[i], MIXTURE[(i) + 1], MIXTURE[(i) + 2])
 #else
-#  define MIXTURE_VALUE float
-#  define MIXTURE_READ(i) MIXTURE[i]
+#  define COLOUR_READ(i) color(MIXTURE[i])
 #endif
-#define MIXTURE_PARAMETERS float MIXTURE[], float MIXTURE_NUMBERS[]
-#define MIXTURE_TABLES MIXTURE, MIXTURE_NUMBERS
+#define LOBE_ROW (3 + PHASES * CHANNELS)
+#define STOP_ROW (LOBES * LOBE_ROW + LOBES + 3)
 
-/* The mixture for one viewing direction. */
-struct MixtureView {
-  int view;                 /* the tabulated viewing angle or, for an anisotropic fit, direction */
-  int row;                  /* where its row begins */
+struct Mixture {
   vector wo;                /* the viewing direction */
-  color scale;              /* factor of the whole mixture */
-  int kind[LOBES];          /* PHONG or GGX */
-  float shape[LOBES];       /* the exponent, or the roughness */
-#if ANISOTROPIC
-  float across[LOBES];      /* the roughness along the second principal axis; `shape` is that along the first */
-#endif
-  vector axis[LOBES];       /* of a phong_ramp; of a microfacet lobe, the normal */
-  vector half[LOBES];       /* the normal that gives a phong_ramp its axis */
+  vector about[LOBES];
+  float along[LOBES];       /* widths of a microfacet lobe; of sheen, its roughness */
+  float across[LOBES];
+  color weight[LOBES];
+  color kept;               /* share of the weights that the table has */
+  float share[LOBES];       /* of the sampled directions */
+  float probability;        /* with which a sample has a direction */
+  float picked;             /* its share in the closure weights then */
 };
 
-#if ANISOTROPIC
-#  define POLAR POLAR_VIEWS
-#else
-#  define POLAR VIEWS
+/* The first axis of microfacet lobes: it need not be perpendicular to their normals. */
+#define FIRST_AXIS vector(1.0, 0.0, 0.0)
+
+/* Where a viewing direction is among the tabulated polar angles, which are closer toward the horizon. */
+float stop_of(vector wo, output int stop)
+{
+  float theta = acos(clamp(wo[2], 0.0, 1.0));
+  float x = (STOPS - 1) * (1.0 - pow(max(1.0 - theta / GRAZING, 0.0), 2.0 / 3.0));
+  stop = min((int)x, STOPS - 2);
+  /* between stops, linear in the angle */
+  float low = 1.0 - stop / (STOPS - 1.0);
+  float high = 1.0 - (stop + 1) / (STOPS - 1.0);
+  low = GRAZING * (1.0 - low * sqrt(low));
+  high = GRAZING * (1.0 - high * sqrt(high));
+  return min((theta - low) / (high - low), 1.0);
+}
+
+/* A number of the table, between two stops. */
+float mixture_number(float MIXTURE[], int at, float t)
+{
+  return mix(MIXTURE[at], MIXTURE[at + STOP_ROW], t);
+}
+
+void mixture_lobe(float MIXTURE[], int at, float t, int k, float phase, output Mixture found)
+{
+  float roughness = mixture_number(MIXTURE, at, t);
+  float tilt = mixture_number(MIXTURE, at + 1, t);
+  float anisotropy = mixture_number(MIXTURE, at + 2, t);
+  vector about = tilt * found.wo + vector(0.0, 0.0, 1.0 - tilt);
+  float alpha = roughness * roughness;
+  float narrow = alpha * (1.0 - fabs(anisotropy));
+  float wide = alpha / (1.0 - fabs(anisotropy));
+  found.about[k] = normalize(about);
+  found.along[k] = min(anisotropy < 0.0 ? wide : narrow, 1.0);
+  found.across[k] = min(anisotropy < 0.0 ? narrow : wide, 1.0);
+  found.weight[k] = mix(COLOUR_READ(at + 3), COLOUR_READ(at + 3 + STOP_ROW), t);
+#if PHASES == 2
+  found.weight[k] = mix(mix(COLOUR_READ(at + 3 + CHANNELS), COLOUR_READ(at + 3 + CHANNELS + STOP_ROW), t),
+                        found.weight[k], phase);
 #endif
-
-/* One of the two tabulated polar angles next to theta_o, by a random number. */
-int nearby_view(float theta_o, float u)
-{
-  float t = max(0.0, 1.0 - theta_o / GRAZING);
-  int below = min((int)((POLAR - 1) * (1.0 - pow(t, 2.0 / 3.0))), POLAR - 2);
-  float low = 1.0 - below / (POLAR - 1.0);
-  float high = 1.0 - (below + 1) / (POLAR - 1.0);
-  low = low * sqrt(low);
-  high = high * sqrt(high);
-  return u * (low - high) < low - t ? below + 1 : below;
 }
 
-#include "anisotropic_views.h"
-#if !ANISOTROPIC
-/* A number of a view; `i` counts those of `shader_constants`. */
-float view_number(float MIXTURE_NUMBERS[], int view, int i)
+/* The mixture seen from wo. */
+void mixture_of(float MIXTURE[], vector wo, output Mixture found)
 {
-  return MIXTURE_NUMBERS[view * NUMBERS + i];
-}
-
-/* The direction at an angle theta from the normal, in the plane of incidence, opposite to the viewer. */
-vector mirror_side(float theta)
-{
-  return vector(-sin(theta), 0.0, cos(theta));
-}
-
-/* The mixture of a tabulated view, seen from wo. */
-void mixture_view(float MIXTURE_NUMBERS[], int view, float theta_o, vector wo, output MixtureView found)
-{
-  found.view = view;
-  found.row = view * ROW;
+  int stop;
+  float t = stop_of(wo, stop);
   found.wo = wo;
-  found.scale = 1.0;
+  found.kept = 1.0;
+  float phase = wo[0] * wo[0] / max(wo[0] * wo[0] + wo[1] * wo[1], LEAST_LENGTH * LEAST_LENGTH);
+  int at = stop * STOP_ROW;
+#define READ_LOBE(k, kind) \
+  mixture_lobe(MIXTURE, at + k * LOBE_ROW, t, k, phase, found); \
+  found.share[k] = mixture_number(MIXTURE, at + LOBES * LOBE_ROW + k, t); \
+  if (kind == SHEEN_LOBE) { \
+    found.along[k] = mixture_number(MIXTURE, at + k * LOBE_ROW, t); \
+  }
+  EACH_LOBE(READ_LOBE)
+  found.probability = mixture_number(MIXTURE, at + LOBES * LOBE_ROW + LOBES + 1, t);
+  found.picked = mixture_number(MIXTURE, at + LOBES * LOBE_ROW + LOBES + 2, t);
+}
+
+/* Smith's Lambda of a direction in the frame of a lobe. */
+float smith(int kind, vector w, float along, float across)
+{
+  float height = max(w[2], LEAST_COSINE);
+  float slope2 = (w[0] * w[0] * along * along + w[1] * w[1] * across * across) / (height * height);
+  float lambda = 0.5 * (sqrt(1.0 + slope2) - 1.0);
+  if (kind == BECKMANN_LOBE) {
+    float a = 1.0 / sqrt(max(slope2, LEAST_SLOPE_2));
+    lambda = a < 1.6 ? (1.0 - 1.259 * a + 0.396 * a * a) / (3.535 * a + 2.181 * a * a) : 0.0;
+  }
+  return lambda;
+}
+
+/* The axes of a lobe, given its normal. */
+void lobe_axes(vector about, output vector x, output vector y)
+{
+  y = normalize(cross(about, FIRST_AXIS));
+  x = cross(y, about);
+}
+
+/* The value of a microfacet lobe, and the density of directions that are sampled by its half vectors. */
+void eval_facets(int kind, vector about, float along, float across, vector wo, vector wi, output float value,
+                 output float density)
+{
+  value = 0.0;
+  density = 0.0;
+  vector h = normalize(wo + wi);
+  float cos_h = dot(about, h);
+  if (cos_h > 0.0) {
+    vector x, y;
+    lobe_axes(about, x, y);
+    cos_h = max(cos_h, LEAST_COSINE);
+    float slope_x = dot(x, h) / along;
+    float slope_y = dot(y, h) / across;
+    float slope2 = (slope_x * slope_x + slope_y * slope_y) / (cos_h * cos_h);
+    float facets = kind == BECKMANN_LOBE ? exp(-min(slope2, STEEPEST_FACET)) : 1.0 / ((1.0 + slope2) * (1.0 + slope2));
+    facets /= M_PI * along * across * cos_h * cos_h * cos_h * cos_h;
+    density = facets * cos_h / (4.0 * max(dot(wo, h), LEAST_LENGTH));
+    vector o = vector(dot(x, wo), dot(y, wo), dot(about, wo));
+    vector i = vector(dot(x, wi), dot(y, wi), dot(about, wi));
+    if (o[2] > 0.0 && i[2] > LEAST_COSINE) {
+      value = facets / (4.0 * max(o[2], LEAST_COSINE) *
+                        (1.0 + smith(kind, o, along, across) + smith(kind, i, along, across)));
+    }
+  }
+}
+
+float eval_sheen(float sigma, vector wo, vector wi)
+{
+  vector h = normalize(wo + wi);
+  float cos_d = max(dot(h, wi), LEAST_LENGTH);
+  float masking = min(1.0, 2.0 * max(h[2] / cos_d, 1e-5) * min(max(wo[2], LEAST_COSINE), max(wi[2], 0.0)));
+  float sine2 = max(1.0 - h[2] * h[2], LEAST_SINE_2);
+  float sigma2 = sigma * sigma;
+  float facets = exp(-min(h[2] * h[2] / (sine2 * sigma2), STEEPEST_FACET)) / (M_PI * sigma2 * sine2 * sine2);
+  return 0.25 * facets * masking / max(wo[2], LEAST_COSINE);
+}
+
+/* A lobe with a white colour, and the density of directions that are sampled by it; wi is above the horizon. */
+void eval_lobe(int kind, vector about, float along, float across, vector wo, vector wi, output float value,
+               output float density)
+{
+  if (kind == DIFFUSE_LOBE) {
+    value = max(dot(about, wi), 0.0) / M_PI;
+    density = value;
+  }
+  else if (kind == SHEEN_LOBE) {
+    value = eval_sheen(along, wo, wi);
+    density = 0.5 / M_PI;
+  }
+  else {
+    eval_facets(kind, about, along, across, wo, wi, value, density);
+  }
+}
+
+/* The mixture in a direction wi above the horizon, times cos theta_i: what Cycles makes of `mixture_closures`. Also the
+ * density, per solid angle, with which `sample_mixture` returns it. */
+color eval_mixture(Mixture mixture, vector wi, output float density)
+{
+  color sum = 0.0;
+  float others = 1.0;
+  density = 0.0;
+  float value, pdf;
+#define ADD_VALUE(k, kind) \
+  eval_lobe(kind, mixture.about[k], mixture.along[k], mixture.across[k], mixture.wo, wi, value, pdf); \
+  sum += value * mixture.weight[k]; \
+  density += pdf * mixture.share[k]; \
+  others -= mixture.share[k];
+  EACH_LOBE(ADD_VALUE)
+  density += others * 0.5 / M_PI;
+  return sum;
+}
+
+/* A direction whose cosine with an axis is z. */
+vector around(vector axis, float z, float turn)
+{
+  vector x = perpendicular(axis);
+  float r = sqrt(max(0.0, 1.0 - z * z));
+  return z * axis + r * (cos(turn) * x + sin(turn) * cross(axis, x));
+}
+
+/* A direction by the density of a lobe, or evenly over the hemisphere. It may be below the horizon. */
+vector sample_mixture(Mixture mixture, point seed)
+{
+  float u = random(seed, RANDOM_LOBE);
+  float v = random(seed, RANDOM_RING);
+  float turn = M_2PI * random(seed, RANDOM_TURN);
+  vector wi = around(vector(0.0, 0.0, 1.0), v, turn);
+#define SAMPLE_LOBE(k, kind) \
+  if (u >= 0.0 && u < mixture.share[k]) { \
+    if (kind == DIFFUSE_LOBE) { \
+      wi = around(mixture.about[k], sqrt(1.0 - v), turn); \
+    } \
+    else if (kind != SHEEN_LOBE) { \
+      vector x, y; \
+      lobe_axes(mixture.about[k], x, y); \
+      float slope = sqrt(kind == BECKMANN_LOBE ? -log(1.0 - v) : v / (1.0 - v)); \
+      vector h = normalize(mixture.about[k] + slope * (mixture.along[k] * cos(turn) * x + \
+                                                        mixture.across[k] * sin(turn) * y)); \
+      wi = 2.0 * dot(mixture.wo, h) * h - mixture.wo; \
+    } \
+  } \
+  u -= mixture.share[k];
+  EACH_LOBE(SAMPLE_LOBE)
+  return wi;
+}
+
+/* What the closures reflect: the sum of their weights. */
+color mixture_albedo(Mixture mixture)
+{
+  color sum = 0.0;
   for (int k = 0; k < LOBES; k++) {
-    found.kind[k] = (int)view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k);
-    found.shape[k] = view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k + 1);
-    float angle = view_number(MIXTURE_NUMBERS, view, LOBE_NUMBERS * k + 2);
-    if (found.kind[k] == PHONG) {
-      found.axis[k] = mirror_side(min(theta_o + angle, STEEPEST_AXIS));
-      found.half[k] = normalize(wo + found.axis[k]);
-    }
-    else {
-      found.axis[k] = mirror_side(angle);
-      found.half[k] = found.axis[k];
-    }
+    sum += mixture.weight[k];
   }
+  return sum;
 }
 
-void sample_view(float MIXTURE_NUMBERS[], vector wo, point seed, output MixtureView found)
-{
-  float theta_o = acos(clamp(wo[2], 0.0, 1.0));
-  mixture_view(MIXTURE_NUMBERS, nearby_view(theta_o, random(seed, RANDOM_VIEW)), theta_o, wo, found);
-}
-#endif
-
-/* A ramp at c in [0, 1]; `first` is the entry of its first knot. */
-MIXTURE_VALUE eval_ramp(float MIXTURE[], int first, float c)
-{
-  int j = min((int)((KNOTS - 1.0) * c), KNOTS - 2);
-  float t = (KNOTS - 1.0) * c - j;
-  return (1.0 - t) * MIXTURE_READ(first + j) + t * MIXTURE_READ(first + j + 1);
-}
-
-MIXTURE_VALUE eval_phong_ramp(float MIXTURE[], MixtureView view, int k, vector wi)
-{
-  float exponent = view.shape[k];
-  float falloff = pow(clamp(dot(view.axis[k], wi), 0.0, 1.0), exponent);
-  float height = max(dot(view.half[k], wi), 0.0) * (exponent + 2.0) / M_2PI * falloff;
-  if (height < LEAST_PHONG) {
-    return 0.0;
-  }
-  return height * eval_ramp(MIXTURE, view.row + KNOTS * (k + 1), falloff);
-}
-
-#if !ANISOTROPIC
-/* GGX reflection about a normal without a Fresnel factor, times the cosine of that normal and wi. */
-float eval_ggx(float alpha, vector about, vector wo, vector wi)
-{
-  float cos_o = dot(about, wo);
-  float cos_i = dot(about, wi);
-  float value = 0.0;
-  if (cos_o > HORIZON && cos_i > HORIZON) {
-    float cos_h = dot(about, normalize(wo + wi));
-    float a2 = alpha * alpha;
-    float bottom = cos_h * cos_h * (a2 - 1.0) + 1.0;
-    float masking_o = sqrt(1.0 + a2 * (1.0 / (cos_o * cos_o) - 1.0));
-    float masking_i = sqrt(1.0 + a2 * (1.0 / (cos_i * cos_i) - 1.0));
-    value = a2 / (2.0 * M_PI * bottom * bottom * cos_o * (masking_o + masking_i));
-  }
-  return value;
-}
-#endif
-
-/* The mixture in a direction wi above the horizon, times cos theta_i: what Cycles makes of `mixture_closures`. */
-color eval_mixture(float MIXTURE[], MixtureView view, vector wi)
-{
-  MIXTURE_VALUE sum = MIXTURE_READ(view.row + WEIGHTS) * eval_ramp(MIXTURE, view.row, wi[2]) * (1.0 / M_PI);
-  for (int k = 0; k < LOBES; k++) {
-    MIXTURE_VALUE lobe;
-    if (view.kind[k] == GGX) {
-#if ANISOTROPIC
-      lobe = eval_ggx(view.shape[k], view.across[k], view.axis[k], view.wo, wi);
-#else
-      lobe = eval_ggx(view.shape[k], view.axis[k], view.wo, wi);
-#endif
-    }
-    else {
-      lobe = eval_phong_ramp(MIXTURE, view, k, wi);
-    }
-    sum += MIXTURE_READ(view.row + WEIGHTS + 1 + k) * lobe;
-  }
-  return view.scale * color(sum);
-}
-
-/* What the fit reflects: the sum of the mixture's closure weights, raised to the albedo of the fit. */
-color reflected_albedo(float MIXTURE[], MixtureView view)
-{
-  MIXTURE_VALUE sum = 0.0;
-  for (int k = 0; k <= LOBES; k++) {
-    sum += MIXTURE_READ(view.row + WEIGHTS + k);
-  }
-  return color(MIXTURE_READ(view.row + ALBEDO_SCALE) * sum);
-}
-
-/* The colours of a ramp closure; `first` is the entry of its first knot. */
-void ramp_colors(float MIXTURE[], int first, color scale, output color ramp[KNOTS])
-{
-  for (int j = 0; j < KNOTS; j++) {
-    ramp[j] = scale * MIXTURE_READ(first + j);
-  }
-}
-
-/* The mixture, for Cycles to evaluate and to sample. Its closure weights add to about `share` of the albedo, which they
- * tell a denoiser, times the tint. That of a microfacet lobe is its value, so that the others make up for it.
+/* The mixture, for Cycles to evaluate and to sample.
  *
  * Here and elsewhere a variable for the weight stands before each closure: OSL makes such a weight a part of its
  * closure, and any other a closure of its own, for which GPUs have little room. */
-closure color mixture_closures(float MIXTURE[], MixtureView view, ShadingFrame frame, float share, color tint)
+closure color mixture_closures(Mixture mixture, ShadingFrame frame, color tint)
 {
-  color ramps = MIXTURE_READ(view.row + WEIGHTS);
-  color microfacets = 0.0;
-  for (int k = 0; k < LOBES; k++) {
-    color weight = MIXTURE_READ(view.row + WEIGHTS + 1 + k);
-    if (view.kind[k] == GGX) {
-      microfacets += weight;
-    }
-    else {
-      ramps += weight;
-    }
-  }
-  color raised = MIXTURE_READ(view.row + ALBEDO_SCALE) * (ramps + microfacets);
-  raised = max((share * raised - view.scale * microfacets) / ramps, LEAST_RAMP_SHARE * raised / ramps);
-  color scale = view.scale / raised;
-  color ramp[KNOTS];
-  ramp_colors(MIXTURE, view.row, scale, ramp);
-  color weight = tint * raised * MIXTURE_READ(view.row + WEIGHTS);
-  closure color sum = weight * diffuse_ramp(frame.z, ramp);
-  for (int k = 0; k < LOBES; k++) {
-    weight = tint * MIXTURE_READ(view.row + WEIGHTS + 1 + k);
-#if ANISOTROPIC
-    vector about = to_world(frame, view.half[k]);
-    vector along = frame.x;
-    float across = view.across[k];
-#else
-    vector about = view.half[k][0] * frame.x + view.half[k][2] * frame.z;
-    vector along = 0.0;
-    float across = view.shape[k];
-#endif
-    if (view.kind[k] == GGX) {
-      weight *= view.scale;
-      sum += weight * microfacet("ggx", about, along, view.shape[k], across, MICROFACET_IOR, 0);
-    }
-    else {
-      ramp_colors(MIXTURE, view.row + KNOTS * (k + 1), scale, ramp);
-      weight *= raised;
-      sum += weight * phong_ramp(about, view.shape[k], ramp);
-    }
-  }
+  closure color sum = 0;
+  color weight;
+  vector about;
+#define ADD_CLOSURE(k, kind) \
+  about = to_world(frame, mixture.about[k]); \
+  weight = tint * mixture.weight[k]; \
+  ADD_##kind(k)
+#define ADD_DIFFUSE_LOBE(k) sum += weight * diffuse(about);
+#define ADD_SHEEN_LOBE(k) sum += weight * ashikhmin_velvet(about, mixture.along[k]);
+#define ADD_GGX_LOBE(k) \
+  sum += weight * microfacet("ggx", about, frame.x, mixture.along[k], mixture.across[k], MICROFACET_IOR, 0);
+#define ADD_BECKMANN_LOBE(k) \
+  sum += weight * microfacet("beckmann", about, frame.x, mixture.along[k], mixture.across[k], MICROFACET_IOR, 0);
+  EACH_LOBE(ADD_CLOSURE)
   return sum;
 }

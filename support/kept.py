@@ -1,4 +1,4 @@
-"""What many tests need made once: fits, closure mixtures, closure nodes and bytecode, kept in build/kept.
+"""What many tests need made once: fits, mixtures of closures and bytecode, kept in build/kept.
 
 An entry lies under a hash of the code that makes it and of its arguments, for a version of Python, NumPy and Blender.
 Both copies of the fitter, `fitter` and `measured_brdf.fitter`, share entries. What depends on anything else (functions
@@ -137,7 +137,7 @@ def keep(package):
     methods = importlib.import_module(f"{package}.methods")
     for table in (methods.METHODS, methods._PREPARATIONS):
         table.update({name: kept(function) for name, function in table.items() if not hasattr(function, "made_anew")})
-    for module, name in (("cycles.closure_mixture", "closure_mixture"), ("cycles.node_mixture", "node_mixtures")):
+    for module, name in (("cycles.node_mixture", "cycles_mixture"), ("cycles.node_mixture", "node_mixtures")):
         replace(importlib.import_module(f"{package}.{module}"), name)
 
 

@@ -9,6 +9,7 @@ from fitter.coordinates import ISOTROPIC_AXES
 from fitter.coordinates.anisotropic_nusselt import AnisotropicNusselt
 from fitter.coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
 from fitter.coordinates.half_difference import HalfDifference
+from fitter.coordinates.half_angle import HalfAngle
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
 from fitter.lattice import dense
 from fitter.lattice.dense import DenseLattice
@@ -80,6 +81,9 @@ MADE_FITS = {
         Rusinkiewicz(stretch=12.0), ("retro", "mirror", "mirror"), (0,)),
     "Rusinkiewicz, a Lambertian, dense, two columns, damped": made_fit(
         Rusinkiewicz(), (), (0, 1, 1), damped=True, sparse=False),
+    "half angle": made_fit(HalfAngle()),
+    "half angle, stretched by 300, all lobes, damped": made_fit(
+        HalfAngle(300.0), ("mirror", "retro", "sheen"), damped=True),
     "anisotropic Rusinkiewicz": made_fit(AnisotropicRusinkiewicz(12.0, 3.0, 0.4)),
     "anisotropic Rusinkiewicz, all lobes, two columns, damped": made_fit(
         AnisotropicRusinkiewicz(1.0, 1.0), ("mirror", "retro", "sheen"), (0, 1, 0), damped=True),

@@ -7,8 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from fitter.cycles.node_lobes import Shape
-from fitter.cycles.node_mixture import NodeMixture, Nodes
+from fitter.cycles.node_mixture import Nodes, cycles_mixture
 
 TILE = 256                  # pixels across the picture of a lit sphere
 
@@ -170,18 +169,16 @@ def material_for(fit, nodes=None):
     from measured_brdf.fitter.cycles.bake import bake
 
     material, group, surface = blank_material("Measured", "ShaderNodeGroup")
-    group.node_tree = node_group.of(fit) if nodes is None else node_group.create(compile_shader(bake(fit), nodes))
+    group.node_tree = (node_group.of(fit) if nodes is None
+                       else node_group.create(compile_shader(bake(fit, mixture=nodes.cycles), nodes)))
     material.node_tree.links.new(group.outputs["BSDF"], surface)
     material.cycles.use_bump_map_correction = False
     return material
 
 
 def osl_material_for(fit):
-    """A material of a fit for pictures with OSL: its closure nodes are one grey diffuse closure."""
-    flat = np.zeros((2, 1))
-    mixture = NodeMixture(("diffuse",), np.array([0.0, 1.5]), Shape(flat, flat, flat),
-                          np.full((2, 1, 1 if fit.isotropic else 2, len(fit.channels)), 0.2),
-                          None if fit.isotropic else 0.0, 0.0, 0.0, 0.0)
+    """A material of a fit for pictures with OSL: what it has for EEVEE is what Cycles has."""
+    mixture = cycles_mixture(fit)
     return material_for(fit, Nodes(mixture, mixture))
 
 

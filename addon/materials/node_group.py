@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ...fitter.cycles.bake import bake, fast_error, interface, shader_version
+from ...fitter.cycles.bake import bake, interface, shader_version
 from ...fitter.cycles.node_mixture import node_mixtures
 from ..annotations import present
 from ..scene import lamps
@@ -52,7 +52,6 @@ def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
         text = bpy.data.texts.new(f"{name}.osl")
         tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
         _fill(tree, text, shader)
-        tree[FAST_ERROR], tree[FAST_WORST] = fast_error(shader.source)
         tree[NODES_ERROR], tree[NODES_WORST] = shader.nodes.cycles.error, shader.nodes.cycles.worst
         tree[EEVEE_ERROR], tree[EEVEE_WORST] = shader.nodes.eevee.error, shader.nodes.eevee.worst
         tree[_VERSION] = shader_version(shader.source)
@@ -109,8 +108,8 @@ def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> Non
     strength = tree.interface.new_socket("Strength", in_out="INPUT", socket_type="NodeSocketFloat")
     strength.default_value, strength.min_value = 1, 0
     strength.description = "Multiplies the measured reflectance"
-    exact = tree.interface.new_socket("Exact", in_out="INPUT", socket_type="NodeSocketBool")
-    exact.default_value = True
+    exact = tree.interface.new_socket("Everywhere", in_out="INPUT", socket_type="NodeSocketBool")
+    exact.default_value = False
     exact.description = ("Where Cycles renders with OSL. On: the measured reflectance in every direction, with "
                          "slightly more noise. Off: an approximation by Cycles' own closures, with less noise")
     normal = tree.interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
@@ -127,7 +126,7 @@ def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> Non
     script.name = script.label = SCRIPT_NODE
     script.mode = "INTERNAL"
     _store(script, text, shader)
-    names = ["Normal", "Tint", "Strength", "Exact", "Nodes"]
+    names = ["Normal", "Tint", "Strength", "Everywhere", "Nodes"]
     if shader.nodes.cycles.turn is not None:
         names += _add_tangent(tree)
     source, output = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")

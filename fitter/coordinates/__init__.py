@@ -12,6 +12,7 @@ from typing import ClassVar, Protocol
 from ..arrays import ArrayLike, Directions, FloatArray
 from .anisotropic_nusselt import AnisotropicNusselt
 from .anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
+from .half_angle import HalfAngle
 from .half_difference import HalfDifference
 from .nusselt import Nusselt
 from .rusinkiewicz import Rusinkiewicz
@@ -37,5 +38,5 @@ class Coordinates(Protocol):
 
 
 COORDINATES: dict[str, type[Coordinates]] = {system.name: system for system in (
-    Nusselt, HalfDifference, Rusinkiewicz, AnisotropicNusselt, AnisotropicRusinkiewicz)}
+    Nusselt, HalfDifference, Rusinkiewicz, HalfAngle, AnisotropicNusselt, AnisotropicRusinkiewicz)}
 """All coordinate systems, by name. Their parameters have defaults."""

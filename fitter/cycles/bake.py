@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..coordinates.anisotropic_nusselt import AnisotropicNusselt
 from ..coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
+from ..coordinates.half_angle import HalfAngle
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
 from ..coordinates.rusinkiewicz import Rusinkiewicz
@@ -22,13 +23,12 @@ from ..model import microfacet
 from ..model.fit import Fit
 from ..model.transform import IDENTITY, LogRelative
 from ..samples import RGB
-from ..shader_constants import KNOTS, MAX_LAMPS, PROBABILITY_UNITS, shader_constants
-from .closure_mixture import closure_mixture
-from .mixture_table import Mixture
+from ..shader_constants import KNOTS, MAX_LAMPS, shader_constants
+from .node_mixture import NodeMixture, cycles_mixture
 
 SHADER = "measured_brdf.osl"
 MIX_SHADER = "mix.osl"
-SHADER_VERSION = 5          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
+SHADER_VERSION = 6          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
 _NUMBER = re.compile(r"inf|nan|\d+\.?\d*(?:e[-+]?\d+)?")
 _LARGEST = np.finfo(np.float32).max
@@ -39,12 +39,11 @@ _TANGENT_PARAMETERS = """\
                      float Rotation = 0.0 [[string help = "Turns the tangent about the normal; 1 is a whole turn"]],
 """
 _SOURCES = Path(__file__).parents[2] / "osl"
-_MISSING_UNITS = 9999       # of the largest value of a view
-_DARK = 1e-12               # a largest value below which a view has none (numerical)
+_LINE = 1000                # numbers: Blender stores some hundred bytes with each line of a text
 MAX_ARRAY = 1_500_000       # numbers of a table: the OSL compiler takes 1,000,000 in one array, and refuses 3,000,000
 
 
-def bake(fit: Fit, template: str | None = None, mixture: Mixture | None = None) -> str:
+def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = None) -> str:
     """OSL source that evaluates and renders `fit`.
 
     Parameters
@@ -54,8 +53,8 @@ def bake(fit: Fit, template: str | None = None, mixture: Mixture | None = None) 
     template : str, optional
         The shader to complete, `osl/measured_brdf.osl` by default. Its `#include "baked_constants.h"` and, inside the
         shader, `#include "baked_tables.h"` are replaced by what is baked; other includes are files of `osl/`.
-    mixture : closure_mixture.Mixture, optional
-        The closure mixture of the fit, if the caller has it already.
+    mixture : NodeMixture, optional
+        That of the fit for Cycles, if the caller has it already.
 
     Returns
     -------
@@ -71,7 +70,7 @@ def bake(fit: Fit, template: str | None = None, mixture: Mixture | None = None) 
         raise ValueError(f"a fit of {len(fit.channels)} channels; a shader takes 1 or 3")
     constants, tables = _fit(fit)
     constants |= shader_constants() | {"SHADER_VERSION": SHADER_VERSION}
-    mixture = closure_mixture(fit) if mixture is None else mixture
+    mixture = cycles_mixture(fit) if mixture is None else mixture
     mixture_constants, mixture_tables = _mixture(mixture)
     constants |= mixture_constants
     tables |= mixture_tables | {"FLAT_RAMP": _flat_ramp()}
@@ -97,26 +96,6 @@ def mix_source() -> str:
     constants = "".join(f"#define {name} {value}\n" for name, value in shader_constants().items()
                         if name.startswith(("MOST_MIXED", "RANDOM_", "SEED_")))
     return _completed((_SOURCES / MIX_SHADER).read_text("utf-8"), {"baked_constants.h": constants})
-
-
-def fast_error(source: str) -> tuple[float, float]:
-    """The errors of Fast rendering, read from baked OSL source.
-
-    Returns
-    -------
-    error, worst : float
-        As `closure_mixture.Mixture` has them. A shader of an older version states one, which is in both places.
-
-    Raises
-    ------
-    ValueError
-        If the source is not a baked shader.
-    """
-    error, worst = (re.search(rf"^#define {name} (\S+)$", source, re.MULTILINE)
-                    for name in ("FAST_ERROR", "FAST_WORST"))
-    if error is None:
-        raise ValueError("not a baked shader: it does not state the error of Fast")
-    return float(error[1]), float((worst or error)[1])
 
 
 def shader_version(source: str) -> int:
@@ -162,13 +141,13 @@ def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
 
 def _coordinates(fit: Fit) -> dict[str, Any]:
     """What `osl/coordinates.h` reads."""
-    systems = {"HALF_DIFFERENCE": HalfDifference.name, "RUSINKIEWICZ": Rusinkiewicz.name,
+    systems = {"HALF_DIFFERENCE": HalfDifference.name, "RUSINKIEWICZ": Rusinkiewicz.name, "HALF_ANGLE": HalfAngle.name,
                "ANISOTROPIC_RUSINKIEWICZ": AnisotropicRusinkiewicz.name, "ANISOTROPIC_NUSSELT": AnisotropicNusselt.name}
     name = fit.coordinates.name
     constants: dict[str, Any] = {constant: int(name == each) for constant, each in systems.items()}
     constants["AXES"] = len(fit.coordinates.axes)
-    if name in (HalfDifference.name, Rusinkiewicz.name):
-        system = cast(HalfDifference | Rusinkiewicz, fit.coordinates)
+    if name in (HalfDifference.name, Rusinkiewicz.name, HalfAngle.name):
+        system = cast(HalfDifference | Rusinkiewicz | HalfAngle, fit.coordinates)
         constants |= {"SOFTENING_2": f"{system.softening ** 2:.9g}", "STRETCHED": int(system.stretch > 0)}
         if system.stretch:
             constants |= {"STRETCH": f"{system.stretch:.9g}", "STRETCH_SCALE": f"{1 / np.arcsinh(system.stretch):.9g}"}
@@ -238,29 +217,23 @@ def _value(numbers: NDArray[np.float64]) -> str:
     return f"color({text})" if len(numbers) > 1 else f"({text})"
 
 
-def _mixture(mixture: Mixture) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """What `osl/mixture.h`, `osl/sampling_table.h` and `osl/half_vector_table.h` read: (constants, tables)."""
-    constants = {"CHANNELS": mixture.table.shape[-1], "FAST_ERROR": f"{mixture.error:.6g}",
-                 "FAST_WORST": f"{mixture.worst:.6g}", "ANISOTROPIC": int(mixture.principal is not None)}
-    tables: dict[str, NDArray[Any]] = {"MIXTURE": mixture.table, "MIXTURE_NUMBERS": mixture.numbers}
-    if mixture.principal is not None:
-        constants |= {"PRINCIPAL_TURN": f"{mixture.principal.turn:.9g}", "HALF_TURN": int(mixture.principal.half_turn),
-                      "PRINCIPAL_STRETCH": f"{mixture.principal.stretch:#.9g}"}
-        return constants, tables | _whole_numbers(mixture)
-    return constants, tables | {"MISSING": mixture.missing, "SAMPLING_REMAINDER": mixture.remainder,
-                                "SAMPLING_REFLECTED": mixture.reflected}
+def _mixture(mixture: NodeMixture) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """What `osl/mixture.h` reads: (constants, tables).
 
-
-def _whole_numbers(mixture: Mixture) -> dict[str, NDArray[Any]]:
-    """The tables of directions of an anisotropic fit, as `osl/half_vector_table.h` reads them: many, in few digits.
-
-    What is missing is in units of its own for each view, which stand in front of the view's values.
+    A row of the table holds, for each stop, roughness, tilt, anisotropy and the colours of each lobe; then the shares
+    of the sampled directions, and their probability and weight.
     """
-    unit = np.maximum(np.abs(mixture.missing).max(axis=(1, 2)), _DARK) / _MISSING_UNITS
-    missing = np.round(mixture.missing.reshape(len(unit), -1) / unit[:, None])
-    return {"MISSING": np.concatenate([unit[:, None], missing], axis=1)} | {
-        name: np.round(table.astype(np.float64) * PROBABILITY_UNITS)
-        for name, table in (("SAMPLING_REMAINDER", mixture.remainder), ("SAMPLING_REFLECTED", mixture.reflected))}
+    stops, lobes, phases, channels = mixture.colour.shape
+    constants = {"CHANNELS": channels, "PHASES": phases, "STOPS": stops, "LOBES": lobes,
+                 "EACH_LOBE(DO)": " ".join(f"DO({k}, {kind.upper()}_LOBE)" for k, kind in enumerate(mixture.kinds)),
+                 "ANISOTROPIC": int(mixture.turn is not None)}
+    if mixture.turn is not None:
+        constants["PRINCIPAL_TURN"] = f"{mixture.turn:.9g}"
+    shapes = np.stack(mixture.shape, axis=-1)
+    rows = np.concatenate([shapes, mixture.colour.reshape(stops, lobes, -1)], axis=-1).reshape(stops, -1)
+    table = np.concatenate([rows, mixture.sampling.shares, mixture.sampling.probability[:, None],
+                            mixture.sampling.weight[:, None]], axis=1)
+    return constants, {"MIXTURE": table}
 
 
 def _flat_ramp() -> NDArray[np.float64]:
@@ -300,7 +273,7 @@ def _array(name: str, table: NDArray[Any]) -> str:
     if table.size > MAX_ARRAY:
         raise ValueError(f"{table.size:,} numbers in one table, at most {MAX_ARRAY:,} can be compiled: choose a lower "
                          f"level, or a compression that drops more")
-    kind, form = ("int", "%d") if np.issubdtype(table.dtype, np.integer) else ("float", "%.9g")
+    kind, form = ("int", "%d") if np.issubdtype(table.dtype, np.integer) else ("float", "%.7g")
     flat = table.ravel().tolist()
-    lines = [",".join([form] * len(flat[start:start + 16])) for start in range(0, len(flat), 16)]
+    lines = [",".join([form] * len(flat[start:start + _LINE])) for start in range(0, len(flat), _LINE)]
     return f"  {kind} {name}[{len(flat)}] = {{\n" + ",\n".join(lines) % tuple(flat) + "};\n"

@@ -102,23 +102,53 @@ def widths(shape: Shape) -> tuple[FloatArray, FloatArray]:
     return np.minimum(along, 1), np.minimum(across, 1)
 
 
-def _facets(kind: Kind, shape: Shape, normal: FloatArray, pairs: Pairs) -> FloatArray:
-    across = np.cross(normal, pairs.tangent)
+def density(kind: Kind, shape: Shape, pairs: Pairs) -> FloatArray:
+    """The density, per solid angle of wi, with which the shader samples a lobe: (..., n).
+
+    Of a microfacet lobe, that of half vectors about its normal, as many as there are microfacets; of a diffuse one, the
+    cosine; of sheen, all directions evenly.
+    """
+    if kind == "sheen":
+        return np.full(pairs.wi.shape[:-1], 1 / (2 * np.pi))
+    normal = normals(shape.tilt, pairs.wo)
+    if kind == "diffuse":
+        return np.asarray(np.maximum((pairs.wi @ normal[..., None])[..., 0], 0) / np.pi)
+    cosine = np.maximum((pairs.half * pairs.wi).sum(axis=-1), _NO_LENGTH)
+    distribution, h = _distribution(kind, shape, _frame(normal, pairs.tangent), pairs)
+    return np.where(h[..., 2] > 0, distribution * h[..., 2] / (4 * cosine), 0)
+
+
+def _frame(normal: FloatArray, tangent: FloatArray) -> FloatArray:
+    """The axes of lobes as columns: (..., 3, 3)."""
+    across = np.cross(normal, tangent)
     across = across / np.maximum(np.linalg.norm(across, axis=-1, keepdims=True), _NO_LENGTH)
-    frame = np.stack([np.cross(across, normal), across, normal], axis=-1)
-    h, i, o = pairs.half @ frame, pairs.wi @ frame, (pairs.wo[..., None, :] @ frame)
+    return np.stack([np.cross(across, normal), across, normal], axis=-1)
+
+
+def _distribution(kind: Kind, shape: Shape, frame: FloatArray, pairs: Pairs) -> tuple[FloatArray, FloatArray]:
+    """The density of microfacets at half vectors, per solid angle of these, (..., n), and these in the frame of the
+    lobe, (..., n, 3)."""
+    h = pairs.half @ frame
+    along, across = (width[..., None] for width in widths(shape))
+    cosine = np.maximum(h[..., 2], _LEAST)
+    slope2 = ((h[..., 0] / along) ** 2 + (h[..., 1] / across) ** 2) / cosine ** 2
+    facets = np.exp(-np.minimum(slope2, _STEEPEST)) if kind == "Beckmann" else (1 + slope2) ** -2.0
+    return facets / (np.pi * along * across * cosine ** 4), h
+
+
+def _facets(kind: Kind, shape: Shape, normal: FloatArray, pairs: Pairs) -> FloatArray:
+    frame = _frame(normal, pairs.tangent)
+    distribution, _ = _distribution(kind, shape, frame, pairs)
+    i, o = pairs.wi @ frame, (pairs.wo[..., None, :] @ frame)
     along, beside = (width[..., None] for width in widths(shape))
 
     def slopes2(w: FloatArray) -> FloatArray:
         height = np.maximum(w[..., 2], _LEAST)
         return np.asarray(((w[..., 0] * along) ** 2 + (w[..., 1] * beside) ** 2) / height ** 2)
 
-    cos_h = np.maximum(h[..., 2], _LEAST)
-    stretched = ((h[..., 0] / along) ** 2 + (h[..., 1] / beside) ** 2) / cos_h ** 2
-    density = np.exp(-np.minimum(stretched, _STEEPEST)) if kind == "Beckmann" else (1 + stretched) ** -2.0
     smith = _smith_beckmann if kind == "Beckmann" else _smith_ggx
     masking = 1 + smith(slopes2(i)) + smith(slopes2(o))
-    value = density / (4 * np.pi * along * beside * cos_h ** 4 * np.maximum(o[..., 2], _LEAST) * masking)
+    value = distribution / (4 * np.maximum(o[..., 2], _LEAST) * masking)
     return np.where((i[..., 2] > _LEAST) & (o[..., 2] > 0), value, 0)
 
 

@@ -1,4 +1,4 @@
-"""A fit as a sum of Blender's closure nodes, for renderers that have no OSL: Cycles on most devices, and EEVEE.
+"""A fit as a sum of Blender's closures: what Cycles samples, with OSL and, as closure nodes, without; and EEVEE.
 
 For each of some polar angles of the viewer the reflected radiance T = f cos theta_i is approximated by a diffuse lobe
 and some others (`node_lobes`), whose roughness, tilt, anisotropy and colour change with that angle. Nodes interpolate
@@ -20,10 +20,9 @@ import numpy as np
 from .. import progress
 from ..arrays import FloatArray
 from . import node_lobes
-from .mixture_table import LAST_SHOWN
 from .node_lobes import FACETS, Kind, Shape
 from .node_views import Views, views_of
-from .nonnegative import coordinate_descent
+from .nonnegative import coordinate_descent, shares
 from .principal import principal
 
 if TYPE_CHECKING:
@@ -54,6 +53,11 @@ _SWEEPS, _LAST_SWEEPS = 25, 60          # of the coordinate descent
 _REWEIGHTINGS = 6
 _SCALES = (0.7, 1.5)            # bounds of the factors that give the lobes the albedo of the fit
 _TINY = 1e-30
+LAST_SHOWN = np.radians(80)     # the last view whose error the panel states
+_PROBABILITY = 6.0              # of sampling the remainder, per share of the light that the mixture misplaces ...
+_PROBABILITIES = (0.2, 1.0)     # ... and its bounds
+_MOST_PICKED = 0.5              # probability of following a sampled direction, where there is one
+_DIM = 0.1                      # share of the target that sampled directions are prepared to carry anywhere
 
 
 class Engine(NamedTuple):
@@ -81,6 +85,24 @@ CYCLES = Engine(4, ("diffuse", "GGX", "Beckmann", "sheen"), (-_MOST_TILTED, _MOS
 EEVEE = Engine(3, ("GGX",), (-0.5, 0.5), False)
 
 
+class Sampling(NamedTuple):
+    """How the shader samples directions for what a mixture leaves of the fit.
+
+    Attributes
+    ----------
+    shares : (stops, lobes + 1)
+        Of the directions, that follow the density of each lobe (`node_lobes.density`) and, the last, none.
+    probability : (stops,)
+        With which a sample of a shading point has a direction.
+    weight : (stops,)
+        Its share in the closure weights then.
+    """
+
+    shares: FloatArray
+    probability: FloatArray
+    weight: FloatArray
+
+
 class NodeMixture(NamedTuple):
     """A sum of closure nodes.
 
@@ -96,6 +118,7 @@ class NodeMixture(NamedTuple):
         Of the closures; `phases` are 1, or 2 where they change with the azimuth of the viewer.
     turn : float, or None
         The azimuth of the first principal axis, radians; None where the fit is isotropic.
+    sampling : Sampling
     error, worst : float
         The share of the reflected light that goes in wrong directions, in the mean over the polar angles and at the
         worst of them up to 80 degrees.
@@ -109,6 +132,7 @@ class NodeMixture(NamedTuple):
     shape: Shape
     colour: FloatArray
     turn: float | None
+    sampling: Sampling
     error: float
     worst: float
     albedo_error: float
@@ -123,12 +147,21 @@ class Nodes(NamedTuple):
 
 def node_mixtures(fit: "Fit") -> Nodes:
     """The closure nodes of a fit, of which only `evaluate` is used, and whether it is isotropic."""
+    return Nodes(*_mixtures(fit, CYCLES, EEVEE))
+
+
+def cycles_mixture(fit: "Fit") -> NodeMixture:
+    """That of Cycles alone, which the shader samples."""
+    return _mixtures(fit, CYCLES)[0]
+
+
+def _mixtures(fit: "Fit", *engines: Engine) -> list[NodeMixture]:
     turn, stretch = None, 1.0
     if not getattr(fit, "isotropic", True):
         axes = principal(fit)
         turn, stretch = axes.turn, axes.stretch
     views = views_of(fit, turn, stretch)
-    return Nodes(*(_fitted(views, turn, engine) for engine in progress.each((CYCLES, EEVEE))))
+    return [_fitted(views, turn, engine) for engine in progress.each(engines)]
 
 
 def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray:
@@ -188,8 +221,23 @@ def _refined(views: Views, turn: float | None, engine: Engine, kinds: tuple[Kind
     found = np.einsum("van,vanc->vac", views.solid_angle, radiance)
     mean = np.maximum(views.albedo.mean(axis=-1, keepdims=True), _TINY)
     misplaced, shown = views.misplaced(radiance), views.theta <= LAST_SHOWN
-    return NodeMixture(kinds, stops.theta, shape, colour, turn, float(misplaced.mean()), float(misplaced[shown].max()),
+    return NodeMixture(kinds, stops.theta, shape, colour, turn, _sampling(stops, kinds, shape, colour),
+                       float(misplaced.mean()), float(misplaced[shown].max()),
                        float(np.abs((found - views.albedo) / mean)[shown].max()))
+
+
+def _sampling(views: Views, kinds: tuple[Kind, ...], shape: Shape, colour: FloatArray) -> Sampling:
+    """How to sample what the lobes leave at the views that nodes tabulate."""
+    radiance = _radiance(_columns(views, kinds, shape), colour)
+    carried = np.abs(views.target - radiance).sum(axis=-1) + _DIM * views.target.sum(axis=-1)
+    densities = [node_lobes.density(kind, Shape(*(each[:, number, None] for each in shape)), views.pairs)
+                 for number, kind in enumerate(kinds)]
+    together = np.stack([*densities, np.full(carried.shape, 1 / (2 * np.pi))], axis=1)
+    flat = (len(carried), -1)
+    found = shares(carried.reshape(flat), together.reshape(*together.shape[:2], -1), views.solid_angle.reshape(flat))
+    misplaced = views.misplaced(radiance)
+    probability = np.clip(_PROBABILITY * misplaced, *_PROBABILITIES)
+    return Sampling(found, probability, np.minimum(misplaced / (1 + misplaced) / probability, _MOST_PICKED))
 
 
 def _between(stops: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:

@@ -1,11 +1,9 @@
-"""The principal axes of an anisotropic reflectance, its stretch, and whether half a turn changes it."""
+"""The principal axes of an anisotropic reflectance, and its stretch."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from .mixture_table import Principal
 
 if TYPE_CHECKING:
     from ..model.fit import Fit
@@ -16,8 +14,21 @@ _LEVEL = 0.25                   # the outline of the highlight: of its height ab
 _ROUND, _ROUND_THREADS = 0.1, 0.05      # smaller harmonics count as none
 _GENTLY = 0.15                  # power of the squared ratio of the highlight's length and width that is the stretch ...
 _STRETCHES = (1.0, 1.6)         # ... and its bounds: more makes cells beside streaks, and at grazing angles, too coarse
-_PAIRS = 400                    # directions at which half a turn is looked at
-_SAME = 0.01                    # mean difference of reflected radiance, in its mean, that counts as none
+
+
+class Principal(NamedTuple):
+    """The axes of an anisotropic surface.
+
+    Attributes
+    ----------
+    turn : float
+        Azimuth of the first, radians: that along which highlights are longest.
+    stretch : float
+        By which slopes along it are divided, and across it multiplied, so that highlights become round.
+    """
+
+    turn: float
+    stretch: float
 
 
 def principal(fit: "Fit") -> Principal:
@@ -38,8 +49,8 @@ def principal(fit: "Fit") -> Principal:
     second = complex((highlight * slope ** 2).sum()) / max(float((highlight * np.abs(slope) ** 2).sum()), 1e-30)
     stretch = float(np.clip(((1 + abs(second)) / max(1 - abs(second), 1e-6)) ** _GENTLY, *_STRETCHES))
     if abs(second) > _ROUND:
-        return Principal(float(np.angle(second)) / 2, stretch, _half_turn(fit))
-    return Principal(_of_threads(radiance, size, slope), 1.0, _half_turn(fit))
+        return Principal(float(np.angle(second)) / 2, stretch)
+    return Principal(_of_threads(radiance, size, slope), 1.0)
 
 
 def _of_threads(radiance: NDArray[np.float64], size: NDArray[np.float64], slope: NDArray[np.complex128]) -> float:
@@ -54,13 +65,3 @@ def _of_threads(radiance: NDArray[np.float64], size: NDArray[np.float64], slope:
     fourth = complex((steep * np.exp(4j * np.angle(gradient))).sum()) / max(float(steep.sum()), 1e-30)
     return float(np.angle(fourth)) / 4 if abs(fourth) > _ROUND_THREADS else 0.0
 
-
-def _half_turn(fit: "Fit") -> bool:
-    random = np.random.default_rng(15)
-    theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, _PAIRS)) * np.sin(np.radians(80)) ** 2))
-    phi_i, phi_o = random.random((2, _PAIRS)) * 2 * np.pi
-    # half of them near the mirror direction
-    theta_i[::2], phi_i[::2] = np.abs(theta_o + 0.1 * random.standard_normal(_PAIRS))[::2], phi_o[::2] + np.pi
-    once, again = (np.maximum(fit.evaluate(theta_i, phi_i + turn, theta_o, phi_o + turn), 0) for turn in (0, np.pi))
-    difference: NDArray[np.float64] = np.abs(again - once)
-    return bool(difference.sum() <= _SAME * once.sum())

@@ -15,6 +15,7 @@ from numpy.typing import DTypeLike, NDArray
 from ..coordinates import Coordinates
 from ..coordinates.anisotropic_nusselt import AnisotropicNusselt
 from ..coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
+from ..coordinates.half_angle import HalfAngle
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
 from ..coordinates.rusinkiewicz import Rusinkiewicz
@@ -90,6 +91,8 @@ def _coordinates(constants: dict[str, str]) -> Coordinates:
         return HalfDifference(float(constants.get("SOFTENING_2", 0)) ** 0.5, float(constants.get("STRETCH", 0)))
     if int(constants.get("RUSINKIEWICZ", 0)):
         return Rusinkiewicz(float(constants["SOFTENING_2"]) ** 0.5, float(constants.get("STRETCH", 0)))
+    if int(constants.get("HALF_ANGLE", 0)):
+        return HalfAngle(float(constants.get("STRETCH", 0)))
     if int(constants.get("ANISOTROPIC_RUSINKIEWICZ", 0)):
         numbers = {name: float(constants[name]) for name in ("STRETCH_ALONG", "STRETCH_ACROSS", "TURN_SINE",
                                                              "TURN_COSINE")}

@@ -24,6 +24,7 @@ from .. import progress
 from ..arrays import FloatArray
 from ..coordinates import Coordinates
 from ..coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
+from ..coordinates.half_angle import HalfAngle
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.rusinkiewicz import Rusinkiewicz
 from ..model.fit import Fit
@@ -122,14 +123,16 @@ def _mu(coordinates: Coordinates, samples: Samples) -> FloatArray:
 
 
 def _families(samples: Samples, model: Microfacet) -> list[list[Coordinates]]:
-    """Systems of coordinates, each with all of its stretches.
+    """Systems of coordinates, each with all of its stretches: of few samples those that say most of directions where
+    none are, of many the one in which a lattice shows most of these.
 
     Of anisotropic samples, along the axes, and along those of the narrowest anisotropic lobe of a model.
     """
     if samples.isotropic:
-        stretches = (0.0, 2.0, *_STRETCHES_OF_MANY) if len(samples) > MOST_SAMPLES else _STRETCHES
+        if len(samples) > MOST_SAMPLES:
+            return [[HalfAngle(stretch) for stretch in (0.0, 2.0, *_STRETCHES_OF_MANY)]]
         kinds: tuple[Callable[..., Coordinates], ...] = HalfDifference, Rusinkiewicz
-        return [[kind(stretch=stretch) for stretch in stretches] for kind in kinds]
+        return [[kind(stretch=stretch) for stretch in _STRETCHES] for kind in kinds]
     found: list[list[Coordinates]] = [[AnisotropicRusinkiewicz(each, each) for each in _STRETCHES_OF_MANY]]
     if not model.isotropic:
         narrowest = int(np.argmin(np.where(model.across == model.alpha, np.inf, np.minimum(model.alpha, model.across))))

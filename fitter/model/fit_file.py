@@ -24,6 +24,7 @@ from .. import files
 from ..coordinates import COORDINATES, ISOTROPIC_AXES, Coordinates, stretch
 from ..coordinates.anisotropic_nusselt import AnisotropicNusselt
 from ..coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
+from ..coordinates.half_angle import HalfAngle
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
 from ..coordinates.rusinkiewicz import LEAST_SOFTENING, Rusinkiewicz
@@ -71,6 +72,8 @@ def write(fit: Fit, path: str | Path) -> None:
         arrays |= {"coefficients": fit.specular.coefficients, "keys": index.keys, "displacement": index.displacement}
     if isinstance(coordinates, HalfDifference | Rusinkiewicz):
         header |= {"softening": float(coordinates.softening), "stretch": float(coordinates.stretch)}
+    if isinstance(coordinates, HalfAngle):
+        header["stretch"] = float(coordinates.stretch)
     if isinstance(coordinates, AnisotropicRusinkiewicz):
         header |= {name: float(getattr(coordinates, name)) for name in ("along", "across", "turn")}
     if isinstance(transform, LogRelative):
@@ -178,14 +181,17 @@ def _coordinates(header: dict[str, Any]) -> Coordinates:
         return AnisotropicRusinkiewicz(**numbers)
     systems: dict[str, type[HalfDifference] | type[Rusinkiewicz]] = {
         system.name: system for system in (HalfDifference, Rusinkiewicz)}
-    _check(name in systems, "its coordinates are unknown")
-    softening, stretched = header["softening"], header["stretch"]
-    _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not a number from 0 to 1")
-    _check(softening >= LEAST_SOFTENING or name == HalfDifference.name,
-           f"its softening radius is below {LEAST_SOFTENING:g}")
+    _check(name in systems or name == HalfAngle.name, "its coordinates are unknown")
+    stretched = header["stretch"]
     _check(isinstance(stretched, float)
            and (stretched == stretch.NONE or stretch.LEAST <= stretched <= stretch.LARGEST),
            f"its stretch is not 0, nor a number from {stretch.LEAST:g} to {stretch.LARGEST:g}")
+    if name == HalfAngle.name:
+        return HalfAngle(stretched)
+    softening = header["softening"]
+    _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not a number from 0 to 1")
+    _check(softening >= LEAST_SOFTENING or name == HalfDifference.name,
+           f"its softening radius is below {LEAST_SOFTENING:g}")
     return systems[name](softening, stretched)
 
 

@@ -120,7 +120,8 @@ def test_the_shader_evaluates_the_fit(probe, curet, cornell, random, name):
 
 @pytest.mark.parametrize("name", quick(
     MADE_FITS, "half and difference, stretched by 2, all lobes, two columns, damped",
-    "half and difference, softened by 0.3, stretched by 12", "Rusinkiewicz, stretched by 33, all lobes, damped",
+    "half and difference, softened by 0.3, stretched by 12", "half angle, stretched by 300, all lobes, damped",
+    "Rusinkiewicz, stretched by 33, all lobes, damped",
     "anisotropic Rusinkiewicz, all lobes, two columns, damped", "anisotropic Rusinkiewicz, stretched by 5, fibres",
     "anisotropic Nusselt, mirror"))
 def test_the_shader_evaluates_every_part_of_a_fit(probe, random, name):

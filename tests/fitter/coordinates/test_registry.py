@@ -5,10 +5,12 @@ import pytest
 
 from fitter.coordinates import COORDINATES, ISOTROPIC_AXES
 from fitter.coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
+from fitter.coordinates.half_angle import HalfAngle
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
 
-STRETCHED = HalfDifference(stretch=33.0), Rusinkiewicz(stretch=33.0), AnisotropicRusinkiewicz(33.0, 5.0, 0.7)
+STRETCHED = (HalfDifference(stretch=33.0), Rusinkiewicz(stretch=33.0), HalfAngle(33.0), HalfAngle(1000.0),
+             AnisotropicRusinkiewicz(33.0, 5.0, 0.7))
 SYSTEMS = [*(make() for make in COORDINATES.values()), *STRETCHED]
 every_system = pytest.mark.parametrize("system", SYSTEMS, ids=str)
 every_isotropic_system, every_anisotropic_system = (

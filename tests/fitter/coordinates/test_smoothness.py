@@ -7,10 +7,12 @@ step; a jump makes a difference that grows as its inverse square, a kink one tha
 import numpy as np
 import pytest
 
+from fitter.coordinates.half_angle import HalfAngle
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
 
-SYSTEMS = [HalfDifference(), Rusinkiewicz(), HalfDifference(stretch=33.0), Rusinkiewicz(stretch=33.0)]
+SYSTEMS = [HalfDifference(), Rusinkiewicz(), HalfDifference(stretch=33.0), Rusinkiewicz(stretch=33.0), HalfAngle(),
+           HalfAngle(33.0)]
 ANGLES = np.radians([0, 3, 20, 45, 70, 85])
 SEAMS = {
     "retro-reflection": [(a, 0.3, a, 0.3) for a in ANGLES],
@@ -37,6 +39,9 @@ def through(pair, step, t):
 def smooth_part(system, w):
     theta, phi = np.arctan2(np.hypot(w[..., 0], w[..., 1]), w[..., 2]), np.arctan2(w[..., 1], w[..., 0])
     mu = 2 * system.encode(theta[:, 0], phi[:, 0], theta[:, 1], phi[:, 1]) - 1
+    if isinstance(system, HalfAngle):      # the functions with the symmetries of a lattice are those of these
+        h, x, y = np.moveaxis(mu, -1, 0)
+        return np.stack([h * h, h * x, x * x, y * y], axis=-1)
     return mu ** [1, 1, 2]
 
 

@@ -1,0 +1,108 @@
+"""Half and difference angles (`rusinkiewicz`) with an axis for the half angle.
+
+The half vector lies at the angle theta_h from the normal; the difference vector, the incident direction in the frame of
+the half vector, at theta_d and the azimuth phi_d. The coordinates are ::
+
+    mu = (h, x, y),    h = asinh(k r) / asinh(k),    x = c d cos phi_d,    x^2 + y^2 = d^2,
+
+with r and d the projections sin theta / (1 + 2 cos theta) of theta_h and theta_d (`half_difference`), k the stretch,
+and ::
+
+    c = r^2 / (r^2 + delta^2)
+
+A reflectance that depends on theta_h alone, a highlight with its tail, or rings of colour as an interference paint has
+them, is a function of one axis, so that a lattice needs few cells for it however narrow they are. Where the half vector
+is the normal phi_d has no value, and there x is 0: c makes mu^2 and h x, of which a function with the symmetries of the
+lattice is one, smooth there. Where both directions coincide (x, y) are 0, so that nothing is special about
+retro-reflection. Exchanging the directions only changes the sign of x.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..arrays import ArrayLike, Directions, FloatArray
+from ..shader_constants import LEAST_HEIGHT_2
+from . import half_difference, stretch
+
+SOFTENING = 0.3             # delta, times the larger of the stretch and 1
+
+
+@dataclass(frozen=True)
+class HalfAngle:
+    """These coordinates as a `coordinates.Coordinates`.
+
+    Attributes
+    ----------
+    stretch : float
+        The stretch k of the half angle, from `stretch.LEAST` to `stretch.LARGEST`; 0 for none.
+    """
+
+    stretch: float = stretch.NONE
+    name: ClassVar[str] = "half_angle"
+    axes: ClassVar[tuple[str, ...]] = ("h", "x", "y")
+
+    @property
+    def softening(self) -> float:
+        """The softening radius delta, in proportion to the width that the stretch magnifies."""
+        return SOFTENING / max(self.stretch, 1.0)
+
+    def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
+        """Map directions, angles broadcast to (...), radians, to (mu + 1) / 2: (..., 3) float64 in [0, 1].
+
+        Examples
+        --------
+        A mirror pair has the normal as its half vector, at any angle of incidence:
+
+        >>> mu = 2 * HalfAngle().encode([0.3, 1.2], 0, [0.3, 1.2], np.pi) - 1
+        >>> bool(np.allclose(mu[:, :2], 0)), bool(np.allclose(mu[:, 2], half_difference.project([0.3, 1.2])))
+        (True, True)
+        """
+        theta_i, theta_o = np.asarray(theta_i, dtype=float), np.asarray(theta_o, dtype=float)
+        turn = np.asarray(phi_o, dtype=float) - phi_i
+        cos_i, cos_o, sin_i, sin_o = np.cos(theta_i), np.cos(theta_o), np.sin(theta_i), np.sin(theta_o)
+        # of the sum of both directions: squared lengths along the surface, and in all
+        along2 = (sin_i - sin_o) ** 2 + 4 * sin_i * sin_o * np.cos(turn / 2) ** 2
+        sum2 = np.maximum(along2 + (cos_i + cos_o) ** 2, LEAST_HEIGHT_2)
+        sin_d = np.sqrt((cos_i - cos_o) ** 2 + (sin_i - sin_o) ** 2 + 4 * sin_i * sin_o * np.sin(turn / 2) ** 2) / 2
+        d = sin_d / (1 + np.sqrt(sum2))                     # 2 cos theta_d is the length of the sum
+        length = np.sqrt(sum2)
+        r = np.sqrt(along2) / (length + 2 * (cos_i + cos_o))
+        # d cos phi_d, times sin theta_h
+        rise = (cos_o - cos_i) / (2 * (1 + length))
+        near = r * length / (length + 2 * (cos_i + cos_o))  # r^2 / sin theta_h
+        x = np.clip(rise * near / (r ** 2 + self.softening ** 2), -d, d)
+        h, _ = stretch.stretched(r, np.zeros_like(r), self.stretch)
+        return (np.stack(np.broadcast_arrays(h, x, np.sqrt(np.maximum(d ** 2 - x ** 2, 0))), axis=-1) + 1) / 2
+
+    def decode(self, x: ArrayLike) -> Directions:
+        """Map coordinates (..., 3) to directions, four (...) arrays, radians; theta_i is in the plane of azimuth 0.
+
+        Directions below the horizon are moved to it.
+
+        Examples
+        --------
+        >>> theta_i, phi_i, theta_o, phi_o = HalfAngle().decode(HalfAngle().encode(0.3, 0, 1.2, 2.0))
+        >>> float(theta_i.round(9)), float(theta_o.round(9)), float((phi_o - phi_i).round(9))
+        (0.3, 1.2, 2.0)
+        """
+        h, along, across = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
+        side = np.where(h < 0, -1.0, 1.0)
+        r, _ = stretch.unstretched(np.abs(h), np.zeros_like(h), self.stretch)
+        d = np.hypot(along, across)
+        scale = r ** 2 / (r ** 2 + self.softening ** 2)
+        cosine = np.divide(side * along, d * scale, out=np.zeros_like(d), where=d * scale > 0)
+        cosine = np.clip(cosine, -1, 1)
+        theta_h, theta_d = half_difference.unproject(r), half_difference.unproject(d)
+        sin_h, cos_h, sin_d, cos_d = np.sin(theta_h), np.cos(theta_h), np.sin(theta_d), np.cos(theta_d)
+        # sin theta_d cos phi_d, toward the normal, and sin theta_d sin phi_d, along the surface
+        up, aside = sin_d * cosine, sin_d * np.sqrt(1 - cosine ** 2)
+        angles = []
+        for sign in (1, -1):
+            z = cos_h * cos_d - sign * sin_h * up
+            horizontal = sin_h * cos_d + sign * cos_h * up + 1j * sign * aside
+            angles += [np.arctan2(np.abs(horizontal), np.maximum(z, 0)), np.angle(horizontal)]
+        theta_i, phi_i, theta_o, phi_o = angles
+        turn = np.abs((phi_o - phi_i + np.pi) % (2 * np.pi) - np.pi)
+        return theta_i, np.zeros_like(turn), theta_o, turn
