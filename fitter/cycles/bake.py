@@ -28,7 +28,7 @@ from .mixture_table import Mixture
 
 SHADER = "measured_brdf.osl"
 MIX_SHADER = "mix.osl"
-SHADER_VERSION = 5          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
+SHADER_VERSION = 6          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
 _NUMBER = re.compile(r"inf|nan|\d+\.?\d*(?:e[-+]?\d+)?")
 _LARGEST = np.finfo(np.float32).max
