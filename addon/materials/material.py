@@ -17,7 +17,7 @@ from ..scene import lamps
 from ..transaction import new_data_removed_on_error, restored_on_error
 from . import export_surface, mix_group, node_group, reading
 from .compiler import Shader, compile_shader
-from .properties import AUTOMATIC, CHOICES, EXACT, FAST, NODES, RESULTS, Choices, as_text, fit_arguments
+from .properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_text, fit_arguments, rendering_named
 
 if TYPE_CHECKING:
     from ...fitter import ErrorMetrics, Fit
@@ -269,17 +269,16 @@ def mixed(tree: bpy.types.NodeTree | None) -> int:
 def rendering_of(material: bpy.types.Material) -> str:
     """How a measured material is rendered, one of `properties.RENDERINGS`; users may have changed its inputs."""
     node = present(surface_node(material))
-    if "Nodes" in node.inputs and node.inputs["Nodes"].default_value:
+    if node_group.is_formerly_fast(node) or ("Nodes" in node.inputs and node.inputs["Nodes"].default_value):
         return NODES
-    if "Exact" in node.inputs and not node.inputs["Exact"].default_value:
-        return FAST
     return EXACT if material.measured_brdf.rendering == EXACT else AUTOMATIC
 
 
 def use_rendering(material: bpy.types.Material, rendering: str) -> None:
     """Choose how all measured BRDFs of a material are rendered, also those inside of node groups."""
+    rendering = rendering_named(rendering)
     for node in _measured_nodes(present(material.node_tree)):
-        for name, value in (("Exact", rendering != FAST), ("Nodes", rendering == NODES)):
+        for name, value in ((node_group.FORMER_EXACT, True), ("Nodes", rendering == NODES)):
             if name in node.inputs:             # version 0.1.0 had no Nodes
                 node.inputs[name].default_value = value
     material.measured_brdf.rendering = rendering
@@ -334,6 +333,7 @@ def _show(material: bpy.types.Material,
     own_tree = present(material.node_tree)
     nodes = own_tree.nodes
     node, output, before = group_node(material), own_tree.get_output_node("CYCLES"), None
+    by_nodes = node is not None and node_group.is_formerly_fast(node)
     if node is None:
         node = nodes.new("ShaderNodeGroup")
         node.name, node.width, node.node_tree = node_group.NAME, 200, tree
@@ -342,6 +342,8 @@ def _show(material: bpy.types.Material,
             _connect(own_tree, node, output)
     else:
         before, node.node_tree = node.node_tree, tree
+    if by_nodes:
+        node.inputs["Nodes"].default_value = True
     if output is None:
         output = nodes.new("ShaderNodeOutputMaterial")
         output.location = node.location.x + 260, node.location.y

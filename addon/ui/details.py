@@ -12,8 +12,7 @@ from ..materials import node_group
 from ..materials.properties import NO_SPECULAR_LEVEL, fitted_arguments
 from .layout import MaterialPanel, draw_value, draw_wrapped, wrapped
 
-_MISPLACED = (("Fast", node_group.FAST_ERROR, node_group.FAST_WORST),
-              ("Nodes", node_group.NODES_ERROR, node_group.NODES_WORST),
+_MISPLACED = (("Nodes", node_group.NODES_ERROR, node_group.NODES_WORST),
               ("EEVEE", node_group.EEVEE_ERROR, node_group.EEVEE_WORST))
 
 
