@@ -60,6 +60,9 @@ class Look(Protocol):
     def measured(self) -> Coloured: ...
 
     @property
+    def kept(self) -> bytes: ...
+
+    @property
     def source(self) -> str: ...
 
     @property
@@ -123,7 +126,7 @@ def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
 def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, context: bpy.types.Context,
            shader: Shader | None = None) -> None:
     """Give a material a new fit, made by `choices`; if that fails, it stays as it was. Raises as `create` does."""
-    shader = compile_shader(outcome.source, outcome.nodes) if shader is None else shader
+    shader = compile_shader(outcome.source, outcome.nodes, outcome.kept) if shader is None else shader
     with new_data_removed_on_error(), restored_on_error(material, (*CHOICES, *RESULTS)):
         _use_nodes(material)
         is_new = group_node(material) is None
@@ -190,7 +193,7 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
     """Give measured materials that share a shader a new one of the same fit; if that fails, all stay as they were."""
     with ExitStack() as restored:
         restored.enter_context(new_data_removed_on_error())
-        tree, replaced = node_group.create(shader, materials[0].name), []
+        tree, replaced = node_group.shared(shader, materials[0].name), []
         for material in materials:
             restored.enter_context(restored_on_error(material, RESULTS))
             node, before = _show(material, tree)
@@ -200,7 +203,7 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
             material.measured_brdf.version = versions.CURRENT
         lamps.update(context.evaluated_depsgraph_get())
         unused = {item for before in replaced for item in node_group.unused(before)}
-        names = _names(tree, materials[0].name)
+        names = _names(tree, materials)
     bpy.data.batch_remove(unused)
     for item, name in names:
         item.name = name
@@ -376,7 +379,9 @@ def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.t
 def _show_look(material: bpy.types.Material, look: Look,
                shader: Shader) -> tuple[bpy.types.Node, bpy.types.NodeTree | None]:
     """Give a material a look, in every renderer and in exports: what `_show` returns."""
-    node, before = _show(material, node_group.create(shader, material.name))
+    node = group_node(material)
+    former = None if node is None else node.node_tree
+    node, before = _show(material, node_group.shared(shader, material.name, unlike=former))
     export_surface.update(material, look)
     _colour_solid_view(material, look)
     return node, before
@@ -392,12 +397,16 @@ def _replaced(material: bpy.types.Material, before: bpy.types.NodeTree | None, a
         lamps.update(context.evaluated_depsgraph_get())
         unused = node_group.unused(before)
         _export_mixes_of(material)
-        return unused, _names(after, material.name)
+        return unused, _names(after, [material])
 
 
-def _names(tree: bpy.types.NodeTree, name: str) -> list[tuple[bpy.types.ID, str]]:
-    """The names of a new group and its source text, which they cannot have beside those that they replace."""
-    text = present(node_group.script_node(tree)).script
+def _names(tree: bpy.types.NodeTree, materials: Sequence[bpy.types.Material]) -> list[tuple[bpy.types.ID, str]]:
+    """The names of a new group and its source text, which they cannot have beside those that they replace; none where
+    the group is that of other materials too, by whose name it goes."""
+    users = bpy.data.user_map(subset=[tree])[tree]
+    if any(isinstance(user, bpy.types.Material) and user not in materials for user in users):
+        return []
+    text, name = present(node_group.script_node(tree)).script, materials[0].name
     return [(tree, name)] if text is None else [(tree, name), (text, f"{name}.osl")]
 
 

@@ -8,6 +8,7 @@ closure nodes. EEVEE has an output of its own, because it renders fewer kinds of
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -37,7 +38,26 @@ EVERYWHERE = "Exact Everywhere"     # input
 FORMER_EXACT = "Exact"              # input that versions before 0.3.0 had: off for Fast, an approximation
 _ACTIVE = "Active"                  # output of the script node: 1 where it renders the surface
 _MESH_TANGENT = "MeshTangent"       # input of the script node; the group fills it
+_FIT = "fit"                        # custom property of the group: bytes; versions before 0.3.0 had none
+_BYTES = "bytes_in_file"            # custom properties of the group, which tell whether a user has changed it
+_HASH = "bytecode_hash"
 _VERSION = "shader_version"         # custom property of the group; version 0.1.0 did not set it
+
+
+# what Blender 5.0 writes beside their text or their values, in bytes
+_LINE, _NODE, _SOCKET, _LINK = 104, 500, 600, 88
+_SAME = 1e-4                # of errors, relative: the same mixture is not the same to the last digit
+
+
+def shared(shader: Shader, name: str, unlike: bpy.types.NodeTree | None = None) -> bpy.types.NodeTree:
+    """A node group of this file, other than `unlike`, that renders the same fit with the same version of the shader;
+    else a new one.
+
+    One in which a user has compiled another shader, or has added or removed something, is not shared. Raises as
+    `create` does.
+    """
+    found = (tree for tree in bpy.data.node_groups if tree.library is None and tree != unlike and _is_of(tree, shader))
+    return next(found, None) or create(shader, name)
 
 
 def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
@@ -52,15 +72,51 @@ def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
         text = bpy.data.texts.new(f"{name}.osl")
         tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
         _fill(tree, text, shader)
-        tree[NODES_ERROR], tree[NODES_WORST] = shader.nodes.cycles.error, shader.nodes.cycles.worst
-        tree[EEVEE_ERROR], tree[EEVEE_WORST] = shader.nodes.eevee.error, shader.nodes.eevee.worst
+        for key, error in _errors(shader.nodes).items():
+            tree[key] = error
         tree[_VERSION] = shader_version(shader.source)
+        if shader.fit:
+            tree[_FIT] = shader.fit
+        tree[_BYTES], tree[_HASH] = _bytes_in_file(tree), present(script_node(tree)).bytecode_hash
     return tree
+
+
+def bytes_in_file(tree: bpy.types.NodeTree) -> int:
+    """About how many bytes a group that `create` made takes in a .blend without compression; 0 where it is not known.
+
+    Its source text counts, and the lamps, which all groups share, do not.
+    """
+    stored = tree.get(_BYTES)
+    return stored if isinstance(stored, int) else 0
+
+
+def _bytes_in_file(tree: bpy.types.NodeTree) -> int:
+    text = source(tree)
+    sockets = sum(len(node.inputs) + len(node.outputs) for node in tree.nodes)
+    return (len(text) + _LINE * text.count("\n") + len(present(script_node(tree)).bytecode) + len(kept_fit(tree))
+            + _NODE * len(tree.nodes) + _SOCKET * sockets + _LINK * len(tree.links))
+
+
+def _is_of(tree: bpy.types.NodeTree, shader: Shader) -> bool:
+    """Whether a group is as `create` makes it of a shader, as far as can be told."""
+    script = script_node(tree)
+    return (script is not None and bool(shader.fit) and kept_fit(tree) == shader.fit
+            and version(tree) == shader_version(shader.source)
+            and all(math.isclose(tree.get(key, math.inf), error, rel_tol=_SAME)
+                    for key, error in _errors(shader.nodes).items())
+            and tree.get(_HASH) == script.bytecode_hash and bytes_in_file(tree) == _bytes_in_file(tree)
+            and all(node.node_tree == lamps.node_tree() for node in tree.nodes if node.type == "GROUP"))
+
+
+def _errors(nodes: Nodes) -> dict[str, float]:
+    """What the closure nodes misplace, by custom property of the group."""
+    return {NODES_ERROR: nodes.cycles.error, NODES_WORST: nodes.cycles.worst, EEVEE_ERROR: nodes.eevee.error,
+            EEVEE_WORST: nodes.eevee.worst}
 
 
 def of(fit: Fit) -> bpy.types.NodeTree:
     """Make a node group that renders a fit. Raises as `create` does."""
-    return create(compile_shader(bake(fit), node_mixtures(fit)))
+    return create(compile_shader(bake(fit), node_mixtures(fit), fit.to_bytes()))
 
 
 def unused(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
@@ -85,6 +141,13 @@ def source(tree: bpy.types.NodeTree) -> str:
     """The OSL source in a group that `create` made; empty if its text has been removed."""
     text = present(script_node(tree)).script
     return "" if text is None else text.as_string()
+
+
+def kept_fit(tree: bpy.types.NodeTree) -> bytes:
+    """The fit in a group that `create` made, for `Fit.from_bytes`; empty if an older version made it, with the fit in
+    its source alone."""
+    stored = tree.get(_FIT)
+    return stored if isinstance(stored, bytes) else b""
 
 
 def is_formerly_fast(node: bpy.types.Node) -> bool:

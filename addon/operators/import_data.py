@@ -61,7 +61,8 @@ class MakesMaterials(HasTarget, InBackground):
                 prepared.append((path, sample, outcome, None))
             else:
                 yield number / len(outcomes), f"Compiling {outcome.measured.name}"
-                prepared.append((path, sample, outcome, compiler.compile_shader(outcome.source, outcome.nodes)))
+                prepared.append((path, sample, outcome,
+                                 compiler.compile_shader(outcome.source, outcome.nodes, outcome.kept)))
         return prepared
 
     def apply(self, context: bpy.types.Context, prepared: _Prepared) -> None:

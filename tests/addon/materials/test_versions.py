@@ -152,6 +152,17 @@ def test_values_and_links_of_a_node_of_version_0_2_outlive_an_update(fast_scene)
         assert given["Exact Everywhere"] == "Exact Everywhere"
 
 
+def test_an_updated_material_keeps_its_fit_in_the_format_of_fits(old_scene):
+    from measured_brdf.addon.materials import material, node_group
+
+    before = unbake(node_group.source(material.group_node(glossy_material()).node_tree))
+    assert node_group.kept_fit(material.group_node(glossy_material()).node_tree) == b""
+    assert bpy.ops.measured_brdf.update_materials() == {"FINISHED"}
+    after = fitter.Fit.from_bytes(node_group.kept_fit(material.group_node(glossy_material()).node_tree))
+    np.testing.assert_array_equal(after.specular.coefficients, before.specular.coefficients)
+    assert after.notation == glossy_material().measured_brdf.fitted_levels
+
+
 @pytest.fixture
 def old_library(tmp_path, glossy, write_astm):
     """The library of 0.1.0 and the folder that it was made of, as far as the seventh digit."""
