@@ -27,6 +27,7 @@ from .materials.properties import (
     RENDERINGS,
     Choices,
     fit_arguments,
+    rendering_named,
     use_preset,
 )
 from .materials.reading import load_arguments, scene_colours, use_reading
@@ -111,9 +112,10 @@ def _add_inputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--compression", type=float, metavar="C", help="percentage of the sparse lattice to drop")
     parser.add_argument("--tolerance", type=float, metavar="T",
                         help="choose the smallest fit with this RMSE at the samples (1/sr), instead of setting levels")
-    parser.add_argument("--rendering", choices=[key for key, *_ in RENDERINGS], default=AUTOMATIC,
-                        help="how materials are rendered: exactly or fast where Cycles has OSL, by closure nodes, or "
-                             "AUTO: exactly where Cycles has OSL and by nodes elsewhere; default: %(default)s")
+    parser.add_argument("--rendering", type=rendering_named, choices=[key for key, *_ in RENDERINGS],
+                        default=AUTOMATIC,
+                        help="how materials are rendered: exactly where Cycles has OSL, by closure nodes, or AUTO: "
+                             "exactly where Cycles has OSL and by nodes elsewhere; default: %(default)s")
     cli.add_reading(parser, None)
 
 

@@ -71,7 +71,7 @@ def _digest(tree: bpy.types.NodeTree | None) -> str:
 
 def _state(tree: bpy.types.NodeTree) -> Any:
     if node_group.script_node(tree) is not None:
-        return hash(node_group.source(tree))
+        return hash((node_group.version(tree), node_group.kept_fit(tree) or node_group.source(tree)))
     nodes = [(node.name, node.bl_idname, node.mute, _settings(node), _values(node)) for node in tree.nodes]
     links = sorted((present(link.from_node).name, link.from_socket.identifier, present(link.to_node).name,
                     link.to_socket.identifier) for link in tree.links)

@@ -80,16 +80,16 @@ def turned_plane(measured: tasks.Data, arguments: Arguments, theta_i: float) -> 
 
 
 def of_material(material: bpy.types.Material) -> Job[Fit] | None:
-    """The job that reads the fit in a material's shader; None where the material is not measured.
+    """The job that reads the fit that a material keeps; None where the material is not measured.
 
-    It needs no measurements, and fits nothing. The job fails with ValueError where the shader has been damaged.
+    It needs no measurements, and fits nothing. The job fails with ValueError where the fit has been damaged.
     """
     found = kept(material)
     return None if found is None else queue.ask(("kept fit", found.digest), partial(tasks.kept_fit, found))
 
 
 def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
-    """The icon of the lit sphere of a measured material, and the job that draws it from the fit in its shader.
+    """The icon of the lit sphere of a measured material, and the job that draws it from the fit that it keeps.
 
     Until it is drawn, the icon is that of the small picture in the material's settings, or of its previous fit.
     """
@@ -101,7 +101,7 @@ def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
 
 def material_polar(material: bpy.types.Material, theta_i: float, phi_i: float = 0.0,
                    measured: tasks.Data | None = None) -> tuple[int, Job[Any]]:
-    """As `polar_plot`, from the fit in the shader of a measured material; the samples are shown if they are given."""
+    """As `polar_plot`, from the fit that a measured material keeps; the samples are shown if they are given."""
     found, theta_i, phi_i = present(kept(material)), round(theta_i, 3), round(phi_i, 3)
     key = ("kept polar", material.session_uid, found.digest, None if measured is None else measured.digest, theta_i,
            phi_i)
@@ -109,7 +109,7 @@ def material_polar(material: bpy.types.Material, theta_i: float, phi_i: float = 
 
 
 def material_turned(material: bpy.types.Material, theta_i: float) -> tuple[int, Job[Any]]:
-    """As `turned_plane`, from the fit in the shader of a measured material."""
+    """As `turned_plane`, from the fit that a measured material keeps."""
     found, theta_i = present(kept(material)), round(theta_i, 3)
     return icons.icon(("kept turned", material.session_uid, found.digest, theta_i),
                       partial(tasks.kept_turned, found, theta_i))
@@ -128,14 +128,16 @@ def near_plane(material: bpy.types.Material, theta_i: float,
 
 
 def kept(material: bpy.types.Material) -> tasks.Kept | None:
-    """The fit in a material's shader, as tasks take it; None where the material is not measured."""
+    """The fit that a material keeps, as tasks take it; None where the material is not measured."""
     node = materials.group_node(material)
     if node is None:
         return None
     settings = material.measured_brdf
     space = settings.colours if settings.colours in COLOURS else DEFAULT
-    return tasks.Kept(node_group.source(node.node_tree), settings.name_of_data, _compression(settings.fitted_levels),
-                      space)
+    tree = present(node.node_tree)
+    fit = node_group.kept_fit(tree)
+    return tasks.Kept(fit, "" if fit else node_group.source(tree), settings.name_of_data,
+                      _compression(settings.fitted_levels), space)
 
 
 def _compression(levels: str) -> float:

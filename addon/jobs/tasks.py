@@ -9,6 +9,7 @@ import math
 import os
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -33,8 +34,8 @@ from .recent import Recent
 
 _PassedOn = TypeVar("_PassedOn")
 
-Rebaked = tuple[str, Nodes]
-"""OSL source and closure nodes of a fit."""
+Rebaked = tuple[str, Nodes, bytes]
+"""OSL source and closure nodes of a fit, and the fit as materials keep it."""
 
 _LEVELS = range(8)          # in the plot of errors; level 8 would take longer than all others together
 # likewise of anisotropic samples: of a sparse lattice, and of a dense one alone. Level 0 is fitted as level 1 or close
@@ -47,7 +48,7 @@ _LARGEST = 2.0 ** 62        # integer of a digest: a file may hold an azimuth of
 _QUICK = 5000               # samples of which one more fit takes a second at most
 _SMALL = 1 << 20            # bytes: smaller files are read anew whenever they are asked for
 _fits: "Recent[tuple[str, str], Fitted]" = Recent(_KEPT)
-_unbaked: "Recent[str, fitter.Fit]" = Recent(_KEPT)
+_kept_fits: "Recent[str, fitter.Fit]" = Recent(_KEPT)
 # of the last samples: those of a large file, by what was asked and the file's stamp; their description; preparations
 _loaded: "Recent[tuple[tuple[str, str, str], tuple[int, int]], tuple[fitter.Samples, Measured]]" = Recent(1)
 _described: "Recent[Measured, Data]" = Recent(1)
@@ -116,12 +117,14 @@ class Fitted(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """A fit that a material keeps in its shader.
+    """A fit that a material keeps.
 
     Attributes
     ----------
+    fit : bytes
+        As `Fit.to_bytes` returns it. Empty for a material of a version before 0.3.0, whose fit is in its shader:
     source : str
-        OSL source that `bake` made.
+        OSL source that `bake` made; else empty.
     name : str
     compression : float
         Percent.
@@ -129,6 +132,7 @@ class Kept(NamedTuple):
         One of `colours.COLOURS`.
     """
 
+    fit: bytes
     source: str
     name: str
     compression: float
@@ -137,15 +141,19 @@ class Kept(NamedTuple):
     @property
     def digest(self) -> str:
         """Identifies the fit: 32 hexadecimal digits."""
-        whole = "\n".join((self.name, f"{self.compression:g}", self.colours, self.source))
-        return hashlib.blake2b(whole.encode(), digest_size=16).hexdigest()
+        whole = "\n".join((self.name, f"{self.compression:g}", self.colours, self.source)).encode()
+        return hashlib.blake2b(whole + b"\n" + self.fit, digest_size=16).hexdigest()
 
 
 class Outcome(NamedTuple):
-    """Everything that a material is made from. `sphere` is a small picture of it, as `packed` makes it."""
+    """Everything that a material is made from.
+
+    `kept` is its fit as `Fit.to_bytes` has it, and `sphere` a small picture of it, as `packed` makes it.
+    """
 
     measured: Measured
     fitted: Fitted
+    kept: bytes
     source: str
     nodes: Nodes
     albedo: FloatArray
@@ -159,6 +167,7 @@ class Adjusted(NamedTuple):
     """What changes of a material whose fit is edited: as `Outcome` has it, of the edited fit."""
 
     measured: Kept
+    kept: bytes
     source: str
     nodes: Nodes
     albedo: FloatArray
@@ -305,26 +314,26 @@ def asset_key(key_of_fit: str) -> str:
     return hashlib.sha256(f"{key_of_fit}\n{SHADER_VERSION}".encode()).hexdigest()[:24]
 
 
-def rebake(shaders: Sequence[tuple[str, float, _PassedOn]],
+def rebake(fits: Sequence[tuple[Kept, _PassedOn]],
            report: Report = silent) -> list[tuple[Rebaked | ValueError, _PassedOn]]:
-    """Update shaders of an older version.
+    """Make the shaders of this version for fits of materials.
 
     Parameters
     ----------
-    shaders : list of (source, compression, any)
-        OSL source, the compression of its sparse lattice (percent), and anything to return with it.
+    fits : list of (Kept, any)
+        Each with anything to return with it.
 
     Returns
     -------
-    list of ((source, nodes) or ValueError, any)
-        OSL source of this version and closure nodes for the same fit, or the error.
+    list of (Rebaked or ValueError, any)
+        What this version makes of the same fit, or the error.
     """
     done: list[tuple[Rebaked | ValueError, _PassedOn]] = []
-    for number, (source, compression, passed_on) in enumerate(shaders):
-        report(number / len(shaders), f"Updating {number + 1} of {len(shaders)}")
+    for number, (kept, passed_on) in enumerate(fits):
+        report(number / len(fits), f"Updating {number + 1} of {len(fits)}")
         try:
-            fit = unbake(source, compression=compression)
-            done.append(((bake(fit), node_mixtures(fit)), passed_on))
+            fit = kept_fit(kept)
+            done.append(((bake(fit), node_mixtures(fit), kept_bytes(fit)), passed_on))
         except ValueError as error:
             done.append((error, passed_on))
     return done
@@ -338,19 +347,19 @@ def _finish(samples: fitter.Samples, measured: Measured, found: Fitted, made: fi
 
 
 def adjusted(kept: Kept, edit: Arguments, report: Report = silent) -> Adjusted:
-    """Edit the fit in a material's shader anew. Raises ValueError if there is none, or an argument is wrong."""
+    """Edit the fit of a material anew. Raises ValueError if there is none, or an argument is wrong."""
     report(0.0, "Editing")
     return Adjusted(kept, *_baked(fitter.edited(kept_fit(kept), **edit), kept.colours, report), edit)
 
 
-def _baked(fit: fitter.Fit, space: str, report: Report) -> tuple[str, Nodes, FloatArray, Principled, str]:
-    """What a material needs of a fit: from `source` to `sphere` of an `Outcome`."""
+def _baked(fit: fitter.Fit, space: str, report: Report) -> tuple[bytes, str, Nodes, FloatArray, Principled, str]:
+    """What a material needs of a fit: from `kept` to `sphere` of an `Outcome`."""
     with progress.part(0.0, 0.35, "Writing the shader"):
         source = bake(fit)
     with progress.part(0.35, 0.85, "Matching closure nodes"):
         nodes = node_mixtures(fit)
     report(0.85, "Matching the viewport colour")
-    return (source, nodes, principled.albedo(fit), principled.principled(fit),
+    return (kept_bytes(fit), source, nodes, principled.albedo(fit), principled.principled(fit),
             packed(pictures.lit_sphere(fit, SIZE, colours=space)))
 
 
@@ -498,27 +507,33 @@ def near_plane(data: Data, theta_i: float, phi_i: float = 0.0,
 
 
 def kept_fit(kept: Kept, _report: Report = silent) -> fitter.Fit:
-    """The fit in a material's shader. Raises ValueError if there is none."""
+    """The fit of a material. Raises ValueError if there is none."""
     key = kept.digest
-    if key not in _unbaked:
-        _unbaked[key] = unbake(kept.source, kept.name, kept.compression)
-    return _unbaked[key]
+    if key not in _kept_fits:
+        _kept_fits[key] = (replace(fitter.Fit.from_bytes(kept.fit), name=kept.name) if kept.fit else
+                           unbake(kept.source, kept.name, kept.compression))
+    return _kept_fits[key]
+
+
+def kept_bytes(fit: fitter.Fit) -> bytes:
+    """A fit as materials keep it: without the names of its measurements and of their file, which materials know."""
+    return replace(fit, name="", source="").to_bytes()
 
 
 def kept_sphere(kept: Kept, _report: Report = silent) -> SingleArray:
-    """As `lit_sphere`, of a material's shader."""
+    """As `lit_sphere`, of the fit of a material."""
     return pictures.lit_sphere(kept_fit(kept), colours=kept.colours, with_tangent=True)
 
 
 def kept_polar(kept: Kept, data: Data | None, theta_i: float, phi_i: float = 0.0,
                _report: Report = silent) -> tuple[SingleArray, float]:
-    """As `polar_plot`, of a material's shader; without measurements it has no samples, and their angle is nan."""
+    """As `polar_plot`, of the fit of a material; without measurements it has no samples, and their angle is nan."""
     samples = None if data is None else data.samples
     return pictures.polar_plot(kept_fit(kept), samples, theta_i, phi_i=phi_i)
 
 
 def kept_turned(kept: Kept, theta_i: float, _report: Report = silent) -> SingleArray:
-    """As `turned_plane`, of a material's shader."""
+    """As `turned_plane`, of the fit of a material."""
     return pictures.turned_plane(kept_fit(kept), theta_i, colours=kept.colours)
 
 

@@ -15,7 +15,7 @@ from ..scene import device
 from ..scene.lamps import instances, light_objects, sky_moves
 from . import material as materials
 from . import osl_support, reading, rendered, tangents
-from .properties import AUTOMATIC, EXACT, FAST, NODES
+from .properties import AUTOMATIC, EXACT, NODES
 
 
 class Finding(NamedTuple):
@@ -65,10 +65,10 @@ def _osl(scene: bpy.types.Scene) -> Iterator[Finding]:
         names = ", ".join(item.name for item in black)
         yield Finding("black", f"Black, because {why}, and an older version made them: {names}",
                       "Update them and keep their fits", lambda: bpy.ops.measured_brdf.update_materials())
-    chosen = [item for item in used if materials.rendering_of(item) in (EXACT, FAST) and item not in black]
+    chosen = [item for item in used if materials.rendering_of(item) == EXACT and item not in black]
     if not chosen:
         return
-    found = f"{len(chosen)} materials are to be rendered Exact or Fast; because {why}, nodes are shown instead"
+    found = f"{len(chosen)} materials are to be rendered Exact; because {why}, nodes are shown instead"
     if osl_support.missing() or rendered.in_eevee(scene):
         yield Finding("osl", found, "Choose Automatic for them",
                       lambda: [materials.use_rendering(item, AUTOMATIC) for item in chosen if item.is_editable])
@@ -129,7 +129,7 @@ def _lamps(scene: bpy.types.Scene) -> Iterator[Finding]:
     pointlike = sum(item.data.type in {"POINT", "SPOT"} and item.data.shadow_soft_size == 0 for item in lamps)
     if pointlike > MAX_LAMPS:
         yield Finding("pointlike", f"{pointlike} lamps have no size, and only {MAX_LAMPS} can be rendered exactly. The "
-                      "highlights of the others are those of Fast. Give them a size")
+                      "highlights of the others are approximate. Give them a size")
     if not scene.render.use_lock_interface and (sky_moves(scene.world) or instances.can_move()):
         yield Finding("lock_interface", "Instanced lamps or bright places of the sky move: animations rendered from "
                       "the window follow them only with Lock Interface", "Turn Lock Interface on",

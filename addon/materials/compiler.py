@@ -18,7 +18,7 @@ class CompileError(RuntimeError):
 
 
 class Shader(NamedTuple):
-    """OSL source, what the compiler made of it, and the closure nodes of the same fit.
+    """OSL source, what the compiler made of it, and the closure nodes of the same fit, which is kept beside them.
 
     The bytecode is empty where this Blender was built without OSL: materials then have closure nodes alone.
     """
@@ -26,6 +26,7 @@ class Shader(NamedTuple):
     source: str
     bytecode: str
     nodes: Nodes
+    fit: bytes = b""            # as `Fit.to_bytes` returns it; empty where nothing will ask for it
 
     @property
     def bytecode_hash(self) -> str:
@@ -33,9 +34,9 @@ class Shader(NamedTuple):
         return hashlib.md5(self.bytecode.encode(), usedforsecurity=False).hexdigest()
 
 
-def compile_shader(source: str, nodes: Nodes) -> Shader:
-    """Compile OSL source, to go with closure nodes. Raises CompileError."""
-    return Shader(source, "" if osl_support.missing() else _bytecode(source), nodes)
+def compile_shader(source: str, nodes: Nodes, fit: bytes = b"") -> Shader:
+    """Compile OSL source, to go with closure nodes and a fit. Raises CompileError."""
+    return Shader(source, "" if osl_support.missing() else _bytecode(source), nodes, fit)
 
 
 def _bytecode(source: str) -> str:

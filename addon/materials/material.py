@@ -17,7 +17,7 @@ from ..scene import lamps
 from ..transaction import new_data_removed_on_error, restored_on_error
 from . import export_surface, mix_group, node_group, reading
 from .compiler import Shader, compile_shader
-from .properties import AUTOMATIC, CHOICES, EXACT, FAST, NODES, RESULTS, Choices, as_text, fit_arguments
+from .properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_text, fit_arguments, rendering_named
 
 if TYPE_CHECKING:
     from ...fitter import ErrorMetrics, Fit
@@ -58,6 +58,9 @@ class Look(Protocol):
 
     @property
     def measured(self) -> Coloured: ...
+
+    @property
+    def kept(self) -> bytes: ...
 
     @property
     def source(self) -> str: ...
@@ -123,7 +126,7 @@ def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
 def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, context: bpy.types.Context,
            shader: Shader | None = None) -> None:
     """Give a material a new fit, made by `choices`; if that fails, it stays as it was. Raises as `create` does."""
-    shader = compile_shader(outcome.source, outcome.nodes) if shader is None else shader
+    shader = compile_shader(outcome.source, outcome.nodes, outcome.kept) if shader is None else shader
     with new_data_removed_on_error(), restored_on_error(material, (*CHOICES, *RESULTS)):
         _use_nodes(material)
         is_new = group_node(material) is None
@@ -190,7 +193,7 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
     """Give measured materials that share a shader a new one of the same fit; if that fails, all stay as they were."""
     with ExitStack() as restored:
         restored.enter_context(new_data_removed_on_error())
-        tree, replaced = node_group.create(shader, materials[0].name), []
+        tree, replaced = node_group.shared(shader, materials[0].name), []
         for material in materials:
             restored.enter_context(restored_on_error(material, RESULTS))
             node, before = _show(material, tree)
@@ -200,7 +203,7 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
             material.measured_brdf.version = versions.CURRENT
         lamps.update(context.evaluated_depsgraph_get())
         unused = {item for before in replaced for item in node_group.unused(before)}
-        names = _names(tree, materials[0].name)
+        names = _names(tree, materials)
     bpy.data.batch_remove(unused)
     for item, name in names:
         item.name = name
@@ -269,17 +272,16 @@ def mixed(tree: bpy.types.NodeTree | None) -> int:
 def rendering_of(material: bpy.types.Material) -> str:
     """How a measured material is rendered, one of `properties.RENDERINGS`; users may have changed its inputs."""
     node = present(surface_node(material))
-    if "Nodes" in node.inputs and node.inputs["Nodes"].default_value:
+    if node_group.is_formerly_fast(node) or ("Nodes" in node.inputs and node.inputs["Nodes"].default_value):
         return NODES
-    if "Exact" in node.inputs and not node.inputs["Exact"].default_value:
-        return FAST
     return EXACT if material.measured_brdf.rendering == EXACT else AUTOMATIC
 
 
 def use_rendering(material: bpy.types.Material, rendering: str) -> None:
     """Choose how all measured BRDFs of a material are rendered, also those inside of node groups."""
+    rendering = rendering_named(rendering)
     for node in _measured_nodes(present(material.node_tree)):
-        for name, value in (("Exact", rendering != FAST), ("Nodes", rendering == NODES)):
+        for name, value in ((node_group.FORMER_EXACT, True), ("Nodes", rendering == NODES)):
             if name in node.inputs:             # version 0.1.0 had no Nodes
                 node.inputs[name].default_value = value
     material.measured_brdf.rendering = rendering
@@ -334,6 +336,7 @@ def _show(material: bpy.types.Material,
     own_tree = present(material.node_tree)
     nodes = own_tree.nodes
     node, output, before = group_node(material), own_tree.get_output_node("CYCLES"), None
+    by_nodes = node is not None and node_group.is_formerly_fast(node)
     if node is None:
         node = nodes.new("ShaderNodeGroup")
         node.name, node.width, node.node_tree = node_group.NAME, 200, tree
@@ -342,6 +345,8 @@ def _show(material: bpy.types.Material,
             _connect(own_tree, node, output)
     else:
         before, node.node_tree = node.node_tree, tree
+    if by_nodes:
+        node.inputs["Nodes"].default_value = True
     if output is None:
         output = nodes.new("ShaderNodeOutputMaterial")
         output.location = node.location.x + 260, node.location.y
@@ -374,7 +379,9 @@ def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.t
 def _show_look(material: bpy.types.Material, look: Look,
                shader: Shader) -> tuple[bpy.types.Node, bpy.types.NodeTree | None]:
     """Give a material a look, in every renderer and in exports: what `_show` returns."""
-    node, before = _show(material, node_group.create(shader, material.name))
+    node = group_node(material)
+    former = None if node is None else node.node_tree
+    node, before = _show(material, node_group.shared(shader, material.name, unlike=former))
     export_surface.update(material, look)
     _colour_solid_view(material, look)
     return node, before
@@ -390,12 +397,16 @@ def _replaced(material: bpy.types.Material, before: bpy.types.NodeTree | None, a
         lamps.update(context.evaluated_depsgraph_get())
         unused = node_group.unused(before)
         _export_mixes_of(material)
-        return unused, _names(after, material.name)
+        return unused, _names(after, [material])
 
 
-def _names(tree: bpy.types.NodeTree, name: str) -> list[tuple[bpy.types.ID, str]]:
-    """The names of a new group and its source text, which they cannot have beside those that they replace."""
-    text = present(node_group.script_node(tree)).script
+def _names(tree: bpy.types.NodeTree, materials: Sequence[bpy.types.Material]) -> list[tuple[bpy.types.ID, str]]:
+    """The names of a new group and its source text, which they cannot have beside those that they replace; none where
+    the group is that of other materials too, by whose name it goes."""
+    users = bpy.data.user_map(subset=[tree])[tree]
+    if any(isinstance(user, bpy.types.Material) and user not in materials for user in users):
+        return []
+    text, name = present(node_group.script_node(tree)).script, materials[0].name
     return [(tree, name)] if text is None else [(tree, name), (text, f"{name}.osl")]
 
 

@@ -26,8 +26,7 @@ _SCRIPT = "Measured BRDF Mix Shader"
 _PARTS = "First", "Second"              # nodes; and custom properties of the group, which hold the materials
 _COUNT = "mixed"                        # custom property of the group: how many measured BRDFs it holds
 _LOOKS = "Tint", "Strength", "Rotation" # inputs that change the look by their values
-_ERRORS = (node_group.FAST_ERROR, node_group.FAST_WORST, node_group.NODES_ERROR, node_group.NODES_WORST,
-           node_group.EEVEE_ERROR, node_group.EEVEE_WORST)
+_ERRORS = node_group.NODES_ERROR, node_group.NODES_WORST, node_group.EEVEE_ERROR, node_group.EEVEE_WORST
 
 
 def create(first: bpy.types.Material, first_node: bpy.types.Node, second: bpy.types.Material,
@@ -123,6 +122,10 @@ def following(material: bpy.types.Material, before: bpy.types.NodeTree | None,
                     tree.nodes[name].node_tree = after
         _renew(changed)
         yield
+        waiting = [cast(bpy.types.NodeTree, node.id_data) for node in changed]
+        for mix in waiting:             # and mixes of mixes
+            _update_inputs(mix)
+            waiting += [holder for node in _nodes_of(mix) if is_mix(holder := cast(bpy.types.NodeTree, node.id_data))]
     except BaseException:
         for node in changed:
             node.node_tree = before
@@ -136,6 +139,30 @@ def _renew(changed: list[bpy.types.Node]) -> None:
         mix = cast(bpy.types.NodeTree, node.id_data)
         _connect(mix)
         _remember_errors(mix)
+
+
+def _update_inputs(mix: bpy.types.NodeTree) -> None:
+    """Give a mix the inputs of its new groups, in the place of those that only groups of older versions had."""
+    sockets = present(mix.interface)
+    own = {item.name: item for item in _sockets(mix) if item.in_out == "INPUT"}
+    offered = {item.name: item for name in reversed(_PARTS) for item in _sockets(present(mix.nodes[name].node_tree))
+               if item.in_out == "INPUT"}
+    for name in offered.keys() - own.keys() - {FACTOR}:
+        _copy_socket(sockets, offered[name])
+    for node in _nodes_of(mix):
+        if node_group.is_formerly_fast(node):
+            node.inputs["Nodes"].default_value = True
+    if node_group.FORMER_EXACT in own and node_group.FORMER_EXACT not in offered:
+        sockets.remove(own[node_group.FORMER_EXACT])
+    _connect(mix)
+
+
+def _nodes_of(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
+    """The nodes of this file's materials and groups that hold a group."""
+    trees = [*(item.node_tree for item in bpy.data.materials), *bpy.data.node_groups]
+    for each in trees:
+        if each is not None and each.is_editable:
+            yield from (node for node in each.nodes if node.type == "GROUP" and node.node_tree == tree)
 
 
 def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types.NodeTree, factor: float) -> None:

@@ -8,6 +8,7 @@ closure nodes. EEVEE has an output of its own, because it renders fewer kinds of
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -28,16 +29,35 @@ if TYPE_CHECKING:
 
 NAME = "Measured BRDF"
 SCRIPT_NODE = "Measured BRDF Shader"
-FAST_ERROR = "fast_error"           # custom properties of the group: closure_mixture.Mixture.error ...
-FAST_WORST = "fast_worst"           # ... and worst, which versions before 0.2.0 did not set
-NODES_ERROR = "nodes_error"         # the same of the closure nodes; versions before 0.2.0 had none
-NODES_WORST = "nodes_worst"
+NODES_ERROR = "nodes_error"         # custom properties of the group: the error of the closure nodes in the mean ...
+NODES_WORST = "nodes_worst"         # ... and at the worst; versions before 0.2.0 had none
 EEVEE_ERROR = "eevee_error"
 EEVEE_WORST = "eevee_worst"
 CYCLES, EEVEE = "BSDF", "EEVEE"     # outputs
+EVERYWHERE = "Exact Everywhere"     # input
+FORMER_EXACT = "Exact"              # input that versions before 0.3.0 had: off for Fast, an approximation
 _ACTIVE = "Active"                  # output of the script node: 1 where it renders the surface
 _MESH_TANGENT = "MeshTangent"       # input of the script node; the group fills it
+_FIT = "fit"                        # custom property of the group: bytes; versions before 0.3.0 had none
+_BYTES = "bytes_in_file"            # custom properties of the group, which tell whether a user has changed it
+_HASH = "bytecode_hash"
 _VERSION = "shader_version"         # custom property of the group; version 0.1.0 did not set it
+
+
+# what Blender 5.0 writes beside their text or their values, in bytes
+_LINE, _NODE, _SOCKET, _LINK = 104, 500, 600, 88
+_SAME = 1e-4                # of errors, relative: the same mixture is not the same to the last digit
+
+
+def shared(shader: Shader, name: str, unlike: bpy.types.NodeTree | None = None) -> bpy.types.NodeTree:
+    """A node group of this file, other than `unlike`, that renders the same fit with the same version of the shader;
+    else a new one.
+
+    One in which a user has compiled another shader, or has added or removed something, is not shared. Raises as
+    `create` does.
+    """
+    found = (tree for tree in bpy.data.node_groups if tree.library is None and tree != unlike and _is_of(tree, shader))
+    return next(found, None) or create(shader, name)
 
 
 def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
@@ -52,15 +72,51 @@ def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
         text = bpy.data.texts.new(f"{name}.osl")
         tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
         _fill(tree, text, shader)
-        tree[NODES_ERROR], tree[NODES_WORST] = shader.nodes.cycles.error, shader.nodes.cycles.worst
-        tree[EEVEE_ERROR], tree[EEVEE_WORST] = shader.nodes.eevee.error, shader.nodes.eevee.worst
+        for key, error in _errors(shader.nodes).items():
+            tree[key] = error
         tree[_VERSION] = shader_version(shader.source)
+        if shader.fit:
+            tree[_FIT] = shader.fit
+        tree[_BYTES], tree[_HASH] = _bytes_in_file(tree), present(script_node(tree)).bytecode_hash
     return tree
+
+
+def bytes_in_file(tree: bpy.types.NodeTree) -> int:
+    """About how many bytes a group that `create` made takes in a .blend without compression; 0 where it is not known.
+
+    Its source text counts, and the lamps, which all groups share, do not.
+    """
+    stored = tree.get(_BYTES)
+    return stored if isinstance(stored, int) else 0
+
+
+def _bytes_in_file(tree: bpy.types.NodeTree) -> int:
+    text = source(tree)
+    sockets = sum(len(node.inputs) + len(node.outputs) for node in tree.nodes)
+    return (len(text) + _LINE * text.count("\n") + len(present(script_node(tree)).bytecode) + len(kept_fit(tree))
+            + _NODE * len(tree.nodes) + _SOCKET * sockets + _LINK * len(tree.links))
+
+
+def _is_of(tree: bpy.types.NodeTree, shader: Shader) -> bool:
+    """Whether a group is as `create` makes it of a shader, as far as can be told."""
+    script = script_node(tree)
+    return (script is not None and bool(shader.fit) and kept_fit(tree) == shader.fit
+            and version(tree) == shader_version(shader.source)
+            and all(math.isclose(tree.get(key, math.inf), error, rel_tol=_SAME)
+                    for key, error in _errors(shader.nodes).items())
+            and tree.get(_HASH) == script.bytecode_hash and bytes_in_file(tree) == _bytes_in_file(tree)
+            and all(node.node_tree == lamps.node_tree() for node in tree.nodes if node.type == "GROUP"))
+
+
+def _errors(nodes: Nodes) -> dict[str, float]:
+    """What the closure nodes misplace, by custom property of the group."""
+    return {NODES_ERROR: nodes.cycles.error, NODES_WORST: nodes.cycles.worst, EEVEE_ERROR: nodes.eevee.error,
+            EEVEE_WORST: nodes.eevee.worst}
 
 
 def of(fit: Fit) -> bpy.types.NodeTree:
     """Make a node group that renders a fit. Raises as `create` does."""
-    return create(compile_shader(bake(fit), node_mixtures(fit)))
+    return create(compile_shader(bake(fit), node_mixtures(fit), fit.to_bytes()))
 
 
 def unused(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
@@ -87,6 +143,19 @@ def source(tree: bpy.types.NodeTree) -> str:
     return "" if text is None else text.as_string()
 
 
+def kept_fit(tree: bpy.types.NodeTree) -> bytes:
+    """The fit in a group that `create` made, for `Fit.from_bytes`; empty if an older version made it, with the fit in
+    its source alone."""
+    stored = tree.get(_FIT)
+    return stored if isinstance(stored, bytes) else b""
+
+
+def is_formerly_fast(node: bpy.types.Node) -> bool:
+    """Whether a node holds a group of a version before 0.3.0 and shows its approximation in OSL, Fast."""
+    exact = node.inputs.get(FORMER_EXACT)
+    return exact is not None and not exact.default_value
+
+
 def version(tree: bpy.types.NodeTree) -> int:
     """The version of the shader in a group that `create` made, comparable with `bake.SHADER_VERSION`.
 
@@ -99,7 +168,8 @@ def version(tree: bpy.types.NodeTree) -> int:
 
 
 def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> None:
-    # values and links of a group's node follow the order in which sockets are made: new ones come last
+    # values and links of a group's node follow the order in which sockets are made: new ones come last, and what older
+    # versions had, or only anisotropic fits have, keeps its place
     tree.interface.new_socket(CYCLES, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
         "The surface for Cycles")
     tint = tree.interface.new_socket("Tint", in_out="INPUT", socket_type="NodeSocketColor")
@@ -108,10 +178,7 @@ def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> Non
     strength = tree.interface.new_socket("Strength", in_out="INPUT", socket_type="NodeSocketFloat")
     strength.default_value, strength.min_value = 1, 0
     strength.description = "Multiplies the measured reflectance"
-    exact = tree.interface.new_socket("Everywhere", in_out="INPUT", socket_type="NodeSocketBool")
-    exact.default_value = False
-    exact.description = ("Where Cycles renders with OSL. On: the measured reflectance in every direction, with "
-                         "slightly more noise. Off: an approximation by Cycles' own closures, with less noise")
+    _leave_out(tree, FORMER_EXACT)
     normal = tree.interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
     normal.hide_value = True
     normal.description = "Shading normal from a Bump or Normal Map node; by default, that of the surface"
@@ -121,24 +188,33 @@ def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> Non
     nodes.default_value = False
     nodes.description = "Approximation by ordinary nodes, on all devices, even where Cycles renders with OSL"
     tree.interface.move(nodes, normal.position)
+    tangents = _add_tangent(tree, shader.nodes.cycles.turn is not None)
+    everywhere = tree.interface.new_socket(EVERYWHERE, in_out="INPUT", socket_type="NodeSocketBool")
+    everywhere.default_value = False
+    everywhere.description = (
+        "Exact after rough bounces too, for validation. By default the measured reflectance is exact where the camera "
+        "sees the surface, directly or through sharp reflection, glass or transparency, and its mixture of closures "
+        "stands in after rough bounces")
 
     script = tree.nodes.new("ShaderNodeScript")
     script.name = script.label = SCRIPT_NODE
     script.mode = "INTERNAL"
     _store(script, text, shader)
-    names = ["Normal", "Tint", "Strength", "Everywhere", "Nodes"]
-    if shader.nodes.cycles.turn is not None:
-        names += _add_tangent(tree)
+    names = {name: name for name in ("Normal", "Tint", "Strength", "Nodes", *tangents)} | {EVERYWHERE: "Everywhere"}
     source, output = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
     source.location, output.location = (-3600, 0), (600, 0)
-    with _frame(tree, "Exact and Fast: in Cycles with OSL", [script]):
+    with _frame(tree, "Exact: in Cycles with OSL", [script]):
         if shader.bytecode:
             _connect(tree, source, script, names)
     _add_closures(tree, source, script, output, shader.nodes)
 
 
-def _connect(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.types.Node, names: list[str]) -> None:
-    """Connect the inputs of the script node. It is collapsed, and so are the lamps: the links between them are many."""
+def _connect(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.types.Node,
+             names: dict[str, str]) -> None:
+    """Connect the inputs of the script node: names are {input of the group: parameter of the shader}.
+
+    It is collapsed, and so are the lamps: the links between them are many.
+    """
     script.hide = True
     if _MESH_TANGENT in script.inputs:
         mesh = tree.nodes.new("ShaderNodeNewGeometry")
@@ -147,8 +223,8 @@ def _connect(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.types
     scene_lamps = tree.nodes.new("ShaderNodeGroup")
     scene_lamps.node_tree = lamps.node_tree()
     scene_lamps.location, scene_lamps.hide = (-300, 0), True
-    for name in names:
-        tree.links.new(source.outputs[name], script.inputs[name])
+    for name, parameter in names.items():
+        tree.links.new(source.outputs[name], script.inputs[parameter])
     for socket in scene_lamps.outputs:
         if socket.name in script.inputs:
             tree.links.new(socket, script.inputs[socket.name])
@@ -187,8 +263,17 @@ def _frame(tree: bpy.types.NodeTree, label: str, others: Sequence[bpy.types.Node
             node.parent = frame
 
 
-def _add_tangent(tree: bpy.types.NodeTree) -> list[str]:
-    """The inputs of an anisotropic fit, as Blender's anisotropic nodes have them; their names."""
+def _leave_out(tree: bpy.types.NodeTree, name: str) -> None:
+    """Keep the place of an input that a group has not."""
+    tree.interface.remove(tree.interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketFloat"))
+
+
+def _add_tangent(tree: bpy.types.NodeTree, is_anisotropic: bool) -> list[str]:
+    """The inputs of an anisotropic fit, as Blender's anisotropic nodes have them, or their places; their names."""
+    if not is_anisotropic:
+        _leave_out(tree, "Tangent")
+        _leave_out(tree, "Rotation")
+        return []
     tangent = tree.interface.new_socket("Tangent", in_out="INPUT", socket_type="NodeSocketVector")
     tangent.hide_value = True
     tangent.description = ("Direction in which the surface was measured at 0 degrees, from a Tangent node; by default, "

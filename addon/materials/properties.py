@@ -24,16 +24,17 @@ RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "se
            "version", "colours", "sphere", "fitted_as", "match", "between", "farthest", "hole", "adjusted")
 READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
 CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", "rendering", *READING)
-AUTOMATIC, EXACT, FAST, NODES = "AUTO", "EXACT", "FAST", "NODES"
+AUTOMATIC, EXACT, NODES = "AUTO", "EXACT", "NODES"
+_FAST = "FAST"              # of version 0.2: accepted where a rendering is named, and means NODES
 RENDERINGS = (
     (AUTOMATIC, "Automatic", "Exact where Cycles renders with OSL, and Nodes everywhere else"),
     (EXACT, "Exact", "The measured reflectance under every light; slightly noisier and slower. It needs Cycles with "
                      "OSL: elsewhere, Nodes are shown"),
-    (FAST, "Fast", "An approximation by Cycles' own closures. Reflections of lamps and the total reflected light are "
-                   "as measured, reflections of everything else differ. It needs Cycles with OSL: elsewhere, Nodes "
-                   "are shown"),
     (NODES, "Nodes", "An approximation by ordinary nodes, without OSL: on every device, quick, and without noise of "
                      "its own"))
+# files keep the numbers, which are those of version 0.2
+RENDERING_ITEMS = tuple((*item, "NONE", number) for item, number in zip(
+    (*RENDERINGS, (_FAST, "Fast", "Nodes, by the name of a rendering of version 0.2")), (0, 1, 3, 2), strict=True))
 AS_THE_FILE_SAYS = "auto"
 PRESET_ITEMS = tuple((name, name, text) for name, text in PRESET_DESCRIPTIONS.items())
 _ARGUMENTS: dict[str, Arguments] = {name: cast(Arguments, preset) for name, preset in PRESETS.items()}
@@ -128,7 +129,7 @@ class FitChoices:
         description="Largest RMSE at the samples, in 1/sr. Lower values follow the measurements more closely and make "
                     "larger files")
     rendering: EnumProperty(
-        name="Rendering", items=RENDERINGS, default=AUTOMATIC,
+        name="Rendering", items=RENDERING_ITEMS, default=AUTOMATIC,
         description="How the material is rendered. It can be changed at any time")
     angles: EnumProperty(
         name="Angles", items=_ANGLES, default=AS_THE_FILE_SAYS,
@@ -149,6 +150,18 @@ class FitChoices:
     encoding: EnumProperty(
         name="UTIA Values", items=_ENCODINGS, default=ENCODINGS[0],
         description="How the values of a UTIA file are stored. Its readers differ")
+
+
+def rendering_named(name: str) -> str:
+    """One of `RENDERINGS`, by its name or by one that version 0.2 had."""
+    return NODES if name == _FAST else name
+
+
+def draw_rendering(layout: bpy.types.UILayout, choices: Any) -> None:
+    """Draw the choice of a rendering, without names of older versions."""
+    row = layout.row(heading="Rendering")
+    for key, *_ in RENDERINGS:
+        row.prop_enum(choices, "rendering", key)
 
 
 def fit_arguments(choices: Choices) -> Arguments:

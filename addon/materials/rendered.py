@@ -1,4 +1,4 @@
-"""How measured materials are rendered in a scene: exactly, fast, or by closure nodes; and why, where nodes stand in.
+"""How measured materials are rendered in a scene: exactly or by closure nodes; and why, where nodes stand in.
 
 Which it is follows from the engine, the device and the settings of a scene, without any work of the extension
 (`node_group`). This module tells it, to the panel and, when a render begins without a window, to the console.
@@ -14,9 +14,10 @@ from ..annotations import present
 from ..scene import device
 from . import material as materials
 from . import node_group, osl_support
-from .properties import EXACT, FAST, NODES, RENDERINGS
+from .properties import EXACT, NODES, RENDERINGS
 
 _LABELS = {key: label for key, label, _ in RENDERINGS}
+FORMERLY_FAST = "FAST"      # an approximation in OSL by a shader of version 0.1.0 or 0.2.0
 BLACK = "BLACK"             # a shader of version 0.1.0, which has no closure nodes ...
 FORMER = "FORMER"           # ... and its Principled BSDF for EEVEE
 OTHER = "OTHER"             # something else is connected to the output
@@ -29,7 +30,7 @@ class Rendered(NamedTuple):
     Attributes
     ----------
     how : str
-        `properties.EXACT`, FAST or NODES, or BLACK, FORMER or OTHER.
+        `properties.EXACT` or NODES, or FORMERLY_FAST, BLACK, FORMER or OTHER.
     error, worst : float
         The share of the light that goes in wrong directions, in the mean over the viewing angles and at the worst.
     why : str
@@ -47,16 +48,16 @@ class Rendered(NamedTuple):
 
 def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
     """How a measured material is rendered in a scene."""
-    tree = present(materials.surface_node(material)).node_tree
+    node = present(materials.surface_node(material))
+    tree = present(node.node_tree)
     if not materials.shows(material, "EEVEE" if in_eevee(scene) else "CYCLES"):
         former = in_eevee(scene) and node_group.NODES_ERROR not in tree
         return Rendered(FORMER if former else OTHER, 1.0, 1.0, "", False)
+    if node_group.is_formerly_fast(node) and not node.inputs["Nodes"].default_value and not without_osl(scene):
+        return Rendered(FORMERLY_FAST, 1.0, 1.0, "", False)
     chosen = materials.rendering_of(material)
     why = "" if chosen == NODES and not in_eevee(scene) else without_osl(scene)
     if not why and chosen != NODES:
-        if chosen == FAST:
-            error = tree.get(node_group.FAST_ERROR, 0.0)
-            return Rendered(FAST, error, tree.get(node_group.FAST_WORST, error), "", False)
         return Rendered(EXACT, 0.0, 0.0, "", False)
     can_enable = chosen != NODES and not osl_support.missing() and device.effective_device(scene) in device.WITH_OSL
     if node_group.NODES_ERROR not in tree:
@@ -95,16 +96,16 @@ def brief(found: Rendered, chosen: str) -> str:
         return "Not shown: the Material Output of this engine has another surface"
     if found.how == EXACT:
         return "Rendered exactly as fitted"
-    if found.how == FAST:
-        return "Rendered fast"
+    if found.how == FORMERLY_FAST:
+        return "Rendered by an approximation of an older version. Update it"
     because = f", because {found.why}" if found.why else ""
-    instead = f" instead of {_LABELS[chosen]}" if chosen in (EXACT, FAST) else ""
+    instead = f" instead of {_LABELS[chosen]}" if chosen == EXACT else ""
     return f"Rendered by nodes{instead}{because}"
 
 
 def sentence(found: Rendered, chosen: str) -> str:
     """What the panel says of a material: `brief`, and the share of the light that goes in wrong directions."""
-    if found.how not in (FAST, NODES):
+    if found.how != NODES:
         return brief(found, chosen)
     misplaced = f"{found.error:.1%} of the light goes in wrong directions"
     if found.worst > found.error:
@@ -115,7 +116,7 @@ def sentence(found: Rendered, chosen: str) -> str:
 def advice(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
     """How a material is rendered in a scene, and how it would be rendered exactly; empty if it is as was chosen."""
     found, chosen = in_scene(material, scene), materials.rendering_of(material)
-    if not found.why and found.how not in (FORMER, OTHER):
+    if not found.why and found.how not in (FORMERLY_FAST, FORMER, OTHER):
         return ""
     text = f"{brief(found, chosen)}, an approximation" if found.how == NODES else brief(found, chosen)
     if found.can_enable:
@@ -136,7 +137,8 @@ def summary(scene: bpy.types.Scene) -> str:
     counts = Counter(in_scene(item, scene).how for item in used())
     if not counts:
         return ""
-    parts = [f"{counts[how]} {text}" for how, text in ((EXACT, "exact"), (FAST, "fast"), (NODES, "by closure nodes"),
+    parts = [f"{counts[how]} {text}" for how, text in ((EXACT, "exact"), (NODES, "by closure nodes"),
+                                                       (FORMERLY_FAST, "by an older version's approximation"),
                                                        (BLACK, "black: update the materials"),
                                                        (FORMER, "as an older version has it"),
                                                        (OTHER, "not connected to the output")) if counts[how]]

@@ -57,7 +57,7 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
 
     def prepare(self, adjusted: tasks.Adjusted) -> Steps:
         yield 0.95, "Compiling"
-        return adjusted, compiler.compile_shader(adjusted.source, adjusted.nodes)
+        return adjusted, compiler.compile_shader(adjusted.source, adjusted.nodes, adjusted.kept)
 
     def apply(self, context: bpy.types.Context, prepared: tuple[tasks.Adjusted, compiler.Shader]) -> None:
         target = by_session_uid(bpy.data.materials, self._target)

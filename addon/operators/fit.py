@@ -86,7 +86,7 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
 
     def prepare(self, outcome: tasks.Outcome) -> Steps:
         yield 0.95, "Compiling"
-        return outcome, compiler.compile_shader(outcome.source, outcome.nodes)
+        return outcome, compiler.compile_shader(outcome.source, outcome.nodes, outcome.kept)
 
     def apply(self, context: bpy.types.Context, prepared: tuple[tasks.Outcome, compiler.Shader]) -> None:
         outcome, shader = prepared

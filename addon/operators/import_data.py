@@ -19,7 +19,7 @@ from ..jobs import process, queries, tasks
 from ..jobs.modal import InBackground, Steps
 from ..library.discovery import GLOB
 from ..materials import compiler, material, rendered
-from ..materials.properties import CHOICES, LEVELS, FitChoices, fit_arguments, use_preset, worth
+from ..materials.properties import CHOICES, LEVELS, FitChoices, draw_rendering, fit_arguments, use_preset, worth
 from ..materials.reading import draw_reading, load_arguments
 from . import tabs, targets
 
@@ -61,7 +61,8 @@ class MakesMaterials(HasTarget, InBackground):
                 prepared.append((path, sample, outcome, None))
             else:
                 yield number / len(outcomes), f"Compiling {outcome.measured.name}"
-                prepared.append((path, sample, outcome, compiler.compile_shader(outcome.source, outcome.nodes)))
+                prepared.append((path, sample, outcome,
+                                 compiler.compile_shader(outcome.source, outcome.nodes, outcome.kept)))
         return prepared
 
     def apply(self, context: bpy.types.Context, prepared: _Prepared) -> None:
@@ -119,6 +120,11 @@ or else to the active one"""
             return {"CANCELLED"}
         return self.start(context)
 
+    def draw(self, _context: bpy.types.Context) -> None:
+        layout = present(self.layout)
+        layout.prop(self, "filepath")
+        _draw_choices(layout, self)
+
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         if self.options.is_repeat_last:     # and another object may be active now
             self.target = 0
@@ -168,19 +174,7 @@ class MEASUREDBRDF_OT_browse(FitChoices, HasTarget, bpy.types.Operator, ImportHe
         return super().invoke(context, event)
 
     def draw(self, _context: bpy.types.Context) -> None:
-        layout = present(self.layout)
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        for name in ("preset", "sample", "rendering"):
-            layout.prop(self, name)
-        header, body = layout.panel("MEASUREDBRDF_levels", default_closed=True)
-        header.label(text="Fit Settings")
-        if body is not None:
-            for name in (*LEVELS, "use_tolerance", "tolerance"):
-                row = body.row()
-                row.active = name == "use_tolerance" or self.use_tolerance == (name == "tolerance")
-                row.prop(self, name)
-        draw_reading(layout, self)
+        _draw_choices(present(self.layout), self)
 
     def execute(self, _context: bpy.types.Context) -> OperatorResult:
         bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **_given(self))
@@ -226,6 +220,23 @@ class MEASUREDBRDF_FH_measurements(bpy.types.FileHandler):
     @classmethod
     def poll_drop(cls, context: bpy.types.Context) -> bool:
         return context.area is not None and context.area.type in _EDITORS
+
+
+def _draw_choices(layout: bpy.types.UILayout, operator: Any) -> None:
+    """Draw the choices for an import."""
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    for name in ("preset", "sample"):
+        layout.prop(operator, name)
+    draw_rendering(layout, operator)
+    header, body = layout.panel("MEASUREDBRDF_levels", default_closed=True)
+    header.label(text="Fit Settings")
+    if body is not None:
+        for name in (*LEVELS, "use_tolerance", "tolerance"):
+            row = body.row()
+            row.active = name == "use_tolerance" or operator.use_tolerance == (name == "tolerance")
+            row.prop(operator, name)
+    draw_reading(layout, operator)
 
 
 def given(operator: Any) -> dict[str, Any]:

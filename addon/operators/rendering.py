@@ -1,4 +1,4 @@
-"""How measured materials are rendered: exactly, fast, or by closure nodes."""
+"""How measured materials are rendered: exactly, or by closure nodes."""
 
 import bpy
 from bpy.props import EnumProperty
@@ -6,7 +6,7 @@ from bpy.props import EnumProperty
 from ..annotations import OperatorResult, present
 from ..materials import material as materials
 from ..materials import osl_support
-from ..materials.properties import RENDERINGS
+from ..materials.properties import RENDERING_ITEMS
 from .active_material import active_material, is_editable
 
 
@@ -33,7 +33,7 @@ class MEASUREDBRDF_OT_use_method(bpy.types.Operator):
     bl_label = "Use Method"
     bl_options = {"UNDO", "INTERNAL"}
 
-    method: EnumProperty(items=RENDERINGS)
+    method: EnumProperty(items=RENDERING_ITEMS)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -42,7 +42,7 @@ class MEASUREDBRDF_OT_use_method(bpy.types.Operator):
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: "MEASUREDBRDF_OT_use_method") -> str:
-        return next(text for key, _, text in RENDERINGS if key == properties.method)
+        return next(text for key, _, text, *_ in RENDERING_ITEMS if key == properties.method)
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         materials.use_rendering(present(active_material(context)), self.method)

@@ -6,9 +6,9 @@ from functools import partial
 import bpy
 
 from ..annotations import OperatorResult, present
-from ..jobs import process, tasks
+from ..jobs import process, queries, tasks
 from ..jobs.modal import InBackground, Steps
-from ..materials import compiler, material, node_group
+from ..materials import compiler, material
 from ..transaction import by_session_uid
 
 _Users = list[int]          # session_uid of the materials that share a shader
@@ -32,12 +32,13 @@ The fits do not change, and the measurements are not needed"""
         outdated = [item for item in bpy.data.materials if item.is_editable and material.is_outdated(item)]
         if not outdated:
             raise ValueError("All measured materials of this file are up to date")
-        shaders: dict[int, tuple[str, float, _Users]] = {}
-        for item in outdated:           # copies of a material may share a shader
+        fits: dict[int, tuple[tasks.Kept, _Users]] = {}
+        for item in outdated:           # copies of a material, and materials of one fit, share a shader
             tree = present(material.group_node(item)).node_tree
-            shaders.setdefault(tree.session_uid, (node_group.source(tree), item.measured_brdf.compression, []))
-            shaders[tree.session_uid][2].append(item.session_uid)
-        return process.Calculation(partial(tasks.rebake, list(shaders.values())))
+            if tree.session_uid not in fits:
+                fits[tree.session_uid] = present(queries.kept(item)), []
+            fits[tree.session_uid][1].append(item.session_uid)
+        return process.Calculation(partial(tasks.rebake, list(fits.values())))
 
     def prepare(self, rebaked: Sequence[tuple[tasks.Rebaked | ValueError, _Users]]) -> Steps:
         prepared: list[tuple[compiler.Shader | ValueError, _Users]] = []

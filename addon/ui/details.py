@@ -12,8 +12,7 @@ from ..materials import node_group
 from ..materials.properties import NO_SPECULAR_LEVEL, fitted_arguments
 from .layout import MaterialPanel, draw_value, draw_wrapped, wrapped
 
-_MISPLACED = (("Fast", node_group.FAST_ERROR, node_group.FAST_WORST),
-              ("Nodes", node_group.NODES_ERROR, node_group.NODES_WORST),
+_MISPLACED = (("Nodes", node_group.NODES_ERROR, node_group.NODES_WORST),
               ("EEVEE", node_group.EEVEE_ERROR, node_group.EEVEE_WORST))
 
 
@@ -83,6 +82,8 @@ def rows(material: bpy.types.Material) -> list[tuple[str, str]]:
              ("Held-out RMSE", _held_out(material)),
              ("Coefficients", f"{settings.coefficients:,}"),
              ("Storage", f"{settings.bytes:,} bytes")]
+    if size := node_group.bytes_in_file(tree):
+        found.append(("In the .blend", f"about {size / 1000:,.0f} kB"))
     found += [(f"{name} misplaces", f"{tree[error]:.1%} of the light, at worst {tree.get(worst, tree[error]):.1%}")
               for name, error, worst in _MISPLACED if error in tree]
     found.append(("Fitted in", f"{settings.seconds:.2f} s"))

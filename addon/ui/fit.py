@@ -195,7 +195,7 @@ def _draw_data_state(layout: bpy.types.UILayout, settings: Any, data: Job[tasks.
 
 def _draw_start(layout: bpy.types.UILayout, settings: Any, data: Job[tasks.Data], fitted: bool) -> None:
     """Draw the presets, and the button that fits; what a fit costs, if the material does not have it."""
-    buttons = choices(layout, max(map(len, PRESETS)))
+    buttons = choices(layout, PRESETS)
     for name in PRESETS:
         buttons.operator(presets.MEASUREDBRDF_OT_use_preset.bl_idname, text=name,
                          depress=is_preset(settings, name)).preset = name

@@ -1,6 +1,7 @@
 """What the panels share: where they are, and how they draw text."""
 
 import textwrap
+from collections.abc import Collection
 from functools import lru_cache
 from typing import Literal
 
@@ -111,9 +112,11 @@ def is_narrow(characters: int = _NARROW) -> bool:
     return room() < characters
 
 
-def choices(layout: bpy.types.UILayout, longest: int) -> bpy.types.UILayout:
-    """A layout for four buttons, of which the longest text has so many characters: beside one another, if they fit."""
-    columns = 2 if is_narrow(4 * (longest + _GAP)) else 4
+def choices(layout: bpy.types.UILayout, texts: Collection[str]) -> bpy.types.UILayout:
+    """A layout for buttons with these texts: beside one another, if they fit."""
+    columns = len(texts)
+    if is_narrow(columns * (max(map(len, texts)) + _GAP)):
+        columns = 1 if columns % 2 else 2
     return layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=True, align=True)
 
 

@@ -12,7 +12,7 @@ from .layout import MaterialPanel, choices, draw_wrapped, fits
 
 
 class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
-    """Exact, Fast or Nodes, and a list of wrong settings, each with a Fix button"""
+    """Exact or Nodes, and a list of wrong settings, each with a Fix button"""
 
     bl_label = "Rendering"
     bl_parent_id = "MEASUREDBRDF_PT_material"
@@ -24,7 +24,7 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, material, scene = present(self.layout), present(context.material), present(context.scene)
         chosen = materials.rendering_of(material)
-        buttons = choices(layout, max(len(label) for _, label, _ in RENDERINGS))
+        buttons = choices(layout, [label for _, label, _ in RENDERINGS])
         for key, label, _ in RENDERINGS:
             buttons.operator(MEASUREDBRDF_OT_use_method.bl_idname, text=label, depress=chosen == key).method = key
         found = rendered.in_scene(material, scene)

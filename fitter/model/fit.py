@@ -156,6 +156,15 @@ class Fit:
         """Read a fit that `save` wrote; anything else raises `DatasetError`."""
         return Fit(**fit_file.read(path))
 
+    def to_bytes(self) -> bytes:
+        """The fit as `save` writes it. Equal fits have equal bytes."""
+        return fit_file.to_bytes(self)
+
+    @staticmethod
+    def from_bytes(content: bytes) -> "Fit":
+        """Read a fit that `to_bytes` returned; anything else raises `DatasetError`."""
+        return Fit(**fit_file.from_bytes(content))
+
 
 def notation(diffuse_level: int, specular_level: int | None = None, compression: float = 0.0) -> str:
     """The levels of a fit in the paper's notation: ``(D,S,C)``, or ``level D`` for plain MBA.

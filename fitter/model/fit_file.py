@@ -1,4 +1,5 @@
-"""Fits as files: NumPy .npz archives with a version, without pickled objects; every entry is checked on reading.
+"""Fits as files or bytes: NumPy .npz archives with a version, without pickled objects; every entry is checked on
+reading.
 
 The entries are `header`, a JSON text with format, version, coordinates, transform, levels, compression, channels,
 columns, changes, name and source; `diffuse`; for a bi-level fit `coefficients`, `keys` and `displacement`; and for a
@@ -11,7 +12,6 @@ its lobes are anisotropic `prior_across` and `prior_turn`. The header of a fit i
 
 from __future__ import annotations
 
-import io
 import json
 import math
 from pathlib import Path
@@ -59,6 +59,12 @@ def write(fit: Fit, path: str | Path) -> None:
     OSError
         If the file cannot be written; a file at `path` then stays as it was.
     """
+    with files.replacing(path) as stream:
+        stream.write(to_bytes(fit))
+
+
+def to_bytes(fit: Fit) -> bytes:
+    """A fit as an .npz file has it. Equal fits have equal bytes."""
     coordinates, transform = fit.coordinates, fit.transform
     header: dict[str, Any] = {
         "format": FORMAT, "version": VERSION, "coordinates": coordinates.name, "transform": transform.name,
@@ -85,11 +91,7 @@ def write(fit: Fit, path: str | Path) -> None:
     if fit.edit is not None:
         header["edit"] = {name: float(getattr(fit.edit, name)) for name in _EDIT_NUMBERS}
         arrays |= {f"edit_{name}": getattr(fit.edit, name) for name in _EDIT}
-    content = io.BytesIO()      # not the file: on a full disk, ZipFile would raise a second error when it is deleted
-    entries: _Arrays = {"header": np.array(json.dumps(header)), **arrays}
-    np.savez_compressed(content, **entries)     # type: ignore[arg-type]    # NumPy's stub has a parameter of bool
-    with files.replacing(path) as stream:
-        stream.write(content.getbuffer())
+    return npz.written({"header": np.array(json.dumps(header)), **arrays})
 
 
 def read(path: str | Path) -> dict[str, Any]:
@@ -100,7 +102,11 @@ def read(path: str | Path) -> dict[str, Any]:
     DatasetError
         If the file is not there, is not a fit of a known version, or is damaged.
     """
-    content = files.read_bytes(path, npz.LARGEST)
+    return from_bytes(files.read_bytes(path, npz.LARGEST), path)
+
+
+def from_bytes(content: bytes, path: str | Path | None = None) -> dict[str, Any]:
+    """As `read`, of what `to_bytes` returned; errors name the path."""
     try:
         entries = npz.read(content)
         header = json.loads(str(entries.pop("header")))

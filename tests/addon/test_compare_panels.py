@@ -167,9 +167,9 @@ def values_of(texts, name):
     return [text.removeprefix(letter) for letter, text in zip(("A: ", "B: "), texts[place + 1:place + 3], strict=True)]
 
 
-def test_a_damaged_shader_is_said_and_the_other_is_still_shown(ui, material, other):
+def test_a_damaged_fit_is_said_and_the_other_is_still_shown(ui, material, other):
     group = next(node.node_tree for node in other.node_tree.nodes if node.type == "GROUP")
-    group.nodes["Measured BRDF Shader"].script.from_string("void")
+    group["fit"] = b"void"
     ui.comparison.of(bpy.context.scene).pinned = other
     panel = ui.compare_with.MEASUREDBRDF_PT_compare_with
     draw(panel, material=material)
@@ -183,7 +183,7 @@ def test_a_damaged_shader_is_said_and_the_other_is_still_shown(ui, material, oth
                 question.job.error = error
             question.job.finished = 1.0
     shown = draw(panel, material=material)
-    assert "not a shader of Measured BRDF" in shown.texts
+    assert "not a fit saved by Measured BRDF" in shown.texts
     assert f"{material.measured_brdf.coefficients:,}" in shown.texts
 
 

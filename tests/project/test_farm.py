@@ -43,15 +43,12 @@ def test_a_blend_renders_where_neither_the_extension_nor_the_measurements_are(bl
 
 def test_a_lamp_without_a_size_is_followed_where_the_extension_is_not(blender, tmp_path):
     """At a frame other than the saved one; were the lamp unknown, only the mixture would be visible."""
-    from measured_brdf.addon.materials.material import group_node
-
     measurements = tmp_path / "made.astm"
     measurements.write_bytes(fuzz.seeds()["astm, made"])
     scene = black_scene(24, 24, samples=32, span=2)
     scene.cycles.max_bounces = 0
     add_sphere()
     blender.ops.measured_brdf.import_data(filepath=str(measurements), diffuse_level=3, specular_level=5)
-    group_node(blender.context.object.active_material).inputs["Exact"].default_value = False
     sun = add_lamp("SUN", math.pi, angle=0)
     for frame, lean in ((1, -0.9), (10, 0.9)):
         sun.rotation_euler = (0, lean, 0)

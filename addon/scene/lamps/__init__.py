@@ -23,13 +23,13 @@ from bpy.app.handlers import persistent
 from ...annotations import present
 from ..device import renders_on_gpu
 from ..world_lights import bright_spots
-from . import changes, drivers, even, group, instances, lamp, light_objects
+from . import changes, drivers, group, instances, lamp, light_objects
 from .changes import Changed
 from .group import NAME, node_tree
 from .lamp import Lamp
 from .light_objects import light_of
 
-__all__ = ["NAME", "in_scene", "light_is_even", "node_tree", "register", "sky_moves", "store", "unregister", "update"]
+__all__ = ["NAME", "in_scene", "node_tree", "register", "sky_moves", "store", "unregister", "update"]
 
 _Found = list[tuple[Lamp, bpy.types.Object | None]]
 """Lamps, each with its evaluated object; None for instances and bright spots."""
@@ -49,19 +49,10 @@ def in_scene(depsgraph: bpy.types.Depsgraph) -> list[Lamp]:
     return sorted(found, key=lambda known: known.rank)[:group.MAX_LAMPS]
 
 
-def light_is_even(depsgraph: bpy.types.Depsgraph) -> bool:
-    """Whether there is light besides that of the lamps, and it is even."""
-    even.forget()
-    return even.light_is_even(depsgraph.scene_eval.world)
-
-
-def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], is_even: bool = False, frugal: bool = False) -> None:
-    """Write lamps from `in_scene` into a group, whether other light is even, and whether few closures fit.
-
-    Without drivers.
-    """
+def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], frugal: bool = False) -> None:
+    """Write lamps from `in_scene` into a group, and whether few closures fit, without drivers."""
     drivers.wire(tree, {})
-    group.store(tree, lamps, is_even, frugal)
+    group.store(tree, lamps, frugal)
     _object_order.pop(tree.session_uid, None)
 
 
@@ -85,18 +76,13 @@ def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
     if changed.structure:
         light_objects.forget_layers()
         instances.forget_collections()
-    if changed.materials:
-        even.forget()
     trees = group.trees() if any(changed) else []
     if not trees:
         return
-    is_even = even.light_is_even(depsgraph.scene_eval.world)
     frugal = renders_on_gpu(present(depsgraph.scene))
     found = sorted(_lamps(depsgraph, changed), key=lambda pair: pair[0].rank)
     for tree in trees:
-        room = group.capacity(tree)
-        # a lamp that materials do not know is light that is not even
-        _write(tree, found[:room], is_even and len(found) <= room, frugal, present(depsgraph.view_layer))
+        _write(tree, found[:group.capacity(tree)], frugal, present(depsgraph.view_layer))
 
 
 def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Found:
@@ -112,7 +98,7 @@ def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Found:
     return found
 
 
-def _write(tree: bpy.types.NodeTree, found: _Found, is_even: bool, frugal: bool, layer: bpy.types.ViewLayer) -> None:
+def _write(tree: bpy.types.NodeTree, found: _Found, frugal: bool, layer: bpy.types.ViewLayer) -> None:
     """Write lamps into a group, with drivers for those that need them."""
     names = Counter(item.name for _, item in found if item is not None)
     # drivers cannot tell a local object from a linked one of the same name
@@ -124,7 +110,7 @@ def _write(tree: bpy.types.NodeTree, found: _Found, is_even: bool, frugal: bool,
     sources = {(number, index): (expression, item) for number, (_, item) in enumerate(found, 1) if item is not None
                for index, expression in wanted.get(_identity(item), {}).items()}
     driven = drivers.wire(tree, sources)
-    group.store(tree, [known for known, _ in found], is_even, frugal, driven)
+    group.store(tree, [known for known, _ in found], frugal, driven)
 
 
 def _in_order_of(before: list[int | None], found: _Found) -> _Found:
@@ -146,7 +132,6 @@ def _identity(item: bpy.types.Object | None) -> int | None:
 def _forget() -> None:
     light_objects.forget()
     instances.forget()
-    even.forget()
 
 
 def _may_write(scene: bpy.types.Scene) -> bool:

@@ -16,8 +16,8 @@ from .lamp import Lamp
 
 NAME = "Measured BRDF Lamps"
 LAMPS = "Lamps"
-EVEN = "Even"
 FRUGAL = "Frugal"
+_EVEN = "Even"              # of versions before 0.3.0: whether light besides that of the lamps is even
 _NUMBERED = re.compile(r"(Lamp|Extent)([1-9][0-9]*)")
 
 
@@ -35,7 +35,7 @@ def trees() -> list[bpy.types.NodeTree]:
 
 def capacity(tree: bpy.types.NodeTree) -> int:
     """How many lamps a group holds; 0 if it is not a lamp group, or lacks nodes."""
-    if LAMPS not in tree.nodes or EVEN not in tree.nodes:
+    if LAMPS not in tree.nodes:
         return 0
     numbers: dict[str, set[int]] = {"Lamp": set(), "Extent": set()}
     for node in tree.nodes:
@@ -50,7 +50,7 @@ def sockets(tree: bpy.types.NodeTree, number: int) -> list[bpy.types.NodeSocket]
     return [*tree.nodes[f"Lamp{number}"].inputs, *tree.nodes[f"Extent{number}"].inputs[:2]]
 
 
-def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], even: bool, frugal: bool,
+def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], frugal: bool,
           driven: Collection[tuple[int, int]] = frozenset()) -> None:
     """Write the values that differ: every assignment makes Cycles update the shader.
 
@@ -59,15 +59,14 @@ def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], even: bool, frugal: b
     tree : bpy.types.ShaderNodeTree
     lamps : sequence of ((x, y, z), size, strength)
         At most `capacity(tree)`.
-    even : bool
-        Whether other light is even.
     frugal : bool
         Whether few closures fit. Groups of older versions have no place for it.
     driven : set of (number, index)
         Lamps, from 1, and indices into their `sockets`, that have a driver and are skipped.
     """
     _set(tree.nodes[LAMPS].outputs[0], float(len(lamps)))
-    _set(tree.nodes[EVEN].outputs[0], float(even))
+    if _EVEN in tree.nodes:         # what is not known to be even costs shaders of older versions noise only
+        _set(tree.nodes[_EVEN].outputs[0], 0.0)
     if FRUGAL in tree.nodes:
         _set(tree.nodes[FRUGAL].outputs[0], float(frugal))
     for number, (position, *extent) in enumerate(lamps, 1):
@@ -85,7 +84,7 @@ def _create() -> bpy.types.NodeTree:
     tree = bpy.data.node_groups.new(NAME, "ShaderNodeTree")
     output = tree.nodes.new("NodeGroupOutput")
     output.location = (400, 0)
-    for row, name in enumerate((FRUGAL, EVEN, LAMPS), -2):
+    for row, name in enumerate((FRUGAL, LAMPS), -1):
         _add(tree, output, "ShaderNodeValue", name, "NodeSocketFloat", row)
         tree.nodes[name].outputs[0].default_value = 0
     for number in range(1, MAX_LAMPS + 1):

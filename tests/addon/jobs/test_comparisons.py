@@ -5,7 +5,6 @@ import pytest
 
 import fitter
 from fitter import pictures
-from fitter.cycles.bake import bake
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +17,7 @@ def fits(glossy):
 def kept(extension, fits):
     from measured_brdf.addon.jobs import tasks
 
-    return [tasks.Kept(bake(fit), fit.name, 80.0, "Rec.709") for fit in fits]
+    return [tasks.Kept(tasks.kept_bytes(fit), "", fit.name, 80.0, "Rec.709") for fit in fits]
 
 
 @pytest.fixture
@@ -56,7 +55,7 @@ def test_a_grey_fit_has_one_albedo_three_times(comparisons, glossy):
     from measured_brdf.addon.jobs import tasks
 
     grey = fitter.Samples(*glossy.directions, glossy.values[:, :1], ("grey",), "grey")
-    kept = tasks.Kept(bake(fitter.fit(grey, 2, None, method="mba")), "grey", 0.0, "Rec.709")
+    kept = tasks.Kept(tasks.kept_bytes(fitter.fit(grey, 2, None, method="mba")), "", "grey", 0.0, "Rec.709")
     albedo = comparisons.figures(kept).albedo
     assert albedo.shape == (3,)
     assert np.ptp(albedo) == 0 < albedo[0]
@@ -64,6 +63,8 @@ def test_a_grey_fit_has_one_albedo_three_times(comparisons, glossy):
 
 def test_a_damaged_shader_is_an_error(comparisons, kept):
     with pytest.raises(ValueError, match="not a shader"):
-        comparisons.split_sphere(kept[0], kept[1]._replace(source=""), 0.5, 32)
+        comparisons.split_sphere(kept[0], kept[1]._replace(fit=b""), 0.5, 32)
     with pytest.raises(ValueError, match="not a shader"):
-        comparisons.figures(kept[0]._replace(source="void"))
+        comparisons.figures(kept[0]._replace(fit=b"", source="void"))
+    with pytest.raises(ValueError, match="not a fit"):
+        comparisons.figures(kept[0]._replace(fit=b"void"))

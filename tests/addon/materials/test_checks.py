@@ -82,11 +82,11 @@ def test_the_method_is_chosen_in_the_node(blender, scene, glossy, write_astm, tm
     path = write_astm(tmp_path / "glossy.astm", glossy)
     blender.ops.measured_brdf.import_data(filepath=str(path), preset="Paper", diffuse_level=1, specular_level=-1)
     node = group_node(blender.context.object.active_material)
-    assert node.inputs["Exact"].default_value
-    assert blender.ops.measured_brdf.use_method(method="FAST") == {"FINISHED"}
-    assert not node.inputs["Exact"].default_value
+    assert not node.inputs["Nodes"].default_value
+    assert blender.ops.measured_brdf.use_method(method="NODES") == {"FINISHED"}
+    assert node.inputs["Nodes"].default_value
     assert blender.ops.measured_brdf.use_method(method="EXACT") == {"FINISHED"}
-    assert node.inputs["Exact"].default_value
+    assert not node.inputs["Nodes"].default_value
 
 
 def test_the_panel_is_drawn_again_without_a_look_at_the_objects(blender, extension, scene, monkeypatch):

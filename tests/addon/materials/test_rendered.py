@@ -65,16 +65,15 @@ def test_automatic_is_exact_with_osl_and_nodes_without(scene, imported):
     assert "osl" not in findings(), "that is what was chosen"
 
 
-@pytest.mark.parametrize("choice", ["EXACT", "FAST"])
-def test_what_needs_osl_is_told_where_it_is_off_and_has_a_fix(scene, imported, choice):
-    material = imported(choice)
-    assert how(material).how == choice
+def test_what_needs_osl_is_told_where_it_is_off_and_has_a_fix(scene, imported):
+    material = imported("EXACT")
+    assert how(material).how == "EXACT"
     assert "osl" not in findings()
     scene.cycles.shading_system = False
     assert how(material).how == "NODES"
     assert "OSL is off" in findings()["osl"].message
     assert bpy.ops.measured_brdf.fix_setting(key="osl") == {"FINISHED"}
-    assert how(material).how == choice
+    assert how(material).how == "EXACT"
 
 
 def test_nodes_are_shown_with_osl_too_where_they_are_chosen(scene, imported):
@@ -88,9 +87,9 @@ def test_nodes_are_shown_with_osl_too_where_they_are_chosen(scene, imported):
     np.testing.assert_allclose(render(scene), with_osl, atol=0.02)
 
 
-@pytest.mark.parametrize("choice", quick(["AUTO", "EXACT", "FAST", "NODES"], "EXACT", "NODES"))
+@pytest.mark.parametrize("choice", quick(["AUTO", "EXACT", "NODES"], "EXACT", "NODES"))
 def test_a_choice_can_be_changed_and_outlives_a_refit(scene, imported, choice):
-    material = imported("FAST" if choice == "NODES" else "NODES")
+    material = imported("EXACT" if choice == "NODES" else "NODES")
     assert bpy.ops.measured_brdf.use_method(method=choice) == {"FINISHED"}
     assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
     from measured_brdf.addon.materials import material as materials
@@ -146,9 +145,9 @@ def test_a_mixed_material_has_all_its_groups_switched(scene, imported):
     first = next(node for node in tree.nodes if node.type == "GROUP")
     second = tree.nodes.new("ShaderNodeGroup")
     second.node_tree = first.node_tree
-    assert bpy.ops.measured_brdf.use_method(method="FAST") == {"FINISHED"}
-    assert not first.inputs["Exact"].default_value
-    assert not second.inputs["Exact"].default_value
+    assert bpy.ops.measured_brdf.use_method(method="NODES") == {"FINISHED"}
+    assert first.inputs["Nodes"].default_value
+    assert second.inputs["Nodes"].default_value
 
 
 def test_a_surface_that_the_user_mixes_keeps_one_output_for_all(scene, imported):
@@ -308,7 +307,31 @@ def test_a_choice_is_for_all_groups_of_a_material_and_for_those_inside_of_others
     inner.node_tree = first.node_tree
     tree.nodes.new("ShaderNodeGroup").node_tree = outer
     tree.nodes.new("ShaderNodeGroup")           # of no tree
-    for choice, exact, nodes in (("FAST", False, False), ("NODES", True, True), ("EXACT", True, False)):
+    for choice, nodes in (("NODES", True), ("EXACT", False)):
         assert bpy.ops.measured_brdf.use_method(method=choice) == {"FINISHED"}
-        assert [(node.inputs["Exact"].default_value, node.inputs["Nodes"].default_value)
-                for node in (first, second, inner)] == [(exact, nodes)] * 3
+        assert [node.inputs["Nodes"].default_value for node in (first, second, inner)] == [nodes] * 3
+
+
+def test_fast_of_version_0_2_is_accepted_and_means_nodes(scene, imported):
+    from measured_brdf.addon import command
+    from measured_brdf.addon.materials import material as materials
+
+    material = imported("FAST")
+    assert material.measured_brdf.rendering == materials.rendering_of(material) == "NODES"
+    assert bpy.ops.measured_brdf.use_method(method="EXACT") == {"FINISHED"}
+    assert bpy.ops.measured_brdf.use_method(method="FAST") == {"FINISHED"}
+    assert material.measured_brdf.rendering == materials.rendering_of(material) == "NODES"
+    arguments = ["convert", "somewhere", "-o", "made.blend", "--rendering"]
+    assert command.build_parser().parse_args([*arguments, "FAST"]).rendering == "NODES"
+    assert "FAST" not in command.build_parser().format_help()
+
+
+def test_exact_everywhere_is_off_until_somebody_validates(scene, imported):
+    material = imported()
+    node = next(node for node in material.node_tree.nodes if node.type == "GROUP")
+    assert not node.inputs["Exact Everywhere"].default_value
+    script = node.node_tree.nodes["Measured BRDF Shader"]
+    assert script.inputs["Everywhere"].links[0].from_socket.name == "Exact Everywhere"
+    node.inputs["Exact Everywhere"].default_value = True
+    assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
+    assert node.inputs["Exact Everywhere"].default_value

@@ -2,7 +2,9 @@
 
 `tests/data` holds what version 0.1.0 wrote with Blender 4.2.23: a scene (the `glossy` measurement of conftest.py by the
 preset Draft on a sphere, under a point lamp and a sun; its own picture in a property of the scene) and a library (the
-same by the paper's method at level 1).
+same by the paper's method at level 1). And a scene of version 0.2.0, with Blender 5.0.1: `glossy`, rendered Fast on a
+sphere in an even world and under a point lamp, an anisotropic measurement, and a mix of both, Fast too. To keep the
+file small, its shaders have no bytecode, and their sources no tables that only rendering reads.
 """
 
 import shutil
@@ -97,6 +99,68 @@ def test_a_shader_that_was_edited_by_hand_is_left_alone(old_scene):
     with pytest.raises(RuntimeError, match=r"glossy: not a shader of Measured BRDF.*Refit"):
         bpy.ops.measured_brdf.update_materials()
     assert state() == before
+
+
+@pytest.fixture
+def fast_scene(blender, tmp_path):
+    """The scene of 0.2.0, opened."""
+    if bpy.app.version < (5, 0, 0):
+        pytest.skip("this Blender does not open files of 5.0")
+    shutil.copy(DATA / "scene-0.2.0.blend", tmp_path)
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene-0.2.0.blend"))
+    return bpy.data.materials
+
+
+def test_what_chose_fast_in_version_0_2_is_rendered_by_nodes_once_it_is_updated(fast_scene):
+    from measured_brdf.addon.materials import material, rendered
+
+    scene = bpy.context.scene
+    before = [rendered.in_scene(fast_scene[name], scene).how for name in ("glossy", "glossy + turned", "turned")]
+    assert before == ["FAST", "FAST", "EXACT"], "as it always was"
+    assert material.rendering_of(fast_scene["glossy"]) == "NODES"
+    assert "older version" in rendered.sentence(rendered.in_scene(fast_scene["glossy"], scene), "NODES")
+    assert bpy.ops.measured_brdf.update_materials() == {"FINISHED"}
+    after = [rendered.in_scene(fast_scene[name], scene).how for name in ("glossy", "glossy + turned", "turned")]
+    assert after == ["NODES", "NODES", "EXACT"]
+    picture = np.array(scene["picture"]).reshape(8, 8, 3)
+    assert blocks().mean() == pytest.approx(picture.mean(), rel=0.05)
+    for item in fast_scene:
+        assert "Exact" not in material.surface_node(item).inputs
+        assert not material.surface_node(item).inputs["Exact Everywhere"].default_value
+        assert bpy.data.node_groups.get("Measured BRDF Lamps.001") is None
+
+
+def test_values_and_links_of_a_node_of_version_0_2_outlive_an_update(fast_scene):
+    from measured_brdf.addon.materials import material
+
+    def found(name):
+        node = material.group_node(fast_scene[name])
+        return {socket.name: (socket.links[0].from_node.name if socket.is_linked
+                              else tuple(socket.default_value) if socket.type in {"RGBA", "VECTOR"}
+                              else socket.default_value)
+                for socket in node.inputs if socket.name not in {"Exact", "Exact Everywhere", "Nodes"}}
+
+    before = {name: found(name) for name in ("glossy", "turned")}
+    assert before["glossy"] == {"Tint": (0.5, 0.25, 1, 1), "Strength": 0.5, "Normal": "Mine"}
+    assert before["turned"] == {**before["glossy"], "Tangent": "My Tangent", "Rotation": 0.25}
+    assert bpy.ops.measured_brdf.update_materials() == {"FINISHED"}
+    assert {name: found(name) for name in before} == before
+    mix = material.surface_node(fast_scene["glossy + turned"]).node_tree
+    for name in ("First", "Second"):
+        given = {socket.name: socket.links[0].from_socket.name for socket in mix.nodes[name].inputs if socket.is_linked}
+        assert given["Nodes"] == "Nodes"
+        assert given["Exact Everywhere"] == "Exact Everywhere"
+
+
+def test_an_updated_material_keeps_its_fit_in_the_format_of_fits(old_scene):
+    from measured_brdf.addon.materials import material, node_group
+
+    before = unbake(node_group.source(material.group_node(glossy_material()).node_tree))
+    assert node_group.kept_fit(material.group_node(glossy_material()).node_tree) == b""
+    assert bpy.ops.measured_brdf.update_materials() == {"FINISHED"}
+    after = fitter.Fit.from_bytes(node_group.kept_fit(material.group_node(glossy_material()).node_tree))
+    np.testing.assert_array_equal(after.specular.coefficients, before.specular.coefficients)
+    assert after.notation == glossy_material().measured_brdf.fitted_levels
 
 
 @pytest.fixture

@@ -60,7 +60,7 @@ def test_nodes_inside_of_a_group_lie_in_frames_and_do_not_cover_each_other(edito
     tree = next(node.node_tree for node in editor.edit_tree.nodes if node.type == "GROUP")
     inside = [node for node in tree.nodes if node.type not in {"FRAME", "GROUP_INPUT", "GROUP_OUTPUT"}]
     assert {node.label for node in tree.nodes if node.type == "FRAME"} == {
-        "Exact and Fast: in Cycles with OSL", "Where the viewer is", "Nodes: in Cycles without OSL", "In EEVEE"}
+        "Exact: in Cycles with OSL", "Where the viewer is", "Nodes: in Cycles without OSL", "In EEVEE"}
     assert sum(node.parent is None for node in inside) == 1          # the Mix Shader of both
     places = [tuple(round(value) for value in node.location) for node in inside]
     assert len(set(places)) == len(places)

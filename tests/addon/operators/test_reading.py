@@ -159,7 +159,7 @@ def test_the_dialog_imports_with_what_was_chosen(blender, cube, file):
 def test_the_dialogs_draw_the_options(extension):
     module = extension.addon.operators.import_data
     for cls, expected in ((module.MEASUREDBRDF_OT_browse, {"angles", "quantity", "illuminant", "isotropic",
-                                                            "symmetry", "encoding", "sample", "preset", "rendering",
+                                                            "symmetry", "encoding", "sample", "preset",
                                                             "diffuse_level", "specular_level", "compression",
                                                             "use_tolerance", "tolerance"}),
                           (module.MEASUREDBRDF_OT_say_units, {"angles", "quantity"})):
@@ -171,6 +171,8 @@ def test_the_dialogs_draw_the_options(extension):
         drawn = [call.args[1] for part in (layout, body, body.row.return_value) for call in part.prop.call_args_list]
         assert expected <= set(drawn)
         assert len(drawn) == len(set(drawn))
+        offered = [call.args[1:] for call in layout.row.return_value.prop_enum.call_args_list]
+        assert offered == [("rendering", name) for name in ("AUTO", "EXACT", "NODES") if "preset" in expected]
 
 
 @HAVE_SPACES

@@ -103,18 +103,6 @@ def test_a_turned_environment_has_its_spot_where_cycles_shows_it(blender, extens
     (position, size, _), = extension.addon.scene.lamps.in_scene(depsgraph)
     assert apart(position, rendered(scene)) < math.radians(2)
     assert -size == pytest.approx(DISK, abs=math.radians(0.8))
-    assert not extension.addon.scene.lamps.light_is_even(depsgraph)
-
-
-@pytest.mark.parametrize(("strength", "color"), [(1, (1, 1, 1)), (0, (1, 1, 1)), (0.5, (0, 0, 1))])
-def test_a_world_of_one_colour_is_even(blender, extension, strength, color):
-    from support import stage
-
-    scene = stage.black_scene(8, 8, 1, 2)
-    stage.background(scene, strength, color)
-    assert extension.addon.scene.lamps.light_is_even(blender.context.evaluated_depsgraph_get())
-    scene.world = None
-    assert extension.addon.scene.lamps.light_is_even(blender.context.evaluated_depsgraph_get())
 
 
 def test_images_are_looked_at_once_however_many_a_world_has(blender, extension, monkeypatch):

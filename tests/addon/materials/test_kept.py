@@ -1,0 +1,123 @@
+"""The fit that a material keeps, and the shader that materials of one fit share."""
+
+import bpy
+import pytest
+
+import fitter
+from support.stage import black_scene
+
+CHEAP = {"preset": "Paper", "diffuse_level": 1, "specular_level": -1}
+
+
+@pytest.fixture
+def imported(blender, quick, glossy, write_astm, tmp_path):
+    """Import the glossy measurement, once more: the material."""
+    black_scene(8, 8, samples=1, span=1)
+    path = write_astm(tmp_path / "glossy.astm", glossy)
+
+    def make(**choices):
+        bpy.ops.mesh.primitive_cube_add()
+        assert bpy.ops.measured_brdf.import_data(filepath=str(path), **(CHEAP | choices)) == {"FINISHED"}
+        return bpy.context.object.active_material
+    return make
+
+
+def group(material):
+    from measured_brdf.addon.materials.material import group_node
+
+    return group_node(material).node_tree
+
+
+def kept(material):
+    from measured_brdf.addon.materials.node_group import kept_fit
+
+    return kept_fit(group(material))
+
+
+def test_the_fit_is_kept_as_bytes_which_outlive_saving_appending_and_undo(imported, tmp_path):
+    material = imported()
+    content, name = kept(material), material.name
+    fit = fitter.Fit.from_bytes(content)
+    assert (fit.name, fit.source, fit.notation) == ("", "", "level 1"), "the material knows the others"
+    assert b"\0" in content
+    path = str(tmp_path / "saved.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.ed.undo_push(message="before")
+    group(material)["fit"] = b"other"
+    bpy.ops.ed.undo_push(message="after")
+    bpy.ops.ed.undo()
+    assert kept(bpy.data.materials[name]) == content
+    for link in (False, True):
+        bpy.ops.wm.read_homefile(use_empty=True)
+        with bpy.data.libraries.load(path, link=link) as (_, wanted):
+            wanted.materials = [name]
+        assert kept(bpy.data.materials[name]) == content
+
+
+def test_materials_of_one_fit_share_a_shader(imported):
+    first, second, other = imported(), imported(), imported(diffuse_level=2)
+    assert group(first) == group(second) != group(other)
+    assert group(first).name == first.name == "glossy"
+    assert len(bpy.data.texts) == 2
+
+
+def test_what_changes_one_of_two_that_share_a_shader_leaves_the_other_alone(imported):
+    first, second = imported(), imported()
+    before, content = group(first), kept(first)
+    second.measured_brdf.diffuse_gain = 0.5
+    assert bpy.ops.measured_brdf.adjust() == {"FINISHED"}
+    assert group(first) == before != group(second)
+    assert kept(first) == content != kept(second)
+    assert bpy.ops.measured_brdf.adjust(reset=True) == {"FINISHED"}
+    assert group(second) == before, "it is the same fit again"
+    second.measured_brdf.diffuse_level = 2
+    assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
+    assert group(first) == before != group(second)
+    assert (before.name, group(second).name) == (first.name, second.name)
+    assert len(bpy.data.texts) == 2
+
+
+def test_a_mix_follows_one_of_two_that_share_a_shader(imported):
+    first, second = imported(), imported()
+    before = group(first)
+    bpy.ops.measured_brdf.mix(first=first.name, second=second.name)
+    mix = bpy.data.node_groups[f"{first.name} + {second.name}"]
+    assert mix.nodes["First"].node_tree == mix.nodes["Second"].node_tree == before
+    with bpy.context.temp_override(material=second):
+        second.measured_brdf.diffuse_gain = 0.5
+        bpy.ops.measured_brdf.adjust()
+    assert mix.nodes["First"].node_tree == before
+    assert mix.nodes["Second"].node_tree == group(second) != before
+
+
+@pytest.mark.parametrize("edit", [lambda tree: tree.nodes.new("ShaderNodeValue"),
+                                  lambda tree: tree.links.remove(tree.links[0]),
+                                  lambda tree: tree.nodes["Measured BRDF Shader"].script.write("int mine;\n"),
+                                  lambda tree: tree.pop("fit")])
+def test_a_shader_that_a_user_has_changed_is_not_shared(imported, edit):
+    first = imported()
+    edit(group(first))
+    assert group(imported()) != group(first)
+
+
+def test_a_refit_of_a_material_that_has_its_shader_for_itself_makes_it_anew(imported):
+    material = imported()
+    before = group(material).session_uid
+    assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
+    assert group(material).session_uid != before
+    assert len(bpy.data.texts) == 1
+
+
+def test_the_size_in_a_file_is_about_what_the_file_grows_by(imported, tmp_path):
+    from measured_brdf.addon.materials.node_group import bytes_in_file
+
+    def size():
+        path = tmp_path / "size.blend"
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=False)
+        return path.stat().st_size
+
+    first = imported()
+    before = size()
+    second = imported(diffuse_level=2)
+    assert bytes_in_file(group(second)) == pytest.approx(size() - before, rel=0.05)
+    assert bytes_in_file(group(first)) > 0
