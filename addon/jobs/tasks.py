@@ -333,7 +333,8 @@ def rebake(fits: Sequence[tuple[Kept, _PassedOn]],
         report(number / len(fits), f"Updating {number + 1} of {len(fits)}")
         try:
             fit = kept_fit(kept)
-            done.append(((bake(fit), node_mixtures(fit), kept_bytes(fit)), passed_on))
+            nodes = node_mixtures(fit)
+            done.append(((bake(fit, mixture=nodes.cycles), nodes, kept_bytes(fit)), passed_on))
         except ValueError as error:
             done.append((error, passed_on))
     return done
@@ -354,10 +355,10 @@ def adjusted(kept: Kept, edit: Arguments, report: Report = silent) -> Adjusted:
 
 def _baked(fit: fitter.Fit, space: str, report: Report) -> tuple[bytes, str, Nodes, FloatArray, Principled, str]:
     """What a material needs of a fit: from `kept` to `sphere` of an `Outcome`."""
-    with progress.part(0.0, 0.35, "Writing the shader"):
-        source = bake(fit)
-    with progress.part(0.35, 0.85, "Matching closure nodes"):
+    with progress.part(0.0, 0.75, "Matching closures"):
         nodes = node_mixtures(fit)
+    with progress.part(0.75, 0.85, "Writing the shader"):
+        source = bake(fit, mixture=nodes.cycles)
     report(0.85, "Matching the viewport colour")
     return (kept_bytes(fit), source, nodes, principled.albedo(fit), principled.principled(fit),
             packed(pictures.lit_sphere(fit, SIZE, colours=space)))

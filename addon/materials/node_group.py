@@ -116,7 +116,8 @@ def _errors(nodes: Nodes) -> dict[str, float]:
 
 def of(fit: Fit) -> bpy.types.NodeTree:
     """Make a node group that renders a fit. Raises as `create` does."""
-    return create(compile_shader(bake(fit), node_mixtures(fit), fit.to_bytes()))
+    nodes = node_mixtures(fit)
+    return create(compile_shader(bake(fit, mixture=nodes.cycles), nodes, fit.to_bytes()))
 
 
 def unused(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
