@@ -114,9 +114,10 @@ LOBE_TILT = 0.00423
 LOBE_EDGE_KNOT = 1
 # The least value of the fit in the middle of a small lamp, in the mixture's: rounding must not leave less than nothing.
 LEAST_OF_MIXTURE = 0.02
-# The largest share of the mixture's light by which it is changed to the fit at the lamps.
-MOST_CHANGED = 0.3
-MOST_RAISED = 2.0
+# By how much of the light of all channels the mixture is lowered at most, in one of them, to the fit at the lamps.
+MOST_LOWERED = 0.03
+# A lobe that is lower, in the fit, is left out.
+LEAST_LOBE = 0.01
 # What the lobe of a larger lamp leaves of the mixture at least: at the lamp's edge that may be less than in the middle.
 LEFT_OF_MIXTURE = 0.5
 # Where a lobe has fallen to less it counts as 0.
@@ -143,7 +144,7 @@ LARGE_LAMP_SHARE = 0.6
 # ... so that directions are sampled at least with this probability, ...
 LARGE_LAMP_PROBABILITY = 1.0
 # ... and have at least this share of the closure weights, with which Cycles follows them.
-LARGE_LAMP_WEIGHT = 0.33
+LARGE_LAMP_WEIGHT = 0.2
 
 # The shading frame, and the horizon (osl/shading_frame.h).
 

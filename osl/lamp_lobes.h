@@ -125,14 +125,15 @@ color eval_target(FIT_PARAMETERS, Mixture mixture, vector wi, color mixed)
   return max(eval_fit(FIT, to_fit(wi), to_fit(mixture.wo)) * wi[2], LEAST_OF_MIXTURE * mixed / mixture.kept);
 }
 
-/* Scale the mixture so that the lamps get the light that the fit reflects, channel by channel; but change it by no more
- * than a share of its light, since elsewhere it was right. */
-void scale_mixture(color ratio, output Mixture mixture)
+/* Lower the mixture, channel by channel, where it is more than twice the fit at a lamp: a lobe takes half of it, and more
+ * would leave less than nothing elsewhere. But take no more from a channel than a share of all light, which sampled
+ * directions then carry. */
+void lower_mixture(color least, output Mixture mixture)
 {
   color albedo = mixture_albedo(mixture);
-  color changed = fabs(ratio - 1.0) * albedo;
-  float share = (changed[0] + changed[1] + changed[2]) / max(albedo[0] + albedo[1] + albedo[2], LEAST_LENGTH);
-  mixture.kept = 1.0 + (ratio - 1.0) * min(MOST_CHANGED / max(share, LEAST_LENGTH), 1.0);
+  float most = MOST_LOWERED * (albedo[0] + albedo[1] + albedo[2]);
+  color lost = min((1.0 - min(least / LEFT_OF_MIXTURE, color(1.0))) * albedo, color(most));
+  mixture.kept = 1.0 - lost / max(albedo, color(LEAST_LENGTH));
   for (int k = 0; k < LOBES; k++) {
     mixture.weight[k] *= mixture.kept;
   }
@@ -153,24 +154,18 @@ void fit_lamp_lobes(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int fruga
   }
   color fitted[MAX_LAMPS];
   color mixed[MAX_LAMPS];
-  color all_fitted = 0.0;
-  color all_mixed = 0.0;
+  color least = 1.0;
   float density;
   for (int i = 0; i < lamps.count; i++) {
     needed[i] = sampled ? needed[i] : has_lobe(lamps, i);
     if (needed[i]) {
       mixed[i] = eval_mixture(mixture, lamps.direction[i], density);
       fitted[i] = eval_target(FIT, mixture, lamps.direction[i], mixed[i]);
-      all_fitted += lamps.light[i] / lamps.direction[i][2] * fitted[i];
-      all_mixed += lamps.light[i] / lamps.direction[i][2] * mixed[i];
+      least = min(least, fitted[i] / max(mixed[i], color(LEAST_LENGTH)));
     }
   }
   if (!sampled) {
-    color ratio = all_fitted / max(all_mixed, color(LEAST_LENGTH));
-    for (int c = 0; c < 3; c++) {
-      ratio[c] = all_mixed[c] > 0.0 ? min(ratio[c], MOST_RAISED) : 1.0;
-    }
-    scale_mixture(ratio, mixture);
+    lower_mixture(least, mixture);
   }
   lobes.count = 0;
   for (int i = 0; i < lamps.count; i++) {
@@ -185,13 +180,16 @@ void fit_lamp_lobes(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int fruga
       }
       /* near other lamps, the lobes before this one carry a part already */
       height -= mixed[i] + eval_lobes(FLAT_RAMP, lobes, mixture.wo, l);
-      vector axis = lobe_axis(lamps, i);
-      vector half = mixture.wo + axis;
-      lobes.axis[lobes.count] = axis;
-      lobes.exponent[lobes.count] = lobe_exponent(radius);
-      lobes.height[lobes.count] = height * dot(half, axis) / dot(half, l);
-      times[lobes.count] = times[i];
-      lobes.count++;
+      if (max(max(fabs(height[0]), fabs(height[1])), fabs(height[2])) >
+          LEAST_LOBE * max(max(fitted[i][0], fitted[i][1]), fitted[i][2])) {
+        vector axis = lobe_axis(lamps, i);
+        vector half = mixture.wo + axis;
+        lobes.axis[lobes.count] = axis;
+        lobes.exponent[lobes.count] = lobe_exponent(radius);
+        lobes.height[lobes.count] = height * dot(half, axis) / dot(half, l);
+        times[lobes.count] = times[i];
+        lobes.count++;
+      }
     }
   }
   if (sampled) {

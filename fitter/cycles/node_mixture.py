@@ -36,7 +36,8 @@ _TURNED_ROUGHNESS = (0.15, 0.25, 0.38, 0.53, 0.72)              # the same of an
 _TURNED_TILTS = (0.0, 0.5)
 _ANISOTROPIES = (-0.75, -0.4, 0.0, 0.4, 0.75)
 _TRIED = 6                      # candidates for a lobe that are looked at closer
-_ENOUGH, _WORTH = 3, 0.1        # more lobes of an isotropic fit lower the error by this share: each takes time
+_ENOUGH = 0.03                  # of the light in wrong directions; more lobes take more time than that is worth ...
+_WORTH = 0.1                    # ... and so do those that lower it by less than this share
 _CHOICE, _REFINEMENT = slice(3, None, 7), slice(0, None, 5)     # of the directions, what is looked at
 _ITERATIONS = 12                # of the refinement
 _STEP = 0.01                    # of the derivatives
@@ -198,15 +199,17 @@ def _fitted(views: Views, turn: float | None, engine: Engine) -> NodeMixture:
     if not engine.anisotropic:
         views = replace(views, phases=np.ones((len(views.phases), 1)))
     kinds, shape = _choose(views.only(slice(0, None, 2), _CHOICE), engine, turn is not None)
-    with progress.part(0.2, 0.6):
-        whole = _refined(views, turn, engine, kinds, shape)
-    if engine.lobes > _ENOUGH and turn is None:
-        few = slice(0, 1 + _ENOUGH)
-        with progress.part(0.6, 1.0):
-            less = _refined(views, turn, engine, kinds[few], Shape(*(each[:, few] for each in shape)))
-        if whole.error > (1 - _WORTH) * less.error:
-            return less
-    return whole
+    found: NodeMixture | None = None
+    for count in range(1, engine.lobes + 1):
+        few = slice(0, 1 + count)
+        with progress.part(0.2 + 0.8 * (count - 1) / engine.lobes, 0.2 + 0.8 * count / engine.lobes):
+            more = _refined(views, turn, engine, kinds[few], Shape(*(each[:, few] for each in shape)))
+        if found is None or more.error < (1 - _WORTH) * found.error:
+            found = more
+        if found.error < _ENOUGH:
+            break
+    assert found is not None
+    return found
 
 
 def _refined(views: Views, turn: float | None, engine: Engine, kinds: tuple[Kind, ...], shape: Shape) -> NodeMixture:
