@@ -105,7 +105,8 @@ def density(kind, form, wo, wi):
 
 
 @pytest.mark.parametrize("kind", ["diffuse", *node_lobes.FACETS])
-@pytest.mark.parametrize("form", [(0.5,), (0.95,), (0.7, 0.6), (0.7, -0.3), (0.7, 0.2, 0.6), (0.8, -0.2, -0.6)], ids=str)
+@pytest.mark.parametrize("form", [(0.5,), (0.95,), (0.7, 0.6), (0.7, -0.3), (0.7, 0.2, 0.6), (0.8, -0.2, -0.6)],
+                         ids=str)
 @pytest.mark.parametrize("theta_o", [0.0, 0.9, 1.4])
 def test_a_density_integrates_to_1(kind, form, theta_o):
     """Over all directions, also those below the surface, which are sampled too."""

@@ -33,7 +33,8 @@ def test_shares_are_those_of_the_least_second_moment(random):
     arrays = problems(random, 12)
     arrays[0][3] = 5 * arrays[1][3, 1]              # one density is all that is needed
     for share, *problem in zip(shares(*arrays), *arrays, strict=True):
-        best = scipy.optimize.minimize(second_moment, np.full(3, 1 / 3), tuple(problem), "SLSQP", bounds=[(LEAST, 1)] * 3,
+        best = scipy.optimize.minimize(second_moment, np.full(3, 1 / 3), tuple(problem), "SLSQP",
+                                       bounds=3 * [(LEAST, 1)],
                                        constraints={"type": "eq", "fun": lambda x: x.sum() - 1})
         assert best.success
         assert share.sum() == pytest.approx(1)
