@@ -90,7 +90,7 @@ SHADER_GUARDS = [
          ("acos(clamp(wo[2], 0.0, 1.0))", "acos(wo[2])", "rounding at the normal")),
     *_of("osl/mixture.h", _SAMPLING,
          ("sqrt(max(0.0, 1.0 - z * z))", "sqrt(1.0 - z * z)", "rounding"),
-         ("u >= 0.0 && u < mixture.share[k]", "u < mixture.share[k]", "a direction of one lobe is that of no later one")),
+         ("u >= 0.0 && u < mixture.share[k]", "u < mixture.share[k]", "the direction of a lobe is not drawn again")),
     *_of("osl/lamps.h", _ADDED,
          ("max(light * max(w[2], LEAST_LAMP_COSINE), LEAST_LAMP_LIGHT)", "light * max(w[2], LEAST_LAMP_COSINE)",
           "lamps whose strength is 0"),

@@ -158,7 +158,8 @@ def real(name, preset):
 
 
 MADE = {f"{system.__name__}, {stretch:g}, {'damped' if damped else 'not damped'}": (system(stretch=stretch), damped)
-        for system in (HalfDifference, Rusinkiewicz, HalfAngle) for stretch in (0.0, 5.0, 33.0) for damped in (False, True)}
+        for system in (HalfDifference, Rusinkiewicz, HalfAngle) for stretch in (0.0, 5.0, 33.0)
+        for damped in (False, True)}
 MADE |= {str(system): (system, False) for system in (
     AnisotropicNusselt(), AnisotropicRusinkiewicz(), AnisotropicRusinkiewicz(12.0, 3.0, 0.4),
     AnisotropicRusinkiewicz(33.0, 33.0, -2.0))}
