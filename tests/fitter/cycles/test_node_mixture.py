@@ -6,7 +6,7 @@ import pytest
 import fitter
 from fitter.cycles import direction_grid, half_vector_grid, node_lobes, node_mixture
 from fitter.cycles.node_lobes import Pairs, Shape
-from support.anisotropic import brushed_fit
+from support.anisotropic import ANISOTROPIC, brushed_fit
 from support.cases import quick
 
 CONSTANT = [("diffuse", 1.0, 0.0, 0.0), ("GGX", 0.5, 0.1, 0.4), ("Beckmann", 0.25, 0.0, 0.0), ("sheen", 0.3, 0.0, 0.0)]
@@ -227,6 +227,42 @@ def test_an_anisotropic_highlight_turns_with_the_viewer(random):
             np.testing.assert_allclose(found.mean(axis=0), truth.mean(axis=0), rtol=0.05)
     assert np.mean(errors) < 0.1
     assert np.mean(errors) == pytest.approx(mixture.error, abs=0.03)
+
+
+@pytest.mark.parametrize("name", quick(["brushed a", "brushed b", "ward b", "lacquered b"], "lacquered b"))
+def test_little_of_the_light_of_anisotropic_materials_is_misplaced(name):
+    truth = next(each for each in ANISOTROPIC if each.name == name)
+    mixture, wi = node_mixture.cycles_mixture(Called(truth, False)), spiral(100_000)
+    for theta_o in (0.1, 0.8, 1.2):
+        for phi_o in (0.4, 2.0, 3.6, 5.1):
+            wanted, found = seen_from(truth, mixture, theta_o, phi_o, wi)
+            assert np.abs(found - wanted).sum() < 0.07 * wanted.sum()
+
+
+class Leaning:
+    """A brushed surface that shines more to one side: half a turn changes it."""
+
+    isotropic = False
+
+    def __init__(self):
+        self.brushed = brushed_fit(0.1, 0.4, 0.0)
+
+    def evaluate(self, theta_i, phi_i, theta_o, phi_o):
+        side = np.sin(theta_i) * np.cos(phi_i) + np.sin(theta_o) * np.cos(phi_o)
+        return self.brushed.evaluate(theta_i, phi_i, theta_o, phi_o) * (1 + 0.3 * side)[..., None]
+
+
+def test_of_a_surface_that_half_a_turn_changes_the_mixture_is_that_of_the_mean():
+    """Its colours are the same after half a turn: what is told is the error over the whole turn."""
+    fit = Leaning()
+    mixture, wi, shares, light = node_mixture.cycles_mixture(fit), spiral(40_000), [], []
+    for theta_o in np.radians((15, 45, 75)):
+        for phi_o in np.arange(12) * np.pi / 6:
+            truth, found = seen_from(fit, mixture, theta_o, phi_o, wi)
+            shares.append(np.abs(found - truth).sum() / truth.sum())
+            light.append(found.sum() / truth.sum())
+    assert np.mean(shares) == pytest.approx(mixture.error, rel=0.25)
+    assert np.mean(light) == pytest.approx(1, abs=0.02)
 
 
 def test_an_isotropic_reflectance_has_the_same_mixture_for_all_azimuths():
