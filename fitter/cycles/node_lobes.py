@@ -105,8 +105,9 @@ def widths(shape: Shape) -> tuple[FloatArray, FloatArray]:
 def density(kind: Kind, shape: Shape, pairs: Pairs) -> FloatArray:
     """The density, per solid angle of wi, with which the shader samples a lobe: (..., n).
 
-    Of a microfacet lobe, that of half vectors about its normal, as many as there are microfacets; of a diffuse one, the
-    cosine; of sheen, all directions evenly.
+    Of a microfacet lobe, that of half vectors about its normal, as many as there are microfacets; those that face away
+    from the viewer reflect too, as if they were turned round. Of a diffuse lobe, the cosine; of sheen, all directions
+    above the horizon evenly.
     """
     if kind == "sheen":
         return np.full(pairs.wi.shape[:-1], 1 / (2 * np.pi))
@@ -115,7 +116,7 @@ def density(kind: Kind, shape: Shape, pairs: Pairs) -> FloatArray:
         return np.asarray(np.maximum((pairs.wi @ normal[..., None])[..., 0], 0) / np.pi)
     cosine = np.maximum((pairs.half * pairs.wi).sum(axis=-1), _NO_LENGTH)
     distribution, h = _distribution(kind, shape, _frame(normal, pairs.tangent), pairs)
-    return np.where(h[..., 2] > 0, distribution * h[..., 2] / (4 * cosine), 0)
+    return np.asarray(distribution * np.abs(h[..., 2]) / (4 * cosine))
 
 
 def _frame(normal: FloatArray, tangent: FloatArray) -> FloatArray:
@@ -126,11 +127,11 @@ def _frame(normal: FloatArray, tangent: FloatArray) -> FloatArray:
 
 
 def _distribution(kind: Kind, shape: Shape, frame: FloatArray, pairs: Pairs) -> tuple[FloatArray, FloatArray]:
-    """The density of microfacets at half vectors, per solid angle of these, (..., n), and these in the frame of the
-    lobe, (..., n, 3)."""
+    """The density of microfacets at half vectors or, where these are below the horizon of the lobe, at their opposites,
+    per solid angle of these, (..., n), and these in the frame of the lobe, (..., n, 3)."""
     h = pairs.half @ frame
     along, across = (width[..., None] for width in widths(shape))
-    cosine = np.maximum(h[..., 2], _LEAST)
+    cosine = np.maximum(np.abs(h[..., 2]), _LEAST)
     slope2 = ((h[..., 0] / along) ** 2 + (h[..., 1] / across) ** 2) / cosine ** 2
     facets = np.exp(-np.minimum(slope2, _STEEPEST)) if kind == "Beckmann" else (1 + slope2) ** -2.0
     return facets / (np.pi * along * across * cosine ** 4), h

@@ -15,7 +15,8 @@ from .node_lobes import Pairs
 if TYPE_CHECKING:
     from ..model.fit import Fit
 
-_POLAR, _AZIMUTHS = 13, 8       # tabulated viewing directions of an anisotropic fit, over half a turn
+_POLAR, _AZIMUTHS = 13, 9       # tabulated viewing directions of an anisotropic fit, over a turn; an odd number of
+                                # azimuths differ where half a turn changes nothing, too
 _DARKER, _DARKER_CHANNEL = 0.33, 0.5        # powers of the reciprocal radiance, and of that of a channel's albedo ...
 _FLOOR, _CHANNEL_FLOOR = 0.05, 0.03         # ... above these shares of the mean
 _DARK = 1e-12
@@ -111,7 +112,7 @@ def views_of(fit: "Fit", turn: float | None, stretch: float = 1.0) -> Views:
         phi_o, phases = np.zeros((1,)), np.ones((1, 1))
     else:
         theta = GRAZING * (1 - np.linspace(1, 0, 2 * _POLAR - 1) ** 1.5)
-        phi_o = np.arange(_AZIMUTHS) * np.pi / _AZIMUTHS
+        phi_o = np.arange(_AZIMUTHS) * 2 * np.pi / _AZIMUTHS
         phases = np.stack([np.cos(phi_o) ** 2, np.sin(phi_o) ** 2], axis=1)
         grids = [half_vector_grid.grid(half_vector_grid.outgoing(angle, phi_o), stretch) for angle in theta]
         to = Directions(*(np.stack(arrays) for arrays in zip(*grids, strict=True)))

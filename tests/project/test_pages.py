@@ -10,6 +10,7 @@ import pytest
 
 from benchmarks import ablation
 from fitter import shader_constants as shader
+from fitter.coordinates import half_angle
 from fitter.coordinates.half_difference import SOFTENING
 from fitter.methods import gaussian_process, lattices, prior, regression_kriging
 from fitter.model.microfacet import MAX_LOBES
@@ -87,11 +88,11 @@ def test_names_are_in_the_files_that_a_page_says_they_are_in(page):
 
 
 @pytest.mark.parametrize(("text", "found"), [
-    ("1. `fitter/shader_constants.py`: `LOBES` and `ROW`\n2. `_choose` and `fit(samples)`", []),
+    ("1. `fitter/shader_constants.py`: `KNOTS` and `GRAZING`\n2. `_choose` and `fit(samples)`", []),
     ("1. `fitter/shader_constants.py`: `EXPONENT_9`, which no source has; `nowhere_defined`",
      ["EXPONENT_9", "nowhere_defined"]),
-    ("| `_choose` of `fitter/cycles/bake.py` |\n| `_choose` of `fitter/cycles/closure_mixture.py` |", ["_choose"]),
-    ("`_choose` in `fitter/cycles/bake.py`, beside `fitter/cycles/closure_mixture.py`", ["_choose"])])
+    ("| `_choose` of `fitter/cycles/bake.py` |\n| `_choose` of `fitter/cycles/node_mixture.py` |", ["_choose"]),
+    ("`_choose` in `fitter/cycles/bake.py`, beside `fitter/cycles/node_mixture.py`", ["_choose"])])
 def test_a_name_that_is_not_there_is_noticed(text, found):
     assert names_that_are_not_there(text) == found
 
@@ -177,16 +178,13 @@ NUMBERS = (
     ("docs/rendering.md", r"hands the shader up to (\d+) lamps", shader.MAX_LAMPS),
     ("docs/rendering.md", r"no more than (\w+) lamps above the horizon", {4: "four"}.get(shader.MAX_LOBES)),
     ("docs/rendering.md", r"Of more than (\w+) lamps above the horizon", {4: "four"}.get(shader.MAX_LOBES)),
-    ("docs/rendering.md", r"For each of (\d+) view angles", shader.VIEWS),
-    ("docs/rendering.md", r"table of (\d+ x \d+) cells about the mirror", f"{shader.RINGS} x {shader.SECTORS}"),
-    ("docs/rendering.md", r"diffuse_ramp` about the\s+normal and (\w+) lobes", {3: "three"}.get(shader.LOBES)),
-    ("docs/rendering.md", r"and (\d+) polar angles times", shader.POLAR_VIEWS - 1),
-    ("docs/rendering.md", r"polar angles times (\d+) azimuths", shader.AZIMUTH_VIEWS),
     ("docs/fitting.md", r"A Gaussian process takes ([\d,]+) samples", count(regression_kriging.MOST_SAMPLES)),
     ("docs/fitting.md", r"softening radius of ([\d.]+)", SOFTENING),
     ("docs/fitting.md", r"at most (\w+) lobes", {3: "three"}.get(MAX_LOBES)),
     ("docs/fitting.md", r"likelihood of (\d+) samples", regression_kriging._SEARCHED),
     ("docs/fitting.md", r"([\d,]+) directions between", count(lattices._BETWEEN)),
+    ("docs/fitting.md", r"Of more than ([\d,]+) samples", count(regression_kriging.MOST_SAMPLES)),
+    ("docs/fitting.md", r"a softening radius delta of ([\d.]+\d)", half_angle.SOFTENING),
     ("docs/fitting.md", r"or to ([\d,]+) of them at random", count(lattices.MOST)),
     ("docs/fitting.md", r"At most ([\d,]+) control points of a lattice", count(lattices._TOGETHER)),
     ("docs/fitting.md", r"one of (\w+) starts", {7: "seven"}.get(len(prior._STARTS))),

@@ -88,3 +88,54 @@ def test_sheen_is_that_of_its_formula(random, sigma):
         density = np.exp(-cotangent2 / sigma ** 2) / (np.pi * sigma ** 2 * (1 - half[2] ** 2) ** 2)
         masking = min(1, 2 * half[2] * wo[2] / (half @ light), 2 * half[2] * light[2] / (half @ light))
         assert each == pytest.approx(density * masking / (4 * wo[2]), rel=1e-9, abs=1e-20)
+
+
+def sphere(pole):
+    """Directions all over the sphere, dense at both poles, and the solid angle of each: (n, 3) and (n,)."""
+    polar, azimuth = (np.arange(600) + 0.5) / 600 * np.pi, (np.arange(360) + 0.5) / 180 * np.pi
+    x = np.cross(pole, [0, 1, 0])
+    x /= np.linalg.norm(x)
+    theta, phi = (each.ravel() for each in np.meshgrid(polar, azimuth, indexing="ij"))
+    around = np.cos(phi)[:, None] * x + np.sin(phi)[:, None] * np.cross(pole, x)
+    return np.cos(theta)[:, None] * pole + np.sin(theta)[:, None] * around, np.sin(theta) * np.pi / 600 * np.pi / 180
+
+
+def density(kind, form, wo, wi):
+    return node_lobes.density(kind, form, Pairs.of(wo[None], wi[None], np.array([[1.0, 0, 0]])))[0]
+
+
+@pytest.mark.parametrize("kind", ["diffuse", *node_lobes.FACETS])
+@pytest.mark.parametrize("form", [(0.5,), (0.95,), (0.7, 0.6), (0.7, -0.3), (0.7, 0.2, 0.6), (0.8, -0.2, -0.6)],
+                         ids=str)
+@pytest.mark.parametrize("theta_o", [0.0, 0.9, 1.4])
+def test_a_density_integrates_to_1(kind, form, theta_o):
+    """Over all directions, also those below the surface, which are sampled too."""
+    wo = direction(theta_o, 0.4)
+    wi, solid_angle = sphere(wo)
+    assert density(kind, shape(*form), wo, wi) @ solid_angle == pytest.approx(1, abs=2e-3)
+
+
+def test_the_density_of_sheen_is_even_over_the_hemisphere(random):
+    np.testing.assert_allclose(density("sheen", shape(0.4), direction(0.9), hemisphere(random, 100)), 0.5 / np.pi)
+
+
+@pytest.mark.parametrize("kind", node_lobes.FACETS)
+@pytest.mark.parametrize("form", [(0.6,), (0.9, -0.4), (0.8, 0.5, 0.5)], ids=str)
+def test_directions_reflected_by_sampled_half_vectors_have_the_density(random, kind, form):
+    """Slopes of a microfacet are sampled by inversion; what is counted in caps of the sphere is the density there."""
+    form, wo = shape(*form), direction(1.0)
+    normal = node_lobes.normals(form.tilt, wo[None])[0]
+    y = np.cross(normal, [1.0, 0, 0]) / np.linalg.norm(np.cross(normal, [1.0, 0, 0]))
+    u, turn = random.random(200_000), 2 * np.pi * random.random(200_000)
+    slope = np.sqrt(-np.log(1 - u) if kind == "Beckmann" else u / (1 - u))
+    along, across = (float(width[0]) for width in node_lobes.widths(form))
+    half = (normal + (slope * along * np.cos(turn))[:, None] * np.cross(y, normal)
+            + (slope * across * np.sin(turn))[:, None] * y)
+    half /= np.linalg.norm(half, axis=1)[:, None]
+    sampled = 2 * (half @ wo)[:, None] * half - wo
+    wi, solid_angle = sphere(wo)
+    found = density(kind, form, wo, wi) * solid_angle
+    for axis in (*np.eye(3), *-np.eye(3), wo, normal):
+        expected = found[wi @ axis > 0.7].sum()
+        error = np.sqrt(expected * (1 - expected) / len(u))
+        assert (sampled @ axis > 0.7).mean() == pytest.approx(expected, abs=5 * error + 1e-3)

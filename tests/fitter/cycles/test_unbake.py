@@ -6,20 +6,21 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.cycles import closure_mixture
 from fitter.cycles.bake import SHADER_VERSION, bake, shader_version
+from fitter.cycles.node_mixture import cycles_mixture
 from fitter.cycles.unbake import unbake
 from support.checkout import ROOT
 from support.made_fits import MADE_FITS
 
 DATA = ROOT / "tests" / "data"
+SEVEN_DIGITS = 6e-7             # as tables are written, rounded to single precision
 
 
 @pytest.fixture(scope="module")
 def mixtures():
     """Some mixture of one channel, and one of three: they are no part of the fit."""
     grey, colour = MADE_FITS["Rusinkiewicz, sheen, grey, damped"], MADE_FITS["Rusinkiewicz"]
-    return {len(fit.channels): closure_mixture.closure_mixture(fit) for fit in (grey, colour)}
+    return {len(fit.channels): cycles_mixture(fit) for fit in (grey, colour)}
 
 
 @pytest.mark.parametrize("name", MADE_FITS)
@@ -37,8 +38,8 @@ def test_every_part_of_a_fit_comes_back_from_its_shader(name, mixtures, random):
         np.testing.assert_allclose(getattr(back.transform.prior, part), getattr(fit.transform.prior, part), rtol=1e-7)
     assert back.transform.damping.size == fit.transform.damping.size
     if fit.transform.damping.size:
-        np.testing.assert_allclose(back.transform.damping, fit.transform.damping, rtol=1e-7)
-    np.testing.assert_array_equal(back.diffuse.control_points, fit.diffuse.control_points)
+        np.testing.assert_allclose(back.transform.damping, fit.transform.damping, rtol=SEVEN_DIGITS)
+    np.testing.assert_allclose(back.diffuse.control_points, fit.diffuse.control_points, rtol=SEVEN_DIGITS)
     angles = random.random((4, 2000)) * [[1.57], [6.3], [1.57], [6.3]]
     np.testing.assert_allclose(back.evaluate(*angles), fit.evaluate(*angles), rtol=1e-6, atol=1e-7)
     # all that is read is there again, in the same words; widths come back by way of their squares or inverses

@@ -17,6 +17,7 @@ from fitter import Samples
 from fitter.coordinates import ISOTROPIC_AXES
 from fitter.coordinates.anisotropic_nusselt import AnisotropicNusselt
 from fitter.coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
+from fitter.coordinates.half_angle import HalfAngle
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
 from fitter.model.transform import IDENTITY, STEEPEST
@@ -157,7 +158,8 @@ def real(name, preset):
 
 
 MADE = {f"{system.__name__}, {stretch:g}, {'damped' if damped else 'not damped'}": (system(stretch=stretch), damped)
-        for system in (HalfDifference, Rusinkiewicz) for stretch in (0.0, 5.0, 33.0) for damped in (False, True)}
+        for system in (HalfDifference, Rusinkiewicz, HalfAngle) for stretch in (0.0, 5.0, 33.0)
+        for damped in (False, True)}
 MADE |= {str(system): (system, False) for system in (
     AnisotropicNusselt(), AnisotropicRusinkiewicz(), AnisotropicRusinkiewicz(12.0, 3.0, 0.4),
     AnisotropicRusinkiewicz(33.0, 33.0, -2.0))}
@@ -165,6 +167,7 @@ MADE |= {str(system): (system, False) for system in (
 
 @pytest.mark.parametrize("seam", SEAMS)
 @pytest.mark.parametrize("name", quick(MADE, "HalfDifference, 5, not damped", "Rusinkiewicz, 33, damped",
+                                       "HalfAngle, 33, not damped",
                                        str(AnisotropicRusinkiewicz(12.0, 3.0, 0.4))))
 def test_fits_of_every_part_are_smooth_across_the_seams(name, seam):
     """Random lattices, whose field has no reason to be smooth where the coordinates are not; all kinds of lobes."""

@@ -59,7 +59,7 @@ def test_between_the_samples_it_is_the_truth(random, name):
     truth = TRUTHS[name]
     samples = noisy(truth, dense_goniometer(random), 0.01, random)
     assert len(samples) > 2 * regression_kriging.MOST_SAMPLES
-    assert relative(truth, fitter.fit(samples, **STANDARD), between(random)) < 0.02
+    assert relative(truth, fitter.fit(samples, **STANDARD), between(random)) < 0.006
 
 
 @release
@@ -86,7 +86,7 @@ def fitted(name, preset):
 
 
 @pytest.mark.parametrize(("name", "limit"), quick(
-    [("chrome", 0.015), ("black-obsidian", 0.032), ("blue-fabric", 0.01)], ("chrome", 0.015)))
+    [("chrome", 0.013), ("black-obsidian", 0.018), ("blue-fabric", 0.007)], ("chrome", 0.013)))
 def test_a_highlight_of_a_degree_is_met_at_all_samples(name, limit):
     """Relative to the root mean square of the cube roots: 2,000 samples alone leave .10 of chrome, .09 of obsidian."""
     samples = material(name)
@@ -108,7 +108,7 @@ def test_finer_presets_are_truer():
     samples = material("chrome")
     standard, reference = (relative(Exactly(samples), fitted("chrome", preset), samples.directions)
                            for preset in ("Standard", "Reference"))
-    assert reference < standard
+    assert reference < 0.9 * standard
 
 
 def test_where_the_samples_say_nothing_the_fit_is_smooth_and_reciprocal(random):
@@ -129,8 +129,8 @@ def test_where_the_samples_say_nothing_the_fit_is_smooth_and_reciprocal(random):
 
 @release
 def test_storage_and_memory_are_bounded_whatever_is_asked_for(random):
-    """(4,7,98.2) asks for 41,000 control points, whose equations would have 14 GB."""
+    """(2,7,98.2) asks for 41,000 control points, whose equations would have 14 GB: two batches of 4,500 are kept."""
     samples = noisy(TRUTHS["matte a"], dense_goniometer(random), 0.01, random)
     fit = fitter.fit(samples, diffuse_level=2, specular_level=7, compression=98.2, method="kriging")
-    assert len(fit.specular) <= 4500
+    assert len(fit.specular) <= 2 * 4500
     assert relative(TRUTHS["matte a"], fit, between(random)) < 0.02

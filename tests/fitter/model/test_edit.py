@@ -170,6 +170,7 @@ def test_a_tint_makes_a_grey_fit_coloured():
     "half and difference, stretched by 5, retro, grey, damped",
     "half and difference, stretched by 2, all lobes, two columns, damped",
     "Rusinkiewicz, stretched by 33, all lobes, damped",
+    "half angle, stretched by 300, all lobes, damped",
     "anisotropic Rusinkiewicz, stretched by 33, a Lambertian, dense, grey",
     "anisotropic Rusinkiewicz, stretched by 5, fibres"], "Rusinkiewicz, stretched by 33, all lobes, damped",
     "anisotropic Rusinkiewicz, stretched by 33, a Lambertian, dense, grey"))

@@ -188,17 +188,17 @@ def test_the_fit_that_hostile_ones_are_made_from_is_read(tmp_path):
 @pytest.fixture(scope="module")
 def with_lobes():
     """A small fit with a prior of all lobes, and its mixture."""
-    from fitter.cycles import closure_mixture
+    from fitter.cycles.node_mixture import cycles_mixture
 
     fit = MADE_FITS["Rusinkiewicz, stretched by 33, all lobes, damped"]
-    return fit, closure_mixture.closure_mixture(fit)
+    return fit, cycles_mixture(fit)
 
 
 @pytest.mark.parametrize("number", [1e300, 3.5e38, np.inf, np.nan])
 @pytest.mark.parametrize(("field", "constant"), [
     ("offset", "PRIOR_OFFSET"), ("ceiling", "PRIOR_CEILING"), ("kd", "PRIOR_KD"), ("ks", "PRIOR_LOBES"),
     ("gamma", "PRIOR_LOBES"), ("f0", "PRIOR_LOBES"), ("diffuse", "DIFFUSE"), ("damping", "DAMPING"),
-    ("stretch", "STRETCH"), ("numbers", "MIXTURE_NUMBERS"), ("table", "MIXTURE"), ("missing", "MISSING")])
+    ("stretch", "STRETCH"), ("colour", "MIXTURE"), ("turn", "PRINCIPAL_TURN")])
 def test_the_baker_writes_no_number_that_is_none_in_single_precision(with_lobes, field, constant, number):
     from dataclasses import replace
 
@@ -325,6 +325,20 @@ def test_a_softening_radius_that_is_none_is_refused(tmp_path, softening):
         fitter.Fit.load(tmp_path / "bad.npz")
 
 
+@pytest.mark.parametrize("stretch", [-5.0, 0.05, 1e9, math.nan, math.inf, "5", None, True, [5.0], 10**400])
+def test_a_stretch_of_the_half_angle_that_is_none_is_refused(tmp_path, stretch):
+    tampered(MADE_FITS["half angle"], tmp_path / "bad.npz", header={"stretch": stretch})
+    with pytest.raises(fitter.DatasetError, match=r"bad\.npz: a damaged fit.*stretch"):
+        fitter.Fit.load(tmp_path / "bad.npz")
+
+
+def test_a_fit_of_the_half_angle_has_no_softening_of_its_own(tmp_path):
+    """It follows from the stretch."""
+    fit = MADE_FITS["half angle, stretched by 300, all lobes, damped"]
+    tampered(fit, tmp_path / "fit.npz", header={"softening": 0.5})
+    assert fitter.Fit.load(tmp_path / "fit.npz").coordinates == fit.coordinates
+
+
 @pytest.fixture
 def damped(tmp_path):
     """A file of a fit with all lobes, damping and stretch: how to write it with some entries changed, and its fit."""
@@ -404,11 +418,12 @@ def test_a_number_of_the_header_that_is_none_is_refused(glossy, tmp_path, entry,
         fitter.Fit.load(path)
 
 
-@pytest.mark.parametrize("kind", ["of the paper", "Rusinkiewicz, stretched by 33, all lobes, damped"])
+@pytest.mark.parametrize("kind", ["of the paper", "Rusinkiewicz, stretched by 33, all lobes, damped",
+                                  "half angle, stretched by 300, all lobes, damped"])
 def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy, tmp_path, kind):
     """Each entry of a saved fit in turn holds text that would be code, a NaN, or another type."""
-    from fitter.cycles import closure_mixture
     from fitter.cycles.bake import bake
+    from fitter.cycles.node_mixture import cycles_mixture
 
     path = tmp_path / "fit.npz"
     fit = MADE_FITS[kind] if kind in MADE_FITS else fitter.fit(subset(glossy, slice(200)), 1, 3)
@@ -416,7 +431,7 @@ def test_whatever_a_file_says_it_is_refused_or_only_its_numbers_are_baked(glossy
     with np.load(path) as file:
         entries = dict(file)
     header = json.loads(str(entries["header"]))
-    mixture = closure_mixture.closure_mixture(fit)
+    mixture = cycles_mixture(fit)
     expected = bake(fit, mixture=mixture)
     odd = HOSTILE, [HOSTILE] * 3, {"x": HOSTILE}, math.inf, 10**400, [0, 1, 10**12], [-1, 0, 1]
     changes = [{"header": {key: value}} for key in header for value in odd]
