@@ -133,6 +133,8 @@ LAMP_LOBE_WEIGHT = 2e-4
 # Exponent of the phong_ramp that sends a path in the sampled direction: about 0.08 degrees wide, as narrow as single
 # precision evaluates well.
 REMAINDER_EXPONENT = 1e6
+# The least colour of its closure weight in a channel, in that of the largest: the mixture may have none of a colour.
+LEAST_COLOUR = 0.01
 # Exponent of the directions that are sampled about a lamp, in that of its lobe: three quarters of them are within the
 # lamp, and those beyond its edge are no rarer than the lobe is low.
 CONE_EXPONENT = 0.7

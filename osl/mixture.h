@@ -226,16 +226,16 @@ color mixture_albedo(Mixture mixture)
 /* The mixture, for Cycles to evaluate and to sample.
  *
  * Here and elsewhere a variable for the weight stands before each closure: OSL makes such a weight a part of its
- * closure, and any other a closure of its own, for which GPUs have little room. */
+ * closure, and any other a closure of its own, for which GPUs have little room. Each closure has a variable of its own:
+ * of one that is written again OSL's optimizer leaves the last value to all. */
 closure color mixture_closures(Mixture mixture, ShadingFrame frame, color tint)
 {
   closure color sum = 0;
-  color weight;
-  vector about;
-#define ADD_CLOSURE(k, kind) \
-  about = to_world(frame, mixture.about[k]); \
-  weight = tint * mixture.weight[k]; \
-  ADD_##kind(k)
+#define ADD_CLOSURE(k, kind) { \
+    vector about = to_world(frame, mixture.about[k]); \
+    color weight = tint * mixture.weight[k]; \
+    ADD_##kind(k) \
+  }
 #define ADD_DIFFUSE_LOBE(k) sum += weight * diffuse(about);
 #define ADD_SHEEN_LOBE(k) sum += weight * ashikhmin_velvet(about, mixture.along[k]);
 #define ADD_GGX_LOBE(k) \

@@ -43,7 +43,9 @@ closure color remainder_closure(FIT_PARAMETERS, float FLAT_RAMP[], Mixture mixtu
       density += plan.toward_lamp * pdf_lamps(lamps, wi);
     }
     vector half = normalize(mixture.wo + wi);
-    color weight = plan.weight / (1.0 - plan.weight) * mixture_albedo(mixture);
+    color albedo = mixture_albedo(mixture);
+    float least = LEAST_COLOUR * max(max(albedo[0], albedo[1]), albedo[2]);
+    color weight = plan.weight / (1.0 - plan.weight) * max(albedo, color(least));
     color colour = value / weight * ((REMAINDER_EXPONENT + 1.0) /
                                      ((REMAINDER_EXPONENT + 2.0) * plan.probability * density * dot(half, wi)));
     color ramp[KNOTS];
