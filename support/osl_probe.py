@@ -15,9 +15,6 @@ PROBE = """
 #include "fit.h"
 #include "mixture.h"
 #include "lamps.h"
-#include "remainder_plan.h"
-#include "sampling_table.h"
-#include "half_vector_table.h"
 #include "lamp_lobes.h"
 #include "remainder.h"
 %s
@@ -57,7 +54,7 @@ def probe_scene(fit, code, count, functions="", mixture=None, **tables):
         How many pixels are asked for.
     functions : str
         OSL functions that the code calls.
-    mixture : Mixture, optional
+    mixture : NodeMixture, optional
         In the place of the fit's.
     tables : name to array
         More arrays for the code to read.
