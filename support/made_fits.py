@@ -8,8 +8,8 @@ from fitter import Fit
 from fitter.coordinates import ISOTROPIC_AXES
 from fitter.coordinates.anisotropic_nusselt import AnisotropicNusselt
 from fitter.coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
-from fitter.coordinates.half_difference import HalfDifference
 from fitter.coordinates.half_angle import HalfAngle
+from fitter.coordinates.half_difference import HalfDifference
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
 from fitter.lattice import dense
 from fitter.lattice.dense import DenseLattice

@@ -1,4 +1,4 @@
-"""Mixtures of closures whose lobes are of all kinds, and the density of the directions that the shader samples by one."""
+"""Mixtures of lobes of all kinds, and the density of the directions that the shader samples by a mixture."""
 
 import numpy as np
 

@@ -19,7 +19,6 @@ from support.stage import (
     osl_material_for,
     render,
     rotation_toward,
-    set_input,
 )
 
 SIZE = 64

@@ -22,7 +22,8 @@ MIXTURES = {
     "lobes of all kinds, anisotropic": lambda curet, cornell: made_mixture(0.0),
     "krylon": lambda curet, cornell: node_mixture.cycles_mixture(
         fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"])),
-    "velvet": lambda curet, cornell: node_mixture.cycles_mixture(fitter.fit(curet("velvet"), **fitter.PRESETS["Draft"])),
+    "velvet": lambda curet, cornell: node_mixture.cycles_mixture(
+        fitter.fit(curet("velvet"), **fitter.PRESETS["Draft"])),
     "cayman": lambda curet, cornell: node_mixture.cycles_mixture(
         fitter.fit(cornell("cayman"), **fitter.PRESETS["Standard"])),
     "brushed": lambda curet, cornell: node_mixture.cycles_mixture(brushed_fit()),
