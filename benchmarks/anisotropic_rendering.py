@@ -2,10 +2,11 @@
 
     python -m benchmarks.anisotropic_rendering [--materials ...] [--lights ...]
 
-Prints, for the Standard fits of each material, the error of the mixture, the processor time of baking, the time of compiling,
-the size of a .blend and the time of an evaluation in OSL; and then, for a sphere under each light, processor time and
-noise as ratios of the anisotropic fit's to the isotropic one's. Times are the least of several, since the machine does
-other work too. The two do not look alike: the noise of a streak is not that of a round highlight.
+Prints, for the Standard fits of each material, the light that the mixture misplaces, in the mean and at the worst view,
+the processor time of baking, the time of compiling, the size of a .blend and the time of an evaluation in OSL; and
+then, for a sphere under each light, processor time and noise as ratios of the anisotropic fit's to the isotropic one's.
+Times are the least of several, since the machine does other work too. The two do not look alike: the noise of a streak
+is not that of a round highlight.
 """
 
 import argparse

@@ -1,9 +1,9 @@
 """Mean, noise, time and largest pixels of rendered materials, beside a Principled BSDF of like appearance.
 
 ``python -m benchmarks rendering`` prints the table of docs/rendering.md. Every scene is rendered with the Principled
-BSDF, with Exact and with Nodes, and compared with `reference`. Noise is half the mean squared difference of two pictures
-of 64 samples with different seeds, in the pixels that the object fills; time is the processor's, for the samples alone:
-the difference between two sample counts. Both are ratios to Principled's in the same run.
+BSDF, with Exact and with Nodes, and compared with `reference`. Noise is half the mean squared difference of two
+pictures of 64 samples with different seeds, in the pixels that the object fills; time is the processor's, for the
+samples alone: the difference between two sample counts. Both are ratios to Principled's in the same run.
 """
 
 import functools
