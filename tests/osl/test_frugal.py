@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter.shader_constants import FRUGAL_LOBES
+from support.anisotropic import brushed_fit
 from support.cases import quick, release
 from support.osl_probe import probe_osl
 from support.spheres import normals, reflected
@@ -156,11 +158,33 @@ def test_eight_lamps_in_one_place_give_the_light_of_one(blender, fits, frugal, v
     assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=0.02)
 
 
+# a GPU's 1024 bytes: id and weight, 16, and the parameters that Cycles has (src/kernel/osl/closures_template.h)
+BYTES = {"diffuse": 32, "ashikhmin_velvet": 32, "microfacet": 64, "phong_ramp": 128}
+SUM, POOL = 24, 1024
+
+
+def bytecode_of(fit):
+    material = osl_material_for(fit)
+    group = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
+    return next(node for node in group.nodes if node.type == "SCRIPT").bytecode
+
+
+@pytest.mark.parametrize("name", quick(["foil", "krylon", "brushed"], "foil", "brushed"))
+def test_the_closures_of_a_material_fit_where_few_do(blender, fits, name):
+    """All closures of the bytecode at once, each time a sum with those before: there is one lobe at a lamp."""
+    bytecode = bytecode_of(brushed_fit() if name == "brushed" else fits[name])
+    strings = dict(re.findall(r'^const\s+string\s+(\S+)\s+"(\w+)"', bytecode, re.MULTILINE))
+    kinds = [strings[name] for name in re.findall(r"^\s+closure\s+\S+ (\S+)", bytecode, re.MULTILINE)]
+    assert FRUGAL_LOBES == 1
+    assert kinds.count("phong_ramp") == 2, "a lobe and a sampled direction"
+    total = sum(BYTES[kind] for kind in kinds) + SUM * (len(kinds) - 1)
+    print(f"{name}: {', '.join(kinds)}: {total} bytes")
+    assert total <= 688 < POOL, "the most that a fit takes"
+
+
 def test_no_weight_stands_beside_its_closure(blender, fits):
     """A weight that is not a part of its closure takes 24 of a GPU's 1024 bytes."""
-    material = osl_material_for(fits["foil"])
-    group = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
-    bytecode = next(node for node in group.nodes if node.type == "SCRIPT").bytecode
+    bytecode = bytecode_of(fits["foil"])
     operations = [line for line in bytecode.splitlines() if not line.startswith("#")]
     colors = set(re.findall(r"^\w+\s+color\s+(\S+)", bytecode, re.MULTILINE))
     closures = set(re.findall(r"^\w+\s+closure color\s+(\S+)", bytecode, re.MULTILINE))
