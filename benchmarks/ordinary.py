@@ -21,7 +21,7 @@ dark, bright
 denoised
     Error of 64 samples after OpenImageDenoise.
 mean
-    Of all samples, to that of as many with Exact Everywhere.
+    Of all samples, to that of the same with Exact Everywhere.
 """
 
 import functools
@@ -376,16 +376,19 @@ def ways():
             "Paper": functools.partial(measured, preset="Paper", by_nodes=False)}
 
 
-def everywhere(scene, of, samples):
-    """The mean of a picture of a scene that is exact after rough bounces too."""
+def everywhere(scene, of):
+    """The mean of the pictures of `measure`, of the same seeds, that are exact after rough bounces too."""
     def exact(name):
         material = of(name)
         stage.set_input(material, "Exact Everywhere", True)
         return material
 
     opened = build(scene, exact)
-    opened.cycles.samples, opened.cycles.seed = samples, 3 + SEEDS
-    return stage.render(opened)[..., :3].astype(float).mean()
+    pictures = []
+    for seed in range(2, 3 + SEEDS):
+        opened.cycles.samples, opened.cycles.seed = SAMPLES if seed < 2 + SEEDS else COUNTED[-1], seed
+        pictures.append(stage.render(opened)[..., :3].astype(float))
+    return converged(np.array(pictures[:-1]), pictures[-1]).mean()
 
 
 def absent(scene):
@@ -416,7 +419,7 @@ def main(scenes=(), only=(), pictures=None):
             if way != "Principled":
                 fit = "Paper" if way == "Paper" else "Standard"
                 if fit not in exact:
-                    exact[fit] = everywhere(scene, found[fit], COUNTED[-1] + SEEDS * SAMPLES)
+                    exact[fit] = everywhere(scene, found[fit])
                 mean = shown[way].picture.mean() / exact[fit] - 1
             else:
                 mean = math.nan
