@@ -3,7 +3,7 @@
 ``python -m benchmarks.engines`` prints two tables, and writes a sheet of spheres where ``--pictures`` names a folder.
 
 - What goes wrong by integration: the share of the reflected light in wrong directions, in the mean over the viewing
-  angles and at the worst, of Fast and of the nodes; and the largest difference of the nodes' albedo from the fit's.
+  angles and at the worst; and the largest difference of the nodes' albedo from the fit's.
 - Spheres under a sun of a degree, a 2 m area lamp and an image of a clear sky, beside Exact of many samples: the
   difference of the mean, and FLIP as `benchmarks.dense.image_errors` has it. FLIP of Exact of as few samples tells what
   noise alone does. *time* is the processor's for the samples alone, without OSL, to a Principled BSDF's of like
@@ -27,7 +27,6 @@ from benchmarks import rendering
 from benchmarks.anisotropic_rendering import samples_of
 from benchmarks.dense import image_errors, sky
 from fitter.cycles import principled
-from fitter.cycles.closure_mixture import closure_mixture
 from fitter.cycles.node_mixture import node_mixtures
 from support import checkout, sheet, stage
 
@@ -86,7 +85,7 @@ def load(name):
 
 def measured(material, _way):
     """A material with outputs for Cycles and for EEVEE."""
-    made = rendering.measured(material.library, True)
+    made = rendering.measured(material.library)
     tree = made.node_tree
     group = next(node for node in tree.nodes if node.type == "GROUP")
     next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL").target = "CYCLES"
@@ -147,14 +146,12 @@ def inside():
 
 def row(material, light):
     """Print a line; return the pictures of Exact, of nodes and of EEVEE."""
-    scene, made = scene_of(light, material, measured)
+    scene, _ = scene_of(light, material, measured)
     truth = picture(scene, samples=MANY, seed=1)
     noisy, nodes = picture(scene), picture(scene, osl=False, samples=4 * FEW)
-    group = next(node for node in made.node_tree.nodes if node.type == "GROUP")
-    group.inputs["Exact"].default_value = False
-    fast, eevee = picture(scene, samples=4 * FEW), in_eevee(scene)
+    eevee = in_eevee(scene)
     numbers = []
-    for found in (noisy, fast, nodes, eevee):
+    for found in (noisy, nodes, eevee):
         error = image_errors.errors(truth[..., :3], found[..., :3], inside())["flip"]
         numbers.append((found[..., :3].mean() / truth[..., :3].mean() - 1, math.nan if error is None else error))
     ratio = seconds(light, material, measured) / seconds(light, material, like)
@@ -165,10 +162,9 @@ def row(material, light):
 
 def integrals(name, fit):
     """Print a line of errors by integration."""
-    fast, nodes = closure_mixture(fit), node_mixtures(fit)
-    print(f"{name[-22:]:23}{fast.error:7.1%} {fast.worst:7.1%} {nodes.cycles.error:9.1%} {nodes.cycles.worst:7.1%} "
-          f"{nodes.cycles.error / fast.error:6.2f}x {nodes.cycles.albedo_error:7.1%} {nodes.eevee.error:9.1%} "
-          f"{nodes.eevee.albedo_error:7.1%}", flush=True)
+    cycles, eevee = node_mixtures(fit)
+    print(f"{name[-22:]:23}{len(cycles.kinds):6} {cycles.error:7.1%} {cycles.worst:7.1%} {cycles.albedo_error:7.1%} "
+          f"{eevee.error:9.1%} {eevee.albedo_error:7.1%}", flush=True)
 
 
 def main():
@@ -185,8 +181,8 @@ def main():
 
     assert not osl_support.missing()
     materials = []
-    print(f"{'':23}{'Fast':^15} {'nodes, in Cycles':^33} {'in EEVEE':^17}\n{'':23}{'mean':>7} {'worst':>7} {'mean':>9} "
-          f"{'worst':>7} {'to Fast':>7} {'albedo':>7} {'mean':>9} {'albedo':>7}")
+    print(f"{'':23}{'nodes, in Cycles':^30} {'in EEVEE':^17}\n{'':23}{'lobes':>6} {'mean':>7} {'worst':>7} "
+          f"{'albedo':>7} {'mean':>9} {'albedo':>7}")
     for name in chosen.materials:
         stem = Path(name).stem
         kept = chosen.folder / f"{stem}.npz"
@@ -195,8 +191,8 @@ def main():
         fit = fitter.Fit.load(kept)
         integrals(stem, fit)
         materials.append(Material(stem, fit, rendering._library(fit, chosen.folder / f"{stem}.blend")))
-    print(f"\n{'':28} {'noise':>9}  {'Fast':^14}  {'nodes, in Cycles':^14}  {'in EEVEE':^14}\n{'':28} {'FLIP':>9}"
-          + 3 * f"  {'mean':>7} {'FLIP':>6}" + f" {'time':>8}")
+    print(f"\n{'':28} {'noise':>9}  {'nodes, in Cycles':^14}  {'in EEVEE':^14}\n{'':28} {'FLIP':>9}"
+          + 2 * f"  {'mean':>7} {'FLIP':>6}" + f" {'time':>8}")
     tiles = []
     for material in [each for each in materials if each.name in chosen.spheres]:
         shown = []

@@ -1,8 +1,8 @@
 """Ordinary scenes, of several measured materials: noise, time, dark specks and fireflies beside a Principled BSDF.
 
 ``python -m benchmarks ordinary`` prints the table of docs/rendering.md. Each scene is rendered with Principled BSDFs of
-like appearance and with measured materials: of the presets Standard and Paper, Exact, and of Standard, Nodes. Figures
-but the counts are ratios to Principled's in the same run.
+like appearance and with measured materials: of the presets Standard and Paper, Exact, and of Standard, Nodes. A scene
+of which a material is absent is left out. Noise, median, time and denoised are ratios to Principled's in the same run.
 
 noise, median
     Standard deviation at 64 samples over the picture's mean, from pictures of several seeds: the root mean square over
@@ -15,8 +15,13 @@ below 0
     Pixels with a negative channel, in one picture of 16, of 64 and of 256 samples; and the least value over the mean.
 largest
     The largest value of 64 samples over the largest of the 5 x 5 pixels around it in all samples together.
+dark, bright
+    Pixels of one picture of 64 samples that are darker than .35 of the median of the 5 x 5 pixels around them, or
+    brighter than 3 times it, where the converged picture is not.
 denoised
-    Error of 64 samples after OpenImageDenoise, as a ratio.
+    Error of 64 samples after OpenImageDenoise.
+mean
+    Of all samples, to that of the same with Exact Everywhere.
 """
 
 import functools
@@ -34,6 +39,7 @@ from fitter.cycles.principled import principled as principled_of
 from support import checkout, stage, synthetic
 
 WIDTH, HEIGHT = 160, 135
+DARK, BRIGHT = 0.35, 3.0    # of the median around a pixel
 SAMPLES, SEEDS = 64, 4
 COUNTED = (16, 64, 256)
 AROUND = 2                  # pixels on each side
@@ -41,7 +47,9 @@ BOUNCES = 4
 FILES = {"foil": ("curet/abrdf.dat", "15"), "felt": ("curet/abrdf.dat", "1"), "leather": ("curet/abrdf.dat", "5"),
          "velvet": ("curet/abrdf.dat", "7"), "plaster": ("curet/abrdf.dat", "11"),
          "krylon": ("cornell/krylon_blue_RGB.astm", None), "garnet": ("cornell/garnet_red_RGB.astm", None),
-         "cayman": ("cornell/cayman.astm", None)}
+         "cayman": ("cornell/cayman.astm", None), "irid": ("rgl/irid_flake_paint1_rgb.bsdf", None),
+         "gold": ("goniometer/lighttec_C9_Gold.astm", None)}
+PUBLISHED = {"chrome": "chrome", "cherry": "cherry-235"}
 
 
 def _area(energy, location, target=(0, 0, 0), size=2.0):
@@ -174,7 +182,56 @@ def grazing(of):
     stage.look((0, -5, 0.5), (0, 0, 0), 50)
 
 
-SCENES = {each.__name__: each for each in (spheres, interior, product, outdoor, studio, beads, grazing)}
+def car(of):
+    """A car-like body, a ring, a cloth and two balls on a wooden floor; two area lamps, a spot and a dim sky."""
+    scene = bpy.context.scene
+    scene.cycles.sample_clamp_indirect = 10         # as Cycles has it by default
+    stage.background(scene, 0.1, (0.7, 0.8, 1.0))
+    _area(250, (-4, -3, 4), (0, 0, 0.5), 1.5)
+    _area(120, (4, -2, 3), (0, 0, 0.5), 1.0)
+    stage.add_lamp("SPOT", 600, (1, -5, 5), stage.rotation_toward((1, -5, 5), (0, 0, 0.5)), shadow_soft_size=0.1,
+                   spot_size=0.8)
+    for size, location in (((2.6, 1.2, 0.55), (-0.2, 0.6, 0.35)), ((1.3, 1.0, 0.45), (-0.1, 0.6, 0.8))):
+        _rounded_box(of("irid"), size, location)
+    bpy.ops.mesh.primitive_torus_add(major_radius=0.45, minor_radius=0.12, location=(1.6, -0.6, 0.5),
+                                     rotation=(1.2, 0, 0.5))
+    _smooth(of("gold"))
+    _cloth(of("velvet"), (-1.6, -0.9, 0.25))
+    _sphere(of("chrome"), (0.5, -1, 0.4), 0.4)
+    _sphere(of("garnet"), (-0.6, -1.2, 0.35), 0.35)
+    _plane(of("cherry"))
+    stage.look((0.3, -7.5, 2.8), (0, 0, 0.4), 60)
+
+
+def _smooth(material):
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.data.materials.append(material)
+
+
+def _rounded_box(material, size, location):
+    bpy.ops.mesh.primitive_cube_add(size=1, location=location)
+    box = bpy.context.object
+    box.scale = size
+    bpy.ops.object.transform_apply(location=False, rotation=False)
+    bevel = box.modifiers.new("Bevel", "BEVEL")
+    bevel.width, bevel.segments = 0.18, 3
+    box.modifiers.new("Subdivision", "SUBSURF").render_levels = 2
+    _smooth(material)
+
+
+def _cloth(material, location):
+    """A square that lies in waves."""
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=60, y_subdivisions=60, size=1.4, location=location)
+    points = bpy.context.object.data.vertices
+    at = np.empty(3 * len(points))
+    points.foreach_get("co", at)
+    x, y, _ = at.reshape(-1, 3).T
+    at[2::3] = 0.08 * np.sin(7 * x + 2 * y) + 0.05 * np.sin(9 * y - 3 * x)
+    points.foreach_set("co", at)
+    _smooth(material)
+
+
+SCENES = {each.__name__: each for each in (spheres, interior, product, outdoor, studio, beads, grazing, car)}
 
 
 @dataclass(frozen=True)
@@ -191,6 +248,8 @@ class Figures:
         The least value of one picture of SAMPLES over the mean.
     largest : float
         The largest value of that picture over the largest around it in the mean of all pictures.
+    dark, bright : int
+        Its outliers.
     """
 
     noise: float
@@ -198,6 +257,8 @@ class Figures:
     below: tuple
     least: float
     largest: float
+    dark: int
+    bright: int
 
 
 def figures(few, noisy, many):
@@ -210,7 +271,20 @@ def figures(few, noisy, many):
     return Figures(
         float(np.sqrt((deviation ** 2).mean()) / mean.mean()), float(np.median(deviation) / mean.mean()),
         tuple(int((picture < 0).any(axis=-1).sum()) for picture in (few, noisy[0], many)),
-        float(noisy[0].min() / mean.mean()), float(first.max() / around.max()))
+        float(noisy[0].min() / mean.mean()), float(first.max() / around.max()), *outliers(noisy[0], mean))
+
+
+def outliers(picture, mean):
+    """How many pixels are much darker, and much brighter, than those around them, where the mean of pictures is not."""
+    of_one, of_all = (_to_median(each.mean(axis=-1)) for each in (picture, mean))
+    return (int(((of_one < DARK) & (of_all >= DARK)).sum()), int(((of_one > BRIGHT) & (of_all <= BRIGHT)).sum()))
+
+
+def _to_median(values):
+    """Pixels (height, width) over the median around each."""
+    padded = np.pad(values, AROUND, mode="edge")
+    around = np.lib.stride_tricks.sliding_window_view(padded, (2 * AROUND + 1,) * 2)
+    return values / np.maximum(np.median(around, axis=(-2, -1)), np.finfo(float).tiny)
 
 
 def converged(noisy, many):
@@ -274,7 +348,8 @@ def ways():
     """The ways of making materials: by name, a function of a material's name."""
     checkout.extension().register()
     data = synthetic.measurements_or_synthetic()[0]
-    samples = functools.cache(lambda name: fitter.load(data / FILES[name][0], FILES[name][1]))
+    samples = functools.cache(lambda name: fitter.load_published(PUBLISHED[name]) if name in PUBLISHED
+                              else fitter.load(data / FILES[name][0], FILES[name][1]))
     fit = functools.cache(lambda name, preset: fitter.fit(samples(name), **fitter.PRESETS[preset]))
 
     def principled(name):
@@ -301,23 +376,64 @@ def ways():
             "Paper": functools.partial(measured, preset="Paper", by_nodes=False)}
 
 
+def everywhere(scene, of):
+    """The mean of the pictures of `measure`, of the same seeds, that are exact after rough bounces too."""
+    def exact(name):
+        material = of(name)
+        stage.set_input(material, "Exact Everywhere", True)
+        return material
+
+    opened = build(scene, exact)
+    pictures = []
+    for seed in range(2, 3 + SEEDS):
+        opened.cycles.samples, opened.cycles.seed = SAMPLES if seed < 2 + SEEDS else COUNTED[-1], seed
+        pictures.append(stage.render(opened)[..., :3].astype(float))
+    return converged(np.array(pictures[:-1]), pictures[-1]).mean()
+
+
+def absent(scene):
+    """The materials of a scene of which there are no measurements."""
+    names = []
+
+    def named(name):
+        names.append(name)
+        return bpy.data.materials.new(name)
+
+    build(scene, named)
+    data = synthetic.measurements_or_synthetic()[0]
+    return [name for name in names if name in FILES and not (data / FILES[name][0]).is_file()]
+
+
 def main(scenes=(), only=(), pictures=None):
     """Print the table, or the part of it that is named."""
-    print(f"{'':19}{'noise':>7}{'median':>8}{'time':>7}{'at equal time':>15}{'denoised':>10}{'largest':>9}   below 0")
+    print(f"{'':19}{'noise':>7}{'median':>8}{'time':>7}{'at equal time':>15}{'denoised':>10}{'largest':>9}{'dark':>6}"
+          f"{'bright':>8}{'mean':>9}   below 0")
     found = ways()
     for scene in scenes or SCENES:
-        shown = {}
+        if missing := absent(scene):
+            print(f"{scene}: left out, for there are no measurements of {', '.join(missing)}")
+            continue
+        shown, exact = {}, {}
         for way in ("Principled", *(only or [each for each in found if each != "Principled"])):
             shown[way] = measure(scene, found[way])
-            _row(scene, way, shown[way], shown["Principled"])
+            if way != "Principled":
+                fit = "Paper" if way == "Paper" else "Standard"
+                if fit not in exact:
+                    exact[fit] = everywhere(scene, found[fit])
+                mean = shown[way].picture.mean() / exact[fit] - 1
+            else:
+                mean = math.nan
+            _row(scene, way, shown[way], shown["Principled"], mean)
         if pictures:
             _draw(scene, shown, Path(pictures))
 
 
-def _row(scene, way, found, like):
+def _row(scene, way, found, like, mean):
     noise, seconds = found.figures.noise / like.figures.noise, found.seconds / like.seconds
+    to_exact = f"{'':9}" if math.isnan(mean) else f"{mean:+9.2%}"
     print(f"{scene:9}{way:10}{noise:7.2f}{found.figures.median / like.figures.median:8.2f}{seconds:7.2f}"
-          f"{noise * math.sqrt(seconds):15.2f}{found.denoised / like.denoised:10.2f}{found.figures.largest:9.2f}   "
+          f"{noise * math.sqrt(seconds):15.2f}{found.denoised / like.denoised:10.2f}{found.figures.largest:9.2f}"
+          f"{found.figures.dark:6}{found.figures.bright:8}{to_exact}   "
           f"{' '.join(f'{count:4}' for count in found.figures.below)}  {found.figures.least:7.2f}", flush=True)
 
 

@@ -1,8 +1,9 @@
 """Reference pictures without Cycles' closures: a shader computes the integrals itself.
 
 Under direct light the shader samples directions toward the light, looks along them with `trace`, and emits the sum of
-fit * cosine * radiance / density. Under indirect light every path continues in a direction from the sampling table: the
-closure is a mirror, turned to reflect it there.
+fit * cosine * radiance / density. Under indirect light every path continues in a sampled direction: the closure is a
+mirror, turned to reflect it there. Directions in an even world and of paths are those by which a measured material
+samples its remainder.
 """
 
 import math
@@ -20,7 +21,6 @@ _HEAD = """
 #include "shading_frame.h"
 #include "fit.h"
 #include "mixture.h"
-#include "sampling_table.h"
 
 shader reference(output closure color Result = 0)
 {
@@ -28,11 +28,13 @@ shader reference(output closure color Result = 0)
   /* as the measured material does: interpolated normals may turn away from the viewer */
   float facing = dot(N, I);
   vector z = facing < 1e-3 ? normalize(N + (1e-3 - facing) * I) : N;
-  float theta_o = acos(clamp(dot(I, z), 0.0, 1.0));
-  int view = nearby_view(theta_o, 1.0);
   vector x = normalize(I - dot(I, z) * z);
   vector y = cross(z, x);
   vector wo = vector(dot(I, x), dot(I, y), dot(I, z));
+  Mixture mixture;
+  mixture_of(MIXTURE, wo, mixture);
+  float density;
+  color mixed;
 """
 
 _INTEGRATE = _HEAD + """
@@ -54,10 +56,11 @@ _INTEGRATE = _HEAD + """
 """
 
 _DRAW = _HEAD + """
-  vector wi = sample_table(SAMPLING_REFLECTED, view, wo, P);
+  vector wi = sample_mixture(mixture, P);
   vector w = wi[0] * x + wi[1] * y + wi[2] * z;
   if (wi[2] > 0.0 && dot(w, Ng) > 0.0) {
-    color weight = eval_fit(FIT, wi, wo) * (wi[2] / pdf_table(SAMPLING_REFLECTED, view, wo, wi));
+    mixed = eval_mixture(mixture, wi, density);
+    color weight = eval_fit(FIT, wi, wo) * (wi[2] / density);
     Result = weight * reflection(normalize(I + w));
   }
 }
@@ -78,11 +81,12 @@ def _cone(axis, cosine):
 
 
 def world(strength=1.0):
-    """An even world: drawn from the table, since highlights are narrow."""
+    """An even world: sampled by the mixture, since highlights are narrow."""
     return f"""
-    vector even = sample_table(SAMPLING_REFLECTED, view, wo, P + 17.3 * k);
+    vector even = sample_mixture(mixture, P + 17.3 * k);
     w = even[0] * x + even[1] * y + even[2] * z;
-    light = {strength} / pdf_table(SAMPLING_REFLECTED, view, wo, even);"""
+    mixed = eval_mixture(mixture, even, density);
+    light = {strength} / density;"""
 
 
 def bright_spot(axis, half_angle, strength, around):

@@ -1,9 +1,9 @@
 """Mean, noise, time and largest pixels of rendered materials, beside a Principled BSDF of like appearance.
 
 ``python -m benchmarks rendering`` prints the table of docs/rendering.md. Every scene is rendered with the Principled
-BSDF, with Exact and with Fast, and compared with `reference`. Noise is half the mean squared difference of two pictures
-of 64 samples with different seeds, in the pixels that the object fills; time is the processor's, for the samples alone:
-the difference between two sample counts. Both are ratios to Principled's in the same run.
+BSDF, with Exact and with Nodes, and compared with `reference`. Noise is half the mean squared difference of two
+pictures of 64 samples with different seeds, in the pixels that the object fills; time is the processor's, for the
+samples alone: the difference between two sample counts. Both are ratios to Principled's in the same run.
 """
 
 import functools
@@ -18,7 +18,7 @@ import bpy
 import numpy as np
 
 import fitter
-from fitter.cycles.closure_mixture import closure_mixture
+from fitter.cycles.node_mixture import cycles_mixture
 from support import checkout, stage, synthetic
 
 from . import reference
@@ -175,13 +175,13 @@ def principled(colour, metallic, roughness, specular):
     return material
 
 
-def measured(library, exact):
-    """A material with the node group of a .blend."""
+def measured(library, nodes=False):
+    """A material with the node group of a .blend: Exact, or its closure nodes."""
     with bpy.data.libraries.load(str(library)) as (_, into):
         into.node_groups = ["Measured BRDF"]
     material, group, surface = stage.blank_material("Measured", "ShaderNodeGroup")
     group.node_tree = into.node_groups[0]
-    group.inputs["Exact"].default_value = exact
+    group.inputs["Nodes"].default_value = nodes
     material.node_tree.links.new(group.outputs["BSDF"], surface)
     material.cycles.use_bump_map_correction = False
     return material
@@ -206,40 +206,40 @@ def _library(fit, path):
 
 
 def rows(name, fit, shapes, lights, folder):
-    """Measure a material: yields (shape, light, like, exact, fast, truth)."""
-    mixture = closure_mixture(fit)
+    """Measure a material: yields (shape, light, like, exact, nodes, truth)."""
+    mixture = cycles_mixture(fit)
     library = _library(fit, Path(folder) / f"{name}.blend")
     for shape, light in product(shapes, lights):
         like = measure(shape, light, lambda _: principled(*LIKE[name]))
-        exact, fast = (measure(shape, light, lambda _, way=way: measured(library, way)) for way in (True, False))
+        exact, nodes = (measure(shape, light, lambda _, way=way: measured(library, way)) for way in (False, True))
         many = DRAWN_SAMPLES if light == "mesh in a room" else REFERENCE_SAMPLES
         truth = measure(shape, light, lambda integral: reference.material(fit, mixture, integral), many // 8, many)
-        yield shape, light, like, exact, fast, truth
+        yield shape, light, like, exact, nodes, truth
 
 
 def main(materials=(), shapes=(), lights=()):
     """Print the table, or the part of it that is named."""
-    print(f"""{'':31}{'Exact':^44} | {'Fast':^32}
+    print(f"""{'':31}{'Exact':^44} | {'Nodes':^32}
 {'':31}{'mean':>10} {'picture':>8} {'noise':>7} {'time':>7} {'largest':>8} | {'picture':>8} {'noise':>7} {'time':>7}
 {'':31}{'to the reference':>19} {'to Principled':>15} {'pixel':>8} | {'to Exact':>8} {'to Principled':>15}""")
     with tempfile.TemporaryDirectory() as folder:
         for name, fit in _fits(materials or FILES):
-            for shape, light, like, exact, fast, truth in rows(name, fit, shapes or SHAPES, lights or LIGHTS, folder):
+            for shape, light, like, exact, nodes, truth in rows(name, fit, shapes or SHAPES, lights or LIGHTS, folder):
                 print(f"{name:7} {shape:8}{light:15} {exact.picture.mean() / truth.picture.mean() - 1:+10.2%} "
                       f"{difference(exact, truth):8.2%} {exact.noise / like.noise:6.2f}x "
                       f"{exact.seconds / like.seconds:6.2f}x {exact.noisy.max() / exact.picture.max():7.2f}x | "
-                      f"{difference(fast, exact):8.2%} {fast.noise / like.noise:6.2f}x "
-                      f"{fast.seconds / like.seconds:6.2f}x", flush=True)
+                      f"{difference(nodes, exact):8.2%} {nodes.noise / like.noise:6.2f}x "
+                      f"{nodes.seconds / like.seconds:6.2f}x", flush=True)
 
 
 def denoising():
     """Print the error of Suzanne in 64 samples against the converged picture, before and after OpenImageDenoise."""
-    print(f"{'':23}{'Principled':^18} {'Exact':^18} {'Fast':^18}")
+    print(f"{'':23}{'Principled':^18} {'Exact':^18} {'Nodes':^18}")
     with tempfile.TemporaryDirectory() as folder:
         for name, fit in _fits(("foil", "krylon")):
             library = _library(fit, Path(folder) / f"{name}.blend")
-            ways = (lambda name=name: principled(*LIKE[name]), lambda library=library: measured(library, True),
-                    lambda library=library: measured(library, False))
+            ways = (lambda name=name: principled(*LIKE[name]), lambda library=library: measured(library),
+                    lambda library=library: measured(library, nodes=True))
             for light in ("world", "2 m area", "sun"):
                 print(f"{name:7} {light:15}", *("{:7.1%} -> {:7.1%}".format(*_denoised(light, way)) for way in ways),
                       flush=True)
@@ -260,17 +260,17 @@ def _denoised(light, make_material):
 
 
 def pictures(folder):
-    """One row a light: converged, of 64 samples, Fast, the reference, and ten times Exact less the reference."""
+    """One row a light: converged, of 64 samples, Nodes, the reference, and ten times Exact less the reference."""
     from matplotlib import pyplot
 
     (name, fit), = _fits(["krylon"])
     lights = ("world", "2 m area", "sun", "mesh in a room")
     figure, axes = pyplot.subplots(len(lights), 5, figsize=(7.5, 1.6 * len(lights)), layout="constrained")
     with tempfile.TemporaryDirectory() as temporary:
-        for line, (_, light, _, exact, fast, truth) in zip(axes, rows(name, fit, ["Suzanne"], lights, temporary),
+        for line, (_, light, _, exact, nodes, truth) in zip(axes, rows(name, fit, ["Suzanne"], lights, temporary),
                                                            strict=True):
             shown = {"Exact, converged": exact.picture, f"Exact, {SAMPLES} samples": exact.noisy,
-                     f"Fast, {SAMPLES} samples": fast.noisy, "reference": truth.picture}
+                     f"Nodes, {SAMPLES} samples": nodes.noisy, "reference": truth.picture}
             white = np.quantile(exact.picture, 0.995)
             for axis, (title, picture) in zip(line, shown.items(), strict=False):
                 axis.imshow((picture / white).clip(0, 1) ** (1 / 2.2))

@@ -71,14 +71,21 @@ vector coordinates(vector wi, vector wo)
   vector sum = wi + wo;
   float size = sqrt(max(dot(sum, sum), LEAST_HEIGHT_2));
   float spread = size + 2.0 * sum[2];
-  float r = hypot(sum[0], sum[1]) / spread;
-  float d = 0.5 * length(wi - wo) / (1.0 + size);
-  float x = clamp(0.5 * (wo[2] - wi[2]) / (1.0 + size) * (r * size / (spread * (r * r + SOFTENING_2))), -d, d);
+  float along = hypot(sum[0], sum[1]);
+  float r = along / spread;
+  float kept = r * r / (r * r + SOFTENING_2);
+  /* the difference vector toward the normal and across it, and what of it is turned by the softening */
+  float x = 0.5 * (wo[2] - wi[2]) * size / (along * (1.0 + size));
+  float y = fabs(wi[0] * wo[1] - wi[1] * wo[0]) / (along * (1.0 + size));
+  if (along < LEAST_LENGTH) {
+    x = 0.0;
+    y = 0.5 * length(wi - wo) / (1.0 + size);
+  }
 #if STRETCHED
   float t = STRETCH * r;
   r = STRETCH_SCALE * log(t + sqrt(1.0 + t * t));
 #endif
-  return vector(r, x, sqrt(max((d - x) * (d + x), 0.0)));
+  return vector(r, kept * x, hypot(y, x * sqrt((1.0 - kept) * (1.0 + kept))));
 }
 #elif ANISOTROPIC_RUSINKIEWICZ
 /* Half and difference vectors; see fitter/coordinates/anisotropic_rusinkiewicz.py. */

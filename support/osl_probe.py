@@ -3,8 +3,9 @@
 import math
 
 import bpy
+import numpy as np
 
-from fitter.cycles.bake import _array, bake
+from fitter.cycles.bake import bake
 
 from .stage import black_scene, blank_material, render
 
@@ -64,7 +65,7 @@ def probe_scene(fit, code, count, functions="", mixture=None, **tables):
     bpy.types.Scene
     """
     width = math.ceil(math.sqrt(count))
-    arrays = "".join(_array(name, table) for name, table in tables.items())
+    arrays = "".join(_exactly(name, np.ravel(table)) for name, table in tables.items())
     source = bake(fit, PROBE % (functions, arrays, width, code), mixture)
     scene = black_scene(width, width, samples=1, span=width)
     scene.camera.location = (width / 2, width / 2, 10)
@@ -78,3 +79,9 @@ def probe_scene(fit, code, count, functions="", mixture=None, **tables):
     material.node_tree.links.new(script.outputs["Result"], surface)
     bpy.context.object.data.materials.append(material)
     return scene
+
+
+def _exactly(name, numbers):
+    """The declaration of an array, with all digits of single precision."""
+    kind, form = ("int", "%d") if np.issubdtype(numbers.dtype, np.integer) else ("float", "%.9g")
+    return f"  {kind} {name}[{len(numbers)}] = {{\n" + ",\n".join(form % number for number in numbers) + "};\n"

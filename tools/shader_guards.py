@@ -6,14 +6,13 @@ _OSL, _GUARDS, _RENDERING = "tests/osl/test_shader.py", "tests/osl/test_shader_g
 _FIT = (_OSL, "-k", "evaluates_the_fit and leather or every_part or version_2 or below_zero or slot")
 _EDITED = ("tests/osl/test_edited_shader.py",)
 _MIX = ("tests/osl/test_mix.py", "-k", "no_room or beyond")
-_SAMPLING = (_OSL, _GUARDS, "-k", "drawn or cell")
 _TANGENT = ("tests/osl/test_anisotropic_rendering.py", "-k", "tangent or brushed-0.0-sun")
-_MIXTURE = (_OSL, _GUARDS, "-k", "mixture")
+_MIXTURE = ("tests/osl/test_mixture.py",)
 _ADDED = (_OSL, _GUARDS, "-k", "a_lobe or lamps_are_known or half_below or without_a_size")
 _FRAME = (_GUARDS, _RENDERING, "-k", "viewer or turned_away or normal_input or sun-foil")
 _LARGE = (_RENDERING, "-k", "area and foil")
-_PLAN = (_GUARDS, _RENDERING, "-k", "adds_no_noise or world-foil or area and foil")
-_NODES = ("tests/osl/test_nodes_rendering.py",)
+_SHARP = (_RENDERING, "-k", "mirror or rough_bounce")
+_EVERYWHERE = (_RENDERING, "-k", "world-foil or area and foil or strength")
 _SMALL = (_GUARDS, _RENDERING, "-k", "shader_guards and lamp or sun-foil or close_together or more_lamps")
 _FRUGAL = ("tests/osl/test_frugal.py", "-k", "eight_lamps or no_more_lobes")
 _REMAINDER = (_GUARDS, _RENDERING, "-k", "shader_guards and lamp or world-foil or area and foil or leak")
@@ -72,25 +71,21 @@ SHADER_GUARDS = [
          ("if (Frugal || Mixed > MOST_MIXED)", "if (Frugal)", "closures of three"),
          ("clamp(Factor, 0.0, 1.0)", "Factor", "masks beyond black and white")),
     *_of("osl/mixture.h", _MIXTURE,
-         ("pow(max(1.0 - theta / GRAZING, 0.0), 2.0 / 3.0)", "pow(1.0 - theta / GRAZING, 2.0 / 3.0)",
-          "viewers beyond the last stop"),
-         ("min((int)x, STOPS - 2)", "(int)x", "viewers beyond the last stop"),
-         ("min((theta - low) / (high - low), 1.0)", "(theta - low) / (high - low)",
-          "nothing changes beyond the last stop"),
+         ("min((int)x, STOPS - 2)", "(int)x", "the last stop, and views beyond it"),
+         ("min((theta - low) / (high - low), 1.0)", "(theta - low) / (high - low)", "views beyond the last stop"),
+         ("min(anisotropy < 0.0 ? wide : narrow, 1.0)", "(anisotropy < 0.0 ? wide : narrow)",
+          "no lobe is wider than closures are"),
+         ("min(anisotropy < 0.0 ? narrow : wide, 1.0)", "(anisotropy < 0.0 ? narrow : wide)",
+          "no lobe is wider than closures are"),
+         ("a < 1.6 ?", "1 ?", "facets hide little where a direction is far from the horizon"),
          ("if (cos_h > 0.0)", "if (1)", "half vectors below the horizon of a lobe"),
          ("if (o[2] > 0.0 && i[2] > LEAST_COSINE)", "if (1)", "directions below the horizon of a lobe"),
-         ("a < 1.6 ? (1.0 - 1.259 * a + 0.396 * a * a) / (3.535 * a + 2.181 * a * a) : 0.0",
-          "(1.0 - 1.259 * a + 0.396 * a * a) / (3.535 * a + 2.181 * a * a)", "steep directions mask nothing"),
-         ("max(dot(about, wi), 0.0) / M_PI", "dot(about, wi) / M_PI", "directions below the horizon of a diffuse lobe"),
-         ("max(1.0 - h[2] * h[2], LEAST_SINE_2)", "1.0 - h[2] * h[2]", "no sheen in the mirror direction")),
-    *_of("osl/mixture.h", _TANGENT,
-         ("max(wo[0] * wo[0] + wo[1] * wo[1], LEAST_LENGTH * LEAST_LENGTH)", "(wo[0] * wo[0] + wo[1] * wo[1])",
-          "a viewer on the normal has no azimuth")),
+         ("value = max(dot(about, wi), 0.0) / M_PI;", "value = dot(about, wi) / M_PI;",
+          "directions below the horizon of a diffuse lobe"),
+         ("if (u >= 0.0 && u < mixture.share[k])", "if (u < mixture.share[k])", "a direction is sampled by one lobe"),
+         ("sqrt(max(0.0, 1.0 - z * z))", "sqrt(1.0 - z * z)", "rounding")),
     *_of("osl/mixture.h", _FRAME,
          ("acos(clamp(wo[2], 0.0, 1.0))", "acos(wo[2])", "rounding at the normal")),
-    *_of("osl/mixture.h", _SAMPLING,
-         ("sqrt(max(0.0, 1.0 - z * z))", "sqrt(1.0 - z * z)", "rounding"),
-         ("u >= 0.0 && u < mixture.share[k]", "u < mixture.share[k]", "the direction of a lobe is not drawn again")),
     *_of("osl/lamps.h", _ADDED,
          ("max(light * max(w[2], LEAST_LAMP_COSINE), LEAST_LAMP_LIGHT)", "light * max(w[2], LEAST_LAMP_COSINE)",
           "lamps whose strength is 0"),
@@ -123,12 +118,13 @@ SHADER_GUARDS = [
           "lamps.radius[lamp] < MAX_LOBE_RADIUS", "lamps whose middle is below the horizon"),
          ("lamps.count > most_lobes(frugal)", "0", "no more lobes than there is room for"),
          ("passed > next && room > 0", "passed > next", "room for so many lobes"),
-         ("max(fitted[i], radius < SMALL_LAMP_RADIUS ? color(0.0) : LEFT_OF_MIXTURE * mixed[i])", "fitted[i]",
-          "lobes of large lamps do not subtract more than there is"),
-         ("max(1.0 - sin(radius) / l[2], 0.0)", "1.0", "the part of a lamp below the horizon"),
          ("max(eval_fit(FIT, to_fit(wi), to_fit(mixture.wo)) * wi[2], LEAST_OF_MIXTURE * mixed / mixture.kept)",
           "eval_fit(FIT, to_fit(wi), to_fit(mixture.wo)) * wi[2]",
-          "nothing is left of a mixture where the fit is 0"),
+          "a little is left of a mixture where the fit is 0"),
+         ("max(fitted[i], radius < SMALL_LAMP_RADIUS ? color(0.0) : LEFT_OF_MIXTURE * mixed[i])", "fitted[i]",
+          "lobes do not subtract more than there is"),
+         ("min(MOST_CHANGED / max(share, LEAST_LENGTH), 1.0)", "1.0",
+          "the mixture is changed by no more than a share of its light"),
          ("normalize(axis + LOBE_TILT * perpendicular(axis))", "axis", "cosines that round to more than 1"),
          ("height * dot(half, axis) / dot(half, l)", "height", "a lobe is right beside its axis"),
          ("height -= mixed[i] + eval_lobes(FLAT_RAMP, lobes, mixture.wo, l);", "height -= mixed[i];",
@@ -159,14 +155,18 @@ SHADER_GUARDS = [
           "a lamp above the point, a viewer on the normal")),
     *_of("osl/measured_brdf.osl", _LARGE,
          ("if (Lamps >= n)", "if (1)", "lamps that the scene does not have")),
-    *_of("osl/measured_brdf.osl", _NODES,
-         ("if (Nodes || tint == color(0.0))", "if (tint == color(0.0))", "closure nodes are alone")),
-    *_of("osl/remainder.h", _PLAN,
-         ("largest > 0.0 ? mix", "1 ? mix", "no lamp to sample directions about")),
+    *_of("osl/measured_brdf.osl", _SHARP,
+         ('if (Everywhere || raytype("camera") || raytype("singular"))', 'if (Everywhere || raytype("camera"))',
+          "what is seen in a mirror is exact"),
+         ('if (Everywhere || raytype("camera") || raytype("singular"))', "if (1)",
+          "after a rough bounce the mixture stands in")),
+    *_of("osl/measured_brdf.osl", _EVERYWHERE,
+         ("if (plan.sampled)", "if (1)", "some samples have a direction, and make up for the others")),
     *_of("osl/remainder.h", _LARGE,
          ("random(seed, RANDOM_TOWARD_LAMP) < plan.toward_lamp", "plan.toward_lamp > 0.0",
           "directions are not sampled about lamps alone"),
-         ("density *= 1.0 - plan.toward_lamp;", "", "the share of the mixture's directions beside lamps")),
+         ("density *= 1.0 - plan.toward_lamp;", "", "the share of the mixture's directions beside lamps"),
+         ("largest > 0.0 ? mix", "1 ? mix", "no lamp to sample directions about")),
     *_of("osl/remainder.h", _REMAINDER,
          ("wi[2] >= HORIZON && !covered_by_lobe(lamps, wi)", "!covered_by_lobe(lamps, wi)",
           "directions below the horizon"),

@@ -273,7 +273,7 @@ def _array(name: str, table: NDArray[Any]) -> str:
     if table.size > MAX_ARRAY:
         raise ValueError(f"{table.size:,} numbers in one table, at most {MAX_ARRAY:,} can be compiled: choose a lower "
                          f"level, or a compression that drops more")
-    kind, form = ("int", "%d") if np.issubdtype(table.dtype, np.integer) else ("float", "%.7g")
+    kind, form = ("int", "%d") if np.issubdtype(table.dtype, np.integer) else ("float", "%.9g")
     flat = table.ravel().tolist()
     lines = [",".join([form] * len(flat[start:start + _LINE])) for start in range(0, len(flat), _LINE)]
     return f"  {kind} {name}[{len(flat)}] = {{\n" + ",\n".join(lines) % tuple(flat) + "};\n"

@@ -47,6 +47,16 @@ def test_specks_and_fireflies_are_counted_in_one_picture(random):
     assert found.largest == pytest.approx(5 / (0.5 + 4.5 * share), rel=0.02)
 
 
+def test_outliers_are_counted_where_the_converged_picture_has_none(random):
+    few, noisy, many = pictures(random, 1e-3)
+    noisy[0, 10, 10], noisy[0, 20, 20], noisy[0, 30, 30:32] = 0.1, 2.0, 1.7
+    # a dark line and a bright dot that all pictures have
+    for each in (noisy[:, 40], many[40], noisy[:, 50, 50], many[50, 50]):
+        each *= 0.1
+    found = ordinary.figures(few, noisy, many)
+    assert (found.dark, found.bright) == (1, 3)
+
+
 @pytest.mark.parametrize("scene", ordinary.SCENES)
 def test_each_scene_is_lit_and_seen(blender, scene):
     """A few samples of it in a white diffuse: most of the picture has light, and not all the same."""

@@ -1,6 +1,5 @@
 """The shader's parts, run inside Cycles, against their counterparts in NumPy."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 
 import fitter
 from fitter.coordinates.nusselt import nusselt
-from fitter.cycles import closure_mixture, direction_grid
 from fitter.formats import merl
 from fitter.lattice import dense
 from fitter.model.transform import LogRelative
@@ -163,26 +161,6 @@ def test_every_lattice_index_has_the_same_slot_in_osl_as_in_numpy(probe, curet, 
     assert (np.sort(slots[slots >= 0]) == np.arange(len(fit.specular))).all()
 
 
-@pytest.mark.parametrize("view", quick([0, 10, 22, 31], 10))
-def test_drawn_directions_follow_the_density_that_is_reported(probe, curet, view):
-    """Monte Carlo integrals over the hemisphere, against known ones."""
-    fit = fitter.fit(curet("leather"), 4, None)
-    theta_o = direction_grid.views()[view] + 0.01
-    draw = f"""vector wo = vector(sin({theta_o}), 0.0, cos({theta_o}));
-               vector wi = sample_table(SAMPLING_REMAINDER, {view}, wo, point(pixel, 0.5, 0.25));"""
-    count = 90_000
-    drawn = probe(fit, draw + "out = wi + 1.0;", count) - 1
-    density = probe(fit, draw + f"out = pdf_table(SAMPLING_REMAINDER, {view}, wo, wi);", count)[:, 0]
-    np.testing.assert_allclose(np.linalg.norm(drawn, axis=1), 1, atol=1e-5)
-    above = drawn[:, 2] > 0
-    assert above.mean() > 0.95
-    integrands = {"1": (lambda x, y, z: np.ones_like(x), 2 * np.pi), "x^2": (lambda x, y, z: x**2, 2 * np.pi / 3),
-                  "y": (lambda x, y, z: y, 0), "z": (lambda x, y, z: z, np.pi), "x > 0": (lambda x, y, z: x > 0, np.pi)}
-    for name, (function, integral) in integrands.items():
-        weighted = np.where(above, function(*drawn.T) / density, 0)
-        assert weighted.mean() == pytest.approx(integral, abs=float(5 * weighted.std() / count**0.5)), name
-
-
 def test_directions_about_lamps_follow_the_density_that_is_reported(probe, curet):
     """Of three lamps the small one is left alone; the density is that of the other two together."""
     fit = fitter.fit(curet("felt"), 2, None)
@@ -210,36 +188,6 @@ def test_directions_about_lamps_follow_the_density_that_is_reported(probe, curet
         assert (within / chosen[:, 1]).mean() == pytest.approx(2 * np.pi * (1 - np.cos(radius)), rel=0.02)
         assert (within & (chosen[:, 0] == (0 if radius == 0.3 else 2))).sum() / (
             chosen[:, 0] == (0 if radius == 0.3 else 2)).sum() > 0.7
-
-
-@pytest.mark.parametrize(("sample", "view"), quick(
-    itertools.product(["aluminum foil", "krylon_blue_RGB"], [0, 17, 29]), ("aluminum foil", 17),
-    ("krylon_blue_RGB", 29)))
-def test_the_mixture_and_what_it_misses_are_the_same_in_osl(probe, curet, cornell, random, sample, view):
-    fit = fitter.fit(cornell(sample) if "RGB" in sample else curet(sample), 3, 5)
-    mixture = closure_mixture.closure_mixture(fit)
-    cosine, phi = 1 - 0.98 * random.random(2000), 2 * np.pi * random.random(2000)
-    wi = np.stack([np.sqrt(1 - cosine**2) * np.cos(phi), np.sqrt(1 - cosine**2) * np.sin(phi), cosine], axis=1)
-    of_view = """
-      vector wi = vector(WI[3 * pixel], WI[3 * pixel + 1], WI[3 * pixel + 2]);
-      MixtureView view;
-      mixture_view(MIXTURE_NUMBERS, {0}, {1}, vector(sin({1}), 0.0, cos({1})), view);"""
-
-    theta_o = direction_grid.views()[view] + 0.01
-    expected = closure_mixture.evaluate(mixture, view, theta_o, wi)
-    code = of_view.format(view, theta_o) + "out = eval_mixture(MIXTURE, view, wi) + 10.0;"
-    found = probe(fit, code, len(wi), WI=wi) - 10
-    np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=2e-3, atol=1e-4 * expected.max())
-
-    theta_o = direction_grid.views()[view]
-    value = np.maximum(fit.evaluate(np.arccos(cosine), phi, theta_o, 0), 0) * cosine[:, None]
-    expected = value - closure_mixture.evaluate(mixture, view, theta_o, wi)
-    code = of_view.format(view, theta_o) + "out = eval_missing(MISSING, view, wi) + 20.0;"
-    found = (probe(fit, code, len(wi), WI=wi) - 20)[:, :expected.shape[1]]
-    # between the middles of cells the table is linear, and the fit is not
-    assert np.abs(found - expected).mean() < 0.07 * value.mean()
-    if view > 0:                # seen from above, the mixture misses little
-        assert np.corrcoef(found.ravel(), expected.ravel())[0, 1] > 0.9
 
 
 @pytest.mark.parametrize("radius", quick([0.0, 0.0185, 0.05], 0.05))

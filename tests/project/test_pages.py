@@ -12,6 +12,7 @@ from benchmarks import ablation
 from fitter import shader_constants as shader
 from fitter.coordinates import half_angle
 from fitter.coordinates.half_difference import SOFTENING
+from fitter.cycles import direction_grid, node_mixture
 from fitter.methods import gaussian_process, lattices, prior, regression_kriging
 from fitter.model.microfacet import MAX_LOBES
 from fitter.presets import PRESETS
@@ -176,8 +177,9 @@ def count(number):
 # a page, what it says around a number, and the number
 NUMBERS = (
     ("docs/rendering.md", r"hands the shader up to (\d+) lamps", shader.MAX_LAMPS),
-    ("docs/rendering.md", r"no more than (\w+) lamps above the horizon", {4: "four"}.get(shader.MAX_LOBES)),
     ("docs/rendering.md", r"Of more than (\w+) lamps above the horizon", {4: "four"}.get(shader.MAX_LOBES)),
+    ("docs/rendering.md", r"numbers for each of (\d+) polar angles", direction_grid.VIEWS),
+    ("docs/rendering.md", r"and up to\s+(\w+) others, of `diffuse`", {4: "four"}.get(node_mixture.CYCLES.lobes)),
     ("docs/fitting.md", r"A Gaussian process takes ([\d,]+) samples", count(regression_kriging.MOST_SAMPLES)),
     ("docs/fitting.md", r"softening radius of ([\d.]+)", SOFTENING),
     ("docs/fitting.md", r"at most (\w+) lobes", {3: "three"}.get(MAX_LOBES)),
