@@ -71,6 +71,8 @@ ROW_TAPS = 4
 
 # Lamps that a shader has parameters for. Each costs time where it exists, and the 32 brightest cover most scenes.
 MAX_LAMPS = 32
+# Directions in which the fit is evaluated: one beside the lamps.
+DIRECTIONS = MAX_LAMPS + 1
 # The least cosine of incidence by which a lamp's light is scaled when lamps are chosen by it: a large lamp whose centre
 # is on the horizon still lights a surface.
 LEAST_LAMP_COSINE = 0.1
@@ -116,8 +118,6 @@ LOBE_EDGE_KNOT = 1
 LEAST_OF_MIXTURE = 0.02
 # By how much of the light of all channels the mixture is lowered at most, in one of them, to the fit at the lamps.
 MOST_LOWERED = 0.03
-# A lobe that is lower, in the fit, is left out.
-LEAST_LOBE = 0.01
 # What the lobe of a larger lamp leaves of the mixture at least: at the lamp's edge that may be less than in the middle.
 LEFT_OF_MIXTURE = 0.5
 # Where a lobe has fallen to less it counts as 0.

@@ -7,6 +7,7 @@ struct LampLobes {
   vector axis[MAX_LAMPS];
   float exponent[MAX_LAMPS];
   color height[MAX_LAMPS];              /* of the value along the axis */
+  float times[MAX_LAMPS];               /* by which a lobe is multiplied, where some lamps are taken of many */
   int count;
 };
 
@@ -85,7 +86,7 @@ void sample_lobes(LampList lamps, int frugal, point seed, output float times[MAX
 }
 
 /* Whether the lobe of a lamp reaches any of the lamps behind it in the list that are `needed`. */
-int reaches_needed(LampList lamps, int lamp, int needed[MAX_LAMPS])
+int reaches_needed(LampList lamps, int lamp, int needed[DIRECTIONS])
 {
   float radius = max(lamps.radius[lamp], MIN_LOBE_RADIUS);
   for (int i = lamp + 1; i < lamps.count; i++) {
@@ -97,7 +98,7 @@ int reaches_needed(LampList lamps, int lamp, int needed[MAX_LAMPS])
 }
 
 /* The lobes whose heights are needed: of the lamps that are taken, and of those whose lobes reach them. */
-void needed_lobes(LampList lamps, float times[MAX_LAMPS], output int needed[MAX_LAMPS])
+void needed_lobes(LampList lamps, float times[MAX_LAMPS], output int needed[DIRECTIONS])
 {
   for (int i = lamps.count - 1; i >= 0; i--) {
     needed[i] = times[i] > 0.0 || (has_lobe(lamps, i) && reaches_needed(lamps, i, needed));
@@ -105,24 +106,18 @@ void needed_lobes(LampList lamps, float times[MAX_LAMPS], output int needed[MAX_
 }
 
 /* Leave only the lobes of the lamps that were taken. */
-void keep_taken(float times[MAX_LAMPS], output LampLobes lobes)
+void keep_taken(output LampLobes lobes)
 {
   int kept = 0;
   for (int i = 0; i < lobes.count; i++) {
-    if (times[i] > 0.0) {
+    if (lobes.times[i] > 0.0) {
       lobes.axis[kept] = lobes.axis[i];
       lobes.exponent[kept] = lobes.exponent[i];
-      lobes.height[kept] = times[i] * lobes.height[i];
+      lobes.height[kept] = lobes.times[i] * lobes.height[i];
       kept++;
     }
   }
   lobes.count = kept;
-}
-
-/* The fit times cos theta_i, but no less than a little of the mixture, which is what closures can show. */
-color eval_target(FIT_PARAMETERS, Mixture mixture, vector wi, color mixed)
-{
-  return max(eval_fit(FIT, to_fit(wi), to_fit(mixture.wo)) * wi[2], LEAST_OF_MIXTURE * mixed / mixture.kept);
 }
 
 /* Lower the mixture, channel by channel, where it is more than twice the fit at a lamp: a lobe takes half of it, and more
@@ -139,61 +134,68 @@ void lower_mixture(color least, output Mixture mixture)
   }
 }
 
+/* The fit and the mixture at the lamps that have lobes, in all or some of many, and in a sampled direction. */
+struct Evaluated {
+  int count;                            /* directions; the last one is sampled */
+  int needed[DIRECTIONS];
+  vector direction[DIRECTIONS];
+  color fitted[DIRECTIONS];             /* times cos theta_i */
+  color mixed[DIRECTIONS];
+  float density;                        /* with which `sample_mixture` returns the last one */
+};
+
+/* Evaluate them, in one place, as a compiler makes code of all that a function calls; and lower the mixture where it
+ * exceeds the fit at lamps. `needed` is given. */
+void evaluate_all(FIT_PARAMETERS, int lower, output Mixture mixture, output Evaluated all)
+{
+  color least = 1.0;
+  for (int i = 0; i < all.count; i++) {
+    if (all.needed[i]) {
+      vector w = all.direction[i];
+      color mixed = eval_mixture(mixture, w, all.density);
+      color fitted = max(eval_fit(FIT, to_fit(w), to_fit(mixture.wo)) * w[2], LEAST_OF_MIXTURE * mixed);
+      if (i < all.count - 1) {
+        least = min(least, fitted / max(mixed, color(LEAST_LENGTH)));
+      }
+      all.mixed[i] = mixed;
+      all.fitted[i] = fitted;
+    }
+  }
+  if (lower) {
+    lower_mixture(least, mixture);
+    for (int i = 0; i < all.count; i++) {
+      all.mixed[i] *= mixture.kept;
+    }
+  }
+}
+
 /* The lobes at the lamps, or at some of many: as high as the mixture falls short of the fit in the middle of the lamp.
  * No lobe takes more than there is: where the mixture exceeds the fit, that of a small lamp leaves next to nothing, and
  * that of another lamp a part of the mixture, which may soon be less. */
-void fit_lamp_lobes(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int frugal, point seed, output Mixture mixture,
+void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, vector wo, float times[MAX_LAMPS],
                     output LampLobes lobes)
 {
-  int sampled = lamps.count > most_lobes(frugal);
-  float times[MAX_LAMPS];
-  int needed[MAX_LAMPS];
-  if (sampled) {
-    sample_lobes(lamps, frugal, seed, times);
-    needed_lobes(lamps, times, needed);
-  }
-  color fitted[MAX_LAMPS];
-  color mixed[MAX_LAMPS];
-  color least = 1.0;
-  float density;
-  for (int i = 0; i < lamps.count; i++) {
-    needed[i] = sampled ? needed[i] : has_lobe(lamps, i);
-    if (needed[i]) {
-      mixed[i] = eval_mixture(mixture, lamps.direction[i], density);
-      fitted[i] = eval_target(FIT, mixture, lamps.direction[i], mixed[i]);
-      least = min(least, fitted[i] / max(mixed[i], color(LEAST_LENGTH)));
-    }
-  }
-  if (!sampled) {
-    lower_mixture(least, mixture);
-  }
   lobes.count = 0;
   for (int i = 0; i < lamps.count; i++) {
-    if (needed[i]) {
+    if (all.needed[i]) {
       vector l = lamps.direction[i];
       float radius = lamps.radius[i];
-      mixed[i] *= mixture.kept;
-      color height = max(fitted[i], radius < SMALL_LAMP_RADIUS ? color(0.0) : LEFT_OF_MIXTURE * mixed[i]);
+      color height = max(all.fitted[i], radius < SMALL_LAMP_RADIUS ? color(0.0) : LEFT_OF_MIXTURE * all.mixed[i]);
+      height -= all.mixed[i];
       if (radius >= SMALL_LAMP_RADIUS) {
         /* over a lamp that reaches the horizon the fit falls to 0 */
-        height = mixed[i] + (height - mixed[i]) * max(1.0 - sin(radius) / l[2], 0.0);
+        height *= max(1.0 - sin(radius) / l[2], 0.0);
       }
       /* near other lamps, the lobes before this one carry a part already */
-      height -= mixed[i] + eval_lobes(FLAT_RAMP, lobes, mixture.wo, l);
-      if (max(max(fabs(height[0]), fabs(height[1])), fabs(height[2])) >
-          LEAST_LOBE * max(max(fitted[i][0], fitted[i][1]), fitted[i][2])) {
-        vector axis = lobe_axis(lamps, i);
-        vector half = mixture.wo + axis;
-        lobes.axis[lobes.count] = axis;
-        lobes.exponent[lobes.count] = lobe_exponent(radius);
-        lobes.height[lobes.count] = height * dot(half, axis) / dot(half, l);
-        times[lobes.count] = times[i];
-        lobes.count++;
-      }
+      height -= eval_lobes(FLAT_RAMP, lobes, wo, l);
+      vector axis = lobe_axis(lamps, i);
+      vector half = wo + axis;
+      lobes.axis[lobes.count] = axis;
+      lobes.exponent[lobes.count] = lobe_exponent(radius);
+      lobes.height[lobes.count] = height * dot(half, axis) / dot(half, l);
+      lobes.times[lobes.count] = times[i];
+      lobes.count++;
     }
-  }
-  if (sampled) {
-    keep_taken(times, lobes);
   }
 }
 

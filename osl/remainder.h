@@ -20,12 +20,9 @@ RemainderPlan plan_remainder(Mixture mixture, LampList lamps, point seed)
   return plan;
 }
 
-/* A phong_ramp so narrow that it sends a path in the sampled direction, and no closure where the lobe of a small lamp
- * carries everything. */
-closure color remainder_closure(FIT_PARAMETERS, float FLAT_RAMP[], Mixture mixture, LampList lamps, LampLobes lobes,
-                                RemainderPlan plan, ShadingFrame frame, color tint, point seed)
+/* A direction, from the mixture or about a lamp. */
+vector sample_remainder(Mixture mixture, LampList lamps, RemainderPlan plan, point seed)
 {
-  closure color made = 0;
   vector wi;
   if (random(seed, RANDOM_TOWARD_LAMP) < plan.toward_lamp) {
     int lamp = sample_lamp(lamps, seed);
@@ -34,26 +31,71 @@ closure color remainder_closure(FIT_PARAMETERS, float FLAT_RAMP[], Mixture mixtu
   else {
     wi = sample_mixture(mixture, seed);
   }
-  if (wi[2] >= HORIZON && !covered_by_lobe(lamps, wi)) {
-    float density;
-    color mixed = eval_mixture(mixture, wi, density);
-    color value = eval_target(FIT, mixture, wi, mixed) - mixed - eval_lobes(FLAT_RAMP, lobes, mixture.wo, wi);
-    density *= 1.0 - plan.toward_lamp;
-    if (plan.toward_lamp > 0.0) {
-      density += plan.toward_lamp * pdf_lamps(lamps, wi);
-    }
-    vector half = normalize(mixture.wo + wi);
-    color albedo = mixture_albedo(mixture);
-    float least = LEAST_COLOUR * max(max(albedo[0], albedo[1]), albedo[2]);
-    color weight = plan.weight / (1.0 - plan.weight) * max(albedo, color(least));
-    color colour = value / weight * ((REMAINDER_EXPONENT + 1.0) /
-                                     ((REMAINDER_EXPONENT + 2.0) * plan.probability * density * dot(half, wi)));
-    color ramp[KNOTS];
-    for (int j = 0; j < KNOTS; j++) {
-      ramp[j] = colour;
-    }
-    weight *= tint;
-    made = weight * phong_ramp(to_world(frame, half), REMAINDER_EXPONENT, ramp);
+  return wi;
+}
+
+/* A phong_ramp so narrow that it sends a path in the sampled direction, with what the fit has there besides the mixture
+ * and the lobes. */
+closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampList lamps, LampLobes lobes,
+                                RemainderPlan plan, ShadingFrame frame, color tint)
+{
+  int last = all.count - 1;
+  vector wi = all.direction[last];
+  color value = all.fitted[last] - all.mixed[last] - eval_lobes(FLAT_RAMP, lobes, mixture.wo, wi);
+  float density = (1.0 - plan.toward_lamp) * all.density;
+  if (plan.toward_lamp > 0.0) {
+    density += plan.toward_lamp * pdf_lamps(lamps, wi);
   }
-  return made;
+  vector half = normalize(mixture.wo + wi);
+  color albedo = mixture_albedo(mixture);
+  float least = LEAST_COLOUR * max(max(albedo[0], albedo[1]), albedo[2]);
+  color weight = plan.weight / (1.0 - plan.weight) * max(albedo, color(least));
+  color colour = value / weight * ((REMAINDER_EXPONENT + 1.0) /
+                                   ((REMAINDER_EXPONENT + 2.0) * plan.probability * density * dot(half, wi)));
+  color ramp[KNOTS];
+  for (int j = 0; j < KNOTS; j++) {
+    ramp[j] = colour;
+  }
+  color tinted = weight * tint;
+  return tinted * phong_ramp(to_world(frame, half), REMAINDER_EXPONENT, ramp);
+}
+
+/* What the fit has besides the mixture: lobes at lamps, and a direction in some samples. The mixture may be lowered for
+ * it. A direction needs no closure where the lobe of a small lamp carries everything. */
+closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int frugal, ShadingFrame frame,
+                             color tint, point seed, output Mixture mixture)
+{
+  RemainderPlan plan = plan_remainder(mixture, lamps, seed);
+  Evaluated all;
+  LampLobes lobes;
+  int many = lamps.count > most_lobes(frugal);
+  float times[MAX_LAMPS];
+  if (many) {
+    sample_lobes(lamps, frugal, seed, times);
+    needed_lobes(lamps, times, all.needed);
+  }
+  for (int i = 0; i < lamps.count; i++) {
+    all.direction[i] = lamps.direction[i];
+    if (!many) {
+      all.needed[i] = has_lobe(lamps, i);
+      times[i] = 1.0;
+    }
+  }
+  int last = lamps.count;
+  all.count = last + 1;
+  all.needed[last] = 0;
+  if (plan.sampled) {
+    all.direction[last] = sample_remainder(mixture, lamps, plan, seed);
+    all.needed[last] = all.direction[last][2] >= HORIZON && !covered_by_lobe(lamps, all.direction[last]);
+  }
+  evaluate_all(FIT, !many, mixture, all);
+  fit_lamp_lobes(FLAT_RAMP, lamps, all, mixture.wo, times, lobes);
+  if (many) {
+    keep_taken(lobes);
+  }
+  closure color sum = lamp_lobe_closures(FLAT_RAMP, lobes, frame, tint);
+  if (all.needed[last]) {
+    sum += remainder_closure(FLAT_RAMP, mixture, all, lamps, lobes, plan, frame, tint);
+  }
+  return sum;
 }

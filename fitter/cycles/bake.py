@@ -30,6 +30,8 @@ SHADER = "measured_brdf.osl"
 MIX_SHADER = "mix.osl"
 SHADER_VERSION = 6          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
+_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+_BLANK = re.compile(r"^[ \t]*\n", re.MULTILINE)
 _NUMBER = re.compile(r"inf|nan|\d+\.?\d*(?:e[-+]?\d+)?")
 _LARGEST = np.finfo(np.float32).max
 # where the tangent points: given, or as the mesh has it by default; and by how much of a turn it is turned
@@ -83,12 +85,12 @@ def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = No
 
 
 def _completed(template: str, generated: dict[str, str]) -> str:
-    """A shader with its includes: generated ones, and files of `osl/`."""
+    """A shader with its includes, generated ones and files of `osl/`, and without comments: it lies in every .blend."""
     def include(match: re.Match[str]) -> str:
         name = match[1]
         return generated[name] if name in generated else _INCLUDE.sub(include, (_SOURCES / name).read_text("utf-8"))
 
-    return _INCLUDE.sub(include, template)
+    return _BLANK.sub("", _COMMENT.sub("", _INCLUDE.sub(include, template)))
 
 
 def mix_source() -> str:
