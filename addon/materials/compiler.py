@@ -10,7 +10,7 @@ from ...fitter.cycles.node_mixture import Nodes
 from . import osl_support
 
 _MOST_SOURCE = 1 << 24      # bytes: the OSL compiler reads no more, and finds an error in the middle of a table
-_OPTIONS = re.compile(r"^# options: .*\n", re.MULTILINE)        # holds folders of this machine
+_COMMENT = re.compile(r"^[ \t]*#.*\n", re.MULTILINE)        # the source once more, and folders of this machine
 
 
 class CompileError(RuntimeError):
@@ -59,4 +59,4 @@ def _bytecode(source: str) -> str:
                            f"{error.strerror or error}") from error
     if not bytecode:
         raise CompileError("The OSL compiler wrote an empty file; the disk may be full")
-    return _OPTIONS.sub("", bytecode)
+    return _COMMENT.sub("", bytecode)
