@@ -42,6 +42,8 @@ DENSEST = 1e-3
 LEAST_LENGTH = 1e-7
 # The least squared height of the sum of both directions, where both graze (numerical).
 LEAST_HEIGHT_2 = 1e-12
+# Share of the difference vector from which on its part across the half vector is found from the directions (numerical).
+MOSTLY = 0.99
 # The least squared tangent of the half angle in a sheen lobe, which is 0 far above it (numerical).
 LEAST_SLOPE_2 = 1e-9
 

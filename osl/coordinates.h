@@ -74,18 +74,18 @@ vector coordinates(vector wi, vector wo)
   float along = hypot(sum[0], sum[1]);
   float r = along / spread;
   float kept = r * r / (r * r + SOFTENING_2);
-  /* the difference vector toward the normal and across it, and what of it is turned by the softening */
-  float x = 0.5 * (wo[2] - wi[2]) * size / (along * (1.0 + size));
-  float y = fabs(wi[0] * wo[1] - wi[1] * wo[0]) / (along * (1.0 + size));
-  if (along < LEAST_LENGTH) {
-    x = 0.0;
-    y = 0.5 * length(wi - wo) / (1.0 + size);
+  /* the difference vector toward the normal, and across it: each is found from what is exact there */
+  float d = 0.5 * length(wi - wo) / (1.0 + size);
+  float x = clamp(0.5 * (wo[2] - wi[2]) * size / (along * (1.0 + size)), -d, d);
+  float y = sqrt((d - kept * x) * (d + kept * x));
+  if (kept > MOSTLY) {
+    y = hypot(fabs(wi[0] * wo[1] - wi[1] * wo[0]) / (along * (1.0 + size)), x * sqrt((1.0 - kept) * (1.0 + kept)));
   }
 #if STRETCHED
   float t = STRETCH * r;
   r = STRETCH_SCALE * log(t + sqrt(1.0 + t * t));
 #endif
-  return vector(r, kept * x, hypot(y, x * sqrt((1.0 - kept) * (1.0 + kept))));
+  return vector(r, kept * x, y);
 }
 #elif ANISOTROPIC_RUSINKIEWICZ
 /* Half and difference vectors; see fitter/coordinates/anisotropic_rusinkiewicz.py. */

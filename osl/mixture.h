@@ -110,26 +110,22 @@ void lobe_axes(vector about, output vector x, output vector y)
 void eval_facets(int kind, vector about, float along, float across, vector wo, vector wi, output float value,
                  output float density)
 {
-  value = 0.0;
-  density = 0.0;
   vector h = normalize(wo + wi);
-  float cos_h = dot(about, h);
-  if (cos_h > 0.0) {
-    vector x, y;
-    lobe_axes(about, x, y);
-    cos_h = max(cos_h, LEAST_COSINE);
-    float slope_x = dot(x, h) / along;
-    float slope_y = dot(y, h) / across;
-    float slope2 = (slope_x * slope_x + slope_y * slope_y) / (cos_h * cos_h);
-    float facets = kind == BECKMANN_LOBE ? exp(-min(slope2, STEEPEST_FACET)) : 1.0 / ((1.0 + slope2) * (1.0 + slope2));
-    facets /= M_PI * along * across * cos_h * cos_h * cos_h * cos_h;
-    density = facets * cos_h / (4.0 * max(dot(wo, h), LEAST_LENGTH));
-    vector o = vector(dot(x, wo), dot(y, wo), dot(about, wo));
-    vector i = vector(dot(x, wi), dot(y, wi), dot(about, wi));
-    if (o[2] > 0.0 && i[2] > LEAST_COSINE) {
-      value = facets / (4.0 * max(o[2], LEAST_COSINE) *
-                        (1.0 + smith(kind, o, along, across) + smith(kind, i, along, across)));
-    }
+  vector x, y;
+  lobe_axes(about, x, y);
+  float cos_h = max(fabs(dot(about, h)), LEAST_COSINE);
+  float slope_x = dot(x, h) / along;
+  float slope_y = dot(y, h) / across;
+  float slope2 = (slope_x * slope_x + slope_y * slope_y) / (cos_h * cos_h);
+  float facets = kind == BECKMANN_LOBE ? exp(-min(slope2, STEEPEST_FACET)) : 1.0 / ((1.0 + slope2) * (1.0 + slope2));
+  facets /= M_PI * along * across * cos_h * cos_h * cos_h * cos_h;
+  density = facets * fabs(dot(about, h)) / (4.0 * max(dot(wo, h), LEAST_LENGTH));
+  vector o = vector(dot(x, wo), dot(y, wo), dot(about, wo));
+  vector i = vector(dot(x, wi), dot(y, wi), dot(about, wi));
+  value = 0.0;
+  if (o[2] > 0.0 && i[2] > LEAST_COSINE) {
+    value = facets / (4.0 * max(o[2], LEAST_COSINE) *
+                      (1.0 + smith(kind, o, along, across) + smith(kind, i, along, across)));
   }
 }
 

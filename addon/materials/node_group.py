@@ -46,6 +46,7 @@ _VERSION = "shader_version"         # custom property of the group; version 0.1.
 
 # what Blender 5.0 writes beside their text or their values, in bytes
 _LINE, _NODE, _SOCKET, _LINK = 104, 500, 600, 88
+_MATERIAL = 50_000          # of the material that has the group
 _SAME = 1e-4                # of errors, relative: the same mixture is not the same to the last digit
 
 
@@ -94,7 +95,7 @@ def _bytes_in_file(tree: bpy.types.NodeTree) -> int:
     text = source(tree)
     sockets = sum(len(node.inputs) + len(node.outputs) for node in tree.nodes)
     return (len(text) + _LINE * text.count("\n") + len(present(script_node(tree)).bytecode) + len(kept_fit(tree))
-            + _NODE * len(tree.nodes) + _SOCKET * sockets + _LINK * len(tree.links))
+            + _MATERIAL + _NODE * len(tree.nodes) + _SOCKET * sockets + _LINK * len(tree.links))
 
 
 def _is_of(tree: bpy.types.NodeTree, shader: Shader) -> bool:

@@ -94,7 +94,7 @@ def test_a_fit_too_large_for_the_compiler_names_the_remedy_and_changes_nothing(b
     from measured_brdf.addon.jobs import tasks
 
     bake = tasks.bake
-    monkeypatch.setattr(tasks, "bake", lambda fit: bake(fit) + "\n" * (1 << 24))
+    monkeypatch.setattr(tasks, "bake", lambda fit, mixture: bake(fit, mixture=mixture) + "\n" * (1 << 24))
     with pytest.raises(RuntimeError, match="can be compiled: choose a lower level, or a compression that drops more"):
         blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
     assert plane.active_material is None
