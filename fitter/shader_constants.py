@@ -117,7 +117,7 @@ LOBE_TILT = 0.00423
 # The knot of the ramp, of 0 to 7, that lies at the lamp's edge: the lobe is flat up to there, and ends soon after.
 LOBE_EDGE_KNOT = 1
 # The least value of the fit in the middle of a small lamp, in the mixture's: rounding must not leave less than nothing.
-LEAST_OF_MIXTURE = 0.02
+LEAST_OF_MIXTURE = 0.002
 # By how much of the light of all channels the mixture is lowered at most, in one of them, to the fit at the lamps.
 MOST_LOWERED = 0.03
 # What the lobe of a larger lamp leaves of the mixture at least: at the lamp's edge that may be less than in the middle.
