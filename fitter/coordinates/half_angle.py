@@ -23,8 +23,8 @@ from typing import ClassVar
 import numpy as np
 
 from ..arrays import ArrayLike, Directions, FloatArray
-from ..shader_constants import LEAST_HEIGHT_2
 from . import half_difference, stretch
+from .rusinkiewicz import Pair
 
 SOFTENING = 0.3             # delta, times the larger of the stretch and 1
 
@@ -59,19 +59,14 @@ class HalfAngle:
         >>> bool(np.allclose(mu[:, :2], 0)), bool(np.allclose(mu[:, 2], half_difference.project([0.3, 1.2])))
         (True, True)
         """
-        theta_i, theta_o = np.asarray(theta_i, dtype=float), np.asarray(theta_o, dtype=float)
-        turn = np.asarray(phi_o, dtype=float) - phi_i
-        cos_i, cos_o, sin_i, sin_o = np.cos(theta_i), np.cos(theta_o), np.sin(theta_i), np.sin(theta_o)
-        # of the sum of both directions: squared lengths along the surface, and in all
-        along2 = (sin_i - sin_o) ** 2 + 4 * sin_i * sin_o * np.cos(turn / 2) ** 2
-        sum2 = np.maximum(along2 + (cos_i + cos_o) ** 2, LEAST_HEIGHT_2)
-        sin_d = np.sqrt((cos_i - cos_o) ** 2 + (sin_i - sin_o) ** 2 + 4 * sin_i * sin_o * np.sin(turn / 2) ** 2) / 2
-        d = sin_d / (1 + np.sqrt(sum2))                     # 2 cos theta_d is the length of the sum
-        length = np.sqrt(sum2)
-        r = np.sqrt(along2) / (length + 2 * (cos_i + cos_o))
+        pair = Pair.of(theta_i, phi_i, theta_o, phi_o)
+        length = np.sqrt(pair.sum2)
+        d = np.sqrt(pair.sin2_d) / (1 + length)             # 2 cos theta_d is the length of the sum
+        spread = length + 2 * (pair.cos_i + pair.cos_o)
+        r = np.sqrt(pair.along2) / spread
         # d cos phi_d, times sin theta_h
-        rise = (cos_o - cos_i) / (2 * (1 + length))
-        near = r * length / (length + 2 * (cos_i + cos_o))  # r^2 / sin theta_h
+        rise = (pair.cos_o - pair.cos_i) / (2 * (1 + length))
+        near = r * length / spread                          # r^2 / sin theta_h
         x = np.clip(rise * near / (r ** 2 + self.softening ** 2), -d, d)
         h, _ = stretch.stretched(r, np.zeros_like(r), self.stretch)
         return (np.stack(np.broadcast_arrays(h, x, np.sqrt(np.maximum(d ** 2 - x ** 2, 0))), axis=-1) + 1) / 2

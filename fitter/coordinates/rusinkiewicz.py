@@ -22,7 +22,7 @@ so that mu is smooth in both directions, as in `half_difference`, and exchanging
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,40 @@ from ..shader_constants import LEAST_HEIGHT_2
 from . import half_difference, stretch
 
 LEAST_SOFTENING = 1e-3      # below, single precision shows near retro-reflection
+
+
+class Pair(NamedTuple):
+    """What the half and the difference angles of pairs of directions i and o are found from: (...) arrays.
+
+    Attributes
+    ----------
+    cos_i, cos_o : FloatArray
+        Their heights.
+    along2, sum2 : FloatArray
+        Squared lengths of i + o along the surface, and in all.
+    sin2_d : FloatArray
+        Of the difference angle.
+    outer : FloatArray
+        The height of i x o.
+    """
+
+    cos_i: FloatArray
+    cos_o: FloatArray
+    along2: FloatArray
+    sum2: FloatArray
+    sin2_d: FloatArray
+    outer: FloatArray
+
+    @classmethod
+    def of(cls, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> "Pair":
+        """From angles that broadcast to (...), radians, without cancellation."""
+        theta_i, theta_o = np.asarray(theta_i, dtype=float), np.asarray(theta_o, dtype=float)
+        turn = np.asarray(phi_o, dtype=float) - phi_i
+        cos_i, cos_o, sin_i, sin_o = np.cos(theta_i), np.cos(theta_o), np.sin(theta_i), np.sin(theta_o)
+        along2 = (sin_i - sin_o) ** 2 + 4 * sin_i * sin_o * np.cos(turn / 2) ** 2
+        sum2 = np.maximum(along2 + (cos_i + cos_o) ** 2, LEAST_HEIGHT_2)
+        sin2_d = ((cos_i - cos_o) ** 2 + (sin_i - sin_o) ** 2 + 4 * sin_i * sin_o * np.sin(turn / 2) ** 2) / 4
+        return cls(cos_i, cos_o, along2, sum2, sin2_d, sin_i * sin_o * np.sin(turn))
 
 
 @dataclass(frozen=True)
@@ -61,13 +95,8 @@ class Rusinkiewicz:
         >>> bool(np.allclose(mu[:, 0], half_difference.project([0.3, 1.2]), atol=1e-6)), bool(np.allclose(mu[:, 1:], 0))
         (True, True)
         """
-        theta_i, theta_o = np.asarray(theta_i, dtype=float), np.asarray(theta_o, dtype=float)
-        turn = np.asarray(phi_o, dtype=float) - phi_i
-        cos_i, cos_o, sin_i, sin_o = np.cos(theta_i), np.cos(theta_o), np.sin(theta_i), np.sin(theta_o)
-        # of the sum and of the difference of both directions: squared lengths along the surface, and in all
-        along2 = (sin_i - sin_o) ** 2 + 4 * sin_i * sin_o * np.cos(turn / 2) ** 2
-        sum2 = np.maximum(along2 + (cos_i + cos_o) ** 2, LEAST_HEIGHT_2)
-        sin2_d = ((cos_i - cos_o) ** 2 + (sin_i - sin_o) ** 2 + 4 * sin_i * sin_o * np.sin(turn / 2) ** 2) / 4
+        pair = Pair.of(theta_i, phi_i, theta_o, phi_o)
+        along2, sum2, sin2_d = pair.along2, pair.sum2, pair.sin2_d
         delta2 = self.softening ** 2
         s2 = np.hypot(delta2, np.sqrt(1 - delta2 ** 2) * sin2_d)
         s = np.sqrt(s2)
@@ -75,9 +104,9 @@ class Rusinkiewicz:
         rest = (1 - delta2 ** 2) * (sum2 / 4) * (1 + sin2_d) / (1 + s2)
         over = delta2 ** 2 * (sum2 / 4) * (1 + sin2_d) / (s2 + sin2_d)
         d = s / (1 + 2 * np.sqrt(rest))
-        y = np.sqrt(along2 * over + (sin_i * sin_o * np.sin(turn)) ** 2) / (np.sqrt(sum2) * s)
-        spread = 1 + 2 * (cos_i + cos_o) / np.sqrt(sum2)
-        d, x, y = np.broadcast_arrays(d, (cos_o - cos_i) / (2 * s) / spread, y / spread)
+        y = np.sqrt(along2 * over + pair.outer ** 2) / (np.sqrt(sum2) * s)
+        spread = 1 + 2 * (pair.cos_i + pair.cos_o) / np.sqrt(sum2)
+        d, x, y = np.broadcast_arrays(d, (pair.cos_o - pair.cos_i) / (2 * s) / spread, y / spread)
         return (np.stack([d, *stretch.stretched(x, y, self.stretch)], axis=-1) + 1) / 2
 
     def decode(self, x: ArrayLike) -> Directions:
