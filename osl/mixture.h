@@ -47,7 +47,7 @@ float mixture_number(float MIXTURE[], int at, float t)
   return mix(MIXTURE[at], MIXTURE[at + STOP_ROW], t);
 }
 
-void mixture_lobe(float MIXTURE[], int at, float t, int k, float phase, output Mixture found)
+void mixture_lobe(float MIXTURE[], int at, float t, int k, int kind, float phase, output Mixture found)
 {
   float roughness = mixture_number(MIXTURE, at, t);
   float tilt = mixture_number(MIXTURE, at + 1, t);
@@ -57,7 +57,7 @@ void mixture_lobe(float MIXTURE[], int at, float t, int k, float phase, output M
   float narrow = alpha * (1.0 - fabs(anisotropy));
   float wide = alpha / (1.0 - fabs(anisotropy));
   found.about[k] = normalize(about);
-  found.along[k] = min(anisotropy < 0.0 ? wide : narrow, 1.0);
+  found.along[k] = kind == SHEEN_LOBE ? roughness : min(anisotropy < 0.0 ? wide : narrow, 1.0);
   found.across[k] = min(anisotropy < 0.0 ? narrow : wide, 1.0);
   found.weight[k] = mix(COLOUR_READ(at + 3), COLOUR_READ(at + 3 + STOP_ROW), t);
 #if PHASES == 2
@@ -76,11 +76,8 @@ void mixture_of(float MIXTURE[], vector wo, output Mixture found)
   float phase = wo[0] * wo[0] / max(wo[0] * wo[0] + wo[1] * wo[1], LEAST_LENGTH * LEAST_LENGTH);
   int at = stop * STOP_ROW;
 #define READ_LOBE(k, kind) \
-  mixture_lobe(MIXTURE, at + k * LOBE_ROW, t, k, phase, found); \
-  found.share[k] = mixture_number(MIXTURE, at + LOBES * LOBE_ROW + k, t); \
-  if (kind == SHEEN_LOBE) { \
-    found.along[k] = mixture_number(MIXTURE, at + k * LOBE_ROW, t); \
-  }
+  mixture_lobe(MIXTURE, at + k * LOBE_ROW, t, k, kind, phase, found); \
+  found.share[k] = mixture_number(MIXTURE, at + LOBES * LOBE_ROW + k, t);
   EACH_LOBE(READ_LOBE)
   found.probability = mixture_number(MIXTURE, at + LOBES * LOBE_ROW + LOBES + 1, t);
   found.picked = mixture_number(MIXTURE, at + LOBES * LOBE_ROW + LOBES + 2, t);
