@@ -107,13 +107,13 @@ docs: $(ENV)/ready $(DOCS)/ready
 
 # the part of it that the extension holds
 MANUAL := docs/html/manual.html
-$(MANUAL): $(ENV)/ready $(DOCS)/ready blender_manifest.toml addon/manual.py docs/start.md docs/manual.md docs/formats.md \
+$(MANUAL): $(ENV)/ready $(DOCS)/ready blender_manifest.toml addon/core/manual.py docs/start.md docs/manual.md docs/formats.md \
 		$(shell find docs/manual tools/docs -type f -not -name '*.pyc')
 	$(RUN) -m tools.docs docs/html --manual --python $(DOCS)/bin/python
 
 # the asset library of published fits, in the extension too
 STARTER := starter_library/starter.blend
-$(STARTER): $(ENV)/ready addon/library/starter.py addon/materials/placeholder.py fitter/published.py fitter/swatch.py $(wildcard fitter/data/*)
+$(STARTER): $(ENV)/ready addon/starter/starter.py addon/starter/placeholder.py fitter/published.py fitter/swatch.py $(wildcard fitter/data/*)
 	rm -rf $(@D)
 	$(RUN) . starter -o $(@D)
 

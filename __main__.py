@@ -20,7 +20,7 @@ def main() -> int:
         spec.loader.exec_module(package)
     package.register()
     try:
-        from measured_brdf.addon import command
+        from measured_brdf.addon.work import command
 
         exit_code: int = command.main(_arguments())
         return exit_code

@@ -1,27 +1,25 @@
 """The Blender side of the extension: everything that imports bpy. `fitter`, which never does, holds the domain code.
 
-The layers, from low to high: `scene`, `materials`, `jobs`, `library`, `operators`, `viewport`, `ui`,
-`command`. A module imports its own layer and lower ones. `annotations`, `data_sources`, `versions`, `manual` and
-`transaction` are below all layers; `preferences` is above `materials`.
+`core` is what a measured material is, `work` the processes that fit, `panel` the panel and menus to which the slices
+add. A slice is what users do: it imports these three and no other slice, and everything else works without it.
 """
 
-from . import command, manual, operators, preferences, ui, viewport
-from .annotations import Registrable
-from .jobs import icons, process, queue
-from .materials import comparison, mix_group, properties, rendered
-from .scene import lamps
+from . import adjust, compare, importing, inspect, library, mix, panel, starter
+from .core import lamps, manual, preferences, properties, rendered
+from .core.annotations import Registrable
+from .work import command, icons, process, queue
 
-_MODULES: tuple[Registrable, ...] = (properties, comparison, preferences, icons, operators, viewport, ui, lamps,
-                                      rendered, mix_group, manual, command)
+_CORE: tuple[Registrable, ...] = (properties, preferences, icons, lamps, rendered, manual, command, panel)
+_SLICES: tuple[Registrable, ...] = (adjust, mix, importing, compare, inspect, library, starter)
 
 
 def register() -> None:
-    for module in _MODULES:
-        module.register()
+    for part in (*_CORE, *_SLICES):
+        part.register()
 
 
 def unregister() -> None:
     queue.unregister()
     process.unregister()
-    for module in reversed(_MODULES):
-        module.unregister()
+    for part in reversed((*_CORE, *_SLICES)):
+        part.unregister()

@@ -73,7 +73,7 @@ def _evaluate(fit, code, count):
 
 def costs(name, fits, folder):
     """Print the line of each fit; returns their .blend files."""
-    from measured_brdf.addon.materials.compiler import compile_shader
+    from measured_brdf.addon.core.compiler import compile_shader
 
     libraries = []
     for kind, fit, evaluation in zip(("isotropic", "anisotropic"), fits, nanoseconds(fits), strict=True):
@@ -110,7 +110,7 @@ def main():
     parser.add_argument("--lights", nargs="*", default=LIGHTS)
     chosen = parser.parse_args()
     checkout.extension().register()
-    from measured_brdf.addon.materials import osl_support
+    from measured_brdf.addon.core import osl_support
 
     assert not osl_support.missing()
     lines = []

@@ -32,7 +32,7 @@ def main():
     """Print the tables."""
     extension = checkout.extension()
     extension.register()
-    extension.addon.materials.osl_support.missing()
+    extension.addon.core.osl_support.missing()
     fits = {name: fitter.fit(fitter.load_published(name), **fitter.PRESETS["Standard"]) for name in MATERIALS}
     print("| Material | Edit | Light kept | Nodes | Time |")
     print("| --- | --- | --- | --- | --- |")

@@ -177,7 +177,7 @@ def main():
     chosen = parser.parse_args()
     chosen.folder.mkdir(parents=True, exist_ok=True)
     checkout.extension().register()
-    from measured_brdf.addon.materials import osl_support
+    from measured_brdf.addon.core import osl_support
 
     assert not osl_support.missing()
     materials = []

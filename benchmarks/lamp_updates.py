@@ -62,7 +62,7 @@ def measure(extension, bpy, count, populate):
     from support.stage import add, add_lamp, black_scene
 
     scene = black_scene(8, 8, 1, 1)
-    lamps = extension.addon.scene.lamps
+    lamps = extension.addon.core.lamps
     moved, other = populate(bpy, scene, count), add(triangle(bpy))
     material = bpy.data.materials.new("Edited")
     other.data.materials.append(material)
@@ -128,7 +128,7 @@ def panel(extension, bpy, count):
     for _ in range(20):
         add_lamp("POINT", 1)
     bpy.context.view_layer.update()
-    checks = extension.addon.materials.checks
+    checks = extension.addon.core.checks
     checks.check(scene)
     spent = []
     for _ in range(EDITS):

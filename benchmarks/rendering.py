@@ -201,7 +201,7 @@ def difference(picture, other):
 def _library(fit, path):
     """A .blend with the node group of a fit."""
     stage.black_scene(8, 8, 1, 1)
-    bpy.data.libraries.write(str(path), {checkout.extension().addon.materials.node_group.of(fit)}, fake_user=True)
+    bpy.data.libraries.write(str(path), {checkout.extension().addon.core.node_group.of(fit)}, fake_user=True)
     return path
 
 

@@ -83,7 +83,7 @@ def _quiet():
 
 def main():
     """Write the report."""
-    from measured_brdf.addon.materials import osl_support
+    from measured_brdf.addon.core import osl_support
 
     parser = argparse.ArgumentParser(prog="python -m benchmarks.report", description=__doc__.splitlines()[0])
     parser.add_argument("files", nargs="+", metavar="FILE", help="measurements; all samples of a CURET file")

@@ -161,7 +161,7 @@ def brushed_pan(samples=SAMPLES, choices=STANDARD):
 
 def satin_cloth(samples=SAMPLES, choices=STANDARD):
     """The cloth hanging in folds, its warp running across them."""
-    from measured_brdf.addon.materials import tangents
+    from measured_brdf.addon.core import tangents
 
     scene = studio(samples)
     cloth()

@@ -9,7 +9,7 @@ import bpy
 
 def run(*arguments):
     """What `blender --command measured_brdf ARGUMENTS` does with no file open: a CompletedProcess."""
-    from measured_brdf.addon import command
+    from measured_brdf.addon.work import command
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     stdout, stderr = io.StringIO(), io.StringIO()

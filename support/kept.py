@@ -145,7 +145,7 @@ def keep_bytecode():
     """Have the extension compile a shader once."""
     import bpy
 
-    compiler = importlib.import_module("measured_brdf.addon.materials.compiler")
+    compiler = importlib.import_module("measured_brdf.addon.core.compiler")
     code = (bpy.app.version_string + bpy.app.build_hash.decode()).encode() + Path(compiler.__file__).read_bytes()
     replace(compiler, "_bytecode", lambda: code)
 

@@ -1,4 +1,4 @@
-"""A worker process that makes fits once (`support.kept`): what tests start in the place of addon/jobs/worker.py."""
+"""A worker process that makes fits once (`support.kept`): what tests start in the place of addon/work/worker.py."""
 
 import importlib.util
 import sys

@@ -10,13 +10,13 @@ _PACKAGE = "measured_brdf_without_blender"
 
 
 def load():
-    """The module `addon/jobs/tasks.py`."""
+    """The module `addon/work/tasks.py`."""
     if _PACKAGE not in sys.modules:
         spec = importlib.util.spec_from_file_location("worker", ROOT / "addon" / "jobs" / "worker.py")
         worker = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(worker)
         worker.install_packages(_PACKAGE, ROOT)
-    return importlib.import_module(f"{_PACKAGE}.addon.jobs.tasks")
+    return importlib.import_module(f"{_PACKAGE}.addon.work.tasks")
 
 
 def main(path):

@@ -109,7 +109,7 @@ def extension():
     kept.keep("measured_brdf.fitter")
     kept.keep_bytecode()
     package.register()
-    package.addon.jobs.process._SCRIPT = checkout.ROOT / "support" / "kept_worker.py"
+    package.addon.work.process._SCRIPT = checkout.ROOT / "support" / "kept_worker.py"
     yield package
     package.unregister()
 
@@ -136,7 +136,7 @@ _known = {}
 @pytest.fixture
 def quick(extension, monkeypatch):
     """Do work that is independent of the open file (fitting, baking, compiling) once for all tests."""
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
     from measured_brdf.fitter import pictures
 
     def remember(function):

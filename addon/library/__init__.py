@@ -1,5 +1,41 @@
-"""Asset libraries: finding measurements in folders, marking materials as assets, and writing .blend files of them.
+"""Asset libraries: materials are saved to one, and folders of measurements converted to one.
 
-It imports `jobs`, `materials` and `scene`. Code that opens .blend files (`batch`, `library_file`) runs only in a
-Blender of its own.
+Code that opens .blend files (`batch`, `core.library_file`) runs only in a Blender of its own.
 """
+
+import bpy
+
+from ..panel import main, menu
+from ..work import command as commands
+from . import command, folders, operators
+
+_CLASSES = (*operators.classes, *folders.classes)
+_ENTRIES = menu.entries((folders.MEASUREDBRDF_OT_convert_folder, "Convert Folder to Measured BRDF Library..."),
+                        (operators.MEASUREDBRDF_OT_save_asset, "Save Measured BRDF to Asset Library"))
+
+
+def _draw_save(layout: bpy.types.UILayout, _material: bpy.types.Material) -> None:
+    layout.operator(operators.MEASUREDBRDF_OT_save_asset.bl_idname, icon="ASSET_MANAGER")
+
+
+def _in_file_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    menu.layout.operator(folders.MEASUREDBRDF_OT_convert_folder.bl_idname,
+                         text="Measured BRDFs (folder to asset library)")
+
+
+def register() -> None:
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.TOPBAR_MT_file_import.append(_in_file_menu)
+    menu.MEASUREDBRDF_MT_menu.append(_ENTRIES)
+    main.measured.append(_draw_save)
+    commands.commands.append(command.add)
+
+
+def unregister() -> None:
+    commands.commands.remove(command.add)
+    main.measured.remove(_draw_save)
+    menu.MEASUREDBRDF_MT_menu.remove(_ENTRIES)
+    bpy.types.TOPBAR_MT_file_import.remove(_in_file_menu)
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

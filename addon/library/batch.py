@@ -18,28 +18,19 @@ import bpy
 from ... import fitter
 from ...fitter.arrays import SingleArray
 from ...fitter.colours import DEFAULT
-from ..annotations import Arguments, present
-from ..jobs import process, tasks
-from ..jobs.job import Job
-from ..materials import material as materials
-from ..materials.adjustments import edit_arguments
-from ..materials.properties import Choices, fit_arguments
-from ..materials.reading import load_arguments
-from . import assets, library_file
-from .discovery import Failure, Source
+from ..core import assets, library_file
+from ..core import material as materials
+from ..core.annotations import Arguments, present
+from ..core.edits import edit_arguments
+from ..core.properties import Choices, fit_arguments
+from ..core.reading import load_arguments
+from ..core.results import Outcome
+from ..work import process, tasks
+from ..work.command import Row
+from ..work.discovery import Failure, Source
+from ..work.job import Job
 
-DONE = ("fitted", "up to date", "rendered", "saved")       # the statuses of rows without a failure
 PROCESSES = max((os.cpu_count() or 1) - 1, 1)
-
-
-class Row(NamedTuple):
-    """The result for one material, for the summary."""
-
-    name: str
-    status: str
-    coefficients: int = 0
-    nbytes: int = 0
-    rmse: float = float("nan")
 
 
 class Progress(NamedTuple):
@@ -74,7 +65,7 @@ class _Entry(NamedTuple):
     row: Row
 
 
-_Job = Job[tuple[tasks.Outcome, SingleArray]]
+_Job = Job[tuple[Outcome, SingleArray]]
 _Planned = Mapping[Path | None, Sequence[_Task]]
 """Tasks by part; None for those that go into any part with room."""
 
@@ -141,7 +132,7 @@ def _entries_in(part: Path) -> list[_Entry]:
     library_file.open_part(part)
     found = [_Entry(part, item.name, item.measured_brdf.asset_key, item.measured_brdf.filepath,
                     item.measured_brdf.sample, item.users > item.use_fake_user, item.asset_data is not None,
-                    _is_named_after_data(item), edit_arguments(item.measured_brdf), row(item, "up to date"))
+                    _is_named_after_data(item), edit_arguments(item), row(item, "up to date"))
              for item in library_file.measured() if item.measured_brdf.asset_key]
     library_file.close()
     return found

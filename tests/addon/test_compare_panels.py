@@ -16,10 +16,11 @@ ORDER = ["Draft", "Standard", "Reference", "Paper"]
 
 @pytest.fixture
 def ui(extension):
-    from measured_brdf.addon.jobs import looks, queue
-    from measured_brdf.addon.materials import comparison
-    from measured_brdf.addon.ui import compare_with
-    from measured_brdf.addon.ui import comparison as presets
+    from measured_brdf.addon.compare import looks
+    from measured_brdf.addon.work import queue
+    from measured_brdf.addon.compare import settings as comparison
+    from measured_brdf.addon.compare import panel as compare_with
+    from measured_brdf.addon.importing import compared_presets as presets
 
     yield SimpleNamespace(presets=presets, compare_with=compare_with, queue=queue, looks=looks, comparison=comparison)
     queue.unregister()
@@ -65,7 +66,7 @@ def drawn(ui, panel, material, rounds=3):
 
 
 def quick_held_out(monkeypatch):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     monkeypatch.setattr(tasks, "held_out_of", lambda *_arguments: 0.25)
 
@@ -100,7 +101,7 @@ def test_a_linked_material_has_the_numbers_of_each_preset_and_no_button(ui, mate
 
 
 def test_the_fit_that_the_material_has_is_marked_and_not_made_again(ui, material, fits, monkeypatch):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     quick_held_out(monkeypatch)
     assert bpy.ops.measured_brdf.fit(preset="Paper") == {"FINISHED"}
@@ -117,7 +118,7 @@ def test_the_fit_that_the_material_has_is_marked_and_not_made_again(ui, material
 
 
 def test_questions_are_asked_cheapest_first(ui, material, monkeypatch):
-    from measured_brdf.addon.jobs import queries
+    from measured_brdf.addon.work import queries
 
     quick_held_out(monkeypatch)
     draw(ui.presets.MEASUREDBRDF_PT_compare, material=material)
@@ -140,7 +141,7 @@ def test_a_hint_tells_how_to_pin(ui, material, other):
 
 
 def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(ui, material, other, file, monkeypatch):
-    from measured_brdf.addon.jobs import queries, tasks
+    from measured_brdf.addon.work import queries, tasks
 
     counts = [f"{each.measured_brdf.coefficients:,}" for each in (material, other)]
     file.unlink()

@@ -14,7 +14,7 @@ HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 
 @pytest.fixture
 def manual(blender):
-    from measured_brdf.addon import manual
+    from measured_brdf.addon.core import manual
 
     return manual
 
@@ -74,7 +74,7 @@ def test_every_operator_has_a_heading_of_its_own(blender, manual):
     for name in dir(blender.ops.measured_brdf):
         name = f"bpy.ops.measured_brdf.{name}"
         pattern = next(pattern for pattern, _ in manual.TOPICS if fnmatchcase(name, pattern))
-        assert pattern not in general, f"{name}: no heading in TOPICS of addon/manual.py"
+        assert pattern not in general, f"{name}: no heading in TOPICS of addon/core/manual.py"
 
 
 def test_no_topic_is_of_a_control_that_is_gone(blender, manual):

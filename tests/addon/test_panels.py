@@ -16,8 +16,10 @@ ORDER = ["Draft", "Standard", "Reference", "Paper"]
 
 @pytest.fixture
 def ui(extension):
-    from measured_brdf.addon.jobs import queue
-    from measured_brdf.addon.ui import details, fit, layout, menu
+    from measured_brdf.addon.work import queue
+    from measured_brdf.addon.importing import details
+    from measured_brdf.addon.panel import layout, menu
+    from measured_brdf.addon.panel import main as fit
 
     yield SimpleNamespace(details=details, fit=fit, layout=layout, menu=menu, queue=queue)
     queue.unregister()
@@ -55,7 +57,7 @@ def test_without_a_material_the_panel_offers_to_import(ui, blender):
 
 def test_the_panel_opens_with_the_picture_the_preset_and_a_verdict(ui, material, monkeypatch):
     use_cycles(bpy.context.scene)
-    monkeypatch.setattr("measured_brdf.addon.jobs.queries.material_sphere",
+    monkeypatch.setattr("measured_brdf.addon.work.queries.material_sphere",
                         lambda shown: (7, SimpleNamespace(error=None, finished=1.0)) if shown == material else None)
     shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
     assert shown.kinds[0] == "picture"
@@ -79,14 +81,14 @@ def test_what_the_verdict_says_is_what_the_fit_is_worth(material, glossy):
 
 
 def test_a_material_of_an_older_version_is_not_judged(material):
-    from measured_brdf.addon.materials.properties import worth
+    from measured_brdf.addon.core.properties import worth
 
     material.measured_brdf.match = -1
     assert worth(material.measured_brdf) == ("", False)
 
 
 def test_a_published_fit_is_called_one_in_the_panel_and_when_it_is_made(blender, capfd):
-    from measured_brdf.addon.materials.properties import worth
+    from measured_brdf.addon.core.properties import worth
 
     blender.ops.mesh.primitive_cube_add()
     capfd.readouterr()
@@ -102,7 +104,7 @@ def test_a_published_fit_is_called_one_in_the_panel_and_when_it_is_made(blender,
 
 @pytest.mark.parametrize("preset", quick(PRESETS, "Paper", "Standard"))
 def test_the_name_of_a_fit_is_that_of_its_preset(blender, file, preset, quick):
-    from measured_brdf.addon.materials import properties
+    from measured_brdf.addon.core import properties
 
     blender.ops.mesh.primitive_cube_add()
     if preset == "Reference":
@@ -126,7 +128,7 @@ def test_nothing_is_fitted_to_draw_a_material_that_has_its_fit(ui, material, mon
 
 
 def test_presets_have_one_order_everywhere(ui, blender, material):
-    from measured_brdf.addon.materials import properties
+    from measured_brdf.addon.core import properties
 
     shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
     assert sorted(ORDER, key=lambda name: shown.button(name).place) == ORDER
@@ -201,7 +203,7 @@ def test_a_wrong_sample_leads_to_the_list_of_samples(ui, blender, data):
 
 
 def test_progress_reads_as_progress_and_the_result_as_a_number(ui, material, monkeypatch):
-    from measured_brdf.addon.jobs import queries
+    from measured_brdf.addon.work import queries
 
     ui.queue.answer_all()
     drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)            # reads the measurements
@@ -273,7 +275,7 @@ def test_the_sidebar_shows_what_the_material_tab_shows(ui, material):
 
 
 def test_the_sidebar_has_what_can_be_adjusted(ui, material):
-    from measured_brdf.addon.ui import adjust
+    from measured_brdf.addon.adjust import panel as adjust
 
     assert adjust.MEASUREDBRDF_PT_adjust_sidebar.poll(bpy.context)
     sidebar = draw(adjust.MEASUREDBRDF_PT_adjust_sidebar)
@@ -297,7 +299,7 @@ def test_searching_finds_what_can_be_done(ui, word):
 @pytest.mark.parametrize("menu", ["VIEW3D_MT_object", "NODE_MT_node", "MATERIAL_MT_context_menu"])
 def test_the_menu_is_in_the_menus_of_blender(ui, menu):
     functions = getattr(bpy.types, menu).draw._draw_funcs
-    assert any(function.__module__.endswith("addon.ui.menu") for function in functions)
+    assert any(function.__module__.endswith("addon.panel.menu") for function in functions)
 
 
 class TestTabs:
@@ -324,7 +326,7 @@ class TestTabs:
         return SimpleNamespace(context=context, spaces=spaces)
 
     def show_first(self, window, made):
-        from measured_brdf.addon.operators import tabs
+        from measured_brdf.addon.work import tabs
 
         tabs.show_first(window.context, made)
 
@@ -342,21 +344,21 @@ class TestTabs:
         assert window.spaces["PROPERTIES"].context == "OBJECT"
 
     def test_scripts_without_a_window_can_import(self, material):
-        from measured_brdf.addon.operators import tabs
+        from measured_brdf.addon.work import tabs
 
         tabs.show_first(SimpleNamespace(window=None), [material])
 
 
 def test_only_the_import_of_a_user_leads_to_the_tab(blender, file, monkeypatch):
-    from measured_brdf.addon.operators import tabs
+    from measured_brdf.addon.work import tabs
 
     shown = []
     monkeypatch.setattr(tabs, "show_first", lambda _context, made: shown.extend(item.name for item in made))
     blender.ops.mesh.primitive_cube_add()
     blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
     assert shown == []
-    from measured_brdf.addon.jobs import tasks
-    from measured_brdf.addon.operators import import_data
+    from measured_brdf.addon.work import tasks
+    from measured_brdf.addon.importing import import_data
 
     class Invoked(import_data.MakesMaterials):
         options, target, slot = SimpleNamespace(is_invoke=True), 0, 0
@@ -392,10 +394,10 @@ def test_look_shows_the_fit_that_the_material_has_and_fits_only_for_other_settin
     from types import SimpleNamespace as Answer
 
     asked, done = [], Answer(error=None, finished=1.0, result=(None, float("nan")))
-    queries = extension.addon.jobs.queries
+    queries = extension.addon.work.queries
     for name in ("material_sphere", "material_polar", "lit_sphere", "polar_plot", "errors_by_level"):
         monkeypatch.setattr(queries, name, lambda *_arguments, name=name: (asked.append(name), (7, done))[1])
-    look = extension.addon.ui.pictures.MEASUREDBRDF_PT_pictures
+    look = extension.addon.importing.curves.MEASUREDBRDF_PT_pictures
     drawn(ui, look, material)
     assert set(asked) == {"material_sphere", "material_polar"}
     asked.clear()

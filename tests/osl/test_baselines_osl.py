@@ -16,7 +16,7 @@ COUNT = 2500
 @pytest.mark.parametrize(("baseline", "write"), [(koenderink, baselines_osl.koenderink),
                                                  (lafortune, baselines_osl.lafortune)])
 def test_a_baseline_in_osl_is_that_in_numpy(blender, glossy, random, baseline, write):
-    from measured_brdf.addon.materials import osl_support
+    from measured_brdf.addon.core import osl_support
 
     assert not osl_support.missing()
     model = baseline.fit(glossy)

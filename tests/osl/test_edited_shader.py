@@ -30,7 +30,7 @@ FITS = {
     itertools.product(FITS, EDITS), ("krylon, Standard", "all"), ("krylon, Standard", "sharpened"),
     ("leather (4,6,95)", "coated")))
 def test_the_shader_evaluates_the_edited_fit(blender, curet, cornell, random, name, edit):
-    from measured_brdf.addon.materials import osl_support
+    from measured_brdf.addon.core import osl_support
 
     assert not osl_support.missing()
     measured = FITS[name](curet, cornell)

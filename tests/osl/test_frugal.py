@@ -36,7 +36,7 @@ def fits(curet, cornell):
 @pytest.fixture
 def frugal(extension, monkeypatch):
     """Say whether scenes are rendered on a GPU."""
-    return lambda value: monkeypatch.setattr(extension.addon.scene.lamps, "renders_on_gpu", lambda scene: value)
+    return lambda value: monkeypatch.setattr(extension.addon.core.lamps, "renders_on_gpu", lambda scene: value)
 
 
 def sphere(fit, samples):
@@ -114,7 +114,7 @@ def test_one_lobe_for_lamps_with_and_without_a_size_gives_the_same_mean(blender,
     ([1.0, 1.0], 1, {0}),
 ], ([0.001] * 6, 1, {1}), ([0.001] * 6, 0, {2})))
 def test_no_more_lobes_are_left_than_fit_and_the_only_one_has_a_lamp(blender, fits, radii, frugal, counts):
-    from measured_brdf.addon.materials import osl_support
+    from measured_brdf.addon.core import osl_support
 
     assert not osl_support.missing()
     code = f"""

@@ -19,8 +19,8 @@ def fits(curet, cornell):
 
 
 def measured(name, fit):
-    from measured_brdf.addon.materials import material as materials
-    from measured_brdf.addon.materials import node_group
+    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core import node_group
 
     made = bpy.data.materials.new(name)
     if not made.node_tree:
@@ -78,7 +78,7 @@ def test_a_mix_of_a_mix_has_the_light_of_all(sphere, fits):
     [(2, False, False), (2, True, True), (3, False, True)], (2, False, False), (2, True, True)))
 def test_one_at_a_time_where_there_is_no_room_for_both(sphere, extension, monkeypatch, count, frugal, one_at_a_time):
     """A sample of one of two, taken at random, is off by half their difference; one of both is not."""
-    monkeypatch.setattr(extension.addon.scene.lamps, "renders_on_gpu", lambda scene: frugal)
+    monkeypatch.setattr(extension.addon.core.lamps, "renders_on_gpu", lambda scene: frugal)
     samples = 16
     scene = sphere(samples, names=("felt", "krylon", "leather")[:count])
     parts = "felt", "krylon"
@@ -137,7 +137,7 @@ def test_a_mask_beyond_black_and_white_shows_one_material_as_it_is(sphere, fits,
 
 
 def test_a_mix_follows_its_materials(sphere, fits):
-    from measured_brdf.addon.materials import material as materials
+    from measured_brdf.addon.core import material as materials
 
     sphere(4)
     made = mixed("felt", "krylon", 0.3)

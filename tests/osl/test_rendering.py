@@ -142,7 +142,7 @@ STALE = [((-0.5, 0.3, 0.8), -0.05, 1), ((1.0, 2.0, 3.0), 0.2, 5), ((2.0, 2.0, 1.
 
 def test_a_stale_lamp_costs_noise_and_not_correctness(blender, extension, fits):
     """Lobes remain where no lamp is any more: the sampled remainder corrects them."""
-    lamps = extension.addon.scene.lamps
+    lamps = extension.addon.core.lamps
     means = []
     for known in ([], STALE):
         scene = sphere_scene(blender, fits["krylon"], 96)

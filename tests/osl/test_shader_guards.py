@@ -35,7 +35,7 @@ def foil(curet):
 
 @pytest.fixture
 def probe(blender):
-    from measured_brdf.addon.materials import osl_support
+    from measured_brdf.addon.core import osl_support
 
     assert not osl_support.missing()
     return probe_osl

@@ -127,7 +127,7 @@ for link in (False, True):
     assert settings(target.materials[0]) == kept
 
 # batch
-command = addon.command
+command = addon.work.command
 out = folder / "library" / "library.blend"
 assert command.main(["convert", str(folder), "-o", str(out), "--preset", "Paper", "--diffuse-level", "2",
                      "--specular-level", "none"]) == 1

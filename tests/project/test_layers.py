@@ -105,10 +105,10 @@ def test_what_worker_processes_import_does_not_need_blender(name):
     ("fitter/model/fit.py", "from .. import load", ["fitter.load"]),
     ("fitter/cycles/bake.py", "from ..formats import load", ["fitter.formats.load"]),
     ("fitter/samples.py", "import bpy", ["bpy"]),
-    ("fitter/samples.py", "from ..addon import versions", ["addon.versions"]),
-    ("addon/scene/world_lights.py", "from ..materials import checks", ["addon.materials.checks"]),
-    ("addon/jobs/tasks.py", "from ...fitter.report import plots", ["fitter.report.plots"]),
-    ("addon/ui/fit.py", "from ..operators import fit\nfrom ...fitter import load\nimport bpy", []),
+    ("fitter/samples.py", "from ..addon import versions", ["addon.core.versions"]),
+    ("addon/core/world_lights.py", "from ..materials import checks", ["addon.core.checks"]),
+    ("addon/work/tasks.py", "from ...fitter.report import plots", ["fitter.report.plots"]),
+    ("addon/panel/main.py", "from ..operators import fit\nfrom ...fitter import load\nimport bpy", []),
     ("fitter/model/fit.py", "import numpy as np\nfrom . import npz\nfrom ..arrays import FloatArray", []),
 ])
 def test_an_import_of_a_higher_layer_is_noticed(path, source, wrong):

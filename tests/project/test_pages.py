@@ -165,9 +165,9 @@ def test_what_the_page_calls_free_of_bpy_is():
 
 
 def test_an_import_of_bpy_through_another_module_is_noticed():
-    assert "addon/jobs/process.py" not in without_bpy()             # imports bpy
-    assert "addon/viewport/inspection.py" not in without_bpy()      # imports surface.py, which does
-    assert "addon/annotations.py" in without_bpy()                  # for type checkers only
+    assert "addon/work/process.py" not in without_bpy()             # imports bpy
+    assert "addon/inspect/inspection.py" not in without_bpy()      # imports surface.py, which does
+    assert "addon/core/annotations.py" in without_bpy()                  # for type checkers only
 
 
 def count(number):

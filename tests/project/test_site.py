@@ -67,7 +67,7 @@ def test_the_reference_has_every_public_name_operator_argument_and_command(site,
 
 @needs_sphinx
 def test_every_topic_of_f1_leads_to_an_anchor_of_the_extensions_pages(manual_site, extension):
-    from measured_brdf.addon import manual
+    from measured_brdf.addon.core import manual
 
     assert len(manual.topics()) > 8
     for topic in manual.topics():

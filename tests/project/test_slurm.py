@@ -82,8 +82,8 @@ def script():
 
 def materials_in(bpy, library):
     """What a library holds: sorted tuples of a name, the result of the fit, and the shader."""
-    from measured_brdf.addon.materials import material as materials
-    from measured_brdf.addon.materials import node_group
+    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core import node_group
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     with bpy.data.libraries.load(str(library), link=False) as (source, target):

@@ -64,7 +64,7 @@ def build(out: Path, python: str, only_manual: bool) -> bool:
 def write_redirects(out: Path) -> None:
     """For each topic of F1 a page that leads to its anchor: systems open files by their path alone."""
     extension()
-    from measured_brdf.addon import manual
+    from measured_brdf.addon.core import manual
 
     for topic in manual.topics():
         target = out / manual.REDIRECTS / f"{manual.file_name(topic)}.html"

@@ -123,7 +123,7 @@ def _text(text: str) -> str:
 
 def command_line() -> str:
     """The help of every command."""
-    from measured_brdf.addon import command
+    from measured_brdf.addon.work import command
 
     parts = [_COMMANDS]
     for title, parser in (("fitter", cli.build_parser()), ("measured_brdf", command.build_parser())):

@@ -13,7 +13,7 @@ CHEAP = {"diffuse_level": 2, "specular_level": 3, "compression": 90.0, "method":
 
 @pytest.fixture
 def tasks(extension):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     return tasks
 
@@ -92,7 +92,7 @@ def test_the_polar_plot_turns_with_the_light(tasks, data):
 
 
 def test_the_turned_plane_shows_which_way_the_grooves_run(tasks, data, monkeypatch):
-    monkeypatch.setattr(tasks, "fitted_of", lambda *_: tasks.Fitted(brushed_fit(0.12, 0.45, 0.0), None, 0.0))
+    monkeypatch.setattr(tasks, "fitted_of", lambda *_: results.Fitted(brushed_fit(0.12, 0.45, 0.0), None, 0.0))
     picture = tasks.turned_plane(data, CHEAP, np.radians(30)).mean(axis=-1)
     mirror = picture[int((0.5 + 60 / 180) * len(picture))]        # 30 degrees beyond the mirror direction
     along, across = mirror[[0, 128]].mean(), mirror[[64, 192]].mean()
@@ -100,7 +100,7 @@ def test_the_turned_plane_shows_which_way_the_grooves_run(tasks, data, monkeypat
 
 
 def test_panels_ask_for_each_azimuth_and_incidence_once(data, monkeypatch):
-    from measured_brdf.addon.jobs import icons, queries
+    from measured_brdf.addon.work import icons, queries
 
     keys = []
     monkeypatch.setattr(icons, "icon", lambda key, function, lane="fit": keys.append((key, function.args)))

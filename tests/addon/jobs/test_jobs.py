@@ -22,7 +22,7 @@ def file(tmp_path, glossy, write_astm):
 @pytest.fixture
 def long_work(extension, file):
     """Work that takes minutes."""
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
     from measured_brdf.fitter import load
 
     return partial(tasks.held_out, load(file), {"diffuse_level": 7, "specular_level": 8})
@@ -30,7 +30,7 @@ def long_work(extension, file):
 
 @pytest.fixture
 def queue(extension):
-    from measured_brdf.addon.jobs import queue
+    from measured_brdf.addon.work import queue
 
     yield queue
     queue.unregister()
@@ -38,7 +38,7 @@ def queue(extension):
 
 @pytest.fixture
 def process(extension):
-    from measured_brdf.addon.jobs import process
+    from measured_brdf.addon.work import process
 
     yield process
     process.unregister()
@@ -53,12 +53,12 @@ def wait(job, seconds=60):
 
 
 def test_an_outcome_is_the_same_as_without_the_process(process, file):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     job = wait(process.start(partial(tasks.outcome, str(file), "", fitter.PRESETS["Paper"])))
     expected = tasks.outcome(str(file), "", fitter.PRESETS["Paper"])
     assert job.error is None
-    assert isinstance(job.result, tasks.Outcome)
+    assert isinstance(job.result, results.Outcome)
     assert job.result.measured.digest == expected.measured.digest
     for line, expected_line in zip(job.result.source.splitlines(), expected.source.splitlines(), strict=True):
         if line != expected_line:           # numbers that BLAS sums in another order, on another number of threads
@@ -71,7 +71,7 @@ def test_an_outcome_is_the_same_as_without_the_process(process, file):
 
 
 def test_errors_come_back_as_they_were_raised(process, tmp_path):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
     from measured_brdf.fitter import DatasetError
 
     job = wait(process.start(partial(tasks.outcome, str(tmp_path / "gone.astm"), "", {})))
@@ -80,7 +80,7 @@ def test_errors_come_back_as_they_were_raised(process, tmp_path):
 
 
 def test_cancelled_work_ends_at_once_and_the_next_is_done(process, long_work, file):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     slow = process.start(long_work)
     while slow.doing == "Starting":
@@ -94,7 +94,7 @@ def test_cancelled_work_ends_at_once_and_the_next_is_done(process, long_work, fi
 
 
 def test_a_large_file_is_read_once_and_never_sent(extension, tmp_path, monkeypatch):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
     from measured_brdf.fitter import DatasetError, load
 
     file = tmp_path / "made.binary"
@@ -125,7 +125,7 @@ def test_a_process_that_dies_is_an_error_not_a_wait_without_end(process, long_wo
 
 
 def test_held_out_errors_are_those_of_cross_validation(extension, glossy):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     from fitter.quality import cross_validation
 
@@ -167,7 +167,7 @@ def test_questions_that_no_panel_asks_again_are_dropped(queue):
 
 
 def test_slow_questions_do_not_hold_up_others(queue, long_work, file):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     slow = queue.ask("slow", long_work, "slow")
     quick = queue.ask("quick", partial(tasks.read, str(file), ""))
@@ -184,7 +184,7 @@ class Finished:
     """A job that has finished already."""
 
     def start(self):
-        from measured_brdf.addon.jobs import process
+        from measured_brdf.addon.work import process
 
         job = process.Job(None)
         job.finished = time.monotonic()
@@ -194,7 +194,7 @@ class Finished:
 @pytest.fixture
 def operator(extension):
     """An operator that works piece by piece, without Blender."""
-    from measured_brdf.addon.jobs import modal
+    from measured_brdf.addon.work import modal
 
     class Operator(modal.InBackground):
         def __init__(self):
@@ -263,7 +263,7 @@ def test_a_process_that_dies_under_an_operator_is_reported(process, operator, lo
 
 
 def test_a_process_that_died_before_it_got_work_is_reported(process, file):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     worker = process.Worker()
     worker._process.kill()
@@ -286,7 +286,7 @@ def test_the_cancel_button_does_what_escape_does(extension, operator):
 @pytest.fixture
 def window(monkeypatch):
     """A stand-in for a window: its remaining timers, and a context to start operators in."""
-    from measured_brdf.addon.jobs import modal
+    from measured_brdf.addon.work import modal
 
     timers = []
     manager = SimpleNamespace(event_timer_add=lambda interval, window: timers.append(interval) or interval,
@@ -310,7 +310,7 @@ def test_an_operator_that_is_started_while_another_works_is_refused_and_the_othe
 
 @pytest.mark.parametrize("error", [ValueError("no good"), ZeroDivisionError("by nobody expected"), KeyboardInterrupt()])
 def test_an_operator_that_raises_ends_its_work_and_its_timer_and_the_next_can_start(operator, window, error, capfd):
-    from measured_brdf.addon.jobs import modal
+    from measured_brdf.addon.work import modal
 
     def fails(_context, _prepared):
         raise error

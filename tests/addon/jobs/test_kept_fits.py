@@ -11,7 +11,7 @@ CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
 
 @pytest.fixture
 def jobs(extension):
-    from measured_brdf.addon.jobs import icons, queries, queue, tasks
+    from measured_brdf.addon.work import icons, queries, queue, tasks
 
     yield type("Jobs", (), {"icons": icons, "queries": queries, "queue": queue, "tasks": tasks})
     queue.unregister()
@@ -128,7 +128,7 @@ def test_materials_without_measured_reflectance_have_no_fit(jobs, blender):
 
 
 def test_a_damaged_fit_is_an_error_and_so_is_a_shader_that_should_hold_it(jobs, imported):
-    from measured_brdf.addon.materials import material, node_group
+    from measured_brdf.addon.core import material, node_group
 
     tree = material.group_node(imported[0]).node_tree
     tree["fit"] = tree["fit"][:-1]

@@ -14,7 +14,7 @@ from support.checkout import ROOT
 
 @pytest.fixture
 def process(extension):
-    from measured_brdf.addon.jobs import process
+    from measured_brdf.addon.work import process
 
     process.unregister()        # also what other tests' workers have made
     yield process
@@ -29,7 +29,7 @@ def making(process, monkeypatch):
 
 @pytest.fixture
 def queue(extension):
-    from measured_brdf.addon.jobs import queue
+    from measured_brdf.addon.work import queue
 
     yield queue
     queue.unregister()
@@ -66,7 +66,7 @@ STANDARD, DRAFT = dict(fitter.PRESETS["Standard"]), dict(fitter.PRESETS["Draft"]
 
 def test_after_an_import_no_worker_fits_the_same_again(process, making, file):
     """The time that a fit took is another one every time that it is made."""
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     (imported,), = wait(begun(process, "operator", partial(tasks.outcomes, [(file, "")], STANDARD)))
     outcome = imported[2]
@@ -84,7 +84,7 @@ def test_after_an_import_no_worker_fits_the_same_again(process, making, file):
 
 
 def test_two_workers_that_are_asked_at_once_fit_once(process, file):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     data, = wait(begun(process, "read", partial(tasks.read, file, "")))
     for name in ("fit", "operator"):
@@ -99,7 +99,7 @@ def test_two_workers_that_are_asked_at_once_fit_once(process, file):
 
 
 def test_a_worker_that_is_killed_leaves_its_work_to_others(process, file):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     data, = wait(begun(process, "read", partial(tasks.read, file, "")))
     first = begun(process, "fit", partial(tasks.fitted_of, data, STANDARD))
@@ -112,7 +112,7 @@ def test_a_worker_that_is_killed_leaves_its_work_to_others(process, file):
 
 @release
 def test_errors_are_raised_in_every_worker_and_not_kept(process, file):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     data, = wait(begun(process, "read", partial(tasks.read, file, "")))
     for name in ("fit", "operator"):
@@ -124,7 +124,7 @@ def test_errors_are_raised_in_every_worker_and_not_kept(process, file):
 
 
 def test_a_single_process_shares_nothing(extension, monkeypatch, tmp_path):
-    from measured_brdf.addon.jobs import shared
+    from measured_brdf.addon.work import shared
 
     done = []
     for _ in range(2):
@@ -137,7 +137,7 @@ def test_a_single_process_shares_nothing(extension, monkeypatch, tmp_path):
 def test_where_files_cannot_be_locked_the_work_is_done_all_the_same(extension, monkeypatch, tmp_path):
     import errno
 
-    from measured_brdf.addon.jobs import shared
+    from measured_brdf.addon.work import shared
 
     answers = [OSError(errno.ENOLCK, "No locks available"), AssertionError("it waits for a lock that it cannot get")]
 
@@ -150,7 +150,7 @@ def test_where_files_cannot_be_locked_the_work_is_done_all_the_same(extension, m
 
 
 def test_a_result_that_another_process_forgets_meanwhile_is_worked_out_again(extension, monkeypatch, tmp_path):
-    from measured_brdf.addon.jobs import shared
+    from measured_brdf.addon.work import shared
 
     monkeypatch.setenv(shared.FOLDER, str(tmp_path))
     assert shared.once("key", lambda: 5) == 5
@@ -162,7 +162,7 @@ def test_a_result_that_another_process_forgets_meanwhile_is_worked_out_again(ext
 def test_only_the_latest_results_are_kept(extension, monkeypatch, tmp_path):
     import os
 
-    from measured_brdf.addon.jobs import shared
+    from measured_brdf.addon.work import shared
 
     monkeypatch.setenv(shared.FOLDER, str(tmp_path))
     monkeypatch.setattr(shared, "_KEPT", 3)
@@ -177,7 +177,7 @@ def test_only_the_latest_results_are_kept(extension, monkeypatch, tmp_path):
 
 
 def test_the_bar_of_an_import_moves_to_its_end_through_the_words_of_its_steps(process, making, file):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     job = begun(process, "operator", partial(tasks.outcomes, [(file, ""), (file, "")], STANDARD))
     told = []
@@ -196,7 +196,7 @@ def test_progress_is_replaced_as_a_whole(extension, tmp_path):
     """A reader at any moment finds a number and words, never half of them."""
     import threading
 
-    from measured_brdf.addon.jobs.job import Job, read_progress, write_progress
+    from measured_brdf.addon.work.job import Job, read_progress, write_progress
 
     path, end = tmp_path / "1.progress", threading.Event()
     write_progress(path, 0.0, "x" * 10_000)

@@ -189,7 +189,7 @@ def test_a_users_copy_of_a_material_of_a_library_stays_what_it_is(blender, folde
 
 
 def test_what_is_saved_into_a_library_meanwhile_is_not_lost(blender, folder, library):
-    from measured_brdf.addon.library import library_file as libraries
+    from measured_brdf.addon.core import library_file as libraries
 
     assert convert(folder, library).returncode == 0
     opened = libraries.open_part(library)
@@ -213,7 +213,7 @@ def test_what_a_killed_writer_left_is_removed_and_what_another_library_is_writin
 
 
 def test_a_file_of_a_newer_blender_is_not_rewritten(blender, folder, library, monkeypatch):
-    from measured_brdf.addon.library import library_file as libraries
+    from measured_brdf.addon.core import library_file as libraries
 
     assert convert(folder, library).returncode == 0
 
@@ -291,7 +291,7 @@ def test_a_second_writer_is_told_who_is_first(folder, library, held):
 @pytest.fixture
 def convert_to_small_files(library, monkeypatch):
     """Convert with as few as `size` materials a file."""
-    from measured_brdf.addon.library import library_file
+    from measured_brdf.addon.core import library_file
 
     def run(size, arguments):
         monkeypatch.setattr(library_file, "MATERIALS_PER_FILE", size)
@@ -301,7 +301,7 @@ def convert_to_small_files(library, monkeypatch):
 
 def test_a_full_file_whose_material_cannot_be_fitted_again_stays_as_it_is(
         convert_to_small_files, folder, library, glossy, write_astm):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
     from measured_brdf.fitter import load
 
     (folder / "b.astm").rename(folder.parent / "b.astm")

@@ -84,7 +84,7 @@ def test_a_folder_without_measurements_is_an_error_that_says_what_to_do(blender,
 
 
 def test_the_samples_of_a_file_can_be_chosen_by_name(blender, material, data):
-    from measured_brdf.addon.operators import samples
+    from measured_brdf.addon.importing import samples
     from measured_brdf.fitter.formats import list_samples
 
     samples._items[:] = [(name, name, "") for _, name in list_samples(data / "curet" / "abrdf.dat")]

@@ -25,7 +25,7 @@ def built(tmp_path_factory):
 
 @pytest.fixture
 def starter(extension, built, monkeypatch):
-    from measured_brdf.addon.library import starter
+    from measured_brdf.addon.starter import starter
 
     monkeypatch.setattr(starter, "SHIPPED", built)
     return starter
@@ -69,7 +69,8 @@ def test_each_asset_has_tags_a_picture_and_says_that_it_is_not_measured(blender,
 
 
 def test_a_placeholder_is_baked_by_the_ordinary_operator(blender, starter):
-    from measured_brdf.addon.materials import material, placeholder
+    from measured_brdf.addon.core import material
+    from measured_brdf.addon.starter import placeholder
 
     bpy.ops.mesh.primitive_cube_add()
     item = append(starter, "Red fabric (published fit)")
@@ -87,8 +88,8 @@ def test_a_placeholder_is_baked_by_the_ordinary_operator(blender, starter):
 
 
 def test_a_placeholder_is_baked_once_when_an_object_begins_to_use_it(blender, starter):
-    from measured_brdf.addon.materials import material
-    from measured_brdf.addon.operators import placeholders
+    from measured_brdf.addon.core import material
+    from measured_brdf.addon.starter import placeholders
 
     placeholders._on_load(None)
     item = append(starter, "Red fabric (published fit)")
@@ -107,7 +108,7 @@ def test_a_placeholder_is_baked_once_when_an_object_begins_to_use_it(blender, st
 
 
 def test_what_an_object_uses_when_the_extension_is_enabled_is_left_to_the_fit_button(blender, starter, monkeypatch):
-    from measured_brdf.addon.operators import placeholders
+    from measured_brdf.addon.starter import placeholders
 
     bpy.ops.mesh.primitive_cube_add()
     bpy.context.object.data.materials.append(append(starter, "Red fabric (published fit)"))
@@ -119,7 +120,7 @@ def test_what_an_object_uses_when_the_extension_is_enabled_is_left_to_the_fit_bu
 
 
 def test_without_a_window_nothing_is_baked_by_itself(blender, starter):
-    from measured_brdf.addon.operators import placeholders
+    from measured_brdf.addon.starter import placeholders
 
     bpy.ops.mesh.primitive_cube_add()
     bpy.context.object.data.materials.append(append(starter, "Red fabric (published fit)"))
@@ -129,7 +130,7 @@ def test_without_a_window_nothing_is_baked_by_itself(blender, starter):
 
 
 def test_what_is_no_placeholder_is_left_alone(blender, starter, tmp_path):
-    from measured_brdf.addon.materials import placeholder
+    from measured_brdf.addon.starter import placeholder
 
     ordinary = bpy.data.materials.new("Ordinary")
     ordinary.measured_brdf.filepath = "published:chrome"
@@ -175,7 +176,7 @@ def test_the_library_is_added_to_the_asset_libraries_once(blender, starter):
 
 def test_a_library_that_is_not_there_is_built_by_a_second_blender(blender, starter, monkeypatch, tmp_path):
     """The command is only looked at: the fixture has run it."""
-    from measured_brdf.addon.operators import library
+    from measured_brdf.addon.starter import operators as library
 
     asked = []
 

@@ -9,7 +9,7 @@ def scene(blender):
 
 
 def keys(scene):
-    from measured_brdf.addon.materials import checks
+    from measured_brdf.addon.core import checks
 
     return [finding.key for finding in checks.check(scene)]
 
@@ -75,7 +75,7 @@ def test_the_command_reports_what_it_finds(blender, scene, capfd):
 
 
 def test_the_method_is_chosen_in_the_node(blender, scene, glossy, write_astm, tmp_path):
-    from measured_brdf.addon.materials.material import group_node
+    from measured_brdf.addon.core.material import group_node
 
     blender.ops.mesh.primitive_plane_add()
     assert not blender.ops.measured_brdf.use_method.poll()
@@ -90,7 +90,7 @@ def test_the_method_is_chosen_in_the_node(blender, scene, glossy, write_astm, tm
 
 
 def test_the_panel_is_drawn_again_without_a_look_at_the_objects(blender, extension, scene, monkeypatch):
-    lights = extension.addon.scene.lamps.light_objects
+    lights = extension.addon.core.lamps.light_objects
     lamp, other = add_lamp("POINT", 10), add_lamp("POINT", 10)
     lamp.visible_glossy = other.visible_glossy = False
     other.hide_viewport = True

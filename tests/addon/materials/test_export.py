@@ -44,7 +44,7 @@ def material(blender):
 
 
 def update(material, close, **options):
-    from measured_brdf.addon.materials import export_surface
+    from measured_brdf.addon.core import export_surface
 
     export_surface.update(material, outcome(close, **options))
 
@@ -216,7 +216,7 @@ def test_the_node_of_the_first_version_is_taken_over(blender, material):
 
 
 def test_colors_are_those_of_the_open_file(blender, material):
-    from measured_brdf.addon.materials.reading import scene_colours
+    from measured_brdf.addon.core.reading import scene_colours
 
     from fitter.colours import DEFAULT, conversion
 
@@ -227,7 +227,7 @@ def test_colors_are_those_of_the_open_file(blender, material):
 
 
 def test_what_a_user_has_changed_outlives_another_fit(material):
-    from measured_brdf.addon.materials import export_surface
+    from measured_brdf.addon.core import export_surface
 
     update(material, CLOTH)
     node = material.node_tree.nodes[export_surface.NAME]
@@ -243,7 +243,7 @@ def test_an_imported_measurement_is_exported(blender, gltf, write_astm, glossy, 
     write_astm(tmp_path / "glossy.astm", glossy)
     blender.ops.mesh.primitive_plane_add()
     assert blender.ops.measured_brdf.import_data(filepath=str(tmp_path / "glossy.astm"), preset="Draft") == {"FINISHED"}
-    from measured_brdf.addon.materials import export_surface
+    from measured_brdf.addon.core import export_surface
 
     made = blender.context.object.active_material.node_tree.nodes[export_surface.NAME]
     expected = {name: made.inputs[name].default_value for name in ("Metallic", "Roughness")}

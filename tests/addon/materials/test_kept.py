@@ -23,13 +23,13 @@ def imported(blender, quick, glossy, write_astm, tmp_path):
 
 
 def group(material):
-    from measured_brdf.addon.materials.material import group_node
+    from measured_brdf.addon.core.material import group_node
 
     return group_node(material).node_tree
 
 
 def kept(material):
-    from measured_brdf.addon.materials.node_group import kept_fit
+    from measured_brdf.addon.core.node_group import kept_fit
 
     return kept_fit(group(material))
 
@@ -109,7 +109,7 @@ def test_a_refit_of_a_material_that_has_its_shader_for_itself_makes_it_anew(impo
 
 
 def test_the_size_in_a_file_is_about_what_the_file_grows_by(imported, tmp_path):
-    from measured_brdf.addon.materials.node_group import bytes_in_file
+    from measured_brdf.addon.core.node_group import bytes_in_file
 
     def size():
         path = tmp_path / "size.blend"

@@ -36,13 +36,13 @@ def imported(scene, write_astm, glossy, tmp_path):
 
 
 def how(material):
-    from measured_brdf.addon.materials import rendered
+    from measured_brdf.addon.core import rendered
 
     return rendered.in_scene(material, bpy.context.scene)
 
 
 def findings():
-    from measured_brdf.addon.materials import checks
+    from measured_brdf.addon.core import checks
 
     return {finding.key: finding for finding in checks.check(bpy.context.scene)}
 
@@ -92,14 +92,14 @@ def test_a_choice_can_be_changed_and_outlives_a_refit(scene, imported, choice):
     material = imported("EXACT" if choice == "NODES" else "NODES")
     assert bpy.ops.measured_brdf.use_method(method=choice) == {"FINISHED"}
     assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
-    from measured_brdf.addon.materials import material as materials
+    from measured_brdf.addon.core import material as materials
 
     assert materials.rendering_of(material) == choice
 
 
 @pytest.mark.parametrize("device", quick(["HIP", "METAL", "ONEAPI", "CUDA"], "METAL"))
 def test_a_device_without_osl_is_named_and_rendered_by_nodes(scene, imported, monkeypatch, device):
-    from measured_brdf.addon.scene import device as devices
+    from measured_brdf.addon.core import device as devices
 
     material = imported("EXACT")
     monkeypatch.setattr(devices, "effective_device", lambda scene: "CPU" if scene.cycles.device == "CPU" else device)
@@ -115,7 +115,7 @@ def test_a_device_without_osl_is_named_and_rendered_by_nodes(scene, imported, mo
 
 
 def test_osl_on_optix_is_told_to_be_untested(scene, imported, monkeypatch):
-    from measured_brdf.addon.scene import device as devices
+    from measured_brdf.addon.core import device as devices
 
     material = imported()
     monkeypatch.setattr(devices, "effective_device", lambda scene: "OPTIX")
@@ -191,7 +191,7 @@ def test_a_render_without_a_window_says_what_it_used(scene, imported, capfd):
 
 
 def test_a_shader_of_the_first_version_is_told_to_be_black_without_osl(scene, imported):
-    from measured_brdf.addon.materials import node_group
+    from measured_brdf.addon.core import node_group
 
     material = imported()
     tree = next(node for node in material.node_tree.nodes if node.type == "GROUP").node_tree
@@ -207,7 +207,7 @@ def test_a_shader_of_the_first_version_is_told_to_be_black_without_osl(scene, im
 
 
 def test_the_sentence_names_what_was_chosen_and_why_it_is_not_shown():
-    from measured_brdf.addon.materials.rendered import Rendered, sentence
+    from measured_brdf.addon.core.rendered import Rendered, sentence
 
     found = Rendered("NODES", 0.05, 0.1, "OSL is off", True)
     assert sentence(found, "EXACT") == (
@@ -270,8 +270,8 @@ def test_eevee_shows_about_as_much_light_as_cycles(write_astm, glossy, tmp_path)
 
 
 def test_an_import_says_in_words_what_it_is_worth_and_how_it_is_rendered(scene, imported, monkeypatch, capfd):
-    from measured_brdf.addon.materials import osl_support
-    from measured_brdf.addon.scene import device as devices
+    from measured_brdf.addon.core import osl_support
+    from measured_brdf.addon.core import device as devices
 
     def told():
         capfd.readouterr()
@@ -313,8 +313,8 @@ def test_a_choice_is_for_all_groups_of_a_material_and_for_those_inside_of_others
 
 
 def test_fast_of_version_0_2_is_accepted_and_means_nodes(scene, imported):
-    from measured_brdf.addon import command
-    from measured_brdf.addon.materials import material as materials
+    from measured_brdf.addon.work import command
+    from measured_brdf.addon.core import material as materials
 
     material = imported("FAST")
     assert material.measured_brdf.rendering == materials.rendering_of(material) == "NODES"

@@ -51,8 +51,8 @@ def glossy_material():
 
 
 def test_a_scene_of_the_first_version_renders_as_it_did_and_is_told_apart(old_scene):
-    from measured_brdf.addon import versions
-    from measured_brdf.addon.materials import checks, material
+    from measured_brdf.addon.core import versions
+    from measured_brdf.addon.core import checks, material
 
     assert_same(blocks(), old_scene)
     assert versions.made_by(glossy_material()) == "0.1.0"
@@ -62,8 +62,8 @@ def test_a_scene_of_the_first_version_renders_as_it_did_and_is_told_apart(old_sc
 
 @release
 def test_one_button_brings_it_up_to_date_without_the_measurements(old_scene):
-    from measured_brdf.addon import versions
-    from measured_brdf.addon.materials import checks, material, node_group
+    from measured_brdf.addon.core import versions
+    from measured_brdf.addon.core import checks, material, node_group
 
     before = unbake(node_group.source(material.group_node(glossy_material()).node_tree))
     settings = {name: getattr(glossy_material().measured_brdf, name) for name in ("digest", "rmse", "coefficients")}
@@ -85,7 +85,7 @@ def test_one_button_brings_it_up_to_date_without_the_measurements(old_scene):
 
 
 def test_copies_that_share_a_shader_go_on_sharing_it(old_scene):
-    from measured_brdf.addon.materials import material
+    from measured_brdf.addon.core import material
 
     copy = glossy_material().copy()
     assert bpy.ops.measured_brdf.update_materials() == {"FINISHED"}
@@ -113,7 +113,7 @@ def fast_scene(blender, tmp_path):
 
 
 def test_what_chose_fast_in_version_0_2_is_rendered_by_nodes_once_it_is_updated(fast_scene):
-    from measured_brdf.addon.materials import material, rendered
+    from measured_brdf.addon.core import material, rendered
 
     scene = bpy.context.scene
     before = [rendered.in_scene(fast_scene[name], scene).how for name in ("glossy", "glossy + turned", "turned")]
@@ -132,7 +132,7 @@ def test_what_chose_fast_in_version_0_2_is_rendered_by_nodes_once_it_is_updated(
 
 
 def test_values_and_links_of_a_node_of_version_0_2_outlive_an_update(fast_scene):
-    from measured_brdf.addon.materials import material
+    from measured_brdf.addon.core import material
 
     def found(name):
         node = material.group_node(fast_scene[name])
@@ -154,7 +154,7 @@ def test_values_and_links_of_a_node_of_version_0_2_outlive_an_update(fast_scene)
 
 
 def test_an_updated_material_keeps_its_fit_in_the_format_of_fits(old_scene):
-    from measured_brdf.addon.materials import material, node_group
+    from measured_brdf.addon.core import material, node_group
 
     before = unbake(node_group.source(material.group_node(glossy_material()).node_tree))
     assert node_group.kept_fit(material.group_node(glossy_material()).node_tree) == b""
@@ -181,8 +181,8 @@ def convert(library):
 
 @release
 def test_converting_again_brings_a_library_of_the_first_version_up_to_date(blender, old_library):
-    from measured_brdf.addon import versions
-    from measured_brdf.addon.materials import material
+    from measured_brdf.addon.core import versions
+    from measured_brdf.addon.core import material
 
     done = convert(old_library)
     assert done.returncode == 0, done.stderr

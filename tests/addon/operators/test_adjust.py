@@ -23,8 +23,8 @@ def material(blender, curet):
 
 def shown(material):
     """The fit in a material's shader."""
-    from measured_brdf.addon.materials import material as materials
-    from measured_brdf.addon.materials import node_group
+    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core import node_group
 
     return unbake(node_group.source(materials.group_node(material).node_tree))
 
@@ -53,7 +53,7 @@ def test_the_shader_gets_the_edited_fit_without_the_measurements(blender, curet,
 
 
 def test_as_measured_takes_everything_back(blender, extension, curet, material, random):
-    worth = extension.addon.materials.properties.worth
+    worth = extension.addon.core.properties.worth
     settings = material.measured_brdf
     praise = worth(settings)
     settings.highlight_gain = 3.0
@@ -69,7 +69,7 @@ def test_as_measured_takes_everything_back(blender, extension, curet, material, 
 
 @release
 def test_a_refit_and_an_update_keep_the_adjustments(blender, curet, material, random):
-    from measured_brdf.addon.materials import material as materials
+    from measured_brdf.addon.core import material as materials
 
     settings = material.measured_brdf
     settings.highlight_gain = 2.0
@@ -97,8 +97,8 @@ def test_adjusting_a_copy_leaves_the_original(blender, curet, material, random):
 
 @pytest.mark.parametrize("change", ["import", "adjust", "fit", "update"])
 def test_the_group_has_the_name_of_its_material(blender, material, change):
-    from measured_brdf.addon import versions
-    from measured_brdf.addon.materials import material as materials
+    from measured_brdf.addon.core import versions
+    from measured_brdf.addon.core import material as materials
 
     if change == "adjust":
         material.measured_brdf.diffuse_gain = 0.5
@@ -132,7 +132,7 @@ class _Window:
 
 
 def test_a_changed_slider_is_applied_by_itself_once_it_rests(blender, extension, material, monkeypatch):
-    adjust = extension.addon.operators.adjust
+    adjust = extension.addon.adjust.operators
     window, now = _Window(blender), [100.0]
     monkeypatch.setattr(adjust, "bpy", window)
     monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
@@ -153,7 +153,7 @@ def test_a_changed_slider_is_applied_by_itself_once_it_rests(blender, extension,
 
 
 def test_undo_and_redo_do_not_stop_between_a_slider_and_its_effect(blender, extension, material, monkeypatch):
-    adjust = extension.addon.operators.adjust
+    adjust = extension.addon.adjust.operators
     window, now = _Window(blender), [100.0]
     monkeypatch.setattr(adjust, "bpy", window)
     monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
@@ -179,7 +179,7 @@ def test_undo_and_redo_do_not_stop_between_a_slider_and_its_effect(blender, exte
 
 def test_a_slider_that_is_back_where_it_was_and_a_deleted_material_begin_nothing(blender, extension, material,
                                                                                  monkeypatch):
-    adjust = extension.addon.operators.adjust
+    adjust = extension.addon.adjust.operators
     window, now = _Window(blender), [100.0]
     monkeypatch.setattr(adjust, "bpy", window)
     monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])

@@ -19,7 +19,7 @@ TICKS = 4                   # as many as the longest of these operators takes, o
 @pytest.fixture(autouse=True)
 def no_process_left(quick):
     yield
-    from measured_brdf.addon.jobs import modal, process, queue
+    from measured_brdf.addon.work import modal, process, queue
 
     queue.unregister()
     process.unregister()
@@ -75,7 +75,7 @@ DISTURBANCES = (undo, undo_and_redo, delete, open_another)
 
 def run(operator, disturb, at):
     """Run to the end with an interruption in between; the results of all ticks."""
-    from measured_brdf.addon.jobs import process
+    from measured_brdf.addon.work import process
 
     job = process.Job(None)          # what its process would do is done here: quicker, and the same ticks each time
     job.result, job.finished = operator.work(bpy.context).run(), time.monotonic()
@@ -100,15 +100,15 @@ def scene(folder):
 
 
 def importing(folder):
-    from measured_brdf.addon.operators import import_data
+    from measured_brdf.addon.importing import import_data
 
     return driven(import_data.MEASUREDBRDF_OT_import_data, import_data.MakesMaterials, directory=str(folder),
                   files=[SimpleNamespace(name=f"{name}.astm") for name in "abc"])
 
 
 def fitting(_folder):
-    from measured_brdf.addon.jobs import modal
-    from measured_brdf.addon.operators import fit
+    from measured_brdf.addon.work import modal
+    from measured_brdf.addon.importing import fit
 
     bpy.context.object.active_material.measured_brdf.diffuse_level = 2
     return driven(fit.MEASUREDBRDF_OT_fit, modal.InBackground, preset="AS_CHOSEN")
@@ -178,8 +178,9 @@ def test_the_material_goes_to_the_object_that_was_active_when_it_began(blender, 
 @release
 def test_a_conversion_touches_nothing_of_the_open_file(blender, folder, tmp_path):
     """Not even while it works: its Blender is another one."""
-    from measured_brdf.addon.jobs import modal
-    from measured_brdf.addon.operators import assets, folders
+    from measured_brdf.addon.work import modal
+    from measured_brdf.addon.library import operators as assets
+    from measured_brdf.addon.importing import folders
 
     scene(folder)
     before = state()

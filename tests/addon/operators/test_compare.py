@@ -38,7 +38,7 @@ def two(cubes):
 
 @pytest.fixture
 def comparison(extension):
-    from measured_brdf.addon.materials import comparison
+    from measured_brdf.addon.compare import settings as comparison
 
     return comparison
 
@@ -63,7 +63,7 @@ def test_a_preset_that_cannot_be_fitted_is_not_chosen(one, files):
 
 
 def test_a_fit_that_a_panel_has_made_is_taken_for_the_preset(one, files, monkeypatch):
-    from measured_brdf.addon.jobs import queries, queue, tasks
+    from measured_brdf.addon.work import queries, queue, tasks
 
     data = queries.data(one)
     queue.answer_all()
@@ -143,7 +143,8 @@ def pixels():
 
 
 def test_the_large_view_shows_a_split_sphere_of_both(cubes, one, two, comparison):
-    from measured_brdf.addon.jobs import comparisons, queries
+    from measured_brdf.addon.compare import work as comparisons
+    from measured_brdf.addon.work import queries
 
     comparison.of(bpy.context.scene).pinned = two
     two.measured_brdf.name_of_data = "other"
@@ -204,7 +205,7 @@ def test_a_large_view_that_the_user_has_taken_into_the_file_is_kept(one, tmp_pat
 
 
 def test_a_large_view_that_fails_leaves_no_image(one, monkeypatch):
-    from measured_brdf.addon.operators import large_view
+    from measured_brdf.addon.compare import large_view
 
     def fails(picture):
         large_view._image(picture)
@@ -219,7 +220,7 @@ def test_a_large_view_that_fails_leaves_no_image(one, monkeypatch):
 
 @pytest.fixture
 def looks(extension):
-    from measured_brdf.addon.jobs import looks
+    from measured_brdf.addon.compare import looks
 
     yield looks
     looks.unregister()
@@ -228,7 +229,8 @@ def looks(extension):
 @pytest.fixture
 def small(monkeypatch):
     """Renders of a few pixels."""
-    from measured_brdf.addon.operators import compare, large_view
+    from measured_brdf.addon.compare import large_view
+    from measured_brdf.addon.compare import operators as compare
 
     monkeypatch.setattr(compare, "SIZE", 24)
     monkeypatch.setattr(large_view, "LARGE", 32)
@@ -256,7 +258,7 @@ def test_a_test_render_is_kept_while_material_and_choice_stay(cubes, one, two, c
     assert looks.known(looks.key(scene, one, 24)) is None
     node.inputs["Strength"].default_value = 1
     assert looks.known(looks.key(scene, one, 24)) is not None
-    monkeypatch.setattr("measured_brdf.addon.operators.compare.Command", lambda *_: pytest.fail("it is rendered again"))
+    monkeypatch.setattr("measured_brdf.addon.compare.operators.Command", lambda *_: pytest.fail("it is rendered again"))
     assert bpy.ops.measured_brdf.render_look() == {"FINISHED"}
 
 
@@ -287,7 +289,7 @@ def test_the_large_view_of_a_render_is_larger_and_kept(one, looks, small):
 
 
 def test_a_render_that_cannot_be_written_leaves_the_file_as_it_was(one, looks, monkeypatch):
-    from measured_brdf.addon.library import look
+    from measured_brdf.addon.core import look
 
     def full(*_):
         raise OSError(28, "No space left on device")
@@ -300,7 +302,7 @@ def test_a_render_that_cannot_be_written_leaves_the_file_as_it_was(one, looks, m
 
 
 def test_a_render_that_fails_is_told(one, looks, small, monkeypatch):
-    from measured_brdf.addon.library import look
+    from measured_brdf.addon.core import look
 
     monkeypatch.setattr(look, "write_request", lambda folder, request: (folder / "request.json").write_text(
         json.dumps(request._asdict() | {"shape": "SPHERE", "materials": ["gone"]}), "utf-8"))

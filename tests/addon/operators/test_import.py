@@ -109,7 +109,7 @@ def test_a_failed_import_leaves_the_blend_as_it_was(blender, cube, tmp_path, con
 
 
 def test_an_import_that_does_not_compile_leaves_the_blend_as_it_was(blender, cube, file, monkeypatch):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     monkeypatch.setattr(tasks, "bake", lambda fit: "shader broken( {")
     before = counts(blender)
@@ -119,7 +119,7 @@ def test_an_import_that_does_not_compile_leaves_the_blend_as_it_was(blender, cub
 
 
 def test_a_blender_without_osl_gets_closure_nodes(blender, cube, file, monkeypatch):
-    from measured_brdf.addon.materials import osl_support, rendered
+    from measured_brdf.addon.core import osl_support, rendered
 
     monkeypatch.setattr(osl_support, "missing", lambda: osl_support.NO_OSL)
     import_file(blender, file)

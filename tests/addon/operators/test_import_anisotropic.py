@@ -23,7 +23,7 @@ def plane(blender):
 
 
 def node_of(item):
-    from measured_brdf.addon.materials.material import group_node
+    from measured_brdf.addon.core.material import group_node
 
     return group_node(item.active_material)
 
@@ -53,7 +53,7 @@ def test_it_is_isotropic_where_the_user_says_so_and_a_refit_changes_it(blender, 
 
 @release
 def test_a_refit_keeps_the_tangent_and_the_rotation_that_are_connected(blender, plane, file):
-    from measured_brdf.addon.materials import tangents
+    from measured_brdf.addon.core import tangents
 
     blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
     tangents.take_from_uv(plane.active_material)
@@ -65,7 +65,7 @@ def test_a_refit_keeps_the_tangent_and_the_rotation_that_are_connected(blender, 
 
 
 def test_a_quarter_of_a_turn_swaps_bright_and_dark(blender, plane, file):
-    from measured_brdf.addon.materials import tangents
+    from measured_brdf.addon.core import tangents
 
     blender.ops.measured_brdf.import_data(filepath=str(file), **CHEAP)
     tangents.take_from_uv(plane.active_material)
@@ -85,13 +85,13 @@ def test_one_or_two_rotations_are_fitted_as_isotropic_and_told(extension, blende
     path = write(tmp_path / "few.csv", STEEL, directions=few(count))
     blender.ops.measured_brdf.import_data(filepath=str(path), **CHEAP)
     assert names(plane) == set()
-    data = extension.addon.jobs.tasks.read(str(path), None)
+    data = extension.addon.work.tasks.read(str(path), None)
     assert ("Material", "isotropic", False) in data.description.rows()
     assert any("rotation" in note for note in data.description.notes) == (count == 2)
 
 
 def test_a_fit_too_large_for_the_compiler_names_the_remedy_and_changes_nothing(blender, plane, file, monkeypatch):
-    from measured_brdf.addon.jobs import tasks
+    from measured_brdf.addon.work import tasks
 
     bake = tasks.bake
     monkeypatch.setattr(tasks, "bake", lambda fit, mixture: bake(fit, mixture=mixture) + "\n" * (1 << 24))
@@ -104,7 +104,7 @@ def test_a_fit_too_large_for_the_compiler_names_the_remedy_and_changes_nothing(b
 def test_a_folder_of_anisotropic_files_becomes_a_library(extension, blender, file, tmp_path):
     out = tmp_path / "library" / "made.blend"
     cheap = ["--preset", "Paper", "--diffuse-level", "2", "--specular-level", "none"]
-    assert extension.addon.command.main(["convert", str(file), "-o", str(out), "--processes", "1", *cheap]) == 0
+    assert extension.addon.work.command.main(["convert", str(file), "-o", str(out), "--processes", "1", *cheap]) == 0
     with blender.data.libraries.load(str(out)) as (source, target):
         target.materials = source.materials
     material, = target.materials

@@ -39,7 +39,7 @@ def test_the_menu_adds_the_node_of_a_material(editor):
 
 
 def test_the_starter_library_is_offered_until_a_file_has_a_measured_material(editor, extension, monkeypatch):
-    library, preferences = extension.addon.ui.library, extension.addon.preferences
+    library, preferences = extension.addon.starter.panel, extension.addon.core.preferences
     offered, closed = library.MEASUREDBRDF_PT_start, library.MEASUREDBRDF_PT_start_first
     assert (offered.poll(bpy.context), closed.poll(bpy.context)) == (False, True)
     for item in [*bpy.data.materials]:

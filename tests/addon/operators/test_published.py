@@ -41,7 +41,7 @@ def test_a_published_fit_is_used_with_the_preset_of_the_preferences(cube, use):
 
 
 def test_a_virtual_path_stays_as_it_is_in_a_saved_file(cube, tmp_path):
-    from measured_brdf.addon.materials.reading import has_file
+    from measured_brdf.addon.core.reading import has_file
 
     item = bpy.data.materials.new("Mine")
     item.use_fake_user = True
@@ -60,7 +60,7 @@ def test_a_virtual_path_stays_as_it_is_in_a_saved_file(cube, tmp_path):
 
 
 def test_an_asset_of_a_published_fit_says_what_it_is(cube):
-    from measured_brdf.addon.library import assets
+    from measured_brdf.addon.core import assets
 
     assert bpy.ops.measured_brdf.import_data(filepath="published:red-fabric", preset="Draft") == {"FINISHED"}
     item = cube.active_material
@@ -72,7 +72,7 @@ def test_an_asset_of_a_published_fit_says_what_it_is(cube):
 
 
 def test_search_finds_by_words_in_name_label_and_tags(extension):
-    from measured_brdf.addon.library import shelf
+    from measured_brdf.addon.starter import shelf
 
     def found(search, tag=shelf.ALL):
         return [each.name for each in shelf.offered(search, tag)]
@@ -88,8 +88,8 @@ def test_search_finds_by_words_in_name_label_and_tags(extension):
 
 def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extension, tmp_path, glossy, write_astm,
                                                                        monkeypatch):
-    from measured_brdf.addon.jobs import queue
-    from measured_brdf.addon.library import shelf
+    from measured_brdf.addon.work import queue
+    from measured_brdf.addon.starter import shelf
 
     monkeypatch.setattr(shelf, "user_folder", lambda name: tmp_path / "user" / name)
     folder = tmp_path / "data"
@@ -110,7 +110,7 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
 
 
 def test_a_folder_is_looked_at_for_as_long_as_it_is_drawn(extension, tmp_path, monkeypatch):
-    from measured_brdf.addon.library import shelf
+    from measured_brdf.addon.starter import shelf
 
     redrawn = []
     monkeypatch.setattr(shelf.queue, "redraw", lambda: redrawn.append(True))
@@ -125,6 +125,6 @@ def test_a_folder_is_looked_at_for_as_long_as_it_is_drawn(extension, tmp_path, m
 
 
 def test_the_user_folder_of_a_checkout_is_in_blenders_own(extension):
-    from measured_brdf.addon.library import shelf
+    from measured_brdf.addon.starter import shelf
 
     assert str(bpy.utils.user_resource("DATAFILES")) in str(shelf.user_folder("thumbnails"))

@@ -54,7 +54,7 @@ def use_space(bpy, name):
 
 
 def findings(bpy):
-    from measured_brdf.addon.materials import checks
+    from measured_brdf.addon.core import checks
 
     return [finding for finding in checks.check(bpy.context.scene) if finding.key.startswith("colours")]
 
@@ -130,7 +130,7 @@ class Window:
 @pytest.mark.parametrize(("is_invoke", "asks"), [(True, True), (False, False)])
 def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, extension, file, monkeypatch, is_invoke,
                                                                   asks):
-    module = extension.addon.operators.import_data
+    module = extension.addon.importing.import_data
     window, reports = Window(blender), []
     monkeypatch.setattr(module, "bpy", window)
     operator = SimpleNamespace(options=SimpleNamespace(is_invoke=is_invoke), directory="", files=[], sample="",
@@ -157,7 +157,7 @@ def test_the_dialog_imports_with_what_was_chosen(blender, cube, file):
 
 
 def test_the_dialogs_draw_the_options(extension):
-    module = extension.addon.operators.import_data
+    module = extension.addon.importing.import_data
     for cls, expected in ((module.MEASUREDBRDF_OT_browse, {"angles", "quantity", "illuminant", "isotropic",
                                                             "symmetry", "encoding", "sample", "preset",
                                                             "diffuse_level", "specular_level", "compression",
@@ -179,7 +179,7 @@ def test_the_dialogs_draw_the_options(extension):
 @pytest.mark.parametrize(("space", "name"), [("Linear Rec.709", "Rec.709"), ("Linear Rec.2020", "Rec.2020"),
                                              ("ACEScg", "ACEScg")])
 def test_the_space_of_the_file_is_that_of_the_picture(blender, cube, file, space, name):
-    from measured_brdf.addon.materials.reading import scene_colours
+    from measured_brdf.addon.core.reading import scene_colours
 
     use_space(blender, space)
     assert scene_colours() == name
@@ -218,7 +218,7 @@ def test_a_material_of_another_space_is_told_and_mended(blender, cube, file, gre
 
 
 def test_a_file_of_a_space_that_nobody_knows_is_told(blender, cube, file, extension, monkeypatch):
-    reading = extension.addon.materials.reading
+    reading = extension.addon.core.reading
     blender.ops.measured_brdf.import_data(filepath=file, **CHEAP, **HOW)
     monkeypatch.setattr(reading, "Color", lambda axis: SimpleNamespace(from_scene_linear_to_xyz_d65=lambda: axis))
     assert reading.scene_colours() == ""
@@ -231,7 +231,7 @@ def test_a_file_of_a_space_that_nobody_knows_is_told(blender, cube, file, extens
 @HAVE_SPACES
 def test_a_library_may_be_of_another_space_than_its_blend(blender, file, tmp_path, capfd):
     """What is linked from it into a file of that space has the right colours there, those of the stand-in too."""
-    from measured_brdf.addon import command
+    from measured_brdf.addon.work import command
 
     out = tmp_path / "out" / "library.blend"
     given = ["convert", file, "-o", str(out), "--preset", "Paper", "--diffuse-level", "2", "--specular-level", "none",
@@ -279,7 +279,7 @@ def test_a_folder_becomes_a_library_by_the_options_for_the_open_file(blender, fi
 
 
 def test_the_same_numbers_in_another_space_are_other_measurements(extension, glossy):
-    tasks, samples = extension.addon.jobs.tasks, extension.fitter.Samples
+    tasks, samples = extension.addon.work.tasks, extension.fitter.Samples
     one, other = (samples(*glossy.directions, glossy.values, glossy.channels, colours=space)
                   for space in ("Rec.709", "ACEScg"))
     assert tasks.digest(one) != tasks.digest(other)

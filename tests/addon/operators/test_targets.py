@@ -15,7 +15,7 @@ WIDTH, HEIGHT = 400, 300
 
 @pytest.fixture
 def targets(extension):
-    from measured_brdf.addon.operators import targets
+    from measured_brdf.addon.core import targets
 
     return targets
 
@@ -149,8 +149,8 @@ def test_what_lies_over_the_viewport_hides_it(scene, targets):
 
 def test_a_drop_is_assigned_to_the_slot_under_the_mouse_also_when_all_else_changes_meanwhile(scene, targets, file):
     """From the drop to the end of the fit another object, and another slot, may become active."""
-    from measured_brdf.addon.jobs import process, tasks
-    from measured_brdf.addon.operators import import_data
+    from measured_brdf.addon.work import process, tasks
+    from measured_brdf.addon.importing import import_data
 
     from tests.addon.operators.test_at_every_tick import driven, run
 

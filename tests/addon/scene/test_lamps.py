@@ -14,7 +14,7 @@ NAMES = ["Lamp", 'with "quotes"', "back\\slash", "Lämpchen 灯", "]['"]
 
 @pytest.fixture
 def lamps(blender, extension):
-    return extension.addon.scene.lamps
+    return extension.addon.core.lamps
 
 
 @pytest.fixture
@@ -300,7 +300,7 @@ def test_instanced_lamps_and_the_sky_are_followed_in_a_background_animation(blen
     scene.collection.objects.link(empty)
     linear(empty, "location", (1, (0, 0, 0)), (11, (10, 0, 0)))
     animated_sky(scene)
-    assert "lock_interface" in [finding.key for finding in extension.addon.materials.checks.check(scene)]
+    assert "lock_interface" in [finding.key for finding in extension.addon.core.checks.check(scene)]
     seen = seen_in_frames(blender, scene, tmp_path, lambda depsgraph: known(tree))
     for frame, (instanced, sun) in seen.items():
         t = (frame - 1) / 10
@@ -735,7 +735,7 @@ def test_instanced_lamps_that_move_ask_for_lock_interface(blender, extension, la
     blender.context.view_layer.update()
 
     def keys():
-        return [finding.key for finding in extension.addon.materials.checks.check(scene)]
+        return [finding.key for finding in extension.addon.core.checks.check(scene)]
 
     assert "lock_interface" not in keys()
     linear(empty, "location", (1, (0, 0, 0)), (11, (10, 0, 0)))

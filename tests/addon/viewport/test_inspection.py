@@ -21,7 +21,8 @@ WIDTH, HEIGHT = 1200, 800
 
 @pytest.fixture
 def parts(extension):
-    from measured_brdf.addon.viewport import inspect_reflectance, inspection, plot, session, surface, view
+    from measured_brdf.addon.inspect import inspection, plot, session, surface, view
+    from measured_brdf.addon.inspect import operators as inspect_reflectance
 
     return SimpleNamespace(inspect=inspect_reflectance, inspection=inspection, plot=plot, session=session,
                            surface=surface, view=view)
@@ -198,7 +199,7 @@ def stage(blender, parts, monkeypatch):
 
 
 def answer():
-    from measured_brdf.addon.jobs import queue
+    from measured_brdf.addon.work import queue
 
     queue.answer_all()
 
@@ -224,7 +225,7 @@ def test_it_begins_at_the_spot_under_the_mouse_and_takes_the_fit_of_its_material
 
 @pytest.mark.parametrize(("file", "source"), [("published:chrome", "published fit"), ("brass.astm", "measured")])
 def test_the_dots_of_a_published_fit_are_not_called_measured(stage, parts, monkeypatch, file, source):
-    from measured_brdf.addon.viewport import overlay
+    from measured_brdf.addon.inspect import overlay
 
     answered = SimpleNamespace(finished=1.0, result=(np.array([0.1]), np.ones((1, 3)), 0.7))
     monkeypatch.setattr(parts.session.queries, "near_plane", lambda *_: answered)

@@ -8,7 +8,7 @@ import pytest
 
 @pytest.fixture
 def plot(extension):
-    from measured_brdf.addon.viewport import plot
+    from measured_brdf.addon.inspect import plot
 
     return plot
 
@@ -97,7 +97,7 @@ def test_a_line_of_one_place_has_no_dashes(plot):
 
 
 def test_the_lobe_has_the_hue_of_its_values_and_is_brighter_where_they_are_larger(extension):
-    from measured_brdf.addon.viewport.overlay import lobe_colors
+    from measured_brdf.addon.inspect.overlay import lobe_colors
 
     values = np.array([[8.0, 4.0, 2.0], [0.08, 0.04, 0.02], [0.0, 0.0, 0.0]])
     found = lobe_colors(values, "Rec.709")
@@ -110,7 +110,7 @@ def test_the_lobe_has_the_hue_of_its_values_and_is_brighter_where_they_are_large
 
 
 def test_what_faces_the_key_light_is_brightest_and_all_is_lit_a_little(extension):
-    from measured_brdf.addon.viewport.overlay import shading
+    from measured_brdf.addon.inspect.overlay import shading
 
     axes = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], dtype=float)     # the viewer is on the x axis
     toward_key = np.array([[0.7, -0.42, 0.58]])

@@ -8,7 +8,7 @@ import pytest
 
 @pytest.fixture
 def view(extension):
-    from measured_brdf.addon.viewport.view import View
+    from measured_brdf.addon.inspect.view import View
 
     def made(orthographic=False, width=900, height=600):
         """A camera at (3, -6, 4) that looks at (0, 0, 1); 50 degrees across, or 5 units."""
@@ -83,7 +83,7 @@ def test_a_pixel_is_as_long_as_two_points_a_pixel_apart_are_apart(view, orthogra
 
 @pytest.mark.parametrize("orthographic", [False, True])
 def test_dragging_finds_the_direction_whose_point_is_under_the_mouse(view, frame, orthographic):
-    from measured_brdf.addon.viewport.view import dragged
+    from measured_brdf.addon.inspect.view import dragged
 
     seen, radius = view(orthographic), 0.8
     for theta, phi in ((0.1, 2.0), (0.5, -1.0), (0.9, 0.4), (0.3, 3.0)):
@@ -101,7 +101,7 @@ def upright():
 
 
 def test_dragging_below_the_horizon_stays_above_it(view, upright):
-    from measured_brdf.addon.viewport.view import dragged
+    from measured_brdf.addon.inspect.view import dragged
 
     seen = view()
     to_camera = np.array([3, -6, 0]) / math.hypot(3, 6)
@@ -112,7 +112,7 @@ def test_dragging_below_the_horizon_stays_above_it(view, upright):
 
 
 def test_dragging_beside_the_hemisphere_keeps_to_its_outline(view, upright):
-    from measured_brdf.addon.viewport.view import dragged
+    from measured_brdf.addon.inspect.view import dragged
 
     seen, center = view(), upright[:3, 3]
     away = np.array([250.0, 300.0])

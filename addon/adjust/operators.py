@@ -1,0 +1,155 @@
+"""Applies the adjustments of a material to its shader, by itself while the user changes them in a window.
+
+Blender then has two steps to undo: the slider, and what it does. What lies between them is no state to stop at, so that
+undo and redo take both.
+"""
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+
+import bpy
+from bpy.app.handlers import persistent
+from bpy.props import BoolProperty
+
+from ..core import compiler, edits
+from ..core import material as materials
+from ..core.active_material import active_material, is_editable
+from ..core.annotations import OperatorResult, present
+from ..core.results import Surface
+from ..core.transaction import by_session_uid
+from ..work import modal, process, queries, tasks
+from ..work.modal import InBackground, Steps
+from . import settings as adjustments
+
+_PAUSE = 0.4                # s without a change, after which adjustments are applied
+_AGAIN = 0.1                # s, after which is asked again whether they can be
+_changed: dict[int, float] = {}         # session_uid of materials with adjustments to apply, and when they were changed
+_applied: set[int] = set()              # session_uid of materials whose adjustments were applied by themselves
+
+
+class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
+    """Render this material as it is adjusted. The measurements are not needed"""
+
+    bl_idname = "measured_brdf.adjust"
+    bl_label = "Adjust Measured BRDF"
+    bl_options = {"REGISTER", "UNDO"}
+
+    reset: BoolProperty(name="Reset", options={"SKIP_SAVE"}, description="Take all adjustments back first")
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        target = active_material(context)
+        return target is not None and materials.is_measured(target) and is_editable(cls, context)
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        return self.start(context)
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        return self.run(context)
+
+    def work(self, context: bpy.types.Context) -> process.Calculation:
+        target = present(active_material(context))
+        self._target = target.session_uid
+        _changed.pop(self._target, None)
+        edit = {} if self.reset else adjustments.edit_arguments(target)
+        return process.Calculation(partial(tasks.adjusted, present(queries.kept(target)), edit))
+
+    def prepare(self, surface: Surface) -> Steps:
+        yield 0.95, "Compiling"
+        return surface, compiler.compile_surface(surface)
+
+    def apply(self, context: bpy.types.Context, prepared: tuple[Surface, compiler.Shader]) -> None:
+        target = by_session_uid(bpy.data.materials, self._target)
+        if target is None or not target.is_editable or not materials.is_measured(target):
+            raise ValueError("The material has been removed meanwhile")
+        surface, shader = prepared
+        if not self.reset and adjustments.edit_arguments(target) != surface.edit:
+            _apply_soon(target)             # the user has undone or changed something meanwhile
+        materials.edit(target, surface, context, shader)
+        if self.reset:
+            adjustments.reset(target)
+
+
+def _apply_soon(material: bpy.types.Material) -> None:
+    """Apply adjustments once the user has stopped changing them; scripts call the operator."""
+    if bpy.app.background or not materials.is_measured(material) or not material.is_editable:
+        return
+    _changed[material.session_uid] = time.monotonic()
+    if not bpy.app.timers.is_registered(_apply):
+        bpy.app.timers.register(_apply, first_interval=_PAUSE)
+
+
+def _apply() -> float | None:
+    """A timer, which runs until nothing is left to apply."""
+    now = time.monotonic()
+    for uid, when in [*_changed.items()]:
+        if now - when < _PAUSE or modal.running is not None:
+            continue
+        del _changed[uid]
+        target = by_session_uid(bpy.data.materials, uid)
+        windows = present(bpy.context.window_manager).windows
+        if target is not None and windows and not edits.is_as_wanted(target):
+            with bpy.context.temp_override(window=windows[0], material=target):
+                if MEASUREDBRDF_OT_adjust.poll(bpy.context):
+                    with suppress(RuntimeError):            # the operator has reported what is wrong
+                        bpy.ops.measured_brdf.adjust("INVOKE_DEFAULT")
+                        _applied.add(uid)
+    return _AGAIN if _changed else None
+
+
+@persistent
+def _on_undo(_scene: object, *_: object) -> None:
+    _step_once_more(_undo)
+
+
+@persistent
+def _on_redo(_scene: object, *_: object) -> None:
+    _step_once_more(_redo)
+
+
+def _step_once_more(step: Callable[[], None]) -> None:
+    """If Blender has stopped between a slider and its effect, take a step: soon, since handlers must not."""
+    if not bpy.app.background and _is_between():
+        bpy.app.timers.register(step, first_interval=0)
+
+
+def _is_between() -> bool:
+    return any(item.session_uid in _applied and item.session_uid not in _changed and materials.is_measured(item)
+               and not edits.is_as_wanted(item) for item in bpy.data.materials)
+
+
+def _undo() -> None:
+    _step(bpy.ops.ed.undo)
+
+
+def _redo() -> None:
+    _step(bpy.ops.ed.redo)
+
+
+def _step(step: Callable[[], object]) -> None:
+    windows = present(bpy.context.window_manager).windows
+    if windows and modal.running is None and _is_between():
+        with bpy.context.temp_override(window=windows[0]), suppress(RuntimeError):      # there is nothing to undo
+            step()
+
+
+classes = (MEASUREDBRDF_OT_adjust,)
+
+
+def register() -> None:
+    adjustments.listeners.append(_apply_soon)
+    bpy.app.handlers.undo_post.append(_on_undo)
+    bpy.app.handlers.redo_post.append(_on_redo)
+
+
+def unregister() -> None:
+    adjustments.listeners.remove(_apply_soon)
+    bpy.app.handlers.undo_post.remove(_on_undo)
+    bpy.app.handlers.redo_post.remove(_on_redo)
+    _changed.clear()
+    _applied.clear()
+    for timer in (_apply, _undo, _redo):
+        if bpy.app.timers.is_registered(timer):
+            bpy.app.timers.unregister(timer)

@@ -1,0 +1,64 @@
+"""What artists change of a measured material."""
+
+import bpy
+
+from ..core import edits
+from ..core import material as materials
+from ..core.active_material import active_material
+from ..core.annotations import present
+from ..panel.layout import MaterialPanel
+from .operators import MEASUREDBRDF_OT_adjust
+from .settings import edit_arguments, of
+
+
+class _Adjust:
+    """What the panels in the material tab and in the sidebar share."""
+
+    bl_label = "Adjust"
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 10
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        material = active_material(context)
+        return material is not None and materials.is_measured(material)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, material = present(self.layout), present(active_material(context))
+        settings = of(material)
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.enabled = material.is_editable
+        for names in (("diffuse_gain", "diffuse_tint"), ("highlight_gain", "highlight_tint", "highlight_width"),
+                      ("coat",)):
+            column = layout.column(align=True)
+            for name in names:
+                column.prop(settings, name)
+        row = layout.row()
+        row.active = settings.coat > 0
+        row.prop(settings, "coat_roughness")
+        row = layout.row(align=True)
+        apply = row.row(align=True)
+        apply.enabled = not edits.is_as_wanted(material)
+        apply.operator(MEASUREDBRDF_OT_adjust.bl_idname, text="Apply").reset = False
+        back = row.row(align=True)
+        back.enabled = bool(edit_arguments(material)) or not edits.is_as_wanted(material)
+        back.operator(MEASUREDBRDF_OT_adjust.bl_idname, text="As Measured", icon="LOOP_BACK").reset = True
+
+
+class MEASUREDBRDF_PT_adjust(_Adjust, MaterialPanel, bpy.types.Panel):
+    """Diffuse part, highlight and a coat; exact in every rendering"""
+
+    bl_parent_id = "MEASUREDBRDF_PT_material"
+
+
+class MEASUREDBRDF_PT_adjust_sidebar(_Adjust, bpy.types.Panel):
+    """Diffuse part, highlight and a coat; exact in every rendering"""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Measured BRDF"
+    bl_parent_id = "MEASUREDBRDF_PT_sidebar"
+
+
+classes = (MEASUREDBRDF_PT_adjust, MEASUREDBRDF_PT_adjust_sidebar)

@@ -1,0 +1,129 @@
+"""What artists change of a measured material: the settings of `fitter.edited`, stored with the material.
+
+Version 0.2 kept them among the material's other settings. Its files are opened with what its shaders were edited by.
+"""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import bpy
+import numpy as np
+from bpy.app.handlers import persistent
+from bpy.props import FloatProperty, FloatVectorProperty, PointerProperty
+
+from ...fitter.model.edit import COAT_WIDTHS, WIDTHS
+from ..core import edits, versions
+from ..core.annotations import Arguments
+
+ADJUSTMENTS = ("diffuse_gain", "diffuse_tint", "highlight_gain", "highlight_tint", "highlight_width", "coat",
+               "coat_roughness")
+_LEAST_ROUGHNESS = COAT_WIDTHS[0] ** 0.5
+_BEFORE = "0.1.0", "0.2.0"   # versions whose materials have no group of adjustments
+_DIGITS = 6                 # of arguments: single precision has no more
+
+listeners: list[Callable[[bpy.types.Material], object]] = []
+"""Called with a material when one of its adjustments has been changed."""
+
+
+def _changed(settings: Any, _context: bpy.types.Context) -> None:
+    for listener in listeners:
+        listener(settings.id_data)
+
+
+class MeasuredAdjustments(bpy.types.PropertyGroup):
+    """Stored with the material."""
+
+    diffuse_gain: FloatProperty(
+        name="Diffuse", default=1, min=0, max=100, soft_max=2, update=_changed,
+        description="Multiplies the diffuse part of the reflectance, which is seen from everywhere")
+    diffuse_tint: FloatVectorProperty(
+        name="Diffuse Tint", subtype="COLOR", size=3, default=(1, 1, 1), min=0, soft_max=1, update=_changed,
+        description="Colour by which the diffuse part is multiplied")
+    highlight_gain: FloatProperty(
+        name="Highlight", default=1, min=0, max=100, soft_max=2, update=_changed,
+        description="Multiplies the highlight, which is all that is brighter than the diffuse part")
+    highlight_tint: FloatVectorProperty(
+        name="Highlight Tint", subtype="COLOR", size=3, default=(1, 1, 1), min=0, soft_max=1, update=_changed,
+        description="Colour by which the highlight is multiplied")
+    highlight_width: FloatProperty(
+        name="Highlight Width", default=1, min=WIDTHS[0], max=WIDTHS[1], update=_changed,
+        description="Above 1 roughens: the highlight becomes wider and less bright. Below 1 sharpens. It reflects as "
+                    "much light as before")
+    coat: FloatProperty(
+        name="Coat", default=0, min=0, max=1, subtype="FACTOR", update=_changed,
+        description="A layer of clear varnish above the measured surface")
+    coat_roughness: FloatProperty(
+        name="Coat Roughness", default=0.1, min=_LEAST_ROUGHNESS, max=1, subtype="FACTOR", update=_changed,
+        description="Roughness of the varnish, as a Principled BSDF has it")
+
+
+def of(material: bpy.types.Material) -> Any:
+    """The `MeasuredAdjustments` of a material."""
+    return material.measured_brdf_adjustments
+
+
+def edit_arguments(material: bpy.types.Material) -> Arguments:
+    """The keyword arguments of `fitter.edited` that adjustments ask for; empty if nothing is adjusted."""
+    settings = of(material)
+    wanted = {
+        "diffuse": tuple(round(settings.diffuse_gain * value, _DIGITS) for value in settings.diffuse_tint),
+        "highlight": tuple(round(settings.highlight_gain * value, _DIGITS) for value in settings.highlight_tint),
+        "width": round(settings.highlight_width, _DIGITS)}
+    if settings.coat > 0:
+        wanted |= {"coat": round(settings.coat, _DIGITS),
+                   "coat_width": max(round(settings.coat_roughness ** 2, _DIGITS), COAT_WIDTHS[0])}
+    neutral: Arguments = {"diffuse": (1, 1, 1), "highlight": (1, 1, 1), "width": 1}
+    return {name: _shortest(value) for name, value in wanted.items() if value != neutral.get(name)}
+
+
+def _shortest(value: Any) -> Any:
+    """One number where a tint has no colour, so that a grey fit stays grey; a list, as JSON has it, elsewhere."""
+    if not isinstance(value, tuple):
+        return value
+    return value[0] if len(set(value)) == 1 else list(value)
+
+
+def reset(material: bpy.types.Material) -> None:
+    """Take all adjustments back."""
+    for name in ADJUSTMENTS:
+        of(material).property_unset(name)
+
+
+def take_over(material: bpy.types.Material) -> None:
+    """Give a material of version 0.2 the adjustments that its shader was edited by, if it has none yet."""
+    settings = of(material)
+    if any(settings.is_property_set(name) for name in ADJUSTMENTS):
+        return
+    edit: Arguments = json.loads(material.measured_brdf.adjusted or "{}")
+    for part in ("diffuse", "highlight"):
+        if part in edit:
+            factors = np.broadcast_to(edit[part], 3)
+            gain = float(factors.max()) or 1.0
+            setattr(settings, f"{part}_gain", gain)
+            setattr(settings, f"{part}_tint", (factors / gain).tolist())
+    for name, value in (("highlight_width", edit.get("width")), ("coat", edit.get("coat")),
+                        ("coat_roughness", edit["coat_width"] ** 0.5 if "coat_width" in edit else None)):
+        if value is not None:
+            setattr(settings, name, value)
+
+
+@persistent
+def _on_load(*_: object) -> None:
+    for material in bpy.data.materials:
+        if material.measured_brdf.adjusted and versions.made_by(material) in _BEFORE:
+            take_over(material)
+
+
+def register() -> None:
+    bpy.utils.register_class(MeasuredAdjustments)
+    bpy.types.Material.measured_brdf_adjustments = PointerProperty(type=MeasuredAdjustments, name="Adjustments")
+    edits.wanted_by.append(edit_arguments)
+    bpy.app.handlers.load_post.append(_on_load)
+
+
+def unregister() -> None:
+    bpy.app.handlers.load_post.remove(_on_load)
+    edits.wanted_by.remove(edit_arguments)
+    del bpy.types.Material.measured_brdf_adjustments
+    bpy.utils.unregister_class(MeasuredAdjustments)

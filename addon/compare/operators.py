@@ -1,0 +1,125 @@
+"""Pins the material that others are compared with, and renders materials to look at them."""
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ...fitter.arrays import SingleArray
+from ..core import look
+from ..core import material as materials
+from ..core.active_material import active_material
+from ..core.annotations import OperatorResult, present
+from ..work import process
+from ..work.blender_process import Command
+from ..work.job import Work
+from ..work.modal import InBackground
+from . import looks
+from . import settings as comparison
+from . import work as comparisons
+
+SIZE, _SAMPLES = 256, 64    # of renders: pixels on a side, and samples per pixel
+
+
+def has_measured(cls: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """For `poll`: whether the active material is measured."""
+    target = active_material(context)
+    if target is None or materials.group_node(target) is None:
+        cls.poll_message_set("There is no active material with a measured BRDF")
+        return False
+    return True
+
+
+class MEASUREDBRDF_OT_pin(bpy.types.Operator):
+    """Compare other measured materials with this one"""
+
+    bl_idname = "measured_brdf.pin"
+    bl_label = "Pin Measured Material"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if context.scene is None or not context.scene.is_editable:
+            cls.poll_message_set("The scene belongs to another file")
+            return False
+        return has_measured(cls, context)
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        target = present(active_material(context))
+        comparison.of(present(context.scene)).pinned = target
+        self.report({"INFO"}, f"Choose another material to compare it with {target.name}")
+        return {"FINISHED"}
+
+
+class Look:
+    """Renders of materials: the work of an operator, in another Blender, and its pictures. What is kept is not rendered
+    again."""
+
+    def __init__(self, scene: bpy.types.Scene, wanted: list[bpy.types.Material], size: int) -> None:
+        self._keys = [looks.key(scene, material, size) for material in wanted]
+        missing = {key: material for key, material in zip(self._keys, wanted, strict=True) if looks.known(key) is None}
+        self._missing = list(missing)
+        self._folder = tempfile.TemporaryDirectory(prefix="measured_brdf_")
+        self.work: Work = process.Calculation(comparisons.nothing)
+        if missing:
+            _write(Path(self._folder.name), scene, list(missing.values()), self._missing[0])
+            self.work = Command("look", self._folder.name)
+
+    def store(self) -> list[SingleArray]:
+        """Keep what the finished work has rendered, and return all pictures that were wanted."""
+        rendered = look.pictures(Path(self._folder.name), len(self._missing))
+        for key, picture in zip(self._missing, rendered, strict=True):
+            looks.store(key, picture)
+        self._folder.cleanup()
+        return [present(looks.known(key)) for key in self._keys]
+
+
+def _write(folder: Path, scene: bpy.types.Scene, wanted: list[bpy.types.Material], chosen: looks.Key) -> None:
+    """Write what another Blender renders into a folder."""
+    worlds = [scene.world] if chosen.lighting == look.WORLD else []
+    if None in worlds:
+        raise ValueError("The scene has no world: choose another light")
+    # copies, because a file does not hold what it links
+    copies: list[Any] = []
+    try:
+        for each in (*wanted, *worlds):
+            copies.append(present(each).copy())
+        names, view = [copy.name for copy in copies], scene.view_settings
+        bpy.data.libraries.write(str(folder / look.SOURCE), set(copies), path_remap="ABSOLUTE", fake_user=True)
+        look.write_request(folder, look.Request(
+            names[:len(wanted)], "".join(names[len(wanted):]), chosen.shape, chosen.lighting, chosen.size,
+            _SAMPLES, view.view_transform, view.exposure))
+    finally:
+        bpy.data.batch_remove(copies)
+
+
+class MEASUREDBRDF_OT_render_look(InBackground, bpy.types.Operator):
+    """Render this material with Cycles, on the chosen shape in the chosen light, and the pinned material beside it. \
+Nothing changes in this file"""
+
+    bl_idname = "measured_brdf.render_look"
+    bl_label = "Render Measured Material"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return has_measured(cls, context)
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        return self.start(context)
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        return self.run(context)
+
+    def work(self, context: bpy.types.Context) -> Work:
+        scene, target = present(context.scene), present(active_material(context))
+        other = comparison.pinned(scene, target)
+        self._look = Look(scene, [target] if other is None else [target, other], SIZE)
+        return self._look.work
+
+    def apply(self, _context: bpy.types.Context, _result: Any) -> None:
+        self._look.store()
+
+
+classes = (MEASUREDBRDF_OT_pin, MEASUREDBRDF_OT_render_look)

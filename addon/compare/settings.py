@@ -1,0 +1,58 @@
+"""What measured materials are compared with, and how their comparison is shown: properties of the scene.
+
+The pinned material belongs to the scene, so that it stays when another material is chosen, and an asset that is saved
+does not take it along. Blender clears the pointer when the material is deleted.
+"""
+
+import math
+from typing import Any
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
+
+from ..core import material as materials
+from ..core.look import BALL, LIGHTINGS, SHAPES, STUDIO
+
+
+def _is_measured(_settings: Any, material: bpy.types.Material) -> bool:
+    return materials.group_node(material) is not None
+
+
+class MeasuredComparison(bpy.types.PropertyGroup):
+    """Stored with the scene."""
+
+    pinned: PointerProperty(
+        name="Compare With", type=bpy.types.Material, poll=_is_measured,
+        description="A measured material beside which the others are shown")
+    divide: FloatProperty(
+        name="Line", default=0.5, min=0, max=1, subtype="FACTOR",
+        description="Where the line between the two materials is. Does not change the materials")
+    flipped: BoolProperty(
+        name="Flip", default=False,
+        description="Show the pinned material at the left. Does not change the materials")
+    theta: FloatProperty(
+        name="Incidence", default=math.radians(40), min=0, max=math.radians(85), subtype="ANGLE",
+        description="Angle of incidence in the polar plot. Does not change the materials")
+    shape: EnumProperty(name="Shape", items=SHAPES, default=BALL, description="What is rendered of the material")
+    lighting: EnumProperty(name="Light", items=LIGHTINGS, default=STUDIO, description="The light that it is seen in")
+
+
+def of(scene: bpy.types.Scene) -> Any:
+    """The `MeasuredComparison` of a scene."""
+    return scene.measured_brdf_comparison
+
+
+def pinned(scene: bpy.types.Scene, material: bpy.types.Material) -> bpy.types.Material | None:
+    """The material with which another is compared in a scene; None if there is none, or it is the same."""
+    other: bpy.types.Material | None = of(scene).pinned
+    return None if other is None or other == material or not _is_measured(None, other) else other
+
+
+def register() -> None:
+    bpy.utils.register_class(MeasuredComparison)
+    bpy.types.Scene.measured_brdf_comparison = PointerProperty(type=MeasuredComparison, name="Compare Measured BRDFs")
+
+
+def unregister() -> None:
+    del bpy.types.Scene.measured_brdf_comparison
+    bpy.utils.unregister_class(MeasuredComparison)

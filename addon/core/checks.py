@@ -1,0 +1,190 @@
+"""Settings of a scene that change how measured materials look: the effect of each, and its fix.
+
+Cycles treats most of the reflection of a measured material as glossy, so every setting for glossy paths affects it.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import bpy
+
+from ...fitter.shader_constants import MAX_LAMPS, MOST_MIXED
+from . import device, osl_support, rendered, tangents, versions
+from . import material as materials
+from .lamps import instances, light_objects, sky_moves
+from .properties import AUTOMATIC, EXACT, NODES
+
+
+class Finding(NamedTuple):
+    """A setting that changes the picture.
+
+    Attributes
+    ----------
+    key : str
+        Identifies the setting, for the operator that fixes it.
+    message : str
+        The setting, and its effect on the picture.
+    change : str
+        What the fix does; empty if there is no fix.
+    fix : callable, or None
+    """
+
+    key: str
+    message: str
+    change: str = ""
+    fix: Callable[[], object] | None = None
+
+
+others: list[Callable[[bpy.types.Scene], Iterator[Finding]]] = []
+"""What slices find."""
+
+
+def check(scene: bpy.types.Scene) -> list[Finding]:
+    """The settings of a scene that change how measured materials look, worst first."""
+    of_cycles = [] if rendered.in_eevee(scene) else [*_light_paths(scene), *_lamps(scene)]
+    return [*_outputs(scene), *_osl(scene), *of_cycles, *(finding for other in others for finding in other(scene)),
+            *_materials(), *_tangents(scene)]
+
+
+def _outputs(scene: bpy.types.Scene) -> Iterator[Finding]:
+    """Materials whose output for the engine has another surface."""
+    engine = "EEVEE" if rendered.in_eevee(scene) else "Cycles"
+    for item in rendered.used():
+        if rendered.in_scene(item, scene).how == rendered.OTHER:
+            yield Finding(f"output:{item.name}", f"{item.name} does not show the measurements: the output for {engine} "
+                          f"has another surface. Connect the node group to one whose Target is {engine}")
+
+
+def _osl(scene: bpy.types.Scene) -> Iterator[Finding]:
+    """Materials that are to be rendered with OSL, and are not."""
+    why = rendered.without_osl(scene)
+    used = rendered.used()
+    if not why:
+        yield from _optix(scene, used)
+        return
+    black = [item for item in used if rendered.in_scene(item, scene).how == rendered.BLACK]
+    if black:
+        names = ", ".join(item.name for item in black)
+        yield Finding("black", f"Black, because {why}, and an older version made them: {names}",
+                      "Update them and keep their fits", lambda: bpy.ops.measured_brdf.update_materials())
+    chosen = [item for item in used if materials.rendering_of(item) == EXACT and item not in black]
+    if not chosen:
+        return
+    found = f"{len(chosen)} materials are to be rendered Exact; because {why}, nodes are shown instead"
+    if osl_support.missing() or rendered.in_eevee(scene):
+        yield Finding("osl", found, "Choose Automatic for them",
+                      lambda: [materials.use_rendering(item, AUTOMATIC) for item in chosen if item.is_editable])
+    elif device.effective_device(scene) not in device.WITH_OSL:
+        yield Finding("osl", found, "Render with OSL on the CPU", lambda: _on_cpu(scene))
+    else:
+        yield Finding("osl", found, "Render with Cycles and OSL", lambda: osl_support.enable(scene))
+
+
+def _optix(scene: bpy.types.Scene, used: list[bpy.types.Material]) -> Iterator[Finding]:
+    """Cycles has 1024 bytes for the closures of a material there, and does not check where they end."""
+    by_osl = [item for item in used if materials.rendering_of(item) != NODES]
+    if device.effective_device(scene) != device.OPTIX or not by_osl:
+        return
+    yield Finding("optix", f"Cycles renders {len(by_osl)} measured materials with OSL on OptiX, which has not been "
+                  "tested, and has no room for another shader that is mixed in", "Choose Nodes for them",
+                  lambda: [materials.use_rendering(item, NODES) for item in by_osl if item.is_editable])
+
+
+def _on_cpu(scene: bpy.types.Scene) -> None:
+    scene.cycles.device = "CPU"
+    osl_support.enable(scene)
+
+
+def _light_paths(scene: bpy.types.Scene) -> Iterator[Finding]:
+    cycles = scene.cycles
+    if not cycles.caustics_reflective:
+        yield Finding("caustics", "Reflective Caustics is off: measured materials do not reflect light onto diffuse "
+                      "surfaces", "Turn Reflective Caustics on",
+                      lambda: setattr(cycles, "caustics_reflective", True))
+    if cycles.sample_clamp_indirect > 0:
+        yield Finding("clamp_indirect", f"Clamp Indirect is {cycles.sample_clamp_indirect:g}: it darkens bright "
+                      "reflections", "Set Clamp Indirect to 0; fireflies may appear",
+                      lambda: setattr(cycles, "sample_clamp_indirect", 0))
+    if cycles.sample_clamp_direct > 0:
+        yield Finding("clamp_direct", f"Clamp Direct is {cycles.sample_clamp_direct:g}: it darkens bright highlights",
+                      "Set Clamp Direct to 0", lambda: setattr(cycles, "sample_clamp_direct", 0))
+    if cycles.blur_glossy > 0:
+        yield Finding("filter_glossy", f"Filter Glossy is {cycles.blur_glossy:g}: it blurs narrow highlights that "
+                      "other surfaces reflect", "Set Filter Glossy to 0; caustics become noisier",
+                      lambda: setattr(cycles, "blur_glossy", 0))
+
+
+def _lamps(scene: bpy.types.Scene) -> Iterator[Finding]:
+    shining = {item.session_uid: item for layer in scene.view_layers for item in light_objects.shining(layer)}
+    lamps = [item for item in shining.values() if not item.hide_render and light_objects.light_of(item).energy > 0]
+    for item in sorted(lamps, key=lambda item: item.name):
+        light = light_objects.light_of(item)
+        if not item.visible_glossy:
+            yield Finding(f"glossy:{item.name}", f"{item.name} is hidden from glossy rays: most of its light is "
+                          "missing", "Make it visible to glossy rays; mirrors will show it",
+                          lambda item=item: setattr(item, "visible_glossy", True))
+        sized = light.type == "AREA" or (light.angle if light.type == "SUN" else light.shadow_soft_size) > 0
+        if sized and not light.cycles.use_multiple_importance_sampling:
+            yield Finding(f"importance:{item.name}", f"Multiple Importance is off for {item.name}: its light is "
+                          "slightly wrong", "Turn Multiple Importance on",
+                          lambda light=light: setattr(light.cycles, "use_multiple_importance_sampling", True))
+    pointlike = sum(item.data.type in {"POINT", "SPOT"} and item.data.shadow_soft_size == 0 for item in lamps)
+    if pointlike > MAX_LAMPS:
+        yield Finding("pointlike", f"{pointlike} lamps have no size, and only {MAX_LAMPS} can be rendered exactly. The "
+                      "highlights of the others are approximate. Give them a size")
+    if not scene.render.use_lock_interface and (sky_moves(scene.world) or instances.can_move()):
+        yield Finding("lock_interface", "Instanced lamps or bright places of the sky move: animations rendered from "
+                      "the window follow them only with Lock Interface", "Turn Lock Interface on",
+                      lambda: setattr(scene.render, "use_lock_interface", True))
+
+
+def _materials() -> Iterator[Finding]:
+    for material in bpy.data.materials:
+        if material.users > material.use_fake_user and (count := materials.mixed(material.node_tree)) > MOST_MIXED:
+            yield Finding(f"mixed:{material.name}", f"{material.name} mixes {count} measured materials: Cycles has "
+                          f"room for the closures of {MOST_MIXED}, and where there are several lamps, light of the "
+                          "others is lost. Mix them by Mix Measured BRDFs, which renders some of them at a time")
+    outdated = [material.name for material in bpy.data.materials if material.measured_brdf.coefficients
+                and material.is_editable and versions.made_by(material) != versions.CURRENT
+                and materials.is_outdated(material)]
+    if outdated:
+        yield Finding("version", f"An older version made {len(outdated)} of the measured materials: they render as "
+                      "before, without the improvements of this one", "Update them and keep their fits",
+                      lambda: bpy.ops.measured_brdf.update_materials())
+    for material in bpy.data.materials:
+        if material.measured_brdf.coefficients and material.cycles.use_bump_map_correction and material.is_editable:
+            yield Finding(f"bump:{material.name}", f"Bump Map Correction is on for {material.name}: it shifts the "
+                          "highlights", "Turn Bump Map Correction off for this material",
+                          lambda material=material: setattr(material.cycles, "use_bump_map_correction", False))
+
+
+def _tangents(scene: bpy.types.Scene) -> Iterator[Finding]:
+    """Of the active object: where an anisotropic material has no direction that is worth having."""
+    item = bpy.context.object
+    if item is None or scene.objects.get(item.name) != item or not tangents.can_be_judged(item):
+        return
+    for material in tangents.anisotropic(item):
+        node, key = tangents.node_of(material), f"tangent:{material.name}"
+        if node is None and not tangents.is_turned(item.data):
+            found = (f"The direction of {material.name} runs around the Z axis of {item.name}, as a lathe leaves it, "
+                     "and the object has another shape")
+            if not tangents.has_uv(item.data):
+                what = "has no area" if item.data.uv_layers else "is missing"
+                yield Finding(key, f"{found}. Its UV map, which could give another direction, {what}: unwrap it")
+            elif material.is_editable:
+                yield Finding(key, found, "Use the UV map's tangent",
+                              lambda material=material: tangents.take_from_uv(material))
+            else:
+                yield Finding(key, f"{found}. Connect a Tangent node in the file that {material.name} belongs to")
+        elif node is not None and _of_missing_uv(node, item.data):
+            found = (f"The tangent of {material.name} is that of a UV map that {item.name} does not have, or that has "
+                     "no area")
+            if material.is_editable:
+                yield Finding(key, found, "Use the tangent around the Z axis",
+                              lambda material=material: tangents.take_around_axis(material))
+            else:
+                yield Finding(key, f"{found}. Unwrap it")
+
+
+def _of_missing_uv(node: bpy.types.Node, mesh: bpy.types.Mesh) -> bool:
+    return (node.type == "TANGENT" and node.direction_type == "UV_MAP" and not tangents.has_uv(mesh, node.uv_map))

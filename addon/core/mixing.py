@@ -1,0 +1,28 @@
+"""What is asked about mixes of materials: the slice `mix` answers, and without it there are none."""
+
+from contextlib import AbstractContextManager, nullcontext
+
+import bpy
+
+
+class Mixes:
+    """What is known of mixes where there are none."""
+
+    def is_mix(self, _tree: bpy.types.NodeTree | None) -> bool:
+        """Whether a node group is a mix."""
+        return False
+
+    def count(self, _tree: bpy.types.NodeTree) -> int:
+        """How many measured BRDFs a mix holds."""
+        return 0
+
+    def following(self, _material: bpy.types.Material, _before: bpy.types.NodeTree | None,
+                  _after: bpy.types.NodeTree) -> AbstractContextManager[None]:
+        """Give mixes of a material its new group in the place of the former; if the block raises, the former again."""
+        return nullcontext()
+
+    def changed(self, _material: bpy.types.Material) -> None:
+        """Renew what mixes have copied of a material."""
+
+
+mixes = Mixes()

@@ -1,0 +1,323 @@
+"""The node group `Measured BRDF`: a baked shader in an INTERNAL script node, and closure nodes for other renderers.
+
+The script node is connected to the scene's lamp group. The .blend holds source and bytecode, so rendering needs no
+other file. Which of the two shows needs no extension either: a factor comes from an output of the script node, which
+Cycles makes only where it renders with OSL. Elsewhere that link is dropped, and the factor has its own value, 0: the
+closure nodes. EEVEE has an output of its own, because it renders fewer kinds of closures.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import bpy
+
+from ...fitter.cycles.bake import bake, interface, shader_version
+from ...fitter.cycles.node_mixture import node_mixtures
+from . import closure_nodes, lamps, osl_support
+from .annotations import present
+from .compiler import CompileError, Shader, compile_shader
+from .transaction import new_data_removed_on_error
+
+if TYPE_CHECKING:
+    from ...fitter import Fit
+    from ...fitter.cycles.node_mixture import Nodes
+
+NAME = "Measured BRDF"
+SCRIPT_NODE = "Measured BRDF Shader"
+NODES_ERROR = "nodes_error"         # custom properties of the group: the error of the closure nodes in the mean ...
+NODES_WORST = "nodes_worst"         # ... and at the worst; versions before 0.2.0 had none
+EEVEE_ERROR = "eevee_error"
+EEVEE_WORST = "eevee_worst"
+CYCLES, EEVEE = "BSDF", "EEVEE"     # outputs
+EVERYWHERE = "Exact Everywhere"     # input
+FORMER_EXACT = "Exact"              # input that versions before 0.3.0 had: off for Fast, an approximation
+_ACTIVE = "Active"                  # output of the script node: 1 where it renders the surface
+_MESH_TANGENT = "MeshTangent"       # input of the script node; the group fills it
+_FIT = "fit"                        # custom property of the group: bytes; versions before 0.3.0 had none
+_BYTES = "bytes_in_file"            # custom properties of the group, which tell whether a user has changed it
+_HASH = "bytecode_hash"
+_VERSION = "shader_version"         # custom property of the group; version 0.1.0 did not set it
+
+
+# what Blender 5.0 writes beside their text or their values, in bytes
+_LINE, _NODE, _SOCKET, _LINK = 104, 500, 600, 88
+_MATERIAL = 50_000          # of the material that has the group
+_SAME = 1e-4                # of errors, relative: the same mixture is not the same to the last digit
+
+
+def shared(shader: Shader, name: str, unlike: bpy.types.NodeTree | None = None) -> bpy.types.NodeTree:
+    """A node group of this file, other than `unlike`, that renders the same fit with the same version of the shader;
+    else a new one.
+
+    One in which a user has compiled another shader, or has added or removed something, is not shared. Raises as
+    `create` does.
+    """
+    found = (tree for tree in bpy.data.node_groups if tree.library is None and tree != unlike and _is_of(tree, shader))
+    return next(found, None) or create(shader, name)
+
+
+def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
+    """Make a node group of a name that renders with a shader.
+
+    Raises
+    ------
+    CompileError
+        If this Blender cannot compile the shader; the file then stays as it was.
+    """
+    with new_data_removed_on_error():
+        text = bpy.data.texts.new(f"{name}.osl")
+        tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
+        _fill(tree, text, shader)
+        for key, error in _errors(shader.nodes).items():
+            tree[key] = error
+        tree[_VERSION] = shader_version(shader.source)
+        if shader.fit:
+            tree[_FIT] = shader.fit
+        tree[_BYTES], tree[_HASH] = _bytes_in_file(tree), present(script_node(tree)).bytecode_hash
+    return tree
+
+
+def bytes_in_file(tree: bpy.types.NodeTree) -> int:
+    """About how many bytes a group that `create` made takes in a .blend without compression; 0 where it is not known.
+
+    Its source text counts, and the lamps, which all groups share, do not.
+    """
+    stored = tree.get(_BYTES)
+    return stored if isinstance(stored, int) else 0
+
+
+def _bytes_in_file(tree: bpy.types.NodeTree) -> int:
+    text = source(tree)
+    sockets = sum(len(node.inputs) + len(node.outputs) for node in tree.nodes)
+    return (len(text) + _LINE * text.count("\n") + len(present(script_node(tree)).bytecode) + len(kept_fit(tree))
+            + _MATERIAL + _NODE * len(tree.nodes) + _SOCKET * sockets + _LINK * len(tree.links))
+
+
+def _is_of(tree: bpy.types.NodeTree, shader: Shader) -> bool:
+    """Whether a group is as `create` makes it of a shader, as far as can be told."""
+    script = script_node(tree)
+    return (script is not None and bool(shader.fit) and kept_fit(tree) == shader.fit
+            and version(tree) == shader_version(shader.source)
+            and all(math.isclose(tree.get(key, math.inf), error, rel_tol=_SAME)
+                    for key, error in _errors(shader.nodes).items())
+            and tree.get(_HASH) == script.bytecode_hash and bytes_in_file(tree) == _bytes_in_file(tree)
+            and all(node.node_tree == lamps.node_tree() for node in tree.nodes if node.type == "GROUP"))
+
+
+def _errors(nodes: Nodes) -> dict[str, float]:
+    """What the closure nodes misplace, by custom property of the group."""
+    return {NODES_ERROR: nodes.cycles.error, NODES_WORST: nodes.cycles.worst, EEVEE_ERROR: nodes.eevee.error,
+            EEVEE_WORST: nodes.eevee.worst}
+
+
+def of(fit: Fit) -> bpy.types.NodeTree:
+    """Make a node group that renders a fit. Raises as `create` does."""
+    nodes = node_mixtures(fit)
+    return create(compile_shader(bake(fit, mixture=nodes.cycles), nodes, fit.to_bytes()))
+
+
+def unused(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
+    """The group and its source text, if nothing uses them; empty for a group in use, and for None."""
+    if tree is None:
+        return []
+    text = present(script_node(tree)).script
+    # user counts will not do: a text counts itself, and Blender 4.2 counts the groups of copied materials twice
+    users = bpy.data.user_map(subset=[tree] if text is None else [tree, text])
+    if users[tree] or tree.use_fake_user:
+        return []
+    return [tree] if text is None or users[text] - {tree} else [tree, text]
+
+
+def script_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
+    """The script node of a group that `create` made; None for any other tree."""
+    node = tree.nodes.get(SCRIPT_NODE)
+    return node if node is not None and node.type == "SCRIPT" else None
+
+
+def source(tree: bpy.types.NodeTree) -> str:
+    """The OSL source in a group that `create` made; empty if its text has been removed."""
+    text = present(script_node(tree)).script
+    return "" if text is None else text.as_string()
+
+
+def kept_fit(tree: bpy.types.NodeTree) -> bytes:
+    """The fit in a group that `create` made, for `Fit.from_bytes`; empty if an older version made it, with the fit in
+    its source alone."""
+    stored = tree.get(_FIT)
+    return stored if isinstance(stored, bytes) else b""
+
+
+def is_formerly_fast(node: bpy.types.Node) -> bool:
+    """Whether a node holds a group of a version before 0.3.0 and shows its approximation in OSL, Fast."""
+    exact = node.inputs.get(FORMER_EXACT)
+    return exact is not None and not exact.default_value
+
+
+def version(tree: bpy.types.NodeTree) -> int:
+    """The version of the shader in a group that `create` made, comparable with `bake.SHADER_VERSION`.
+
+    It is 0 for a shader that is still to be compiled, in a Blender that can.
+    """
+    stored = tree.get(_VERSION)
+    if not present(script_node(tree)).outputs and not osl_support.missing():
+        return 0
+    return stored if isinstance(stored, int) else 1
+
+
+def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> None:
+    # values and links of a group's node follow the order in which sockets are made: new ones come last, and what older
+    # versions had, or only anisotropic fits have, keeps its place
+    tree.interface.new_socket(CYCLES, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
+        "The surface for Cycles")
+    tint = tree.interface.new_socket("Tint", in_out="INPUT", socket_type="NodeSocketColor")
+    tint.default_value = (1, 1, 1, 1)
+    tint.description = "Multiplies the measured reflectance; white keeps it as measured"
+    strength = tree.interface.new_socket("Strength", in_out="INPUT", socket_type="NodeSocketFloat")
+    strength.default_value, strength.min_value = 1, 0
+    strength.description = "Multiplies the measured reflectance"
+    _leave_out(tree, FORMER_EXACT)
+    normal = tree.interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
+    normal.hide_value = True
+    normal.description = "Shading normal from a Bump or Normal Map node; by default, that of the surface"
+    tree.interface.new_socket(EEVEE, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
+        "The surface for EEVEE")
+    nodes = tree.interface.new_socket("Nodes", in_out="INPUT", socket_type="NodeSocketBool")
+    nodes.default_value = False
+    nodes.description = "Approximation by ordinary nodes, on all devices, even where Cycles renders with OSL"
+    tree.interface.move(nodes, normal.position)
+    tangents = _add_tangent(tree, shader.nodes.cycles.turn is not None)
+    everywhere = tree.interface.new_socket(EVERYWHERE, in_out="INPUT", socket_type="NodeSocketBool")
+    everywhere.default_value = False
+    everywhere.description = (
+        "Exact after rough bounces too, for validation. By default the measured reflectance is exact where the camera "
+        "sees the surface, directly or through sharp reflection, glass or transparency, and its mixture of closures "
+        "stands in after rough bounces")
+
+    script = tree.nodes.new("ShaderNodeScript")
+    script.name = script.label = SCRIPT_NODE
+    script.mode = "INTERNAL"
+    _store(script, text, shader)
+    names = {name: name for name in ("Normal", "Tint", "Strength", "Nodes", *tangents)} | {EVERYWHERE: "Everywhere"}
+    source, output = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    source.location, output.location = (-3600, 0), (600, 0)
+    with _frame(tree, "Exact: in Cycles with OSL", [script]):
+        if shader.bytecode:
+            _connect(tree, source, script, names)
+    _add_closures(tree, source, script, output, shader.nodes)
+
+
+def _connect(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.types.Node,
+             names: dict[str, str]) -> None:
+    """Connect the inputs of the script node: names are {input of the group: parameter of the shader}.
+
+    It is collapsed, and so are the lamps: the links between them are many.
+    """
+    script.hide = True
+    if _MESH_TANGENT in script.inputs:
+        mesh = tree.nodes.new("ShaderNodeNewGeometry")
+        mesh.location = -300, -100
+        tree.links.new(mesh.outputs["Tangent"], script.inputs[_MESH_TANGENT])
+    scene_lamps = tree.nodes.new("ShaderNodeGroup")
+    scene_lamps.node_tree = lamps.node_tree()
+    scene_lamps.location, scene_lamps.hide = (-300, 0), True
+    for name, parameter in names.items():
+        tree.links.new(source.outputs[name], script.inputs[parameter])
+    for socket in scene_lamps.outputs:
+        if socket.name in script.inputs:
+            tree.links.new(socket, script.inputs[socket.name])
+
+
+def _add_closures(tree: bpy.types.NodeTree, source: bpy.types.Node, script: bpy.types.Node, output: bpy.types.Node,
+                  nodes: Nodes) -> None:
+    given = closure_nodes.Inputs(source.outputs["Tint"], source.outputs["Strength"], source.outputs["Normal"],
+                                 source.outputs.get("Tangent"), source.outputs.get("Rotation"))
+    with _frame(tree, "Where the viewer is"):
+        frame = closure_nodes.add_frame(tree, given, nodes.cycles.turn, -3200, -400)
+    with _frame(tree, "Nodes: in Cycles without OSL"):
+        in_cycles = closure_nodes.add_sum(tree, nodes.cycles, frame, -1200, -900)
+    with _frame(tree, "In EEVEE"):
+        in_eevee = closure_nodes.add_sum(tree, nodes.eevee, frame, -1200, -2600)
+    which = tree.nodes.new("ShaderNodeMixShader")
+    which.location = 300, 0
+    which.inputs[0].default_value = 0           # where Cycles has no script node
+    tree.links.new(in_cycles, which.inputs[1])
+    if script.outputs:
+        tree.links.new(script.outputs[_ACTIVE], which.inputs[0])
+        tree.links.new(script.outputs["BSDF"], which.inputs[2])
+    tree.links.new(which.outputs[0], output.inputs[CYCLES])
+    tree.links.new(in_eevee, output.inputs[EEVEE])
+
+
+@contextmanager
+def _frame(tree: bpy.types.NodeTree, label: str, others: Sequence[bpy.types.Node] = ()) -> Iterator[None]:
+    """Put the nodes that the block adds, and others, into a frame with a label."""
+    before = {node.name for node in tree.nodes}
+    yield
+    frame = tree.nodes.new("NodeFrame")
+    frame.label = label
+    for node in [*others, *(node for node in tree.nodes if node.name not in before)]:
+        if node != frame:
+            node.parent = frame
+
+
+def _leave_out(tree: bpy.types.NodeTree, name: str) -> None:
+    """Keep the place of an input that a group has not."""
+    tree.interface.remove(tree.interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketFloat"))
+
+
+def _add_tangent(tree: bpy.types.NodeTree, is_anisotropic: bool) -> list[str]:
+    """The inputs of an anisotropic fit, as Blender's anisotropic nodes have them, or their places; their names."""
+    if not is_anisotropic:
+        _leave_out(tree, "Tangent")
+        _leave_out(tree, "Rotation")
+        return []
+    tangent = tree.interface.new_socket("Tangent", in_out="INPUT", socket_type="NodeSocketVector")
+    tangent.hide_value = True
+    tangent.description = ("Direction in which the surface was measured at 0 degrees, from a Tangent node; by default, "
+                           "around the Z axis of the object")
+    rotation = tree.interface.new_socket("Rotation", in_out="INPUT", socket_type="NodeSocketFloat")
+    rotation.subtype = "FACTOR"
+    rotation.min_value, rotation.max_value = 0, 1
+    rotation.description = "Turns the surface about its normal, counter-clockwise; 1 is a whole turn"
+    return ["Tangent", "Rotation"]
+
+
+def _store(node: bpy.types.Node, text: bpy.types.Text, shader: Shader) -> None:
+    """Store a compiled shader in a script node and its text.
+
+    A script node gets its sockets by compiling. So the node first compiles an empty shader of the same parameters,
+    which takes 10 ms instead of 150.
+    """
+    if not shader.bytecode:                     # this Blender was built without OSL
+        node.script = text
+        text.from_string(shader.source)
+        return
+    compile_node(node, text, interface(shader.source))
+    text.from_string(shader.source)
+    text.cursor_set(0)
+    node.bytecode, node.bytecode_hash = shader.bytecode, shader.bytecode_hash
+
+
+def compile_node(node: bpy.types.Node, text: bpy.types.Text, source: str) -> None:
+    """Give a script node in INTERNAL mode a small shader, in a text, with an output `Active`. Raises CompileError."""
+    from cycles import osl
+
+    errors: list[str] = []
+
+    def report(kind: set[str], message: str) -> None:
+        if "ERROR" in kind:
+            errors.append(message)
+
+    text.from_string(source)
+    node.script = text
+    if _ACTIVE not in node.outputs:
+        try:
+            osl.update_script_node(node, report)
+        except OSError as error:                # it compiles in the folder for temporary files
+            errors.append(f"{error.filename or 'temporary files'}: {error.strerror}")
+    if _ACTIVE not in node.outputs:
+        raise CompileError("The OSL compiler rejected the shader" + "".join(f": {message}" for message in errors))

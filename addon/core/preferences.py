@@ -1,0 +1,85 @@
+"""Preferences: the preset of new materials, the folders of measurements and assets, and where to get data."""
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, StringProperty
+
+from . import manual
+from .annotations import present
+from .properties import PRESET_ITEMS
+
+_PACKAGE = __package__.rpartition(".addon")[0]
+
+
+sections: list[Callable[[bpy.types.UILayout], None]] = []
+"""What slices draw below the preferences."""
+
+
+class Preferences(Protocol):
+    """The settings of `MeasuredPreferences`."""
+
+    @property
+    def preset(self) -> str: ...
+
+    @property
+    def data_folder(self) -> str: ...
+
+    @property
+    def asset_library(self) -> str: ...
+
+    @property
+    def offer_library(self) -> bool: ...
+
+
+class _Defaults(NamedTuple):
+    preset: str = "Standard"
+    data_folder: str = ""
+    asset_library: str = ""
+    offer_library: bool = True
+
+
+_DEFAULTS = _Defaults()
+
+
+class MeasuredPreferences(bpy.types.AddonPreferences):
+    """Shown in Blender's preferences, below the extension."""
+
+    bl_idname = _PACKAGE
+
+    preset: EnumProperty(name="Default Preset", items=PRESET_ITEMS, default=_DEFAULTS.preset,
+                         description="Preset for files that are dropped or imported")
+    data_folder: StringProperty(name="Data Folder", subtype="DIR_PATH",
+                                description="Folder of measurements. The panel lists them with pictures, and notices "
+                                            "new ones; the file browser opens there to import")
+    asset_library: StringProperty(name="Asset Library", subtype="DIR_PATH",
+                                  description="Folder into which Save to Asset Library writes. Empty: materials become "
+                                              "assets of the open file")
+    offer_library: BoolProperty(name="Offer the Starter Library", default=_DEFAULTS.offer_library,
+                                description="Open Start from... in the Material tab of files that have no measured "
+                                            "material yet")
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        layout = present(self.layout)
+        column = layout.column()
+        column.use_property_split = True
+        for name in ("preset", "data_folder", "asset_library", "offer_library"):
+            column.prop(self, name)
+        for section in sections:
+            section(layout)
+        manual.draw_link(layout)
+
+
+def get(context: bpy.types.Context) -> Preferences:
+    """The preferences; the defaults if the add-on runs without being installed."""
+    addon = context.preferences.addons.get(_PACKAGE)
+    return addon.preferences if addon is not None and addon.preferences is not None else _DEFAULTS
+
+
+def register() -> None:
+    bpy.utils.register_class(MeasuredPreferences)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(MeasuredPreferences)

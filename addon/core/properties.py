@@ -1,0 +1,281 @@
+"""The settings of a measured material: its data, the choices for the fit, and the results."""
+
+import json
+import math
+from typing import Any, Protocol, cast
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+from ...fitter import PRESETS, DatasetError, published
+from ...fitter.formats import KNOWN_FILES, illuminants
+from ...fitter.formats.reading import ENCODINGS
+from ...fitter.lattice.dense import MAX_LEVEL
+from ...fitter.presets import PRESET_DESCRIPTIONS
+from ...fitter.quality import verdict
+from ...fitter.quality.verdict import UNKNOWN
+from ...fitter.samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY
+from .annotations import Arguments
+
+NO_SPECULAR_LEVEL = -1
+LEVELS = ("diffuse_level", "specular_level", "compression")
+RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels", "changes",
+           "version", "colours", "sphere", "fitted_as", "match", "between", "farthest", "hole", "adjusted")
+READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
+CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", "rendering", *READING)
+AUTOMATIC, EXACT, NODES = "AUTO", "EXACT", "NODES"
+_FAST = "FAST"              # of version 0.2: accepted where a rendering is named, and means NODES
+RENDERINGS = (
+    (AUTOMATIC, "Automatic", "Exact where Cycles renders with OSL, and Nodes everywhere else"),
+    (EXACT, "Exact", "The measured reflectance under every light; slightly noisier and slower. It needs Cycles with "
+                     "OSL: elsewhere, Nodes are shown"),
+    (NODES, "Nodes", "An approximation by ordinary nodes, without OSL: on every device, quick, and without noise of "
+                     "its own"))
+# files keep the numbers, which are those of version 0.2
+RENDERING_ITEMS = tuple((*item, "NONE", number) for item, number in zip(
+    (*RENDERINGS, (_FAST, "Fast", "Nodes, by the name of a rendering of version 0.2")), (0, 1, 3, 2), strict=True))
+AS_THE_FILE_SAYS = "auto"
+PRESET_ITEMS = tuple((name, name, text) for name, text in PRESET_DESCRIPTIONS.items())
+_ARGUMENTS: dict[str, Arguments] = {name: cast(Arguments, preset) for name, preset in PRESETS.items()}
+_PAPER = _ARGUMENTS["Paper"]
+_ANGLES = ((AS_THE_FILE_SAYS, "As the File Says", "In the unit that the file names, or that its format defines"),
+           ("degrees", "Degrees", "In degrees, whatever a table or an ASTM file says"),
+           ("radians", "Radians", "In radians, whatever a table or an ASTM file says"))
+_QUANTITIES = ((AS_THE_FILE_SAYS, "As the File Says", "What the file names, or what its format defines"),
+               ("brdf", "BRDF", "Reflected radiance divided by irradiance"),
+               ("brdf_cos", "BRDF times Cosine", "Times the cosine of the outgoing angle, as goniometers usually print "
+                                                 "it (cosine-corrected)"),
+               ("brdf_cos_i", "BRDF times Incident Cosine", "Times the cosine of the incident angle"))
+_LIGHTS = (("D65", "Daylight (D65)", "Daylight of noon; white is that of screens"),
+           ("D50", "Horizon Daylight (D50)", "Warmer daylight, the standard of print"),
+           ("A", "Incandescent (A)", "A light bulb"),
+           ("E", "Equal Energy (E)", "The same power at every wavelength"))
+_ISOTROPIC = ((AS_THE_FILE_SAYS, "As Measured", "Found from the values, or as the format defines it"),
+              ("isotropic", "Isotropic", "The surface looks the same however it is turned, whatever its values tell"),
+              ("anisotropic", "Anisotropic", "The surface changes when it is turned, as brushed metal does"))
+_SYMMETRIES = ((AS_THE_FILE_SAYS, "As the File Says", "What the file names; most name none"),
+               (NO_SYMMETRY, "None", "Nothing stands for directions that were not measured"),
+               (HALF_TURN, "Half Turn", "The surface is the same after half a turn"),
+               (MIRROR, "Mirror", "The plane of normal and tangent is a mirror"),
+               (HALF_TURN_AND_MIRROR, "Half Turn and Mirror", "Both: a quarter of a turn was measured"))
+_ENCODINGS = ((ENCODINGS[0], "As Stored", "The BRDF"),
+              ("srgb", "sRGB", "The BRDF, encoded as sRGB"),
+              ("srgb140", "sRGB times 140", "A hundredth of the BRDF, encoded as sRGB, times 140"))
+
+
+class Choices(Protocol):
+    """The choices for a fit: `FitChoices`, or a SimpleNamespace that copies one."""
+
+    filepath: str
+    sample: str
+    preset: str
+    diffuse_level: int
+    specular_level: int
+    compression: float
+    use_tolerance: bool
+    tolerance: float
+    rendering: str
+    angles: str
+    quantity: str
+    illuminant: str
+    isotropic: str
+    symmetry: str
+    encoding: str
+
+
+def _use_levels_of_preset(choices: Any, _context: bpy.types.Context) -> None:
+    """A preset that is chosen in a dialog, or that a script gives to an operator, brings its levels.
+
+    Scripts give a material its preset and its levels in any order.
+    """
+    if isinstance(choices, bpy.types.OperatorProperties):
+        choices.use_tolerance = False
+        _use_levels(choices, choices.preset)
+
+
+class FitChoices:
+    """The properties of `Choices`, shared by the import operators and the material.
+
+    A mix-in: Blender collects the annotations of the class that is registered and of its bases.
+    """
+
+    filepath: StringProperty(
+        name="File", subtype="FILE_PATH",
+        description=f"File of measured reflectance: {KNOWN_FILES}")
+    sample: StringProperty(
+        name="Sample",
+        description="Number or name of the sample in a CURET file. Empty: the first, or the only one")
+    preset: EnumProperty(
+        name="Preset", items=PRESET_ITEMS, default="Paper", update=_use_levels_of_preset,
+        description="Method of the fit, with initial levels")
+    diffuse_level: IntProperty(
+        name="Diffuse Level", default=_PAPER["diffuse_level"], min=0, max=MAX_LEVEL, soft_max=6,
+        description="Resolution of the dense lattice, which holds the broad shape. Higher levels ripple less between "
+                    "the measured directions; each multiplies the storage by up to 8")
+    specular_level: IntProperty(
+        name="Specular Level", default=_PAPER["specular_level"], min=NO_SPECULAR_LEVEL, max=MAX_LEVEL, soft_max=7,
+        description="Resolution of the sparse lattice, which holds highlights. Higher levels make them narrower and "
+                    "brighter, as measured. -1: no sparse lattice")
+    compression: FloatProperty(
+        name="Compression", default=_PAPER["compression"], min=0, max=100, subtype="PERCENTAGE", precision=2,
+        description="Share of the fine, sparse lattice that is dropped, smallest coefficients first: at 98.2 %, 1.8 % "
+                    "are kept. Higher values make smaller files and flatter highlights")
+    use_tolerance: BoolProperty(
+        name="Auto", default=False,
+        description="Choose the smallest fit within the tolerance, instead of setting levels")
+    tolerance: FloatProperty(
+        name="Tolerance", default=0.05, min=1e-6, soft_max=1, precision=4,
+        description="Largest RMSE at the samples, in 1/sr. Lower values follow the measurements more closely and make "
+                    "larger files")
+    rendering: EnumProperty(
+        name="Rendering", items=RENDERING_ITEMS, default=AUTOMATIC,
+        description="How the material is rendered. It can be changed at any time")
+    angles: EnumProperty(
+        name="Angles", items=_ANGLES, default=AS_THE_FILE_SAYS,
+        description="Unit of the angles of a table. Only needed where the file does not say it, or says it wrongly")
+    quantity: EnumProperty(
+        name="Values", items=_QUANTITIES, default=AS_THE_FILE_SAYS,
+        description="What the values of a table are. Only needed where the file does not say it, or says it wrongly")
+    illuminant: EnumProperty(
+        name="Illuminant", items=_LIGHTS, default=illuminants.DEFAULT,
+        description="The light under which spectra are seen when they become colours. White stays white")
+    isotropic: EnumProperty(
+        name="Isotropic", items=_ISOTROPIC, default=AS_THE_FILE_SAYS,
+        description="Whether the surface looks the same however it is turned. Found from three rotations on")
+    symmetry: EnumProperty(
+        name="Symmetry", items=_SYMMETRIES, default=AS_THE_FILE_SAYS,
+        description="What stands for rotations of an anisotropic surface at which a table, an ASTM or a Zemax file has "
+                    "no values")
+    encoding: EnumProperty(
+        name="UTIA Values", items=_ENCODINGS, default=ENCODINGS[0],
+        description="How the values of a UTIA file are stored. Its readers differ")
+
+
+def rendering_named(name: str) -> str:
+    """One of `RENDERINGS`, by its name or by one that version 0.2 had."""
+    return NODES if name == _FAST else name
+
+
+def draw_rendering(layout: bpy.types.UILayout, choices: Any) -> None:
+    """Draw the choice of a rendering, without names of older versions."""
+    row = layout.row(heading="Rendering")
+    for key, *_ in RENDERINGS:
+        row.prop_enum(choices, "rendering", key)
+
+
+def fit_arguments(choices: Choices) -> Arguments:
+    """The arguments of the fit that `choices` ask for.
+
+    Not a method: bpy 4.2 as a module crashes at exit if a property group has had a base class with functions.
+    """
+    if choices.use_tolerance:
+        return {"tolerance": round(choices.tolerance, 7)}
+    arguments = _ARGUMENTS.get(choices.preset, _PAPER) | {name: getattr(choices, name) for name in LEVELS}
+    arguments["compression"] = round(arguments["compression"], 4)       # single precision does not hold 99.9 exactly
+    if choices.specular_level == NO_SPECULAR_LEVEL:
+        arguments["specular_level"] = None
+    return arguments
+
+
+def use_preset(choices: Choices, name: str) -> None:
+    """Choose a preset, with its levels."""
+    choices.preset, choices.use_tolerance = name, False
+    _use_levels(choices, name)
+
+
+def _use_levels(choices: Choices, name: str) -> None:
+    for level in LEVELS:
+        value = _ARGUMENTS[name][level]
+        setattr(choices, level, NO_SPECULAR_LEVEL if value is None else value)
+
+
+def as_text(arguments: Arguments) -> str:
+    """Arguments of a fit as text, which a material remembers."""
+    return json.dumps(arguments, sort_keys=True)
+
+
+def fitted_arguments(settings: Any) -> Arguments | None:
+    """The arguments that a material was fitted with; None where it does not know them."""
+    try:
+        found = json.loads(settings.fitted_as)
+    except ValueError:
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def is_as_fitted(settings: Any) -> bool:
+    """Whether another fit with a material's settings would be the one that it has, as far as it knows."""
+    return settings.fitted_as in ("", as_text(fit_arguments(settings)))
+
+
+def name_of_fit(settings: Any) -> str:
+    """What users call a material's fit: its preset, or its levels."""
+    arguments = fitted_arguments(settings)
+    if arguments is not None and "tolerance" in arguments:
+        return f"Auto {settings.fitted_levels}"
+    return next((name for name, preset in _ARGUMENTS.items() if arguments == preset), settings.fitted_levels)
+
+
+def worth(settings: Any) -> tuple[str, bool]:
+    """What a material is worth, in one line, and whether that is all one could wish for."""
+    name = published.name_in(settings.filepath)
+    if name is not None:
+        try:
+            return published.find(name).brief, False
+        except DatasetError as error:
+            return str(error), False
+    if settings.match < 0:
+        return "", False                # an older version did not judge its fits
+    found = verdict.Verdict(*(getattr(settings, field) for field in verdict.Verdict._fields))
+    if settings.adjusted not in ("", as_text({})):
+        return f"Before it was adjusted: {verdict.sentence(found)}", False
+    return verdict.sentence(found), verdict.is_well(found)
+
+
+def is_preset(choices: Choices, name: str) -> bool:
+    """Whether the choices are those of a preset, unchanged."""
+    mine = fit_arguments(choices)
+    return choices.preset == name and not choices.use_tolerance and all(
+        mine[key] == value or (isinstance(value, float) and math.isclose(mine[key], value))
+        for key, value in _ARGUMENTS[name].items())
+
+
+class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
+    """Stored with the material. `material.assign` writes the results, which are read-only for users."""
+
+    name_of_data: StringProperty(name="Data")
+    digest: StringProperty(name="Digest")               # of the measurements
+    asset_key: StringProperty(name="Asset Key")         # set for assets that a batch made
+    version: StringProperty(name="Version")             # of the extension that made the fit; 0.1.0 left it empty
+    coefficients: IntProperty(name="Coefficients")
+    bytes: IntProperty(name="Bytes")
+    rmse: FloatProperty(name="RMSE")
+    mre: FloatProperty(name="MRE")
+    seconds: FloatProperty(name="Seconds")
+    fitted_levels: StringProperty(name="Levels")
+    colours: StringProperty(name="Colours")             # reading.GREY, or the space; 0.1.0 left it empty: Rec.709
+    fitted_as: StringProperty(name="Fitted As")         # JSON of fit_arguments; 0.1.0 left it empty
+    match: FloatProperty(name="Match", default=UNKNOWN)         # quality.verdict.Verdict; 0.1.0 left these as they are
+    between: FloatProperty(name="Between", default=UNKNOWN)
+    farthest: FloatProperty(name="Farthest")
+    hole: FloatProperty(name="Widest Hole")
+    adjusted: StringProperty(name="Adjusted")           # JSON of the edit that the shader has; 0.1.0: empty
+    sphere: StringProperty(name="Sphere")               # as packed_picture.packed makes it; 0.1.0 left it empty
+    changes: StringProperty(name="Changes")             # that made the fit physically plausible
+    shown_theta: FloatProperty(
+        name="Incidence", default=math.radians(40), min=0, max=math.radians(85), subtype="ANGLE",
+        description="Angle of incidence in the polar plot. Does not change the material")
+    shown_phi: FloatProperty(
+        name="Light's Azimuth", default=0, min=0, max=math.radians(360), subtype="ANGLE",
+        description="Where the light is in the polar plot, counter-clockwise from the tangent. Does not change the "
+                    "material")
+
+
+def register() -> None:
+    bpy.utils.register_class(MeasuredMaterial)
+    bpy.types.Material.measured_brdf = PointerProperty(type=MeasuredMaterial, name="Measured BRDF")
+
+
+def unregister() -> None:
+    del bpy.types.Material.measured_brdf
+    bpy.utils.unregister_class(MeasuredMaterial)

@@ -1,0 +1,67 @@
+"""How the measurements of a material are read: as its settings say, into the colour space of the open file."""
+
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Color
+
+from ...fitter.colours import COLOURS, DEFAULT, conversion, to_xyz
+from ...fitter.formats import illuminants, is_there
+from ...fitter.formats.reading import ENCODINGS
+from .annotations import Arguments
+from .properties import AS_THE_FILE_SAYS, READING, Choices
+
+_ISOTROPIC = {"isotropic": True, "anisotropic": False}       # the choices, and the option of `fitter.load`
+GREY = "grey"               # in the place of a colour space: the same in every one
+_SAME = 0.01                # of the entries of two matrices to XYZ: spaces differ by 0.1, Blender's rounding by 0.0001
+
+
+def scene_colours() -> str:
+    """The linear colour space of the open file, one of `COLOURS`; empty if it is another.
+
+    Since Blender 5.0 a file has its own; before, the OpenColorIO configuration has one for all. Colours are converted
+    from either.
+    """
+    mine = np.array([Color(axis).from_scene_linear_to_xyz_d65() for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]).T
+    return next((name for name in COLOURS
+                 if np.allclose(mine, to_xyz(DEFAULT) @ conversion(name, DEFAULT), rtol=0, atol=_SAME)), "")
+
+
+def load_arguments(choices: Choices) -> Arguments:
+    """The keyword arguments of `fitter.load` that choices, and the open file, ask for."""
+    said = {name: getattr(choices, name) for name in ("angles", "quantity", "symmetry")}
+    return {**{name: None if value in ("", AS_THE_FILE_SAYS) else value for name, value in said.items()},
+            "illuminant": choices.illuminant or illuminants.DEFAULT, "colours": scene_colours() or DEFAULT,
+            "isotropic": _ISOTROPIC.get(choices.isotropic), "encoding": choices.encoding or None}
+
+
+def use_reading(choices: Choices, angles: str | None = None, quantity: str | None = None,
+                illuminant: str = illuminants.DEFAULT, isotropic: bool | None = None, symmetry: str | None = None,
+                encoding: str | None = None) -> None:
+    """Choose the options of reading as `fitter.load` has them."""
+    choices.angles, choices.quantity = angles or AS_THE_FILE_SAYS, quantity or AS_THE_FILE_SAYS
+    choices.symmetry, choices.encoding = symmetry or AS_THE_FILE_SAYS, encoding or ENCODINGS[0]
+    choices.illuminant = illuminant
+    choices.isotropic = next((name for name, value in _ISOTROPIC.items() if value == isotropic), AS_THE_FILE_SAYS)
+
+
+def draw_reading(layout: bpy.types.UILayout, choices: Any) -> None:
+    """Draw the options of reading, which few files need, in a closed sub-section."""
+    header, body = layout.panel("MEASUREDBRDF_reading", default_closed=True)
+    header.label(text="If the File Does Not Say")
+    if body is not None:
+        for name in READING:
+            body.prop(choices, name)
+
+
+def other_colours(settings: Any, here: str) -> str:
+    """The colour space that a material was fitted for, by its settings, if it is not `scene_colours`; else empty."""
+    fitted = settings.colours or DEFAULT
+    return "" if fitted in (GREY, here) or not here else fitted
+
+
+def has_file(material: bpy.types.Material) -> bool:
+    """Whether the measurements of a material are where its settings say, or are a published fit."""
+    path = material.measured_brdf.filepath
+    return bool(path) and is_there(bpy.path.abspath(path, library=material.library))

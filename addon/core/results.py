@@ -1,0 +1,127 @@
+"""The results of the background processes, which materials are made from. Nothing here imports bpy."""
+
+import hashlib
+from typing import NamedTuple
+
+from ...fitter import ErrorMetrics, Fit
+from ...fitter.arrays import FloatArray
+from ...fitter.cycles.node_mixture import Nodes
+from ...fitter.cycles.principled_bsdf import Principled
+from ...fitter.quality import verdict
+from ...fitter.quality.describe import Description
+from .annotations import Arguments
+
+
+class Measured(NamedTuple):
+    """Measurements in a file. Between processes go these few words; each reads the file, once while it stays the same.
+
+    Attributes
+    ----------
+    path, sample : str
+    how : str
+        Keyword arguments of `fitter.load`, as JSON.
+    name, channels, colours
+        Of the samples.
+    digest : str
+        Identifies them.
+    """
+
+    path: str
+    sample: str
+    how: str
+    name: str
+    channels: tuple[str, ...]
+    colours: str
+    digest: str
+
+
+class Data(NamedTuple):
+    """Measurements and their description."""
+
+    measured: Measured
+    description: Description
+
+    @property
+    def digest(self) -> str:
+        """As `Measured.digest`."""
+        return self.measured.digest
+
+
+class Fitted(NamedTuple):
+    """A fit, its errors at its samples, the time it took, and its `verdict.steps` at samples that it had not seen."""
+
+    fit: Fit
+    errors: ErrorMetrics
+    seconds: float
+    unseen: float = verdict.UNKNOWN
+
+
+class Kept(NamedTuple):
+    """A fit that a material keeps.
+
+    Attributes
+    ----------
+    fit : bytes
+        As `Fit.to_bytes` returns it. Empty for a material of a version before 0.3.0, whose fit is in its shader:
+    source : str
+        OSL source that `bake` made; else empty.
+    name : str
+    compression : float
+        Percent.
+    colours : str
+        One of `colours.COLOURS`.
+    """
+
+    fit: bytes
+    source: str
+    name: str
+    compression: float
+    colours: str
+
+    @property
+    def digest(self) -> str:
+        """Identifies the fit: 32 hexadecimal digits."""
+        whole = "\n".join((self.name, f"{self.compression:g}", self.colours, self.source)).encode()
+        return hashlib.blake2b(whole + b"\n" + self.fit, digest_size=16).hexdigest()
+
+
+class Surface(NamedTuple):
+    """What a material shows.
+
+    Attributes
+    ----------
+    colours : str
+        One of `colours.COLOURS`.
+    kept : bytes
+        The fit, as `Fit.to_bytes` has it.
+    source : str
+        The OSL shader that `bake` made of it.
+    nodes : Nodes
+        Its closure nodes.
+    albedo : (3,)
+        Linear.
+    principled : Principled
+        The closest Principled BSDF.
+    sphere : str
+        A small picture, as `packed` makes it.
+    edit : dict
+        The keyword arguments of `fitter.edited` that the fit was made with.
+    """
+
+    colours: str
+    kept: bytes
+    source: str
+    nodes: Nodes
+    albedo: FloatArray
+    principled: Principled
+    sphere: str
+    edit: Arguments
+
+
+class Outcome(NamedTuple):
+    """Everything that a material is made from."""
+
+    measured: Measured
+    fitted: Fitted
+    verdict: verdict.Verdict
+    surface: Surface

@@ -1,0 +1,124 @@
+"""Presets side by side, as spheres with their numbers; and what a fit costs before the material has it."""
+
+from typing import Any, NamedTuple
+
+import bpy
+
+from ...fitter import PRESETS, Fit
+from ...fitter.presets import PRESET_DESCRIPTIONS
+from ..core.annotations import Arguments, present
+from ..core.properties import fit_arguments, name_of_fit
+from ..core.results import Data, Fitted
+from ..panel.layout import MaterialPanel, draw_value, draw_warning, is_narrow, picture_scale, wrapped
+from ..work import modal, queries
+from ..work.job import Job
+from . import fit
+
+_HEADINGS = "Coefficients", "KB", "RMSE", "Held out"
+_CHEAPEST_FIRST = sorted(PRESETS, key=lambda name: (PRESETS[name]["method"] != "mba", PRESETS[name]["diffuse_level"]))
+_FOUR_ABREAST = 66          # characters that four spheres with their numbers need beside one another
+_FORMS = "{} coefficients", "{} KB", "RMSE {}", "Held out {}"
+_UNKNOWN, _FAILED = ("...",) * 4, ("-",) * 4
+
+
+class _Shown(NamedTuple):
+    """What is shown of a preset: picture, its job, numbers as text, and whether the material has this fit."""
+
+    icon: int
+    job: Job[Any]
+    numbers: tuple[str, ...]
+    is_chosen: bool
+
+
+class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
+    """A sphere of each preset, with its size and its errors; worked out while this panel is open"""
+
+    bl_label = "Compare Presets"
+    bl_parent_id = "MEASUREDBRDF_PT_data"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, material = present(self.layout), present(context.material)
+        data = queries.data(material).result
+        if data is None:
+            return
+        # questions are answered in the order in which they are asked
+        kept = queries.of_material(material)
+        shown = {name: _shown(material, data, kept, name) for name in _CHEAPEST_FIRST}
+        columns = 2 if is_narrow(_FOUR_ABREAST) else 4
+        grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True)
+        can_choose = material.is_editable and material.override_library is None
+        for name in PRESET_DESCRIPTIONS:
+            _draw_preset(grid, name, shown[name], picture_scale(context, columns), can_choose)
+        for line in wrapped("RMSE at the samples, and at held-out ones (1/sr)"):
+            layout.label(text=line)
+
+
+def _shown(material: bpy.types.Material, data: Data, kept: Job[Fit] | None, name: str) -> _Shown:
+    """What is shown of a preset; `kept` reads the fit that the material has, which is not made again."""
+    if kept is not None and kept.finished is None:
+        return _Shown(0, kept, _UNKNOWN, False)
+    arguments: Arguments = {**PRESETS[name]}
+    settings = material.measured_brdf
+    is_chosen = kept is not None and data.digest == settings.digest and name_of_fit(settings) == name
+    if is_chosen and kept is not None and kept.result is not None and kept.result.edit is None:
+        icon, job = queries.material_sphere(material)
+        numbers = _texts(settings.coefficients, settings.bytes, settings.rmse)
+        return _Shown(icon, job, (*numbers, _held_out(queries.held_out(data, arguments))), True)
+    found, held = queries.cost(data, arguments)
+    icon, job = queries.preset_sphere(data, arguments)
+    return _Shown(icon, job, _numbers(found, held), is_chosen)
+
+
+def _draw_preset(layout: bpy.types.UILayout, name: str, shown: _Shown, scale: float, can_choose: bool) -> None:
+    column = layout.column(align=True)
+    if shown.icon:
+        column.template_icon(icon_value=shown.icon, scale=scale)
+    if shown.job.finished is None:
+        column.progress(factor=shown.job.fraction, text=shown.job.doing)
+    elif shown.job.error is not None:
+        column.label(text=str(shown.job.error), icon="ERROR")
+    if can_choose:
+        row = column.row()
+        row.enabled = modal.running is None
+        row.operator(fit.MEASUREDBRDF_OT_fit.bl_idname, text=name, depress=shown.is_chosen,
+                     icon="CHECKMARK" if shown.is_chosen else "NONE").preset = name
+    else:
+        column.label(text=name, icon="CHECKMARK" if shown.is_chosen else "NONE")
+    for form, text in zip(_FORMS, shown.numbers, strict=True):
+        column.label(text="" if text in (*_UNKNOWN, *_FAILED) else form.format(text))
+
+
+def draw_cost(layout: bpy.types.UILayout, settings: Any, data: Data | None) -> None:
+    """Draw what a fit with these settings costs, before the material has it."""
+    column = layout.column(align=True)
+    if data is None:
+        return
+    found, held = queries.cost(data, fit_arguments(settings))
+    if found.error is not None:
+        draw_warning(layout, str(found.error))
+        return
+    for name, text in zip(_HEADINGS, _numbers(found, held), strict=True):
+        draw_value(column, name, text)
+
+
+def _numbers(found: Job[Fitted], held: Job[float]) -> tuple[str, ...]:
+    """Coefficients, kilobytes, RMSE and held-out RMSE as text, as far as they are known."""
+    if found.error is not None:
+        return _FAILED
+    if found.result is None:
+        return _UNKNOWN
+    made, errors, *_ = found.result
+    return *_texts(made.coefficient_count, made.nbytes, errors.rmse), _held_out(held)
+
+
+def _texts(coefficients: int, nbytes: int, rmse: float) -> tuple[str, str, str]:
+    return f"{coefficients:,}", f"{nbytes / 1000:,.0f}", f"{rmse:.3g}"
+
+
+def _held_out(held: Job[float]) -> str:
+    """The RMSE at held-out samples; while it is worked out, how far that is."""
+    return f"({held.fraction:.0%} done)" if held.finished is None else "-" if held.error else f"{held.result:.3g}"
+
+
+classes = (MEASUREDBRDF_PT_compare,)

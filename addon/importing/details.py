@@ -1,0 +1,111 @@
+"""The numbers of a fit, and its settings: for those who want to know, or to choose them."""
+
+import math
+from typing import Any
+
+import bpy
+
+from ..core import material as materials
+from ..core import node_group
+from ..core.annotations import present
+from ..core.properties import NO_SPECULAR_LEVEL, fitted_arguments
+from ..core.results import Data
+from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, wrapped
+from ..work import queries
+
+_MISPLACED = (("Nodes", node_group.NODES_ERROR, node_group.NODES_WORST),
+              ("EEVEE", node_group.EEVEE_ERROR, node_group.EEVEE_WORST))
+
+
+class MEASUREDBRDF_PT_settings(MaterialPanel, bpy.types.Panel):
+    """Levels of the fit, in place of a preset's"""
+
+    bl_label = "Fit Settings"
+    bl_parent_id = "MEASUREDBRDF_PT_data"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, settings = present(self.layout), present(context.material).measured_brdf
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        column = layout.column(align=True)
+        levels = column.column(align=True)
+        levels.active = not settings.use_tolerance
+        levels.prop(settings, "diffuse_level", slider=True)
+        levels.prop(settings, "specular_level", slider=True)
+        row = levels.row()
+        row.active = settings.specular_level != NO_SPECULAR_LEVEL
+        row.prop(settings, "compression", slider=True)
+        row = column.row(heading="Auto")
+        row.prop(settings, "use_tolerance", text="")
+        row = row.row()
+        row.active = settings.use_tolerance
+        row.prop(settings, "tolerance", text="")
+        draw_wrapped(layout, compression_in_words(settings), "INFO")
+
+
+class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
+    """Errors, size and time of the fit that the material has"""
+
+    bl_label = "Details"
+    bl_parent_id = "MEASUREDBRDF_PT_data"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.material is not None and materials.is_measured(context.material)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, material = present(self.layout), present(context.material)
+        column = layout.column(align=True)
+        for name, value in rows(material):
+            draw_value(column, name, value)
+        for line in wrapped(material.measured_brdf.changes):
+            layout.label(text=line)
+
+
+def compression_in_words(settings: Any) -> str:
+    """What the compression of a material's settings means."""
+    if settings.use_tolerance:
+        return "Auto chooses the levels and the compression"
+    if settings.specular_level == NO_SPECULAR_LEVEL:
+        return "There is no fine lattice to compress"
+    dropped = settings.compression
+    return f"{dropped:.4g} % of the fine lattice dropped, {round(100 - dropped, 4):.4g} % kept"
+
+
+def rows(material: bpy.types.Material) -> list[tuple[str, str]]:
+    """Names and values of what is known of a material's fit."""
+    settings, tree = material.measured_brdf, present(materials.group_node(material)).node_tree
+    found = [("Levels", settings.fitted_levels),
+             ("RMSE", f"{settings.rmse:.3g} / sr"),
+             ("MRE", f"{settings.mre:.2%} of the peak" if not math.isnan(settings.mre) else "all values are 0"),
+             ("Held-out RMSE", _held_out(material)),
+             ("Coefficients", f"{settings.coefficients:,}"),
+             ("Storage", f"{settings.bytes:,} bytes")]
+    if size := node_group.bytes_in_file(tree):
+        found.append(("In the .blend", f"about {size / 1000:,.0f} kB"))
+    found += [(f"{name} misplaces", f"{tree[error]:.1%} of the light, at worst {tree.get(worst, tree[error]):.1%}")
+              for name, error, worst in _MISPLACED if error in tree]
+    found.append(("Fitted in", f"{settings.seconds:.2f} s"))
+    if materials.tangent_input(material) is not None:
+        found.append(("Direction", "Tangent, Rotation"))
+    return found
+
+
+def _held_out(material: bpy.types.Material) -> str:
+    """The RMSE at held-out samples of the fit that a material has, or why it is not known."""
+    settings = material.measured_brdf
+    arguments = fitted_arguments(settings)
+    data: Data | None = queries.data(material).result if settings.filepath else None
+    if data is None or data.digest != settings.digest:
+        return "needs the measurements"
+    if arguments is None:
+        return "needs a refit"
+    job = queries.held_out(data, arguments)
+    if job.finished is None:
+        return f"working out, {job.fraction:.0%}"
+    return str(job.error) if job.error is not None else f"{job.result:.3g} / sr"
+
+
+classes = (MEASUREDBRDF_PT_settings, MEASUREDBRDF_PT_details)

@@ -1,0 +1,124 @@
+"""Fits the data of a material again, with the material's settings."""
+
+from functools import partial
+from types import SimpleNamespace
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+from bpy_extras.io_utils import ImportHelper
+
+from ...fitter import SampleUnknownError
+from ...fitter.formats import is_there
+from ..core import compiler, material, rendered
+from ..core.active_material import active_material, is_editable
+from ..core.annotations import OperatorResult, present
+from ..core.edits import edit_arguments
+from ..core.properties import CHOICES, PRESET_ITEMS, READING, fit_arguments, use_preset, worth
+from ..core.reading import load_arguments
+from ..core.results import Outcome
+from ..core.transaction import by_session_uid
+from ..work import process, queries, tasks
+from ..work.discovery import GLOB
+from ..work.modal import InBackground, Steps
+
+AS_CHOSEN = "AS_CHOSEN"    # in the place of a preset
+
+
+class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
+    """Read the file of this material and fit it with these settings"""
+
+    bl_idname = "measured_brdf.fit"
+    bl_label = "Fit"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filepath: StringProperty(name="File", subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"},
+                             description="New location of the measurements. Empty: the location has not changed")
+    preset: EnumProperty(name="Preset", default=AS_CHOSEN, options={"HIDDEN", "SKIP_SAVE"},
+                         items=((AS_CHOSEN, "As Chosen", "The settings of the material"), *PRESET_ITEMS),
+                         description="A preset that replaces the settings of the material")
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return is_editable(cls, context)
+
+    @classmethod
+    def description(cls, _context: bpy.types.Context, properties: "MEASUREDBRDF_OT_fit") -> str:
+        text = next((text for name, _, text in PRESET_ITEMS if name == properties.preset), "")
+        return f"Fit with {properties.preset}. {text}" if text else ""
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        path = self.filepath or present(active_material(context)).measured_brdf.filepath
+        if not is_there(bpy.path.abspath(path)) and not bpy.app.background:
+            bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT")
+            return {"CANCELLED"}
+        return self.start(context)
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        return self.run(context)
+
+    def _failed(self, error: Exception) -> OperatorResult:
+        if isinstance(error, SampleUnknownError) and self.options.is_invoke and not bpy.app.background:
+            # the other operator asks, and starts anew
+            bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=self.filepath, for_material=True,
+                                                refit=self.preset)
+            return {"CANCELLED"}
+        return InBackground._failed(self, error)
+
+    def work(self, context: bpy.types.Context) -> process.Calculation:
+        target = present(active_material(context))
+        # meanwhile, the user may rename or remove the material, or change its settings
+        self._target = target.session_uid
+        settings = target.measured_brdf
+        self._choices = SimpleNamespace(**{name: getattr(settings, name) for name in CHOICES})
+        # a damaged .blend may name some that do not exist
+        self._choices.preset = self._choices.preset or "Paper"
+        for name in (*READING, "rendering"):
+            default = settings.bl_rna.properties[name].default
+            setattr(self._choices, name, getattr(self._choices, name) or default)
+        self._choices.filepath = self.filepath or settings.filepath
+        if self.preset != AS_CHOSEN:
+            use_preset(self._choices, self.preset)
+        path, sample = bpy.path.abspath(self._choices.filepath), settings.sample
+        arguments = fit_arguments(self._choices)
+        how = load_arguments(settings)
+        known = queries.known_fit(path, sample, how, arguments)
+        return process.Calculation(partial(tasks.outcome, path, sample, arguments, known=known, how=how,
+                                           edit=edit_arguments(target)))
+
+    def prepare(self, outcome: Outcome) -> Steps:
+        yield 0.95, "Compiling"
+        return outcome, compiler.compile_surface(outcome.surface)
+
+    def apply(self, context: bpy.types.Context, prepared: tuple[Outcome, compiler.Shader]) -> None:
+        outcome, shader = prepared
+        target = by_session_uid(bpy.data.materials, self._target)
+        if target is None or not target.is_editable:
+            raise ValueError("The material has been removed meanwhile")
+        before, space = target.measured_brdf.digest, target.measured_brdf.colours
+        queries.tell_fit(outcome.measured, fit_arguments(self._choices), outcome.fitted)
+        how = rendered.advice(target, present(context.scene)) if material.is_measured(target) else ""
+        material.assign(target, outcome, self._choices, context, shader)
+        told = worth(target.measured_brdf)[0]
+        if before not in ("", outcome.measured.digest) and space == target.measured_brdf.colours:
+            told = f"the measurements differ from those of the previous fit. {told}"
+        self.report({"INFO"}, f"{target.name}: {told}. {how}" if how else f"{target.name}: {told}")
+
+
+class MEASUREDBRDF_OT_find_file(bpy.types.Operator, ImportHelper):
+    """Choose the file of measurements that this material was made from, and fit it again"""
+
+    bl_idname = "measured_brdf.find_file"
+    bl_label = "Find File"
+
+    filter_glob: StringProperty(default=GLOB, options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return is_editable(cls, context)
+
+    def execute(self, _context: bpy.types.Context) -> OperatorResult:
+        bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath)
+        return {"FINISHED"}
+
+
+classes = (MEASUREDBRDF_OT_fit, MEASUREDBRDF_OT_find_file)

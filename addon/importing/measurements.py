@@ -1,0 +1,107 @@
+"""What a material is made from: its file of measurements, how it is fitted, and what the file holds."""
+
+from typing import Any
+
+import bpy
+
+from ...fitter import PRESETS, SampleUnknownError, published
+from ..core import material as materials
+from ..core.active_material import can_change
+from ..core.annotations import present
+from ..core.properties import is_as_fitted, is_preset
+from ..core.reading import draw_reading, other_colours, scene_colours
+from ..core.results import Data
+from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped
+from ..work import modal, queries
+from ..work.job import Job
+from . import fit, presets, samples
+from .compared_presets import draw_cost
+
+
+class MEASUREDBRDF_PT_data(MaterialPanel, bpy.types.Panel):
+    """File, preset and refit; directions, gaps and values of the measurements"""
+
+    bl_label = "Measurements"
+    bl_parent_id = "MEASUREDBRDF_PT_material"
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 60
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, material = present(self.layout), present(context.material)
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        draw_source(layout, material)
+        data = queries.data(material).result
+        if data is None:
+            return
+        layout.label(text=data.description.name)
+        column = layout.column(align=True)
+        for label, text, worrying in data.description.rows():
+            split = column.split(factor=0.3)
+            split.alert = worrying
+            split.label(text=label)
+            split.label(text=text, icon="ERROR" if worrying else "NONE")
+
+
+def draw_source(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
+    """Draw the file of a material, what is wrong with it, and how it is fitted."""
+    settings, fitted = material.measured_brdf, materials.is_measured(material)
+    body = layout.column()
+    body.enabled = can_change(material)
+    data = queries.data(material)
+    _draw_file(body, settings)
+    _draw_state(body, settings, data, fitted)
+    _draw_fit(body, settings, data, fitted)
+
+
+def _draw_file(layout: bpy.types.UILayout, settings: Any) -> None:
+    """Draw which file it is, which sample of it, and how it is read; a published fit has none."""
+    if published.name_in(settings.filepath) is not None:
+        return
+    layout.prop(settings, "filepath")
+    row = layout.row(align=True)
+    row.prop(settings, "sample")
+    row.operator_context = "INVOKE_DEFAULT"
+    row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, text="", icon="VIEWZOOM").for_material = True
+    draw_reading(layout, settings)
+
+
+def _draw_state(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitted: bool) -> None:
+    """Say if the file is being read, cannot be read, or has changed since the fit."""
+    if data.finished is None:
+        layout.label(text="Reading the measurements", icon="TIME")
+    elif isinstance(data.error, SampleUnknownError):
+        draw_warning(layout, str(data.error))
+        row = layout.row()
+        row.operator_context = "INVOKE_DEFAULT"
+        chosen = row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, icon="VIEWZOOM")
+        chosen.for_material, chosen.refit = True, fit.AS_CHOSEN if fitted else ""
+    elif data.error is not None and fitted:
+        draw_wrapped(layout, f"The material renders without its measurements. {data.error}", "INFO")
+        layout.operator(fit.MEASUREDBRDF_OT_find_file.bl_idname, icon="FILE_FOLDER")
+    elif data.error is not None:
+        draw_warning(layout, str(data.error))
+        layout.operator(fit.MEASUREDBRDF_OT_find_file.bl_idname, icon="FILE_FOLDER")
+    elif fitted and (space := other_colours(settings, here := scene_colours())):
+        draw_warning(layout, f"Fitted for colours in {space}; those of this file are in {here}. Refit it")
+    elif fitted and data.result is not None and data.result.digest != settings.digest:
+        draw_warning(layout, "The measurements have changed since the fit. Refit to use them")
+
+
+def _draw_fit(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitted: bool) -> None:
+    """Draw the presets, and the button that fits; what a fit costs, if the material does not have it."""
+    buttons = choices(layout, PRESETS)
+    for name in PRESETS:
+        buttons.operator(presets.MEASUREDBRDF_OT_use_preset.bl_idname, text=name,
+                         depress=is_preset(settings, name)).preset = name
+    row = layout.row(align=True)
+    row.scale_y = 1.3
+    row.enabled = modal.running is None
+    row.operator(fit.MEASUREDBRDF_OT_fit.bl_idname, text="Refit" if fitted else "Fit", icon="SURFACE_DATA")
+    if fitted and not is_as_fitted(settings):
+        draw_wrapped(layout, "The settings have changed since the fit. Refit to use them", "INFO")
+    if not fitted or not is_as_fitted(settings):
+        draw_cost(layout, settings, data.result)
+
+
+classes = (MEASUREDBRDF_PT_data,)

@@ -1,0 +1,70 @@
+"""Choosing a sample of a CURET file by name, in a searchable list."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, StringProperty
+
+from ...fitter import DatasetError
+from ...fitter.formats import list_samples
+from ..core.active_material import active_material, is_editable
+from ..core.annotations import OperatorResult, present
+from ..core.properties import FitChoices
+from ..work.making import HasTarget, begin_with_preference
+from .import_data import given
+
+_items: list[tuple[str, str, str]] = []     # Blender keeps no reference to the strings that an items function returns
+
+
+def _list(_operator: bpy.types.Operator, _context: bpy.types.Context | None) -> list[tuple[str, str, str]]:
+    return _items
+
+
+class MEASUREDBRDF_OT_choose_sample(FitChoices, HasTarget, bpy.types.Operator):
+    """Choose a sample of this file by name"""
+
+    bl_idname = "measured_brdf.choose_sample"
+    bl_label = "Choose Sample"
+    bl_options = {"INTERNAL"}
+    bl_property = "item"
+
+    item: EnumProperty(name="Sample", items=_list, options={"SKIP_SAVE"})
+    for_material: BoolProperty(options={"SKIP_SAVE", "HIDDEN"})
+    refit: StringProperty(options={"SKIP_SAVE", "HIDDEN"})         # the preset to fit with then; empty: do not fit
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        if self._is_refused(context):
+            return {"CANCELLED"}
+        begin_with_preference(self, context)
+        path = self.filepath
+        if self.for_material and not path:
+            path = present(active_material(context)).measured_brdf.filepath
+        try:
+            samples = list_samples(bpy.path.abspath(path))
+        except DatasetError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        if not samples:
+            self.report({"INFO"}, "This file holds only one sample")
+            return {"CANCELLED"}
+        _items[:] = [(name, f"{name}  ({number})", f"CURET sample {number}") for number, name in samples]
+        context.window_manager.invoke_search_popup(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        if self._is_refused(context):
+            return {"CANCELLED"}
+        if not self.for_material:
+            bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **given(self) | {"sample": self.item})
+            return {"FINISHED"}
+        present(active_material(context)).measured_brdf.sample = self.item
+        if self.refit:
+            bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath, preset=self.refit)
+        return {"FINISHED"}
+
+    def _is_refused(self, context: bpy.types.Context) -> bool:
+        refused = self.for_material and not is_editable(type(self), context)
+        if refused:
+            self.report({"ERROR"}, "There is no active material, or it belongs to another file")
+        return refused
+
+
+classes = (MEASUREDBRDF_OT_choose_sample,)

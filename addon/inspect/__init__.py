@@ -1,0 +1,25 @@
+"""The lobe of a material over the 3D view, with the light dragged; and its plane of incidence beside it."""
+
+import bpy
+
+from ..panel import main, menu
+from . import operators, panel, session
+
+_CLASSES = (*operators.classes, *panel.classes)
+_ENTRY = menu.entries((operators.MEASUREDBRDF_OT_inspect, "Inspect Reflectance of Measured BRDF"))
+
+
+def register() -> None:
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+    session.register()
+    menu.MEASUREDBRDF_MT_menu.append(_ENTRY)
+    main.measured.append(panel.draw)
+
+
+def unregister() -> None:
+    main.measured.remove(panel.draw)
+    menu.MEASUREDBRDF_MT_menu.remove(_ENTRY)
+    session.unregister()
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

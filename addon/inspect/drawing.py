@@ -1,0 +1,105 @@
+"""Lines, triangles and text in a region, by Blender's `gpu` and `blf`. They work where there is a window only."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import blf
+import gpu
+import numpy as np
+from gpu_extras.batch import batch_for_shader
+
+from ...fitter.arrays import ArrayLike, FloatArray, IntArray, SingleArray
+from ..core.annotations import present
+
+Color = tuple[float, float, float, float]
+
+_FONT = 0
+
+
+def line(points: ArrayLike, color: Color, width: float, scale: float = 1.0) -> None:
+    """Draw a polyline: (n, 2) or (n, 3); its width in pixels at a scale of 1."""
+    _lines("LINE_STRIP", points, color, width * scale)
+
+
+def strokes(ends: ArrayLike, color: Color, width: float, scale: float = 1.0) -> None:
+    """Draw lines between pairs of points: (2 n, 2) or (2 n, 3)."""
+    _lines("LINES", ends, color, width * scale)
+
+
+def surface(vertices: FloatArray, faces: IntArray, colors: FloatArray) -> None:
+    """Draw triangles: (n, 3), (m, 3) and (n, 3), a colour for each vertex."""
+    shader = gpu.shader.from_builtin("SMOOTH_COLOR")
+    full = np.ones((len(vertices), 4), dtype=np.float32)
+    full[:, :3] = colors
+    _draw(shader, "TRIS", {"pos": _in_space(vertices), "color": full}, faces)
+
+
+def fan(points: ArrayLike, color: Color) -> None:
+    """Fill a convex outline: (n, 2)."""
+    outline = _in_space(points)
+    number = np.arange(1, len(outline) - 1, dtype=np.int32)
+    fill(outline, np.stack([np.zeros_like(number), number, number + 1], axis=-1), color)
+
+
+def discs(centers: FloatArray, radius: float, color: Color, corners: int = 12) -> None:
+    """Fill discs: (n, 2) pixels."""
+    if len(centers) == 0:
+        return
+    turn = np.arange(corners) * 2 * np.pi / corners
+    outline = centers[:, None] + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    one = np.stack([np.zeros(corners - 2), np.arange(1, corners - 1), np.arange(2, corners)], axis=-1)
+    faces = one[None] + corners * np.arange(len(centers))[:, None, None]
+    fill(_in_space(outline.reshape(-1, 2)), faces.reshape(-1, 3).astype(np.int32), color)
+
+
+def fill(vertices: ArrayLike, faces: IntArray, color: Color) -> None:
+    """Draw triangles of one colour: (n, 3) and (m, 3)."""
+    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
+    shader.uniform_float("color", color)
+    _draw(shader, "TRIS", {"pos": _in_space(vertices)}, faces)
+
+
+def text(string: str, at: Sequence[float], size: float, color: Color, align: float = 0.0) -> float:
+    """Draw text: its width.
+
+    Parameters
+    ----------
+    string : str
+    at : (2,)
+        Pixels, of the left end of the base line.
+    size : float
+        Pixels.
+    color : (r, g, b, a)
+    align : float
+        How much of the width lies left of `at`.
+    """
+    blf.size(_FONT, size)
+    width = float(blf.dimensions(_FONT, string)[0])
+    blf.color(_FONT, *color)
+    blf.position(_FONT, round(at[0] - align * width), round(at[1]), 0)
+    blf.draw(_FONT, string)
+    return width
+
+
+def _lines(kind: str, points: ArrayLike, color: Color, width: float) -> None:
+    vertices = _in_space(points)
+    if len(vertices) < 2:
+        return
+    shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
+    shader.uniform_float("viewportSize", present(gpu.state.viewport_get())[2:])
+    shader.uniform_float("lineWidth", width)
+    shader.uniform_float("color", color)
+    _draw(shader, kind, {"pos": vertices})
+
+
+def _draw(shader: gpu.types.GPUShader, kind: Any, content: dict[str, Any], faces: IntArray | None = None) -> None:
+    gpu.state.blend_set("ALPHA")            # drawing of text leaves it off
+    batch_for_shader(shader, kind, content, indices=faces).draw(shader)
+
+
+def _in_space(points: ArrayLike) -> SingleArray:
+    """Points with three coordinates, in single precision, as shaders take them."""
+    given = np.asarray(points, dtype=np.float32)
+    full = np.zeros((len(given), 3), dtype=np.float32)
+    full[:, :given.shape[1]] = given
+    return full

@@ -1,0 +1,207 @@
+"""A running inspection in a window: its draw handlers and timer, and what it asks workers for.
+
+Users may undo, delete, close the area or open a file meanwhile. So nothing of Blender's is kept but what is looked up
+again, and there is one place that takes everything away: `Session.end`.
+"""
+
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+import bpy
+import numpy as np
+from bpy.app.handlers import persistent
+
+from ...fitter import Fit, published
+from ...fitter.arrays import FloatArray
+from ...fitter.colours import COLOURS, DEFAULT
+from ..core import material as materials
+from ..core.annotations import present
+from ..core.beside import beside
+from ..core.transaction import by_session_uid
+from ..work import queries
+from ..work.job import Job
+from . import overlay
+from .inspection import Inspection, Measurements, Shown
+from .plot import Plot, Rectangle, free_part, placed
+from .view import View
+
+INTERVAL = 0.1              # s, between two looks at what workers have answered
+KEYS = ("Drag: Light    Arrows: By 1\u00b0    R: Cube Root or Linear    P: Plot    Ctrl Click: Another Point    "
+        "Esc, Right Mouse: End")
+
+running: "Session | None" = None
+
+
+class Session:
+    """An inspection, and the area that it is drawn in.
+
+    Attributes
+    ----------
+    inspection : Inspection
+    area_key : int
+        Identifies the area while it is open.
+    failed : str
+        What went wrong in drawing; empty if nothing has.
+    """
+
+    def __init__(self, inspection: Inspection, area: bpy.types.Area) -> None:
+        self.inspection = inspection
+        self.area_key = area.as_pointer()
+        self.failed = ""
+        self._waiting = "Reading the fit ..."
+        self._handlers: list[Any] = []
+        self._timer: bpy.types.Timer | None = None
+
+    def begin(self, context: bpy.types.Context) -> None:
+        """Draw from now on."""
+        global running
+        running = self
+        try:
+            for draw, when in ((self._draw_view, "POST_VIEW"), (self._draw_pixels, "POST_PIXEL")):
+                self._handlers.append(
+                    bpy.types.SpaceView3D.draw_handler_add(self._guarded(draw), (), "WINDOW", when))
+            self._timer = context.window_manager.event_timer_add(INTERVAL, window=context.window)
+            if context.workspace is not None:
+                context.workspace.status_text_set(KEYS)
+            self.refresh()
+        except BaseException:
+            self.end()
+            raise
+
+    def end(self) -> None:
+        """Take away everything that is drawn; it may be called again."""
+        global running
+        if running is self:
+            running = None
+        for handler in self._handlers:
+            bpy.types.SpaceView3D.draw_handler_remove(handler, "WINDOW")
+        self._handlers = []
+        if self._timer is not None:
+            bpy.context.window_manager.event_timer_remove(self._timer)
+            self._timer = None
+            for workspace in bpy.data.workspaces:
+                workspace.status_text_set(None)
+        self.redraw()
+
+    def area(self) -> bpy.types.Area | None:
+        """The area, if it is open and still a 3D view."""
+        for window in bpy.context.window_manager.windows:
+            for area in window.screen.areas:
+                if area.as_pointer() == self.area_key and area.type == "VIEW_3D":
+                    return area
+        return None
+
+    def item(self) -> bpy.types.Object | None:
+        """The object, if it is still there."""
+        return by_session_uid(bpy.data.objects, self.inspection.spot.item)
+
+    def material(self) -> bpy.types.Material | None:
+        """The material, if it is still there and measured."""
+        found = by_session_uid(bpy.data.materials, self.inspection.spot.material)
+        return None if found is None or materials.group_node(found) is None else found
+
+    def redraw(self) -> None:
+        """Have the area drawn again."""
+        area = self.area()
+        if area is not None:
+            area.tag_redraw()
+
+    def refresh(self) -> None:
+        """Take what workers have answered, and ask for what is missing."""
+        material, inspection = self.material(), self.inspection
+        if material is None:
+            return
+        job = queries.of_material(material)
+        if job is not None and job.error is not None:
+            self._waiting = str(job.error)
+        other = beside(present(bpy.context.scene), material)
+        changed = inspection.show(_shown(material, job),
+                                  None if other is None else _shown(other, queries.of_material(other)))
+        samples = queries.near_plane(material, inspection.theta_i, inspection.phi_i)
+        if samples is not None and samples.finished is not None:
+            source = "measured" if published.name_in(material.measured_brdf.filepath) is None else "published fit"
+            found = None if samples.result is None else Measurements(*samples.result, source)
+            changed |= found is not inspection.samples and not _same(found, inspection.samples)
+            inspection.samples = found
+        if changed:
+            self.redraw()
+
+    def plot(self, area: bpy.types.Area, region: bpy.types.Region) -> Plot:
+        """Where the plot is in a region."""
+        others = [_rectangle(each) for each in area.regions
+                  if each.type != "WINDOW" and min(each.width, each.height) > 1]
+        return placed(free_part(_rectangle(region), others), self.inspection.side,
+                      bpy.context.preferences.system.ui_scale, len(self.inspection.fits) or 1)
+
+    def frame(self) -> FloatArray | None:
+        """The frame of the surface in the world; None without the object."""
+        item = self.item()
+        return None if item is None else self.inspection.spot.frame(np.array(item.matrix_world))
+
+    def _guarded(self, draw: Callable[[bpy.types.Area, bpy.types.Region, FloatArray], None]) -> Callable[[], None]:
+        """What Blender calls: nothing raises in it."""
+        def guarded() -> None:
+            area, region = bpy.context.area, bpy.context.region
+            if self.failed or area is None or region is None or area.as_pointer() != self.area_key:
+                return
+            try:
+                frame = self.frame()
+                if frame is not None and self.material() is not None:
+                    draw(area, region, frame)
+            except Exception as error:
+                traceback.print_exception(error)
+                self.failed = f"{type(error).__name__}: {error}"
+        return guarded
+
+    def _draw_view(self, _area: bpy.types.Area, _region: bpy.types.Region, frame: FloatArray) -> None:
+        data = present(bpy.context.region_data)
+        overlay.draw_lobe(self.inspection, frame, np.array(data.view_matrix)[:3, :3],
+                          bpy.context.preferences.system.ui_scale)
+
+    def _draw_pixels(self, area: bpy.types.Area, region: bpy.types.Region, frame: FloatArray) -> None:
+        overlay.draw_labels(self.inspection, frame, view_of(region, bpy.context.region_data),
+                            bpy.context.preferences.system.ui_scale)
+        if self.inspection.with_plot:
+            overlay.draw_plot(self.inspection, self.plot(area, region), self._waiting)
+
+
+def view_of(region: bpy.types.Region, data: Any) -> View:
+    """What a region of a 3D view shows, by its `RegionView3D`."""
+    return View(np.array(data.perspective_matrix, dtype=float), region.width, region.height)
+
+
+def stop() -> None:
+    """End the running inspection, if there is one."""
+    if running is not None:
+        running.end()
+
+
+def _shown(material: bpy.types.Material, job: Job[Fit] | None) -> Shown | None:
+    if job is None or job.result is None:
+        return None
+    space = material.measured_brdf.colours
+    return Shown(job.result, material.name, space if space in COLOURS else DEFAULT)
+
+
+def _same(one: Measurements | None, other: Measurements | None) -> bool:
+    return (one is not None and other is not None and one.theta_i == other.theta_i
+            and np.array_equal(one.values, other.values))
+
+
+def _rectangle(region: bpy.types.Region) -> Rectangle:
+    return region.x, region.y, region.width, region.height
+
+
+@persistent
+def _on_load(_file: object) -> None:
+    stop()
+
+
+def register() -> None:
+    bpy.app.handlers.load_pre.append(_on_load)
+
+
+def unregister() -> None:
+    stop()
+    bpy.app.handlers.load_pre.remove(_on_load)

@@ -1,0 +1,194 @@
+"""A spot of an object's surface, with normal and tangent as Cycles has them there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from ...fitter.arrays import ArrayLike, FloatArray
+from ..core import material as materials
+from ..core import tangents
+from ..core.annotations import present
+
+_LEAST = 1e-9               # length of a tangent that says something
+
+
+@dataclass(frozen=True, eq=False)
+class Spot:
+    """A spot of a surface; it moves with its object.
+
+    Attributes
+    ----------
+    item, material : int
+        The `session_uid` of the object, and of the material that it has there.
+    location, normal, tangent : (3,) float64
+        In the coordinates of the object. The tangent is turned into the surface when it is used.
+    as_normal : bool
+        Whether the tangent goes to the world as normals do: Cycles' default does, that of a node as a direction.
+    turn : float
+        By how much the material turns the tangent, counter-clockwise, radians.
+    origin : str
+        Where the tangent comes from, for users.
+    """
+
+    item: int
+    material: int
+    location: FloatArray
+    normal: FloatArray
+    tangent: FloatArray
+    as_normal: bool
+    turn: float
+    origin: str
+
+    def frame(self, world: ArrayLike) -> FloatArray:
+        """The frame of the surface in the world: x is the tangent, z the normal, and the last column the spot.
+
+        Parameters
+        ----------
+        world : (4, 4) array_like
+            From the object to the world.
+
+        Returns
+        -------
+        (4, 4) float64
+        """
+        matrix = np.array(world, dtype=float)
+        of_normals = np.linalg.pinv(matrix[:3, :3]).T
+        normal = _unit(of_normals @ self.normal, np.array([0.0, 0.0, 1.0]))
+        given = (of_normals if self.as_normal else matrix[:3, :3]) @ self.tangent
+        tangent = given - (given @ normal) * normal
+        if np.linalg.norm(tangent) <= _LEAST * np.linalg.norm(given):
+            tangent = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+        x = _unit(tangent, tangent)
+        y = np.cross(normal, x)
+        x, y = (math.cos(self.turn) * x + math.sin(self.turn) * y, math.cos(self.turn) * y - math.sin(self.turn) * x)
+        frame = np.eye(4)
+        frame[:3] = np.stack([x, y, normal, (matrix @ np.append(self.location, 1))[:3]], axis=-1)
+        return frame
+
+
+def under_ray(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: FloatArray,
+              direction: FloatArray) -> Spot | None:
+    """The first spot of an object on a ray in the world; None if it does not meet its surface."""
+    evaluated = item.evaluated_get(depsgraph)
+    inverse = np.linalg.pinv(np.array(evaluated.matrix_world))
+    local = (inverse @ np.append(origin, 1))[:3], inverse[:3, :3] @ direction
+    found, location, _, face = evaluated.ray_cast(*(Vector(each.tolist()) for each in local))
+    return _spot(item, evaluated, np.array(location), face, -direction) if found else None
+
+
+def nearest(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph, point: ArrayLike,
+            toward: FloatArray) -> Spot | None:
+    """The spot of an object's surface that is nearest to a point in the world; None if it has no surface.
+
+    Parameters
+    ----------
+    item : bpy.types.Object
+    depsgraph : bpy.types.Depsgraph
+    point : (3,) array_like
+    toward : (3,) float64
+        To the viewer, whose side of the surface is taken.
+    """
+    evaluated = item.evaluated_get(depsgraph)
+    inverse = np.linalg.pinv(np.array(evaluated.matrix_world))
+    local = (inverse @ np.append(point, 1))[:3]
+    found, location, _, face = evaluated.closest_point_on_mesh(Vector(local.tolist()))
+    return _spot(item, evaluated, np.array(location), face, toward) if found else None
+
+
+def _spot(item: bpy.types.Object, evaluated: bpy.types.Object, location: FloatArray, face: int,
+          toward: FloatArray) -> Spot:
+    mesh: Any = evaluated.data
+    corners, weights = _triangle(mesh, face, location)
+    matrix = np.array(evaluated.matrix_world)[:3, :3]
+    # Cycles takes the normals of corners to the world, makes them of length 1, and interpolates then
+    at_corners = np.array([mesh.corner_normals[corner].vector for corner in corners]) @ np.linalg.pinv(matrix)
+    at_corners /= np.maximum(np.linalg.norm(at_corners, axis=1, keepdims=True), 1e-30)
+    normal = (weights @ at_corners) @ matrix
+    seen = np.linalg.pinv(matrix) @ toward
+    if np.array(mesh.polygons[face].normal) @ seen < 0:
+        normal = -normal                    # as a renderer does that sees the back
+    slots = evaluated.material_slots
+    found = slots[min(mesh.polygons[face].material_index, len(slots) - 1)].material if len(slots) else None
+    if found is None or materials.group_node(found) is None:
+        found = item.active_material
+    material = present(present(found).original)
+    tangent, as_normal, origin = _tangent(material, evaluated, corners, weights)
+    return Spot(item.session_uid, material.session_uid, location, normal, tangent, as_normal, _turn(material), origin)
+
+
+def _triangle(mesh: bpy.types.Mesh, face: int, location: FloatArray) -> tuple[list[int], FloatArray]:
+    """The corners of the triangle of a face that a location is in, and its barycentric coordinates: (3,)."""
+    mesh.calc_loop_triangles()
+    of_face = np.empty(len(mesh.loop_triangles), dtype=np.int32)
+    mesh.loop_triangles.foreach_get("polygon_index", of_face)
+    found: list[tuple[float, list[int], FloatArray]] = []
+    for index in np.flatnonzero(of_face == face).tolist():
+        triangle = mesh.loop_triangles[index]
+        a, b, c = (np.array(mesh.vertices[vertex].co) for vertex in triangle.vertices)
+        (u, v), *_ = np.linalg.lstsq(np.stack([b - a, c - a], axis=-1), location - a, rcond=None)
+        weights = np.array([1 - u - v, u, v])
+        found.append((float(weights.min()), list(triangle.loops), weights))
+    _, corners, weights = max(found, key=lambda each: each[0])
+    weights = np.maximum(weights, 0)
+    return corners, weights / weights.sum()
+
+
+def _tangent(material: bpy.types.Material, evaluated: bpy.types.Object, corners: list[int],
+             weights: FloatArray) -> tuple[FloatArray, bool, str]:
+    """The tangent in the coordinates of the object, whether it is taken to the world as a normal, and where it comes
+    from."""
+    socket = materials.tangent_input(material)
+    node: Any = tangents.node_of(material) if socket is not None else None
+    axis, origin = "Z", "around Z"
+    if node is not None and node.type == "TANGENT":
+        if node.direction_type == "UV_MAP":
+            along = _along_u(evaluated, corners, weights, node.uv_map)
+            if along is not None:
+                return along, False, "of the UV map"
+            origin = "around Z, because the UV map has none here"
+        else:
+            axis, origin = node.axis, f"around {node.axis}"
+    elif node is not None:
+        origin = "around Z here; in renders, from nodes"
+    mesh = evaluated.data
+    at = weights @ np.array([mesh.vertices[mesh.loops[corner].vertex_index].undeformed_co for corner in corners])
+    x, y, z = (at - np.array(mesh.texspace_location)) / np.maximum(np.array(mesh.texspace_size), 1e-9)
+    return np.array({"X": (0, -z, y), "Y": (-z, 0, x), "Z": (-y, x, 0)}[axis]), node is None, origin
+
+
+def _along_u(evaluated: bpy.types.Object, corners: list[int], weights: FloatArray, name: str) -> FloatArray | None:
+    """The direction in which U grows on a triangle, in the coordinates of the object."""
+    mesh = evaluated.to_mesh()              # a copy: tangents are written into the mesh that they are asked of
+    try:
+        layers = mesh.uv_layers
+        layer = layers.get(name) if name else next((each for each in layers if each.active_render), layers.active)
+        if layer is None:
+            return None
+        uv = np.array([layer.uv[corner].vector for corner in corners])
+        try:
+            mesh.calc_tangents(uvmap=layer.name)
+            along = weights @ np.array([mesh.loops[corner].tangent for corner in corners])
+        except RuntimeError:                # a mesh with faces of more than four corners
+            at = np.array([mesh.vertices[mesh.loops[corner].vertex_index].co for corner in corners])
+            along = np.linalg.lstsq(uv[1:] - uv[0], at[1:] - at[0], rcond=None)[0][0]
+    finally:
+        evaluated.to_mesh_clear()
+    return along if np.linalg.norm(along) > _LEAST else None
+
+
+def _turn(material: bpy.types.Material) -> float:
+    """The material's Rotation as an angle; that of a texture is not known, and 0."""
+    node = materials.group_node(material)
+    socket: Any = None if node is None else node.inputs.get("Rotation")
+    return 0.0 if socket is None or socket.is_linked else 2 * math.pi * float(socket.default_value)
+
+
+def _unit(vector: FloatArray, otherwise: FloatArray) -> FloatArray:
+    length = np.linalg.norm(vector)
+    return np.asarray(vector / length if length > 0 else otherwise)

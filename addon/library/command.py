@@ -1,0 +1,199 @@
+"""Commands for measurements in folders: an asset library of them, renders of them, and what they are."""
+
+import argparse
+import sys
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import bpy
+
+from ...fitter import PRESETS, cli
+from ...fitter.colours import DEFAULT
+from ..core import assets, library_file, look, osl_support
+from ..core import material as materials
+from ..core.properties import (
+    AUTOMATIC,
+    CHOICES,
+    LEVELS,
+    NO_SPECULAR_LEVEL,
+    RENDERINGS,
+    Choices,
+    fit_arguments,
+    rendering_named,
+    use_preset,
+)
+from ..core.reading import load_arguments, scene_colours, use_reading
+from ..work import tasks
+from ..work.command import Row, quiet, report_of, summary
+from ..work.discovery import Failure, Source, sources_in
+from . import batch
+
+_TOLERANCE = 0.05           # where it is not used
+
+
+def add(commands: Any) -> None:
+    """Add the commands to the parsers of all."""
+    convert = commands.add_parser("convert", help="make an asset library of all measurements in folders")
+    _add_inputs(convert)
+    convert.add_argument("-o", "--out", required=True, help="the .blend to write; fits are saved beside it, and "
+                                                            "up-to-date materials are kept")
+    convert.add_argument("--prune", action="store_true",
+                         help="remove unused materials of an earlier run whose measurements are no longer in PATH")
+    convert.add_argument("--processes", type=_count, default=batch.PROCESSES, metavar="N", help="default: %(default)s")
+    convert.add_argument("--shard", type=_shard, default=(1, 1), metavar="I/N",
+                         help="make only the I-th of N parts, in a .blend of its own")
+    convert.add_argument("--force", action="store_true",
+                         help="if a file with that name is not a library, rename it to NAME.blend.kept1 and continue")
+    convert.set_defaults(run=_convert, opens_files=True)
+
+    render = commands.add_parser("render", help="render a sphere of each material with Cycles")
+    _add_inputs(render)
+    render.add_argument("-o", "--out", required=True, help="the folder to write pictures into")
+    render.add_argument("--size", type=int, default=512, help="in pixels, default: %(default)s")
+    render.add_argument("--samples", type=int, default=256, help="per pixel, default: %(default)s")
+    render.set_defaults(run=_render)
+
+    save = commands.add_parser("save")          # for the operator Save to Asset Library
+    save.add_argument("source")
+    save.add_argument("out")
+    save.add_argument("--force", action="store_true")
+    save.set_defaults(run=_save, opens_files=True)
+
+    info = commands.add_parser("info", help="describe measurements")
+    info.add_argument("paths", nargs="+", metavar="PATH", help="files or folders")
+    cli.add_reading(info)
+    info.set_defaults(run=_info)
+
+
+def _add_inputs(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("paths", nargs="+", metavar="PATH", help="files or folders of measurements")
+    parser.add_argument("--preset", choices=PRESETS, default="Standard", help="default: %(default)s")
+    parser.add_argument("--diffuse-level", type=int, metavar="D", help="level of the dense lattice, 0 to 8")
+    parser.add_argument("--specular-level", type=_level_or_none, metavar="S",
+                        help="level of the sparse lattice, 0 to 8, or 'none'")
+    parser.add_argument("--compression", type=float, metavar="C", help="percentage of the sparse lattice to drop")
+    parser.add_argument("--tolerance", type=float, metavar="T",
+                        help="choose the smallest fit with this RMSE at the samples (1/sr), instead of setting levels")
+    parser.add_argument("--rendering", type=rendering_named, choices=[key for key, *_ in RENDERINGS],
+                        default=AUTOMATIC,
+                        help="how materials are rendered: exactly where Cycles has OSL, by closure nodes, or AUTO: "
+                             "exactly where Cycles has OSL and by nodes elsewhere; default: %(default)s")
+    cli.add_reading(parser, None)
+
+
+def _level_or_none(text: str) -> int:
+    return NO_SPECULAR_LEVEL if text.lower() == "none" else int(text)
+
+
+def _count(text: str) -> int:
+    if int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text}: expected at least 1")
+    return int(text)
+
+
+def _shard(text: str) -> tuple[int, int]:
+    part, parts = map(int, text.split("/"))
+    if not 1 <= part <= parts:
+        raise argparse.ArgumentTypeError(f"{text}: expected I/N with I from 1 to N")
+    return part, parts
+
+
+def _choices(options: argparse.Namespace) -> Choices:
+    """The choices that the options ask for."""
+    choices: Choices = SimpleNamespace(**dict.fromkeys(CHOICES))
+    use_preset(choices, options.preset)
+    for name in LEVELS:
+        if getattr(options, name) is not None:
+            setattr(choices, name, getattr(options, name))
+    choices.use_tolerance = options.tolerance is not None
+    choices.tolerance = options.tolerance if choices.use_tolerance else _TOLERANCE
+    choices.rendering = options.rendering
+    use_reading(choices, **{name: value for name, value in cli.reading_of(options).items() if name != "colours"})
+    return choices
+
+
+def _convert(options: argparse.Namespace) -> int:
+    _say_without_osl()
+    sources, failures = sources_in(options.paths)
+    part, parts = options.shard
+    out = Path(options.out).resolve()
+    may_be_empty = parts > 1 and len(sources) > 0
+    if parts > 1:       # all failures stay known to each part: it may hold older materials of those files
+        sources = _share(sources, failures, part, parts)
+        out = out.with_name(f"{out.stem}-{part}of{parts}.blend")
+    total, report = len(sources), report_of(options)
+    with quiet():
+        steps = batch.convert(bpy.context, sources, failures, _choices(options), out, options.processes, options.force,
+                              options.prune, options.colours or scene_colours() or DEFAULT)
+        while True:
+            try:
+                progress = next(steps)
+            except StopIteration as end:
+                rows = end.value
+                break
+            if report:
+                report.progress(*progress)
+            else:
+                cli.show_progress(round(total * progress.fraction), max(total, 1), progress.doing)
+            time.sleep(0.02)
+    if report:
+        report.result({"rows": rows, "path": str(out)})
+    return summary(rows, out, may_be_empty)
+
+
+def _share(sources: Iterable[Source], failures: Iterable[Failure], part: int, parts: int) -> list[Source]:
+    """The sources of one shard. Unreadable files are counted, so that the others stay in their shards."""
+    places = sorted([*sources, *failures], key=lambda place: place.path)[part - 1::parts]
+    return [place for place in places if isinstance(place, Source)]
+
+
+def _save(options: argparse.Namespace) -> int:
+    with quiet():
+        names = library_file.merge(options.source, Path(options.out).resolve(), options.force)
+    if report := report_of(options):
+        rows = [Row(name, "saved") for name in names]
+        report.result({"path": str(options.out), "rows": rows})
+    return 0
+
+
+def _render(options: argparse.Namespace) -> int:
+    _say_without_osl()
+    sources, failures = sources_in(options.paths)
+    choices, out = _choices(options), Path(options.out)
+    how = {**load_arguments(choices), **({"colours": options.colours} if options.colours else {})}
+    out.mkdir(parents=True, exist_ok=True)
+    rows = [Row(Path(name).name, f"failed: {error}") for name, _, error in failures]
+    scene = look.scene_for(look.SPHERE, look.STUDIO, None, options.size, options.samples)
+    for number, (path, sample) in enumerate(sources):
+        cli.show_progress(number, len(sources), sample or Path(path).name)
+        choices.filepath, choices.sample = path, sample
+        try:
+            with quiet():
+                made = tasks.outcome(path, sample, fit_arguments(choices), how=how)
+                item = materials.create(made, choices, bpy.context)
+                look.render(scene, item, out.resolve() / f"{assets.file_name(item.name)}.png", tasks.silent)
+        except (ValueError, RuntimeError) as error:
+            rows.append(Row(f"{Path(path).name} {sample}".strip(), f"failed: {error}"))
+        else:
+            rows.append(batch.row(item, "rendered"))
+            materials.remove(item)
+    cli.show_progress(len(sources), max(len(sources), 1), "")
+    return summary(rows, out)
+
+
+def _info(options: argparse.Namespace) -> int:
+    sources, failures = sources_in(options.paths)
+    for path in dict.fromkeys(path for path, _ in sources):
+        how = [f"--{name}={value}" for name, value in cli.reading_of(options).items() if value is not None]
+        cli.main(["info", path, *how])
+    for _, _, error in failures:
+        print(f"error: {error}", file=sys.stderr)
+    return int(bool(failures))
+
+
+def _say_without_osl() -> None:
+    if osl_support.missing():
+        print(f"note: {osl_support.missing()}", file=sys.stderr)

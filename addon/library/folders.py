@@ -1,0 +1,62 @@
+"""Converts a folder of measurements to an asset library."""
+
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bpy.props import StringProperty
+
+from ..core import preferences
+from ..core.annotations import OperatorResult
+from ..core.properties import NO_SPECULAR_LEVEL
+from ..core.reading import load_arguments
+from ..work.blender_process import Command
+from ..work.command import DONE
+from ..work.making import FromFolder
+from ..work.modal import InBackground
+from .operators import ReplacesFile
+
+
+class MEASUREDBRDF_OT_convert_folder(FromFolder, ReplacesFile, InBackground, bpy.types.Operator):
+    """Make an asset library of all measurements in a folder: a .blend of materials with thumbnails. \
+The open file does not change"""
+
+    bl_idname = "measured_brdf.convert_folder"
+    bl_label = "Convert Folder to Asset Library"
+    bl_options = {"REGISTER"}
+
+    library: StringProperty(name="Library", subtype="FILE_PATH",
+                            description="The .blend to write. Empty: a .blend with the name of the folder, in the "
+                                        "asset library of the preferences, or in the folder itself")
+
+    def begin(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
+        return self.confirm(event, self._path(context)) or self.start(context)
+
+    def work(self, context: bpy.types.Context) -> Command:
+        folder, path = self.checked_folder(), self._path(context)
+        self.check_replaceable(path)
+        level = "none" if self.specular_level == NO_SPECULAR_LEVEL else self.specular_level
+        options: list[object] = ["--preset", self.preset, "--diffuse-level", self.diffuse_level,
+                                 "--specular-level", level, "--compression", round(self.compression, 4)]
+        if self.use_tolerance:
+            options += ["--tolerance", round(self.tolerance, 7)]
+        for name, value in load_arguments(self).items():
+            options += [] if value is None else [f"--{name}", value]
+        return Command("convert", folder, "-o", path, *options, *self.force_option())
+
+    def apply(self, _context: bpy.types.Context, result: dict[str, Any]) -> None:
+        rows, path = result["rows"], result["path"]
+        failed = [(name, status) for name, status, *_ in rows if status.startswith("failed")]
+        for name, status in failed:
+            self.report({"WARNING"}, f"{name} {status}")
+        self.report({"INFO"}, f"{path}: {sum(status in DONE for _, status, *_ in rows)} materials; {len(failed)} "
+                    "files failed")
+
+    def _path(self, context: bpy.types.Context) -> Path:
+        """The library to write."""
+        folder = Path(bpy.path.abspath(self.directory))
+        home = Path(bpy.path.abspath(preferences.get(context).asset_library or str(folder)))
+        return Path(bpy.path.abspath(self.library)) if self.library else home / f"{folder.name}.blend"
+
+
+classes = (MEASUREDBRDF_OT_convert_folder,)

@@ -1,0 +1,265 @@
+"""The node group of a mix of two measured materials, which holds the groups of both.
+
+Both have their share. Where Cycles renders with OSL and has no room for the closures of both (osl/mix.osl), one of them
+renders each sample, as often as its share is: the other is given a strength of 0, and returns at once. The materials
+that are mixed may be mixes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import cast
+
+import bpy
+import numpy as np
+from bpy.app.handlers import persistent
+
+from ...fitter.cycles.bake import mix_source
+from ..core import lamps, node_group, osl_support
+from ..core.annotations import present
+from ..core.transaction import new_data_removed_on_error
+
+FACTOR = "Factor"
+_SCRIPT = "Measured BRDF Mix Shader"
+_PARTS = "First", "Second"              # nodes; and custom properties of the group, which hold the materials
+_COUNT = "mixed"                        # custom property of the group: how many measured BRDFs it holds
+_LOOKS = "Tint", "Strength", "Rotation" # inputs that change the look by their values
+_ERRORS = node_group.NODES_ERROR, node_group.NODES_WORST, node_group.EEVEE_ERROR, node_group.EEVEE_WORST
+
+
+def create(first: bpy.types.Material, first_node: bpy.types.Node, second: bpy.types.Material,
+           second_node: bpy.types.Node, factor: float) -> bpy.types.NodeTree:
+    """Make a node group that mixes what two materials show: the nodes of their measured groups, or of mixes.
+
+    Of the nodes' inputs it takes the factor of a mix; the others are inputs of the new group.
+
+    Raises
+    ------
+    CompileError
+        If this Blender cannot compile its shader; the file then stays as it was.
+    """
+    with new_data_removed_on_error():
+        tree = bpy.data.node_groups.new(f"{first.name} + {second.name}", "ShaderNodeTree")
+        for name, material in zip(_PARTS, (first, second), strict=True):
+            tree[name] = material
+        first_tree, second_tree = present(first_node.node_tree), present(second_node.node_tree)
+        tree[_COUNT] = count(first_tree) + count(second_tree)
+        _fill(tree, first_tree, second_tree, factor)
+        for name, node in zip(_PARTS, (first_node, second_node), strict=True):
+            if FACTOR in node.inputs:
+                tree.nodes[name].inputs[FACTOR].default_value = node.inputs[FACTOR].default_value
+        _remember_errors(tree)
+    return tree
+
+
+def is_mix(tree: bpy.types.NodeTree | None) -> bool:
+    """Whether `create` made a node group."""
+    return tree is not None and tree.get(_COUNT) is not None and all(name in tree.nodes for name in _PARTS)
+
+
+def count(tree: bpy.types.NodeTree) -> int:
+    """How many measured BRDFs a group holds."""
+    return int(tree.get(_COUNT, 1))
+
+
+def left_behind(node: bpy.types.Node) -> list[str]:
+    """The inputs of a material's node that a mix does not take over, and that were connected or changed."""
+    tree = present(node.node_tree)
+    defaults = {item.name: item.default_value for item in _sockets(tree)
+                if item.in_out == "INPUT" and item.name in _LOOKS}
+    return [socket.name for socket in node.inputs if socket.is_linked
+            or (socket.name in defaults and not np.array_equal(socket.default_value, defaults[socket.name]))]
+
+
+def parts(tree: bpy.types.NodeTree) -> tuple[bpy.types.Material | None, bpy.types.Material | None]:
+    """The materials that a group mixes; None for one that has been deleted."""
+    first, second = (tree.get(name) for name in _PARTS)
+    return first, second
+
+
+def keep(*followed: bpy.types.Material) -> None:
+    """Have materials that mixes follow saved with the file, though nothing else uses them.
+
+    Windows of Blender (5.2) forget the user that a group's custom property is, after a second or so, and a material
+    without users is not saved.
+    """
+    for material in followed:
+        if material.library is None:
+            material.use_fake_user = True
+
+
+@persistent
+def _keep_all(*_: object) -> None:
+    """Before a file is saved, which an earlier version may have made."""
+    for tree in bpy.data.node_groups:
+        if is_mix(tree) and tree.library is None:
+            keep(*(material for material in parts(tree) if material is not None))
+
+
+def register() -> None:
+    bpy.app.handlers.save_pre.append(_keep_all)
+
+
+def unregister() -> None:
+    if _keep_all in bpy.app.handlers.save_pre:
+        bpy.app.handlers.save_pre.remove(_keep_all)
+
+
+@contextmanager
+def following(material: bpy.types.Material, before: bpy.types.NodeTree | None,
+              after: bpy.types.NodeTree) -> Iterator[None]:
+    """Give mixes of a material its new group in the place of the former one; if the block raises, the former again."""
+    changed: list[bpy.types.Node] = []
+    try:
+        for tree in bpy.data.node_groups:
+            if before is None or before == after or not is_mix(tree) or not tree.is_editable:
+                continue
+            for name in _PARTS:
+                if tree.get(name) == material and tree.nodes[name].node_tree == before:
+                    changed.append(tree.nodes[name])
+                    tree.nodes[name].node_tree = after
+        _renew(changed)
+        yield
+        waiting = [cast(bpy.types.NodeTree, node.id_data) for node in changed]
+        for mix in waiting:             # and mixes of mixes
+            _update_inputs(mix)
+            waiting += [holder for node in _nodes_of(mix) if is_mix(holder := cast(bpy.types.NodeTree, node.id_data))]
+    except BaseException:
+        for node in changed:
+            node.node_tree = before
+        _renew(changed)
+        raise
+
+
+def _renew(changed: list[bpy.types.Node]) -> None:
+    """Complete the mixes whose nodes have been given other groups."""
+    for node in changed:
+        mix = cast(bpy.types.NodeTree, node.id_data)
+        _connect(mix)
+        _remember_errors(mix)
+
+
+def _update_inputs(mix: bpy.types.NodeTree) -> None:
+    """Give a mix the inputs of its new groups, in the place of those that only groups of older versions had."""
+    sockets = present(mix.interface)
+    own = {item.name: item for item in _sockets(mix) if item.in_out == "INPUT"}
+    offered = {item.name: item for name in reversed(_PARTS) for item in _sockets(present(mix.nodes[name].node_tree))
+               if item.in_out == "INPUT"}
+    for name in offered.keys() - own.keys() - {FACTOR}:
+        _copy_socket(sockets, offered[name])
+    for node in _nodes_of(mix):
+        if node_group.is_formerly_fast(node):
+            node.inputs["Nodes"].default_value = True
+    if node_group.FORMER_EXACT in own and node_group.FORMER_EXACT not in offered:
+        sockets.remove(own[node_group.FORMER_EXACT])
+    _connect(mix)
+
+
+def _nodes_of(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
+    """The nodes of this file's materials and groups that hold a group."""
+    trees = [*(item.node_tree for item in bpy.data.materials), *bpy.data.node_groups]
+    for each in trees:
+        if each is not None and each.is_editable:
+            yield from (node for node in each.nodes if node.type == "GROUP" and node.node_tree == tree)
+
+
+def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types.NodeTree, factor: float) -> None:
+    sockets = present(tree.interface)
+    sockets.new_socket(node_group.CYCLES, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
+        "The surface for Cycles")
+    sockets.new_socket(node_group.EEVEE, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
+        "The surface for EEVEE")
+    mixed = sockets.new_socket(FACTOR, in_out="INPUT", socket_type="NodeSocketFloat")
+    mixed.subtype, mixed.default_value, mixed.min_value, mixed.max_value = "FACTOR", factor, 0, 1
+    mixed.description = f"Share of {second.name}; connect a mask to it"
+    seen = {FACTOR}
+    for part in (first, second):
+        for item in _sockets(part):
+            if item.in_out == "INPUT" and item.name not in seen:
+                seen.add(item.name)
+                _copy_socket(sockets, item)
+    script, source, output = (tree.nodes.new(f"{kind}") for kind in ("ShaderNodeScript", "NodeGroupInput",
+                                                                     "NodeGroupOutput"))
+    script.name = script.label = _SCRIPT
+    source.location, script.location, output.location = (-900, 0), (-600, 250), (900, 0)
+    script.mode = "INTERNAL"
+    if not osl_support.missing():               # else it stays empty
+        node_group.compile_node(script, bpy.data.texts.new(f"{_SCRIPT}.osl"), mix_source())
+    share, rest = tree.nodes.new("ShaderNodeClamp"), _math(tree, "SUBTRACT", -600, -20)
+    share.location, rest.inputs[0].default_value = (-600, -300), 1
+    tree.links.new(source.outputs[FACTOR], share.inputs["Value"])
+    tree.links.new(share.outputs[0], rest.inputs[1])
+    for number, (name, part, share_of) in enumerate(((_PARTS[0], first, rest.outputs[0]),
+                                                     (_PARTS[1], second, share.outputs[0]))):
+        y = -300 * number
+        picked = tree.nodes.new("ShaderNodeMix")        # of floats: 0, the share, without the script node
+        picked.location, picked.inputs[0].default_value = (-350, y), 0
+        strength = _math(tree, "MULTIPLY", -150, y)
+        node = tree.nodes.new("ShaderNodeGroup")
+        node.name, node.node_tree, node.location, node.width = name, part, (50, y), 200
+        tree.links.new(share_of, picked.inputs[2])
+        tree.links.new(picked.outputs[0], strength.inputs[1])
+        tree.links.new(source.outputs["Strength"], strength.inputs[0])
+        if script.outputs:
+            tree.links.new(script.outputs["Active"], picked.inputs[0])
+            tree.links.new(script.outputs[name], picked.inputs[3])
+        strength.name = f"{name} Strength"
+    if script.outputs:
+        tree.links.new(source.outputs[FACTOR], script.inputs["Factor"])
+        script.inputs["Mixed"].default_value = tree[_COUNT]
+        scene_lamps = tree.nodes.new("ShaderNodeGroup")
+        scene_lamps.node_tree = lamps.node_tree()
+        scene_lamps.location, scene_lamps.hide = (-900, 250), True
+        tree.links.new(scene_lamps.outputs["Frugal"], script.inputs["Frugal"])
+    for number, name in enumerate((node_group.CYCLES, node_group.EEVEE)):
+        both = tree.nodes.new("ShaderNodeAddShader")
+        both.name, both.location = name, (500, -200 * number)
+        tree.links.new(both.outputs[0], output.inputs[name])
+    _connect(tree)
+
+
+def _connect(tree: bpy.types.NodeTree) -> None:
+    """Connect the groups of both materials: links to sockets that a new group has not are gone with the former one."""
+    source = next(node for node in tree.nodes if node.type == "GROUP_INPUT")
+    for number, name in enumerate(_PARTS):
+        node = tree.nodes[name]
+        for socket in node.inputs:
+            given = (tree.nodes[f"{name} Strength"].outputs[0] if socket.name == "Strength"
+                     else source.outputs.get(socket.name) if socket.name != FACTOR else None)
+            if given is not None and not socket.is_linked:
+                tree.links.new(given, socket)
+        for output in (node_group.CYCLES, node_group.EEVEE):
+            if output in node.outputs and not tree.nodes[output].inputs[number].is_linked:
+                tree.links.new(node.outputs[output], tree.nodes[output].inputs[number])
+
+
+def _sockets(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTreeInterfaceSocket]:
+    """The inputs and outputs of a group."""
+    return [cast(bpy.types.NodeTreeInterfaceSocket, item) for item in present(tree.interface).items_tree
+            if item.item_type == "SOCKET"]
+
+
+def _copy_socket(sockets: bpy.types.NodeTreeInterface, item: bpy.types.NodeTreeInterfaceSocket) -> None:
+    new = sockets.new_socket(item.name, in_out="INPUT", socket_type=item.socket_type)
+    new.description = item.description
+    for name in ("subtype", "default_value", "min_value", "max_value", "hide_value"):
+        if hasattr(item, name):
+            setattr(new, name, getattr(item, name))
+
+
+def _math(tree: bpy.types.NodeTree, operation: str, x: float, y: float) -> bpy.types.Node:
+    node = tree.nodes.new("ShaderNodeMath")
+    node.operation, node.location = operation, (x, y)
+    return node
+
+
+def _remember_errors(tree: bpy.types.NodeTree) -> None:
+    """What `rendered` says of a group: the larger error of both."""
+    trees = [present(tree.nodes[name].node_tree) for name in _PARTS]
+    for name in _ERRORS:
+        known = [value for each in trees if (value := each.get(name)) is not None]
+        if len(known) == len(trees):
+            tree[name] = max(known)
+        elif tree.get(name) is not None:
+            del tree[name]

@@ -1,0 +1,90 @@
+"""Materials that mix two measured ones, and what the rest of the extension asks about them."""
+
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+
+import bpy
+import numpy as np
+
+from ..core import export_surface, lamps, mixing
+from ..core import material as materials
+from ..core.annotations import present
+from ..core.transaction import new_data_removed_on_error
+from . import mix_group
+
+
+def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, mask: bpy.types.Image | None,
+        context: bpy.types.Context) -> bpy.types.Material:
+    """Make a material that mixes two that show measured BRDFs, by a factor or by the brightness of an image.
+
+    Raises
+    ------
+    compiler.CompileError
+        If this Blender cannot compile the shader of their shares; the file then stays as it was.
+    """
+    with new_data_removed_on_error():
+        nodes = [present(materials.surface_node(item)) for item in (first, second)]
+        mixed = bpy.data.materials.new(f"{first.name} + {second.name}")
+        materials.use_nodes(mixed)
+        tree = present(mixed.node_tree)
+        tree.nodes.clear()
+        node, _ = materials.show(mixed, mix_group.create(first, nodes[0], second, nodes[1], factor))
+        node.inputs[mix_group.FACTOR].default_value = factor
+        for each in tree.nodes:
+            each.select = each == node
+        tree.nodes.active = node
+        if mask is not None:
+            picture = tree.nodes.new("ShaderNodeTexImage")
+            picture.image, picture.location = mask, (node.location.x - 320, node.location.y)
+            tree.links.new(picture.outputs["Color"], node.inputs[mix_group.FACTOR])
+        mixed.cycles.use_bump_map_correction = False
+        export_surface.mix(mixed, first, second, factor)
+        weights = np.array([1 - factor, factor])
+        mixed.diffuse_color = weights @ np.array([item.diffuse_color for item in (first, second)])
+        mixed.roughness, mixed.metallic = (float(weights @ [getattr(item, name) for item in (first, second)])
+                                           for name in ("roughness", "metallic"))
+        lamps.update(context.evaluated_depsgraph_get())
+    return mixed
+
+
+class Mixes(mixing.Mixes):
+    """What `core.mixing` asks."""
+
+    def is_mix(self, tree: bpy.types.NodeTree | None) -> bool:
+        return mix_group.is_mix(tree)
+
+    def count(self, tree: bpy.types.NodeTree) -> int:
+        return mix_group.count(tree)
+
+    def following(self, material: bpy.types.Material, before: bpy.types.NodeTree | None,
+                  after: bpy.types.NodeTree) -> AbstractContextManager[None]:
+        return mix_group.following(material, before, after)
+
+    def changed(self, material: bpy.types.Material) -> None:
+        waiting, seen = [material], {material}
+        for part in waiting:
+            for item in _mixes_of(part):
+                if item not in seen:
+                    node = present(materials.mix_node(item))
+                    first, second = map(present, mix_group.parts(present(node.node_tree)))
+                    export_surface.mix(item, first, second, node.inputs[mix_group.FACTOR].default_value)
+                    seen.add(item)
+                    waiting.append(item)
+
+
+def _mixes_of(part: bpy.types.Material) -> Iterator[bpy.types.Material]:
+    """The materials of this file that mix a material with another that is there."""
+    for item in bpy.data.materials:
+        node = materials.mix_node(item) if item.is_editable else None
+        if node is not None:
+            pair = mix_group.parts(present(node.node_tree))
+            if part in pair and None not in pair:
+                yield item
+
+
+def register() -> None:
+    mixing.mixes = Mixes()
+
+
+def unregister() -> None:
+    mixing.mixes = mixing.Mixes()

@@ -1,0 +1,140 @@
+"""What the panels share: where they are, and how they draw text."""
+
+import textwrap
+from collections.abc import Collection
+from functools import lru_cache
+from typing import Literal
+
+import blf
+import bpy
+
+from ..core import material as materials
+
+_Icon = Literal["CHECKMARK", "DOT", "ERROR", "INFO", "MATERIAL"]
+_CHARACTER, _MARGIN = 5.9, 60       # pixels at a scale of 1: of a character on average, and beside texts with an icon
+_TABS = 30                  # pixels at a scale of 1: of the tabs of a sidebar
+_EDGES, _BUTTON = 24, 14    # pixels at a scale of 1: beside buttons, and beside the text of one
+_SHORTEST, _LEAST = 20, 8   # characters of a line, where the width is not known, and of the narrowest
+_NARROWEST = 0.3            # of characters on average, in sizes of the font
+_NARROW = 40                # characters: less is narrow
+_GAP = 2                    # characters between the columns of a table
+_UNIT, _LARGEST = 20, 9     # pixels of an icon of the scale 1, and the largest scale
+_BESIDE = 40                # pixels of a region beside its pictures
+
+
+class MaterialPanel:
+    """A mix-in for panels in the material tab, shown where a material has a file of measurements."""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "material"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.material is not None and bool(context.material.measured_brdf.filepath)
+
+
+def has_data(context: bpy.types.Context) -> bool:
+    """Whether the material of the context has a file of measurements, or a measured BRDF to show."""
+    return context.material is not None and (bool(context.material.measured_brdf.filepath)
+                                             or materials.is_shown(context.material))
+
+
+def draw_row(layout: bpy.types.UILayout, *texts: str) -> None:
+    """Draw texts beside one another, in columns of equal width."""
+    row = layout.row()
+    for text in texts:
+        row.label(text=text)
+
+
+def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: _Icon = "ERROR", beside: int = 0) -> None:
+    """Draw text in several lines, with an icon at the first; `beside` is as in `wrapped`."""
+    column = layout.column(align=True)
+    for number, line in enumerate(wrapped(text, beside)):
+        column.label(text=line, icon=icon if number == 0 else "BLANK1")
+
+
+def wrapped(text: str, beside: int = 0) -> tuple[str, ...]:
+    """Text in lines as wide as the region that is drawn, less what stands beside it, in pixels at a scale of 1."""
+    return _wrap(text, 1, _MARGIN + beside, 0, True)
+
+
+def on_buttons(text: str, columns: int) -> tuple[str, ...]:
+    """The text of a button in lines, each for a button of its own, where buttons stand in so many columns."""
+    return _wrap(text, columns, _EDGES, _BUTTON, False) if bpy.context.region is not None else (text,)
+
+
+def _wrap(text: str, columns: int, margin: int, beside: int, breaks_words: bool) -> tuple[str, ...]:
+    """Text in lines as wide as a column: of the region without a margin, and each without what is beside the text."""
+    region, preferences = bpy.context.region, bpy.context.preferences
+    if region is None:
+        return tuple(textwrap.wrap(text, _SHORTEST))
+    scale = preferences.system.ui_scale
+    width = (region.width - scale * (margin + _tabs(region))) / columns - scale * beside
+    return _lines(text, int(width), scale * preferences.ui_styles[0].widget.points, breaks_words)
+
+
+def fits(text: str) -> bool:
+    """Whether text has room on a button as wide as the region that is drawn."""
+    return bpy.context.region is None or len(wrapped(text)) == 1
+
+
+@lru_cache(maxsize=512)
+def _lines(text: str, width: int, size: float, breaks_words: bool) -> tuple[str, ...]:
+    """Text in lines of so many pixels, by the font of the interface; the longest lines of equally many characters."""
+    blf.size(0, size)
+    for characters in range(min(len(text), int(width / size / _NARROWEST)), _LEAST, -1):
+        lines = textwrap.wrap(text, characters, break_long_words=breaks_words)
+        if all(blf.dimensions(0, line)[0] <= width for line in lines):
+            return tuple(lines)
+    return tuple(textwrap.wrap(text, _LEAST, break_long_words=breaks_words))
+
+
+def draw_warning(layout: bpy.types.UILayout, text: str) -> None:
+    """Draw text in a red box."""
+    column = layout.box().column(align=True)
+    column.alert = True
+    draw_wrapped(column, text)
+
+
+def room() -> int:
+    """How many characters fit beside one another into the region that is drawn."""
+    region, scale = bpy.context.region, bpy.context.preferences.system.ui_scale
+    if region is None:
+        return _SHORTEST
+    return max(int((region.width / scale - _MARGIN - _tabs(region)) / _CHARACTER), _SHORTEST)
+
+
+def _tabs(region: bpy.types.Region) -> int:
+    return _TABS if region.type == "UI" else 0
+
+
+def is_narrow(characters: int = _NARROW) -> bool:
+    """Whether so many characters do not fit beside one another into the region that is drawn."""
+    return room() < characters
+
+
+def choices(layout: bpy.types.UILayout, texts: Collection[str]) -> bpy.types.UILayout:
+    """A layout for buttons with these texts: beside one another, if they fit."""
+    columns = len(texts)
+    if is_narrow(columns * (max(map(len, texts)) + _GAP)):
+        columns = 1 if columns % 2 else 2
+    return layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=True, align=True)
+
+
+def draw_value(layout: bpy.types.UILayout, name: str, text: str) -> None:
+    """Draw a name and its value beside it."""
+    split = layout.split(factor=0.4)
+    split.alignment = "RIGHT"
+    split.label(text=name)
+    split.alignment = "LEFT"
+    split.label(text=text)
+
+
+def picture_scale(context: bpy.types.Context, columns: int, largest: float = _LARGEST) -> float:
+    """The scale of pictures that share the width of the region in this many columns."""
+    region = context.region
+    if region is None:
+        return largest
+    width = region.width / context.preferences.system.ui_scale
+    return min(max((width - _BESIDE) / columns / _UNIT, 3.0), largest)

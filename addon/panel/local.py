@@ -1,0 +1,26 @@
+"""Makes a linked material local, so that it can be changed."""
+
+import bpy
+
+from ..core.active_material import active_material, can_change
+from ..core.annotations import OperatorResult, present
+
+
+class MEASUREDBRDF_OT_make_local(bpy.types.Operator):
+    """Make this material part of this file, so that it can be changed. Its file stays as it is"""
+
+    bl_idname = "measured_brdf.make_local"
+    bl_label = "Make Local"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        target = active_material(context)
+        return target is not None and not can_change(target)
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        present(active_material(context)).make_local(clear_liboverride=True)
+        return {"FINISHED"}
+
+
+classes = (MEASUREDBRDF_OT_make_local,)

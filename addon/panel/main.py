@@ -1,0 +1,142 @@
+"""The main panel: what the material looks like and what it is worth, and how to begin. The sidebar shows the same.
+
+Slices add buttons to it, and panels below it.
+"""
+
+from collections.abc import Callable
+
+import bpy
+
+from ..core import manual, versions
+from ..core import material as materials
+from ..core.active_material import active_material, can_change
+from ..core.annotations import present
+from ..core.edits import edit_arguments
+from ..core.properties import name_of_fit, worth
+from ..work import modal, queries
+from . import rendering
+from .layout import MaterialPanel, draw_warning, draw_wrapped, has_data, picture_scale
+from .local import MEASUREDBRDF_OT_make_local
+from .update import MEASUREDBRDF_OT_update_materials
+
+beginnings: list[Callable[[bpy.types.UILayout], None]] = []
+"""Draw the buttons by which users begin, beside one another."""
+unfitted: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
+"""Draw what is to be done with a material that has measurements and no fit."""
+measured: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
+"""Draw the buttons for a material that shows measurements."""
+
+_HELP = 24                  # pixels at a scale of 1: of the button that opens the manual
+
+
+class _Main:
+    """What the panels in the material tab and the one in the sidebar share."""
+
+    bl_label = "Measured BRDF"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        draw(present(self.layout), context)
+
+
+class MEASUREDBRDF_PT_material(_Main, MaterialPanel, bpy.types.Panel):
+    """A material of measured reflectance"""
+
+    bl_options = {"HIDE_HEADER"}            # panels without a header come first, below the list of materials
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return has_data(context)
+
+
+class MEASUREDBRDF_PT_begin(_Main, MaterialPanel, bpy.types.Panel):
+    """How to begin, where there is no measured material yet"""
+
+    bl_options = {"HIDE_HEADER"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _can_have_material(context) and not has_data(context)
+
+
+class MEASUREDBRDF_PT_sidebar(_Main, bpy.types.Panel):
+    """The measured material of the active object"""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Measured BRDF"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _can_have_material(context)
+
+
+def _can_have_material(context: bpy.types.Context) -> bool:
+    return context.object is not None and hasattr(context.object.data, "materials")
+
+
+def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """Draw what the material looks like, how well it was fitted, how it is rendered, and what can be done with it."""
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    material = active_material(context)
+    if material is not None and materials.is_measured(material):
+        _draw_look(layout, context, material)
+    _draw_beginnings(layout)
+    if material is None:
+        return
+    if materials.is_shown(material):
+        rendering.draw_brief(layout, material, present(context.scene))
+        _draw_version(layout, material)
+    if not can_change(material):
+        draw_wrapped(layout, "This material belongs to another file. Make it local to change it", "INFO")
+        layout.operator(MEASUREDBRDF_OT_make_local.bl_idname, icon="LIBRARY_DATA_DIRECT")
+    elif material.measured_brdf.filepath and not materials.is_shown(material):
+        for draw_unfitted in unfitted:
+            draw_unfitted(layout, material)
+    if materials.is_measured(material):
+        for draw_measured in measured:
+            draw_measured(layout, material)
+
+
+def _draw_beginnings(layout: bpy.types.UILayout) -> None:
+    """Draw how to begin; while a job runs its progress, in the same place and of the same height."""
+    row = layout.row(align=True)
+    if modal.running is not None:
+        row.progress(factor=modal.running.fraction, text=modal.running.doing)
+        row.operator(modal.MEASUREDBRDF_OT_cancel.bl_idname, text="", icon="X")
+        return
+    for draw_beginning in beginnings:
+        draw_beginning(row)
+    row.operator("wm.url_open", text="", icon="HELP").url = manual.url()
+
+
+def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
+    settings = material.measured_brdf
+    icon, job = queries.material_sphere(material)
+    if icon:
+        layout.template_icon(icon_value=icon, scale=picture_scale(context, 1))
+    elif job.finished is None:
+        layout.progress(factor=job.fraction, text=job.doing)
+    if job.error is not None:
+        draw_warning(layout, str(job.error))
+    column = layout.column(align=True)
+    row = column.row()
+    adjusted = ", adjusted" if edit_arguments(material) else ""
+    draw_wrapped(row, f"{settings.name_of_data}: {name_of_fit(settings)}{adjusted}", "MATERIAL",
+                 _HELP)
+    row.operator("wm.url_open", text="", icon="HELP", emboss=False).url = manual.url()
+    text, is_well = worth(settings)
+    if text:
+        draw_wrapped(column, text, "CHECKMARK" if is_well else "INFO")
+
+
+def _draw_version(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
+    """Offer an update if an older version made the material."""
+    if versions.made_by(material) != versions.CURRENT and materials.is_outdated(material):
+        column = layout.box().column()
+        draw_wrapped(column, f"Made by version {versions.made_by(material)}; this is {versions.CURRENT}. It renders as "
+                     "before. An update brings the improvements to all materials of this file", "INFO")
+        column.operator(MEASUREDBRDF_OT_update_materials.bl_idname, icon="FILE_REFRESH")
+
+
+classes = (MEASUREDBRDF_PT_begin, MEASUREDBRDF_PT_material, MEASUREDBRDF_PT_sidebar)

@@ -1,0 +1,102 @@
+"""How the material is rendered, and the settings of the scene that change how measured materials look."""
+
+import bpy
+from bpy.props import EnumProperty
+
+from ..core import checks, osl_support, rendered
+from ..core import material as materials
+from ..core.active_material import active_material, is_editable
+from ..core.annotations import OperatorResult, present
+from ..core.properties import AUTOMATIC, RENDERING_ITEMS, RENDERINGS
+from .fixes import MEASUREDBRDF_OT_fix_setting
+from .layout import MaterialPanel, choices, draw_wrapped, fits
+
+
+class MEASUREDBRDF_OT_enable_osl(bpy.types.Operator):
+    """Render this scene with Cycles and Open Shading Language, which renders measured materials exactly"""
+
+    bl_idname = "measured_brdf.enable_osl"
+    bl_label = "Enable OSL"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        reason = osl_support.missing()
+        if reason:
+            self.report({"ERROR"}, reason)
+            return {"CANCELLED"}
+        osl_support.enable(present(context.scene))
+        return {"FINISHED"}
+
+
+class MEASUREDBRDF_OT_use_method(bpy.types.Operator):
+    """Choose how this material is rendered"""
+
+    bl_idname = "measured_brdf.use_method"
+    bl_label = "Use Method"
+    bl_options = {"UNDO", "INTERNAL"}
+
+    method: EnumProperty(items=RENDERING_ITEMS)
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        target = active_material(context)
+        return target is not None and materials.is_shown(target) and is_editable(cls, context)
+
+    @classmethod
+    def description(cls, _context: bpy.types.Context, properties: "MEASUREDBRDF_OT_use_method") -> str:
+        return next(text for key, _, text, *_ in RENDERING_ITEMS if key == properties.method)
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        materials.use_rendering(present(active_material(context)), self.method)
+        return {"FINISHED"}
+
+
+class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
+    """Exact or Nodes, and a list of wrong settings, each with a Fix button"""
+
+    bl_label = "Rendering"
+    bl_parent_id = "MEASUREDBRDF_PT_material"
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 50
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.material is not None and materials.is_shown(context.material)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, material, scene = present(self.layout), present(context.material), present(context.scene)
+        chosen = materials.rendering_of(material)
+        buttons = choices(layout, [label for _, label, _ in RENDERINGS])
+        for key, label, _ in RENDERINGS:
+            buttons.operator(MEASUREDBRDF_OT_use_method.bl_idname, text=label, depress=chosen == key).method = key
+        found = rendered.in_scene(material, scene)
+        as_chosen = found.how == chosen or (chosen == AUTOMATIC and found.how != rendered.BLACK)
+        draw_wrapped(layout, rendered.sentence(found, chosen), "INFO" if as_chosen else "ERROR")
+        if found.can_enable:
+            layout.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
+        findings = checks.check(scene)
+        if not findings:
+            draw_wrapped(layout, "No setting of this scene changes the look", "CHECKMARK")
+        for finding in findings:
+            column = layout.box().column(align=True)
+            draw_wrapped(column, finding.message)
+            if finding.fix is not None:
+                text = finding.change
+                if not fits(text):
+                    draw_wrapped(column, text, "DOT")
+                    text = "Fix"
+                column.operator(MEASUREDBRDF_OT_fix_setting.bl_idname, text=text).key = finding.key
+
+
+def draw_brief(layout: bpy.types.UILayout, material: bpy.types.Material, scene: bpy.types.Scene) -> None:
+    """Say what is shown where the fit itself is not, and offer to change that."""
+    found = rendered.in_scene(material, scene)
+    if not found.why and found.how not in (rendered.BLACK, rendered.FORMER, rendered.OTHER):
+        return
+    column = layout.box().column(align=True)
+    draw_wrapped(column, rendered.brief(found, materials.rendering_of(material)), "INFO")
+    if found.can_enable:
+        column.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
+
+
+classes = (MEASUREDBRDF_OT_enable_osl, MEASUREDBRDF_OT_use_method, MEASUREDBRDF_PT_rendering)

@@ -1,0 +1,30 @@
+"""The command that writes the starter library."""
+
+from pathlib import Path
+from typing import Any
+
+from ...fitter import cli
+from ..work.command import quiet, report_of
+from . import starter
+
+
+def add(commands: Any) -> None:
+    """Add the command to the parsers of all."""
+    library = commands.add_parser("starter", help="write the starter library, an asset library of published fits")
+    library.add_argument("-o", "--out", required=True, help="the folder to write")
+    library.set_defaults(run=_starter, opens_files=True)
+
+
+def _starter(options: Any) -> int:
+    out = Path(options.out).resolve()
+    out.mkdir(parents=True, exist_ok=True)
+    report = report_of(options)
+    with quiet():
+        for fraction, doing in starter.build(out):
+            if report:
+                report.progress(fraction, doing)
+            else:
+                cli.show_progress(round(100 * fraction), 100, doing)
+    if report:
+        report.result({"path": str(out), "rows": []})
+    return 0

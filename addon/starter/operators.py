@@ -1,0 +1,130 @@
+"""Starting from published fits: picking one by picture or name, and the asset library of all."""
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bpy.props import EnumProperty, PointerProperty, StringProperty
+
+from ...fitter import DatasetError, list_published
+from ...fitter.published import TAGS, find
+from ..core.annotations import OperatorResult
+from ..core.properties import FitChoices, fit_arguments
+from ..core.reading import load_arguments
+from ..work import process, tasks
+from ..work.blender_process import Command
+from ..work.making import MakesMaterials, begin_with_preference
+from ..work.modal import InBackground
+from . import shelf, starter
+
+_TAG_ITEMS = ((shelf.ALL, "All", "All materials"), *((tag, tag.capitalize(), f"Materials with the tag {tag}")
+                                                     for tag in TAGS))
+_MATERIAL_ITEMS = tuple((name, f"{find(name).label}  ({', '.join(find(name).tags)})", find(name).description)
+                        for name in list_published())
+
+
+class MeasuredShelf(bpy.types.PropertyGroup):
+    """What the panels show of the starter library and of the data folder."""
+
+    search: StringProperty(name="Search", options={"TEXTEDIT_UPDATE", "SKIP_SAVE"},
+                           description="Show the materials whose names or tags hold these words")
+    tag: EnumProperty(name="Kind", items=_TAG_ITEMS, default="metal", options={"SKIP_SAVE"},
+                      description="Show the materials of this kind")
+    data_search: StringProperty(name="Search", options={"TEXTEDIT_UPDATE", "SKIP_SAVE"},
+                                description="Show the measurements whose names hold these words")
+
+
+class _FromPublished(FitChoices, MakesMaterials):
+    """A mix-in for operators that make a material of the published fit with their `name`."""
+
+    name: str
+
+    def work(self, context: bpy.types.Context) -> process.Calculation:
+        begin_with_preference(self, context)
+        self.remember_target(context)
+        path = find(self.name).path
+        return process.Calculation(partial(tasks.outcomes, [(path, "")], fit_arguments(self), how=load_arguments(self)))
+
+
+class MEASUREDBRDF_OT_use_published(_FromPublished, bpy.types.Operator):
+    """Make a material of a published fit, and assign it to the active object"""
+
+    bl_idname = "measured_brdf.use_published"
+    bl_label = "Use Published Fit"
+    bl_options = {"UNDO", "INTERNAL"}
+
+    name: StringProperty(options={"SKIP_SAVE"})
+
+    @classmethod
+    def description(cls, _context: bpy.types.Context, properties: Any) -> str:
+        try:
+            found = find(properties.name)
+        except DatasetError as error:
+            return str(error)
+        return f"{found.label}, assigned to the active object. {found.description}"
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        return self.start(context)
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        return self.run(context)
+
+
+class MEASUREDBRDF_OT_search_published(bpy.types.Operator):
+    """Find a published fit by name, make a material of it, and assign it to the active object"""
+
+    bl_idname = "measured_brdf.search_published"
+    bl_label = "New Material from Published Fit"
+    bl_property = "name"
+
+    name: EnumProperty(name="Material", items=_MATERIAL_ITEMS, options={"SKIP_SAVE"})
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        context.window_manager.invoke_search_popup(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, _context: bpy.types.Context) -> OperatorResult:
+        bpy.ops.measured_brdf.use_published("INVOKE_DEFAULT", name=self.name)
+        return {"FINISHED"}
+
+
+class MEASUREDBRDF_OT_add_starter_library(InBackground, bpy.types.Operator):
+    """Show the published fits in the Asset Browser: add their library to those of the preferences. Where it is not \
+there yet, it is made first, which takes half a minute"""
+
+    bl_idname = "measured_brdf.add_starter_library"
+    bl_label = "Add to Asset Browser"
+    bl_options = {"REGISTER"}
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        return self.execute(context) if starter.folder() is not None else self.start(context)
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        found = starter.folder()
+        if found is None:
+            return self.run(context)
+        self.apply(context, {"path": str(found)})
+        return {"FINISHED"}
+
+    def work(self, context: bpy.types.Context) -> Command:
+        return Command("starter", "-o", starter.own_folder())
+
+    def apply(self, context: bpy.types.Context, result: dict[str, Any]) -> None:
+        starter.offer(context, Path(result["path"]))
+        self.report({"INFO"}, f"The Asset Browser has the library {starter.NAME}")
+
+
+classes: Sequence[type] = (MeasuredShelf, MEASUREDBRDF_OT_use_published, MEASUREDBRDF_OT_search_published,
+                           MEASUREDBRDF_OT_add_starter_library)
+
+
+def register() -> None:
+    shelf.register()
+    bpy.types.WindowManager.measured_brdf_shelf = PointerProperty(type=MeasuredShelf)
+
+
+def unregister() -> None:
+    del bpy.types.WindowManager.measured_brdf_shelf
+    shelf.unregister()

@@ -1,0 +1,208 @@
+"""What to begin with: published fits, the measurements of the data folder, and where to get more."""
+
+import bpy
+
+from ..core import material as materials
+from ..core import preferences
+from ..core.annotations import present
+from ..core.reading import scene_colours
+from ..panel.layout import draw_warning, draw_wrapped, on_buttons, room
+from ..work import modal
+from . import operators as library
+from . import shelf, starter, thumbnails
+from .data_sources import SOURCES
+
+_CELL = 16                  # characters: the width of a cell with a thumbnail
+_SCALE = 4.5                # of thumbnails
+_MOST = 60                  # cells
+_IMPORT = "measured_brdf.import_data"
+
+
+class _StartPanel:
+    """A mix-in for panels that are shown without a material, too."""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "material"
+    bl_parent_id = "MEASUREDBRDF_PT_material"
+    bl_order = 70
+
+
+class _Start(_StartPanel):
+    bl_label = "Material Library"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _draw_published(present(self.layout), context)
+
+
+class MEASUREDBRDF_PT_start(_Start, bpy.types.Panel):
+    """Materials that come with the extension: published fits of the 100 materials of MERL"""
+
+    bl_parent_id = "MEASUREDBRDF_PT_begin"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _is_offered(context)
+
+
+class MEASUREDBRDF_PT_start_first(_Start, bpy.types.Panel):
+    """Materials that come with the extension: published fits of the 100 materials of MERL"""
+
+    bl_parent_id = "MEASUREDBRDF_PT_begin"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return not _is_offered(context)
+
+
+class MEASUREDBRDF_PT_start_again(_Start, bpy.types.Panel):
+    """Another material that comes with the extension: published fits of the 100 materials of MERL"""
+
+    bl_options = {"DEFAULT_CLOSED"}
+
+
+def _is_offered(context: bpy.types.Context) -> bool:
+    """Whether the starter library is open above materials that are not measured: in files that have no measured one,
+    unless the preferences say otherwise."""
+    return preferences.get(context).offer_library and not any(map(materials.is_shown, bpy.data.materials))
+
+
+class _Folder(_StartPanel):
+    bl_label = "Data Folder"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _draw_folder(present(self.layout), context)
+
+
+class MEASUREDBRDF_PT_folder(_Folder, bpy.types.Panel):
+    """The measurements in the data folder of the preferences"""
+
+
+class MEASUREDBRDF_PT_folder_first(_Folder, bpy.types.Panel):
+    """The measurements in the data folder of the preferences"""
+
+    bl_parent_id = "MEASUREDBRDF_PT_begin"
+
+
+class _Sources(_StartPanel):
+    bl_label = "Where to Get Data"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        _draw_sources(present(self.layout))
+
+
+class MEASUREDBRDF_PT_sources(_Sources, bpy.types.Panel):
+    """Databases of measured reflectance that can be downloaded"""
+
+
+class MEASUREDBRDF_PT_sources_first(_Sources, bpy.types.Panel):
+    """Databases of measured reflectance that can be downloaded"""
+
+    bl_parent_id = "MEASUREDBRDF_PT_begin"
+
+
+def draw_preferences(layout: bpy.types.UILayout) -> None:
+    """Draw what the preferences of the extension show of this slice."""
+    layout.operator(library.MEASUREDBRDF_OT_add_starter_library.bl_idname,
+                    text="Add the Starter Library to the Asset Browser", icon="ASSET_MANAGER")
+    header, body = layout.panel("MEASUREDBRDF_sources", default_closed=True)
+    header.label(text="Where to Get Data")
+    if body is not None:
+        _draw_sources(body)
+
+
+def _draw_sources(layout: bpy.types.UILayout) -> None:
+    for source in SOURCES:
+        column = layout.column(align=True)
+        column.operator("wm.url_open", text=source.name, icon="URL").url = source.url
+        for text in source.facts:
+            draw_wrapped(column, text, "DOT")
+
+
+def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    choices = context.window_manager.measured_brdf_shelf
+    row = layout.row(align=True)
+    row.prop(choices, "search", text="", icon="VIEWZOOM")
+    kind = row.row(align=True)
+    kind.active = not choices.search        # which is in all kinds
+    kind.prop(choices, "tag", text="")
+    found = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
+    if not found:
+        draw_wrapped(layout, "No material has these words in its name or kind", "INFO")
+    grid = _grid(layout)
+    for each in found[:_MOST]:
+        cell = grid.column(align=True)
+        cell.enabled = modal.running is None
+        _draw_thumbnail(cell, shelf.swatch_icon(each.name))
+        for line in on_buttons(each.label, _columns()):
+            cell.operator(library.MEASUREDBRDF_OT_use_published.bl_idname, text=line).name = each.name
+    _draw_rest(layout, len(found), "materials")
+    draw_wrapped(layout, "Published fits of MERL's materials (Low et al. 2012), not measurements", "INFO")
+    if not starter.is_offered(context):
+        layout.operator(library.MEASUREDBRDF_OT_add_starter_library.bl_idname, icon="ASSET_MANAGER")
+
+
+def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    settings = preferences.get(context)
+    if isinstance(settings, bpy.types.AddonPreferences):
+        layout.prop(settings, "data_folder", text="")
+    if not settings.data_folder:
+        draw_wrapped(layout, "Choose a folder: its measurements are listed here, with pictures", "INFO")
+        return
+    job = shelf.watched(bpy.path.abspath(settings.data_folder))
+    if job.error is not None:
+        draw_warning(layout, str(job.error))
+        return
+    if job.result is None:
+        layout.label(text="Looking for measurements", icon="TIME")
+        return
+    choices = context.window_manager.measured_brdf_shelf
+    layout.prop(choices, "data_search", text="", icon="VIEWZOOM")
+    words = choices.data_search.lower().split()
+    found = [each for each in job.result if all(word in f"{each.label} {each.path}".lower() for word in words)]
+    if not found:
+        draw_wrapped(layout, "No measurements" + (" of that name" if words else " in this folder"), "INFO")
+    grid, how = _grid(layout), {"colours": scene_colours() or "Rec.709"}
+    broken = [each for each in found if each.error]
+    for each in [each for each in found if not each.error][:_MOST]:
+        _draw_measurement(grid.column(align=True), each, how)
+    _draw_rest(layout, len(found) - len(broken), "measurements")
+    for each in broken[:_MOST]:
+        draw_warning(layout, each.error)
+
+
+def _draw_measurement(cell: bpy.types.UILayout, found: thumbnails.Found, how: dict[str, str]) -> None:
+    cell.enabled = modal.running is None
+    icon, error = shelf.measurement_icon(found, how) if found.has_picture else (0, None)
+    _draw_thumbnail(cell, icon, "ERROR" if error is not None else "FILE" if not found.has_picture else "TIME")
+    for line in on_buttons(found.label, _columns()):
+        button = cell.operator(_IMPORT, text=line)
+        button.filepath, button.sample = found.path, found.sample
+
+
+def _draw_thumbnail(cell: bpy.types.UILayout, icon_id: int, meanwhile: str = "TIME") -> None:
+    """A picture, or an icon in as much space."""
+    if not icon_id:
+        icon_id = bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items[meanwhile].value
+    cell.template_icon(icon_value=icon_id, scale=_SCALE)
+
+
+def _draw_rest(layout: bpy.types.UILayout, count: int, what: str) -> None:
+    if count > _MOST:
+        layout.label(text=f"{count - _MOST} more {what}: search by name")
+
+
+def _grid(layout: bpy.types.UILayout) -> bpy.types.UILayout:
+    return layout.grid_flow(row_major=True, columns=_columns(), even_columns=True, align=False)
+
+
+def _columns() -> int:
+    return max(room() // _CELL, 2)
+
+
+classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_start_first, MEASUREDBRDF_PT_folder_first,
+           MEASUREDBRDF_PT_sources_first,
+           MEASUREDBRDF_PT_start_again, MEASUREDBRDF_PT_folder, MEASUREDBRDF_PT_sources)

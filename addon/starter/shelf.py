@@ -1,0 +1,111 @@
+"""What the panels offer to begin with: the starter library and the watched folder, with their thumbnails.
+
+Everything is asked of workers (`jobs.queue`); what is drawn meanwhile is what is known.
+"""
+
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import bpy
+import bpy.utils.previews
+
+from ...fitter import published
+from ...fitter.arrays import SingleArray
+from ..core import previews
+from ..core.annotations import Arguments, Report, present
+from ..work import queue, tasks
+from ..work.job import Job
+from ..work.recent import Recent
+from . import thumbnails
+
+ALL = "all"
+_PACKAGE = __package__.rpartition(".addon")[0]
+_RECHECK = 2.0              # s, after which a folder is scanned again
+_TICK = 2.5                 # s, between two redraws of a panel that shows a folder
+_KEPT = 600                 # icons
+_icon_ids: Recent[tuple[Any, ...], int] = Recent(_KEPT, lambda key: present(_collection).__delitem__(repr(key)))
+_failed: Recent[tuple[Any, ...], Exception] = Recent(_KEPT)     # the queue forgets: they would be tried for ever
+_collection: "bpy.utils.previews.ImagePreviewCollection | None" = None
+_was_drawn = False
+
+
+def user_folder(name: str) -> Path:
+    """A folder of the extension for files of this user, which updates keep; it need not exist."""
+    with suppress(ValueError):                  # a checkout is no extension
+        return Path(bpy.utils.extension_path_user(_PACKAGE, path=name))
+    return Path(bpy.utils.user_resource("DATAFILES", path="measured_brdf")) / name
+
+
+def offered(search: str, tag: str) -> list[published.Published]:
+    """The published materials that have a tag (or `ALL`), and all words of a search in name, label or tags."""
+    words = search.lower().split()
+    return [each for each in published.materials().values() if tag in (ALL, *each.tags)
+            and all(word in f"{each.name} {each.label} {' '.join(each.tags)}".lower() for word in words)]
+
+
+def swatch_icon(name: str) -> int:
+    """The icon of a published material; 0 until it has been drawn."""
+    return _icon(("published", name), partial(thumbnails.of_published, name, str(user_folder("thumbnails"))), "fit")[0]
+
+
+def watched(folder: str) -> Job[list[thumbnails.Found]]:
+    """The job that lists the measurements in a folder; panels that show it notice changes within seconds."""
+    global _was_drawn
+    _was_drawn = True
+    if not bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.register(_tick, first_interval=_TICK, persistent=True)
+    return queue.ask(("watched", folder), partial(thumbnails.scan, folder), "read", max_age=_RECHECK)
+
+
+def measurement_icon(found: thumbnails.Found, how: Arguments) -> tuple[int, Exception | None]:
+    """The icon of a measurement, 0 until it has been drawn; and why it cannot be drawn, else None."""
+    work = partial(thumbnails.of_measurement, found, str(user_folder("thumbnails")), how)
+    return _icon(("watched", *found, tasks.freeze(how)), work, "slow")
+
+
+def _icon(key: tuple[Any, ...], work: Callable[[Report], SingleArray], lane: str) -> tuple[int, Exception | None]:
+    if key in _icon_ids:
+        return _icon_ids[key], None
+    if key in _failed:
+        return 0, _failed[key]
+    job = queue.ask(("thumbnail", *key), work, lane, then=lambda done: _keep(key, present(done.result)))
+    if isinstance(job.error, ValueError):       # of the file; that a worker was killed says nothing of it
+        _failed[key] = job.error
+    return _icon_ids.get(key, 0), job.error
+
+
+def _keep(key: tuple[Any, ...], picture: SingleArray) -> None:
+    if _collection is None:
+        return
+    preview = _collection.new(repr(key)) if repr(key) not in _collection else _collection[repr(key)]
+    previews.fill(preview, picture)
+    _icon_ids[key] = preview.icon_id
+
+
+def _tick() -> float | None:
+    """Redraw the panels for as long as one of them shows a folder: a timer."""
+    global _was_drawn
+    if not _was_drawn:
+        return None
+    _was_drawn = False          # until it is drawn again
+    queue.redraw()
+    return _TICK
+
+
+def register() -> None:
+    global _collection
+    _collection = bpy.utils.previews.new()
+
+
+def unregister() -> None:
+    global _collection
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
+    _icon_ids.clear()
+    _failed.clear()
+    if _collection is not None:
+        bpy.utils.previews.remove(_collection)
+    _collection = None

@@ -1,0 +1,109 @@
+"""The starter library as an asset library: a .blend of 100 placeholders with thumbnails, descriptions and tags.
+
+It is built for the zip, by `python . starter`, or by a second Blender into the user's folder where there is none, or
+where this Blender is too old to read it.
+"""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+
+from ...fitter import published, swatch
+from ...fitter.cycles.principled import principled
+from ...fitter.files import replacing
+from ..core import assets, library_file, previews
+from ..core.annotations import present
+from . import placeholder, shelf
+
+NAME = "Measured BRDF Starter Library"
+SHIPPED = Path(__file__).parents[2] / "starter_library"
+FILE = "starter.blend"
+_VERSION = "version.json"   # which Blender wrote the library, and of which version of the table
+_REVISION = 1               # a new one makes users' libraries anew
+_CATALOGUE = f"{assets.CATALOGUE}/Starter"
+_SIZE = 128                 # pixels of thumbnails
+_STEP = 4                   # of 255: colours of thumbnails are rounded to it, so that they compress well
+
+
+def folder() -> Path | None:
+    """The folder of the library that this Blender can read: the shipped one or the user's; None if there is none."""
+    return next((each for each in (SHIPPED, own_folder()) if _is_readable(each)), None)
+
+
+def own_folder() -> Path:
+    """The user's folder for the library; it need not exist."""
+    return shelf.user_folder("starter_library")
+
+
+def is_offered(context: bpy.types.Context) -> bool:
+    """Whether the library is among the asset libraries of the preferences; reads no file."""
+    return any(known.name == NAME and Path(bpy.path.abspath(known.path)) in (SHIPPED, own_folder())
+               for known in context.preferences.filepaths.asset_libraries)
+
+
+def offer(context: bpy.types.Context, path: Path) -> None:
+    """Add the library to the asset libraries of the preferences, or correct its path there."""
+    libraries = context.preferences.filepaths.asset_libraries
+    known = next((each for each in libraries if each.name == NAME), None)
+    if known is None:
+        libraries.new(name=NAME, directory=str(path))
+    else:
+        known.path = str(path)
+
+
+def build(out: Path) -> Iterator[tuple[float, str]]:
+    """Write the library into a folder, in this Blender, which must have no other file open: yields (fraction, doing).
+
+    Raises
+    ------
+    library_file.LibraryError, OSError
+        If it cannot be written, or another file has its name.
+    """
+    path = out / FILE
+    with library_file.writing(path, force=False):
+        opened = library_file.open_part(path) if path.exists() else None
+        library_file.close()
+        everything = published.materials().values()
+        for number, wanted in enumerate(everything):
+            yield number / len(everything), wanted.label
+            _mark(placeholder.create(wanted, principled(wanted.model)), wanted)
+        yield 1.0, "Writing the library"
+        library_file.save_part(path, opened)
+        assets.write_catalogue(out, [assets.CATALOGUE, _CATALOGUE, *sorted(map(_catalogue, _kinds()))])
+        with replacing(out / _VERSION, "w") as stream:
+            json.dump({"blender": bpy.app.version[:2], "revision": _REVISION}, stream)
+
+
+def _mark(material: bpy.types.Material, wanted: published.Published) -> None:
+    material.asset_mark()
+    data = present(material.asset_data)
+    data.description = f"{wanted.description}. It is baked for Cycles and EEVEE when it is used"
+    data.author = published.CITATION
+    data.catalog_id = str(assets.catalogue_id(_catalogue(wanted.tags[0])))
+    for tag in (*wanted.tags, "published fit", "MERL", wanted.name):
+        data.tags.new(tag, skip_if_exists=True)
+    picture = swatch.swatch(wanted.model, _SIZE)
+    step = _STEP / 255
+    picture[..., :3] = (picture[..., :3] / step).round() * step
+    previews.fill(present(material.preview_ensure()), picture)
+
+
+def _kinds() -> set[str]:
+    """The first tags of all materials."""
+    return {each.tags[0] for each in published.materials().values()}
+
+
+def _catalogue(kind: str) -> str:
+    return f"{_CATALOGUE}/{kind.capitalize()}"
+
+
+def _is_readable(where: Path) -> bool:
+    """Whether a folder holds the library, of this revision, and no newer Blender wrote it."""
+    try:
+        written = json.loads((where / _VERSION).read_text("utf-8"))
+        return (written["revision"] == _REVISION and tuple(written["blender"]) <= bpy.app.version[:2]
+                and (where / FILE).is_file())
+    except (OSError, ValueError, KeyError, TypeError):
+        return False

@@ -1,0 +1,145 @@
+"""Pictures of the starter library and of measurements in a folder, and what the folder holds: work for a worker.
+
+Nothing here imports bpy. Pictures are cached on disk, by the content that they were made of.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import fitter
+from ...fitter import published, swatch
+from ...fitter.arrays import SingleArray
+from ...fitter.files import replacing
+from ...fitter.formats import EXTENSIONS, PLAIN
+from ...fitter.pictures import lit_sphere
+from ..core.annotations import Arguments, Report
+from ..work import discovery, tasks
+from ..work.recent import Recent
+from ..work.tasks import silent
+
+SIZE = 128
+LARGEST_FITTED = 8 << 20    # bytes: larger files get no thumbnail, their fit would take longer than people look
+MOST = 400                  # measurements that a folder shows
+_QUICK: Arguments = {**fitter.PRESETS["Draft"]}
+_VERSION = 1                # of pictures; a new one makes all anew
+_KEPT = 1500                # pictures on disk
+_known: 'Recent[tuple[str, tuple[int, int]], list["Found"]]' = Recent(1 << 16)     # what files hold, by path and stamp
+
+
+class Found(NamedTuple):
+    """A measurement in a folder, or a file that cannot be read.
+
+    Attributes
+    ----------
+    path, sample : str
+    stamp : (int, int)
+        Time of change (ns) and size of the file.
+    error : str
+        Why it cannot be read; empty if it can.
+    """
+
+    path: str
+    sample: str
+    stamp: tuple[int, int]
+    error: str = ""
+
+    @property
+    def label(self) -> str:
+        """The name of the sample, or of the file, as text that Blender takes: names of files may be any bytes."""
+        return _as_unicode(self.sample or Path(self.path).name)
+
+    @property
+    def has_picture(self) -> bool:
+        """Whether a thumbnail is made of it."""
+        return not self.error and self.stamp[1] <= LARGEST_FITTED
+
+
+def scan(folder: str, _report: Report = silent) -> list[Found]:
+    """The measurements in a folder, by file name; files are read only where they have changed since the last scan.
+
+    A file that cannot be read is listed with its error. Plain text and .bin are listed where they are recognised.
+    Raises OSError if the folder cannot be read.
+    """
+    stamps = {}
+    for entry in sorted(os.scandir(folder), key=lambda entry: entry.name):
+        if Path(entry.name).suffix.lower() in EXTENSIONS:
+            with suppress(OSError):                     # removed meanwhile, or a broken link
+                if entry.is_file():
+                    status = entry.stat()
+                    stamps[entry.path] = status.st_mtime_ns, status.st_size
+    found: list[Found] = []
+    others = set(map(Path, stamps))
+    for stamped in stamps.items():
+        if stamped not in _known:
+            _known[stamped] = _found_in(Path(stamped[0]), stamped[1], others)
+        found += _known[stamped]
+        if len(found) >= MOST:
+            break
+    return found[:MOST]
+
+
+def _found_in(path: Path, stamp: tuple[int, int], others: set[Path]) -> list[Found]:
+    if stamp[1] > LARGEST_FITTED:                       # one sample: no CURET file is that large
+        return [] if path.suffix.lower() in PLAIN else [Found(str(path), "", stamp)]
+    if path.suffix.lower() in PLAIN and not discovery.is_recognised(path):
+        return []
+    if discovery.is_read_with_another(path, others):
+        return []
+    try:
+        samples = discovery.list_samples(path)
+        if not samples:
+            fitter.load(path)
+    except fitter.UnitsUnknownError:                    # the import asks for them
+        return [Found(str(path), "", stamp)]
+    except ValueError as error:
+        return [Found(str(path), "", stamp, _as_unicode(str(error)))]
+    return [Found(str(path), name, stamp) for _, name in samples] or [Found(str(path), "", stamp)]
+
+
+def _as_unicode(text: str) -> str:
+    return text.encode("utf-8", "replace").decode("utf-8")
+
+
+def of_published(name: str, cache: str, _report: Report = silent) -> SingleArray:
+    """The picture of a material of the starter library: (SIZE, SIZE, 4) float32."""
+    model = published.find(name).model
+    return _cached(Path(cache), ("published", repr(model)), lambda: swatch.swatch(model, SIZE))
+
+
+def of_measurement(found: Found, cache: str, how: Arguments, _report: Report = silent) -> SingleArray:
+    """The picture of a quick fit of a measurement: (SIZE, SIZE, 4) float32. Raises DatasetError, ValueError."""
+
+    def draw() -> SingleArray:
+        samples = fitter.load(found.path, found.sample or None, **how)
+        return lit_sphere(fitter.fit(samples, **_QUICK), SIZE, colours=samples.colours)
+
+    return _cached(Path(cache), (*found, tasks.freeze(how), tasks.freeze(_QUICK)), draw)
+
+
+def _cached(folder: Path, key: tuple[object, ...], draw: Callable[[], SingleArray]) -> SingleArray:
+    """A picture from the disk, or drawn and put there."""
+    name = hashlib.sha256(repr((_VERSION, SIZE, *key)).encode()).hexdigest()[:24]
+    path = folder / f"{name}.npy"
+    with suppress(OSError, ValueError, EOFError):       # not there yet, or damaged
+        stored = np.load(path, allow_pickle=False)
+        if stored.shape == (SIZE, SIZE, 4) and stored.dtype == np.uint8:
+            return (stored / 255).astype(np.float32)
+    picture = np.round(np.clip(draw(), 0, 1) * 255).astype(np.uint8)
+    with suppress(OSError):                             # without a cache it is drawn again the next time
+        folder.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as stream:
+            np.save(stream, picture, allow_pickle=False)
+        _forget_oldest(folder)
+    return (picture / 255).astype(np.float32)
+
+
+def _forget_oldest(folder: Path) -> None:
+    stored = sorted(folder.glob("*.npy"), key=lambda path: path.stat().st_mtime_ns)
+    for path in stored[:-_KEPT]:
+        path.unlink(missing_ok=True)

@@ -1,0 +1,98 @@
+"""The command line: ``blender --command measured_brdf COMMAND``; with the bpy module, ``python -m``.
+
+Slices add their commands.
+"""
+
+import argparse
+import contextlib
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import bpy
+
+from ..core.reading import scene_colours
+from .blender_process import Command, CommandError, Report
+
+commands: list[Callable[[Any], None]] = []
+"""Functions that add a command to what `add_subparsers` returns. It has `run`, which takes the options and returns the
+exit code, and `opens_files` where it closes the open file."""
+DONE = ("fitted", "up to date", "rendered", "saved")       # the statuses of rows without a failure
+
+
+class Row(NamedTuple):
+    """The result for one material, for the summary."""
+
+    name: str
+    status: str
+    coefficients: int = 0
+    nbytes: int = 0
+    rmse: float = float("nan")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command. The exit code is 1 if any file failed, else 0."""
+    options = build_parser().parse_args(arguments)
+    try:
+        if options.opens_files and bpy.data.filepath and options.report_to is None:
+            # in another Blender, so that the open file stays open
+            given = sys.argv[1:] if arguments is None else arguments
+            for_this_file = ["--colours", scene_colours()] if getattr(options, "colours", "") is None else []
+            result = Command(*given, *filter(None, for_this_file)).run()
+            return summary([Row(*row) for row in result["rows"]], result["path"])
+        exit_code: int = options.run(options)
+        return exit_code
+    except (OSError, ValueError, CommandError) as error:
+        message = f"{error.filename}: {error.strerror}" if getattr(error, "filename", None) else str(error)
+        print(f"error: {message}", file=sys.stderr)
+        if options.report_to is not None:
+            Report(options.report_to).result({"error": message})
+        return 1
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The arguments of every command."""
+    parser = argparse.ArgumentParser(prog="measured_brdf", description="Make materials of measured reflectance.")
+    parser.add_argument("--report-to", help=argparse.SUPPRESS)      # the folder of a `blender_process`
+    parser.set_defaults(opens_files=False)
+    subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
+    for add in commands:
+        add(subparsers)
+    return parser
+
+
+def report_of(options: argparse.Namespace) -> Report | None:
+    """Where a command tells its progress and its result, if another Blender has started it."""
+    return None if options.report_to is None else Report(options.report_to)
+
+
+def summary(rows: Iterable[Row], out: str | Path, may_be_empty: bool = False) -> int:
+    """Print the result for each material: the exit code, 1 if one failed or there was none."""
+    rows = sorted(rows)
+    failed = sum(row.status.startswith("failed") for row in rows)
+    for row in rows:
+        numbers = f"{row.coefficients:10,} {row.nbytes / 1000:8,.0f} KB  RMSE {row.rmse:<9.3g}"
+        print(f"{row.name:28.28} {numbers if row.coefficients else '':42} {row.status}")
+    done = sum(row.status in DONE for row in rows)
+    print(f"{out}: {done} done, {failed} failed")
+    return int(failed > 0 or not (rows or may_be_empty))
+
+
+@contextlib.contextmanager
+def quiet() -> Iterator[None]:
+    """Send the reports of Blender's operators to standard error."""
+    with contextlib.redirect_stdout(sys.stderr):
+        yield
+
+
+_handle: Any = None         # of the command, to unregister it
+
+
+def register() -> None:
+    global _handle
+    _handle = bpy.utils.register_cli_command("measured_brdf", main)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_cli_command(_handle)

@@ -1,0 +1,93 @@
+"""Jobs: pieces of work for another process, with their progress and result.
+
+This module must not import bpy. Python keeps subscripted types such as `Job[Data]` until it exits, with their modules;
+bpy 4.2 as a module crashes if something keeps it that long.
+"""
+
+import contextlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Generic, Protocol, TypeVar
+
+from ..core.annotations import Report
+
+_Result = TypeVar("_Result")
+
+
+class AnyWorker(Protocol):
+    """Where a job runs: a `process.Worker`, or a `blender_process.BlenderProcess`."""
+
+    def poll(self, job: "Job[Any]") -> None:
+        """Update the job's progress, and its result once it has one."""
+
+    def kill(self) -> None:
+        """End the process."""
+
+
+class Job(Generic[_Result]):
+    """A piece of work, its progress and its result.
+
+    Attributes
+    ----------
+    function : callable, or None
+        Takes `report(fraction, doing)`. The function and its result can be pickled. None for a Blender process.
+    worker : AnyWorker, or None
+        None until the job begins.
+    number : int
+        Of the job, for its `Worker`.
+    fraction, doing : float, str
+        The progress.
+    result, error
+        What the function returned, or the exception that it raised.
+    finished : float, or None
+        When, by `time.monotonic`.
+    asked : float
+        When a panel last asked for the result.
+    """
+
+    def __init__(self, function: Callable[[Report], _Result] | None) -> None:
+        self.function = function
+        self.worker: AnyWorker | None = None
+        self.number = 0
+        self.fraction, self.doing = 0.0, "Starting"
+        self.result: _Result | None = None
+        self.error: Exception | None = None
+        self.finished: float | None = None
+        self.asked = 0.0
+
+    def poll(self) -> bool:
+        """Update progress and result: whether the job is finished."""
+        if self.worker is not None and self.finished is None:
+            self.worker.poll(self)
+        return self.finished is not None
+
+    def cancel(self) -> None:
+        """End the work, and its process."""
+        if self.worker is not None and self.finished is None:
+            self.worker.kill()
+
+
+class Work(Protocol):
+    """What an operator does in another process: a `process.Calculation`, or a `blender_process.Command`."""
+
+    def start(self) -> Job[Any]:
+        """Begin in another process."""
+
+    def run(self) -> Any:
+        """Wait for the result, or raise the error."""
+
+
+def read_progress(path: Path, job: Job[Any]) -> None:
+    """Update a job with the progress that its process wrote."""
+    with contextlib.suppress(OSError, ValueError):      # not there yet
+        fraction, job.doing = path.read_text("utf-8").split(" ", 1)
+        job.fraction = float(fraction)
+
+
+def write_progress(path: Path, fraction: float, doing: str) -> None:
+    """Put the progress where `read_progress` finds it, the whole or nothing of it."""
+    part = path.with_name(f"{path.name}.part")
+    with contextlib.suppress(OSError):      # Windows replaces no file that is being read: the next report will do
+        part.write_text(f"{fraction} {doing}", "utf-8")
+        os.replace(part, path)

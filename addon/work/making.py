@@ -1,0 +1,143 @@
+"""What operators share that make materials of measurements: what the material is for, and one material per outcome."""
+
+import contextlib
+from collections.abc import Sequence
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import bpy
+from bpy.props import IntProperty, StringProperty
+
+from ..core import compiler, material, preferences, rendered, targets
+from ..core.annotations import OperatorMixIn, OperatorResult, present
+from ..core.properties import CHOICES, LEVELS, FitChoices, fit_arguments, use_preset, worth
+from ..core.results import Outcome
+from . import queries
+from .discovery import GLOB, files_in
+from .modal import InBackground, Steps
+
+Outcomes = Sequence[tuple[str, str, Outcome | ValueError]]
+"""As `tasks.outcomes` returns them."""
+_Prepared = Sequence[tuple[str, str, Outcome | ValueError, compiler.Shader | None]]
+
+
+class HasTarget:
+    """A mix-in for the operators that an import goes through, which tell one another what the material is for.
+
+    The object is remembered by its `session_uid`: it may be gone when the work is done.
+    """
+
+    target: IntProperty(options={"HIDDEN", "SKIP_SAVE"})
+    slot: IntProperty(default=targets.ACTIVE_SLOT, options={"HIDDEN", "SKIP_SAVE"})
+
+    def remember_target(self, context: bpy.types.Context, event: bpy.types.Event | None = None) -> None:
+        """Remember the object under the mouse of an event, else the active one, unless the caller has named one."""
+        if not self.target:
+            dropped_on = None if event is None else targets.under_mouse(context, event)
+            self.target, self.slot = dropped_on or targets.active(context)
+
+
+class MakesMaterials(HasTarget, InBackground):
+    """A mix-in for operators whose work returns `Outcomes`: each becomes a material.
+
+    The first is assigned to the target. Files that failed are reported as warnings; if all of them failed, the first is
+    reported as an error.
+    """
+
+    def prepare(self, outcomes: Outcomes) -> Steps:
+        prepared: list[tuple[str, str, Outcome | ValueError, compiler.Shader | None]] = []
+        for number, (path, sample, outcome) in enumerate(outcomes):
+            if isinstance(outcome, Exception):
+                prepared.append((path, sample, outcome, None))
+            else:
+                yield number / len(outcomes), f"Compiling {outcome.measured.name}"
+                prepared.append((path, sample, outcome,
+                                 compiler.compile_surface(outcome.surface)))
+        return prepared
+
+    def apply(self, context: bpy.types.Context, prepared: _Prepared) -> None:
+        made: list[bpy.types.Material] = []
+        outcomes = [outcome for _, _, outcome, _ in prepared if not isinstance(outcome, Exception)]
+        failed = [outcome for _, _, outcome, _ in prepared if isinstance(outcome, Exception)]
+        if len(failed) == len(prepared):
+            raise failed[0]
+        choices = SimpleNamespace(**{name: getattr(self, name) for name in CHOICES})
+        for path, sample, outcome, shader in prepared:
+            if not isinstance(outcome, Exception):
+                choices.filepath, choices.sample = path, sample
+                made.append(material.create(outcome, choices, context, shader))
+        for item in made[1:]:
+            item.use_fake_user = True           # without a user, Blender does not save it
+        queries.tell_fit(outcomes[0].measured, fit_arguments(choices), outcomes[0].fitted)
+        told = f"{len(made)} materials; {len(failed)} files failed"
+        if len(made) == 1:
+            told = f"{made[0].name}: {worth(made[0].measured_brdf)[0]}"
+        how = rendered.advice(made[0], present(context.scene))
+        # last, because it is the only change that is not taken back on an error
+        if why := targets.assign(targets.Target(self.target, self.slot), made[0]):
+            made[0].use_fake_user = True
+            self.report({"WARNING"}, f"{made[0].name} is not assigned: {why}")
+        for error in failed:
+            self.report({"WARNING"}, str(error))
+        self.report({"INFO"}, f"{told}. {how}" if how else told)
+        if self.options.is_invoke:
+            _show_first(context, made)
+
+
+class FromFolder(FitChoices, OperatorMixIn):
+    """A mix-in for operators that ask for a folder. It precedes `InBackground` among the bases."""
+
+    directory: StringProperty(name="Folder", subtype="DIR_PATH", options={"SKIP_SAVE"})
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
+        begin_with_preference(self, context)
+        if self.directory:
+            return self.begin(context, event)
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        # the file browser calls this; start anew as a modal operator, so that the window stays responsive
+        if self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
+            again = getattr(bpy.ops.measured_brdf, type(self).__name__.partition("_OT_")[2])
+            again("INVOKE_DEFAULT", **present(self.as_keywords(ignore=("filepath",))))
+            return {"CANCELLED"}
+        return self.run(context)
+
+    def begin(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        """Continue with the chosen folder: what `invoke` returns."""
+        return self.start(context)
+
+    def checked_folder(self) -> str:
+        """The path of the folder; an error if it has no files that may hold measurements."""
+        folder = bpy.path.abspath(self.directory)
+        if not Path(folder).is_dir():
+            raise ValueError(f"{folder}: not a folder")
+        if not files_in([folder]):
+            raise ValueError(f"{self.directory}: no files of measurements ({GLOB}); choose a folder that has some")
+        return folder
+
+
+def begin_with_preference(operator: Any, context: bpy.types.Context) -> None:
+    """Use the preset of the preferences if the caller gave no choices.
+
+    Choices that the operator was called with before are forgotten: they were for another file.
+    """
+    is_given = operator.properties.is_property_set
+    chosen = any(is_given(name) for name in ("preset", "use_tolerance", *LEVELS))
+    for name in CHOICES:
+        if not is_given(name):
+            operator.properties.property_unset(name)
+    if not chosen:
+        use_preset(operator, preferences.get(context).preset)
+
+
+def _show_first(context: bpy.types.Context, made: Sequence[bpy.types.Material]) -> None:
+    """Show the material tab in the properties editors of the window, if these are the first measured materials."""
+    if context.window is None or any(material.is_measured(item) for item in bpy.data.materials if item not in made):
+        return
+    for area in context.window.screen.areas:
+        if area.type == "PROPERTIES":
+            with contextlib.suppress(TypeError):        # there is no such tab: the active object has no materials
+                area.spaces.active.context = "MATERIAL"

@@ -1,0 +1,188 @@
+"""Operators that work in another process while the window stays responsive: with a progress bar, and Esc to cancel.
+
+Meanwhile users may undo, open another file, or delete anything. So no reference to Blender's data is kept between two
+timer events: an operator remembers the `session_uid` of its target, and looks it up in the one step that applies the
+result.
+"""
+
+import traceback
+from collections.abc import Generator
+from contextlib import closing
+from typing import Any
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ...fitter import DatasetError
+from ..core import compiler, transaction
+from ..core.annotations import OperatorMixIn, OperatorResult
+from . import blender_process, process, queue
+from .job import Job, Work
+
+Steps = Generator[tuple[float, str], None, Any]
+"""Work in pieces: yields (fraction, doing) after each, and returns its result."""
+
+EXPECTED = (DatasetError, compiler.CompileError, process.WorkerError, blender_process.CommandError, ValueError,
+            OSError)
+
+running: Job[Any] | None = None             # the job whose progress the panel shows
+
+
+class InBackground(OperatorMixIn):
+    """A mix-in for operators. The whole is one undo step; an operator that fails or is cancelled changes nothing.
+
+    An operator defines `work` and `apply`, and `prepare` if there is something to prepare.
+    """
+
+    def work(self, context: bpy.types.Context) -> Work:
+        """What to do in another process."""
+        raise NotImplementedError
+
+    def prepare(self, result: Any) -> Steps:
+        """Make of the result what `apply` takes, in pieces, without changing Blender's data. By default, return it."""
+        return result
+        yield
+
+    def apply(self, context: bpy.types.Context, prepared: Any) -> None:
+        """Change Blender's data, in one step."""
+        raise NotImplementedError
+
+    def run(self, context: bpy.types.Context) -> OperatorResult:
+        """Do everything at once, for scripts: what `execute` returns."""
+        try:
+            with closing(self.prepare(self.work(context).run())) as steps:
+                while self._prepare_next(steps) is not None:
+                    pass
+            self._apply(context)
+        except Exception as error:
+            return self._failed(error)
+        return {"FINISHED"}
+
+    def start(self, context: bpy.types.Context) -> OperatorResult:
+        """Begin, and continue in `modal`: what `invoke` returns."""
+        if bpy.app.background:
+            return self.execute(context)
+        if running is not None:
+            self.report({"ERROR"}, "Another fit is running: wait for it, or press Esc to cancel it")
+            return {"CANCELLED"}
+        try:
+            self._begin(self.work(context))
+        except Exception as error:
+            return self._failed(error)
+        self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
+        if (event.type == "ESC" and event.value == "PRESS") or running is not self._job:
+            self._end(context)
+            self.report({"INFO"}, "Cancelled; nothing has changed")
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        try:
+            done = self._step(context)
+        except Exception as error:
+            self._end(context)
+            return self._failed(error)
+        except BaseException:
+            self._end(context)
+            raise
+        if done:
+            self._end(context)
+            return {"FINISHED"}
+        if context.workspace is not None:
+            context.workspace.status_text_set(f"{self._job.doing}    {self._job.fraction:.0%}    Esc: Cancel")
+        queue.redraw()
+        return {"PASS_THROUGH"}
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender calls this when it ends the operator, for example because another file is opened."""
+        self._end(context)
+
+    def _begin(self, work: Work) -> None:
+        global running
+        self._steps: Steps | None = None
+        self._job = running = work.start()
+
+    def _step(self, context: bpy.types.Context) -> bool:
+        """Do the next piece: whether all is done."""
+        if not self._job.poll():
+            return False
+        if self._job.error is not None:
+            raise self._job.error
+        if self._steps is None:
+            self._steps = self.prepare(self._job.result)
+        progress = self._prepare_next(self._steps)
+        if progress is None:
+            self._apply(context)
+            return True
+        self._job.fraction, self._job.doing = progress
+        return False
+
+    def _prepare_next(self, steps: Steps) -> tuple[float, str] | None:
+        """Prepare the next piece: its progress; None when all is prepared."""
+        try:
+            return next(steps)
+        except StopIteration as end:
+            self._prepared = end.value
+            return None
+
+    def _apply(self, context: bpy.types.Context) -> None:
+        with transaction.new_data_removed_on_error():
+            self.apply(context, self._prepared)
+
+    def _failed(self, error: Exception) -> OperatorResult:
+        """Report an error, an unexpected one with a traceback on the console: what `execute` or `modal` returns."""
+        if isinstance(error, EXPECTED):
+            self.report({"ERROR"}, str(error))
+        else:
+            traceback.print_exception(error)
+            self.report({"ERROR"}, f"{type(error).__name__}: {error}. Nothing has changed; the console has the details")
+        return {"CANCELLED"}
+
+    def _end(self, context: bpy.types.Context) -> None:
+        global running
+        running = None
+        self._job.cancel()
+        if self._steps is not None:
+            self._steps.close()
+        context.window_manager.event_timer_remove(self._timer)
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
+        queue.redraw()
+
+
+class MEASUREDBRDF_OT_cancel(bpy.types.Operator):
+    """Stop fitting and leave everything unchanged. Esc does the same"""
+
+    bl_idname = "measured_brdf.cancel"
+    bl_label = "Cancel Fitting"
+
+    def execute(self, _context: bpy.types.Context) -> OperatorResult:
+        stop()
+        return {"FINISHED"}
+
+
+def stop() -> None:
+    """End the running job, as Esc does; its operator then ends with the next event."""
+    global running
+    if running is not None:
+        running.cancel()
+    running = None
+
+
+@persistent
+def _on_load(_file: object) -> None:
+    stop()                          # the file that the job was for is being closed
+
+
+classes = (MEASUREDBRDF_OT_cancel,)
+
+
+def register() -> None:
+    bpy.app.handlers.load_pre.append(_on_load)
+
+
+def unregister() -> None:
+    bpy.app.handlers.load_pre.remove(_on_load)

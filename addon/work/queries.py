@@ -1,0 +1,168 @@
+"""What panels ask about measurements and fits. Every answer comes from a worker."""
+
+from functools import partial
+from typing import Any
+
+import bpy
+
+from ...fitter import Fit
+from ...fitter.arrays import FloatArray
+from ...fitter.colours import COLOURS, DEFAULT
+from ...fitter.packed_picture import unpacked
+from ..core import material as materials
+from ..core import node_group
+from ..core.annotations import Arguments, present
+from ..core.reading import load_arguments
+from ..core.results import Data, Fitted, Kept, Measured
+from . import icons, queue, tasks
+from .job import Job
+
+_RECHECK = 5.0              # seconds after which the file of a shown material is read again
+
+
+def data(material: bpy.types.Material) -> Job[Data]:
+    """The job that reads the file of a material."""
+    settings = material.measured_brdf
+    path = bpy.path.abspath(settings.filepath, library=material.library)
+    how = load_arguments(settings)
+    return queue.ask(_data_key(path, settings.sample, how), partial(tasks.read, path, settings.sample, how=how), "read",
+                     max_age=_RECHECK)
+
+
+def cost(measured: Data, arguments: Arguments) -> tuple[Job[Fitted], Job[float]]:
+    """The job that fits, and the one that finds the RMSE at held-out samples."""
+    held = held_out(measured, arguments)
+    found = queue.ask(_key("fit", measured, arguments), partial(tasks.fitted_of, measured, arguments))
+    return found, held
+
+
+def held_out(measured: Data, arguments: Arguments) -> Job[float]:
+    """The job that finds the RMSE at held-out samples."""
+    return queue.ask(_key("held out", measured, arguments), partial(tasks.held_out_of, measured, arguments), "slow")
+
+
+def tell_fit(measured: Measured, arguments: Arguments, found: Fitted) -> None:
+    """Answer the question for a fit that an operator has made."""
+    queue.tell(_key("fit", measured, arguments), found)
+
+
+def known_fit(path: str, sample: str, how: Arguments, arguments: Arguments) -> tuple[str, Fitted] | None:
+    """A fit that a panel has asked for before, with the digest of its measurements; else None."""
+    measured = queue.known(_data_key(path, sample, how))
+    found = None if measured is None else queue.known(_key("fit", measured, arguments))
+    return None if found is None else (measured.digest, found)
+
+
+def lit_sphere(measured: Data, arguments: Arguments) -> tuple[int, Job[Any]]:
+    """The icon of the lit sphere, and the job that draws it."""
+    return icons.icon(_key("sphere", measured, arguments), partial(tasks.lit_sphere, measured, arguments))
+
+
+def preset_sphere(measured: Data, arguments: Arguments) -> tuple[int, Job[Any]]:
+    """As `lit_sphere`, without another fit's picture until it is drawn."""
+    kind, *rest = _key("preset sphere", measured, arguments)
+    return icons.icon((kind, tuple(rest)), partial(tasks.lit_sphere, measured, arguments))
+
+
+def polar_plot(measured: Data, arguments: Arguments, theta_i: float,
+               phi_i: float = 0.0) -> tuple[int, Job[Any]]:
+    """The icon of the polar plot at an angle of incidence and an azimuth of the light (radians), and the job that draws
+    it."""
+    theta_i, phi_i = round(theta_i, 3), round(phi_i, 3)
+    return icons.icon((*_key("polar", measured, arguments), theta_i, phi_i),
+                      partial(tasks.polar_plot, measured, arguments, theta_i, phi_i))
+
+
+def turned_plane(measured: Data, arguments: Arguments, theta_i: float) -> tuple[int, Job[Any]]:
+    """The icon of the plane of incidence, turned, at an angle of incidence (radians), and the job that draws it."""
+    theta_i = round(theta_i, 3)
+    return icons.icon((*_key("turned", measured, arguments), theta_i),
+                      partial(tasks.turned_plane, measured, arguments, theta_i))
+
+
+def of_material(material: bpy.types.Material) -> Job[Fit] | None:
+    """The job that reads the fit that a material keeps; None where the material is not measured.
+
+    It needs no measurements, and fits nothing. The job fails with ValueError where the fit has been damaged.
+    """
+    found = kept(material)
+    return None if found is None else queue.ask(("kept fit", found.digest), partial(tasks.kept_fit, found))
+
+
+def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
+    """The icon of the lit sphere of a measured material, and the job that draws it from the fit that it keeps.
+
+    Until it is drawn, the icon is that of the small picture in the material's settings, or of its previous fit.
+    """
+    found = present(kept(material))
+    key = "kept sphere", material.session_uid, found.digest
+    icon, job = icons.icon(key, partial(tasks.kept_sphere, found))
+    return icon or _small_sphere(material), job
+
+
+def material_polar(material: bpy.types.Material, theta_i: float, phi_i: float = 0.0,
+                   measured: Data | None = None) -> tuple[int, Job[Any]]:
+    """As `polar_plot`, from the fit that a measured material keeps; the samples are shown if they are given."""
+    found, theta_i, phi_i = present(kept(material)), round(theta_i, 3), round(phi_i, 3)
+    key = ("kept polar", material.session_uid, found.digest, None if measured is None else measured.digest, theta_i,
+           phi_i)
+    return icons.icon(key, partial(tasks.kept_polar, found, measured, theta_i, phi_i))
+
+
+def material_turned(material: bpy.types.Material, theta_i: float) -> tuple[int, Job[Any]]:
+    """As `turned_plane`, from the fit that a measured material keeps."""
+    found, theta_i = present(kept(material)), round(theta_i, 3)
+    return icons.icon(("kept turned", material.session_uid, found.digest, theta_i),
+                      partial(tasks.kept_turned, found, theta_i))
+
+
+def near_plane(material: bpy.types.Material, theta_i: float,
+               phi_i: float = 0.0) -> Job[tuple[FloatArray, FloatArray, float]] | None:
+    """The job that finds the samples near a plane of incidence (radians), as `pictures.near_plane` returns them; None
+    where the measurements are not at hand, or have not been read yet."""
+    measured = data(material).result if material.measured_brdf.filepath else None
+    if measured is None:
+        return None
+    theta_i, phi_i = round(theta_i, 2), round(phi_i, 2)
+    return queue.ask(("near plane", measured.digest, theta_i, phi_i),
+                     partial(tasks.near_plane, measured, theta_i, phi_i), "read")
+
+
+def kept(material: bpy.types.Material) -> Kept | None:
+    """The fit that a material keeps, as tasks take it; None where the material is not measured."""
+    node = materials.group_node(material)
+    if node is None:
+        return None
+    settings = material.measured_brdf
+    space = settings.colours if settings.colours in COLOURS else DEFAULT
+    tree = present(node.node_tree)
+    fit = node_group.kept_fit(tree)
+    return Kept(fit, "" if fit else node_group.source(tree), settings.name_of_data,
+                      _compression(settings.fitted_levels), space)
+
+
+def _compression(levels: str) -> float:
+    """The compression (percent) in the notation of a fit's levels, such as (4,6,95); 0 where there is none."""
+    try:
+        return float(levels.strip("()").split(",")[2])
+    except (IndexError, ValueError):
+        return 0.0
+
+
+def _small_sphere(material: bpy.types.Material) -> int:
+    """The icon of the small picture that a material keeps; 0 where there is none."""
+    text = material.measured_brdf.sphere
+    return icons.at_once(("small sphere", hash(text)), lambda: unpacked(text)) if text else 0
+
+
+def errors_by_level(measured: Data, arguments: Arguments) -> tuple[int, Job[Any]]:
+    """The icon of the plot of errors, and the job that draws it."""
+    return icons.icon(_key("levels", measured, arguments), partial(tasks.errors_by_level, measured, arguments), "slow")
+
+
+def _data_key(path: str, sample: str, how: Arguments) -> tuple[str, ...]:
+    return "data", path, sample, tasks.freeze(how)
+
+
+def _key(kind: str, measured: Data | Measured, arguments: Arguments) -> tuple[str, str, str]:
+    return kind, measured.digest, tasks.freeze(arguments)

@@ -1,0 +1,175 @@
+"""Questions of panels, which worker processes answer.
+
+Answers are cached by key. Missing ones are worked out in the order in which panels ask, for as long as they ask.
+"""
+
+import time
+from collections.abc import Callable, Hashable
+from typing import Any, NamedTuple, TypeVar
+
+import bpy
+
+from ..core.annotations import Report
+from .job import Job
+from .process import worker
+from .recent import Recent
+from .tasks import silent
+
+_Answer = TypeVar("_Answer")
+_Then = Callable[[Job[Any]], object] | None
+
+_INTERVAL = 0.1             # s, between two polls of the workers
+_REDRAW = 0.5               # s, between two redraws while they work
+_UNWANTED = 2.0             # s, after which a question is dropped that no panel has asked again
+_answers: Recent[Hashable, Job[Any]] = Recent(64)       # by key: the last finished job, else the pending one
+_drawn = 0.0                # when the panels were last redrawn
+
+
+class _Question(NamedTuple):
+    """A job without an answer, and what to call with it when it has one."""
+
+    key: Hashable
+    job: Job[Any]
+    then: _Then
+
+
+class _Lane:
+    """Questions that wait for the same worker, in the order in which they were first asked."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.queue: list[_Question] = []
+        self.running: _Question | None = None
+
+    def pending(self) -> list[_Question]:
+        """All questions without an answer."""
+        return [*self.queue, self.running] if self.running else self.queue
+
+    def drop_unwanted(self, now: float) -> None:
+        """Drop the questions that panels no longer ask."""
+        for question in self.pending()[:]:
+            key, job, _ = question
+            if now - job.asked < _UNWANTED:
+                continue
+            if _answers.get(key) is job:
+                del _answers[key]
+            if question is self.running:
+                self.running = None
+                job.cancel()
+            else:
+                self.queue.remove(question)
+
+    def poll(self) -> bool:
+        """Store an answer and start the next question: whether there was an answer."""
+        answered = self.running is not None and self.running.job.poll()
+        if self.running is not None and answered:
+            _keep(self.running)
+            self.running = None
+        if self.running is None and self.queue:
+            self.running = self.queue.pop(0)
+            worker(self.name).begin(self.running.job)
+        return answered
+
+
+_lanes = {name: _Lane(name) for name in ("read", "fit", "slow")}
+
+
+def ask(key: Hashable, function: Callable[[Report], _Answer], lane: str = "fit", then: _Then = None,
+        max_age: float | None = None) -> Job[_Answer]:
+    """The job that answers a question, finished or not. Callers ask again until there is an answer.
+
+    Parameters
+    ----------
+    key : hashable
+        Identifies the question.
+    function : callable
+        As `Job` takes it.
+    lane : {"read", "fit", "slow"}
+        Questions wait only for others of their lane.
+    then : callable, optional
+        Called with the finished job.
+    max_age : float, optional
+        Seconds after which the question is asked again; the old answer is returned until there is a new one.
+    """
+    chosen, now = _lanes[lane], time.monotonic()
+    job = _answers.get(key)
+    for question in chosen.pending():
+        if question.key == key:
+            question.job.asked = now
+            return job if job is not None else question.job
+    if job is not None and job.finished is not None:
+        _answers[key] = job             # used last
+        if max_age is None or now - job.finished < max_age:
+            return job
+    new = Job(function)
+    new.asked = now
+    if job is None:
+        job = _answers[key] = new
+    chosen.queue.append(_Question(key, new, then))
+    if not bpy.app.timers.is_registered(_poll):
+        bpy.app.timers.register(_poll, persistent=True)
+    return job
+
+
+def tell(key: Hashable, answer: Any) -> None:
+    """Answer a question before it is asked."""
+    job = Job[Any](None)
+    job.result, job.finished = answer, time.monotonic()
+    _keep(_Question(key, job, None))
+
+
+def known(key: Hashable) -> Any:
+    """The answer to a question; None if there is none yet."""
+    return _answers[key].result if key in _answers else None
+
+
+def answer_all() -> None:
+    """Answer every question now, in this process: for scripts, in which no timer runs."""
+    for lane in _lanes.values():
+        while lane.queue:
+            question = lane.queue.pop(0)
+            job = question.job
+            if job.function is not None:
+                job.result, job.finished = job.function(silent), time.monotonic()
+            _keep(question)
+
+
+def redraw() -> None:
+    """Redraw the editors that show measured materials."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "PROPERTIES":
+                area.tag_redraw()
+            elif area.type == "VIEW_3D":                # the sidebar alone: its view would be drawn anew
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()
+
+
+def _poll() -> float | None:
+    """Poll all lanes: a timer, which runs until there is nothing to do."""
+    global _drawn
+    now = time.monotonic()
+    answered = False
+    for lane in _lanes.values():
+        lane.drop_unwanted(now)
+        answered |= lane.poll()
+    if answered or now - _drawn > _REDRAW:      # a redrawn panel asks again for what it shows
+        _drawn = now
+        redraw()
+    return _INTERVAL if any(lane.running for lane in _lanes.values()) else None
+
+
+def _keep(question: _Question) -> None:
+    key, job, then = question
+    _answers[key] = job
+    if then is not None and job.error is None:
+        then(job)
+
+
+def unregister() -> None:
+    for lane in _lanes.values():
+        lane.queue, lane.running = [], None
+    _answers.clear()
+    if bpy.app.timers.is_registered(_poll):
+        bpy.app.timers.unregister(_poll)
