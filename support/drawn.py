@@ -17,6 +17,7 @@ class Layout:
         self._parent = parent
         self.drawn = parent.drawn if parent is not None else []
         self.enabled = True
+        self.operator_context = "INVOKE_DEFAULT"
 
     def __getattr__(self, name):
         if name in self._CONTAINERS:
@@ -98,7 +99,7 @@ class Layout:
 def draw(panel, context=None, **shown):
     """Draw a panel, or a menu; `shown` are members of the context that it looks at, such as the material."""
     layout, context = Layout(), bpy.context if context is None else context
-    names = ("scene", "object", "region", "preferences", "window_manager", "space_data")
+    names = ("scene", "object", "region", "preferences", "window_manager", "workspace", "space_data")
     given = {name: getattr(context, name, None) for name in names} | {"material": None} | shown
     panel.draw(SimpleNamespace(layout=layout), SimpleNamespace(**given))
     return layout

@@ -8,7 +8,7 @@ ROOT = Path(__file__).parents[1]
 
 if __name__ == "__main__":
     sys.path[0] = str(ROOT)
-    spec = importlib.util.spec_from_file_location("worker", ROOT / "addon" / "jobs" / "worker.py")
+    spec = importlib.util.spec_from_file_location("worker", ROOT / "addon" / "work" / "worker.py")
     worker = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(worker)
     worker.install_packages(sys.argv[1], Path(sys.argv[2]))

@@ -12,7 +12,7 @@ _PACKAGE = "measured_brdf_without_blender"
 def load():
     """The module `addon/work/tasks.py`."""
     if _PACKAGE not in sys.modules:
-        spec = importlib.util.spec_from_file_location("worker", ROOT / "addon" / "jobs" / "worker.py")
+        spec = importlib.util.spec_from_file_location("worker", ROOT / "addon" / "work" / "worker.py")
         worker = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(worker)
         worker.install_packages(_PACKAGE, ROOT)

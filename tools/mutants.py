@@ -33,12 +33,12 @@ _NOTHING = '__import__("contextlib").nullcontext()'
 _LIMIT = 600                # s, for the tests of one mutant
 _USAGE = 4, 5                # how pytest ends where there are no such tests
 
-_FAILING = "tests/addon/operators/test_failing_operators.py"
-_IMPORT = "tests/addon/operators/test_import.py"
-_JOBS = "tests/addon/jobs/test_jobs.py"
+_FAILING = "tests/addon/work/test_failing_operators.py"
+_IMPORT = "tests/addon/importing/test_import.py"
+_JOBS = "tests/addon/work/test_jobs.py"
 _LIBRARY = "tests/addon/library/test_library.py"
 _REUSE = "tests/addon/library/test_reuse.py"
-_LAMPS = ("tests/addon/scene/test_lamps.py", "-k",
+_LAMPS = ("tests/addon/core/test_lamps.py", "-k",
           "any_edits or instanced or hidden or group_has or older_shaders or named or gone or still or bright or layer")
 # the tests of each file, those that are likeliest to notice first
 TESTS = {
@@ -56,7 +56,7 @@ TESTS = {
     "addon/work/process.py": (_JOBS,),
     "addon/work/queue.py": (_JOBS,),
     "addon/work/blender_process.py": (_JOBS, _LIBRARY),
-    "addon/core/checks.py": ("tests/addon/materials/test_checks.py",),
+    "addon/core/checks.py": ("tests/addon/core/test_checks.py",),
     "addon/core/lamps/__init__.py": _LAMPS,
     "addon/core/lamps/changes.py": _LAMPS,
     "addon/core/lamps/drivers.py": _LAMPS,

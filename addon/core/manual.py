@@ -16,47 +16,49 @@ REDIRECTS = "f1"            # pages that lead to an anchor: what opens a file in
 WEBSITE: str = tomllib.loads((_ROOT / "blender_manifest.toml").read_text("utf-8")).get("website", "").rstrip("/")
 
 _OPERATORS = "bpy.ops.measured_brdf."
-_MATERIAL = "bpy.types.measuredmaterial."
-_PREFERENCES = "bpy.types.measuredpreferences."
 _READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
-# what F1 is pressed over, and the page and heading that treats it; the first that fits is taken
-TOPICS: tuple[tuple[str, str], ...] = (
-    *((f"{_OPERATORS}{name}", "manual#get-data-in") for name in
-      ("browse", "import_data", "import_folder", "choose_sample")),
-    (f"{_OPERATORS}say_units", "formats#if-the-file-does-not-say"),
-    *((f"{_OPERATORS}{name}", "manual#fit") for name in ("fit", "cancel")),
-    *((f"{_OPERATORS}{name}", "manual#compare") for name in ("pin", "render_look", "large_view")),
-    (f"{_OPERATORS}adjust", "manual/adjusting#adjust-and-mix"),
-    *((f"{_OPERATORS}{name}", "manual/adjusting#mix-measured-materials") for name in ("mix", "add_node")),
-    (f"{_OPERATORS}use_preset", "manual#choose-what-it-may-cost"),
-    *((f"{_OPERATORS}{name}", "manual/engines#choose") for name in ("enable_osl", "use_method")),
-    *((f"{_OPERATORS}{name}", "manual#render") for name in ("check_scene", "fix_setting")),
-    *((f"{_OPERATORS}{name}", "manual#keep-and-reuse") for name in ("find_file", "save_asset", "make_local")),
-    *((f"{_OPERATORS}{name}", "manual#start-from-the-library") for name in
-      ("use_published", "search_published", "add_starter_library")),
-    (f"{_OPERATORS}inspect", "manual#look-at-the-lobe"),
-    (f"{_OPERATORS}convert_folder", "manual#a-folder-into-an-asset-library"),
-    (f"{_OPERATORS}update_materials", "manual#files-of-an-older-version"),
-    *((f"{_MATERIAL}{name}", "formats#if-the-file-does-not-say") for name in _READING),
-    *((f"{_MATERIAL}{name}", "manual#get-data-in") for name in ("filepath", "sample")),
-    (f"{_MATERIAL}shown_*", "manual#look-before-you-fit"),
-    (f"{_MATERIAL}rendering", "manual/engines#choose"),
-    *((f"{_MATERIAL}{name}", "manual/adjusting#adjust-and-mix") for name in
-      ("diffuse_gain", "diffuse_tint", "highlight_*", "coat*")),
-    (f"{_MATERIAL}*", "manual#choose-what-it-may-cost"),
-    ("bpy.types.measuredcomparison.*", "manual#compare"),
-    (f"{_PREFERENCES}*", "manual#preferences"),
-    ("bpy.types.measuredshelf.data_search", "manual#your-data-folder"),
-    ("bpy.types.measuredshelf.*", "manual#start-from-the-library"),
-    (f"{_OPERATORS}*", "manual"),
-    ("bpy.types.scene.measured_brdf_comparison*", "manual#compare"),
-    ("bpy.types.material.measured_brdf*", "manual"),
+
+Topics = tuple[tuple[str, str], ...]
+"""What F1 is pressed over, and the page and heading that treats it; the first that fits is taken."""
+
+
+def over_operators(topic: str, *names: str) -> Topics:
+    """The topic of operators."""
+    return tuple((f"{_OPERATORS}{name}", topic) for name in names)
+
+
+def over_settings(topic: str, group: str, *names: str) -> Topics:
+    """The topic of the settings in a property group; names may have wildcards."""
+    return tuple((f"bpy.types.{group}.{name}", topic) for name in names)
+
+
+_TOPICS: Topics = (
+    *over_operators("manual#fit", "cancel"),
+    *over_operators("manual/engines#choose", "enable_osl", "use_method"),
+    *over_operators("manual#render", "check_scene", "fix_setting"),
+    *over_operators("manual#keep-and-reuse", "make_local"),
+    *over_operators("manual#files-of-an-older-version", "update_materials"),
+    *over_operators("manual/adjusting#mix-measured-materials", "add_node"),
+    *over_settings("formats#if-the-file-does-not-say", "measuredmaterial", *_READING),
+    *over_settings("manual#get-data-in", "measuredmaterial", "filepath", "sample"),
+    *over_settings("manual#look-before-you-fit", "measuredmaterial", "shown_*"),
+    *over_settings("manual/engines#choose", "measuredmaterial", "rendering"),
+    *over_settings("manual#choose-what-it-may-cost", "measuredmaterial", "*"),
+    *over_settings("manual#preferences", "measuredpreferences", "*"),
 )
+_ANYTHING_ELSE: Topics = ((f"{_OPERATORS}*", "manual"), ("bpy.types.material.measured_brdf*", "manual"))
+of_slices: list[Topics] = []
+"""The topics of what slices add."""
+
+
+def all_topics() -> Topics:
+    """Every topic, in the order in which they are tried."""
+    return (*_TOPICS, *(topic for added in of_slices for topic in added), *_ANYTHING_ELSE)
 
 
 def topics() -> list[str]:
     """The headings that F1 leads to, as ``page#anchor``, each once."""
-    return sorted({topic for _, topic in TOPICS if "#" in topic})
+    return sorted({topic for _, topic in all_topics() if "#" in topic})
 
 
 def file_name(topic: str) -> str:
@@ -81,7 +83,7 @@ def draw_link(layout: bpy.types.UILayout) -> None:
 
 def manual_map() -> tuple[str, tuple[tuple[str, str], ...]]:
     """What F1 opens over operators and settings of the add-on, as `bpy.utils.register_manual_map` takes it."""
-    return "", tuple((pattern, url(topic)) for pattern, topic in TOPICS)
+    return "", tuple((pattern, url(topic)) for pattern, topic in all_topics())
 
 
 def register() -> None:

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..core import checks
+from ..core import checks, manual
 from ..panel import main, menu, nodes
 from . import colours, compared_presets, curves, details, fit, folders, import_data, measurements, presets, samples
 
@@ -10,6 +10,11 @@ _MODULES = (import_data, samples, folders, fit, presets, curves, measurements, c
 _ENTRIES = menu.entries((import_data.MEASUREDBRDF_OT_browse, "Import Measured BRDF..."),
                         (folders.MEASUREDBRDF_OT_import_folder, "Import Folder of Measured BRDFs..."),
                         (fit.MEASUREDBRDF_OT_fit, "Fit Measured BRDF Again"))
+_TOPICS = (*manual.over_operators("manual#get-data-in", "browse", "import_data", "import_folder", "choose_sample"),
+           *manual.over_operators("formats#if-the-file-does-not-say", "say_units"),
+           *manual.over_operators("manual#fit", "fit"),
+           *manual.over_operators("manual#choose-what-it-may-cost", "use_preset"),
+           *manual.over_operators("manual#keep-and-reuse", "find_file"))
 
 
 def _draw_import(layout: bpy.types.UILayout) -> None:
@@ -27,6 +32,7 @@ def _in_add_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
 
 
 def register() -> None:
+    manual.of_slices.append(_TOPICS)
     for module in _MODULES:
         for cls in module.classes:
             bpy.utils.register_class(cls)
@@ -48,3 +54,4 @@ def unregister() -> None:
     for module in reversed(_MODULES):
         for cls in reversed(module.classes):
             bpy.utils.unregister_class(cls)
+    manual.of_slices.remove(_TOPICS)

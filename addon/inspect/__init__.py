@@ -2,14 +2,17 @@
 
 import bpy
 
+from ..core import manual
 from ..panel import main, menu
 from . import operators, panel, session
 
 _CLASSES = (*operators.classes, *panel.classes)
 _ENTRY = menu.entries((operators.MEASUREDBRDF_OT_inspect, "Inspect Reflectance of Measured BRDF"))
+_TOPICS = manual.over_operators("manual#look-at-the-lobe", "inspect")
 
 
 def register() -> None:
+    manual.of_slices.append(_TOPICS)
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
     session.register()
@@ -23,3 +26,4 @@ def unregister() -> None:
     session.unregister()
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)
+    manual.of_slices.remove(_TOPICS)

@@ -5,6 +5,7 @@ Code that opens .blend files (`batch`, `core.library_file`) runs only in a Blend
 
 import bpy
 
+from ..core import manual
 from ..panel import main, menu
 from ..work import command as commands
 from . import command, folders, operators
@@ -12,6 +13,8 @@ from . import command, folders, operators
 _CLASSES = (*operators.classes, *folders.classes)
 _ENTRIES = menu.entries((folders.MEASUREDBRDF_OT_convert_folder, "Convert Folder to Measured BRDF Library..."),
                         (operators.MEASUREDBRDF_OT_save_asset, "Save Measured BRDF to Asset Library"))
+_TOPICS = (*manual.over_operators("manual#keep-and-reuse", "save_asset"),
+           *manual.over_operators("manual#a-folder-into-an-asset-library", "convert_folder"))
 
 
 def _draw_save(layout: bpy.types.UILayout, _material: bpy.types.Material) -> None:
@@ -24,6 +27,7 @@ def _in_file_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
 
 
 def register() -> None:
+    manual.of_slices.append(_TOPICS)
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.TOPBAR_MT_file_import.append(_in_file_menu)
@@ -39,3 +43,4 @@ def unregister() -> None:
     bpy.types.TOPBAR_MT_file_import.remove(_in_file_menu)
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)
+    manual.of_slices.remove(_TOPICS)

@@ -2,14 +2,17 @@
 
 import bpy
 
+from ..core import manual
 from ..panel import main, menu, nodes
 from . import mix_group, mixed, operators, panel
 
 _CLASSES = (*operators.classes, *panel.classes)
 _ENTRY = menu.entries((operators.MEASUREDBRDF_OT_mix, "Mix Measured BRDFs..."))
+_TOPICS = manual.over_operators("manual/adjusting#mix-measured-materials", "mix")
 
 
 def register() -> None:
+    manual.of_slices.append(_TOPICS)
     mixed.register()
     mix_group.register()
     for cls in _CLASSES:
@@ -27,3 +30,4 @@ def unregister() -> None:
         bpy.utils.unregister_class(cls)
     mix_group.unregister()
     mixed.unregister()
+    manual.of_slices.remove(_TOPICS)

@@ -82,7 +82,7 @@ class MakesMaterials(HasTarget, InBackground):
             self.report({"WARNING"}, str(error))
         self.report({"INFO"}, f"{told}. {how}" if how else told)
         if self.options.is_invoke:
-            _show_first(context, made)
+            show_first(context, made)
 
 
 class FromFolder(FitChoices, OperatorMixIn):
@@ -133,7 +133,7 @@ def begin_with_preference(operator: Any, context: bpy.types.Context) -> None:
         use_preset(operator, preferences.get(context).preset)
 
 
-def _show_first(context: bpy.types.Context, made: Sequence[bpy.types.Material]) -> None:
+def show_first(context: bpy.types.Context, made: Sequence[bpy.types.Material]) -> None:
     """Show the material tab in the properties editors of the window, if these are the first measured materials."""
     if context.window is None or any(material.is_measured(item) for item in bpy.data.materials if item not in made):
         return

@@ -143,7 +143,7 @@ def test_a_mix_follows_its_materials(sphere, fits):
     made = mixed("felt", "krylon", 0.3)
     felt = bpy.data.materials["felt"]
     felt.measured_brdf.coefficients = 1             # as an import leaves it
-    felt.measured_brdf.diffuse_gain = 0.5
+    felt.measured_brdf_adjustments.diffuse_gain = 0.5
     with bpy.context.temp_override(material=felt):
         assert bpy.ops.measured_brdf.adjust() == {"FINISHED"}
     inner = materials.mix_node(made).node_tree

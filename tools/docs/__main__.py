@@ -63,10 +63,13 @@ def build(out: Path, python: str, only_manual: bool) -> bool:
 
 def write_redirects(out: Path) -> None:
     """For each topic of F1 a page that leads to its anchor: systems open files by their path alone."""
-    extension()
+    package = extension()
+    package.register()
     from measured_brdf.addon.core import manual
 
-    for topic in manual.topics():
+    topics = manual.topics()
+    package.unregister()
+    for topic in topics:
         target = out / manual.REDIRECTS / f"{manual.file_name(topic)}.html"
         target.parent.mkdir(exist_ok=True)
         page, _, anchor = topic.partition("#")

@@ -17,7 +17,7 @@ EXACT = 1e-6
 
 
 def outcome(close, colours="Rec.709"):
-    return SimpleNamespace(principled=close, measured=SimpleNamespace(colours=colours))
+    return SimpleNamespace(principled=close, colours=colours)
 
 
 @pytest.fixture
@@ -173,7 +173,7 @@ def test_a_mix_is_exported_between_its_materials_and_follows_them(blender, gltf,
     mixed = blender.data.materials[f"{first.name} + {second.name}"]
     before = exported(mixed)
     np.testing.assert_allclose(before, 0.75 * exported(first) + 0.25 * exported(second), atol=1e-5)
-    first.measured_brdf.diffuse_tint = (0, 0, 1)
+    first.measured_brdf_adjustments.diffuse_tint = (0, 0, 1)
     with blender.context.temp_override(material=first):
         blender.ops.measured_brdf.adjust()
     after = exported(mixed)

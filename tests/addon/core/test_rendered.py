@@ -270,8 +270,8 @@ def test_eevee_shows_about_as_much_light_as_cycles(write_astm, glossy, tmp_path)
 
 
 def test_an_import_says_in_words_what_it_is_worth_and_how_it_is_rendered(scene, imported, monkeypatch, capfd):
-    from measured_brdf.addon.core import osl_support
     from measured_brdf.addon.core import device as devices
+    from measured_brdf.addon.core import osl_support
 
     def told():
         capfd.readouterr()
@@ -313,8 +313,8 @@ def test_a_choice_is_for_all_groups_of_a_material_and_for_those_inside_of_others
 
 
 def test_fast_of_version_0_2_is_accepted_and_means_nodes(scene, imported):
-    from measured_brdf.addon.work import command
     from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.work import command
 
     material = imported("FAST")
     assert material.measured_brdf.rendering == materials.rendering_of(material) == "NODES"

@@ -51,8 +51,7 @@ def glossy_material():
 
 
 def test_a_scene_of_the_first_version_renders_as_it_did_and_is_told_apart(old_scene):
-    from measured_brdf.addon.core import versions
-    from measured_brdf.addon.core import checks, material
+    from measured_brdf.addon.core import checks, material, versions
 
     assert_same(blocks(), old_scene)
     assert versions.made_by(glossy_material()) == "0.1.0"
@@ -62,8 +61,7 @@ def test_a_scene_of_the_first_version_renders_as_it_did_and_is_told_apart(old_sc
 
 @release
 def test_one_button_brings_it_up_to_date_without_the_measurements(old_scene):
-    from measured_brdf.addon.core import versions
-    from measured_brdf.addon.core import checks, material, node_group
+    from measured_brdf.addon.core import checks, material, node_group, versions
 
     before = unbake(node_group.source(material.group_node(glossy_material()).node_tree))
     settings = {name: getattr(glossy_material().measured_brdf, name) for name in ("digest", "rmse", "coefficients")}
@@ -181,8 +179,7 @@ def convert(library):
 
 @release
 def test_converting_again_brings_a_library_of_the_first_version_up_to_date(blender, old_library):
-    from measured_brdf.addon.core import versions
-    from measured_brdf.addon.core import material
+    from measured_brdf.addon.core import material, versions
 
     done = convert(old_library)
     assert done.returncode == 0, done.stderr

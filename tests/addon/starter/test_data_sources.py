@@ -4,7 +4,7 @@ from support.checkout import ROOT
 
 
 def test_each_source_is_complete_and_in_the_manual(extension):
-    from measured_brdf.addon.core.data_sources import SOURCES
+    from measured_brdf.addon.starter.data_sources import SOURCES
 
     assert {source.name for source in SOURCES} == {"CURET", "Cornell", "MERL", "RGL", "UTIA"}
     manual = (ROOT / "docs" / "manual.md").read_text("utf-8")
@@ -18,7 +18,7 @@ def test_each_source_is_complete_and_in_the_manual(extension):
 
 
 def test_what_the_sources_write_is_read(extension):
-    from measured_brdf.addon.core.data_sources import SOURCES
+    from measured_brdf.addon.starter.data_sources import SOURCES
     from measured_brdf.fitter.formats import EXTENSIONS
 
     for source in SOURCES:

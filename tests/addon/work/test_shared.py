@@ -24,7 +24,7 @@ def process(extension):
 @pytest.fixture
 def making(process, monkeypatch):
     """Workers that make everything, also what the tests' own keep."""
-    monkeypatch.setattr(process, "_SCRIPT", ROOT / "addon" / "jobs" / "worker.py")
+    monkeypatch.setattr(process, "_SCRIPT", ROOT / "addon" / "work" / "worker.py")
 
 
 @pytest.fixture

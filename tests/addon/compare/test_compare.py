@@ -3,7 +3,6 @@
 import json
 
 import bpy
-import numpy as np
 import pytest
 
 from fitter import PRESETS
@@ -131,91 +130,8 @@ def test_a_linked_material_can_be_pinned_and_a_linked_scene_refuses(cubes, one, 
 def test_without_a_measured_material_nothing_is_offered(blender):
     blender.ops.mesh.primitive_cube_add()
     blender.context.object.data.materials.append(blender.data.materials.new("plain"))
-    for operator in (bpy.ops.measured_brdf.pin, bpy.ops.measured_brdf.large_view, bpy.ops.measured_brdf.render_look):
+    for operator in (bpy.ops.measured_brdf.pin, bpy.ops.measured_brdf.render_look):
         assert not operator.poll()
-
-
-def pixels():
-    image = bpy.data.images["Measured BRDF View"]
-    found = np.empty((*image.size, 4), dtype=np.float32)
-    image.pixels.foreach_get(found.ravel())
-    return found
-
-
-def test_the_large_view_shows_a_split_sphere_of_both(cubes, one, two, comparison):
-    from measured_brdf.addon.compare import work as comparisons
-    from measured_brdf.addon.work import queries
-
-    comparison.of(bpy.context.scene).pinned = two
-    two.measured_brdf.name_of_data = "other"
-    assert bpy.ops.measured_brdf.large_view(kind="SPHERE") == {"FINISHED"}
-    sphere = pixels()
-    drawn = comparisons.sphere(queries.kept(one), 768)
-    inside = drawn[..., 3] == 1
-    np.testing.assert_allclose(sphere[inside], drawn[inside], atol=1 / 255)
-    assert sphere[..., 3].min() == 1, "opaque, so that the editor's squares do not show"
-    assert bpy.ops.measured_brdf.large_view(kind="SPLIT") == {"FINISHED"}
-    halves = pixels()
-    np.testing.assert_allclose(halves[:, :380], sphere[:, :380], atol=1 / 255)
-    assert halves[:, 384, :3].min() > 0.85, "the line"
-    assert len(bpy.data.images) == 1, "the picture before is gone"
-
-
-def test_the_flipped_sphere_has_the_pinned_material_at_the_left(cubes, one, two, comparison):
-    assert bpy.ops.measured_brdf.fit(preset="Paper") == {"FINISHED"}
-    comparison.of(bpy.context.scene).pinned = two
-    comparison.of(bpy.context.scene).divide = 0.25
-    views = {}
-    for flipped in (False, True):
-        comparison.of(bpy.context.scene).flipped = flipped
-        bpy.ops.measured_brdf.large_view(kind="SPLIT")
-        views[flipped] = pixels()
-    assert np.abs(views[False][:, :180] - views[True][:, :180]).max() > 0.02
-    bpy.ops.measured_brdf.large_view(kind="SPHERE")
-    np.testing.assert_allclose(views[False][:, :180], pixels()[:, :180], atol=1 / 255)
-    np.testing.assert_allclose(views[True][:, 200:], pixels()[:, 200:], atol=1 / 255)
-
-
-def test_a_split_sphere_without_a_pinned_material_says_what_to_do(one):
-    before = state()
-    with pytest.raises(RuntimeError, match="No other material is pinned"):
-        bpy.ops.measured_brdf.large_view(kind="SPLIT")
-    assert state() == before
-
-
-def test_the_large_view_is_not_saved(one, tmp_path):
-    bpy.ops.measured_brdf.large_view(kind="POLAR")
-    assert bpy.data.images["Measured BRDF View"].users == 0
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"), copy=True)
-    with bpy.data.libraries.load(str(tmp_path / "saved.blend")) as (names, _):
-        assert list(names.images) == []
-        assert set(names.materials) == {"one", "two"}
-
-
-def test_a_large_view_that_the_user_has_taken_into_the_file_is_kept(one, tmp_path):
-    bpy.ops.measured_brdf.large_view(kind="POLAR")
-    bpy.data.images["Measured BRDF View"].use_fake_user = True
-    taken = pixels()
-    bpy.ops.measured_brdf.large_view(kind="SPHERE")
-    assert len(bpy.data.images) == 2
-    np.testing.assert_array_equal(pixels(), taken)
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"), copy=True)
-    with bpy.data.libraries.load(str(tmp_path / "saved.blend")) as (names, _):
-        assert list(names.images) == ["Measured BRDF View"]
-
-
-def test_a_large_view_that_fails_leaves_no_image(one, monkeypatch):
-    from measured_brdf.addon.compare import large_view
-
-    def fails(picture):
-        large_view._image(picture)
-        raise ValueError("no window")
-
-    monkeypatch.setattr(large_view, "show", fails)
-    before = state()
-    with pytest.raises(RuntimeError, match="no window"):
-        bpy.ops.measured_brdf.large_view(kind="SPHERE")
-    assert state() == before
 
 
 @pytest.fixture
@@ -229,12 +145,10 @@ def looks(extension):
 @pytest.fixture
 def small(monkeypatch):
     """Renders of a few pixels."""
-    from measured_brdf.addon.compare import large_view
     from measured_brdf.addon.compare import operators as compare
 
     monkeypatch.setattr(compare, "SIZE", 24)
-    monkeypatch.setattr(large_view, "LARGE", 32)
-    monkeypatch.setattr(compare, "_SAMPLES", {24: 4, 32: 4})
+    monkeypatch.setattr(compare, "_SAMPLES", 4)
 
 
 def test_a_test_render_is_kept_while_material_and_choice_stay(cubes, one, two, comparison, looks, small, monkeypatch):
@@ -280,12 +194,6 @@ def test_the_scenes_world_gives_the_light_and_is_part_of_the_choice(one, compari
     assert picture[..., 0].mean() > 3 * picture[..., 1].mean()
     background.inputs["Color"].default_value = (0, 1, 0, 1)
     assert looks.known(looks.key(scene, one, 24)) is None
-
-
-def test_the_large_view_of_a_render_is_larger_and_kept(one, looks, small):
-    assert bpy.ops.measured_brdf.large_view(kind="LOOK") == {"FINISHED"}
-    assert tuple(bpy.data.images["Measured BRDF View"].size) == (32, 32)
-    assert looks.known(looks.key(bpy.context.scene, one, 32)) is not None
 
 
 def test_a_render_that_cannot_be_written_leaves_the_file_as_it_was(one, looks, monkeypatch):

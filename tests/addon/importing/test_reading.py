@@ -74,7 +74,7 @@ def test_a_file_without_units_is_refused_with_the_option_that_reads_it(blender, 
 
 
 def test_refit_and_panel_read_as_the_import_did(blender, cube, file, extension, monkeypatch):
-    jobs, asked = extension.addon.jobs, []
+    jobs, asked = extension.addon.work, []
     blender.ops.measured_brdf.import_data(filepath=file, illuminant="A", **CHEAP, **HOW)
     settings = cube.active_material.measured_brdf
     before = settings.digest
@@ -91,7 +91,7 @@ def test_refit_and_panel_read_as_the_import_did(blender, cube, file, extension, 
 
 def test_what_is_known_of_the_material_reaches_the_reader(blender, cube, tmp_path, extension):
     """Options of anisotropic measurements, from the operator and from the command line: as `fitter.load` takes them."""
-    materials = extension.addon.materials
+    materials = extension.addon.core
     choices = SimpleNamespace(angles="auto", quantity="auto", illuminant="D65", isotropic="anisotropic",
                               symmetry="half_turn", encoding="srgb")
     asked = materials.reading.load_arguments(choices)
@@ -250,7 +250,7 @@ def test_a_library_may_be_of_another_space_than_its_blend(blender, file, tmp_pat
 
 
 def test_a_file_without_units_is_known_by_its_error_across_processes(blender, file, extension):
-    jobs = extension.addon.jobs
+    jobs = extension.addon.work
     job = jobs.process.start(partial(jobs.tasks.outcomes, [(file, "")], {"diffuse_level": 1, "specular_level": None}))
     until = time.monotonic() + 60
     while not job.poll() and time.monotonic() < until:

@@ -39,28 +39,29 @@ def directions(random):
 
 
 def test_the_shader_gets_the_edited_fit_without_the_measurements(blender, curet, material, random):
-    settings = material.measured_brdf
-    settings.filepath = "/nowhere/felt.dat"
+    settings = material.measured_brdf_adjustments
+    results = material.measured_brdf
+    results.filepath = "/nowhere/felt.dat"
     settings.diffuse_gain, settings.diffuse_tint = 0.5, (1.0, 0.5, 0.25)
     settings.highlight_width, settings.coat, settings.coat_roughness = 2.0, 0.5, 0.5
-    sphere = settings.sphere
+    sphere = results.sphere
     assert blender.ops.measured_brdf.adjust() == {"FINISHED"}
     at = directions(random)
     want = expected(curet, diffuse=(0.5, 0.25, 0.125), width=2.0, coat=0.5, coat_width=0.25).evaluate(*at)
     np.testing.assert_allclose(shown(material).evaluate(*at), want, rtol=1e-4, atol=1e-6)
-    assert settings.sphere != sphere
+    assert results.sphere != sphere
     assert len(blender.data.texts) == 1             # the former shader is gone
 
 
 def test_as_measured_takes_everything_back(blender, extension, curet, material, random):
     worth = extension.addon.core.properties.worth
-    settings = material.measured_brdf
-    praise = worth(settings)
+    settings = material.measured_brdf_adjustments
+    praise = worth(material.measured_brdf)
     settings.highlight_gain = 3.0
     blender.ops.measured_brdf.adjust()
-    assert worth(settings) == (f"Before it was adjusted: {praise[0]}", False)
+    assert worth(material.measured_brdf) == (f"Before it was adjusted: {praise[0]}", False)
     assert blender.ops.measured_brdf.adjust(reset=True) == {"FINISHED"}
-    assert worth(settings) == praise
+    assert worth(material.measured_brdf) == praise
     assert settings.highlight_gain == 1
     at = directions(random)
     np.testing.assert_allclose(shown(material).evaluate(*at)[:, :1], np.maximum(expected(curet).evaluate(*at), 0),
@@ -71,7 +72,7 @@ def test_as_measured_takes_everything_back(blender, extension, curet, material, 
 def test_a_refit_and_an_update_keep_the_adjustments(blender, curet, material, random):
     from measured_brdf.addon.core import material as materials
 
-    settings = material.measured_brdf
+    settings = material.measured_brdf_adjustments
     settings.highlight_gain = 2.0
     blender.ops.measured_brdf.adjust()
     at = directions(random)
@@ -85,7 +86,7 @@ def test_a_refit_and_an_update_keep_the_adjustments(blender, curet, material, ra
 
 def test_adjusting_a_copy_leaves_the_original(blender, curet, material, random):
     copy = material.copy()
-    copy.measured_brdf.diffuse_gain = 0.1
+    copy.measured_brdf_adjustments.diffuse_gain = 0.1
     with blender.context.temp_override(material=copy):
         blender.ops.measured_brdf.adjust()
     at = directions(random)
@@ -97,11 +98,11 @@ def test_adjusting_a_copy_leaves_the_original(blender, curet, material, random):
 
 @pytest.mark.parametrize("change", ["import", "adjust", "fit", "update"])
 def test_the_group_has_the_name_of_its_material(blender, material, change):
-    from measured_brdf.addon.core import versions
     from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core import versions
 
     if change == "adjust":
-        material.measured_brdf.diffuse_gain = 0.5
+        material.measured_brdf_adjustments.diffuse_gain = 0.5
         blender.ops.measured_brdf.adjust()
     elif change == "fit":
         blender.ops.measured_brdf.fit(preset="Draft")
@@ -136,7 +137,7 @@ def test_a_changed_slider_is_applied_by_itself_once_it_rests(blender, extension,
     window, now = _Window(blender), [100.0]
     monkeypatch.setattr(adjust, "bpy", window)
     monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
-    settings = material.measured_brdf
+    settings = material.measured_brdf_adjustments
     settings.diffuse_gain = 0.9
     now[0] += 0.3
     settings.diffuse_gain = 0.5             # still moving
@@ -157,7 +158,7 @@ def test_undo_and_redo_do_not_stop_between_a_slider_and_its_effect(blender, exte
     window, now = _Window(blender), [100.0]
     monkeypatch.setattr(adjust, "bpy", window)
     monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
-    settings = material.measured_brdf
+    settings = material.measured_brdf_adjustments
     settings.diffuse_gain = 0.5
     adjust._on_undo(None)
     assert window.timers == [adjust._apply], "it is still to be applied"
@@ -183,11 +184,11 @@ def test_a_slider_that_is_back_where_it_was_and_a_deleted_material_begin_nothing
     window, now = _Window(blender), [100.0]
     monkeypatch.setattr(adjust, "bpy", window)
     monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
-    material.measured_brdf.coat = 0.5
-    material.measured_brdf.coat = 0.0
+    material.measured_brdf_adjustments.coat = 0.5
+    material.measured_brdf_adjustments.coat = 0.0
     now[0] += 1
     assert adjust._apply() is None
-    material.measured_brdf.coat = 0.5
+    material.measured_brdf_adjustments.coat = 0.5
     blender.data.materials.remove(material)
     now[0] += 1
     assert adjust._apply() is None

@@ -107,8 +107,8 @@ def importing(folder):
 
 
 def fitting(_folder):
-    from measured_brdf.addon.work import modal
     from measured_brdf.addon.importing import fit
+    from measured_brdf.addon.work import modal
 
     bpy.context.object.active_material.measured_brdf.diffuse_level = 2
     return driven(fit.MEASUREDBRDF_OT_fit, modal.InBackground, preset="AS_CHOSEN")
@@ -178,9 +178,9 @@ def test_the_material_goes_to_the_object_that_was_active_when_it_began(blender, 
 @release
 def test_a_conversion_touches_nothing_of_the_open_file(blender, folder, tmp_path):
     """Not even while it works: its Blender is another one."""
-    from measured_brdf.addon.work import modal
-    from measured_brdf.addon.library import operators as assets
     from measured_brdf.addon.importing import folders
+    from measured_brdf.addon.library import operators as assets
+    from measured_brdf.addon.work import modal
 
     scene(folder)
     before = state()

@@ -17,10 +17,10 @@ ORDER = ["Draft", "Standard", "Reference", "Paper"]
 @pytest.fixture
 def ui(extension):
     from measured_brdf.addon.compare import looks
-    from measured_brdf.addon.work import queue
-    from measured_brdf.addon.compare import settings as comparison
     from measured_brdf.addon.compare import panel as compare_with
+    from measured_brdf.addon.compare import settings as comparison
     from measured_brdf.addon.importing import compared_presets as presets
+    from measured_brdf.addon.work import queue
 
     yield SimpleNamespace(presets=presets, compare_with=compare_with, queue=queue, looks=looks, comparison=comparison)
     queue.unregister()

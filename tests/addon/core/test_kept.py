@@ -64,7 +64,7 @@ def test_materials_of_one_fit_share_a_shader(imported):
 def test_what_changes_one_of_two_that_share_a_shader_leaves_the_other_alone(imported):
     first, second = imported(), imported()
     before, content = group(first), kept(first)
-    second.measured_brdf.diffuse_gain = 0.5
+    second.measured_brdf_adjustments.diffuse_gain = 0.5
     assert bpy.ops.measured_brdf.adjust() == {"FINISHED"}
     assert group(first) == before != group(second)
     assert kept(first) == content != kept(second)
@@ -84,7 +84,7 @@ def test_a_mix_follows_one_of_two_that_share_a_shader(imported):
     mix = bpy.data.node_groups[f"{first.name} + {second.name}"]
     assert mix.nodes["First"].node_tree == mix.nodes["Second"].node_tree == before
     with bpy.context.temp_override(material=second):
-        second.measured_brdf.diffuse_gain = 0.5
+        second.measured_brdf_adjustments.diffuse_gain = 0.5
         bpy.ops.measured_brdf.adjust()
     assert mix.nodes["First"].node_tree == before
     assert mix.nodes["Second"].node_tree == group(second) != before

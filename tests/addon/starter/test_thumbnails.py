@@ -14,7 +14,7 @@ from support import panel_work
 def thumbnails():
     """The module as a worker loads it."""
     tasks = panel_work.load()
-    found = importlib.import_module(tasks.__name__.replace(".jobs.tasks", ".library.thumbnails"))
+    found = importlib.import_module(tasks.__name__.replace(".work.tasks", ".starter.thumbnails"))
     found._known.clear()
     return found
 
@@ -151,9 +151,9 @@ def test_the_picture_of_an_unreadable_measurement_is_an_error(thumbnails, folder
 
 def test_a_picture_that_cannot_be_drawn_is_not_tried_for_ever(extension, monkeypatch):
     """The queue keeps few answers: with more broken files than that in a folder, each would be asked for again."""
-    from measured_brdf.addon.work.job import Job
     from measured_brdf.addon.starter import shelf
     from measured_brdf.addon.starter.thumbnails import Found
+    from measured_brdf.addon.work.job import Job
 
     asked = []
 
@@ -177,9 +177,9 @@ def test_a_worker_lists_a_folder(extension, folder):
     import time
     from functools import partial
 
+    from measured_brdf.addon.starter import thumbnails
     from measured_brdf.addon.work import process
     from measured_brdf.addon.work.job import Job
-    from measured_brdf.addon.starter import thumbnails
 
     worker = process.Worker()
     try:

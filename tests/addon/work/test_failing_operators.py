@@ -14,7 +14,8 @@ from support.checkout import ROOT
 from support.stage import black_scene
 
 ADDON = str(ROOT / "addon") + os.sep
-SCENE = f"{ADDON}scene"          # its lamp groups are derived data, and its functions are called hundreds of times
+# lamp groups are derived data, and their functions are called hundreds of times
+LAMPS = tuple(f"{ADDON}core{os.sep}{name}" for name in ("lamps", "device", "world_lights"))
 # transactions are what is tested; the others change no data of Blender's
 QUIET = ("annotations.py", "transaction.py", "tasks.py", "process.py", "queue.py", "properties.py", "compiler.py",
          "versions.py", "icons.py", "preferences.py")
@@ -42,7 +43,7 @@ class _Injection:
 
     def _trace(self, frame, event, _argument):
         path, name = frame.f_code.co_filename, frame.f_code.co_name
-        if event != "call" or not path.startswith(ADDON) or path.startswith(SCENE):
+        if event != "call" or not path.startswith(ADDON) or path.startswith(LAMPS):
             return
         if path.endswith(QUIET) or name in OUTSIDE or name[0] == "<":
             return
@@ -107,7 +108,7 @@ def test_an_error_anywhere_in_an_operator_leaves_the_blend_as_it_was(cube, files
     if name == "update":
         make_older()
     if name.startswith("adjust"):
-        cube.active_material.measured_brdf.diffuse_gain = 0.5
+        cube.active_material.measured_brdf_adjustments.diffuse_gain = 0.5
     if "mix" in name:
         bpy.context.view_layer.objects.active = None
         OPERATIONS["import"](files)

@@ -88,8 +88,8 @@ def test_search_finds_by_words_in_name_label_and_tags(extension):
 
 def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extension, tmp_path, glossy, write_astm,
                                                                        monkeypatch):
-    from measured_brdf.addon.work import queue
     from measured_brdf.addon.starter import shelf
+    from measured_brdf.addon.work import queue
 
     monkeypatch.setattr(shelf, "user_folder", lambda name: tmp_path / "user" / name)
     folder = tmp_path / "data"

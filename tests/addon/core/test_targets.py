@@ -149,10 +149,10 @@ def test_what_lies_over_the_viewport_hides_it(scene, targets):
 
 def test_a_drop_is_assigned_to_the_slot_under_the_mouse_also_when_all_else_changes_meanwhile(scene, targets, file):
     """From the drop to the end of the fit another object, and another slot, may become active."""
-    from measured_brdf.addon.work import process, tasks
     from measured_brdf.addon.importing import import_data
+    from measured_brdf.addon.work import process, tasks
 
-    from tests.addon.operators.test_at_every_tick import driven, run
+    from tests.addon.work.test_at_every_tick import driven, run
 
     right = scene.data.objects["right"]
     before = [slot.material.name for slot in right.material_slots]
