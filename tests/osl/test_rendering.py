@@ -137,6 +137,29 @@ def test_a_sphere_under_the_sun_is_right_pixel_by_pixel(blender, fits):
     assert np.quantile(error, 0.99) < 0.1
 
 
+def test_what_lies_beside_a_lobe_does_not_reach_its_lamp(blender, cornell):
+    """A plane under a sun of a degree, where the fit is five times the mixture and a lobe has the rest: a sampled
+    direction spreads by .08 degrees over the edge of the lobe."""
+    fit = fitter.fit(cornell("cayman"))
+    theta, radius = math.radians(33.7), math.radians(1.06)
+    lamp = np.array([-math.sin(theta + 0.052), 0, math.cos(theta + 0.052)])
+    scene = black_scene(64, 64, 256, span=2)
+    scene.cycles.max_bounces = 0
+    scene.camera.location = 10 * math.sin(theta), 0, 10 * math.cos(theta)
+    scene.camera.rotation_euler = rotation_toward(scene.camera.location)
+    bpy.ops.mesh.primitive_plane_add(size=8)
+    bpy.context.object.data.materials.append(osl_material_for(fit))
+    add_lamp("SUN", 1, rotation=rotation_toward(lamp), angle=2 * radius)
+    r = radius * np.sqrt((np.arange(100) + 0.5) / 100)[:, None]
+    turn = (np.arange(100) + 0.5) / 100 * 2 * math.pi
+    across, up = np.array([0, 1.0, 0]), np.cross(lamp, [0, 1.0, 0])
+    toward = (np.cos(r)[..., None] * lamp + np.sin(r)[..., None] * (
+        np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * up)).reshape(-1, 3)
+    f = fit.evaluate(np.arccos(toward[:, 2]), np.arctan2(toward[:, 1], toward[:, 0]), theta, 0)
+    expected = (np.maximum(f, 0) * toward[:, 2:]).mean(axis=0)
+    assert render(scene)[..., 2].mean() == pytest.approx(expected[2], rel=0.004)
+
+
 STALE = [((-0.5, 0.3, 0.8), -0.05, 1), ((1.0, 2.0, 3.0), 0.2, 5), ((2.0, 2.0, 1.0), 1.0, 5)]
 
 
