@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter.cycles.node_mixture import Nodes
 from support.cases import quick, release
+from support.mixtures import made_mixture
 from support.spheres import normals, reflected
 from support.stage import (
     add_lamp,
@@ -16,6 +18,7 @@ from support.stage import (
     background,
     black_scene,
     blank_material,
+    material_for,
     osl_material_for,
     render,
     rotation_toward,
@@ -274,6 +277,28 @@ def test_no_pixel_is_below_zero_under_an_area_lamp(blender, fits, material):
     below = np.count_nonzero((picture < 0).any(axis=-1))
     print(f"{material}: {below} pixels below 0, the least {picture.min() / picture.mean():.3g} of the mean")
     assert below == 0
+
+
+def test_a_channel_of_the_mixture_above_the_fit_is_lowered_at_a_lamp(blender):
+    """A matte plane whose red is four times as much in the mixture as in the fit: right, and nowhere below 0."""
+    albedo = np.array([0.01, 0.5, 0.5])
+    theta = np.linspace(0, 1.5, 12)
+    theta_i, theta_o, phi_o = (grid.ravel() for grid in np.meshgrid(theta, theta, np.linspace(0, math.pi, 12)))
+    matte = fitter.Samples(theta_i, np.zeros_like(theta_i), theta_o, phi_o, np.tile(albedo / math.pi, (len(theta_i), 1)),
+                           ("R", "G", "B"), "matte", "synthetic")
+    fit = fitter.fit(matte, 3, None)
+    mixture = made_mixture()
+    colour = np.zeros_like(mixture.colour)
+    colour[:, 0] = albedo * [4, 1, 1]
+    mixture = mixture._replace(colour=colour)
+    scene = black_scene(16, 16, 16, span=0.1)
+    scene.cycles.max_bounces = 0
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    bpy.context.object.data.materials.append(material_for(fit, Nodes(mixture, mixture)))
+    add_lamp("SUN", 1, rotation=(0, -FROM_THE_LEFT, 0), angle=0.1)
+    picture = render(scene)[..., :3]
+    assert picture.mean(axis=(0, 1)) == pytest.approx(albedo / math.pi * math.cos(FROM_THE_LEFT), rel=0.02)
+    assert picture.min() >= 0
 
 
 @pytest.mark.parametrize("apart", quick([0.0, 0.005, 0.03], 0.005))
