@@ -284,8 +284,8 @@ def test_a_channel_of_the_mixture_above_the_fit_is_lowered_at_a_lamp(blender):
     albedo = np.array([0.01, 0.5, 0.5])
     theta = np.linspace(0, 1.5, 12)
     theta_i, theta_o, phi_o = (grid.ravel() for grid in np.meshgrid(theta, theta, np.linspace(0, math.pi, 12)))
-    matte = fitter.Samples(theta_i, np.zeros_like(theta_i), theta_o, phi_o, np.tile(albedo / math.pi, (len(theta_i), 1)),
-                           ("R", "G", "B"), "matte", "synthetic")
+    values, names = np.tile(albedo / math.pi, (len(theta_i), 1)), ("R", "G", "B")
+    matte = fitter.Samples(theta_i, np.zeros_like(theta_i), theta_o, phi_o, values, names, "matte", "synthetic")
     fit = fitter.fit(matte, 3, None)
     mixture = made_mixture()
     colour = np.zeros_like(mixture.colour)
