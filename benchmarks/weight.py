@@ -37,7 +37,7 @@ def main():
     count, full, after = len(files), _sizes(), _milliseconds(lamp)
     print(f"{count} materials, Standard, kB each: {(full[0] - empty[0]) / count / 1e3:.0f}, compressed "
           f"{(full[1] - empty[1]) / count / 1e3:.0f}")
-    for part, remove in (("bytecode", _no_bytecode), ("text", _no_text), ("fit", _no_fit), ("nodes", _no_nodes)):
+    for part, remove in (("bytecode", _no_bytecode), ("fit", _no_fit), ("nodes", _no_nodes)):
         remove()
         less = _sizes()
         print(f"  {part:9} {(full[0] - less[0]) / count / 1e3:7.0f}")
@@ -78,11 +78,6 @@ def _groups():
 def _no_bytecode():
     for tree in _groups():
         tree.nodes[SCRIPT_NODE].bytecode = ""
-
-
-def _no_text():
-    for text in bpy.data.texts:
-        text.clear()
 
 
 def _no_fit():

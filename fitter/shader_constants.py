@@ -101,7 +101,10 @@ MAX_LOBES = 4
 SAMPLED_LOBES = 2
 # Both where few closures fit: on GPUs, all closures of a point share 1024 bytes.
 FRUGAL_LOBES = 1
-# One less the cosine of the angle to which a lobe reaches, in the square of its lamp's radius: 2 is twice the radius,
+# By how much a lobe is wider than its lamp, beside which it falls off: two standard deviations of the directions about
+# a sampled one (REMAINDER_EXPONENT). Else what is sampled just outside, where the lobe is low, spreads over the lamp.
+LOBE_MARGIN = 0.002
+# One less the cosine of the angle to which a lobe reaches, in the square of its radius: 2 is twice the radius,
 # where a lobe has fallen below 1e-5.
 LOBE_REACH = 2.0
 # Below this angular radius, that of the sun, the fit counts as constant over a lamp, and its lobe alone renders it,

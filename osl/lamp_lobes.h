@@ -88,7 +88,7 @@ void sample_lobes(LampList lamps, int frugal, point seed, output float times[MAX
 /* Whether the lobe of a lamp reaches any of the lamps behind it in the list that are `needed`. */
 int reaches_needed(LampList lamps, int lamp, int needed[DIRECTIONS])
 {
-  float radius = max(lamps.radius[lamp], MIN_LOBE_RADIUS);
+  float radius = lobe_radius(lamps.radius[lamp]);
   for (int i = lamp + 1; i < lamps.count; i++) {
     if (needed[i] && 1.0 - dot(lamps.direction[lamp], lamps.direction[i]) < LOBE_REACH * radius * radius) {
       return 1;

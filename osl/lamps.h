@@ -36,10 +36,16 @@ void add_lamp(vector lamp, vector extent, point at, ShadingFrame frame, output L
   }
 }
 
-/* The exponent with which cos(angle from the axis) ^ exponent falls to the edge knot of a lamp's lobe at its edge. */
+/* The angular radius up to which the lobe at a lamp is flat. */
+float lobe_radius(float radius)
+{
+  return clamp(radius + LOBE_MARGIN, MIN_LOBE_RADIUS, MAX_LOBE_RADIUS);
+}
+
+/* The exponent with which cos(angle from the axis) ^ exponent falls there to the edge knot. */
 float lobe_exponent(float radius)
 {
-  return log(LOBE_EDGE_KNOT / (KNOTS - 1.0)) / log(cos(clamp(radius, MIN_LOBE_RADIUS, MAX_LOBE_RADIUS)));
+  return log(LOBE_EDGE_KNOT / (KNOTS - 1.0)) / log(cos(lobe_radius(radius)));
 }
 
 /* Up to how many lamps each have a lobe; of more, some are taken at random. */

@@ -11,7 +11,9 @@ from . import osl_support
 from .results import Surface
 
 _MOST_SOURCE = 1 << 24      # bytes: the OSL compiler reads no more, and finds an error in the middle of a table
-_COMMENT = re.compile(r"^[ \t]*#.*\n", re.MULTILINE)        # the source once more, and folders of this machine
+# the source once more, folders of this machine, and hints for messages of errors and of lifetimes, which OSL works out
+# again when it loads a shader
+_NOT_NEEDED = re.compile(r'^[ \t]*#.*\n|[ \t]*%(?:filename\{"[^"]*"\}|(?:line|read|write)\{[^}]*\})', re.MULTILINE)
 
 
 class CompileError(RuntimeError):
@@ -65,4 +67,4 @@ def _bytecode(source: str) -> str:
                            f"{error.strerror or error}") from error
     if not bytecode:
         raise CompileError("The OSL compiler wrote an empty file; the disk may be full")
-    return _COMMENT.sub("", bytecode)
+    return _NOT_NEEDED.sub("", bytecode)

@@ -296,13 +296,12 @@ def _replaced(material: bpy.types.Material, before: bpy.types.NodeTree | None, a
 
 
 def _names(tree: bpy.types.NodeTree, materials: Sequence[bpy.types.Material]) -> list[tuple[bpy.types.ID, str]]:
-    """The names of a new group and its source text, which they cannot have beside those that they replace; none where
-    the group is that of other materials too, by whose name it goes."""
+    """The name of a new group, which it cannot have beside the one that it replaces; none where the group is that of
+    other materials too, by whose name it goes."""
     users = bpy.data.user_map(subset=[tree])[tree]
     if any(isinstance(user, bpy.types.Material) and user not in materials for user in users):
         return []
-    text, name = present(node_group.script_node(tree)).script, materials[0].name
-    return [(tree, name)] if text is None else [(tree, name), (text, f"{name}.osl")]
+    return [(tree, materials[0].name)]
 
 
 def _colour_solid_view(material: bpy.types.Material, surface: Surface) -> None:

@@ -1,9 +1,10 @@
 """The node group `Measured BRDF`: a baked shader in an INTERNAL script node, and closure nodes for other renderers.
 
-The script node is connected to the scene's lamp group. The .blend holds source and bytecode, so rendering needs no
-other file. Which of the two shows needs no extension either: a factor comes from an output of the script node, which
-Cycles makes only where it renders with OSL. Elsewhere that link is dropped, and the factor has its own value, 0: the
-closure nodes. EEVEE has an output of its own, because it renders fewer kinds of closures.
+The script node is connected to the scene's lamp group. The .blend holds bytecode, so rendering needs no other file, and
+the fit, of which another shader can be made; it does not hold the source. Which of the two shows needs no extension
+either: a factor comes from an output of the script node, which Cycles makes only where it renders with OSL. Elsewhere
+that link is dropped, and the factor has its own value, 0: the closure nodes. EEVEE has an output of its own, because it
+renders fewer kinds of closures.
 """
 
 from __future__ import annotations
@@ -43,9 +44,9 @@ _HASH = "bytecode_hash"
 _VERSION = "shader_version"         # custom property of the group; version 0.1.0 did not set it
 
 
-# what Blender 5.0 writes beside their text or their values, in bytes
-_LINE, _NODE, _SOCKET, _LINK = 104, 500, 600, 88
-_MATERIAL = 50_000          # of the material that has the group
+# what Blender 5.0 writes beside their values, in bytes
+_NODE, _SOCKET, _LINK = 500, 640, 88
+_MATERIAL = 60_000          # of the material that has the group
 _SAME = 1e-4                # of errors, relative: the same mixture is not the same to the last digit
 
 
@@ -69,9 +70,8 @@ def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
         If this Blender cannot compile the shader; the file then stays as it was.
     """
     with new_data_removed_on_error():
-        text = bpy.data.texts.new(f"{name}.osl")
         tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
-        _fill(tree, text, shader)
+        _fill(tree, shader)
         for key, error in _errors(shader.nodes).items():
             tree[key] = error
         tree[_VERSION] = shader_version(shader.source)
@@ -82,19 +82,16 @@ def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
 
 
 def bytes_in_file(tree: bpy.types.NodeTree) -> int:
-    """About how many bytes a group that `create` made takes in a .blend without compression; 0 where it is not known.
-
-    Its source text counts, and the lamps, which all groups share, do not.
-    """
+    """About how many bytes a group that `create` made takes in a .blend without compression, less the lamps, which all
+    groups share; 0 where it is not known."""
     stored = tree.get(_BYTES)
     return stored if isinstance(stored, int) else 0
 
 
 def _bytes_in_file(tree: bpy.types.NodeTree) -> int:
-    text = source(tree)
     sockets = sum(len(node.inputs) + len(node.outputs) for node in tree.nodes)
-    return (len(text) + _LINE * text.count("\n") + len(present(script_node(tree)).bytecode) + len(kept_fit(tree))
-            + _MATERIAL + _NODE * len(tree.nodes) + _SOCKET * sockets + _LINK * len(tree.links))
+    return (len(present(script_node(tree)).bytecode) + len(kept_fit(tree)) + _MATERIAL + _NODE * len(tree.nodes)
+            + _SOCKET * sockets + _LINK * len(tree.links))
 
 
 def _is_of(tree: bpy.types.NodeTree, shader: Shader) -> bool:
@@ -121,7 +118,8 @@ def of(fit: Fit) -> bpy.types.NodeTree:
 
 
 def unused(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
-    """The group and its source text, if nothing uses them; empty for a group in use, and for None."""
+    """The group and the source text that one of an older version has, if nothing uses them; empty for a group in use,
+    and for None."""
     if tree is None:
         return []
     text = present(script_node(tree)).script
@@ -139,7 +137,7 @@ def script_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
 
 
 def source(tree: bpy.types.NodeTree) -> str:
-    """The OSL source in a group that `create` made; empty if its text has been removed."""
+    """The OSL source in a group that a version before 0.3.0 made; else, and if its text has been removed, empty."""
     text = present(script_node(tree)).script
     return "" if text is None else text.as_string()
 
@@ -168,7 +166,7 @@ def version(tree: bpy.types.NodeTree) -> int:
     return stored if isinstance(stored, int) else 1
 
 
-def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> None:
+def _fill(tree: bpy.types.NodeTree, shader: Shader) -> None:
     # values and links of a group's node follow the order in which sockets are made: new ones come last, and what older
     # versions had, or only anisotropic fits have, keeps its place
     tree.interface.new_socket(CYCLES, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
@@ -200,7 +198,8 @@ def _fill(tree: bpy.types.NodeTree, text: bpy.types.Text, shader: Shader) -> Non
     script = tree.nodes.new("ShaderNodeScript")
     script.name = script.label = SCRIPT_NODE
     script.mode = "INTERNAL"
-    _store(script, text, shader)
+    if shader.bytecode:                         # else this Blender was built without OSL
+        _store(script, shader)
     names = {name: name for name in ("Normal", "Tint", "Strength", "Nodes", *tangents)} | {EVERYWHERE: "Everywhere"}
     source, output = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
     source.location, output.location = (-3600, 0), (600, 0)
@@ -286,24 +285,21 @@ def _add_tangent(tree: bpy.types.NodeTree, is_anisotropic: bool) -> list[str]:
     return ["Tangent", "Rotation"]
 
 
-def _store(node: bpy.types.Node, text: bpy.types.Text, shader: Shader) -> None:
-    """Store a compiled shader in a script node and its text.
+def _store(node: bpy.types.Node, shader: Shader) -> None:
+    """Store a compiled shader in a script node.
 
     A script node gets its sockets by compiling. So the node first compiles an empty shader of the same parameters,
     which takes 10 ms instead of 150.
     """
-    if not shader.bytecode:                     # this Blender was built without OSL
-        node.script = text
-        text.from_string(shader.source)
-        return
-    compile_node(node, text, interface(shader.source))
-    text.from_string(shader.source)
-    text.cursor_set(0)
+    compile_node(node, interface(shader.source))
     node.bytecode, node.bytecode_hash = shader.bytecode, shader.bytecode_hash
 
 
-def compile_node(node: bpy.types.Node, text: bpy.types.Text, source: str) -> None:
-    """Give a script node in INTERNAL mode a small shader, in a text, with an output `Active`. Raises CompileError."""
+def compile_node(node: bpy.types.Node, source: str) -> None:
+    """Give a script node in INTERNAL mode a small shader with an output `Active`, of which it keeps the bytecode alone.
+
+    Raises CompileError.
+    """
     from cycles import osl
 
     errors: list[str] = []
@@ -312,6 +308,7 @@ def compile_node(node: bpy.types.Node, text: bpy.types.Text, source: str) -> Non
         if "ERROR" in kind:
             errors.append(message)
 
+    text = bpy.data.texts.new(node.name)
     text.from_string(source)
     node.script = text
     if _ACTIVE not in node.outputs:
@@ -319,5 +316,6 @@ def compile_node(node: bpy.types.Node, text: bpy.types.Text, source: str) -> Non
             osl.update_script_node(node, report)
         except OSError as error:                # it compiles in the folder for temporary files
             errors.append(f"{error.filename or 'temporary files'}: {error.strerror}")
+    bpy.data.texts.remove(text)
     if _ACTIVE not in node.outputs:
         raise CompileError("The OSL compiler rejected the shader" + "".join(f": {message}" for message in errors))

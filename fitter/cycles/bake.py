@@ -28,7 +28,7 @@ from .node_mixture import NodeMixture, cycles_mixture
 
 SHADER = "measured_brdf.osl"
 MIX_SHADER = "mix.osl"
-SHADER_VERSION = 6          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
+SHADER_VERSION = 7          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
 _COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 _BLANK = re.compile(r"^[ \t]*\n", re.MULTILINE)
@@ -41,7 +41,7 @@ _TANGENT_PARAMETERS = """\
                      float Rotation = 0.0 [[string help = "Turns the tangent about the normal; 1 is a whole turn"]],
 """
 _SOURCES = Path(__file__).parents[2] / "osl"
-_LINE = 1000                # numbers: Blender stores some hundred bytes with each line of a text
+_LINE = 1000                # numbers of a table
 MAX_ARRAY = 1_500_000       # numbers of a table: the OSL compiler takes 1,000,000 in one array, and refuses 3,000,000
 
 
@@ -85,7 +85,7 @@ def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = No
 
 
 def _completed(template: str, generated: dict[str, str]) -> str:
-    """A shader with its includes, generated ones and files of `osl/`, and without comments: it lies in every .blend."""
+    """A shader with its includes, generated ones and files of `osl/`, and without comments."""
     def include(match: re.Match[str]) -> str:
         name = match[1]
         return generated[name] if name in generated else _INCLUDE.sub(include, (_SOURCES / name).read_text("utf-8"))

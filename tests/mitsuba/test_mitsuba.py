@@ -20,7 +20,7 @@ SIZE, BLOCK, SEEDS = 64, 8, (1, 2)
 
 @pytest.fixture(scope="module")
 def fits(curet, cornell):
-    """Two fits of the preset Standard, one of Paper, and the albedo of a Lambertian surface."""
+    """Three fits by the paper's method, (4,6,95), and the albedo of a Lambertian surface."""
     return {"krylon": fitter.fit(cornell("krylon_blue_RGB")), "cayman": fitter.fit(cornell("cayman")),
             "foil": fitter.fit(curet("aluminum foil"), 4, 6, 95), "white": 0.8}
 
@@ -188,11 +188,13 @@ def compared(shown, capsys, label):
     ours, theirs = np.array(ours), np.array(theirs)
     mean = theirs.mean()
     wrong = ours.mean(axis=0) - theirs.mean(axis=0)
-    variance = (np.diff(ours, axis=0)[0] ** 2 + np.diff(theirs, axis=0)[0] ** 2) / 4
+    between = np.diff(ours, axis=0)[0], np.diff(theirs, axis=0)[0]
+    variance = sum(each**2 for each in between) / 4
     excess = math.sqrt(max((wrong**2).mean() - variance.mean(), 0)) / mean
     noise = math.sqrt(variance.mean()) / mean
     bias = wrong.mean() / mean
-    error = math.sqrt(variance.sum()) / variance.size / mean
+    grey = sum(each.mean(axis=-1) ** 2 for each in between) / 4         # channels have their noise in common
+    error = math.sqrt(grey.sum()) / grey.size / mean
     with capsys.disabled():
         print(f"\n{label:36s} mean {100 * bias:+6.2f} % +- {100 * error:.2f}   "
               f"blocks {100 * excess:5.2f} %, noise {100 * noise:5.2f} %", end=" ", flush=True)

@@ -149,7 +149,7 @@ def test_a_mix_follows_its_materials(sphere, fits):
     inner = materials.mix_node(made).node_tree
     assert inner.nodes["First"].node_tree == materials.group_node(felt).node_tree
     assert all(socket.is_linked for socket in inner.nodes["First"].inputs)
-    assert len([text for text in bpy.data.texts if text.name.startswith("felt")]) == 1
+    assert len([tree for tree in bpy.data.node_groups if "fit" in tree]) == 2, "the former shader of felt is gone"
 
 
 def test_what_is_set_at_the_nodes_of_both_is_told_to_stay_there(sphere, capfd):

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter.cycles.node_mixture import Nodes
 from support.cases import quick, release
+from support.mixtures import made_mixture
 from support.spheres import normals, reflected
 from support.stage import (
     add_lamp,
@@ -16,6 +18,7 @@ from support.stage import (
     background,
     black_scene,
     blank_material,
+    material_for,
     osl_material_for,
     render,
     rotation_toward,
@@ -137,6 +140,29 @@ def test_a_sphere_under_the_sun_is_right_pixel_by_pixel(blender, fits):
     assert np.quantile(error, 0.99) < 0.1
 
 
+def test_what_lies_beside_a_lobe_does_not_reach_its_lamp(blender, cornell):
+    """A plane under a sun of a degree, where the fit is five times the mixture and a lobe has the rest: a sampled
+    direction spreads by .08 degrees over the edge of the lobe."""
+    fit = fitter.fit(cornell("cayman"))
+    theta, radius = math.radians(33.7), math.radians(1.06)
+    lamp = np.array([-math.sin(theta + 0.052), 0, math.cos(theta + 0.052)])
+    scene = black_scene(64, 64, 256, span=2)
+    scene.cycles.max_bounces = 0
+    scene.camera.location = 10 * math.sin(theta), 0, 10 * math.cos(theta)
+    scene.camera.rotation_euler = rotation_toward(scene.camera.location)
+    bpy.ops.mesh.primitive_plane_add(size=8)
+    bpy.context.object.data.materials.append(osl_material_for(fit))
+    add_lamp("SUN", 1, rotation=rotation_toward(lamp), angle=2 * radius)
+    r = radius * np.sqrt((np.arange(100) + 0.5) / 100)[:, None]
+    turn = (np.arange(100) + 0.5) / 100 * 2 * math.pi
+    across, up = np.array([0, 1.0, 0]), np.cross(lamp, [0, 1.0, 0])
+    toward = (np.cos(r)[..., None] * lamp + np.sin(r)[..., None] * (
+        np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * up)).reshape(-1, 3)
+    f = fit.evaluate(np.arccos(toward[:, 2]), np.arctan2(toward[:, 1], toward[:, 0]), theta, 0)
+    expected = (np.maximum(f, 0) * toward[:, 2:]).mean(axis=0)
+    assert render(scene)[..., 2].mean() == pytest.approx(expected[2], rel=0.004)
+
+
 STALE = [((-0.5, 0.3, 0.8), -0.05, 1), ((1.0, 2.0, 3.0), 0.2, 5), ((2.0, 2.0, 1.0), 1.0, 5)]
 
 
@@ -251,6 +277,28 @@ def test_no_pixel_is_below_zero_under_an_area_lamp(blender, fits, material):
     below = np.count_nonzero((picture < 0).any(axis=-1))
     print(f"{material}: {below} pixels below 0, the least {picture.min() / picture.mean():.3g} of the mean")
     assert below == 0
+
+
+def test_a_channel_of_the_mixture_above_the_fit_is_lowered_at_a_lamp(blender):
+    """A matte plane whose red is four times as much in the mixture as in the fit: right, and nowhere below 0."""
+    albedo = np.array([0.01, 0.5, 0.5])
+    theta = np.linspace(0, 1.5, 12)
+    theta_i, theta_o, phi_o = (grid.ravel() for grid in np.meshgrid(theta, theta, np.linspace(0, math.pi, 12)))
+    values, names = np.tile(albedo / math.pi, (len(theta_i), 1)), ("R", "G", "B")
+    matte = fitter.Samples(theta_i, np.zeros_like(theta_i), theta_o, phi_o, values, names, "matte", "synthetic")
+    fit = fitter.fit(matte, 3, None)
+    mixture = made_mixture()
+    colour = np.zeros_like(mixture.colour)
+    colour[:, 0] = albedo * [4, 1, 1]
+    mixture = mixture._replace(colour=colour)
+    scene = black_scene(16, 16, 16, span=0.1)
+    scene.cycles.max_bounces = 0
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    bpy.context.object.data.materials.append(material_for(fit, Nodes(mixture, mixture)))
+    add_lamp("SUN", 1, rotation=(0, -FROM_THE_LEFT, 0), angle=0.1)
+    picture = render(scene)[..., :3]
+    assert picture.mean(axis=(0, 1)) == pytest.approx(albedo / math.pi * math.cos(FROM_THE_LEFT), rel=0.02)
+    assert picture.min() >= 0
 
 
 @pytest.mark.parametrize("apart", quick([0.0, 0.005, 0.03], 0.005))

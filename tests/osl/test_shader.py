@@ -10,6 +10,7 @@ from fitter.coordinates.nusselt import nusselt
 from fitter.formats import merl
 from fitter.lattice import dense
 from fitter.model.transform import LogRelative
+from fitter.shader_constants import LOBE_MARGIN
 from support import merl_files, truths
 from support.cases import quick
 from support.checkout import ROOT
@@ -194,7 +195,7 @@ def test_directions_about_lamps_follow_the_density_that_is_reported(probe, curet
 def test_a_lobe_is_flat_over_its_lamp_in_the_mean(probe, curet, radius):
     """The mean of what Cycles makes of a lobe, over the lamp's disk, is the lobe's value on the axis."""
     fit = fitter.fit(curet("felt"), 2, None)
-    count, edge = 40_000, max(radius, 0.0185)
+    count, edge = 40_000, max(radius + LOBE_MARGIN, 0.0185)
     code = f"""
       vector axis = normalize(vector(0.3, 0.2, 0.8)), wo = normalize(vector(0.5, 0.0, 0.7));
       vector across = normalize(cross(axis, vector(0.0, 0.0, 1.0))), up = cross(axis, across);

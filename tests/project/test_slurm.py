@@ -92,7 +92,7 @@ def materials_in(bpy, library):
     found = []
     for name, item in zip(names, target.materials, strict=True):
         about = item.measured_brdf
-        shader = node_group.script_node(materials.group_node(item).node_tree).script.as_string()
+        shader = node_group.script_node(materials.group_node(item).node_tree).bytecode
         found.append((name, about.name_of_data, about.digest, about.coefficients, about.bytes, about.rmse,
                       about.asset_key, shader))
     return sorted(found)

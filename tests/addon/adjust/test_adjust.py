@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.cycles.unbake import unbake
 from support.cases import release
 from support.stage import black_scene
 
@@ -22,11 +21,11 @@ def material(blender, curet):
 
 
 def shown(material):
-    """The fit in a material's shader."""
+    """The fit that a material keeps."""
     from measured_brdf.addon.core import material as materials
     from measured_brdf.addon.core import node_group
 
-    return unbake(node_group.source(materials.group_node(material).node_tree))
+    return fitter.Fit.from_bytes(node_group.kept_fit(materials.group_node(material).node_tree))
 
 
 def expected(curet, **edit):
@@ -50,7 +49,7 @@ def test_the_shader_gets_the_edited_fit_without_the_measurements(blender, curet,
     want = expected(curet, diffuse=(0.5, 0.25, 0.125), width=2.0, coat=0.5, coat_width=0.25).evaluate(*at)
     np.testing.assert_allclose(shown(material).evaluate(*at), want, rtol=1e-4, atol=1e-6)
     assert results.sphere != sphere
-    assert len(blender.data.texts) == 1             # the former shader is gone
+    assert [tree.name for tree in blender.data.node_groups if "fit" in tree] == ["felt"], "the former shader is gone"
 
 
 def test_as_measured_takes_everything_back(blender, extension, curet, material, random):
@@ -112,7 +111,6 @@ def test_the_group_has_the_name_of_its_material(blender, material, change):
         assert blender.ops.measured_brdf.update_materials() == {"FINISHED"}
         assert versions.made_by(material) == versions.CURRENT
     assert materials.group_node(material).node_tree.name == material.name == "felt"
-    assert [text.name for text in blender.data.texts] == ["felt.osl"]
 
 
 class _Window:
