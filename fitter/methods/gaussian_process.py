@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import progress
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray
 from ..coordinates import ISOTROPIC_AXES
 from ..lattice.dense import MIRRORS
 
@@ -31,7 +31,7 @@ NOISES = 1e-5, 1e-4, 1e-3, 1e-2, 1e-1           # and variances of noise, among 
 _FIRST_LENGTH, _FIRST_SYSTEM = 1.75, 2        # where a search starts
 _TINY = 1e-7                # added to every variance of noise: makes the covariance invertible
 _ROUNDS = 2                 # over all that is chosen
-_CHUNK = 256                # rows of the kernel matrix at a time: bounds the memory
+_CHUNK = 256                # rows of the kernel matrix at a time: bounds the memory, and fits the processor's cache
 
 
 @dataclass(frozen=True)
@@ -51,17 +51,25 @@ class Kernel:
 
     def covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
         """Covariance of the field between points: (n, axes) and (m, axes) to (n, m)."""
-        return np.concatenate([np.zeros((0, len(other))), *(
-            self._covariance(mu[start:start + _CHUNK], other) for start in range(0, len(mu), _CHUNK))])
+        return _by_rows(lambda rows: self._covariance(rows, other), mu, len(other))
 
     def _covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
         total = TREND * (1 + mu @ other.T)
+        scaled = math.sqrt(5) / self.length
+        apart = [{sign: np.subtract.outer(scaled * a, sign * scaled * b) ** 2 for sign in (1, -1)}
+                 for a, b in zip(mu.T, other.T, strict=True)]
         for weight, signs in _images(mu.shape[1]):
-            total += weight * _matern(np.sqrt(_squared_distance(mu / self.length, other * signs / self.length)))
+            total += weight * _matern(sum(axis[sign] for axis, sign in zip(apart, signs, strict=True)))
         return total
 
 
-def _images(axes: int) -> Iterator[tuple[float, FloatArray]]:
+def _by_rows(function: Callable[[FloatArray], FloatArray], mu: FloatArray, columns: int) -> FloatArray:
+    """A function of points, (k, axes) to (k, columns), of few at a time: (n, axes) to (n, columns)."""
+    return np.concatenate([np.zeros((0, columns)), *(function(mu[start:start + _CHUNK])
+                                                     for start in range(0, len(mu), _CHUNK))])
+
+
+def _images(axes: int) -> Iterator[tuple[float, tuple[int, ...]]]:
     """The weight of each image of a point, and the signs of its coordinates."""
     mirrors = ((1,) * axes, *MIRRORS[axes])
     exchanges: tuple[tuple[float, tuple[int, ...]], ...] = (1.0, (1,) * axes),
@@ -69,7 +77,7 @@ def _images(axes: int) -> Iterator[tuple[float, FloatArray]]:
         exchanges = (1 - 0.5 * RECIPROCITY, (1, 1, 1)), (0.5 * RECIPROCITY, (1, -1, 1))
     for mirror in mirrors:
         for weight, exchange in exchanges:
-            yield weight / len(mirrors), np.multiply(mirror, exchange).astype(float)
+            yield weight / len(mirrors), tuple(a * b for a, b in zip(mirror, exchange, strict=True))
 
 
 @dataclass(frozen=True)
@@ -94,9 +102,7 @@ class Field:
 
     def at(self, mu: FloatArray) -> FloatArray:
         """The field at points: (m, axes) to (m, channels)."""
-        return np.concatenate([np.zeros((0, self.weights.shape[1])), *(
-            self.kernel.covariance(mu[start:start + _CHUNK], self.mu) @ self.weights
-            for start in range(0, len(mu), _CHUNK))])
+        return _by_rows(lambda rows: self.kernel.covariance(rows, self.mu) @ self.weights, mu, self.weights.shape[1])
 
 
 def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> tuple[Field, FloatArray]:
@@ -231,27 +237,7 @@ def likelihood(variances: FloatArray, squares: FloatArray) -> float:
     return float(-0.5 * np.log(factor).mean() - 0.5 * np.log(variances).mean())
 
 
-def _squared_distance(a: FloatArray, b: FloatArray) -> Any:
-    """Squared distances between points: (n, axes) and (m, axes) to (n, m)."""
-    return np.maximum((a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T, 0)
-
-
-def _matern(distance: FloatArray) -> Any:
-    """The Matern kernel of smoothness 5/2 and length 1 (equation 4.17)."""
-    r = math.sqrt(5) * distance
-    return (1 + r * (1 + r / 3)) * np.exp(-r)
-
-
-def choice(count: int, most: int, seed: int = 0) -> IntArray:
-    """Indices of the samples to use of `count`: all, or a random choice of `most`, in ascending order.
-
-    Examples
-    --------
-    >>> choice(4, 10).tolist()
-    [0, 1, 2, 3]
-    >>> len(set(choice(100, 10).tolist()))
-    10
-    """
-    if count <= most:
-        return np.arange(count)
-    return np.sort(np.random.default_rng(seed).choice(count, most, replace=False))
+def _matern(q2: Any) -> Any:
+    """The Matern kernel of smoothness 5/2 (equation 4.17), of q^2 = 5 (distance / length)^2: any shape."""
+    q = np.sqrt(q2)
+    return (1 + q + q2 / 3) * np.exp(-q)

@@ -24,8 +24,8 @@ from ..lattice.dense import DenseLattice
 from ..lattice.normal_equations import NormalEquations, gains
 from ..lattice.sparse import SparseLattice
 from ..model.transform import LogRelative
-from ..samples import Samples, subset
-from .gaussian_process import Field, Kernel, choice
+from ..samples import Samples, some
+from .gaussian_process import Field, Kernel
 from .levels import Levels
 
 _BETWEEN = 1000             # directions between the samples at which the sparse lattice follows the field, ...
@@ -122,7 +122,7 @@ def of_samples(samples: Samples, coordinates: Coordinates, transform: LogRelativ
     levels : Levels
         At most `_TOGETHER` control points of each batch are kept, whatever the compression.
     """
-    used = subset(samples, choice(len(samples), MOST))
+    used = some(samples, MOST)
     x, axes = coordinates.encode(*used.directions), len(coordinates.axes)
     z, weights = transform.field(used.values, *used.directions), _weights(used, transform.offset)
 

@@ -63,8 +63,8 @@ def parameter_count(model: Microfacet) -> int:
     return model.kd.size + model.ks.size + sum(map(len, model.shapes))
 
 
-def candidates(samples: Samples, offset: float, most: int = _MOST) -> list[Microfacet]:
-    """The Lambertian, and the best models found with one lobe, two lobes, and so on.
+def candidates(samples: Samples, typical: FloatArray, offset: float, most: int = _MOST) -> list[Microfacet]:
+    """The Lambertian of typical values, and the best models found with one lobe, two lobes, and so on.
 
     Each is a least-squares fit of log(f + offset). A model that has more parameters than a quarter of the values is
     left out.
@@ -72,6 +72,8 @@ def candidates(samples: Samples, offset: float, most: int = _MOST) -> list[Micro
     Parameters
     ----------
     samples : Samples
+    typical : (m, channels) float64
+        1/sr.
     offset : float
         1/sr, positive.
     most : int
@@ -86,11 +88,12 @@ def candidates(samples: Samples, offset: float, most: int = _MOST) -> list[Micro
     >>> from ..quality.physics import direction_pairs
     >>> glossy = Microfacet(np.array([0.1]), np.array([[2.0]]), np.array([0.2]), np.array([2.0]), np.array([0.04]))
     >>> pairs = direction_pairs(200)
-    >>> _, found = candidates(Samples(*pairs, glossy.evaluate(*pairs)), 0.1, most=1)
+    >>> samples = Samples(*pairs, glossy.evaluate(*pairs))
+    >>> _, found = candidates(samples, samples.values, 0.1, most=1)
     >>> found.kinds, found.alpha.round(2).tolist(), found.kd.round(3).tolist()
     (('mirror',), [0.2], [0.1])
     """
-    found = [lambertian(samples.values)]
+    found = [lambertian(typical)]
     if not np.ptp(samples.values):
         return found
     problem = _Problem(geometry(*samples.directions), samples.values / offset,

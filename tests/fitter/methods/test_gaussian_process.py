@@ -5,7 +5,6 @@ import pytest
 from scipy import stats
 
 from fitter.coordinates import stretch
-from fitter.methods import gaussian_process
 from fitter.methods.gaussian_process import (
     LENGTHS,
     NOISES,
@@ -183,10 +182,3 @@ def test_choices_are_in_ascending_order():
     for choices in (LENGTHS, NOISES):
         assert list(choices) == sorted(choices)
         assert min(choices) > 0
-
-
-def test_large_sets_are_subsampled_without_repetition():
-    chosen = gaussian_process.choice(3000, 2000)
-    assert len(set(chosen.tolist())) == 2000
-    assert (np.diff(chosen) > 0).all()
-    np.testing.assert_array_equal(chosen, gaussian_process.choice(3000, 2000))
