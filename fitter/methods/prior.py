@@ -37,8 +37,8 @@ _PARAMETERS = 3             # of a lobe's shape, ...
 _ANISOTROPIC_PARAMETERS = 5     # ... and of an anisotropic one's
 _TURNS = np.radians((0, 45, 90, 135))   # at which lobes start to have two widths, ...
 _ASPECT = 3.0                           # ... of this ratio
-_WEIGHT = 1 / 3             # samples weigh (f + offset) to this power: an error of the logarithm then counts as much as
-                            # one of the cube root of f, by which fits are judged
+WEIGHT = 1 / 3              # errors of the logarithm weigh (f + offset) to this power, in all steps: they then count
+                            # as much as those of the cube root of f, by which fits are judged
 _ITERATIONS = 40
 _CLIP = 25.0                # bound of every parameter of the search: logarithms, and logits of F0
 _PULL = 1e-2                # of every parameter toward its start: holds what the samples do not determine
@@ -158,7 +158,7 @@ class _Problem:
         channels, kinds = self.values.shape[1], start.kinds
         count = _PARAMETERS if self.in_surface is None else _ANISOTROPIC_PARAMETERS
         target = bounded_log(self.values, 1.0)
-        weight = (np.maximum(self.values.mean(axis=1), 0) + 1) ** _WEIGHT
+        weight = (np.maximum(self.values.mean(axis=1), 0) + 1) ** WEIGHT
         weight /= np.sqrt(np.mean(weight ** 2))
         shapes = count * len(kinds)
         p = first = _pack(start)
