@@ -222,10 +222,7 @@ def _boxed(level: int, axes: int, keys: IntArray, found: FloatArray) -> FloatArr
 
 def _refined(control_points: FloatArray, level: int, finer: int, axes: int) -> FloatArray:
     """The box of a finer level that has the spline of control points (points, channels)."""
-    box = control_points.reshape(*dense.shape(level, axes), -1)
-    while level < finer:
-        box, level = dense.refine(box, level), level + 1
-    return box
+    return dense.refined(control_points.reshape(*dense.shape(level, axes), -1), level, finer)
 
 
 def precision(level: int, axes: int, kernel: Kernel) -> FloatArray:
