@@ -26,6 +26,7 @@ from ..model.fit import Fit
 from ..model.transform import LogRelative, factor_of_angle
 from ..samples import Samples, some
 from ..shader_constants import DAMPING_KNOTS
+from .lattices import MOST
 
 VIEWS = np.radians([*range(0, 80, 2), *range(80, 91)])
 """Polar angles at which the albedo is checked, radians."""
@@ -38,7 +39,6 @@ _AZIMUTHS = tuple(np.radians(range(0, 360, 45)).tolist())   # at which an anisot
 _LARGE = 0.93               # an albedo that is integrated in finer steps
 _MARGIN = 1e-3              # by which damped albedos stay below 1: for what the integral misses
 _ROUNDS = 30                # of the second step, each of which halves the excess or better
-_LOOKED_AT = 20_000         # samples, of which the damping's loss is said
 _INFLUENCE = 2              # knots on both sides of a control point, which it has an influence on
 
 
@@ -162,7 +162,7 @@ def _description(fit: Fit, damped: Fit, before: FloatArray, farthest: float, sam
     """Say what was changed."""
     worst = np.degrees(VIEWS[before.max(axis=1).argmax()])
     over = np.degrees(VIEWS[(before > 1 + TOLERANCE).any(axis=1)])
-    at = some(samples, _LOOKED_AT).directions
+    at = some(samples, MOST).directions
     kept, all_of_it = (float((np.cos(at[2])[:, None] * np.abs(each.evaluate(*at))).sum())
                        for each in (damped, fit))
     lost = 100 * (1 - kept / all_of_it) if all_of_it else 0.0

@@ -28,7 +28,6 @@ TREND = 0.3                 # variance of the constant, and of the slope along e
 RECIPROCITIES = 0.9, 1.0    # correlations between a pair of directions and its reciprocal, ...
 LENGTHS = 0.7, 1.0, 1.75, 2.8, 4.5              # ... ranges, ...
 NOISES = 1e-5, 1e-4, 1e-3, 1e-2, 1e-1           # and variances of noise, among which the likelihood decides
-_FIRST_LENGTH, _FIRST_SYSTEM = 1.75, 2        # where a search starts
 _TINY = 1e-7                # added to every variance of noise: makes the covariance invertible
 _ROUNDS = 2                 # over all that is chosen
 _CHUNK = 256                # rows of the kernel matrix at a time: bounds the memory, and fits the processor's cache
@@ -48,7 +47,7 @@ class Kernel:
         The correlation between a pair of directions and its reciprocal, of three axes: 1 of a reciprocal field.
     """
 
-    length: float = _FIRST_LENGTH
+    length: float = LENGTHS[len(LENGTHS) // 2]
     noise: float = 1e-4
     reciprocity: float = RECIPROCITIES[0]
 
@@ -189,7 +188,7 @@ class Search:
 
     def best(self, systems: Sequence[int]) -> Likeliest:
         """The likeliest that was found in systems, by changing prior, system, length and reciprocity in turn."""
-        found = self._likeliest(systems[min(_FIRST_SYSTEM, len(systems) - 1)], Kernel(), len(self.candidates) - 1)
+        found = self._likeliest(systems[len(systems) // 2], Kernel(), len(self.candidates) - 1)
         for turn in range(_ROUNDS):
             before = found
             progress.report(turn / _ROUNDS)
