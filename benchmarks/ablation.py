@@ -85,7 +85,7 @@ STAGES = (
     Stage("choice of the stretch: 5 for all", f"{_KRIGING}._STRETCHES", _number((5.0,)), True),
     Stage("choice of the length: 1.75 for all", f"{_PROCESS}.LENGTHS", _number((1.75,)), True),
     Stage("trend of the kernel", f"{_PROCESS}.TREND", _number(1e-6), True),
-    Stage("reciprocity of the kernel", f"{_PROCESS}.RECIPROCITY", _number(0.0), True),
+    Stage("reciprocity of the kernel", f"{_PROCESS}.RECIPROCITIES", _number((0.0,)), True),
     Stage("half and difference angles", f"{_KRIGING}._families", _only(0), True),
     Stage("half and difference vectors", f"{_KRIGING}._families", _only(1), True),
     Stage("lobes: a Lambertian prior", "fitter.methods.prior.candidates", lambda of: partial(of, most=0), True),

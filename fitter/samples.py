@@ -155,6 +155,26 @@ def subset(samples: Samples, which: slice | IntArray | BoolArray) -> Samples:
     return replace(samples, **arrays, deviation=deviation)
 
 
+def choice(count: int, most: int) -> IntArray:
+    """Indices of `count` things: of all, or of `most` that are chosen at random, in ascending order.
+
+    Examples
+    --------
+    >>> choice(4, 10).tolist()
+    [0, 1, 2, 3]
+    >>> len(set(choice(100, 10).tolist()))
+    10
+    """
+    if count <= most:
+        return np.arange(count)
+    return np.sort(np.random.default_rng(0).choice(count, most, replace=False))
+
+
+def some(samples: Samples, most: int) -> Samples:
+    """All samples, or `most` of them that are chosen at random: always the same, in the order that they have."""
+    return subset(samples, choice(len(samples), most))
+
+
 def repeated(samples: Samples, symmetry: str) -> Samples:
     """Add what a symmetry of the surface says of directions that were not measured.
 

@@ -96,6 +96,8 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
     samples = known.read(path, content, **options)
     if isotropic is not None and "isotropic" not in known.options:
         samples = isotropy.as_asked(samples, isotropic)
+    if isotropic is None:
+        samples = isotropy.mirrored(samples)
     return converted(_without(reading, known.options, f"{known.name} files", samples), colours)
 
 

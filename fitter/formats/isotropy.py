@@ -36,6 +36,7 @@ _OWN = 0.8                  # of the harmonics' squares, what no polynomial expl
 _SURE_OF_HARMONICS = 8.0    # standard errors: what they leave is not only noise
 _MOST = 200_000             # samples that are compared
 _TURN = 2 * np.pi
+ONE_SIDED = "The two sides of the plane of incidence differ: the fit is the same on both, their mean"
 
 
 def finished(samples: Samples, reading: Reading, said: str = NO_SYMMETRY) -> Samples:
@@ -83,6 +84,35 @@ def decided(samples: Samples, isotropic: bool | None = None) -> Samples:
         *samples.notes, told(samples.theta_i, samples.phi_i)))
 
 
+def mirrored(samples: Samples) -> Samples:
+    """Samples with a note where those of an isotropic material differ on both sides of the plane of incidence.
+
+    An isotropic fit is the same on both: of a tape that returns light to one side only it is the mean.
+
+    Parameters
+    ----------
+    samples : Samples
+    """
+    if not samples.isotropic:
+        return samples
+    apart = np.mod(_between(samples), _TURN)
+    side, apart = apart > np.pi, np.minimum(apart, _TURN - apart)
+    beside = (apart > _ALIKE) & (apart < np.pi - _ALIKE)
+    if len({*side[beside].tolist()}) < 2:
+        return samples
+    kept = np.flatnonzero(beside)
+    kept = kept[_some(subset(samples, kept), apart[kept])]
+    y = _size(samples)[kept]
+    cell = _numbered([_rounded(angle[kept]) for angle in (samples.theta_i, samples.theta_o, apart)])
+    count, total = (np.stack([np.bincount(cell[each], weights, cell.max() + 1) for each, weights in (
+        (at, None if of is None else of[at]) for at in (side[kept], ~side[kept]))]) for of in (None, y))
+    both = count.min(axis=0) > 0
+    mean = total[:, both] / count[:, both]
+    if mean.shape[1] < _FEWEST or np.mean((mean[0] - mean[1]) ** 2) <= _CLEAR ** 2 * np.mean((mean[0] + mean[1]) ** 2):
+        return samples
+    return replace(samples, notes=(*samples.notes, ONE_SIDED))
+
+
 def as_asked(samples: Samples, isotropic: bool) -> Samples:
     """Samples that are taken as isotropic or not, whatever they were, with a note of it."""
     notes = [f"Taken as {'isotropic' if isotropic else 'anisotropic'}, as asked"]
@@ -111,7 +141,7 @@ def _compared(samples: Samples) -> _Found:
     apart = np.mod(_between(samples), _TURN)
     side, apart = apart > np.pi, np.minimum(apart, _TURN - apart)
     kept = _some(samples, apart)
-    y = np.cbrt(samples.values[kept].mean(axis=1) * np.cos(samples.theta_i[kept]) * np.cos(samples.theta_o[kept]))
+    y = _size(samples)[kept]
     points = _Points(samples.theta_i[kept], samples.theta_o[kept], apart[kept], side[kept],
                      np.mod(samples.phi_i[kept], _TURN))
     rotation = _rounded(points.rotation) % int(np.rint(_TURN / _ALIKE))
@@ -160,6 +190,11 @@ class _Points:
     def only(self, which: BoolArray) -> "_Points":
         return _Points(self.theta_i[which], self.theta_o[which], self.apart[which], self.side[which],
                        self.rotation[which])
+
+
+def _size(samples: Samples) -> FloatArray:
+    """y of samples: (n,)."""
+    return np.cbrt(samples.values.mean(axis=1) * np.cos(samples.theta_i) * np.cos(samples.theta_o))
 
 
 def _rounded(angle: FloatArray, step: float = _ALIKE) -> IntArray:

@@ -268,6 +268,14 @@ def refine(control_points: FloatArray, level: int) -> FloatArray:
     return np.ascontiguousarray(control_points)
 
 
+def refined(control_points: FloatArray | SingleArray, level: int, finer: int) -> FloatArray:
+    """Represent the same spline on the lattice of a level that is at least as fine: `refine`, as often as it takes."""
+    found = np.asarray(control_points, dtype=float)
+    for each in range(level, finer):
+        found = refine(found, each)
+    return found
+
+
 def refine_along(control_points: FloatArray, level: int, axis: int, axes: int) -> FloatArray:
     """Refine control points along one axis of a lattice of a level: to as many as the next level has there."""
     coarse = np.moveaxis(control_points, axis, 0)

@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import FloatArray, SingleArray
 from . import dense, perfect_hash
 
-_MOST_DENSE = 1 << 21       # control points of a lattice that is evaluated with its zeros
+MOST_DENSE = 1 << 21        # control points of a lattice that is evaluated with its zeros
 _CHUNK = 4096               # points evaluated at a time otherwise
 
 
@@ -47,7 +47,7 @@ class SparseLattice:
 
     def evaluate(self, x: FloatArray) -> FloatArray:
         """The spline at coordinates (n, axes): (n, channels)."""
-        if math.prod(dense.shape(self.level, self.axes)) <= _MOST_DENSE:
+        if math.prod(dense.shape(self.level, self.axes)) <= MOST_DENSE:
             return dense.evaluate(self.dense, self.level, x)
         result = np.empty((len(x), self.coefficients.shape[1]))
         stored = np.concatenate([self.coefficients, np.zeros((1, self.coefficients.shape[1]))])     # slot -1
@@ -65,6 +65,26 @@ class SparseLattice:
         full = np.zeros((math.prod(box), self.coefficients.shape[1]), dtype=np.float32)
         full[self.index.keys] = self.coefficients
         return full.reshape(*box, -1)
+
+
+def total(diffuse: dense.DenseLattice, sparse: SparseLattice) -> tuple[int, FloatArray] | None:
+    """The level and the control points of the spline that is the sum of two: dense.shape(level, axes) + (channels,)
+    float64; None where these would be more than `MOST_DENSE`.
+
+    Examples
+    --------
+    >>> random = np.random.default_rng(1)
+    >>> diffuse = dense.DenseLattice(1, random.random((*dense.shape(1), 1)).astype(np.float32))
+    >>> sparse, x = keep_largest(random.random((*dense.shape(3), 1)), 3, 50), np.array([[0.7, 0.2, 0.6]])
+    >>> level, both = total(diffuse, sparse)
+    >>> level, bool(np.allclose(dense.evaluate(both, level, x), diffuse.evaluate(x) + sparse.evaluate(x)))
+    (3, True)
+    """
+    finest = max(diffuse.level, sparse.level)
+    if math.prod(dense.shape(finest, sparse.axes)) > MOST_DENSE:
+        return None
+    return finest, sum((dense.refined(box, level, finest) for box, level in (
+        (diffuse.control_points, diffuse.level), (sparse.dense, sparse.level))), np.zeros(1))
 
 
 def keep_largest(control_points: FloatArray, level: int, count: int) -> SparseLattice:

@@ -24,8 +24,9 @@ from ..coordinates.half_difference import project, unproject
 from ..model import Reflectance
 from ..model.fit import Fit
 from ..model.transform import LogRelative, factor_of_angle
-from ..samples import Samples
+from ..samples import Samples, some
 from ..shader_constants import DAMPING_KNOTS
+from .lattices import MOST
 
 VIEWS = np.radians([*range(0, 80, 2), *range(80, 91)])
 """Polar angles at which the albedo is checked, radians."""
@@ -71,7 +72,7 @@ def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
     if few.sum(axis=2).max() < _FAR_FROM_1:
         return fit
     with progress.part(0.15, 1.0):
-        light = _light_at_views(fit)
+        light = _light_at_views(fit, few)
     total = light.sum(axis=2).max(axis=0)
     if total.max() <= 1 + TOLERANCE:
         return fit
@@ -85,16 +86,16 @@ def albedo(fit: Fit) -> FloatArray:
 
     The larger one of light that arrives at the angle and of light that leaves there.
     """
-    return np.asarray(_light_at_views(fit).sum(axis=2).max(axis=0))
+    few = reflected_light(fit, _FEW, _CELLS)
+    return np.asarray(_light_at_views(fit, few).sum(axis=2).max(axis=0))
 
 
-def _light_at_views(fit: Fit) -> FloatArray:
+def _light_at_views(fit: Fit, few: FloatArray) -> FloatArray:
+    """`reflected_light` at `VIEWS`, given that at a few angles."""
     azimuths: tuple[float, ...] | None = None
     if not fit.isotropic:       # the brightest of them
-        with progress.part(0.0, 0.2):
-            light = reflected_light(fit, _FEW, _CELLS).sum(axis=2).max(axis=2)
-        azimuths = tuple(_AZIMUTHS[way] for way in {*light.argmax(axis=0)})
-    with progress.part(0.2, 0.8):
+        azimuths = tuple(_AZIMUTHS[way] for way in {*few.sum(axis=2).max(axis=2).argmax(axis=0)})
+    with progress.part(0.0, 0.8):
         light = reflected_light(fit, VIEWS, _CELLS, azimuths)
     large = light.sum(axis=2).max(axis=(0, 2)) > _LARGE
     if large.any():
@@ -161,7 +162,8 @@ def _description(fit: Fit, damped: Fit, before: FloatArray, farthest: float, sam
     """Say what was changed."""
     worst = np.degrees(VIEWS[before.max(axis=1).argmax()])
     over = np.degrees(VIEWS[(before > 1 + TOLERANCE).any(axis=1)])
-    kept, all_of_it = (float((np.cos(samples.theta_o)[:, None] * np.abs(each.evaluate(*samples.directions))).sum())
+    at = some(samples, MOST).directions
+    kept, all_of_it = (float((np.cos(at[2])[:, None] * np.abs(each.evaluate(*at))).sum())
                        for each in (damped, fit))
     lost = 100 * (1 - kept / all_of_it) if all_of_it else 0.0
     where = f"from {over.min():.0f} degrees" if over.max() >= 89 else f"at {over.min():.0f} to {over.max():.0f} degrees"

@@ -4,34 +4,33 @@ C. E. Rasmussen, C. K. I. Williams: Gaussian Processes for Machine Learning, 200
 explicit linear basis equation 2.40 with a finite variance, the Matern kernel of smoothness 5/2 equation 4.17, the
 likelihood equation 5.8. The kernel is the sum of a linear one and of a Matern kernel. The latter is averaged over the
 mirror images of a sample, so that the field has the symmetries of the lattice; and, of three axes, over the sample's
-reciprocal, with a slightly smaller weight, so that the field is nearly reciprocal but can follow samples that are not.
-Of four axes exchanging the directions is a mirror image.
+reciprocal, with the same weight, so that the field is reciprocal, or with a slightly smaller one, so that it can follow
+samples that are not. Of four axes exchanging the directions is a mirror image.
 
-How far the kernel reaches, how much of the samples is noise, in which coordinates and above which prior, is chosen for
-each set of samples by their likelihood. The variance of the field has its most likely value in each channel; it cancels
-in the regression.
+How far the kernel reaches, whether it is reciprocal, how much of the samples is noise, in which coordinates and above
+which prior, is chosen for each set of samples by their likelihood. The variance of the field has its most likely value
+in each channel; it cancels in the regression.
 """
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .. import progress
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray
 from ..coordinates import ISOTROPIC_AXES
 from ..lattice.dense import MIRRORS
 
-RECIPROCITY = 0.9           # correlation between a pair of directions and its reciprocal
 TREND = 0.3                 # variance of the constant, and of the slope along each axis
-LENGTHS = 0.7, 1.0, 1.75, 2.8, 4.5              # ranges, ...
+RECIPROCITIES = 0.9, 1.0    # correlations between a pair of directions and its reciprocal, ...
+LENGTHS = 0.7, 1.0, 1.75, 2.8, 4.5              # ... ranges, ...
 NOISES = 1e-5, 1e-4, 1e-3, 1e-2, 1e-1           # and variances of noise, among which the likelihood decides
-_FIRST_LENGTH, _FIRST_SYSTEM = 1.75, 2        # where a search starts
 _TINY = 1e-7                # added to every variance of noise: makes the covariance invertible
 _ROUNDS = 2                 # over all that is chosen
-_CHUNK = 256                # rows of the kernel matrix at a time: bounds the memory
+_CHUNK = 256                # rows of the kernel matrix at a time: bounds the memory, and fits the processor's cache
 
 
 @dataclass(frozen=True)
@@ -44,32 +43,43 @@ class Kernel:
         Its range.
     noise : float
         The variance of a sample's noise, relative to that of the field.
+    reciprocity : float
+        The correlation between a pair of directions and its reciprocal, of three axes: 1 of a reciprocal field.
     """
 
-    length: float = _FIRST_LENGTH
+    length: float = LENGTHS[len(LENGTHS) // 2]
     noise: float = 1e-4
+    reciprocity: float = RECIPROCITIES[0]
 
     def covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
         """Covariance of the field between points: (n, axes) and (m, axes) to (n, m)."""
-        return np.concatenate([np.zeros((0, len(other))), *(
-            self._covariance(mu[start:start + _CHUNK], other) for start in range(0, len(mu), _CHUNK))])
+        return _by_rows(lambda rows: self._covariance(rows, other), mu, len(other))
 
     def _covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
         total = TREND * (1 + mu @ other.T)
-        for weight, signs in _images(mu.shape[1]):
-            total += weight * _matern(np.sqrt(_squared_distance(mu / self.length, other * signs / self.length)))
+        scaled = math.sqrt(5) / self.length
+        apart = [{sign: np.subtract.outer(scaled * a, sign * scaled * b) ** 2 for sign in (1, -1)}
+                 for a, b in zip(mu.T, other.T, strict=True)]
+        for weight, signs in _images(mu.shape[1], self.reciprocity):
+            total += weight * _matern(sum(axis[sign] for axis, sign in zip(apart, signs, strict=True)))
         return total
 
 
-def _images(axes: int) -> Iterator[tuple[float, FloatArray]]:
+def _by_rows(function: Callable[[FloatArray], FloatArray], mu: FloatArray, columns: int) -> FloatArray:
+    """A function of points, (k, axes) to (k, columns), of few at a time: (n, axes) to (n, columns)."""
+    return np.concatenate([np.zeros((0, columns)), *(function(mu[start:start + _CHUNK])
+                                                     for start in range(0, len(mu), _CHUNK))])
+
+
+def _images(axes: int, reciprocity: float) -> Iterator[tuple[float, tuple[int, ...]]]:
     """The weight of each image of a point, and the signs of its coordinates."""
     mirrors = ((1,) * axes, *MIRRORS[axes])
     exchanges: tuple[tuple[float, tuple[int, ...]], ...] = (1.0, (1,) * axes),
     if axes == ISOTROPIC_AXES:
-        exchanges = (1 - 0.5 * RECIPROCITY, (1, 1, 1)), (0.5 * RECIPROCITY, (1, -1, 1))
+        exchanges = (1 - 0.5 * reciprocity, (1, 1, 1)), (0.5 * reciprocity, (1, -1, 1))
     for mirror in mirrors:
         for weight, exchange in exchanges:
-            yield weight / len(mirrors), np.multiply(mirror, exchange).astype(float)
+            yield weight / len(mirrors), tuple(a * b for a, b in zip(mirror, exchange, strict=True))
 
 
 @dataclass(frozen=True)
@@ -94,9 +104,7 @@ class Field:
 
     def at(self, mu: FloatArray) -> FloatArray:
         """The field at points: (m, axes) to (m, channels)."""
-        return np.concatenate([np.zeros((0, self.weights.shape[1])), *(
-            self.kernel.covariance(mu[start:start + _CHUNK], self.mu) @ self.weights
-            for start in range(0, len(mu), _CHUNK))])
+        return _by_rows(lambda rows: self.kernel.covariance(rows, self.mu) @ self.weights, mu, self.weights.shape[1])
 
 
 def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> tuple[Field, FloatArray]:
@@ -176,39 +184,41 @@ class Search:
     known: FloatArray
 
     def __post_init__(self) -> None:
-        self._bases: dict[tuple[int, float], tuple[FloatArray, FloatArray]] = {}
+        self._bases: dict[tuple[int, Kernel], tuple[FloatArray, FloatArray]] = {}
 
     def best(self, systems: Sequence[int]) -> Likeliest:
-        """The likeliest that was found in systems, by changing prior, system and length in turn."""
-        found = self._likeliest(systems[min(_FIRST_SYSTEM, len(systems) - 1)], _FIRST_LENGTH, len(self.candidates) - 1)
+        """The likeliest that was found in systems, by changing prior, system, length and reciprocity in turn."""
+        found = self._likeliest(systems[len(systems) // 2], Kernel(), len(self.candidates) - 1)
         for turn in range(_ROUNDS):
             before = found
             progress.report(turn / _ROUNDS)
-            found = max((self._likeliest(found.system, found.kernel.length, prior)
+            found = max((self._likeliest(found.system, found.kernel, prior)
                          for prior in range(len(self.candidates))), key=_value)
-            found = max((self._likeliest(system, found.kernel.length, found.prior) for system in systems), key=_value)
+            found = max((self._likeliest(system, found.kernel, found.prior) for system in systems), key=_value)
             progress.report((turn + 0.5) / _ROUNDS)
-            found = max((self._likeliest(found.system, length, found.prior) for length in LENGTHS), key=_value)
+            for number, choices in {"length": LENGTHS, "reciprocity": RECIPROCITIES}.items():
+                found = max((self._likeliest(found.system, replace(found.kernel, **{number: each}), found.prior)
+                             for each in choices), key=_value)
             if found == before:
                 break
         return found
 
-    def _likeliest(self, system: int, length: float, prior: int) -> Likeliest:
+    def _likeliest(self, system: int, kernel: Kernel, prior: int) -> Likeliest:
         """The likeliest noise, with all else given: one decomposition tries every noise."""
-        variances, basis = self._basis(system, length)
+        variances, basis = self._basis(system, replace(kernel, noise=0.0))
         squares = (basis.T @ self.candidates[prior]) ** 2
-        return max((Likeliest(likelihood(variances + noise, squares) - self.penalties[prior], Kernel(length, noise),
-                              system, prior) for noise in NOISES), key=_value)
+        return max((Likeliest(likelihood(variances + noise, squares) - self.penalties[prior],
+                              replace(kernel, noise=noise), system, prior) for noise in NOISES), key=_value)
 
-    def _basis(self, system: int, length: float) -> tuple[FloatArray, FloatArray]:
+    def _basis(self, system: int, kernel: Kernel) -> tuple[FloatArray, FloatArray]:
         """The eigenvalues (n,) and eigenvectors (n, n) of the samples' covariance."""
-        if (system, length) not in self._bases:
+        if (system, kernel) not in self._bases:
             mu = self.encoded[system]()
-            covariance = Kernel(length).covariance(mu, mu)
+            covariance = kernel.covariance(mu, mu)
             covariance[np.diag_indices(len(mu))] += self.known
             variances, basis = np.linalg.eigh(covariance)
-            self._bases[system, length] = np.maximum(variances, 0), basis
-        return self._bases[system, length]
+            self._bases[system, kernel] = np.maximum(variances, 0), basis
+        return self._bases[system, kernel]
 
 
 def _value(found: Likeliest) -> float:
@@ -231,27 +241,7 @@ def likelihood(variances: FloatArray, squares: FloatArray) -> float:
     return float(-0.5 * np.log(factor).mean() - 0.5 * np.log(variances).mean())
 
 
-def _squared_distance(a: FloatArray, b: FloatArray) -> Any:
-    """Squared distances between points: (n, axes) and (m, axes) to (n, m)."""
-    return np.maximum((a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T, 0)
-
-
-def _matern(distance: FloatArray) -> Any:
-    """The Matern kernel of smoothness 5/2 and length 1 (equation 4.17)."""
-    r = math.sqrt(5) * distance
-    return (1 + r * (1 + r / 3)) * np.exp(-r)
-
-
-def choice(count: int, most: int, seed: int = 0) -> IntArray:
-    """Indices of the samples to use of `count`: all, or a random choice of `most`, in ascending order.
-
-    Examples
-    --------
-    >>> choice(4, 10).tolist()
-    [0, 1, 2, 3]
-    >>> len(set(choice(100, 10).tolist()))
-    10
-    """
-    if count <= most:
-        return np.arange(count)
-    return np.sort(np.random.default_rng(seed).choice(count, most, replace=False))
+def _matern(q2: Any) -> Any:
+    """The Matern kernel of smoothness 5/2 (equation 4.17), of q^2 = 5 (distance / length)^2: any shape."""
+    q = np.sqrt(q2)
+    return (1 + q + q2 / 3) * np.exp(-q)

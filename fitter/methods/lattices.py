@@ -24,17 +24,15 @@ from ..lattice.dense import DenseLattice
 from ..lattice.normal_equations import NormalEquations, gains
 from ..lattice.sparse import SparseLattice
 from ..model.transform import LogRelative
-from ..samples import Samples, subset
-from .gaussian_process import Field, Kernel, choice
+from ..samples import Samples, some
+from .gaussian_process import Field, Kernel
 from .levels import Levels
+from .prior import WEIGHT
 
 _BETWEEN = 1000             # directions between the samples at which the sparse lattice follows the field, ...
 _NEAR = 30                  # ... half of them up to as many degrees from the mirror direction
 _AZIMUTHS = 16              # averaged over at exact retro-reflection
-_WEIGHT = 0.5               # errors of the field weigh (f + offset) to this power: 1 would minimise those of f, 1/3
-                            # those of its cube root
 MOST = 50_000               # samples that lattices are fitted to: of a few thousand control points more say no more
-_WEIGHT_OF_MANY = 1 / 3
 _FINEST = {3: 4, 4: 2}      # by the number of axes, level of the largest dense lattice whose equations are solved: a
                             # finer one is refined from it, and corrected where that helps most
 _TRIED = {3: 3, 4: 2}       # likewise, of the lattice whose likelihood is computed
@@ -75,7 +73,7 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
     # together the directions between weigh as much as the samples
     share = np.concatenate([np.ones(len(samples)), np.full(_BETWEEN, math.sqrt(len(samples) / _BETWEEN))])
     bright = np.maximum(transform.reflectance(wanted, *directions), 0).mean(axis=1) + transform.offset
-    return diffuse, least_squares.sparse_fit(x, wanted - diffuse.evaluate(x), share * bright ** _WEIGHT,
+    return diffuse, least_squares.sparse_fit(x, wanted - diffuse.evaluate(x), share * bright ** WEIGHT,
                                              levels.specular, levels.kept)
 
 
@@ -122,7 +120,7 @@ def of_samples(samples: Samples, coordinates: Coordinates, transform: LogRelativ
     levels : Levels
         At most `_TOGETHER` control points of each batch are kept, whatever the compression.
     """
-    used = subset(samples, choice(len(samples), MOST))
+    used = some(samples, MOST)
     x, axes = coordinates.encode(*used.directions), len(coordinates.axes)
     z, weights = transform.field(used.values, *used.directions), _weights(used, transform.offset)
 
@@ -180,7 +178,7 @@ def _independent(keys: IntArray, kernel: Kernel) -> FloatArray:
 def _weights(samples: Samples, offset: float) -> FloatArray:
     """What errors of the field at samples are multiplied by: (n,)."""
     bright = np.maximum(samples.values, 0).mean(axis=1) / offset + 1
-    weights = (bright * np.cos(samples.theta_o)) ** _WEIGHT_OF_MANY      # reflectance is seen times its cosine
+    weights = (bright * np.cos(samples.theta_o)) ** WEIGHT      # reflectance is seen times its cosine
     if samples.deviation is not None:
         weights /= np.hypot(1, samples.deviation / _PRECISE)
     return np.asarray(weights / math.sqrt(np.mean(weights ** 2)))       # the kernel's noise is that of the mean sample
@@ -224,10 +222,7 @@ def _boxed(level: int, axes: int, keys: IntArray, found: FloatArray) -> FloatArr
 
 def _refined(control_points: FloatArray, level: int, finer: int, axes: int) -> FloatArray:
     """The box of a finer level that has the spline of control points (points, channels)."""
-    box = control_points.reshape(*dense.shape(level, axes), -1)
-    while level < finer:
-        box, level = dense.refine(box, level), level + 1
-    return box
+    return dense.refined(control_points.reshape(*dense.shape(level, axes), -1), level, finer)
 
 
 def precision(level: int, axes: int, kernel: Kernel) -> FloatArray:

@@ -37,8 +37,8 @@ _PARAMETERS = 3             # of a lobe's shape, ...
 _ANISOTROPIC_PARAMETERS = 5     # ... and of an anisotropic one's
 _TURNS = np.radians((0, 45, 90, 135))   # at which lobes start to have two widths, ...
 _ASPECT = 3.0                           # ... of this ratio
-_WEIGHT = 1 / 3             # samples weigh (f + offset) to this power: an error of the logarithm then counts as much as
-                            # one of the cube root of f, by which fits are judged
+WEIGHT = 1 / 3              # errors of the logarithm weigh (f + offset) to this power, in all steps: they then count
+                            # as much as those of the cube root of f, by which fits are judged
 _ITERATIONS = 40
 _CLIP = 25.0                # bound of every parameter of the search: logarithms, and logits of F0
 _PULL = 1e-2                # of every parameter toward its start: holds what the samples do not determine
@@ -63,8 +63,8 @@ def parameter_count(model: Microfacet) -> int:
     return model.kd.size + model.ks.size + sum(map(len, model.shapes))
 
 
-def candidates(samples: Samples, offset: float, most: int = _MOST) -> list[Microfacet]:
-    """The Lambertian, and the best models found with one lobe, two lobes, and so on.
+def candidates(samples: Samples, typical: FloatArray, offset: float, most: int = _MOST) -> list[Microfacet]:
+    """The Lambertian of typical values, and the best models found with one lobe, two lobes, and so on.
 
     Each is a least-squares fit of log(f + offset). A model that has more parameters than a quarter of the values is
     left out.
@@ -72,6 +72,8 @@ def candidates(samples: Samples, offset: float, most: int = _MOST) -> list[Micro
     Parameters
     ----------
     samples : Samples
+    typical : (m, channels) float64
+        1/sr.
     offset : float
         1/sr, positive.
     most : int
@@ -86,11 +88,12 @@ def candidates(samples: Samples, offset: float, most: int = _MOST) -> list[Micro
     >>> from ..quality.physics import direction_pairs
     >>> glossy = Microfacet(np.array([0.1]), np.array([[2.0]]), np.array([0.2]), np.array([2.0]), np.array([0.04]))
     >>> pairs = direction_pairs(200)
-    >>> _, found = candidates(Samples(*pairs, glossy.evaluate(*pairs)), 0.1, most=1)
+    >>> samples = Samples(*pairs, glossy.evaluate(*pairs))
+    >>> _, found = candidates(samples, samples.values, 0.1, most=1)
     >>> found.kinds, found.alpha.round(2).tolist(), found.kd.round(3).tolist()
     (('mirror',), [0.2], [0.1])
     """
-    found = [lambertian(samples.values)]
+    found = [lambertian(typical)]
     if not np.ptp(samples.values):
         return found
     problem = _Problem(geometry(*samples.directions), samples.values / offset,
@@ -155,7 +158,7 @@ class _Problem:
         channels, kinds = self.values.shape[1], start.kinds
         count = _PARAMETERS if self.in_surface is None else _ANISOTROPIC_PARAMETERS
         target = bounded_log(self.values, 1.0)
-        weight = (np.maximum(self.values.mean(axis=1), 0) + 1) ** _WEIGHT
+        weight = (np.maximum(self.values.mean(axis=1), 0) + 1) ** WEIGHT
         weight /= np.sqrt(np.mean(weight ** 2))
         shapes = count * len(kinds)
         p = first = _pack(start)

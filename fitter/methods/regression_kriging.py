@@ -31,7 +31,7 @@ from ..model.fit import Fit
 from ..model.microfacet import Microfacet
 from ..model.transform import LEAST_OFFSET, LogRelative
 from ..quality.physics import direction_pairs
-from ..samples import Samples, subset
+from ..samples import Samples, some
 from . import energy, gaussian_process, lattices, prior
 from .gaussian_process import Field, Kernel
 from .levels import Levels
@@ -78,11 +78,10 @@ def estimate(samples: Samples) -> Estimate:
     offset = _offset(typical)
     ceiling = CEILING * np.maximum(samples.values.max(axis=0), 1e-6 * offset)
     with progress.part(0.0, 0.4, "Fitting lobes"):
-        some = subset(samples, gaussian_process.choice(len(samples), _OF_LATTICES))
-        transforms = [LogRelative(model, offset, ceiling) for model in (
-            prior.lambertian(typical), *prior.candidates(some, offset)[1:])]
+        of_lattices = some(samples, _OF_LATTICES)
+        transforms = [LogRelative(model, offset, ceiling) for model in prior.candidates(of_lattices, typical, offset)]
     richest = transforms[-1]
-    searched = subset(samples, gaussian_process.choice(len(samples), _SEARCHED))
+    searched = some(samples, _SEARCHED)
     families = _families(samples, richest.prior)
     systems = [system for family in families for system in family]
     search = gaussian_process.Search(
@@ -99,8 +98,8 @@ def estimate(samples: Samples) -> Estimate:
     found = max(trials, key=lambda each: each.value)
     if not samples.isotropic or len(samples) > MOST_SAMPLES:
         progress.report(0.8)
-        costs = np.array([_information_criterion(each.prior, some.values.size) for each in transforms])
-        values = lattices.likelihoods(some, systems, transforms, found.kernel) - costs
+        costs = np.array([_information_criterion(each.prior, of_lattices.values.size) for each in transforms])
+        values = lattices.likelihoods(of_lattices, systems, transforms, found.kernel) - costs
         system, number = divmod(int(values.argmax()), len(transforms))
         return Estimate(systems[system], transforms[number], found.kernel, None, None)
     progress.report(0.8, "Interpolating the samples")
@@ -211,9 +210,9 @@ def _known_noise(samples: Samples, transform: LogRelative) -> FloatArray:
 def _typical(samples: Samples) -> FloatArray:
     """The values of the samples nearest to directions spread evenly, (n, channels), 1/sr: most may lie in a peak."""
     system = HalfDifference() if samples.isotropic else AnisotropicRusinkiewicz()
-    some = subset(samples, gaussian_process.choice(len(samples), lattices.MOST))
-    places = system.encode(*some.directions)
-    return some.values[[int(np.argmin(((places - each) ** 2).sum(axis=1)))
+    chosen = some(samples, lattices.MOST)
+    places = system.encode(*chosen.directions)
+    return chosen.values[[int(np.argmin(((places - each) ** 2).sum(axis=1)))
                         for each in system.encode(*direction_pairs(_TYPICAL))]]
 
 

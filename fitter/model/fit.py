@@ -6,12 +6,14 @@ paper it is the identity.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
 from ..coordinates import ISOTROPIC_AXES, Coordinates
+from ..lattice import dense, sparse
 from ..lattice.dense import DenseLattice
 from ..lattice.sparse import SparseLattice
 from . import fit_file
@@ -139,12 +141,21 @@ class Fit:
                             self.edit.reflectance(self._stored_columns, self.columns, *at))
         return values.reshape(*angles[0].shape, len(self.columns))
 
+    @cached_property
+    def _total(self) -> tuple[int, FloatArray] | None:
+        """Both lattices as one, which takes half the time; None without a sparse one, or where it would be large."""
+        return None if self.specular is None else sparse.total(self.diffuse, self.specular)
+
     def _stored_columns(self, theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray,
                         phi_o: FloatArray) -> FloatArray:
         x = self.coordinates.encode(theta_i, phi_i, theta_o, phi_o)
-        field = self.diffuse.evaluate(x)
-        if self.specular is not None:
-            field += self.specular.evaluate(x)
+        if self._total is not None:
+            level, control_points = self._total
+            field = dense.evaluate(control_points, level, x)
+        else:
+            field = self.diffuse.evaluate(x)
+            if self.specular is not None:
+                field += self.specular.evaluate(x)
         return self.transform.reflectance(field, theta_i, phi_i, theta_o, phi_o)
 
     def save(self, path: str | Path) -> None:

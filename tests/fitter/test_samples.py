@@ -13,6 +13,7 @@ from fitter.samples import (
     NO_SYMMETRY,
     SYMMETRIES,
     Rotations,
+    choice,
     repeated,
     rotations,
 )
@@ -100,3 +101,10 @@ def test_the_range_of_rotations_is_the_complement_of_the_widest_gap():
     assert at(*range(0, 360, 10)) == (36, 0, 350)
     assert at(7, 7.1, 6.9) == (1, 7, 7)
     assert rotations(np.zeros(2), np.array([1.0, 2.0])) == Rotations(1, 0, 0)
+
+
+def test_a_choice_of_many_has_no_repetition_and_is_always_the_same():
+    chosen = choice(3000, 2000)
+    assert len(set(chosen.tolist())) == 2000
+    assert (np.diff(chosen) > 0).all()
+    np.testing.assert_array_equal(chosen, choice(3000, 2000))

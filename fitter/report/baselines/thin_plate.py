@@ -23,10 +23,9 @@ import numpy as np
 
 from ...arrays import ArrayLike, FloatArray, IntArray
 from ...coordinates.half_difference import SOFTENING, half_difference
-from ...methods.gaussian_process import choice
 from ...model.transform import LEAST_OFFSET, bounded_log
 from ...quality.cross_validation import held_out
-from ...samples import Samples, subset
+from ...samples import Samples, choice, subset
 from .bounds import ceiling
 
 MOST = 3000                 # samples of an exact solution

@@ -230,3 +230,21 @@ def test_very_many_samples_are_compared_in_part(monkeypatch):
     assert not found(ANISOTROPIC["GGX"], "goniometer").isotropic
     assert found(ISOTROPIC["gloss"], "goniometer").isotropic
     assert all(1000 < size < 12_000 for size in sizes)
+
+
+@pytest.mark.parametrize(("returned", "told"), [("one side", True), ("both sides", False)])
+def test_a_tape_that_returns_light_to_one_side_is_told(tmp_path, returned, told):
+    """Light returns in a lobe 20 degrees beside the source, of isotropic material at one rotation, with noise."""
+    theta_i, phi_i, theta_o, phi_o = instruments.grid([20, 40, 60], [0], range(10, 81, 10), range(0, 360, 20))
+    turn = (phi_o + np.pi) % (2 * np.pi) - np.pi
+    turn = turn if returned == "one side" else np.abs(turn)
+    away = (theta_o - theta_i) ** 2 + (turn - np.radians(20)) ** 2
+    values = 0.1 + 20 * np.exp(-away / 0.02)
+    values *= 1 + 0.1 * np.random.default_rng(1).standard_normal(len(values))
+    path = tmp_path / "tape.csv"
+    path.write_text("theta_i,phi_i,theta_o,phi_o,grey\n" + "".join(
+        ",".join(f"{number:.6f}" for number in (*np.degrees(row[:4]), row[4])) + "\n"
+        for row in zip(theta_i, phi_i, theta_o, phi_o, values, strict=True)))
+    samples = fitter.load(path, angles="degrees", quantity="brdf")
+    assert samples.isotropic
+    assert (isotropy.ONE_SIDED in samples.notes) == told

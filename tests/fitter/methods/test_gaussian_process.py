@@ -5,11 +5,10 @@ import pytest
 from scipy import stats
 
 from fitter.coordinates import stretch
-from fitter.methods import gaussian_process
 from fitter.methods.gaussian_process import (
     LENGTHS,
     NOISES,
-    RECIPROCITY,
+    RECIPROCITIES,
     TREND,
     Kernel,
     Search,
@@ -17,7 +16,7 @@ from fitter.methods.gaussian_process import (
     likelihood,
 )
 
-KERNELS = [Kernel(), Kernel(length=0.3, noise=0.01), Kernel(length=2.8, noise=0.0)]
+KERNELS = [Kernel(), Kernel(length=0.3, noise=0.01), Kernel(length=2.8, noise=0.0, reciprocity=1.0)]
 every_kernel = pytest.mark.parametrize("kernel", KERNELS, ids=range(len(KERNELS)))
 IMAGES = (1, 1, 1), (1, 1, -1), (-1, -1, 1), (-1, -1, -1)
 
@@ -37,7 +36,7 @@ def brute_covariance(a, b, kernel):
     """The covariance of one pair of points, image by image."""
     total = TREND * (1 + np.dot(a, b))
     for image in IMAGES:
-        for exchange, weight in ((1, 1 - RECIPROCITY / 2), (-1, RECIPROCITY / 2)):
+        for exchange, weight in ((1, 1 - kernel.reciprocity / 2), (-1, kernel.reciprocity / 2)):
             other = b[0] * image[0], b[1] * image[1] * exchange, b[2] * image[2]
             distance = np.linalg.norm(np.subtract(a, other)) / kernel.length
             total += weight / 4 * matern(distance)
@@ -82,12 +81,13 @@ def test_kriging_is_the_textbooks_formula(mu, random, kernel):
     np.testing.assert_allclose(field.at_samples, without @ np.linalg.inv(matrix) @ z, atol=1e-5)
 
 
-def test_a_field_is_nearly_that_of_the_exchanged_directions():
+@pytest.mark.parametrize("reciprocity", RECIPROCITIES)
+def test_a_field_is_nearly_or_exactly_that_of_the_exchanged_directions(reciprocity):
     """One sample far from its images: but for the trend, the reciprocal pair follows it by the ratio of the weights."""
-    kernel, mu = Kernel(length=0.01, noise=0.0), np.array([[0.6, 0.5, 0.5]])
+    kernel, mu = Kernel(0.01, 0.0, reciprocity), np.array([[0.6, 0.5, 0.5]])
     there, exchanged = (kernel.covariance(mu * signs, mu)[0, 0] - TREND * (1 + (mu * signs) @ mu.T)[0, 0]
                         for signs in ([1, 1, 1], [1, -1, 1]))
-    assert exchanged / there == pytest.approx(RECIPROCITY / (2 - RECIPROCITY), rel=1e-3)
+    assert exchanged / there == pytest.approx(reciprocity / (2 - reciprocity), rel=1e-3)
 
 
 @every_kernel
@@ -144,6 +144,14 @@ def test_a_search_finds_the_kernel_that_made_the_samples(random, noise):
     assert abs(LENGTHS.index(found.kernel.length) - LENGTHS.index(1.0)) <= 1
 
 
+@pytest.mark.parametrize("reciprocity", RECIPROCITIES)
+def test_a_search_finds_whether_samples_are_reciprocal(random, reciprocity):
+    half = random.random((100, 3))
+    mu = np.concatenate([half, half * [1, -1, 1]])
+    z = drawn(random, Kernel(1.0, 1e-3, reciprocity), mu)
+    assert Search([lambda: mu], [z], [0.0], np.zeros(200)).best([0]).kernel.reciprocity == reciprocity
+
+
 def test_a_search_finds_the_stretch_that_made_the_samples(random):
     """The field is one of stretched coordinates: its variation is near 0."""
     x = 10 ** (-2 * random.random(150)) * np.where(random.random(150) < 0.5, -1, 1)
@@ -180,13 +188,6 @@ def test_noise_of_single_samples_counts(random):
 
 
 def test_choices_are_in_ascending_order():
-    for choices in (LENGTHS, NOISES):
+    for choices in (LENGTHS, NOISES, RECIPROCITIES):
         assert list(choices) == sorted(choices)
         assert min(choices) > 0
-
-
-def test_large_sets_are_subsampled_without_repetition():
-    chosen = gaussian_process.choice(3000, 2000)
-    assert len(set(chosen.tolist())) == 2000
-    assert (np.diff(chosen) > 0).all()
-    np.testing.assert_array_equal(chosen, gaussian_process.choice(3000, 2000))

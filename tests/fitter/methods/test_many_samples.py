@@ -7,9 +7,9 @@ import pytest
 
 import fitter
 from fitter.formats import merl
-from fitter.methods import gaussian_process, regression_kriging
+from fitter.methods import regression_kriging
 from fitter.quality.cross_validation import cube_root
-from fitter.samples import RGB, Samples, subset
+from fitter.samples import RGB, Samples, some
 from support import merl_files
 from support.cases import quick, release
 from support.checkout import measurements
@@ -67,7 +67,7 @@ def test_noise_averages_out_over_many_samples(random):
     """20 % of noise; 2,000 of the samples are what a Gaussian process sees."""
     truth, where = TRUTHS["velvet b"], between(random)
     samples = noisy(truth, dense_goniometer(random), 0.2, random)
-    few = subset(samples, gaussian_process.choice(len(samples), regression_kriging.MOST_SAMPLES))
+    few = some(samples, regression_kriging.MOST_SAMPLES)
     errors = [relative(truth, fitter.fit(each, **STANDARD), where) for each in (samples, few)]
     assert errors[0] < min(0.9 * errors[1], 0.01)
 

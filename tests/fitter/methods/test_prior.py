@@ -35,7 +35,8 @@ def model(*lobes, ks=(2.0, 1.5, 1.0), kd=(0.05, 0.1, 0.15)):
 def found_of(truth, directions, **options):
     values = truth.evaluate(*directions)
     offset = float(np.median(values))
-    return prior.candidates(Samples(*directions, values, ("R", "G", "B")), offset, **options), values, offset
+    samples = Samples(*directions, values, ("R", "G", "B"))
+    return prior.candidates(samples, values, offset, **options), values, offset
 
 
 def error(found, directions, values, offset):
@@ -83,14 +84,15 @@ def test_no_model_has_more_parameters_than_a_quarter_of_the_values(directions):
 
 
 def test_equal_values_have_no_lobes(directions):
-    found = prior.candidates(Samples(*directions, np.full((900, 2), 0.3), ("a", "b")), 0.3)
+    values = np.full((900, 2), 0.3)
+    found = prior.candidates(Samples(*directions, values, ("a", "b")), values, 0.3)
     assert len(found) == 1
     np.testing.assert_array_equal(found[0].evaluate(*directions), 0.3)
 
 
 def test_models_scale_with_their_samples(directions):
     values = model(MIRROR, COAT).evaluate(*directions)
-    small, large = (prior.candidates(Samples(*directions, values * scale, ("R", "G", "B")),
+    small, large = (prior.candidates(Samples(*directions, values * scale, ("R", "G", "B")), values * scale,
                                      scale * float(np.median(values))) for scale in (1e-12, 1e12))
     assert len(small) == len(large) == MAX_LOBES + 1
     for one, other in zip(small, large, strict=True):
@@ -115,6 +117,6 @@ def test_samples_below_zero_are_fitted_to_what_is_not():
     random = np.random.default_rng(3)
     directions = tuple(random.random((4, 300)) * [[1.4], [0], [1.4], [6.28]])
     values = random.standard_normal((300, 2))
-    for each in prior.candidates(Samples(*directions, values, ("a", "b")), 1.0):
+    for each in prior.candidates(Samples(*directions, values, ("a", "b")), values, 1.0):
         assert np.isfinite(each.evaluate(*directions)).all()
         assert (each.evaluate(*directions) >= 0).all()

@@ -239,6 +239,18 @@ def test_between_measured_incidences_a_coat_keeps_its_energy_and_its_colour(name
     np.testing.assert_allclose(fitter.fit(samples, **STANDARD).evaluate(*mirror), truth.evaluate(*mirror), rtol=0.1)
 
 
+@pytest.mark.parametrize("name", quick(["brushed b", "interference b"], "brushed b"))
+def test_a_fit_to_samples_of_a_reciprocal_surface_is_reciprocal(random, name):
+    """About the mirror direction. Of a white surface the cube root is 100: a difference of 1 is about a step of L*."""
+    fit = fitter.fit(truths.TRUTHS[name].measured("goniometer"), **STANDARD)
+    theta_i = np.radians(85) * random.random(20_000)
+    theta_o = np.clip(theta_i + np.radians(5) * random.standard_normal(20_000), 0, np.radians(85))
+    there = theta_i, 0 * theta_i, theta_o, np.pi + np.radians(5) * random.standard_normal(20_000)
+    steps = [100 * np.cbrt(np.pi * cosine * fit.evaluate(*directions)) for cosine, directions in (
+        (np.sqrt(np.cos(there[0]) * np.cos(there[2]))[:, None], each) for each in (there, (*there[2:], *there[:2])))]
+    assert np.quantile(np.abs(steps[0] - steps[1]), 0.99) < 2
+
+
 @pytest.mark.parametrize("count", quick([600, 6000], 600))
 def test_samples_that_are_known_to_scatter_are_followed_less(random, count):
     """Every third is off by 40 %, the others by 1 %; of many samples, and of few."""
