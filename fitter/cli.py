@@ -14,7 +14,7 @@ from .colours import COLOURS
 from .colours import DEFAULT as DEFAULT_COLOURS
 from .cycles.bake import bake
 from .files import replacing
-from .formats import KNOWN_FILES, illuminants, list_samples, overflowed, reading
+from .formats import KNOWN_FILES, illuminants, list_samples, overflowed, reading, saved_samples
 from .methods import METHODS
 from .published import name_in
 from .quality.describe import describe
@@ -148,11 +148,12 @@ def _info(options: argparse.Namespace) -> None:
 
 
 def _is_fit(path: str) -> bool:
-    """Whether a file begins like a fit: an .npz file is a zip archive."""
+    """Whether a file begins like a fit: an .npz file is a zip archive, but not each is a fit."""
     if name_in(path) is not None or not Path(path).is_file():
         return False
     with open(path, "rb") as stream:
-        return stream.read(2) == b"PK"
+        beginning = stream.read(64)
+    return beginning.startswith(b"PK") and not saved_samples.recognises(beginning)
 
 
 def _describe_samples(path: str, sample: str | None, how: dict[str, Any]) -> None:
