@@ -1,6 +1,6 @@
 """Synthetic photographs of a painted ball, by a small renderer that shares nothing with `fitter.photographs`.
 
-In each pixel the radiance is the mean over points of its area of an integral over the lamp, a ball that shines evenly ::
+In each pixel the radiance is the mean over points of its area of an integral over the lamp, an evenly bright ball ::
 
     L = sum_k f(w_k) I / (pi r^2) cos theta_i dw,    dw = 2 pi (1 - cos psi) / n,    sin psi = r / d
 
@@ -11,6 +11,8 @@ direction, of I cos theta_i / d^2. Around the ball it is dark.
 from dataclasses import dataclass, replace
 
 import numpy as np
+
+from . import truths
 
 FLOOR = 1e-3                # noise of a pixel beside what is relative to it, of the picture's typical brightness
 
@@ -148,3 +150,34 @@ def _lamp(scene, point, directions):
         toward = (cosine[:, None] * axis + (sine * np.cos(turn))[:, None] * first
                   + (sine * np.sin(turn))[:, None] * second)
         yield toward, 2 * np.pi * (1 - edge) / directions / (np.pi * scene.lamp_radius ** 2)
+
+
+PHASES = 12, 35, 55, 75, 95, 115, 135, 150      # degrees from the camera, of eight lamps
+UNUSED = 65, 200                                # phase and turn of a lamp that is none of them
+
+
+def scenes(phases=PHASES, **settings):
+    """A `Scene` for each phase angle, the lamps turned about the axis of the camera by 40 degrees from one to the next."""
+    return [at_phase(phase, 40.0 * k, **{"lamp_radius": 0.02, **settings}) for k, phase in enumerate(phases)]
+
+
+def matte():
+    """A matte paint, by Oren and Nayar."""
+    return truths.Truth("matte", "paint", truths._matte([0.5, 0.4, 0.3], 0.4))
+
+
+def satin():
+    """A paint with a wide highlight."""
+    return truths.Truth("satin", "paint", truths._sum(
+        truths.Truth("", "", truths._matte([0.1, 0.2, 0.3], 0.3)), truths._lobe(0.6, 0.35, f0=0.05)))
+
+
+def glossy():
+    """A paint with a highlight of GGX .1."""
+    return truths.Truth("glossy", "paint", truths._sum(
+        truths.Truth("", "", truths._matte([0.3, 0.05, 0.05], 0.3)), truths._lobe(4.0, 0.1, f0=0.05)))
+
+
+def velvet():
+    """Fibres that shine at grazing angles."""
+    return truths.TRUTHS["velvet a"]

@@ -1,8 +1,8 @@
 """Samples that Measured BRDF itself has written, such as those of photographs of a ball: NumPy's .npz.
 
 The entries are `samples`, a JSON text with format, version, name, source, notes, channels and isotropic; `directions`,
-(4, n) as `Samples.directions`; `values`, (n, channels), 1/sr; and `deviation`, (n,), if there is one. Colours are linear
-Rec.709. All numbers are in single precision.
+(4, n) as `Samples.directions`; `values`, (n, channels), 1/sr; and `deviation`, (n,), if there is one. Colours are
+linear Rec.709. All numbers are in single precision.
 """
 
 import json
@@ -74,7 +74,8 @@ def read(path: str | Path, content: bytes) -> Samples:
         if isinstance(error, DatasetError):
             raise
         raise DatasetError(f"damaged samples: {error}", path) from error
-    return Samples(*numbers["directions"], numbers["values"], tuple(channels), str(header["name"]), str(path),
+    theta_i, phi_i, theta_o, phi_o = numbers["directions"]
+    return Samples(theta_i, phi_i, theta_o, phi_o, numbers["values"], tuple(channels), str(header["name"]), str(path),
                    tuple(notes), deviation=numbers.get("deviation"), isotropic=bool(header["isotropic"]))
 
 

@@ -2,7 +2,7 @@
 
 A curved sample shows many pairs of directions at once: S. Marschner, S. Westin, E. Lafortune, K. Torrance: Image-based
 BRDF Measurement, Applied Optics 39(16), 2000; W. Matusik, H. Pfister, M. Brand, L. McMillan: A Data-Driven Reflectance
-Model, SIGGRAPH 2003. At the point x of the ball that a pixel sees, with the normal n and a lamp at the distance d in the
+Model, SIGGRAPH 2003. At a point of the ball that a pixel sees, with the normal n and a lamp at the distance d in the
 direction l, the radiance is ::
 
     L = f(l, v) I (n . l) / d^2
@@ -22,7 +22,7 @@ from .camera import pixel_angle
 
 STEEPEST = np.radians(80)   # polar angle beyond which a pixel says little: its own size spans many degrees there
 LIMB = 1.5                  # pixels at the ball's outline that are left out: lenses blur it, and it is half background
-SHADOW = 0.04               # m, radius of the camera: a lamp that it hides from the ball's middle throws its shadow there
+SHADOW = 0.04               # m, radius of the camera: its shadow is where it hides the lamp from the middle of the ball
 _SATURATED = 4              # pixels that share the largest value are saturated, if they are so many
 _PLACED = 0.5               # pixels by which the ball's outline may be wrong, ...
 _AIMED = np.radians(0.5)    # ... and the angle by which the lamp may be, before samples count less for it
@@ -86,8 +86,8 @@ class BallPhotograph:
             self._set(field, (3,))
         intensity = self._set("intensity")
         if intensity.shape != radiance.shape[2:] or not (intensity > 0).all():
-            raise DatasetError(f"an intensity of {intensity.tolist()} found, expected {radiance.shape[2]} numbers above "
-                               f"0", self.name)
+            raise DatasetError(f"an intensity of {intensity.tolist()} found, expected {radiance.shape[2]} numbers "
+                               f"above 0", self.name)
         if self.noise is not None and not (self._set("noise", radiance.shape) >= 0).all():
             raise DatasetError("noise below 0 found", self.name)
         if self.mask is not None:
@@ -126,7 +126,7 @@ class BallPhotograph:
     def phase_angle(self) -> float:
         """The angle between camera and lamp, seen from the ball's centre, radians."""
         toward = [(place - self.centre) / np.linalg.norm(place - self.centre) for place in (self.camera, self.lamp)]
-        return float(np.arctan2(np.linalg.norm(np.cross(*toward)), np.dot(*toward)))
+        return float(np.arctan2(np.linalg.norm(np.cross(toward[0], toward[1])), toward[0] @ toward[1]))
 
 
 class Seen(NamedTuple):

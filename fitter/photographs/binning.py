@@ -65,7 +65,8 @@ def binned(directions: Directions, values: FloatArray, deviation: FloatArray, mo
 
     place = np.stack([mean(axis) for axis in mu.T], axis=1)
     found = np.stack([mean(column) for column in values.T], axis=1)
-    return Binned(SYSTEM.decode((place + 1) / 2), found, _deviation(cell, weight / total[cell], values, found, deviation))
+    scatter = _deviation(cell, weight / total[cell], values, found, deviation)
+    return Binned(SYSTEM.decode((place + 1) / 2), found, scatter)
 
 
 def _cells(mu: FloatArray, most: int) -> IntArray:

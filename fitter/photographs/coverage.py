@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray
+from ..arrays import BoolArray, Directions, FloatArray, IntArray
 from ..quality.physics import direction_pairs
 from ..samples import Samples
 
@@ -46,7 +46,8 @@ def coverage(samples: Samples) -> Coverage:
 
     Examples
     --------
-    >>> theta_i, theta_o = (grid.ravel() for grid in np.meshgrid(np.radians(range(0, 70, 4)), np.radians(range(0, 70, 4))))
+    >>> steps = np.radians(range(0, 70, 4))
+    >>> theta_i, theta_o = (grid.ravel() for grid in np.meshgrid(steps, steps))
     >>> found = coverage(Samples(theta_i, 0 * theta_i, theta_o, 0 * theta_o, np.ones((len(theta_i), 1))))
     >>> found.incidence, round(found.difference[1], 3), found.gaps, found.next_phase_angle
     ((0.0, 68.0), 34.0, ((34.0, 75.0),), 109.0)
@@ -104,8 +105,8 @@ def are_covered(samples: Samples, pairs: Directions, reach: float = float(REACH)
     return found
 
 
-def _cosines(wanted: tuple[FloatArray, FloatArray], turned: FloatArray, asked: FloatArray,
-             theta: tuple[FloatArray, FloatArray], turn: FloatArray, near: FloatArray) -> FloatArray:
+def _cosines(wanted: tuple[FloatArray, FloatArray], turned: FloatArray, asked: IntArray,
+             theta: tuple[FloatArray, FloatArray], turn: FloatArray, near: IntArray) -> FloatArray:
     """Of the larger of the two angles between pairs asked for and samples: (asked, near)."""
     incident = np.cos(wanted[0][asked][:, None] - theta[0][near])
     outgoing = _vectors(wanted[1][asked], turned[asked]) @ _vectors(theta[1][near], turn[near]).T

@@ -58,7 +58,8 @@ def exposure_of(seconds: float, f_number: float = 1.0, iso: float = 100.0) -> fl
     (0.00125, 0.00125)
     """
     if not (seconds > 0 and f_number > 0 and iso > 0):
-        raise DatasetError(f"an exposure of {seconds:g} s at f/{f_number:g} and ISO {iso:g} found, expected more than 0")
+        raise DatasetError(f"an exposure of {seconds:g} s at f/{f_number:g} and ISO {iso:g} found, expected more than "
+                           f"0")
     return seconds / f_number ** 2 * iso / 100
 
 
@@ -96,8 +97,8 @@ def merged(exposures: Sequence[Exposure]) -> Light:
     shapes = {each.pixels.shape for each in exposures}
     if len(shapes) > 1:
         raise DatasetError(f"exposures of several sizes found: {', '.join(map(str, sorted(shapes)))}")
-    good = [(each.pixels < SATURATED).all(axis=2) for each in exposures]
-    known = np.any(good, axis=0)
+    good = [np.asarray((each.pixels < SATURATED).all(axis=2)) for each in exposures]
+    known = np.asarray(np.any(good, axis=0))
     radiance = np.zeros(exposures[0].pixels.shape)
     for number in range(1 + _ROUNDS):
         total, weights = np.zeros_like(radiance), np.zeros_like(radiance)

@@ -102,7 +102,7 @@ def _only_region(bright: BoolArray, name: str) -> BoolArray:
     blocks[:bright.shape[0], :bright.shape[1]] = bright
     # a block is bright where at least half of it is, so that noise joins nothing
     coarse = blocks.reshape(height, step, width, step).mean(axis=(1, 3)) >= 0.5
-    regions = sorted(_regions(coarse), key=np.count_nonzero, reverse=True)
+    regions = sorted(_regions(coarse), key=lambda region: int(region.sum()), reverse=True)
     if not regions or np.count_nonzero(regions[0]) * step ** 2 < _LEAST ** 2:
         raise DatasetError("no ball found: nothing in the picture is large and brighter than its border", name)
     found = regions[0]
@@ -122,7 +122,7 @@ def _regions(bright: BoolArray) -> list[BoolArray]:
         region = np.zeros_like(left)
         region[np.unravel_index(int(np.argmax(left)), left.shape)] = True
         count = 0
-        while (now := np.count_nonzero(region)) != count:
+        while (now := int(np.count_nonzero(region))) != count:
             count, region = now, _grown(region) & left
         left &= ~region
         if count > 1:
@@ -155,12 +155,13 @@ def _edges(region: BoolArray, grey: FloatArray, level: float, rays: FloatArray) 
 def _consensus(edges: FloatArray, size: float) -> FloatArray:
     """The v that most edges agree with."""
     random = np.random.default_rng(0)
-    best, most = np.zeros(3), -1
+    best: FloatArray = np.zeros(3)
+    most = -1
     for _ in range(_TRIALS):
         three = edges[random.choice(len(edges), 3, replace=False)]
         if abs(np.linalg.det(three)) < 1e-12:
             continue
-        v = np.linalg.solve(three, np.ones(3))
+        v = np.asarray(np.linalg.solve(three, np.ones(3)), dtype=float)
         if np.linalg.norm(v) <= 1:
             continue
         agree = int(np.count_nonzero(np.abs(_off(edges, v)) < _NEAR * size))
@@ -193,7 +194,8 @@ class _Profile(NamedTuple):
 
 def _profile(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, mask: BoolArray | None = None) -> _Profile:
     axis = v / np.linalg.norm(v)
-    window = int(max(min(_WINDOW, np.arccos(min(1 / np.linalg.norm(v), 1.0)) / size / 2), 3))
+    gamma = float(np.arccos(min(1 / float(np.linalg.norm(v)), 1.0)))
+    window = int(max(min(_WINDOW, gamma / size / 2), 3))
     off = _off(rays, v) / size
     near = np.abs(off) < window if mask is None else (np.abs(off) < window) & mask
     helper = np.eye(3)[int(np.argmin(np.abs(axis)))]

@@ -53,8 +53,8 @@ def samples_from_ball(photographs: Sequence[BallPhotograph], name: str = "ball",
     values = np.concatenate([part.reflectance for part in parts])
     deviation = np.concatenate([part.deviation for part in parts])
     if np.abs(values).max() > LARGEST_VALUE:
-        raise DatasetError(f"a reflectance of {np.abs(values).max():g} / sr found: the intensity of the lamp is far too "
-                           f"small", source)
+        raise DatasetError(f"a reflectance of {np.abs(values).max():g} / sr found: the intensity of the lamp is far "
+                           f"too small", source)
     notes = _notes(photographs, parts)
     if len(values) > MOST_SAMPLES:
         directions, values, deviation = binned(directions, values, deviation, MOST_SAMPLES)

@@ -62,7 +62,7 @@ def intensity_of_card(radiance: ArrayLike, point: ArrayLike, normal: ArrayLike, 
 
 
 def intensity_of_ball(photograph: BallPhotograph, albedo: ArrayLike) -> FloatArray:
-    """The intensity of a lamp in a photograph of a matte ball of known albedo, whatever intensity that says: (channels,).
+    """The intensity of a lamp in a photograph of a matte ball of known albedo, whatever that says of it: (channels,).
 
     What each pixel shows is weighed by the light that falls there.
     """
