@@ -10,6 +10,8 @@ outline, and not where its lit part ends, is decided by random samples (M. A. Fi
 Consensus, Communications of the ACM 24(6), 1981).
 """
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +28,9 @@ _LEAST = 5.0                # pixels, of a ball's radius
 _SECOND = 0.1               # of the largest region's pixels, that another must have to count as a ball
 _COARSE = 200               # pixels along a picture in which regions are told apart
 _TRIALS, _NEAR = 400, 1.5   # random samples; pixels from an outline within which an edge is a part of it
-_LEAST_ARC = 1 / 3          # of the outline, that must be seen
+_LEAST_ARC, _ENOUGH = 1 / 3, 1 / 2      # of the outline, that must be seen to find a ball, and to move it
+_ROUNDS = 3                 # of least squares without what is far off
+_SHARP = 0.8                # least share of the brightness that is missing beyond an edge that places a ball
 _SECTORS = 48               # of the outline
 _WINDOW = 6.0               # pixels to both sides of the outline where its edge is looked for
 _STEP = 0.1                 # pixels between the places that are tried
@@ -45,7 +49,7 @@ class Outline(NamedTuple):
     half_angle: float
     """gamma, radians."""
     residual: float
-    """Root mean square distance of the edges that were found from it, pixels."""
+    """The median distance of the edges that were found from it, pixels."""
 
     def centre(self, camera: ArrayLike, radius: float) -> FloatArray:
         """The centre of the ball of this radius, (3,), seen from a camera at (3,)."""
@@ -198,10 +202,7 @@ def _profile(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, mas
     window = int(max(min(_WINDOW, gamma / size / 2), 3))
     off = _off(rays, v) / size
     near = np.abs(off) < window if mask is None else (np.abs(off) < window) & mask
-    helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    x = np.cross(axis, helper)
-    x /= np.linalg.norm(x)
-    y = np.cross(axis, x)
+    x, y = _across(axis)
     sector = ((np.arctan2(rays[near] @ y, rays[near] @ x) / (2 * np.pi) + 1) * _SECTORS).astype(int) % _SECTORS
     off, value = off[near], grey[near]
     edge = _steps(sector, off, value, np.arange(1 - window, window - 1 + _STEP / 2, _STEP))
@@ -250,12 +251,69 @@ def _refined(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, nam
     axis, gamma = v / np.linalg.norm(v), np.arccos(1 / np.linalg.norm(v))
     at = gamma + profile.edge[clear] * size
     touching = np.cos(at)[:, None] * axis + np.sin(at)[:, None] * profile.around[clear]
-    found = np.linalg.lstsq(touching, np.ones(len(touching)), rcond=None)[0]
-    off = _off(touching, found) / size
-    kept = np.abs(off) <= 3 * 1.4826 * np.median(np.abs(off)) + 0.05       # a stand, or where the lit part ends
-    found = np.linalg.lstsq(touching[kept], np.ones(np.count_nonzero(kept)), rcond=None)[0]
-    off = _off(touching[kept], found) / size
-    return found, float(np.sqrt(np.mean(off ** 2))), np.count_nonzero(kept) / _SECTORS
+    found, arc = _robust(touching, v, size)
+    return found, float(np.median(np.abs(_off(touching, found)))) / size, arc
+
+
+def placed(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
+    """Photographs with the ball where its outline is, seen from each place in all photographs of it together.
+
+    A pixel is a degree of its normals, or several where they graze, and a tape measure or a hand in the window places no
+    ball as well as its outline does, to about a fifth of a pixel. Where less than half of it is seen, or it is farther
+    away than `MOVED`, which `check_outline` finds, the ball stays where it was said to be.
+    """
+    found, moved = list(photographs), {}
+    for number, each in enumerate(found):
+        place = (*each.camera.tolist(), *each.centre.tolist(), each.radius, each.rays.shape, each.rays.tobytes())
+        moved.setdefault(place, []).append(number)
+    for numbers in moved.values():
+        first = found[numbers[0]]
+        toward = first.centre - first.camera
+        distance = float(np.linalg.norm(toward))
+        v = toward / distance / np.sqrt(1 - (first.radius / distance) ** 2)
+        touching = np.concatenate([_touching(v, found[number]) for number in numbers])
+        v, arc = _robust(touching, v, pixel_angle(first.rays))
+        if arc >= _ENOUGH and np.linalg.norm(v) > 1:
+            outline = Outline(v / np.linalg.norm(v), float(np.arccos(1 / np.linalg.norm(v))), 0.0)
+            for number in numbers:
+                found[number] = replace(found[number], centre=outline.centre(first.camera, first.radius))
+    return found
+
+
+def _touching(v: FloatArray, photograph: BallPhotograph) -> FloatArray:
+    """Rays through the clear edges near the outline v: (n, 3)."""
+    size, grey = pixel_angle(photograph.rays), photograph.radiance.mean(axis=2)
+    profile = _profile(v, grey, photograph.rays, size, photograph.mask)
+    level = _BRIGHT * float(np.percentile(grey, 99.5))
+    with np.errstate(invalid="ignore"):
+        clear = ((profile.beyond < (1 - _SHARP) * profile.within) & (profile.within > level)
+                 & (np.abs(profile.edge) < MOVED + 0.5))
+    axis, at = v / np.linalg.norm(v), np.arccos(1 / np.linalg.norm(v)) + profile.edge[clear] * size
+    return np.asarray(np.cos(at)[:, None] * axis + np.sin(at)[:, None] * profile.around[clear])
+
+
+def _robust(touching: FloatArray, v: FloatArray, size: float) -> tuple[FloatArray, float]:
+    """The v of rays of which some are wrong, and the share of the circle about it where rays agree; v without any."""
+    if len(touching) < 3:
+        return v, 0.0
+    kept = np.ones(len(touching), bool)
+    for _ in range(_ROUNDS):
+        if np.count_nonzero(kept) < 3:
+            return v, 0.0
+        v = np.linalg.lstsq(touching[kept], np.ones(np.count_nonzero(kept)), rcond=None)[0]
+        off = np.abs(_off(touching, v)) / size
+        kept = off <= 3 * 1.4826 * np.median(off) + 0.05        # a stand, or where the lit part ends
+    x, y = _across(v / np.linalg.norm(v))
+    sectors = np.unique(((np.arctan2(touching[kept] @ y, touching[kept] @ x) / (2 * np.pi) + 1) * _SECTORS).astype(int)
+                        % _SECTORS)
+    return np.asarray(v), len(sectors) / _SECTORS
+
+
+def _across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two unit vectors at right angles to an axis and to each other."""
+    x = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    x /= np.linalg.norm(x)
+    return x, np.cross(axis, x)
 
 
 def check_outline(photograph: BallPhotograph) -> None:

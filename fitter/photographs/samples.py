@@ -8,7 +8,7 @@ from ..errors import DatasetError
 from ..samples import LARGEST_VALUE, RGB, Samples
 from .ball import STEEPEST, BallPhotograph, Measured, measured
 from .binning import binned
-from .outline import check_outline
+from .outline import check_outline, placed
 
 MOST_SAMPLES = 200_000
 
@@ -23,6 +23,8 @@ def samples_from_ball(photographs: Sequence[BallPhotograph], name: str = "ball",
         Of one ball and size, each under another lamp or from elsewhere.
     name, source : str
         Of the samples.
+
+    The ball is moved to its outline, which the photographs show more precisely than it can be measured (`placed`).
 
     Returns
     -------
@@ -46,6 +48,7 @@ def samples_from_ball(photographs: Sequence[BallPhotograph], name: str = "ball",
             raise DatasetError(f"{_size(other)} found, expected {_size(first)} as in {first.name}", other.name)
     for each in photographs:
         check_outline(each)
+    photographs = placed(photographs)
     parts = [measured(each) for each in photographs]
     theta_i, phi_i, theta_o, phi_o = (np.concatenate([part.seen.directions[axis] for part in parts])
                                       for axis in range(4))
