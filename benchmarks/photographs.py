@@ -101,8 +101,8 @@ def judged(model, taken=None):
 
     fit = made(samples)
     values = evaluated(fit, at)
-    changes = [difference(at[2][covered], values[covered], evaluated(made(fitter.samples_from_ball(moved)), at)[covered])
-               for moved in (beside(taken), turned(taken))]
+    changed = [evaluated(made(fitter.samples_from_ball(moved)), at) for moved in (beside(taken), turned(taken))]
+    changes = [difference(at[2][covered], values[covered], each[covered]) for each in changed]
     scene = ball_scene.at_phase(*ball_scene.UNUSED, lamp_radius=0.02)
     pictures = [ball_scene.photograph(each, scene) for each in (model, fit)]
     flip = image_errors.errors(*pictures, pictures[0].sum(axis=2) > 0)["flip"]

@@ -157,7 +157,7 @@ UNUSED = 65, 200                                # phase and turn of a lamp that 
 
 
 def scenes(phases=PHASES, **settings):
-    """A `Scene` for each phase angle, the lamps turned about the axis of the camera by 40 degrees from one to the next."""
+    """A `Scene` for each phase angle; from one to the next the lamp turns about the camera's axis by 40 degrees."""
     return [at_phase(phase, 40.0 * k, **{"lamp_radius": 0.02, **settings}) for k, phase in enumerate(phases)]
 
 

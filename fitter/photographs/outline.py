@@ -28,6 +28,7 @@ _LEAST = 5.0                # pixels, of a ball's radius
 _SECOND = 0.1               # of the largest region's pixels, that another must have to count as a ball
 _COARSE = 200               # pixels along a picture in which regions are told apart
 _TRIALS, _NEAR = 400, 1.5   # random samples; pixels from an outline within which an edge is a part of it
+_FITS = 0.5                 # pixels, of the median edge from the outline of a ball
 _LEAST_ARC, _ENOUGH = 1 / 3, 1 / 2      # of the outline, that must be seen to find a ball, and to move it
 _ROUNDS = 3                 # of least squares without what is far off
 _SHARP = 0.8                # least share of the brightness that is missing beyond an edge that places a ball
@@ -86,7 +87,7 @@ def find_ball(picture: FloatArray, rays: FloatArray, name: str = "picture") -> O
     for _ in range(3):
         v, residual, arc = _refined(v, grey, rays, size, name)
     outline = Outline(v / np.linalg.norm(v), float(np.arccos(1 / np.linalg.norm(v))), residual)
-    if outline.half_angle < _LEAST * size or residual > _NEAR or arc < _LEAST_ARC:
+    if outline.half_angle < _LEAST * size or residual > _FITS or arc < _LEAST_ARC:
         raise DatasetError(f"no outline of a ball found: what is bright is no disc (edges {residual:.1f} pixels off, "
                            f"over {arc:.0%} of its outline)", name)
     return outline
@@ -258,15 +259,16 @@ def _refined(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, nam
 def placed(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
     """Photographs with the ball where its outline is, seen from each place in all photographs of it together.
 
-    A pixel is a degree of its normals, or several where they graze, and a tape measure or a hand in the window places no
-    ball as well as its outline does, to about a fifth of a pixel. Where less than half of it is seen, or it is farther
-    away than `MOVED`, which `check_outline` finds, the ball stays where it was said to be.
+    A pixel is a degree of its normals, or several where they graze, and a tape measure or a hand in the window does not
+    place a ball as well as its outline does. Where less than half of that is seen, the ball stays where it was said to
+    be; where it is farther away than `MOVED` pixels, `check_outline` has refused it.
     """
-    found, moved = list(photographs), {}
+    found = list(photographs)
+    together: dict[tuple[object, ...], list[int]] = {}
     for number, each in enumerate(found):
         place = (*each.camera.tolist(), *each.centre.tolist(), each.radius, each.rays.shape, each.rays.tobytes())
-        moved.setdefault(place, []).append(number)
-    for numbers in moved.values():
+        together.setdefault(place, []).append(number)
+    for numbers in together.values():
         first = found[numbers[0]]
         toward = first.centre - first.camera
         distance = float(np.linalg.norm(toward))
@@ -300,7 +302,7 @@ def _robust(touching: FloatArray, v: FloatArray, size: float) -> tuple[FloatArra
     for _ in range(_ROUNDS):
         if np.count_nonzero(kept) < 3:
             return v, 0.0
-        v = np.linalg.lstsq(touching[kept], np.ones(np.count_nonzero(kept)), rcond=None)[0]
+        v = np.asarray(np.linalg.lstsq(touching[kept], np.ones(np.count_nonzero(kept)), rcond=None)[0], dtype=float)
         off = np.abs(_off(touching, v)) / size
         kept = off <= 3 * 1.4826 * np.median(off) + 0.05        # a stand, or where the lit part ends
     x, y = _across(v / np.linalg.norm(v))
