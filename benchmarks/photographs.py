@@ -1,6 +1,6 @@
-"""How true materials are that photographs of a ball make: synthetic photographs of known reflectances, by eight lamps.
+"""How true materials are that photographs of a ball make: synthetic photographs of known reflectances.
 
-    python -m benchmarks.photographs [NAME ...]         some three minutes; the names of materials choose
+    python -m benchmarks.photographs [NAME ...] [--lamps 8]     some two minutes; the names of materials choose
 
 The photographs have 120 x 120 pixels and 1 % of noise, and are fitted by the preset Standard. Errors are root mean
 squares of the difference of cube roots of cosine-weighted values, as shares of those of the truth, at the directions of
@@ -9,6 +9,7 @@ under a lamp that was not used. The last columns say by how much, in the same me
 changes where the ball is one pixel beside its place, or each lamp one degree.
 """
 
+import argparse
 import os
 import sys
 
@@ -123,9 +124,16 @@ def table(rows):
 
 def main():
     """Print the table of the materials at hand."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.photographs", description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", metavar="NAME", help="only materials whose names contain one of these")
+    parser.add_argument("--lamps", type=int, default=len(ball_scene.PHASES), help="default: %(default)s")
+    options = parser.parse_args()
+    phases = ball_scene.PHASES if options.lamps == len(ball_scene.PHASES) else np.linspace(
+        ball_scene.PHASES[0], ball_scene.PHASES[-1], options.lamps)
     rows = []
-    for name, make in materials(sys.argv[1:]):
-        rows.append((name, judged(make())))
+    for name, make in materials(options.names):
+        model = make()
+        rows.append((name, judged(model, photographs(model, phases))))
         print(name, *(f"{number:.4f}" for number in rows[-1][1]), file=sys.stderr, flush=True)
     print(table(rows))
 

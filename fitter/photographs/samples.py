@@ -30,7 +30,7 @@ def samples_from_ball(photographs: Sequence[BallPhotograph], name: str = "ball",
     -------
     Samples
         Isotropic, at most `MOST_SAMPLES`; where more pixels can be used, means over cells (`binning`). The deviation is
-        that of the pixels' noise, and what half a pixel or half a degree of error in the places do. The notes say how
+        that of the pixels' noise, and what small errors of the places do. The notes say how
         many pixels were used.
 
     Raises
