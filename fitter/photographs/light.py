@@ -18,7 +18,7 @@ from ..errors import DatasetError
 SATURATED = 0.95            # of white: pixels above it are left out
 READ, SHOT = 5e-4, 5e-5     # noise of a camera at ISO 100: 10 of 20,000 electrons, and the root of their number
 _ROUNDS = 2                 # of the mean, whose weights depend on it
-_CENTRE = 0.1               # of a picture's sides: the part whose brightness others are compared with
+_CENTRE = 0.04              # of a picture's sides: the part whose brightness others are compared with
 
 
 @dataclass(frozen=True, eq=False)
