@@ -21,7 +21,7 @@ def test_a_white_ball_tells_the_intensity_and_the_colour_of_the_lamp():
     scene = ball_scene.at_phase(50, 20, intensity=(3.0, 2.0, 1.0), size=(60, 60))
     shot = replace(photographed(scene, WHITE, noise=0.02), intensity=np.ones(3))
     np.testing.assert_allclose(intensity_of_ball(shot, 0.8), [3, 2, 1], rtol=3e-3)
-    with pytest.raises(fitter.DatasetError, match="an albedo of 1.2 found"):
+    with pytest.raises(fitter.DatasetError, match=r"an albedo of 1\.2 found"):
         intensity_of_ball(shot, 1.2)
 
 
