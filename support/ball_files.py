@@ -1,10 +1,29 @@
 """Synthetic photographs of a ball as files, with their description: what `python -m fitter photographs` reads."""
 
+import importlib.util
+import sys
 from pathlib import Path
 
 import numpy as np
 
 from . import ball_scene
+
+
+def add_openimageio():
+    """Make OpenImageIO importable: Blender as a Python module has it in a folder that is not on the path.
+
+    Returns that folder, None where it was importable before, or False where it is not there.
+    """
+    if importlib.util.find_spec("OpenImageIO") is not None:
+        return None
+    import bpy
+
+    folders = sorted(Path(bpy.utils.resource_path("LOCAL")).glob("python/lib/python3.*/site-packages"))
+    found = [folder for folder in folders if (folder / "OpenImageIO").exists()]
+    if not found:
+        return False
+    sys.path.append(str(found[0]))
+    return found[0]
 
 
 def write_picture(path, pixels, **attributes):
