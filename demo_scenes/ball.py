@@ -38,9 +38,10 @@ def draw(path, size=SIZE, preset="Standard"):
         compared += [(truth, f"the paint, lamp at {phase}°"), (render(scene)[..., :3], f"measured, lamp at {phase}°")]
     rows = [[(ball_scene.photograph(model, scenes[k]), f"photograph, lamp at {ball_scene.PHASES[k]}°") for k in SHOWN],
             compared]
-    exposed = [_exposures([picture for picture, _ in row]) for row in rows]
-    sheet.write(path, [[sheet.tile(_shown(picture, scale), text) for (picture, text), scale in zip(
-        row, scales, strict=True)] for row, scales in zip(rows, (exposed[0], np.repeat(exposed[1][::2], 2)), strict=True)])
+    shown = [_exposures([picture for picture, _ in row]) for row in rows]
+    shown[1] = np.repeat(shown[1][::2], 2)          # what is measured as bright as the truth
+    sheet.write(path, [[sheet.tile(_opaque(scale * picture), text) for (picture, text), scale in zip(
+        row, scales, strict=True)] for row, scales in zip(rows, shown, strict=True)])
 
 
 def _exposures(pictures):
@@ -48,8 +49,8 @@ def _exposures(pictures):
     return [_EXPOSED / np.percentile(each[each.max(axis=2) > 0], _PERCENTILE) for each in pictures]
 
 
-def _shown(picture, scale):
-    return np.concatenate([scale * picture, np.ones((*picture.shape[:2], 1))], axis=2)
+def _opaque(picture):
+    return np.concatenate([picture, np.ones((*picture.shape[:2], 1))], axis=2)
 
 
 def main():

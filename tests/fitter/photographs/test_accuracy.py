@@ -51,7 +51,7 @@ def test_an_error_of_a_pixel_or_a_degree_changes_little(shots, glossy_ball, faul
 @release
 @pytest.mark.parametrize("name", bench.REAL)
 def test_the_material_is_that_of_a_real_fit(name):
-    file, sample = bench.REAL[name]
+    file, _ = bench.REAL[name]
     if not (measurements() / file).is_file():
         pytest.skip(f"{measurements() / file} is absent")
     model = dict(bench.materials([name]))[name]()
