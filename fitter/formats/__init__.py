@@ -38,7 +38,7 @@ from .text import plain_text, read_bytes
 FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, saved_samples.FORMAT,
                                utia.FORMAT, zemax.FORMAT, astm.FORMAT, pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
 EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
-PLAIN = (".bin", ".txt")    # extensions of which most files are no measurements
+PLAIN = (".bin", ".npz", ".txt")      # extensions of which most files are no measurements
 KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
 
 
