@@ -14,8 +14,8 @@ from ..arrays import Directions, FloatArray, IntArray
 from ..coordinates.half_angle import HalfAngle
 
 SYSTEM = HalfAngle(100.0)
-CELLS = 400, 100, 100       # along h, x and y from -1 to 1, where there is room for as many
-_COARSER = 0.9              # times as many along each axis, until no more are occupied than there may be
+CELLS = 1600, 300, 300      # along h, x and y from -1 to 1, where there is room for as many
+_COARSER = 0.95             # times as many along each axis, or fewer, until no more are occupied than there may be
 _PRIOR_COUNT = 3            # pixels with the scatter that was expected, which those of a cell are added to
 
 
@@ -76,9 +76,11 @@ def _cells(mu: FloatArray, most: int) -> IntArray:
         index = np.minimum((0.5 * (mu + 1) * counts).astype(np.int64), counts - 1)
         packed = (index[:, 0] * counts[1] + index[:, 1]) * counts[2] + index[:, 2]
         _, cell = np.unique(packed, return_inverse=True)
-        if cell.max() < most or counts.max() == 1:
+        occupied = int(cell.max()) + 1
+        if occupied <= most or counts.max() == 1:
             return np.asarray(cell.ravel())
-        counts = np.maximum((_COARSER * counts).astype(int), 1)
+        # photographs of one difference angle each are surfaces in these coordinates
+        counts = np.maximum((min(_COARSER, (most / occupied) ** 0.5) * counts).astype(int), 1)
 
 
 def _deviation(cell: IntArray, share: FloatArray, values: FloatArray, mean: FloatArray, deviation: FloatArray,
