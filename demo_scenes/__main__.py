@@ -1,4 +1,5 @@
-"""``make demo``: imports measurements through the add-on and renders the paper's figures, and anisotropic ones.
+"""``make demo``: imports measurements through the add-on and renders the paper's figures, anisotropic materials and a
+photographed ball.
 
 Two processes draw small pictures with few samples; ``make figures`` (``--full``) draws the same ones as the pages have
 them.
@@ -26,7 +27,7 @@ from support import sheet, synthetic
 from support.checkout import ROOT, extension
 from support.stage import lit_sphere, render, suzanne
 
-from . import anisotropic
+from . import anisotropic, ball
 
 PROCESSES = 2
 PAPER = {"preset": "Paper"}
@@ -136,9 +137,17 @@ def anisotropic_half(demo, name):
     return sheet.encode(render(scene)[..., :3])
 
 
+def photographed_ball(demo):
+    """A ball as synthetic photographs, measured and rendered beside the truth."""
+    demo.say("measuring a photographed ball")
+    quality = demo.quality
+    ball.draw(quality.folder / "measured_ball.png", round(quality.size * ball.SIZE),
+              "Draft" if quality.samples < 1 else "Standard")
+
+
 # the longest first; by a process each
 PARTS = {"pan": partial(anisotropic_half, name="brushed_pan"), "cloth": partial(anisotropic_half, name="satin_cloth"),
-         "figure 8": figure_8, "figure 3": figure_3, "figure 4": figure_4}
+         "figure 8": figure_8, "figure 3": figure_3, "figure 4": figure_4, "ball": photographed_ball}
 IN_THE_TABLE = "figure 4", "figure 3", "figure 8"
 
 

@@ -22,12 +22,14 @@ from .formats import load
 from .methods import fit
 from .model.fit import Fit
 from .model.mix import Mix
+from .photographs.ball import BallPhotograph
+from .photographs.samples import samples_from_ball
 from .presets import PRESETS
 from .published import list_published, load_published
 from .quality.metrics import ErrorMetrics, channel_metrics, error_metrics
 from .samples import Samples
 from .tolerance import fit_within
 
-__all__ = ["PRESETS", "DatasetError", "ErrorMetrics", "Fit", "Mix", "SampleUnknownError", "Samples",
+__all__ = ["PRESETS", "BallPhotograph", "DatasetError", "ErrorMetrics", "Fit", "Mix", "SampleUnknownError", "Samples",
            "UnitsUnknownError", "channel_metrics", "edited", "error_metrics", "fit", "fit_within", "list_published",
-           "load", "load_published"]
+           "load", "load_published", "samples_from_ball"]

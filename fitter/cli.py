@@ -1,4 +1,4 @@
-"""The command line: ``python -m fitter info|fit|bake|report``."""
+"""The command line: ``python -m fitter info|fit|bake|photographs|report``."""
 
 import argparse
 import os
@@ -14,8 +14,10 @@ from .colours import COLOURS
 from .colours import DEFAULT as DEFAULT_COLOURS
 from .cycles.bake import bake
 from .files import replacing
-from .formats import KNOWN_FILES, illuminants, list_samples, overflowed, reading
+from .formats import KNOWN_FILES, illuminants, list_samples, overflowed, reading, saved_samples
 from .methods import METHODS
+from .photographs.coverage import advice, coverage
+from .photographs.setup import measure
 from .published import name_in
 from .quality.describe import describe
 from .samples import SYMMETRIES
@@ -90,6 +92,13 @@ def build_parser() -> argparse.ArgumentParser:
     bake_fit.add_argument("-o", "--out", required=True, help="where to write the shader (.osl)")
     bake_fit.set_defaults(run=_bake)
 
+    photographs = commands.add_parser("photographs", help="make samples of photographs of a ball (needs OpenImageIO)")
+    photographs.add_argument("file", metavar="SETUP.toml",
+                             help="describes camera, ball, lamps and files: see the manual, Measure your own")
+    photographs.add_argument("-o", "--out", required=True,
+                             help="where to save the samples (.npz); info describes them, fit fits them")
+    photographs.set_defaults(run=_photographs)
+
     report_on = commands.add_parser("report", help="compare fits and baselines on measurements (needs SciPy)"
                                     if _REPORT.is_dir() else NO_REPORT)
     report_on.add_argument("files", nargs="+", metavar="FILE",
@@ -148,11 +157,12 @@ def _info(options: argparse.Namespace) -> None:
 
 
 def _is_fit(path: str) -> bool:
-    """Whether a file begins like a fit: an .npz file is a zip archive."""
+    """Whether a file begins like a fit: an .npz file is a zip archive, but not each is a fit."""
     if name_in(path) is not None or not Path(path).is_file():
         return False
     with open(path, "rb") as stream:
-        return stream.read(2) == b"PK"
+        beginning = stream.read(64)
+    return beginning.startswith(b"PK") and not saved_samples.recognises(beginning)
 
 
 def _describe_samples(path: str, sample: str | None, how: dict[str, Any]) -> None:
@@ -198,6 +208,15 @@ def _bake(options: argparse.Namespace) -> None:
     with replacing(options.out, "w") as stream:
         stream.write(source)
     print(f"{options.out}: {len(source):,} bytes of OSL")
+
+
+def _photographs(options: argparse.Namespace) -> None:
+    samples = measure(options.file)
+    saved_samples.write(samples, options.out)
+    print(samples.name)
+    for line in (*samples.notes, *advice(coverage(samples))):
+        print(f"  {line}")
+    print(f"{options.out}: {len(samples):,} samples; python -m fitter fit {options.out} -o FIT.npz fits them")
 
 
 def _report(options: argparse.Namespace) -> None:

@@ -5,6 +5,7 @@ Academy S-2014-004, 2014. Matrices from chromaticities: SMPTE RP 177, 1993. Wher
 the Bradford transform: K. M. Lam: Metamerism and Colour Constancy, Ph.D. thesis, University of Bradford, 1985.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,9 +44,8 @@ def conversion(source: str, target: str) -> FloatArray:
     """
     if source == target:
         return np.eye(3)
-    white, other = (_xyz(_SPACES[name].white) for name in (source, target))
-    matrix = np.linalg.solve(to_xyz(target), adaptation(white, other) @ to_xyz(source))
-    return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
+    space = _SPACES[source]
+    return from_primaries((space.red, space.green, space.blue), space.white, target)
 
 
 def to_xyz(name: str) -> FloatArray:
@@ -57,8 +57,26 @@ def to_xyz(name: str) -> FloatArray:
     [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
     """
     space = _SPACES[name]
-    primaries = np.stack([_xyz(primary) for primary in (space.red, space.green, space.blue)], axis=1)
-    return np.asarray(primaries * np.linalg.solve(primaries, _xyz(space.white)))
+    return of_primaries((space.red, space.green, space.blue), space.white)
+
+
+def of_primaries(primaries: Sequence[_Chromaticity], white: _Chromaticity) -> FloatArray:
+    """The matrix to CIE XYZ from the space of red, green and blue with these chromaticities, Y of white 1: (3, 3)."""
+    columns = np.stack([_xyz(primary) for primary in primaries], axis=1)
+    return np.asarray(columns * np.linalg.solve(columns, _xyz(white)))
+
+
+def from_primaries(primaries: Sequence[_Chromaticity], white: _Chromaticity, target: str = DEFAULT) -> FloatArray:
+    """The matrix to one of `COLOURS` from the space with these chromaticities: (3, 3). White stays white.
+
+    Examples
+    --------
+    >>> from_primaries(((0.64, 0.33), (0.30, 0.60), (0.15, 0.06)), (0.3127, 0.3290)).round(6).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    """
+    whites = _xyz(white), _xyz(_SPACES[target].white)
+    matrix = np.linalg.solve(to_xyz(target), adaptation(*whites) @ of_primaries(primaries, white))
+    return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
 
 
 def luminance(values: FloatArray, name: str) -> FloatArray:

@@ -14,7 +14,7 @@ MEASUREMENTS = ("curet/abrdf.dat", "curet/table.txt", "cornell/cayman.astm", "co
                 "cornell/krylon_blue_RGB.astm")
 # and what a command names to run them
 APART = {"test_slurm": "test_slurm", "test_mitsuba": "tests/mitsuba", "test_rgl_values": "tests/mitsuba",
-         "test_window": "tests/window"}
+         "test_ball_in_mitsuba": "tests/mitsuba", "test_window": "tests/window"}
 
 
 def pytest_ignore_collect(collection_path, config):

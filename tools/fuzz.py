@@ -28,7 +28,7 @@ import fitter
 from fitter import cli, formats
 from fitter.colours import conversion
 from fitter.cycles.bake import bake
-from fitter.formats import astm, curet, merl, spectra
+from fitter.formats import astm, curet, merl, saved_samples, spectra
 from fitter.methods import METHODS
 from fitter.samples import LARGEST_VALUE
 from support import (
@@ -85,6 +85,7 @@ def seeds():
         "zemax, rotations": zemax_files.made(rng.random((1, 12, 4, 3)).round(4) + 1, azimuths=(0, 60, 120, 180),
                                              rotations=(0, 30, 60, 90, 120, 360),
                                              Symmetry="PlaneSymmetrical4D").encode(),
+        "samples, saved": _saved(numbers),
         "utia, made": utia_files.pack(utia_files.values_of(anisotropic_instruments.ggx())),
         "rgl, spectral": tensor_files.pack(tensor_files.spectral(tensor_files.material(seed=8), bands))}
     found["astm, without a count"] = _uncounted(found["astm, made"])
@@ -108,6 +109,15 @@ def seeds():
         if path.is_file():
             found[path.name] = _beginning(path.read_bytes())
     return found
+
+
+def _saved(numbers):
+    """Samples as they are saved, with a deviation."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "saved.npz"
+        saved_samples.write(fitter.Samples(*numbers[:, :4].T, numbers[:, 4:], ("R", "G", "B"), "made", notes=("made",),
+                                           deviation=numbers[:, 0]), path)
+        return path.read_bytes()
 
 
 def _beginning(content, lines=160):

@@ -13,17 +13,32 @@ from ..arrays import BoolArray
 from ..colours import COLOURS, DEFAULT
 from ..errors import DatasetError
 from ..samples import Samples
-from . import astm, cornell_mat, curet, foreign, illuminants, isotropy, mbsdf, merl, pbrt_brdf, rgl, table, utia, zemax
+from . import (
+    astm,
+    cornell_mat,
+    curet,
+    foreign,
+    illuminants,
+    isotropy,
+    mbsdf,
+    merl,
+    pbrt_brdf,
+    rgl,
+    saved_samples,
+    table,
+    utia,
+    zemax,
+)
 from .format import Format
 from .gamut import converted
 from .reading import Reading, one_of
 from .text import plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
-FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, utia.FORMAT, zemax.FORMAT,
-                               astm.FORMAT, pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
+FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, saved_samples.FORMAT,
+                               utia.FORMAT, zemax.FORMAT, astm.FORMAT, pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
 EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
-PLAIN = (".bin", ".txt")    # extensions of which most files are no measurements
+PLAIN = (".bin", ".npz", ".txt")      # extensions of which most files are no measurements
 KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
 
 

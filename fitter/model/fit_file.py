@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from .. import files
+from .. import files, npz
 from ..coordinates import COORDINATES, ISOTROPIC_AXES, Coordinates, stretch
 from ..coordinates.anisotropic_nusselt import AnisotropicNusselt
 from ..coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
@@ -33,7 +33,7 @@ from ..lattice import dense, perfect_hash
 from ..lattice.sparse import SparseLattice
 from ..samples import LARGEST_VALUE
 from ..shader_constants import DAMPING_KNOTS
-from . import microfacet, npz
+from . import microfacet
 from .edit import COAT_WIDTHS, WIDTHS, Edit
 from .transform import IDENTITY, LEAST_OFFSET, LogRelative, Transform
 

@@ -18,7 +18,7 @@ TOP = {"addon", "benchmarks", "demo_scenes", "docs", "fitter", "osl", "support",
 GENERATED = {"baked_constants.h", "baked_tables.h", "lamp_parameters.h", "tables.md"}      # by the baker, the report
 # files of users, of Blender, of Cycles' source and of the build, and examples of names
 NOT_OURS = re.compile(r"(build|docs/html|shared|\.\.|/tmp|src|intern|curet|cornell)/|.*[*{<]|(.*/)?(test_)?NAME(\W|$)"
-                      r"|.*LIBRARY")
+                      r"|.*LIBRARY|(?i:setup)\.toml")
 EXTENSIONS = r"(?:py|md|h|osl|toml|csv)"
 PATH = re.compile(rf"[\w./-]+\.{EXTENSIONS}|[\w.-]+(?:/[\w.-]+)*/")
 DOTTED = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+(?<!\.blend)(?<!\.npz)(?<!\.dat)(?<!\.astm)(?<!\.png)")

@@ -7,9 +7,10 @@ import pytest
 from support.checkout import ROOT
 
 # from low to high; parts of one layer do not import one another
-FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files", "progress"), ("samples",),
+FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files", "npz", "progress"), ("samples",),
           ("coordinates", "lattice"), ("model",), ("quality", "published"), ("methods",),
-          ("editing", "presets", "tolerance"), ("cycles", "formats", "lobe", "pictures"), ("packed_picture", "swatch"),
+          ("editing", "presets", "tolerance"), ("cycles", "formats", "lobe", "photographs", "pictures"),
+          ("packed_picture", "swatch"),
           ("__init__",), ("report",), ("cli",), ("__main__",))
 ADDON = (("annotations", "data_sources", "manual", "versions"), ("transaction",), ("scene",), ("materials",),
          ("preferences",), ("jobs",), ("library",), ("operators",), ("viewport",), ("ui",), ("command",), ("__init__",))
@@ -79,8 +80,8 @@ def test_every_file_and_folder_has_a_layer():
 
 
 def test_formats_know_samples_and_no_fit():
-    known = {("fitter", name) for name in ("arrays", "colours", "errors", "files", "formats", "published",
-                                       "samples")}
+    known = {("fitter", name) for name in ("arrays", "colours", "errors", "files", "formats", "npz",
+                                       "published", "samples")}
     for path in SOURCES:
         if path.startswith("fitter/formats/"):
             imported = {module[:2] for module in imports(path, (ROOT / path).read_text("utf-8"))}

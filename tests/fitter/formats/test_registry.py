@@ -1,6 +1,7 @@
 """What every file format must do. A format that is entered in FORMATS is tested here, once it has an example below."""
 
 import io
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from scipy.io import savemat
 
 import fitter
 from fitter import DatasetError, formats
-from fitter.formats import FORMATS
+from fitter.formats import FORMATS, saved_samples
 from fitter.formats.text import plain_text
 from support import anisotropic_instruments as instruments
 from support import mbsdf_files, merl_files, tensor_files, utia_files, zemax_files
@@ -47,13 +48,21 @@ def table():
     return f"# made\ntheta_i[rad];theta_o[rad];phi[rad];R;G;B\n{rows}".encode()
 
 
+def saved():
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "saved.npz"
+        saved_samples.write(fitter.Samples(*np.transpose(ANGLES), np.full((3, 3), 0.2), ("R", "G", "B")), path)
+        return path.read_bytes()
+
+
 # by `Format.files`; a format without an example fails the first test
 EXAMPLES = {"Cornell or Light Tec ASTM (.astm)": astm(), "pbrt-v2 .brdf": pbrt(), "CURET abrdf.dat": curet(),
             "Cornell paint.reformat.mat": paint(), "RGL .bsdf": tensor_files.pack(tensor_files.material()),
             "MERL .binary": merl_files.pack(merl_files.random_cells(3, 1)),
             "table with column names (.csv, .tsv, .txt)": table(),
             "NVIDIA .mbsdf": mbsdf_files.made(), "Zemax .bsdf": zemax_files.made().encode(),
-            "UTIA .bin": utia_files.pack(utia_files.values_of(instruments.ggx()))}
+            "UTIA .bin": utia_files.pack(utia_files.values_of(instruments.ggx())),
+            "samples saved by Measured BRDF (.npz)": saved()}
 every_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.files)
 
 

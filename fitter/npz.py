@@ -67,7 +67,7 @@ def read(content: bytes) -> dict[str, NDArray[Any]]:
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as file:
             if sum(member.file_size for member in file.infolist()) > LARGEST:
-                raise ValueError(f"its arrays claim more than {LARGEST:,} bytes, more than a fit has")
+                raise ValueError(f"its arrays claim more than {LARGEST:,} bytes, more than there may be")
             for member in file.infolist():
                 name = _name(member)
                 if name in arrays:
@@ -90,7 +90,7 @@ def _check_directory(content: bytes) -> None:
     if any(disks) or comment or here != members or content.startswith(b"PK\6\7", max(start - _LOCATOR, 0)):
         raise ValueError("an archive in parts, with a comment, or in zip64")
     if members > _MOST_MEMBERS or size > members * _ENTRY or offset + size != start:
-        raise ValueError(f"a directory of {size:,} bytes for {members:,} members, more than a fit has")
+        raise ValueError(f"a directory of {size:,} bytes for {members:,} members, more than there may be")
 
 
 def _name(member: zipfile.ZipInfo) -> str:
@@ -114,7 +114,7 @@ def _array(stream: IO[bytes], name: str, stated: int, allowance: int) -> NDArray
         raise ValueError(f"{name} is of {dtype} {shape}, expected plain numbers")
     size = math.prod(shape) * dtype.itemsize
     if size > (min(allowance, _LONGEST_TEXT) if dtype.kind == "U" else allowance):
-        raise ValueError(f"{name} claims {size:,} bytes, more than a fit has")
+        raise ValueError(f"{name} claims {size:,} bytes, more than there may be")
     if len(start) + length + size != stated:
         raise ValueError(f"{name} is shorter or longer than it says")
     data = bytearray(size)

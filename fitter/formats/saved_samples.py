@@ -1,0 +1,83 @@
+"""Samples that Measured BRDF itself has written, such as those of photographs of a ball: NumPy's .npz.
+
+The entries are `samples`, a JSON text with format, version, name, source, notes, channels and isotropic; `directions`,
+(4, n) as `Samples.directions`; `values`, (n, channels), 1/sr; and `deviation`, (n,), if there is one. Colours are
+linear Rec.709. All numbers are in single precision.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import files, npz
+from ..errors import DatasetError
+from ..samples import Samples
+from .format import Format
+
+_FORMAT, _VERSION = "measured-brdf-samples", 1
+_ENTRIES = {"samples", "directions", "values"}, {"samples", "directions", "values", "deviation"}
+_BEGINS = b"PK\3\4", b"samples.npy"     # a zip archive, and after 26 bytes the name of its first member
+LARGEST = 64 << 20          # bytes; of 200,000 samples of a ball a tenth
+
+
+def write(samples: Samples, path: str | Path) -> None:
+    """Write samples, in linear Rec.709 or grey, to an .npz file.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written; a file at `path` then stays as it was.
+    """
+    header = {"format": _FORMAT, "version": _VERSION, "name": samples.name, "source": samples.source,
+              "notes": list(samples.notes), "channels": list(samples.channels), "isotropic": samples.isotropic}
+    arrays: dict[str, NDArray[Any]] = {"samples": np.array(json.dumps(header)),
+                                       "directions": np.stack(samples.directions).astype(np.float32),
+                                       "values": samples.values.astype(np.float32)}
+    if samples.deviation is not None:
+        arrays["deviation"] = samples.deviation.astype(np.float32)
+    with files.replacing(path) as stream:
+        stream.write(npz.written(arrays))
+
+
+def recognises(content: bytes) -> bool:
+    """Whether the first member of an archive is that of samples."""
+    return content.startswith(_BEGINS[0]) and content[30:30 + len(_BEGINS[1])] == _BEGINS[1]
+
+
+def read(path: str | Path, content: bytes) -> Samples:
+    """Read what `write` wrote.
+
+    Raises
+    ------
+    DatasetError
+        If it is damaged, or of another version.
+    """
+    try:
+        entries = npz.read(content)
+        header = json.loads(str(entries["samples"]))
+        if header["format"] != _FORMAT or set(entries) not in _ENTRIES:
+            raise ValueError("other entries than those of samples")
+        if header["version"] != _VERSION:
+            raise DatasetError(f"samples of version {header['version']!r}, expected {_VERSION}", path)
+        channels, notes = header["channels"], header["notes"]
+        if not all(isinstance(text, str) for text in (*channels, *notes)):
+            raise ValueError("channels and notes are not texts")
+        directions, values = entries["directions"], entries["values"]
+        if directions.ndim != 2 or len(directions) != 4 or values.ndim != 2:
+            raise ValueError(f"directions are {directions.shape} and values {values.shape}, expected (4, n) and (n, "
+                             f"channels)")
+        numbers = {name: array.astype(float) for name, array in entries.items() if name != "samples"}
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        if isinstance(error, DatasetError):
+            raise
+        raise DatasetError(f"damaged samples: {error}", path) from error
+    theta_i, phi_i, theta_o, phi_o = numbers["directions"]
+    return Samples(theta_i, phi_i, theta_o, phi_o, numbers["values"], tuple(channels), str(header["name"]), str(path),
+                   tuple(notes), deviation=numbers.get("deviation"), isotropic=bool(header["isotropic"]))
+
+
+FORMAT = Format("Saved samples", "samples saved by Measured BRDF (.npz)", (".npz",), recognises, read, is_text=False,
+                largest=LARGEST)

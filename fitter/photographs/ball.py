@@ -1,0 +1,279 @@
+"""A photograph of a ball under one lamp, and what each of its pixels measures.
+
+A curved sample shows many pairs of directions at once: S. Marschner, S. Westin, E. Lafortune, K. Torrance: Image-based
+BRDF Measurement, Applied Optics 39(16), 2000; W. Matusik, H. Pfister, M. Brand, L. McMillan: A Data-Driven Reflectance
+Model, SIGGRAPH 2003. At a point of the ball that a pixel sees, with the normal n and a lamp at the distance d in the
+direction l, the radiance is ::
+
+    L = f(l, v) I (n . l) / d^2
+
+with the lamp's radiant intensity I. For a lamp that is a ball itself, evenly bright and wholly above the horizon, it is
+the same but for f, which is the mean over the lamp.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import BoolArray, Directions, FloatArray, IntArray
+from ..errors import DatasetError
+from .camera import pixel_angle
+
+STEEPEST = np.radians(80)   # polar angle beyond which a pixel says little: its own size spans many degrees there
+LIMB = 1.5                  # pixels at the ball's outline that are left out: lenses blur it, and it is half background
+SHADOW = 0.04               # m, radius of the camera: its shadow is where it hides the lamp from the middle of the ball
+_SATURATED = 4              # pixels that share the largest value are saturated, if they are so many
+_PLACED = 0.2               # pixels by which the ball's outline may be wrong, ...
+_AIMED = np.radians(0.25)   # ... and the angle by which the lamp may be: with more, a fit trusts too little that grazes
+_TO_SIGMA = 1.4826          # from the median absolute deviation to the standard deviation of a normal distribution
+
+
+@dataclass(frozen=True, eq=False)
+class BallPhotograph:
+    """A photograph of a ball, and where camera, ball and lamp were.
+
+    Attributes
+    ----------
+    radiance : (height, width, channels) float64
+        Linear, the top row first, with whatever was there without the lamp subtracted.
+    rays : (height, width, 3) float64
+        Directions from the camera through the pixels' centres, unit vectors.
+    camera, centre, lamp : (3,) float64
+        Positions of the camera, the ball's and the lamp's centre, metres.
+    radius : float
+        Of the ball, metres.
+    intensity : (channels,) float64
+        The lamp's radiant intensity, W/sr in the units of `radiance`: a Lambertian of albedo 1 that faces it at 1 m
+        has the radiance intensity / pi.
+    lamp_radius : float
+        Of a lamp that is a ball, metres.
+    noise : (height, width, channels) float64, or None
+        The standard deviation of each value, in the units of `radiance`; by default it is estimated from the pixels.
+    mask : (height, width) bool, or None
+        The pixels that count, where not all do.
+    name : str
+        For messages: the file.
+
+    Raises
+    ------
+    DatasetError
+        If the arrays do not have these shapes or hold numbers that are not finite, or camera or lamp are in the ball.
+    """
+
+    radiance: FloatArray
+    rays: FloatArray
+    camera: FloatArray
+    centre: FloatArray
+    radius: float
+    lamp: FloatArray
+    intensity: FloatArray
+    lamp_radius: float = 0.0
+    noise: FloatArray | None = None
+    mask: BoolArray | None = None
+    name: str = "photograph"
+
+    def __post_init__(self) -> None:
+        radiance = self._set("radiance")
+        if radiance.ndim != 3 or not radiance.size or radiance.shape[2] not in (1, 3):
+            raise DatasetError(f"radiance has the shape {radiance.shape}, expected (height, width, 1 or 3)", self.name)
+        self._set("rays", (*radiance.shape[:2], 3))
+        lengths = np.linalg.norm(self.rays, axis=-1)
+        if np.abs(lengths - 1).max() > 1e-3:
+            raise DatasetError(f"rays have lengths from {lengths.min():g} to {lengths.max():g}, expected unit vectors",
+                               self.name)
+        for field in ("camera", "centre", "lamp"):
+            self._set(field, (3,))
+        intensity = self._set("intensity")
+        if intensity.shape != radiance.shape[2:] or not (intensity > 0).all():
+            raise DatasetError(f"an intensity of {intensity.tolist()} found, expected {radiance.shape[2]} numbers "
+                               f"above 0", self.name)
+        if self.noise is not None and not (self._set("noise", radiance.shape) >= 0).all():
+            raise DatasetError("noise below 0 found", self.name)
+        if self.mask is not None:
+            mask = np.array(self.mask, dtype=bool)
+            if mask.shape != radiance.shape[:2]:
+                raise DatasetError(f"the mask has the shape {mask.shape}, expected {radiance.shape[:2]}", self.name)
+            object.__setattr__(self, "mask", mask)
+        self._check_places()
+
+    def _set(self, field: str, shape: tuple[int, ...] | None = None) -> FloatArray:
+        array = np.array(getattr(self, field), dtype=float)
+        if shape is not None and array.shape != shape:
+            raise DatasetError(f"{field} has the shape {array.shape}, expected {shape}", self.name)
+        if not np.isfinite(array).all():
+            raise DatasetError(f"{field} holds numbers that are not finite; leave out saturated pixels by a mask",
+                               self.name)
+        object.__setattr__(self, field, array)
+        return array
+
+    def _check_places(self) -> None:
+        if not (self.radius > 0 and np.isfinite(self.radius)):
+            raise DatasetError(f"a ball with the radius {self.radius:g} found, expected more than 0", self.name)
+        if not (self.lamp_radius >= 0 and np.isfinite(self.lamp_radius)):
+            raise DatasetError(f"a lamp with the radius {self.lamp_radius:g} found, expected 0 or more", self.name)
+        if np.linalg.norm(self.camera - self.centre) <= self.radius:
+            raise DatasetError("the camera is inside the ball", self.name)
+        if np.linalg.norm(self.lamp - self.centre) <= self.radius + self.lamp_radius:
+            raise DatasetError("the lamp is inside the ball, or touches it", self.name)
+        toward = self.centre - self.lamp
+        along = (self.camera - self.lamp) @ toward / (toward @ toward)
+        if 0 < along < 1 and np.linalg.norm(self.lamp + along * toward - self.camera) < SHADOW:
+            raise DatasetError("the lamp is behind the camera, whose shadow falls on the ball: move the lamp aside",
+                               self.name)
+
+    @property
+    def phase_angle(self) -> float:
+        """The angle between camera and lamp, seen from the ball's centre, radians."""
+        toward = [(place - self.centre) / np.linalg.norm(place - self.centre) for place in (self.camera, self.lamp)]
+        return float(np.arctan2(np.linalg.norm(np.cross(toward[0], toward[1])), toward[0] @ toward[1]))
+
+
+class Seen(NamedTuple):
+    """What pixels of a photograph see of the ball. The arrays are those of n pixels."""
+
+    pixel: IntArray
+    """Their indices in the picture, row by row."""
+    directions: Directions
+    """To the lamp's centre and to the camera, about the normal; the lamp's azimuth is 0."""
+    irradiance: FloatArray
+    """cos theta_i / d^2, for a radiant intensity of 1: (n,)."""
+    grain: float
+    """The angle of a pixel over the ball's, seen from the camera."""
+
+
+def seen(photograph: BallPhotograph) -> Seen:
+    """The pixels that see a point of the ball which the whole lamp lights, none of it steeper than `STEEPEST`.
+
+    Raises
+    ------
+    DatasetError
+        If there is none; the message says why.
+    """
+    axis = photograph.centre - photograph.camera
+    distance = float(np.linalg.norm(axis))
+    rays = photograph.rays.reshape(-1, 3)
+    limb = np.arcsin(photograph.radius / distance)
+    size = pixel_angle(photograph.rays)
+    # of the sine, which is exact where the angle is small
+    off = np.arctan2(np.linalg.norm(np.cross(rays, axis / distance), axis=1), rays @ axis / distance)
+    pixel = np.flatnonzero(off < limb - LIMB * size)
+    if not len(pixel):
+        raise DatasetError("no pixel sees the ball: it is not in the picture, or too small there", photograph.name)
+    ray = rays[pixel]
+    nearest = ray @ axis
+    point = photograph.camera + ray * (nearest - np.sqrt(
+        np.maximum(photograph.radius ** 2 - (distance * np.sin(off[pixel])) ** 2, 0)))[:, None]
+    normal = (point - photograph.centre) / photograph.radius
+    away = photograph.lamp - point
+    far = np.linalg.norm(away, axis=1)
+    directions = about(normal, away / far[:, None], -ray)
+    of_lamp = np.arcsin(np.minimum(photograph.lamp_radius / far, 1))
+    good = (directions[0] + of_lamp < STEEPEST) & (directions[2] < STEEPEST)
+    if not good.any():
+        raise DatasetError("the lamp is behind the ball, or so far to its side that the camera sees nothing that is "
+                           "lit", photograph.name)
+    theta_i, phi_i, theta_o, phi_o = (angle[good] for angle in directions)
+    return Seen(pixel[good], (theta_i, phi_i, theta_o, phi_o), np.cos(theta_i) / far[good] ** 2, float(size / limb))
+
+
+def about(normal: FloatArray, light: FloatArray, view: FloatArray) -> Directions:
+    """Directions to light and viewer about normals, all (n, 3) unit vectors, as angles: four (n,), phi_i is 0.
+
+    Examples
+    --------
+    >>> theta_i, _, theta_o, phi_o = about(np.eye(3)[2:], np.array([[.6, 0, .8]]), np.array([[0, -.6, .8]]))
+    >>> np.degrees([theta_i[0], theta_o[0], phi_o[0]]).round(2).tolist()
+    [36.87, 36.87, -90.0]
+    """
+    cross_i, cross_o = np.cross(normal, light), np.cross(normal, view)
+    theta = [np.arctan2(np.linalg.norm(cross, axis=1), np.sum(normal * toward, axis=1))
+             for cross, toward in ((cross_i, light), (cross_o, view))]
+    turn = np.arctan2(np.sum(np.cross(cross_i, cross_o) * normal, axis=1), np.sum(cross_i * cross_o, axis=1))
+    return theta[0], np.zeros(len(turn)), theta[1], turn
+
+
+class Measured(NamedTuple):
+    """The reflectance at pixels that can be trusted."""
+
+    seen: Seen
+    reflectance: FloatArray
+    """1/sr: (n, channels)."""
+    deviation: FloatArray
+    """Its relative standard deviation: (n,)."""
+    left_out: int
+    """How many of the pixels that are lit were saturated, dark or masked."""
+
+
+def measured(photograph: BallPhotograph) -> Measured:
+    """The reflectance at the pixels of a photograph that are neither saturated, dark nor masked.
+
+    Raises
+    ------
+    DatasetError
+        If there is none.
+    """
+    found = seen(photograph)
+    radiance = photograph.radiance.reshape(-1, photograph.radiance.shape[2])
+    around = _around(photograph.radiance).reshape(radiance.shape)[found.pixel]
+    noise = (_noise(photograph, found.pixel) if photograph.noise is None
+             else photograph.noise.reshape(radiance.shape)[found.pixel])
+    # what a pixel's neighbours show is free of its own noise: pixels whose noise is bright are not preferred
+    good = (around.mean(axis=1) > noise.mean(axis=1)) & ~_saturated(radiance)[found.pixel]
+    if photograph.mask is not None:
+        good &= photograph.mask.ravel()[found.pixel]
+    if not good.any():
+        raise DatasetError("nothing of the ball is lit: all of its pixels are dark, saturated or masked",
+                           photograph.name)
+    seen_well = Seen(found.pixel[good], _only(found.directions, good), found.irradiance[good], found.grain)
+    value = radiance[seen_well.pixel] / (photograph.intensity * seen_well.irradiance[:, None])
+    relative = noise[good].mean(axis=1) / around[good].mean(axis=1)
+    return Measured(seen_well, value, np.hypot(relative, _misplaced(seen_well)), int((~good).sum()))
+
+
+def _only(directions: Directions, which: BoolArray | IntArray) -> Directions:
+    theta_i, phi_i, theta_o, phi_o = (angle[which] for angle in directions)
+    return theta_i, phi_i, theta_o, phi_o
+
+
+def _misplaced(found: Seen) -> FloatArray:
+    """What small errors of the ball's and the lamp's place do to the cosine of incidence, relative to it: (n,)."""
+    turned = _PLACED * found.grain / np.cos(found.directions[2])        # of the normal
+    return np.asarray(np.tan(found.directions[0]) * np.hypot(turned, _AIMED))
+
+
+def _around(picture: FloatArray) -> FloatArray:
+    """The mean of the four neighbours of each pixel: (h, w, channels) to the same."""
+    padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    return np.asarray((padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]) / 4)
+
+
+def _saturated(radiance: FloatArray) -> BoolArray:
+    """The pixels with a channel at that channel's largest value, where many share it: (n, channels) to (n,)."""
+    at_most = (radiance == radiance.max(axis=0)) & (radiance > 0)
+    return np.asarray((at_most & (at_most.sum(axis=0) >= _SATURATED)).any(axis=1))
+
+
+def _noise(photograph: BallPhotograph, pixel: IntArray) -> FloatArray:
+    """The standard deviation of pixels (n,), from what each differs from its neighbours by: (n, channels).
+
+    It is a share of the brightness, the median over the ball, and what the pixels beside the ball have.
+    """
+    channels = photograph.radiance.shape[2]
+    around = _around(photograph.radiance).reshape(-1, channels)
+    residual = np.abs(photograph.radiance.reshape(-1, channels) - around) * _TO_SIGMA / np.sqrt(1.25)
+    dark = np.ones(len(around), bool)
+    dark[_disc(photograph)] = False
+    floor = np.median(residual[dark], axis=0) if dark.any() else np.zeros(channels)
+    bright = around[pixel] > 3 * floor
+    share = np.array([np.median(residual[pixel, k][bright[:, k]] / around[pixel, k][bright[:, k]])
+                      if bright[:, k].any() else 0.0 for k in range(channels)])
+    return np.asarray(np.hypot(share * np.maximum(around[pixel], 0), floor))
+
+
+def _disc(photograph: BallPhotograph) -> IntArray:
+    """The pixels that see the ball, and those at its outline: (n,) indices."""
+    axis = photograph.centre - photograph.camera
+    distance = float(np.linalg.norm(axis))
+    limb = np.arcsin(photograph.radius / distance) + LIMB * pixel_angle(photograph.rays)
+    return np.flatnonzero(photograph.rays.reshape(-1, 3) @ axis > distance * np.cos(min(limb, np.pi)))

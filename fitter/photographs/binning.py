@@ -1,0 +1,95 @@
+"""Many measurements as fewer samples: the mean in each cell of half and difference coordinates.
+
+The cells are even in `half_angle.HalfAngle`, stretched: about the normal they are narrow along the half angle, and
+further out as wide as a share of it, so that highlights of every width change little over a cell. A sample lies at the
+mean of its cell's coordinates, and has the mean of its values. Their weights are known before the values are, so that
+noise, however large, does not bias the mean.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Directions, FloatArray, IntArray
+from ..coordinates.half_angle import HalfAngle
+
+SYSTEM = HalfAngle(100.0)
+CELLS = 1600, 300, 300      # along h, x and y from -1 to 1, where there is room for as many
+_COARSER = 0.95             # times as many along each axis, or fewer, until no more are occupied than there may be
+_PRIOR_COUNT = 3            # pixels with the scatter that was expected, which those of a cell are added to
+
+
+class Binned(NamedTuple):
+    """The cells: directions four (n,), values (n, channels), and their relative standard deviations (n,)."""
+
+    directions: Directions
+    values: FloatArray
+    deviation: FloatArray
+
+
+def binned(directions: Directions, values: FloatArray, deviation: FloatArray, most: int) -> Binned:
+    """Average measurements in as many cells as are allowed.
+
+    Parameters
+    ----------
+    directions : four (n,) float64
+        Radians.
+    values : (n, channels) float64
+        1/sr.
+    deviation : (n,) float64
+        The relative standard deviation that each is expected to have.
+    most : int
+        Cells.
+
+    Returns
+    -------
+    Binned
+        The deviation of a cell is that of its mean: as its values are expected to scatter, or as they do.
+
+    Examples
+    --------
+    >>> twice = tuple(np.full(2, angle) for angle in (0.3, 0, 0.4, 2.0))
+    >>> mean = binned(twice, np.array([[1.0], [3.0]]), np.full(2, 0.1), 1)
+    >>> mean.values.tolist(), [round(float(angle[0]), 6) for angle in mean.directions]
+    ([[2.0]], [0.3, 0.0, 0.4, 2.0])
+    """
+    mu = 2 * SYSTEM.encode(*directions) - 1
+    cell = _cells(mu, most)
+    count = int(cell.max()) + 1
+    # a little noise everywhere, so that no weight is infinite
+    weight = 1 / (deviation ** 2 + (1e-3 + np.median(deviation)) ** 2)
+    total = np.bincount(cell, weight, count)
+
+    def mean(column: FloatArray) -> FloatArray:
+        return np.asarray(np.bincount(cell, weight * column, count) / total)
+
+    place = np.stack([mean(axis) for axis in mu.T], axis=1)
+    found = np.stack([mean(column) for column in values.T], axis=1)
+    scatter = _deviation(cell, weight / total[cell], values, found, deviation)
+    return Binned(SYSTEM.decode((place + 1) / 2), found, scatter)
+
+
+def _cells(mu: FloatArray, most: int) -> IntArray:
+    """The number of each point's cell, from 0 and without gaps: (n, 3) in [-1, 1] to (n,)."""
+    counts = np.array(CELLS)
+    while True:
+        index = np.minimum((0.5 * (mu + 1) * counts).astype(np.int64), counts - 1)
+        packed = (index[:, 0] * counts[1] + index[:, 1]) * counts[2] + index[:, 2]
+        _, cell = np.unique(packed, return_inverse=True)
+        occupied = int(cell.max()) + 1
+        if occupied <= most or counts.max() == 1:
+            return np.asarray(cell.ravel())
+        # photographs of one difference angle each are surfaces in these coordinates
+        counts = np.maximum((min(_COARSER, (most / occupied) ** 0.5) * counts).astype(int), 1)
+
+
+def _deviation(cell: IntArray, share: FloatArray, values: FloatArray, mean: FloatArray, deviation: FloatArray,
+               ) -> FloatArray:
+    """The relative standard deviation of the weighted means: (cells,)."""
+    count = len(mean)
+    size = np.maximum(np.sqrt((mean ** 2).mean(axis=1)), np.finfo(float).tiny)
+    number = np.bincount(cell, minlength=count)
+    off = ((values - mean[cell]) ** 2).mean(axis=1) / size[cell] ** 2
+    expected = np.bincount(cell, deviation ** 2, count) / number
+    variance = (np.bincount(cell, off, count) + _PRIOR_COUNT * expected) / (np.maximum(number - 1, 0) + _PRIOR_COUNT)
+    return np.asarray(np.sqrt(variance * np.bincount(cell, share ** 2, count)))

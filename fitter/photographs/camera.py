@@ -1,0 +1,79 @@
+"""A camera's rays: directions through the centres of its pixels, by perspective without distortion of a lens."""
+
+import numpy as np
+
+from ..arrays import ArrayLike, FloatArray
+from ..errors import DatasetError
+
+
+def rays(height: int, width: int, field_of_view: float, orientation: ArrayLike | None = None) -> FloatArray:
+    """The directions from a camera through the centres of its pixels.
+
+    Parameters
+    ----------
+    height, width : int
+        Pixels; square ones.
+    field_of_view : float
+        The angle that the width of the picture takes, radians, above 0 and below pi.
+    orientation : (3, 3) array_like, optional
+        The rotation from the camera's axes to those of the scene. A camera looks along -z, x is to the right and y up.
+
+    Returns
+    -------
+    (height, width, 3) float64
+        Unit vectors; the top row first.
+
+    Examples
+    --------
+    >>> rays(1, 2, np.pi / 2)[0].round(3).tolist()
+    [[-0.447, 0.0, -0.894], [0.447, 0.0, -0.894]]
+    """
+    if not 0 < field_of_view < np.pi:
+        raise DatasetError(f"a field of view of {np.degrees(field_of_view):g} degrees found, expected 0 to 180")
+    step = 2 * np.tan(field_of_view / 2) / width
+    x, y = np.meshgrid(step * (np.arange(width) + 0.5 - width / 2), step * (height / 2 - np.arange(height) - 0.5))
+    found = np.stack([x, y, -np.ones_like(x)], axis=-1)
+    found /= np.linalg.norm(found, axis=-1, keepdims=True)
+    return np.asarray(found if orientation is None else found @ np.asarray(orientation, dtype=float).T)
+
+
+def field_of_view(focal_length: float, sensor_width: float) -> float:
+    """The angle that a sensor takes behind a lens, radians; both lengths in one unit.
+
+    Examples
+    --------
+    >>> float(np.degrees(field_of_view(50, 36)).round(1))
+    39.6
+    """
+    if not (focal_length > 0 and sensor_width > 0):
+        raise DatasetError(f"a focal length of {focal_length:g} and a sensor {sensor_width:g} wide found, expected "
+                           f"more than 0")
+    return 2 * float(np.arctan(sensor_width / (2 * focal_length)))
+
+
+def looking(position: ArrayLike, target: ArrayLike, up: ArrayLike = (0, 0, 1)) -> FloatArray:
+    """The orientation of a camera that looks from a position to a target: (3, 3), as `rays` takes it.
+
+    Examples
+    --------
+    From above, with y up in the picture, no axis turns.
+
+    >>> looking((0, 0, 2), (0, 0, 0), up=(0, 1, 0)).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    """
+    back = np.asarray(position, dtype=float) - np.asarray(target, dtype=float)
+    right = np.cross(np.asarray(up, dtype=float), back)
+    lengths = np.linalg.norm(back), np.linalg.norm(right)
+    if not lengths[0]:
+        raise DatasetError("the camera stands at the point that it looks at")
+    if lengths[1] < 1e-9 * lengths[0]:
+        raise DatasetError("the camera looks along the direction that is up in its picture")
+    z, x = back / lengths[0], right / lengths[1]
+    return np.stack([x, np.cross(z, x), z], axis=1)
+
+
+def pixel_angle(directions: FloatArray) -> float:
+    """The angle between rays of neighbouring pixels, the median over the picture: (h, w, 3) to radians."""
+    along = [np.linalg.norm(np.diff(directions, axis=axis), axis=-1).ravel() for axis in (0, 1)]
+    steps = np.concatenate(along)
+    return float(np.median(steps)) if len(steps) else np.pi

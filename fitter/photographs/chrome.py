@@ -1,0 +1,79 @@
+"""Where a lamp is, by its highlight on a chrome ball."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import ArrayLike, FloatArray
+from ..errors import DatasetError
+
+_BRIGHT = 0.5               # of the brightest pixel: what is the lamp's image
+_SPREAD = 0.3               # of the ball's radius, that this image may have
+
+
+class Highlight(NamedTuple):
+    """The line from a point of a ball toward the lamp."""
+
+    point: FloatArray
+    """On the ball: (3,), metres."""
+    direction: FloatArray
+    """Unit vector: (3,)."""
+    centre: FloatArray
+    """Of the ball: (3,), metres."""
+
+    def at(self, distance: float) -> FloatArray:
+        """The place on the line that is so far from the ball's centre, metres: (3,).
+
+        Raises
+        ------
+        DatasetError
+            If the distance is within the ball.
+        """
+        from_centre = self.point - self.centre
+        if not distance > np.linalg.norm(from_centre):
+            raise DatasetError(f"a lamp {distance:g} m from the middle of the ball found, expected more than its "
+                               f"radius")
+        along = float(from_centre @ self.direction)
+        return np.asarray(self.point + self.direction * (
+            np.sqrt(along ** 2 + distance ** 2 - from_centre @ from_centre) - along))
+
+
+def lamp_of_highlight(radiance: FloatArray, rays: FloatArray, camera: ArrayLike, centre: ArrayLike, radius: float,
+                      name: str = "photograph") -> Highlight:
+    """The direction to a lamp whose image a chrome ball shows.
+
+    Parameters
+    ----------
+    radiance : (height, width, channels) float64
+        It may be saturated.
+    rays : (height, width, 3) float64
+        Directions through the pixels' centres.
+    camera, centre : (3,) array_like
+        Metres.
+    radius : float
+        Of the ball, metres.
+    name : str
+        For messages.
+
+    Raises
+    ------
+    DatasetError
+        If the ball is not in the picture, is dark, or shows more than one lamp.
+    """
+    camera, centre = (np.asarray(place, dtype=float) for place in (camera, centre))
+    axis = centre - camera
+    nearest = rays @ axis
+    miss = np.linalg.norm(axis - nearest[..., None] * rays, axis=-1)
+    grey = np.where((miss < radius) & (nearest > 0), radiance.mean(axis=2), 0.0)
+    if not grey.max() > 0:
+        raise DatasetError("no highlight found: the chrome ball is not in the picture, or dark", name)
+    bright = grey >= _BRIGHT * grey.max()
+    ray = np.average(rays[bright], axis=0, weights=grey[bright])
+    ray /= np.linalg.norm(ray)
+    spread = np.linalg.norm(rays[bright] - ray, axis=1).max() * np.linalg.norm(axis)
+    if spread > _SPREAD * radius:
+        raise DatasetError("more than one highlight found on the chrome ball, or one as large as the ball", name)
+    along = float(ray @ axis)
+    point = camera + ray * (along - np.sqrt(max(radius ** 2 - axis @ axis + along ** 2, 0.0)))
+    normal = (point - centre) / radius
+    return Highlight(point, ray - 2 * (ray @ normal) * normal, centre)

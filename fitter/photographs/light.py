@@ -1,0 +1,139 @@
+"""Light from pixels: exposures merged by their noise, sRGB made linear, photographs of a dark room and an even surface.
+
+A pixel that is p of white has the variance READ^2 + SHOT p + step^2 / 12: of the electronics, of the photons, and of
+rounding to steps. Exposures are averaged with weights of the inverse variance of what they say of the radiance
+(M. Granados, B. Ajdin, M. Wand, C. Theobalt, H.-P. Seidel, H. P. A. Lensch: Optimal HDR Reconstruction with Linear
+Digital Cameras, CVPR 2010).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import ArrayLike, BoolArray, FloatArray
+from ..errors import DatasetError
+
+SATURATED = 0.95            # of white: pixels above it are left out
+READ, SHOT = 5e-4, 5e-5     # noise of a camera at ISO 100: 10 of 20,000 electrons, and the root of their number
+_ROUNDS = 2                 # of the mean, whose weights depend on it
+_CENTRE = 0.04              # of a picture's sides: the part whose brightness others are compared with
+
+
+@dataclass(frozen=True, eq=False)
+class Exposure:
+    """One photograph of several that differ in exposure.
+
+    Attributes
+    ----------
+    pixels : (height, width, channels) float64
+        Linear, 1 for white, where the camera is saturated.
+    exposure : float
+        Time times sensitivity, in any unit: `exposure_of`.
+    step : float, or (height, width, channels) float64
+        Of 1, between two values that the file can hold.
+    """
+
+    pixels: FloatArray
+    exposure: float = 1.0
+    step: FloatArray | float = 0.0
+
+
+class Light(NamedTuple):
+    """The light that reached the camera: radiance, its standard deviation, both (h, w, channels), and where it is known
+    (h, w)."""
+
+    radiance: FloatArray
+    noise: FloatArray
+    known: BoolArray
+
+
+def exposure_of(seconds: float, f_number: float = 1.0, iso: float = 100.0) -> float:
+    """The exposure of a photograph.
+
+    Examples
+    --------
+    >>> exposure_of(1 / 50, 4), exposure_of(1 / 200, 4, 400)
+    (0.00125, 0.00125)
+    """
+    if not (seconds > 0 and f_number > 0 and iso > 0):
+        raise DatasetError(f"an exposure of {seconds:g} s at f/{f_number:g} and ISO {iso:g} found, expected more than "
+                           f"0")
+    return seconds / f_number ** 2 * iso / 100
+
+
+def linear_of_srgb(encoded: ArrayLike) -> FloatArray:
+    """Linear values of sRGB's (IEC 61966-2-1), 0 to 1.
+
+    Examples
+    --------
+    >>> linear_of_srgb([0, 0.04, 0.5, 1]).round(4).tolist()
+    [0.0, 0.0031, 0.214, 1.0]
+    """
+    encoded = np.asarray(encoded, dtype=float)
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((np.maximum(encoded, 0) + 0.055) / 1.055) ** 2.4)
+
+
+def merged(exposures: Sequence[Exposure]) -> Light:
+    """The light that several exposures of one scene saw, in units of white at an exposure of 1.
+
+    Raises
+    ------
+    DatasetError
+        If there is none, or their sizes differ.
+
+    Examples
+    --------
+    The longer exposure is saturated in the first pixel.
+
+    >>> short, long = (Exposure(np.minimum([[[0.5], [0.01]]], 1 / t) * t, t) for t in (1.0, 8.0))
+    >>> light = merged([short, long])
+    >>> light.radiance.ravel().round(6).tolist(), bool(light.noise[0, 1, 0] < light.noise[0, 0, 0])
+    ([0.5, 0.01], True)
+    """
+    if not exposures:
+        raise DatasetError("no exposures found, expected one or more")
+    shapes = {each.pixels.shape for each in exposures}
+    if len(shapes) > 1:
+        raise DatasetError(f"exposures of several sizes found: {', '.join(map(str, sorted(shapes)))}")
+    good = [np.asarray((each.pixels < SATURATED).all(axis=2)) for each in exposures]
+    known = np.asarray(np.any(good, axis=0))
+    radiance = np.zeros(exposures[0].pixels.shape)
+    for number in range(1 + _ROUNDS):
+        total, weights = np.zeros_like(radiance), np.zeros_like(radiance)
+        for each, is_good in zip(exposures, good, strict=True):
+            # first as if nothing were there but the noise of the dark
+            expected = np.maximum(radiance * each.exposure, 0) if number else 0.0
+            variance = READ ** 2 + SHOT * expected + np.square(each.step) / 12
+            weight = is_good[..., None] * each.exposure ** 2 / variance
+            total, weights = total + weight * each.pixels / each.exposure, weights + weight
+        radiance = np.divide(total, weights, out=np.zeros_like(total), where=weights > 0)
+    noise = np.divide(1, np.sqrt(weights), out=np.zeros_like(weights), where=weights > 0)
+    return Light(radiance, noise, known)
+
+
+def without(light: Light, dark: Light) -> Light:
+    """Light less what was there with the lamp off."""
+    _same_size(light.radiance, dark.radiance, "the photograph with the lamp off")
+    return Light(light.radiance - dark.radiance, np.hypot(light.noise, dark.noise), light.known & dark.known)
+
+
+def flattened(light: Light, flat: Light) -> Light:
+    """Light without the vignetting that a photograph of an evenly bright surface shows.
+
+    What the middle of the picture shows stays as it is.
+    """
+    _same_size(light.radiance, flat.radiance, "the photograph of an even surface")
+    height, width = flat.known.shape
+    rows, columns = (slice(int(side * (0.5 - _CENTRE)), int(side * (0.5 + _CENTRE)) + 1) for side in (height, width))
+    middle = flat.radiance[rows, columns].mean(axis=(0, 1))
+    share = flat.radiance / np.where(middle > 0, middle, 1)
+    seen = flat.known & (share > 0).all(axis=2)
+    share = np.where(seen[..., None], share, 1.0)
+    return Light(light.radiance / share, light.noise / share, light.known & seen)
+
+
+def _same_size(first: FloatArray, second: FloatArray, what: str) -> None:
+    if first.shape != second.shape:
+        raise DatasetError(f"{what} has the size {second.shape}, expected {first.shape} as of the others")

@@ -1,0 +1,153 @@
+"""Photographs from files, by OpenImageIO, which Blender has: linear values, and what the file says of the camera."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..colours import from_primaries
+from ..errors import DatasetError
+from .light import exposure_of, linear_of_srgb
+
+NEEDED = ("reading photographs needs OpenImageIO, which Blender has: run this in Blender, or install it (pip install "
+          "OpenImageIO)")
+ENCODINGS = ("linear", "srgb")
+MOST_PIXELS = 200_000_000
+_FULL_FRAME = 36.0          # mm, to which a focal length "in 35 mm film" belongs
+_INTEGERS = {"uint8": 8, "uint10": 10, "uint12": 12, "uint16": 16}
+_MID_GREY = 0.18
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A photograph from a file.
+
+    Attributes
+    ----------
+    pixels : (height, width, 1 or 3) float64
+        Linear, the top row first; of integers, 1 is white.
+    step : float, or (height, width, channels) float64
+        Between two values that the file can hold.
+    exposure : float, or None
+        By the file's exposure time, aperture and sensitivity.
+    field_of_view : float, or None
+        Of the width, radians, by the file's focal length in 35 mm film.
+    focal_length : float, or None
+        mm.
+    matrix : (3, 3) float64, or None
+        To linear Rec.709, by the file's chromaticities.
+    notes : tuple of str
+    """
+
+    pixels: FloatArray
+    step: FloatArray | float = 0.0
+    exposure: float | None = None
+    field_of_view: float | None = None
+    focal_length: float | None = None
+    matrix: FloatArray | None = None
+    notes: tuple[str, ...] = ()
+
+
+def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
+    """Read a photograph.
+
+    Parameters
+    ----------
+    path : path-like
+        Any file that OpenImageIO reads; EXR or TIFF that a raw converter has written linearly are best.
+    encoding : {"linear", "srgb"}, optional
+        What the values are, whatever the file says. By default those of 8 bits are sRGB, and others linear unless the
+        file says that they are sRGB.
+
+    Raises
+    ------
+    DatasetError
+        If it cannot be read, has neither one nor three channels of colour, or holds numbers that are not finite.
+    ImportError
+        If OpenImageIO is absent.
+    """
+    try:
+        import OpenImageIO
+    except ImportError as error:
+        raise ImportError(NEEDED) from error
+    path = Path(path)
+    if not path.is_file():
+        raise DatasetError("cannot be read: no such file", path)
+    file = OpenImageIO.ImageInput.open(str(path))
+    if file is None:
+        raise DatasetError(f"cannot be read: {OpenImageIO.geterror() or 'in no known format'}", path)
+    try:
+        spec = file.spec()
+        if spec.width * spec.height > MOST_PIXELS:
+            raise DatasetError(f"{spec.width} x {spec.height} pixels, expected at most {MOST_PIXELS:,}", path)
+        found = file.read_image(0, 0, 0, spec.nchannels, OpenImageIO.FLOAT)
+    finally:
+        file.close()
+    if found is None:
+        raise DatasetError(f"cannot be read: {file.geterror() or 'damaged'}", path)
+    pixels = np.asarray(found, dtype=float).reshape(spec.height, spec.width, -1)[..., _colours(spec, path)]
+    if not np.isfinite(pixels).all():
+        raise DatasetError("holds numbers that are not finite", path)
+    return _linear(pixels, spec, encoding, path)
+
+
+def _colours(spec: Any, path: Path) -> list[int]:
+    """The channels of colour: red, green and blue, or the only one."""
+    names = [str(name).split(".")[-1].lower() for name in spec.channelnames]
+    for wanted in (("r", "g", "b"), ("red", "green", "blue"), ("y",)):
+        if all(name in names for name in wanted):
+            return [names.index(name) for name in wanted]
+    if len(names) == 1:
+        return [0]
+    raise DatasetError(f"channels {', '.join(names[:6])} found, expected R, G and B, or a single one", path)
+
+
+def _linear(pixels: FloatArray, spec: Any, encoding: str | None, path: Path) -> Picture:
+    bits = _INTEGERS.get(str(spec.format))
+    said = "srgb" in str(spec.get_string_attribute("oiio:ColorSpace")).lower()
+    is_srgb = encoding == "srgb" if encoding is not None else bits is not None and (bits == 8 or (said and bits < 16))
+    step: FloatArray | float = 0.0 if bits is None else 1 / (2 ** bits - 1)
+    notes: tuple[str, ...] = ()
+    if is_srgb:
+        encoded, step_of_file = pixels, float(step)
+        pixels = linear_of_srgb(encoded)
+        step = linear_of_srgb(encoded + step_of_file) - pixels
+        notes = (f"{path.name} is in sRGB, which was made linear: cameras bend such colours to please; develop a raw "
+                 f"file linearly",)
+    if bits == 8:
+        worst = float(linear_of_srgb(0.4614 + step_of_file) / _MID_GREY - 1) if is_srgb else float(step) / _MID_GREY
+        notes += (f"{path.name} has 8 bits: its steps are {worst:.1%} at a grey of {_MID_GREY:g}, more in the dark",)
+    return Picture(pixels, step, _exposure(spec), _field_of_view(spec), _positive(spec, "Exif:FocalLength"),
+                   _matrix(spec), notes)
+
+
+def _positive(spec: Any, *names: str) -> float | None:
+    """The first of some attributes that is there, and above 0."""
+    for name in names:
+        value = spec.getattribute(name)
+        if isinstance(value, int | float) and math.isfinite(value) and value > 0:
+            return float(value)
+    return None
+
+
+def _exposure(spec: Any) -> float | None:
+    seconds = _positive(spec, "ExposureTime", "Exif:ExposureTime", "expTime")
+    iso = _positive(spec, "Exif:PhotographicSensitivity", "Exif:ISOSpeedRatings", "isoSpeed")
+    aperture = _positive(spec, "FNumber", "Exif:FNumber", "aperture")
+    return None if seconds is None else exposure_of(seconds, aperture or 1.0, iso or 100.0)
+
+
+def _field_of_view(spec: Any) -> float | None:
+    focal = _positive(spec, "Exif:FocalLengthIn35mmFilm")
+    return None if focal is None else 2 * math.atan(_FULL_FRAME / (2 * focal))
+
+
+def _matrix(spec: Any) -> FloatArray | None:
+    found = spec.getattribute("chromaticities")
+    if found is None or len(found) != 8:
+        return None
+    places = [(float(found[k]), float(found[k + 1])) for k in (0, 2, 4, 6)]
+    return from_primaries(places[:3], places[3])

@@ -1,0 +1,79 @@
+"""Samples of photographs of a ball."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..errors import DatasetError
+from ..samples import LARGEST_VALUE, RGB, Samples
+from .ball import STEEPEST, BallPhotograph, Measured, measured
+from .binning import binned
+from .outline import check_outline, placed
+
+MOST_SAMPLES = 200_000
+
+
+def samples_from_ball(photographs: Sequence[BallPhotograph], name: str = "ball", source: str = "photographs of a ball",
+                      ) -> Samples:
+    """The reflectance that photographs of a ball measure.
+
+    Parameters
+    ----------
+    photographs : sequence of BallPhotograph
+        Of one ball and size, each under another lamp or from elsewhere.
+    name, source : str
+        Of the samples.
+
+    The ball is moved to its outline, which the photographs show more precisely than it can be measured (`placed`).
+
+    Returns
+    -------
+    Samples
+        Isotropic, at most `MOST_SAMPLES`; where more pixels can be used, means over cells (`binning`). The deviation is
+        that of the pixels' noise, and what small errors of the places do. The notes say how
+        many pixels were used.
+
+    Raises
+    ------
+    DatasetError
+        If there are no photographs, they have several sizes or numbers of channels, one shows nothing of the ball that
+        is lit, or its outline is not where the ball is said to be.
+    """
+    photographs = list(photographs)
+    if not photographs:
+        raise DatasetError("no photographs found, expected one or more", source)
+    first = photographs[0]
+    for other in photographs[1:]:
+        if other.radiance.shape != first.radiance.shape:
+            raise DatasetError(f"{_size(other)} found, expected {_size(first)} as in {first.name}", other.name)
+    for each in photographs:
+        check_outline(each)
+    photographs = placed(photographs)
+    parts = [measured(each) for each in photographs]
+    theta_i, phi_i, theta_o, phi_o = (np.concatenate([part.seen.directions[axis] for part in parts])
+                                      for axis in range(4))
+    directions = theta_i, phi_i, theta_o, phi_o
+    values = np.concatenate([part.reflectance for part in parts])
+    deviation = np.concatenate([part.deviation for part in parts])
+    if np.abs(values).max() > LARGEST_VALUE:
+        raise DatasetError(f"a reflectance of {np.abs(values).max():g} / sr found: the intensity of the lamp is far "
+                           f"too small", source)
+    notes = _notes(photographs, parts)
+    if len(values) > MOST_SAMPLES:
+        directions, values, deviation = binned(directions, values, deviation, MOST_SAMPLES)
+        notes = (*notes, f"Averaged to {len(values):,} samples")
+    return Samples(*directions, values, RGB if values.shape[1] == 3 else ("grey",), name, source, notes,
+                   deviation=deviation)
+
+
+def _size(photograph: BallPhotograph) -> str:
+    height, width, channels = photograph.radiance.shape
+    return f"{width} x {height} pixels with {channels} channel{'s' * (channels > 1)}"
+
+
+def _notes(photographs: Sequence[BallPhotograph], parts: Sequence[Measured]) -> tuple[str, ...]:
+    used, left_out = sum(len(part.reflectance) for part in parts), sum(part.left_out for part in parts)
+    lamps = " ".join(f"{np.degrees(each.phase_angle):.0f}" for each in photographs)
+    without = f"; {left_out:,} saturated, dark or masked ones are left out" if left_out else ""
+    return (f"{len(parts)} photograph{'s' * (len(parts) > 1)} of a ball, the lamp at {lamps} degrees from the camera",
+            f"{used:,} pixels to {np.degrees(STEEPEST):.0f} degrees from the normal{without}")

@@ -1,0 +1,359 @@
+"""The description of photographs in a file: where camera, ball and lamps were, and which file is which.
+
+It is in TOML. Lengths are metres, angles degrees, paths relative to the file. Keys in brackets may be left out ::
+
+    [name] = "red snooker ball"
+
+    [camera]
+    position = [0, -1.5, 0.2]
+    [look_at] = [0, 0, 0]           # by default the ball's centre, or where that is the outline's, the origin
+    [up] = [0, 0, 1]
+    [field_of_view] = 12            # of the width; or focal_length and sensor_width in mm; or of the files' EXIF
+    [matrix] = [[...], [...], [...]]    # from the camera's colours to linear Rec.709; or the files' chromaticities
+    [encoding] = "linear"           # or "srgb", whatever the files say
+
+    [ball]
+    centre = [0, 0, 0]              # or "outline": it is found in the photographs
+    radius = 0.026
+    [mask] = "mask.png"             # white where pixels count
+
+    [lamp]
+    [radius] = 0.02                 # of one that is a ball
+    [dark] = "dark.exr"             # a photograph with the lamp off
+    [flat] = "flat.exr"             # and one of an evenly bright surface
+
+    [scale]                         # one of these:
+    intensity = 3.2                 # the lamp's, W/sr in units of the pictures; or three numbers
+    albedo = 0.5                    # of the ball: a guess
+    card = {file = "card.exr", albedo = 0.18, normal = [0, -1, 0], lamp = [0, -1, 0.5], region = [200, 180, 260, 240]}
+    ball = {file = "white.exr", albedo = 0.9, lamp = [0, -1, 0.5]}
+
+    [[photograph]]
+    files = ["a1.exr", "a2.exr"]    # exposures of one lamp
+    [exposures] = [0.01, 0.08]      # by default those of EXIF
+    lamp = [0.3, -1.1, 0.4]         # or chrome = "a_chrome.exr" and distance = 1.2, from the ball's centre
+
+A card stands where the ball does, and `region` is the part of its picture that it fills: left, top, right and bottom,
+pixels. A file among dark, flat, card, ball and chrome may be a list of exposures as well, with `exposures` beside it
+where it has a table of its own.
+"""
+
+import tomllib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..arrays import BoolArray, FloatArray
+from ..errors import DatasetError
+from ..files import read_bytes
+from ..samples import Samples
+from . import camera as cameras
+from .ball import BallPhotograph
+from .chrome import lamp_of_highlight
+from .light import Exposure, Light, flattened, merged, without
+from .outline import brightest, find_ball
+from .picture_files import ENCODINGS, Picture, read_picture
+from .samples import samples_from_ball
+from .scale import intensity_of_ball, intensity_of_card, scaled
+
+LARGEST = 1 << 20           # bytes of the file
+_SCALES = ("intensity", "albedo", "card", "ball")
+_MASKED = 0.5               # of white
+
+
+class _Table:
+    """A table of the file, whose values are taken out by key and kind; errors name file and key."""
+
+    def __init__(self, values: Any, where: str, path: Path) -> None:
+        if not isinstance(values, dict):
+            raise DatasetError(f"{where} is {values!r}, expected a table", path)
+        self._values, self._where, self._path = dict(values), where, path
+
+    def _name(self, key: str) -> str:
+        return f"{self._where}.{key}" if self._where else key
+
+    def error(self, key: str, expected: str) -> DatasetError:
+        found = f"is {self._values[key]!r}" if key in self._values else "is missing"
+        return DatasetError(f"{self._name(key)} {found}, expected {expected}", self._path)
+
+    def has(self, key: str) -> bool:
+        return key in self._values
+
+    def number(self, key: str, default: float | None = None) -> float | None:
+        """A number above 0."""
+        if key not in self._values:
+            return default
+        value = self._values[key]
+        if not _is_number(value) or not value > 0:
+            raise self.error(key, "a number above 0")
+        return float(value)
+
+    def needed(self, key: str) -> float:
+        value = self.number(key)
+        if value is None:
+            raise self.error(key, "a number above 0")
+        return value
+
+    def numbers(self, key: str, count: int, default: Sequence[float] | None = None) -> FloatArray:
+        value = self._values.get(key, default)
+        if not isinstance(value, list | tuple) or len(value) != count or not all(map(_is_number, value)):
+            raise self.error(key, f"{count} numbers")
+        return np.array(value, dtype=float)
+
+    def text(self, key: str, default: str) -> str:
+        value = self._values.get(key, default)
+        if not isinstance(value, str):
+            raise self.error(key, "a text")
+        return value
+
+    def files(self, key: str) -> list[Path]:
+        value = self._values.get(key)
+        names = [value] if isinstance(value, str) else value
+        if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
+            raise self.error(key, "the name of a file, or a list of them")
+        return [self._path.parent / name for name in names]
+
+    def table(self, key: str) -> "_Table":
+        return _Table(self._values.get(key, {}), self._name(key), self._path)
+
+    def tables(self, key: str) -> list["_Table"]:
+        value = self._values.get(key)
+        if not isinstance(value, list) or not value:
+            raise self.error(key, f"one table [[{key}]] or more")
+        return [_Table(each, f"{self._name(key)} {number}", self._path) for number, each in enumerate(value, start=1)]
+
+    def only(self, *keys: str) -> "_Table":
+        """This table, if it has no other keys."""
+        for key in self._values:
+            if key not in keys:
+                raise DatasetError(f"{self._name(key)} is not known, expected one of {', '.join(keys)}", self._path)
+        return self
+
+    def value(self, key: str) -> Any:
+        return self._values.get(key)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
+
+
+@dataclass
+class _Reader:
+    """What all pictures of a description share.
+
+    Attributes
+    ----------
+    encoding, matrix : str or None, (3, 3) or None
+        Of the description.
+    dark, flat : Light, or None
+    pictures : list of Picture
+        Those that were read.
+    """
+
+    encoding: str | None
+    matrix: FloatArray | None
+    dark: Light | None = None
+    flat: Light | None = None
+    pictures: list[Picture] = field(default_factory=list)
+
+    def light(self, table: _Table, key: str) -> Light:
+        """The light of the files of a key, in the colours of the camera."""
+        paths = table.files(key)
+        found = [read_picture(path, self.encoding) for path in paths]
+        self.pictures += found
+        given = table.numbers("exposures", len(paths)) if table.has("exposures") else None
+        if given is not None and not (given > 0).all():
+            raise table.error("exposures", "numbers above 0")
+        if given is None and len(paths) > 1 and any(each.exposure is None for each in found):
+            raise table.error("exposures", "one for each file, for these do not say theirs")
+        exposures = [each.exposure or 1.0 for each in found] if given is None else given.tolist()
+        try:
+            return merged([Exposure(each.pixels, exposure, each.step)
+                           for each, exposure in zip(found, exposures, strict=True)])
+        except DatasetError as error:
+            raise DatasetError(str(error), paths[0]) from error
+
+    def of_lamp(self, table: _Table, key: str) -> Light:
+        """The light of the lamp alone, without vignetting, in linear Rec.709 where the camera's colours are known."""
+        light = self.light(table, key)
+        try:
+            if self.dark is not None:
+                light = without(light, self.dark)
+            if self.flat is not None:
+                light = flattened(light, self.flat)
+        except DatasetError as error:
+            raise DatasetError(str(error), table.files(key)[0]) from error
+        matrix = self.matrix if self.matrix is not None else self.pictures[-1].matrix
+        if matrix is None or light.radiance.shape[2] != 3:
+            return light
+        return Light(light.radiance @ matrix.T, np.sqrt(light.noise ** 2 @ (matrix ** 2).T), light.known)
+
+
+def measure(path: str | Path) -> Samples:
+    """The samples that the photographs of a description make.
+
+    Raises
+    ------
+    DatasetError
+        If the description or a file is wrong; the message names file and key.
+    ImportError
+        If OpenImageIO is absent.
+    """
+    path = Path(path)
+    table = _parsed(path)
+    photographs, notes = _photographs(table, path)
+    samples = samples_from_ball(photographs, table.text("name", path.stem), str(path))
+    samples = replace(samples, notes=(*samples.notes, *notes))
+    scale = table.table("scale")
+    return scaled(samples, scale.needed("albedo")) if scale.has("albedo") else samples
+
+
+def _parsed(path: Path) -> _Table:
+    try:
+        found = tomllib.loads(read_bytes(path, LARGEST).decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise DatasetError(f"not TOML: {error}", path) from error
+    table = _Table(found, "", path).only("name", "camera", "ball", "lamp", "scale", "photograph")
+    table.table("camera").only("position", "look_at", "up", "field_of_view", "focal_length", "sensor_width", "matrix",
+                               "encoding")
+    table.table("ball").only("centre", "radius", "mask")
+    table.table("lamp").only("radius", "dark", "flat")
+    scale = table.table("scale").only(*_SCALES)
+    if sum(map(scale.has, _SCALES)) != 1:
+        raise DatasetError(f"scale has {', '.join(filter(scale.has, _SCALES)) or 'nothing'}, expected one of "
+                           f"{', '.join(_SCALES)}", path)
+    for each in table.tables("photograph"):
+        each.only("files", "exposures", "lamp", "chrome", "distance")
+    return table
+
+
+def _photographs(table: _Table, path: Path) -> tuple[list[BallPhotograph], tuple[str, ...]]:
+    reader = _reader(table.table("camera"), table.table("lamp"))
+    ball, tables = table.table("ball"), table.tables("photograph")
+    lights = [reader.of_lamp(each, "files") for each in tables]
+    names = [each.files("files")[0].name for each in tables]
+    sizes = {light.radiance.shape for light in lights}
+    if len(sizes) > 1:
+        raise DatasetError("photographs of several sizes found: " + ", ".join(
+            f"{name} {light.radiance.shape[1]} x {light.radiance.shape[0]}" for name, light in zip(
+                names, lights, strict=True)), path)
+    radius, (height, width, channels) = ball.needed("radius"), lights[0].radiance.shape
+    camera = table.table("camera")
+    position = camera.numbers("position", 3)
+    by_outline = ball.value("centre") == "outline"
+    centre = np.zeros(3) if by_outline else ball.numbers("centre", 3)
+    look_at = camera.numbers("look_at", 3, centre.tolist())
+    rays = cameras.rays(height, width, _field_of_view(camera, reader.pictures, path),
+                        cameras.looking(position, look_at, camera.numbers("up", 3, (0, 0, 1))))
+    mask = _mask(ball, (height, width))
+    notes: tuple[str, ...] = tuple(dict.fromkeys(note for each in reader.pictures for note in each.notes))
+    if by_outline:
+        outline = find_ball(brightest([light.radiance * mask[..., None] for light in lights]), rays, str(path))
+        centre = outline.centre(position, radius)
+        notes = (*notes, "The ball's centre by its outline: {:.4g}, {:.4g}, {:.4g} m".format(*centre))
+
+    def photograph(light: Light, lamp: FloatArray, intensity: FloatArray, name: str) -> BallPhotograph:
+        return BallPhotograph(light.radiance, rays, position, centre, radius, lamp, intensity,
+                              table.table("lamp").number("radius", 0.0) or 0.0, light.noise, mask & light.known, name)
+
+    def lamp(each: _Table) -> FloatArray:
+        if each.has("lamp") == each.has("chrome"):
+            raise each.error("lamp", "a position, or instead of it chrome and distance")
+        if each.has("lamp"):
+            return each.numbers("lamp", 3)
+        shown = reader.of_lamp(each, "chrome").radiance
+        name = each.files("chrome")[0].name
+        return lamp_of_highlight(shown, rays, position, centre, radius, name).at(each.needed("distance"))
+
+    lamps = [lamp(each) for each in tables]
+    intensity, note = _intensity(table.table("scale"), reader, channels, centre, photograph)
+    found = [photograph(*each) for each in zip(lights, lamps, [intensity] * len(lights), names, strict=True)]
+    return found, (*notes, *note)
+
+
+def _reader(camera: _Table, lamp: _Table) -> _Reader:
+    encoding = camera.value("encoding")
+    if encoding not in (None, *ENCODINGS):
+        raise camera.error("encoding", " or ".join(ENCODINGS))
+    matrix = None
+    if camera.has("matrix"):
+        rows = camera.value("matrix")
+        if not isinstance(rows, list) or [len(row) for row in rows if isinstance(row, list)] != [3, 3, 3] or not all(
+                _is_number(value) for row in rows for value in row):
+            raise camera.error("matrix", "three rows of three numbers")
+        matrix = np.array(rows, dtype=float)
+    reader = _Reader(encoding, matrix)
+    dark = reader.light(lamp, "dark") if lamp.has("dark") else None
+    flat = reader.light(lamp, "flat") if lamp.has("flat") else None
+    reader.dark, reader.flat = dark, flat
+    return reader
+
+
+def _field_of_view(camera: _Table, pictures: Sequence[Picture], path: Path) -> float:
+    if camera.has("field_of_view"):
+        return float(np.radians(camera.needed("field_of_view")))
+    focal = camera.number("focal_length", next((each.focal_length for each in pictures if each.focal_length), None))
+    width = camera.number("sensor_width")
+    if focal is not None and width is not None:
+        return cameras.field_of_view(focal, width)
+    said = next((each.field_of_view for each in pictures if each.field_of_view), None)
+    if said is None:
+        raise DatasetError("camera.field_of_view is missing, expected that, or focal_length and sensor_width: the "
+                           "photographs do not say them", path)
+    return said
+
+
+def _mask(ball: _Table, size: tuple[int, int]) -> BoolArray:
+    if not ball.has("mask"):
+        return np.ones(size, bool)
+    path, = ball.files("mask")[:1]
+    found = read_picture(path).pixels.mean(axis=2) > _MASKED
+    if found.shape != size:
+        raise DatasetError(f"{found.shape[1]} x {found.shape[0]} pixels found, expected {size[1]} x {size[0]} as the "
+                           f"photographs have", path)
+    return found
+
+
+def _intensity(scale: _Table, reader: _Reader, channels: int, centre: FloatArray,
+               photograph: Callable[[Light, FloatArray, FloatArray, str], BallPhotograph],
+               ) -> tuple[FloatArray, tuple[str, ...]]:
+    """The lamp's intensity, and a note of where it is from."""
+    ones = np.ones(channels)
+    if scale.has("albedo"):
+        return ones, ("Colours are those that the lamp and the camera give",)
+    if scale.has("intensity"):
+        value = scale.value("intensity")
+        given = [value] * channels if _is_number(value) else value
+        if not isinstance(given, list) or len(given) != channels or not all(_is_number(each) and each > 0
+                                                                            for each in given):
+            raise scale.error("intensity", f"a number above 0, or {channels}")
+        return np.array(given, dtype=float), ("The lamp's intensity as it was given",)
+    if scale.has("ball"):
+        known = scale.table("ball").only("file", "exposures", "albedo", "lamp")
+        white = photograph(reader.of_lamp(known, "file"), known.numbers("lamp", 3), ones,
+                           known.files("file")[0].name)
+        return intensity_of_ball(white, _albedo(known, channels)), ("Scale and colour by a ball of known albedo",)
+    card = scale.table("card").only("file", "exposures", "albedo", "lamp", "normal", "region")
+    light = reader.of_lamp(card, "file")
+    left, top, right, bottom = card.numbers("region", 4).astype(int)
+    height, width = light.known.shape
+    if not (0 <= left < right <= width and 0 <= top < bottom <= height):
+        raise card.error("region", f"left, top, right and bottom within {width} x {height} pixels")
+    part = light.radiance[top:bottom, left:right][light.known[top:bottom, left:right]]
+    name = card.files("file")[0]
+    if not len(part):
+        raise DatasetError("the card is saturated", name)
+    try:
+        return intensity_of_card(part, centre, card.numbers("normal", 3), card.numbers("lamp", 3),
+                                 _albedo(card, channels)), ("Scale and colour by a card of known albedo",)
+    except DatasetError as error:
+        raise DatasetError(str(error), name) from error
+
+
+def _albedo(table: _Table, channels: int) -> FloatArray:
+    if isinstance(table.value("albedo"), list):
+        return table.numbers("albedo", channels)
+    return np.full(channels, table.needed("albedo"))

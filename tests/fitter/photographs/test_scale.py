@@ -1,0 +1,102 @@
+"""Scale, chrome balls and coverage."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.photographs.chrome import lamp_of_highlight
+from fitter.photographs.coverage import advice, are_covered, coverage
+from fitter.photographs.scale import albedo_of, intensity_of_ball, intensity_of_card, scaled
+from fitter.quality.physics import direction_pairs
+from support import ball_scene
+from support.truths import Truth
+from tests.fitter.photographs.test_ball import photographed
+
+WHITE = Truth("white", "", lambda *directions: np.full((len(directions[0]), 3), 0.8 / np.pi))
+
+
+def test_a_white_ball_tells_the_intensity_and_the_colour_of_the_lamp():
+    scene = ball_scene.at_phase(50, 20, intensity=(3.0, 2.0, 1.0), size=(60, 60))
+    shot = replace(photographed(scene, WHITE, noise=0.02), intensity=np.ones(3))
+    np.testing.assert_allclose(intensity_of_ball(shot, 0.8), [3, 2, 1], rtol=3e-3)
+    with pytest.raises(fitter.DatasetError, match=r"an albedo of 1\.2 found"):
+        intensity_of_ball(shot, 1.2)
+
+
+def test_a_card_tells_it_too():
+    """At 2 m, turned by 60 degrees from the lamp: a quarter of a half."""
+    normal = (0, -np.sin(np.pi / 3), np.cos(np.pi / 3))
+    radiance = np.full((7, 3), 0.18 / np.pi * 0.5 / 4) * [4, 2, 1]
+    np.testing.assert_allclose(intensity_of_card(radiance, (0, 0, 0), normal, (0, 0, 2), 0.18), [4, 2, 1])
+    with pytest.raises(fitter.DatasetError, match="does not face the lamp"):
+        intensity_of_card(radiance, (0, 0, 0), (0, 0, -1), (0, 0, 2), 0.18)
+
+
+def test_an_albedo_that_is_given_scales_the_samples_and_a_note_says_that_it_is_a_guess():
+    shots = [photographed(scene, WHITE, noise=0.01) for scene in ball_scene.scenes((30, 80, 130), size=(60, 60))]
+    samples = fitter.samples_from_ball(shots)
+    np.testing.assert_allclose(albedo_of(samples), 0.8, rtol=0.01)
+    found = scaled(replace(samples, values=samples.values * 7), 0.4)
+    assert np.median(found.values) == pytest.approx(0.4 / np.pi, rel=0.01)
+    assert found.notes[-1] == "The scale is a guess: an albedo of 0.4 was given"
+
+
+def test_a_chrome_ball_shows_where_the_lamp_is():
+    chrome = Truth("chrome", "", ball_scene.truths._lobe(3000.0, 0.01, f0=0.9).evaluate)
+    for phase, turn in ((25, 0), (70, 130), (110, 250)):
+        scene = ball_scene.at_phase(phase, turn)
+        picture = np.minimum(ball_scene.photograph(chrome, scene, points=3), 5.0)
+        found = lamp_of_highlight(picture, scene.rays(), scene.camera, scene.centre, scene.radius)
+        lamp = found.at(1.2)
+        angle = np.degrees(np.arccos(lamp @ scene.lamp / 1.2 ** 2))
+        assert angle < 1.0
+        with pytest.raises(fitter.DatasetError, match="more than its radius"):
+            found.at(0.04)
+    both = picture + ball_scene.photograph(chrome, ball_scene.at_phase(30, 0))
+    with pytest.raises(fitter.DatasetError, match="no highlight"):
+        lamp_of_highlight(0 * picture, scene.rays(), scene.camera, scene.centre, scene.radius)
+    with pytest.raises(fitter.DatasetError, match="more than one highlight"):
+        lamp_of_highlight(np.minimum(both, 1e-3), scene.rays(), scene.camera, scene.centre, scene.radius)
+
+
+@pytest.fixture(scope="module")
+def two_lamps():
+    return fitter.samples_from_ball([photographed(scene, ball_scene.matte())
+                                     for scene in ball_scene.scenes((40, 100), size=(50, 50))])
+
+
+def test_coverage_is_that_of_a_search_over_all_pairs(two_lamps):
+    pairs = direction_pairs(300)
+
+    def vectors(theta, phi):
+        return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
+
+    def angles(first, second):
+        return np.arccos(np.clip(first @ second.T, -1, 1))
+
+    near = np.full(300, np.inf)
+    for theta_i, theta_o in ((two_lamps.theta_i, two_lamps.theta_o), (two_lamps.theta_o, two_lamps.theta_i)):
+        for sign in (1, -1):
+            turn = sign * (two_lamps.phi_o - two_lamps.phi_i)
+            off = np.maximum(angles(vectors(pairs[0], 0 * pairs[0]), vectors(theta_i, 0 * theta_i)),
+                             angles(vectors(pairs[2], pairs[3]), vectors(theta_o, turn)))
+            near = np.minimum(near, off.min(axis=1))
+    for reach in np.radians((3, 5, 10)):
+        np.testing.assert_array_equal(are_covered(two_lamps, pairs, reach), near < reach)
+
+
+def test_the_next_lamp_is_where_the_widest_gap_is(two_lamps):
+    found = coverage(two_lamps)
+    assert found.difference == (pytest.approx(20, abs=2.5), pytest.approx(50, abs=2.5))
+    # from 50 to 75, from 20 to 50, and from 5 to 20 degrees
+    assert [round(low / 10) for low, _ in found.gaps] == [2, 5, 0]
+    assert found.next_phase_angle == pytest.approx(70, abs=3)
+    said = advice(found)
+    assert said[-1] == f"Put the next lamp at {found.next_phase_angle:.0f}° from the camera, seen from the ball"
+    more = fitter.samples_from_ball([photographed(scene, ball_scene.matte()) for scene in ball_scene.scenes()])
+    better = coverage(more)
+    assert better.next_phase_angle is None
+    assert better.share > 1.5 * found.share
+    assert not any("next lamp" in line for line in advice(better))
