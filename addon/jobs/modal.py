@@ -6,8 +6,8 @@ result.
 """
 
 import traceback
-from collections.abc import Generator
-from contextlib import closing
+from collections.abc import Generator, Iterator
+from contextlib import closing, contextmanager
 from typing import Any
 
 import bpy
@@ -152,6 +152,15 @@ class InBackground(OperatorMixIn):
         if context.workspace is not None:
             context.workspace.status_text_set(None)
         queue.redraw()
+
+
+@contextmanager
+def errors_reported(operator: bpy.types.Operator) -> Iterator[None]:
+    """Report the errors of other operators that the block calls as errors of this one: Blender raises them."""
+    try:
+        yield
+    except RuntimeError as error:
+        operator.report({"ERROR"}, str(error).strip().removeprefix("Error: "))
 
 
 class MEASUREDBRDF_OT_cancel(bpy.types.Operator):

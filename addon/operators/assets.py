@@ -12,7 +12,7 @@ from .. import preferences
 from ..annotations import OperatorMixIn, OperatorResult, present
 from ..jobs import queries, tasks
 from ..jobs.blender_process import Command
-from ..jobs.modal import InBackground
+from ..jobs.modal import InBackground, errors_reported
 from ..library import assets, library_file
 from ..materials import material as materials
 from .active_material import active_material
@@ -76,7 +76,8 @@ preferences name, for use in other files"""
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         if self.force and self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
             # the user has agreed to replace a file; start anew as a modal operator, so that the window stays responsive
-            bpy.ops.measured_brdf.save_asset("INVOKE_DEFAULT", directory=self.directory, force=True)
+            with errors_reported(self):
+                bpy.ops.measured_brdf.save_asset("INVOKE_DEFAULT", directory=self.directory, force=True)
             return {"CANCELLED"}
         if self._path(context) is not None:
             return self.run(context)

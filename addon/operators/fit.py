@@ -11,7 +11,7 @@ from ...fitter import SampleUnknownError
 from ...fitter.formats import is_there
 from ..annotations import OperatorResult, present
 from ..jobs import process, queries, tasks
-from ..jobs.modal import InBackground, Steps
+from ..jobs.modal import InBackground, Steps, errors_reported
 from ..library.discovery import GLOB
 from ..materials import compiler, material, rendered
 from ..materials.adjustments import edit_arguments
@@ -48,7 +48,8 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
         path = self.filepath or present(active_material(context)).measured_brdf.filepath
         if not is_there(bpy.path.abspath(path)) and not bpy.app.background:
-            bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT")
+            with errors_reported(self):
+                bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT")
             return {"CANCELLED"}
         return self.start(context)
 
@@ -58,8 +59,9 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
     def _failed(self, error: Exception) -> OperatorResult:
         if isinstance(error, SampleUnknownError) and self.options.is_invoke and not bpy.app.background:
             # the other operator asks, and starts anew
-            bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=self.filepath, for_material=True,
-                                                refit=self.preset)
+            with errors_reported(self):
+                bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=self.filepath, for_material=True,
+                                                    refit=self.preset)
             return {"CANCELLED"}
         return InBackground._failed(self, error)
 
@@ -116,7 +118,8 @@ class MEASUREDBRDF_OT_find_file(bpy.types.Operator, ImportHelper):
         return is_editable(cls, context)
 
     def execute(self, _context: bpy.types.Context) -> OperatorResult:
-        bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath)
+        with errors_reported(self):
+            bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath)
         return {"FINISHED"}
 
 

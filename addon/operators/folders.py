@@ -11,7 +11,7 @@ from .. import preferences
 from ..annotations import OperatorMixIn, OperatorResult, present
 from ..jobs import process, tasks
 from ..jobs.blender_process import Command
-from ..jobs.modal import InBackground, Steps
+from ..jobs.modal import InBackground, Steps, errors_reported
 from ..library import batch
 from ..library.discovery import GLOB, files_in, sources_in
 from ..materials.properties import NO_SPECULAR_LEVEL, FitChoices, fit_arguments
@@ -36,7 +36,8 @@ class _FromFolder(FitChoices, OperatorMixIn):
         # the file browser calls this; start anew as a modal operator, so that the window stays responsive
         if self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
             again = getattr(bpy.ops.measured_brdf, type(self).__name__.partition("_OT_")[2])
-            again("INVOKE_DEFAULT", **present(self.as_keywords(ignore=("filepath",))))
+            with errors_reported(self):
+                again("INVOKE_DEFAULT", **present(self.as_keywords(ignore=("filepath",))))
             return {"CANCELLED"}
         return self.run(context)
 

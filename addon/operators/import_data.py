@@ -16,7 +16,7 @@ from ...fitter.formats import EXTENSIONS, list_samples
 from .. import preferences
 from ..annotations import OperatorResult, present
 from ..jobs import process, queries, tasks
-from ..jobs.modal import InBackground, Steps
+from ..jobs.modal import InBackground, Steps, errors_reported
 from ..library.discovery import GLOB
 from ..materials import compiler, material, rendered
 from ..materials.properties import CHOICES, LEVELS, FitChoices, draw_rendering, fit_arguments, use_preset, worth
@@ -107,7 +107,8 @@ or else to the active one"""
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         if not self.filepath and not self.files:
-            bpy.ops.measured_brdf.browse("INVOKE_DEFAULT")
+            with errors_reported(self):
+                bpy.ops.measured_brdf.browse("INVOKE_DEFAULT")
             return {"CANCELLED"}            # the other operator continues; this one makes no undo step
         begin_with_preference(self, context)
         self.remember_target(context, event)
@@ -140,14 +141,16 @@ or else to the active one"""
         # another operator asks, and starts anew
         if self.options.is_invoke and not bpy.app.background:
             if isinstance(error, UnitsUnknownError):
-                bpy.ops.measured_brdf.say_units("INVOKE_DEFAULT", complaint=str(error), **_given(self))
+                with errors_reported(self):
+                    bpy.ops.measured_brdf.say_units("INVOKE_DEFAULT", complaint=str(error), **_given(self))
                 return {"CANCELLED"}
             if isinstance(error, SampleUnknownError):
                 return self._ask_for_sample()
         return MakesMaterials._failed(self, error)
 
     def _ask_for_sample(self) -> OperatorResult:
-        bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", **given(self) | {"filepath": self._paths()[0]})
+        with errors_reported(self):
+            bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", **given(self) | {"filepath": self._paths()[0]})
         return {"CANCELLED"}
 
     def _paths(self) -> list[str]:
@@ -177,7 +180,8 @@ class MEASUREDBRDF_OT_browse(FitChoices, HasTarget, bpy.types.Operator, ImportHe
         _draw_choices(present(self.layout), self)
 
     def execute(self, _context: bpy.types.Context) -> OperatorResult:
-        bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **_given(self))
+        with errors_reported(self):
+            bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **_given(self))
         return {"FINISHED"}
 
 
@@ -205,7 +209,8 @@ class MEASUREDBRDF_OT_say_units(FitChoices, HasTarget, bpy.types.Operator):
             layout.prop(self, name)
 
     def execute(self, _context: bpy.types.Context) -> OperatorResult:
-        bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **_given(self))
+        with errors_reported(self):
+            bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **_given(self))
         return {"FINISHED"}
 
 

@@ -18,7 +18,7 @@ from ...fitter.pictures import split
 from ..annotations import OperatorResult, present
 from ..jobs import comparisons, process, queries
 from ..jobs.job import Work
-from ..jobs.modal import InBackground
+from ..jobs.modal import InBackground, errors_reported
 from ..materials import comparison
 from .active_material import active_material
 from .compare import LARGE, Look, has_measured
@@ -62,7 +62,8 @@ class MEASUREDBRDF_OT_large_view(InBackground, bpy.types.Operator):
         if bpy.app.background or not self.options.is_invoke:
             return self.run(context)
         # a kind was chosen in the search: start anew as a modal operator, so that the window stays responsive
-        bpy.ops.measured_brdf.large_view("INVOKE_DEFAULT", kind=self.kind)
+        with errors_reported(self):
+            bpy.ops.measured_brdf.large_view("INVOKE_DEFAULT", kind=self.kind)
         return {"FINISHED"}
 
     def work(self, context: bpy.types.Context) -> Work:

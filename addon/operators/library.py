@@ -13,7 +13,7 @@ from ...fitter.published import TAGS, find
 from .. import preferences
 from ..annotations import OperatorResult
 from ..jobs.blender_process import Command
-from ..jobs.modal import InBackground
+from ..jobs.modal import InBackground, errors_reported
 from ..library import shelf, starter
 from ..materials.properties import LEVELS, use_preset
 
@@ -108,7 +108,8 @@ def _import(operator: bpy.types.Operator, name: str) -> OperatorResult:
     chosen: Any = SimpleNamespace()
     use_preset(chosen, preferences.get(bpy.context).preset)
     levels = {name: getattr(chosen, name) for name in LEVELS}
-    bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", filepath=path, preset=chosen.preset, **levels)
+    with errors_reported(operator):
+        bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", filepath=path, preset=chosen.preset, **levels)
     return {"FINISHED"}
 
 

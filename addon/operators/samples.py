@@ -6,6 +6,7 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from ...fitter import DatasetError
 from ...fitter.formats import list_samples
 from ..annotations import OperatorResult, present
+from ..jobs.modal import errors_reported
 from ..materials.properties import FitChoices
 from .active_material import active_material, is_editable
 from .import_data import HasTarget, begin_with_preference, given
@@ -51,12 +52,13 @@ class MEASUREDBRDF_OT_choose_sample(FitChoices, HasTarget, bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         if self._is_refused(context):
             return {"CANCELLED"}
-        if not self.for_material:
-            bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **given(self) | {"sample": self.item})
-            return {"FINISHED"}
-        present(active_material(context)).measured_brdf.sample = self.item
-        if self.refit:
-            bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath, preset=self.refit)
+        with errors_reported(self):
+            if not self.for_material:
+                bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **given(self) | {"sample": self.item})
+                return {"FINISHED"}
+            present(active_material(context)).measured_brdf.sample = self.item
+            if self.refit:
+                bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath, preset=self.refit)
         return {"FINISHED"}
 
     def _is_refused(self, context: bpy.types.Context) -> bool:
