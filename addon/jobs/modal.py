@@ -144,7 +144,8 @@ class InBackground(OperatorMixIn):
 
     def _end(self, context: bpy.types.Context) -> None:
         global running
-        running = None
+        if running is self._job:        # another operator may have begun since this one was cancelled
+            running = None
         self._job.cancel()
         if self._steps is not None:
             self._steps.close()
