@@ -21,7 +21,9 @@ def main() -> int:
     package.register()
     try:
         from measured_brdf.addon import command
+        from measured_brdf.addon.jobs import blender_process
 
+        blender_process.end_with_parent()
         exit_code: int = command.main(_arguments())
         return exit_code
     finally:

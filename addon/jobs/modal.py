@@ -197,3 +197,4 @@ def register() -> None:
 
 def unregister() -> None:
     bpy.app.handlers.load_pre.remove(_on_load)
+    stop()

@@ -1,6 +1,5 @@
 """Saves a measured material as an asset, for use in other files."""
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,7 @@ from bpy.props import BoolProperty, StringProperty
 from ...fitter.arrays import SingleArray
 from .. import preferences
 from ..annotations import OperatorMixIn, OperatorResult, present
-from ..jobs import queries, tasks
+from ..jobs import process, queries, tasks
 from ..jobs.blender_process import Command
 from ..jobs.modal import InBackground, errors_reported
 from ..library import assets, library_file
@@ -97,7 +96,7 @@ preferences name, for use in other files"""
         """Write a copy into a temporary folder, from which another Blender appends it to the library."""
         path, target = present(self._path(context)), present(active_material(context))
         self.check_replaceable(path)
-        self._folder = tempfile.TemporaryDirectory(prefix="measured_brdf_")
+        self._folder = process.temporary()
         picture, source = _thumbnail(target), Path(self._folder.name, "material.blend")
         copy, name = target.copy(), target.name
         try:
