@@ -23,7 +23,15 @@ from .active_material import active_material, is_editable
 AS_CHOSEN = "AS_CHOSEN"    # in the place of a preset
 
 
-class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
+class FitsWithPreset:
+    """A mix-in for operators that fit a material, by its own settings or a preset."""
+
+    preset: EnumProperty(name="Preset", default=AS_CHOSEN, options={"HIDDEN", "SKIP_SAVE"},
+                         items=((AS_CHOSEN, "As Chosen", "The settings of the material"), *PRESET_ITEMS),
+                         description="A preset that replaces the settings of the material")
+
+
+class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
     """Read the file of this material and fit it with these settings"""
 
     bl_idname = "measured_brdf.fit"
@@ -32,9 +40,6 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
 
     filepath: StringProperty(name="File", subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"},
                              description="New location of the measurements. Empty: the location has not changed")
-    preset: EnumProperty(name="Preset", default=AS_CHOSEN, options={"HIDDEN", "SKIP_SAVE"},
-                         items=((AS_CHOSEN, "As Chosen", "The settings of the material"), *PRESET_ITEMS),
-                         description="A preset that replaces the settings of the material")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -49,7 +54,7 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
         path = self.filepath or present(active_material(context)).measured_brdf.filepath
         if not is_there(bpy.path.abspath(path)) and not bpy.app.background:
             with errors_reported(self):
-                bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT")
+                bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT", preset=self.preset)
             return {"CANCELLED"}
         return self.start(context)
 
@@ -105,7 +110,7 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
         self.report({"INFO"}, f"{target.name}: {told}. {how}" if how else f"{target.name}: {told}")
 
 
-class MEASUREDBRDF_OT_find_file(bpy.types.Operator, ImportHelper):
+class MEASUREDBRDF_OT_find_file(FitsWithPreset, bpy.types.Operator, ImportHelper):
     """Choose the file of measurements that this material was made from, and fit it again"""
 
     bl_idname = "measured_brdf.find_file"
@@ -119,7 +124,7 @@ class MEASUREDBRDF_OT_find_file(bpy.types.Operator, ImportHelper):
 
     def execute(self, _context: bpy.types.Context) -> OperatorResult:
         with errors_reported(self):
-            bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath)
+            bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath, preset=self.preset)
         return {"FINISHED"}
 
 
