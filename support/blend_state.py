@@ -2,10 +2,6 @@
 
 import bpy
 
-CHOICES = ("filepath", "sample", "preset", "diffuse_level", "specular_level", "compression", "use_tolerance",
-           "tolerance", "angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
-RESULTS = ("name_of_data", "digest", "asset_key", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels",
-           "changes", "version", "colours", "sphere", "fitted_as", "match", "between", "farthest", "hole")
 KINDS = ("materials", "node_groups", "texts", "images", "objects", "meshes", "lights", "scenes", "worlds", "libraries")
 
 
@@ -19,8 +15,8 @@ def state():
     found["texts"] = {text.name: hash(text.as_string()) for text in bpy.data.texts}
     found["looks"] = {item.name: (tuple(item.diffuse_color), item.roughness, item.metallic,
                                   item.cycles.use_bump_map_correction) for item in bpy.data.materials}
-    found["settings"] = {item.name: {name: _plain(getattr(item.measured_brdf, name))
-                                     for name in (*CHOICES, *RESULTS)}
+    found["settings"] = {item.name: {each.identifier: _plain(getattr(item.measured_brdf, each.identifier))
+                                     for each in item.measured_brdf.bl_rna.properties if each.identifier != "rna_type"}
                          for item in bpy.data.materials}
     found["assets"] = {item.name: _asset(item) for item in bpy.data.materials}
     found["slots"] = {item.name: [slot.material and slot.material.name for slot in item.material_slots]
