@@ -20,8 +20,9 @@ def main() -> int:
         spec.loader.exec_module(package)
     package.register()
     try:
-        from measured_brdf.addon.work import command
+        from measured_brdf.addon.work import blender_process, command
 
+        blender_process.end_with_parent()
         exit_code: int = command.main(_arguments())
         return exit_code
     finally:

@@ -84,7 +84,7 @@ def _render(fit, functions, statement, count):
 
 def main():
     extension().register()
-    from measured_brdf.addon.materials import osl_support
+    from measured_brdf.addon.core import osl_support
 
     assert not osl_support.missing()
     for stem in ("krylon_blue_RGB", "garnet_red_RGB"):

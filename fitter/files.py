@@ -3,9 +3,9 @@
 import errno
 import os
 import platform
+import secrets
 import stat
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -70,6 +70,7 @@ def replacing(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
 
     Examples
     --------
+    >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
     >>> with replacing(folder / "notes.txt", "w") as stream:
     ...     _ = stream.write("complete")
@@ -82,21 +83,22 @@ def replacing(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
     path = Path(path).resolve()
     if path.exists() and not path.is_file():
         raise OSError(errno.EINVAL, "not a file that can be replaced", str(path))
+    beside = path.with_name(f"{path.name}.{secrets.token_hex(4)}.part")
     try:
-        descriptor, beside = tempfile.mkstemp(dir=path.parent, prefix=path.name + ".", suffix=".part")
+        # exclusive: if another process has just taken the same name, its file stays
+        stream = open(beside, mode.replace("w", "x"), encoding=None if "b" in mode else "utf-8",    # noqa: SIM115
+                      newline=None if "b" in mode else "\n")
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from None
     try:
-        with os.fdopen(descriptor, mode, encoding=None if "b" in mode else "utf-8",
-                       newline=None if "b" in mode else "\n") as stream:
+        with stream:
             yield stream
             stream.flush()
             os.fsync(stream.fileno())
-        os.chmod(beside, 0o666 & ~_umask())
         os.replace(beside, path)
     except BaseException as error:
-        Path(beside).unlink(missing_ok=True)
-        if isinstance(error, OSError) and error.filename in (None, beside):
+        beside.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.filename in (None, str(beside)):
             raise OSError(error.errno, error.strerror or str(error), str(path)) from error
         raise
 
@@ -122,6 +124,7 @@ def locked(path: str | Path, wait: bool = False) -> Iterator[None]:
 
     Examples
     --------
+    >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "library.blend"
     >>> with locked(path):
     ...     path.with_name("library.blend.lock").exists()
@@ -180,9 +183,3 @@ else:
         except OSError as error:
             if error.errno not in _NO_LOCKS:
                 raise
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -2,11 +2,9 @@
 
 import bpy
 
-CHOICES = ("filepath", "sample", "preset", "diffuse_level", "specular_level", "compression", "use_tolerance",
-           "tolerance", "angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
-RESULTS = ("name_of_data", "digest", "asset_key", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels",
-           "changes", "version", "colours", "sphere", "fitted_as", "match", "between", "farthest", "hole")
 KINDS = ("materials", "node_groups", "texts", "images", "objects", "meshes", "lights", "scenes", "worlds", "libraries")
+
+GROUPS = ("measured_brdf", "measured_brdf_adjustments")
 
 
 def state():
@@ -19,9 +17,7 @@ def state():
     found["texts"] = {text.name: hash(text.as_string()) for text in bpy.data.texts}
     found["looks"] = {item.name: (tuple(item.diffuse_color), item.roughness, item.metallic,
                                   item.cycles.use_bump_map_correction) for item in bpy.data.materials}
-    found["settings"] = {item.name: {name: _plain(getattr(item.measured_brdf, name))
-                                     for name in (*CHOICES, *RESULTS)}
-                         for item in bpy.data.materials}
+    found["settings"] = {item.name: [_group(getattr(item, name)) for name in GROUPS] for item in bpy.data.materials}
     found["assets"] = {item.name: _asset(item) for item in bpy.data.materials}
     found["slots"] = {item.name: [slot.material and slot.material.name for slot in item.material_slots]
                       for item in bpy.data.objects}
@@ -36,6 +32,12 @@ def _tree(tree):
     links = sorted((link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier)
                    for link in tree.links)
     return nodes, links
+
+
+def _group(settings):
+    """All properties of a property group by name."""
+    return {each.identifier: _plain(getattr(settings, each.identifier))
+            for each in settings.bl_rna.properties if each.identifier != "rna_type"}
 
 
 def _values(sockets):

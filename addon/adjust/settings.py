@@ -70,7 +70,7 @@ def edit_arguments(material: bpy.types.Material) -> Arguments:
         "diffuse": tuple(round(settings.diffuse_gain * value, _DIGITS) for value in settings.diffuse_tint),
         "highlight": tuple(round(settings.highlight_gain * value, _DIGITS) for value in settings.highlight_tint),
         "width": round(settings.highlight_width, _DIGITS)}
-    if settings.coat > 0:
+    if settings.coat != 0:              # what is not a number is refused by `fitter.edited`, as elsewhere
         wanted |= {"coat": round(settings.coat, _DIGITS),
                    "coat_width": max(round(settings.coat_roughness ** 2, _DIGITS), COAT_WIDTHS[0])}
     neutral: Arguments = {"diffuse": (1, 1, 1), "highlight": (1, 1, 1), "width": 1}

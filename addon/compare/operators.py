@@ -1,6 +1,5 @@
 """Pins the material that others are compared with, and renders materials to look at them."""
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +59,7 @@ class Look:
         self._keys = [looks.key(scene, material, size) for material in wanted]
         missing = {key: material for key, material in zip(self._keys, wanted, strict=True) if looks.known(key) is None}
         self._missing = list(missing)
-        self._folder = tempfile.TemporaryDirectory(prefix="measured_brdf_")
+        self._folder = process.temporary()
         self.work: Work = process.Calculation(comparisons.nothing)
         if missing:
             _write(Path(self._folder.name), scene, list(missing.values()), self._missing[0])

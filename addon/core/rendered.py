@@ -19,6 +19,7 @@ _LABELS = {key: label for key, label, _ in RENDERINGS}
 FORMERLY_FAST = "FAST"      # an approximation in OSL by a shader of version 0.1.0 or 0.2.0
 BLACK = "BLACK"             # a shader of version 0.1.0, which has no closure nodes ...
 FORMER = "FORMER"           # ... and its Principled BSDF for EEVEE
+PARTLY = "PARTLY"           # nodes were chosen for a mix, of which such a shader is a part: OSL renders that part
 OTHER = "OTHER"             # something else is connected to the output
 _EEVEE = ("BLENDER_EEVEE", "BLENDER_EEVEE_NEXT")
 
@@ -29,7 +30,7 @@ class Rendered(NamedTuple):
     Attributes
     ----------
     how : str
-        `properties.EXACT` or NODES, or FORMERLY_FAST, BLACK, FORMER or OTHER.
+        `properties.EXACT` or NODES, or FORMERLY_FAST, BLACK, FORMER, PARTLY or OTHER.
     error, worst : float
         The share of the light that goes in wrong directions, in the mean over the viewing angles and at the worst.
     why : str
@@ -55,12 +56,13 @@ def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
     if node_group.is_formerly_fast(node) and not node.inputs["Nodes"].default_value and not without_osl(scene):
         return Rendered(FORMERLY_FAST, 1.0, 1.0, "", False)
     chosen = materials.rendering_of(material)
-    why = "" if chosen == NODES and not in_eevee(scene) else without_osl(scene)
+    has_nodes = node_group.NODES_ERROR in tree
+    why = "" if chosen == NODES and has_nodes and not in_eevee(scene) else without_osl(scene)
     if not why and chosen != NODES:
         return Rendered(EXACT, 0.0, 0.0, "", False)
     can_enable = chosen != NODES and not osl_support.missing() and device.effective_device(scene) in device.WITH_OSL
-    if node_group.NODES_ERROR not in tree:
-        return Rendered(BLACK, 1.0, 1.0, why, can_enable)
+    if not has_nodes:
+        return Rendered(BLACK if why else PARTLY, 1.0, 1.0, why, can_enable)
     if in_eevee(scene):
         return Rendered(NODES, tree[node_group.EEVEE_ERROR], tree[node_group.EEVEE_WORST], why, can_enable)
     return Rendered(NODES, tree[node_group.NODES_ERROR], tree[node_group.NODES_WORST], why, can_enable)
@@ -91,6 +93,8 @@ def brief(found: Rendered, chosen: str) -> str:
         return f"Rendered black, because {found.why}: an older version made it. Update it"
     if found.how == FORMER:
         return "Shown as the Principled BSDF of an older version. Update it"
+    if found.how == PARTLY:
+        return "Rendered by nodes, except what an older version made. Update that"
     if found.how == OTHER:
         return "Not shown: the Material Output of this engine has another surface"
     if found.how == EXACT:
@@ -115,7 +119,7 @@ def sentence(found: Rendered, chosen: str) -> str:
 def advice(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
     """How a material is rendered in a scene, and how it would be rendered exactly; empty if it is as was chosen."""
     found, chosen = in_scene(material, scene), materials.rendering_of(material)
-    if not found.why and found.how not in (FORMERLY_FAST, FORMER, OTHER):
+    if not found.why and found.how not in (FORMERLY_FAST, FORMER, PARTLY, OTHER):
         return ""
     text = f"{brief(found, chosen)}, an approximation" if found.how == NODES else brief(found, chosen)
     if found.can_enable:
@@ -139,6 +143,7 @@ def summary(scene: bpy.types.Scene) -> str:
     parts = [f"{counts[how]} {text}" for how, text in ((EXACT, "exact"), (NODES, "by closure nodes"),
                                                        (FORMERLY_FAST, "by an older version's approximation"),
                                                        (BLACK, "black: update the materials"),
+                                                       (PARTLY, "by closure nodes in part: update the materials"),
                                                        (FORMER, "as an older version has it"),
                                                        (OTHER, "not connected to the output")) if counts[how]]
     why = without_osl(scene)

@@ -19,12 +19,20 @@ from ..core.results import Outcome
 from ..core.transaction import by_session_uid
 from ..work import process, queries, tasks
 from ..work.discovery import GLOB
-from ..work.modal import InBackground, Steps
+from ..work.modal import InBackground, Steps, errors_reported
 
 AS_CHOSEN = "AS_CHOSEN"    # in the place of a preset
 
 
-class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
+class FitsWithPreset:
+    """A mix-in for operators that fit a material, by its own settings or a preset."""
+
+    preset: EnumProperty(name="Preset", default=AS_CHOSEN, options={"HIDDEN", "SKIP_SAVE"},
+                         items=((AS_CHOSEN, "As Chosen", "The settings of the material"), *PRESET_ITEMS),
+                         description="A preset that replaces the settings of the material")
+
+
+class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
     """Read the file of this material and fit it with these settings"""
 
     bl_idname = "measured_brdf.fit"
@@ -33,9 +41,6 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
 
     filepath: StringProperty(name="File", subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"},
                              description="New location of the measurements. Empty: the location has not changed")
-    preset: EnumProperty(name="Preset", default=AS_CHOSEN, options={"HIDDEN", "SKIP_SAVE"},
-                         items=((AS_CHOSEN, "As Chosen", "The settings of the material"), *PRESET_ITEMS),
-                         description="A preset that replaces the settings of the material")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -49,7 +54,8 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
         path = self.filepath or present(active_material(context)).measured_brdf.filepath
         if not is_there(bpy.path.abspath(path)) and not bpy.app.background:
-            bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT")
+            with errors_reported(self):
+                bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT", preset=self.preset)
             return {"CANCELLED"}
         return self.start(context)
 
@@ -59,8 +65,9 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
     def _failed(self, error: Exception) -> OperatorResult:
         if isinstance(error, SampleUnknownError) and self.options.is_invoke and not bpy.app.background:
             # the other operator asks, and starts anew
-            bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=self.filepath, for_material=True,
-                                                refit=self.preset)
+            with errors_reported(self):
+                bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=self.filepath, for_material=True,
+                                                    refit=self.preset)
             return {"CANCELLED"}
         return InBackground._failed(self, error)
 
@@ -104,7 +111,7 @@ class MEASUREDBRDF_OT_fit(InBackground, bpy.types.Operator):
         self.report({"INFO"}, f"{target.name}: {told}. {how}" if how else f"{target.name}: {told}")
 
 
-class MEASUREDBRDF_OT_find_file(bpy.types.Operator, ImportHelper):
+class MEASUREDBRDF_OT_find_file(FitsWithPreset, bpy.types.Operator, ImportHelper):
     """Choose the file of measurements that this material was made from, and fit it again"""
 
     bl_idname = "measured_brdf.find_file"
@@ -117,7 +124,8 @@ class MEASUREDBRDF_OT_find_file(bpy.types.Operator, ImportHelper):
         return is_editable(cls, context)
 
     def execute(self, _context: bpy.types.Context) -> OperatorResult:
-        bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath)
+        with errors_reported(self):
+            bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath, preset=self.preset)
         return {"FINISHED"}
 
 

@@ -18,6 +18,7 @@ from ..core.reading import draw_reading, load_arguments
 from ..work import process, tasks
 from ..work.discovery import GLOB
 from ..work.making import HasTarget, MakesMaterials, begin_with_preference
+from ..work.modal import errors_reported
 
 _DIALOG, _CHARACTER = 480, 7       # pixels: the width of a dialog, and of a character on average
 _EDITORS = {"VIEW_3D", "PROPERTIES", "OUTLINER", "NODE_EDITOR", "FILE_BROWSER"}
@@ -36,7 +37,8 @@ or else to the active one"""
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         if not self.filepath and not self.files:
-            bpy.ops.measured_brdf.browse("INVOKE_DEFAULT")
+            with errors_reported(self):
+                bpy.ops.measured_brdf.browse("INVOKE_DEFAULT")
             return {"CANCELLED"}            # the other operator continues; this one makes no undo step
         begin_with_preference(self, context)
         self.remember_target(context, event)
@@ -69,14 +71,16 @@ or else to the active one"""
         # another operator asks, and starts anew
         if self.options.is_invoke and not bpy.app.background:
             if isinstance(error, UnitsUnknownError):
-                bpy.ops.measured_brdf.say_units("INVOKE_DEFAULT", complaint=str(error), **_given(self))
+                with errors_reported(self):
+                    bpy.ops.measured_brdf.say_units("INVOKE_DEFAULT", complaint=str(error), **_given(self))
                 return {"CANCELLED"}
             if isinstance(error, SampleUnknownError):
                 return self._ask_for_sample()
         return MakesMaterials._failed(self, error)
 
     def _ask_for_sample(self) -> OperatorResult:
-        bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", **given(self) | {"filepath": self._paths()[0]})
+        with errors_reported(self):
+            bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", **given(self) | {"filepath": self._paths()[0]})
         return {"CANCELLED"}
 
     def _paths(self) -> list[str]:
@@ -106,7 +110,8 @@ class MEASUREDBRDF_OT_browse(FitChoices, HasTarget, bpy.types.Operator, ImportHe
         _draw_choices(present(self.layout), self)
 
     def execute(self, _context: bpy.types.Context) -> OperatorResult:
-        bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **_given(self))
+        with errors_reported(self):
+            bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **_given(self))
         return {"FINISHED"}
 
 
@@ -134,7 +139,8 @@ class MEASUREDBRDF_OT_say_units(FitChoices, HasTarget, bpy.types.Operator):
             layout.prop(self, name)
 
     def execute(self, _context: bpy.types.Context) -> OperatorResult:
-        bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **_given(self))
+        with errors_reported(self):
+            bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **_given(self))
         return {"FINISHED"}
 
 

@@ -9,6 +9,7 @@ from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, present
 from ..core.properties import FitChoices
 from ..work.making import HasTarget, begin_with_preference
+from ..work.modal import errors_reported
 from .import_data import given
 
 _items: list[tuple[str, str, str]] = []     # Blender keeps no reference to the strings that an items function returns
@@ -52,12 +53,13 @@ class MEASUREDBRDF_OT_choose_sample(FitChoices, HasTarget, bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         if self._is_refused(context):
             return {"CANCELLED"}
-        if not self.for_material:
-            bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **given(self) | {"sample": self.item})
-            return {"FINISHED"}
-        present(active_material(context)).measured_brdf.sample = self.item
-        if self.refit:
-            bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath, preset=self.refit)
+        with errors_reported(self):
+            if not self.for_material:
+                bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **given(self) | {"sample": self.item})
+                return {"FINISHED"}
+            present(active_material(context)).measured_brdf.sample = self.item
+            if self.refit:
+                bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath, preset=self.refit)
         return {"FINISHED"}
 
     def _is_refused(self, context: bpy.types.Context) -> bool:

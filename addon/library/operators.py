@@ -1,6 +1,5 @@
 """Saves a measured material as an asset, for use in other files."""
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +11,9 @@ from ..core import assets, library_file, preferences
 from ..core import material as materials
 from ..core.active_material import active_material
 from ..core.annotations import OperatorMixIn, OperatorResult, present
-from ..work import queries, tasks
+from ..work import process, queries, tasks
 from ..work.blender_process import Command
-from ..work.modal import InBackground
+from ..work.modal import InBackground, errors_reported
 
 
 class ReplacesFile(OperatorMixIn):
@@ -75,7 +74,8 @@ preferences name, for use in other files"""
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         if self.force and self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
             # the user has agreed to replace a file; start anew as a modal operator, so that the window stays responsive
-            bpy.ops.measured_brdf.save_asset("INVOKE_DEFAULT", directory=self.directory, force=True)
+            with errors_reported(self):
+                bpy.ops.measured_brdf.save_asset("INVOKE_DEFAULT", directory=self.directory, force=True)
             return {"CANCELLED"}
         if self._path(context) is not None:
             return self.run(context)
@@ -95,7 +95,7 @@ preferences name, for use in other files"""
         """Write a copy into a temporary folder, from which another Blender appends it to the library."""
         path, target = present(self._path(context)), present(active_material(context))
         self.check_replaceable(path)
-        self._folder = tempfile.TemporaryDirectory(prefix="measured_brdf_")
+        self._folder = process.temporary()
         picture, source = _thumbnail(target), Path(self._folder.name, "material.blend")
         copy, name = target.copy(), target.name
         try:

@@ -21,6 +21,7 @@ from ..core.annotations import present
 from ..core.transaction import new_data_removed_on_error
 
 FACTOR = "Factor"
+MOST = 8                                # measured BRDFs in a mix: Cycles takes seconds to prepare the shaders of 32
 _SCRIPT = "Measured BRDF Mix Shader"
 _PARTS = "First", "Second"              # nodes; and custom properties of the group, which hold the materials
 _COUNT = "mixed"                        # custom property of the group: how many measured BRDFs it holds
@@ -36,15 +37,21 @@ def create(first: bpy.types.Material, first_node: bpy.types.Node, second: bpy.ty
 
     Raises
     ------
+    ValueError
+        If the mix would hold more than `MOST` measured BRDFs.
     CompileError
         If this Blender cannot compile its shader; the file then stays as it was.
     """
+    first_tree, second_tree = present(first_node.node_tree), present(second_node.node_tree)
+    held = count(first_tree) + count(second_tree)
+    if held > MOST:
+        raise ValueError(f"A mix of {first.name} and {second.name} would hold {held} measured materials, expected at "
+                         f"most {MOST}: the time of a render grows with them")
     with new_data_removed_on_error():
         tree = bpy.data.node_groups.new(f"{first.name} + {second.name}", "ShaderNodeTree")
         for name, material in zip(_PARTS, (first, second), strict=True):
             tree[name] = material
-        first_tree, second_tree = present(first_node.node_tree), present(second_node.node_tree)
-        tree[_COUNT] = count(first_tree) + count(second_tree)
+        tree[_COUNT] = held
         _fill(tree, first_tree, second_tree, factor)
         for name, node in zip(_PARTS, (first_node, second_node), strict=True):
             if FACTOR in node.inputs:

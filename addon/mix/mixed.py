@@ -19,8 +19,10 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
 
     Raises
     ------
+    ValueError
+        If there would be too many in it; the file then stays as it was.
     compiler.CompileError
-        If this Blender cannot compile the shader of their shares; the file then stays as it was.
+        If this Blender cannot compile the shader of their shares; likewise.
     """
     with new_data_removed_on_error():
         nodes = [present(materials.surface_node(item)) for item in (first, second)]

@@ -5,6 +5,7 @@ from bpy.props import StringProperty
 
 from ..core import checks
 from ..core.annotations import OperatorResult, present
+from ..work.modal import errors_reported
 
 
 class MEASUREDBRDF_OT_check_scene(bpy.types.Operator):
@@ -42,9 +43,10 @@ class MEASUREDBRDF_OT_fix_setting(bpy.types.Operator):
         fixed = 0
         for finding in checks.check(present(context.scene)):
             if finding.fix is not None and self.key in ("", finding.key):
-                finding.fix()
+                with errors_reported(self):
+                    finding.fix()
+                    self.report({"INFO"}, finding.change)
                 fixed += 1
-                self.report({"INFO"}, finding.change)
         if not fixed:
             self.report({"WARNING"}, "There is nothing to fix")
             return {"CANCELLED"}

@@ -91,7 +91,7 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
 def draw_brief(layout: bpy.types.UILayout, material: bpy.types.Material, scene: bpy.types.Scene) -> None:
     """Say what is shown where the fit itself is not, and offer to change that."""
     found = rendered.in_scene(material, scene)
-    if not found.why and found.how not in (rendered.BLACK, rendered.FORMER, rendered.OTHER):
+    if not found.why and found.how not in (rendered.BLACK, rendered.FORMER, rendered.PARTLY, rendered.OTHER):
         return
     column = layout.box().column(align=True)
     draw_wrapped(column, rendered.brief(found, materials.rendering_of(material)), "INFO")

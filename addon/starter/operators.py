@@ -16,7 +16,7 @@ from ..core.reading import load_arguments
 from ..work import process, tasks
 from ..work.blender_process import Command
 from ..work.making import MakesMaterials, begin_with_preference
-from ..work.modal import InBackground
+from ..work.modal import InBackground, errors_reported
 from . import shelf, starter
 
 _TAG_ITEMS = ((shelf.ALL, "All", "All materials"), *((tag, tag.capitalize(), f"Materials with the tag {tag}")
@@ -86,7 +86,8 @@ class MEASUREDBRDF_OT_search_published(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, _context: bpy.types.Context) -> OperatorResult:
-        bpy.ops.measured_brdf.use_published("INVOKE_DEFAULT", name=self.name)
+        with errors_reported(self):
+            bpy.ops.measured_brdf.use_published("INVOKE_DEFAULT", name=self.name)
         return {"FINISHED"}
 
 

@@ -7,16 +7,18 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
+import threading
 import time
 from pathlib import Path
-from typing import Any
+from typing import IO, Any, cast
 
 import bpy
 
 from ...fitter.files import replacing
+from . import process, shared
 from .job import Job, read_progress
 from .process import WorkerError
+from .worker import leave
 
 _ROOT = Path(__file__).parents[2]
 _LAST_LINES = 5             # of the log, for the error message where a Blender ended without a result
@@ -46,12 +48,15 @@ class BlenderProcess:
     """A process that runs one command; a worker of `process.Job`."""
 
     def __init__(self, arguments: tuple[object, ...]) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="measured_brdf_")
+        self._folder = process.temporary()
+        # whatever it leaves if it is killed lies in the folder of this Blender, too
+        environment = {"PYTHONPATH": "", shared.FOLDER: process.folder(),
+                       **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self._folder.name)}
         with open(Path(self._folder.name, "log"), "wb") as log:
             self._process = subprocess.Popen(
-                [*_command_line(), "--report-to", self._folder.name, *map(str, arguments)], stdin=subprocess.DEVNULL,
+                [*_command_line(), "--report-to", self._folder.name, *map(str, arguments)], stdin=subprocess.PIPE,
                 stdout=log, stderr=subprocess.STDOUT, creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
-                env=os.environ | {"PYTHONPATH": ""})
+                env=os.environ | environment)
 
     def poll(self, job: Job[Any]) -> None:
         """Update the job's progress, and its result once the process has ended."""
@@ -75,6 +80,7 @@ class BlenderProcess:
     def kill(self) -> None:
         """End the process."""
         self._process.kill()
+        cast(IO[bytes], self._process.stdin).close()
         self._process.wait()
         self._folder.cleanup()
 
@@ -106,6 +112,18 @@ class Command:
         if job.error is not None:
             raise job.error
         return job.result
+
+
+def end_with_parent() -> None:
+    """If this Blender is a `BlenderProcess`, let it end with the one that has started it, whatever ends that."""
+    folder = os.environ.pop(shared.FOLDER, None)
+    if folder is not None:
+        threading.Thread(target=_wait, args=(folder,), daemon=True).start()
+
+
+def _wait(folder: str) -> None:
+    os.read(0, 1)                   # nothing is ever written
+    leave(folder)
 
 
 def _command_line() -> list[str]:

@@ -15,7 +15,7 @@ from ..core.properties import CHOICES, LEVELS, FitChoices, fit_arguments, use_pr
 from ..core.results import Outcome
 from . import queries
 from .discovery import GLOB, files_in
-from .modal import InBackground, Steps
+from .modal import InBackground, Steps, errors_reported
 
 Outcomes = Sequence[tuple[str, str, Outcome | ValueError]]
 """As `tasks.outcomes` returns them."""
@@ -101,7 +101,8 @@ class FromFolder(FitChoices, OperatorMixIn):
         # the file browser calls this; start anew as a modal operator, so that the window stays responsive
         if self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
             again = getattr(bpy.ops.measured_brdf, type(self).__name__.partition("_OT_")[2])
-            again("INVOKE_DEFAULT", **present(self.as_keywords(ignore=("filepath",))))
+            with errors_reported(self):
+                again("INVOKE_DEFAULT", **present(self.as_keywords(ignore=("filepath",))))
             return {"CANCELLED"}
         return self.run(context)
 

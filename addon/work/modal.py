@@ -6,8 +6,8 @@ result.
 """
 
 import traceback
-from collections.abc import Generator
-from contextlib import closing
+from collections.abc import Generator, Iterator
+from contextlib import closing, contextmanager
 from typing import Any
 
 import bpy
@@ -143,7 +143,8 @@ class InBackground(OperatorMixIn):
 
     def _end(self, context: bpy.types.Context) -> None:
         global running
-        running = None
+        if running is self._job:        # another operator may have begun since this one was cancelled
+            running = None
         self._job.cancel()
         if self._steps is not None:
             self._steps.close()
@@ -151,6 +152,15 @@ class InBackground(OperatorMixIn):
         if context.workspace is not None:
             context.workspace.status_text_set(None)
         queue.redraw()
+
+
+@contextmanager
+def errors_reported(operator: bpy.types.Operator) -> Iterator[None]:
+    """Report the errors of other operators that the block calls as errors of this one: Blender raises them."""
+    try:
+        yield
+    except RuntimeError as error:
+        operator.report({"ERROR"}, str(error).strip().removeprefix("Error: "))
 
 
 class MEASUREDBRDF_OT_cancel(bpy.types.Operator):
@@ -186,3 +196,4 @@ def register() -> None:
 
 def unregister() -> None:
     bpy.app.handlers.load_pre.remove(_on_load)
+    stop()

@@ -36,11 +36,11 @@ class Worker:
     """A process that does one job at a time, and the folder into which it writes its answers."""
 
     def __init__(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="measured_brdf_")
+        self._folder = temporary()
         root = Path(__file__).parents[2]
         command = [sys.executable, *bpy.app.python_args, str(_SCRIPT), _PACKAGE, str(root), self._folder.name]
         # several workers share the processors with Blender, so each uses one
-        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", shared.FOLDER: _shared_folder()}
+        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", shared.FOLDER: folder()}
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, env=environment,
                                          creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0))
         self._input = cast(IO[bytes], self._process.stdin)
@@ -83,7 +83,7 @@ class Worker:
 
 
 _workers: dict[str, Worker] = {}
-_shared: "tempfile.TemporaryDirectory[str] | None" = None       # what workers have worked out
+_folder: "tempfile.TemporaryDirectory[str] | None" = None
 
 
 def start(function: Callable[[Report], _Result]) -> Job[_Result]:
@@ -115,19 +115,29 @@ def worker(name: str) -> Worker:
     return _workers[name]
 
 
-def _shared_folder() -> str:
-    global _shared
-    if _shared is None:
-        _shared = tempfile.TemporaryDirectory(prefix="measured_brdf_")
-    return _shared.name
+def folder() -> str:
+    """The temporary folder of this Blender: for what workers have worked out, and for `temporary` ones.
+
+    It goes with Blender; if that is killed, the processes that it has started remove it.
+    """
+    global _folder
+    if _folder is None:
+        # a worker may be writing into it; it removes what is left
+        _folder = tempfile.TemporaryDirectory(prefix="measured_brdf_", ignore_cleanup_errors=True)
+    return _folder.name
+
+
+def temporary() -> "tempfile.TemporaryDirectory[str]":
+    """A new folder in that of this Blender."""
+    return tempfile.TemporaryDirectory(dir=folder())
 
 
 def unregister() -> None:
     """End all workers."""
-    global _shared
+    global _folder
     for found in _workers.values():
         found.kill()
     _workers.clear()
-    if _shared is not None:
-        _shared.cleanup()
-    _shared = None
+    if _folder is not None:
+        _folder.cleanup()
+    _folder = None

@@ -22,7 +22,7 @@ from .job import Job, read_progress, write_progress
 _Result = TypeVar("_Result")
 
 FOLDER = "MEASURED_BRDF_WORKERS_FOLDER"
-"""The environment variable of a worker that names the folder. Other processes share nothing."""
+"""The environment variable of a process that a Blender has started, which names the folder. Only workers share."""
 _KEPT = 32                  # results, a few MB each
 _WAIT = 0.05                # s
 

@@ -3,29 +3,36 @@
 Python threads that outlive a script crash Blender. So work goes to this process, which has the modules of the extension
 under the same names, but no bpy. It reads pickled pairs (number, function) from standard input, calls
 function(report), and writes (result, exception) to FOLDER/number.done and the progress to FOLDER/number.progress. It
-ends at the end of its standard input.
+ends at the end of its standard input: when Blender does, whatever ends that.
 """
 
 import importlib
 import os
 import pickle
+import queue
+import shutil
 import sys
+import threading
 import time
+import traceback
 import types
+from collections.abc import Callable
 from pathlib import Path
+from typing import NoReturn
 
 _INTERVAL = 0.05            # s, between two reports of the same doing
+_ATTEMPTS, _PAUSE = 20, 0.05        # to remove folders in which other processes may just write; s
 
 
 def serve(package: str, folder: Path) -> None:
     """Do work until the input ends."""
     progress = importlib.import_module(f"{package}.fitter.progress")
     write_progress = importlib.import_module(f"{package}.addon.work.job").write_progress
+    common = os.environ[importlib.import_module(f"{package}.addon.work.shared").FOLDER]
+    jobs: queue.SimpleQueue[tuple[int, Callable[..., object]]] = queue.SimpleQueue()
+    threading.Thread(target=_receive, args=(jobs, common), daemon=True).start()
     while True:
-        try:
-            number, function = pickle.load(sys.stdin.buffer)
-        except EOFError:
-            return
+        number, function = jobs.get()
         told = 0.0, ""
 
         def tell(fraction: float, doing: str, path: Path = folder / f"{number}.progress") -> None:
@@ -44,6 +51,29 @@ def serve(package: str, folder: Path) -> None:
         part = folder / f"{number}.part"
         part.write_bytes(_pickled(answer))
         os.replace(part, folder / f"{number}.done")
+
+
+def _receive(jobs: "queue.SimpleQueue[tuple[int, Callable[..., object]]]", common: str) -> None:
+    """Pass on the jobs that arrive; at the end of the input, end the process, which may be in the middle of one."""
+    with open(0, "rb", closefd=False) as stream:        # Python cannot end while a thread waits in its own sys.stdin
+        try:
+            while True:
+                jobs.put(pickle.load(stream))
+        except EOFError:
+            leave(common)
+        except Exception:
+            traceback.print_exc()
+            os._exit(1)
+
+
+def leave(folder: str) -> NoReturn:
+    """Remove the folder of a Blender that has ended, and end this process, whatever its threads do."""
+    for _ in range(_ATTEMPTS):
+        shutil.rmtree(folder, ignore_errors=True)
+        if not Path(folder).exists():
+            break
+        time.sleep(_PAUSE)
+    os._exit(1)
 
 
 def _pickled(answer: tuple[object, Exception | None]) -> bytes:

@@ -63,6 +63,8 @@ def describe(content: bytes) -> str | None:
     'numbers without a line of column names'
     """
     beginning = content[:_BEGINNING].removeprefix(b"\xef\xbb\xbf")
+    if beginning.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
+        return "text in UTF-32; save it as UTF-8"
     if beginning.startswith((b"\xff\xfe", b"\xfe\xff")):
         return "text in UTF-16; save it as UTF-8"
     for kind in _KINDS:

@@ -1,7 +1,8 @@
 """A table of one's own: text with a line of column names, as spreadsheets and instruments export it.
 
-Layout: one line of names, then rows of as many cells. The separator is the first of tab, semicolon, comma and blanks
-that the line of names has. Lines that begin with # are comments; some of them say what the names do not ::
+Layout: one line of names, then rows of as many cells. The separator is the first of tab, semicolon, comma, ``|``,
+colon and blanks that the line of names has, or what a line ``sep=;`` before it says, as Excel has it. Lines that begin
+with # are comments; some of them say what the names do not ::
 
     # name: Gold foil
     # angles: degrees
@@ -15,8 +16,8 @@ Columns may be in any order:
 theta_i, phi_i, theta_o, phi_o
     The polar angle from the normal and the azimuth; toward the light and toward the detector. Also theta_in, theta_r,
     theta_v, zenith_out, azimuth_i and the like. Instead of two azimuths there may be one between the directions, phi:
-    180 degrees to the mirror direction. The unit stands in the name, theta_i[deg], or in a comment ``angles: degrees``;
-    where neither does, and no angle is too large for radians, reading asks for it: `Reading.angles`.
+    180 degrees to the mirror direction. The unit stands in the name, theta_i[deg] or theta_i (°), or in a comment
+    ``angles: degrees``; where neither does, and no angle is too large for radians, reading asks: `Reading.angles`.
 R, G, B; or wavelengths, 550nm or 550; or one value, BRDF
     1/sr. ``R*cos_i``, or a comment ``values: BRDF * cos_o``, says that the cosine is in them, and which; or
     `Reading.quantity` does.
@@ -30,7 +31,8 @@ that the material is the same after half a turn, so that a half was measured; ``
 normal and tangent is a mirror; ``symmetry: 180 degrees and mirror`` both: a quarter was measured.
 
 Where a cell is empty, or NaN, or NA, the row is left out. Measurements of one pair of directions are averaged. With any
-separator but commas, numbers may have decimal commas. Limits: 8 MB, 1,000 columns.
+separator but commas, numbers may have decimal commas; no-break spaces may group their digits. Limits: 8 MB, 1,000
+columns.
 """
 
 import re
@@ -52,7 +54,9 @@ from .text import check_thetas, decode, floats, line_number, lines, parse_number
 
 MOST_COLUMNS = 1000
 _LONGEST_NAMES = 1 << 16        # bytes of the line of names
-_SEPARATORS = b"\t", b";", b","
+_SEPARATORS = b"\t", b";", b",", b"|", b":"
+_SAID_SEPARATOR = re.compile(rb"\"?sep=([^\w\r\n])\"?[ \t]*\Z")
+_NO_BREAK_SPACES = tuple(space.encode() for space in "\u00a0\u202f\u2009") + (b"\xa0",)       # the last in Latin-1
 _MISSING = frozenset((b"", b"na", b"n/a", b"nan", b"null", b"none", b"-", b"--", b"*"))
 _RELATIVE = re.compile(r"(?:d|delta_?|relative_?)?(?:phi|azimuth)(?:_?d)?(?:[ _]*[\[(]?[ ]*(deg|rad)[a-z]*[ ]*[\])]?)?",
                        re.IGNORECASE)
@@ -80,11 +84,11 @@ def recognises(content: bytes) -> bool:
     >>> recognises(b"# mine\ntheta_i;theta_o;phi;BRDF\n"), recognises(b"VARS theta_i,phi_i,theta_s,phi_s,R\n")
     (True, False)
     """
-    names = _names_line(content)
+    names, separator = _names_line(content)
     if names is None or names[0].startswith(b"VARS"):
         return False
-    columns = _split(names[0], _separator(names[0]))
-    return len(columns) > 2 and any(angle(decode(name))[0].startswith("theta") for name in columns[:MOST_COLUMNS])
+    columns = _names(names[0], separator)
+    return len(columns) > 2 and any(angle(name)[0].startswith("theta") for name in columns[:MOST_COLUMNS])
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
@@ -100,14 +104,13 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     DatasetError
         If the table is malformed; `UnitsUnknownError` if it says too little, and `reading` does not say it.
     """
-    names = _names_line(content)
+    names, separator = _names_line(content)
     if names is None:
         raise DatasetError("no line of column names", path)
     line = line_number(content, names.start())
-    separator = _separator(names[0])
     said = _comments(content, names.start())
     symmetry = _symmetry(content, names.start(), reading, path)
-    columns = _columns([decode(name) for name in _split(names[0], separator)], said, reading, path, line)
+    columns = _columns(_names(names[0], separator), said, reading, path, line)
     cells, at, left_out = _cells(content, names.end(), columns.count, separator, path)
     if not len(cells):
         raise DatasetError(f"{left_out} rows found, none of them complete, expected measurements", path, line)
@@ -182,14 +185,23 @@ class _Columns:
         return found
 
 
-def _names_line(content: bytes) -> re.Match[bytes] | None:
-    """The first line that is no comment, unless it is very long."""
-    found = next((line for line in lines(content) if not line[0].startswith(b"#")), None)
-    return found if found is not None and len(found[0]) <= _LONGEST_NAMES else None
+def _names_line(content: bytes) -> tuple[re.Match[bytes] | None, bytes | None]:
+    """The first line that is no comment, unless it is very long, and what separates its cells; None: blanks."""
+    said = None
+    for line in lines(content):
+        if line[0].startswith(b"#"):
+            continue
+        if len(line[0]) > _LONGEST_NAMES:
+            break
+        if said is None and (said := _SAID_SEPARATOR.match(line[0])):
+            continue
+        return line, said[1] if said else next((each for each in _SEPARATORS if each in line[0].strip()), None)
+    return None, None
 
 
-def _separator(names: bytes) -> bytes | None:
-    return next((separator for separator in _SEPARATORS if separator in names.strip()), None)
+def _names(line: bytes, separator: bytes | None) -> list[str]:
+    """The names of the columns, with deg for the sign of degrees."""
+    return [decode(name).replace("\u00b0", "deg").replace("\u00a0", " ") for name in _split(line, separator)]
 
 
 def _split(line: bytes, separator: bytes | None) -> list[bytes]:
@@ -203,7 +215,7 @@ def _split(line: bytes, separator: bytes | None) -> list[bytes]:
 def _comments(content: bytes, end: int) -> dict[str, str]:
     """What comments before the line of names say, by keyword in lower case."""
     found = (_COMMENT.match(line[0]) for line in lines(content[:end]))
-    return {decode(match[1]).lower(): decode(match[2]) for match in found if match}
+    return {decode(match[1]).lower(): decode(match[2]).replace("\u00b0", "deg") for match in found if match}
 
 
 def _symmetry(content: bytes, end: int, reading: Reading, path: str | Path) -> str:
@@ -296,6 +308,9 @@ def _cells(content: bytes, start: int, count: int, separator: bytes | None,
         line = row[0]
         if line.startswith(b"#"):
             continue
+        if not line.isascii():
+            for space in _NO_BREAK_SPACES:
+                line = line.replace(space, b"")
         if b"," in line and separator != b",":
             line = line.replace(b",", b".")
         cells = line.split(separator, count)

@@ -115,6 +115,22 @@ def test_tint_and_strength_multiply(blender, standard):
     np.testing.assert_allclose(render(scene)[..., :3], plain * [0.25, 0.1, 0.5], atol=1e-3 * plain.max())
 
 
+@pytest.mark.parametrize("osl", [False, True])
+def test_a_tint_below_zero_is_black(blender, standard, osl):
+    """Sockets do not bound what nodes compute and connect."""
+    scene, material = sphere(standard("aluminum foil"), osl)
+    plain = render(scene)[..., :3]
+    tree = material.node_tree
+    below = tree.nodes.new("ShaderNodeCombineXYZ")
+    for socket, value in zip(below.inputs, (-1.0, 0.5, 1.0), strict=True):
+        socket.default_value = value
+    group = next(node for node in tree.nodes if node.type == "GROUP")
+    tree.links.new(below.outputs[0], group.inputs["Tint"])
+    tinted = render(scene)[..., :3]
+    assert (tinted[..., 0] == 0).all()
+    np.testing.assert_allclose(tinted.mean(axis=(0, 1)), plain.mean(axis=(0, 1)) * [0, 0.5, 1], rtol=2e-3)
+
+
 def test_a_normal_that_is_connected_is_the_one_that_is_seen(blender, standard):
     """A surface whose shading normal always looks up shows the same everywhere, that of a plate."""
     fit = standard("velvet")

@@ -52,6 +52,19 @@ def test_the_shader_gets_the_edited_fit_without_the_measurements(blender, curet,
     assert [tree.name for tree in blender.data.node_groups if "fit" in tree] == ["felt"], "the former shader is gone"
 
 
+@pytest.mark.parametrize(("name", "told"), [
+    ("coat", "coat is nan"), ("diffuse_gain", "diffuse is"), ("highlight_gain", "highlight is"),
+    ("highlight_width", "width is nan"), ("coat_roughness", "coat_width is nan")])
+def test_what_is_not_a_number_is_refused(blender, material, name, told):
+    settings = material.measured_brdf
+    settings.coat = 0.5
+    setattr(settings, name, float("nan"))
+    source = blender.data.texts[0].as_string()
+    with pytest.raises(RuntimeError, match=told):
+        blender.ops.measured_brdf.adjust()
+    assert blender.data.texts[0].as_string() == source
+
+
 def test_as_measured_takes_everything_back(blender, extension, curet, material, random):
     worth = extension.addon.core.properties.worth
     settings = material.measured_brdf_adjustments

@@ -82,6 +82,31 @@ def test_one_button_brings_it_up_to_date_without_the_measurements(old_scene):
         bpy.ops.measured_brdf.update_materials()
 
 
+@pytest.mark.parametrize("has_osl", [True, False])
+def test_a_mix_of_the_first_version_and_this_one_is_told_as_it_is_rendered_by_nodes(old_scene, tmp_path, glossy,
+                                                                                  write_astm, has_osl):
+    from measured_brdf.addon.core import material, rendered
+
+    scene, shown = bpy.context.scene, next(item for item in bpy.data.objects if item.active_material)
+    bpy.context.view_layer.objects.active = shown
+    bpy.ops.measured_brdf.import_data(filepath=str(write_astm(tmp_path / "new.astm", glossy, "new")), preset="Draft")
+    bpy.ops.measured_brdf.mix(first="glossy", second="new")
+    assert shown.active_material.name == "glossy + new"
+    material.use_rendering(shown.active_material, "NODES")
+    scene.cycles.shading_system, scene.cycles.samples = has_osl, 32
+    how = rendered.in_scene(shown.active_material, scene)
+    said = rendered.sentence(how, "NODES")
+    if has_osl:
+        assert said == "Rendered by nodes, except what an older version made. Update that"
+        assert "in part: update" in rendered.summary(scene)
+        assert blocks().mean() == pytest.approx(old_scene.mean(), rel=0.05)
+    else:
+        assert said == "Rendered black, because OSL is off: an older version made it. Update it"
+        assert blocks().mean() == pytest.approx(old_scene.mean() / 2, rel=0.05)
+    bpy.ops.measured_brdf.update_materials()
+    assert rendered.in_scene(shown.active_material, scene).how == "NODES"
+
+
 def test_copies_that_share_a_shader_go_on_sharing_it(old_scene):
     from measured_brdf.addon.core import material
 

@@ -109,6 +109,42 @@ def test_a_failed_import_leaves_the_blend_as_it_was(blender, cube, tmp_path, con
     assert cube.active_material is None
 
 
+BAD_FILE = {"browse": {"filepath": "{path}", "directory": "{folder}", "files": [{"name": "bad.astm"}]},
+            "say_units": {"filepath": "{path}", "directory": "{folder}", "files": [{"name": "bad.astm"}]},
+            "choose_sample": {"filepath": "{path}", "item": "a"},
+            "find_file": {"filepath": "{path}"}}
+
+
+@pytest.mark.parametrize("name", BAD_FILE)
+def test_an_operator_that_hands_on_an_unreadable_file_reports_its_error_in_one_line(
+        blender, extension, cube, file, tmp_path, monkeypatch, capfd, name):
+    if name == "find_file":
+        import_file(blender, file, diffuse_level=2, specular_level=-1)
+    monkeypatch.setattr(extension.addon.importing.samples, "_items", [("a", "a", "")])
+    path = tmp_path / "bad.astm"
+    path.write_text("nonsense")
+    options = {key: value.format(path=path, folder=tmp_path) if isinstance(value, str) else value
+               for key, value in BAD_FILE[name].items()}
+    capfd.readouterr()
+    with pytest.raises(RuntimeError) as raised:
+        getattr(blender.ops.measured_brdf, name)(**options)
+    assert str(raised.value).startswith(f"Error: {path}: ")
+    assert str(raised.value).count("\n") == 1
+    assert "Traceback" not in "".join(capfd.readouterr())
+
+
+def test_a_fix_that_another_operator_refuses_is_reported_in_one_line(blender, extension, cube, file, monkeypatch):
+    checks = extension.addon.core.checks
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    file.write_text("nonsense")
+    finding = checks.Finding("a", "Something", "Refit", lambda: checks._refit(cube.active_material))
+    monkeypatch.setattr(checks, "check", lambda scene: [finding])
+    with pytest.raises(RuntimeError) as raised:
+        blender.ops.measured_brdf.fix_setting()
+    assert str(raised.value).startswith(f"Error: {file}: ")
+    assert str(raised.value).count("\n") == 1
+
+
 def test_an_import_that_does_not_compile_leaves_the_blend_as_it_was(blender, cube, file, monkeypatch):
     from measured_brdf.addon.work import tasks
 

@@ -1,5 +1,7 @@
 """The preset of an import: what a dialog shows is what is made, whatever was chosen in which order."""
 
+from types import SimpleNamespace
+
 import pytest
 
 import fitter
@@ -103,6 +105,20 @@ def test_a_dialog_begins_with_the_preference_and_not_with_the_last_use(blender, 
     import_data.begin_with_preference(Operator(), blender.context)
     assert (last.preset, last.use_tolerance, last.sample, last.angles) == ("Draft", False, "", "auto")
     assert [getattr(last, level) for level in LEVELS] == pytest.approx([PRESETS["Draft"][level] for level in LEVELS])
+
+
+def test_a_fit_that_asks_for_its_lost_file_goes_on_with_its_preset(blender, extension, cube, file, asked, monkeypatch):
+    module, given = extension.addon.importing.fit, []
+    blender.ops.measured_brdf.import_data(filepath=file, preset="Paper")
+    cube.active_material.measured_brdf.filepath = "/lost.astm"
+    asks = SimpleNamespace(find_file=lambda how, **options: given.append(options))
+    with monkeypatch.context() as patched:
+        patched.setattr(module, "bpy", SimpleNamespace(path=blender.path, app=SimpleNamespace(background=False),
+                                                       ops=SimpleNamespace(measured_brdf=asks)))
+        operator = SimpleNamespace(filepath="", preset="Draft")
+        assert module.MEASUREDBRDF_OT_fit.invoke(operator, blender.context, None) == {"CANCELLED"}
+    blender.ops.measured_brdf.find_file(filepath=file, **given[0])
+    assert asked == [pytest.approx(PRESETS["Paper"]), pytest.approx(PRESETS["Draft"])]
 
 
 def test_the_preset_of_a_material_leaves_its_levels_alone(blender, extension):

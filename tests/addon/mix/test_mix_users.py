@@ -1,6 +1,11 @@
-"""What a mix follows is saved with the file: Blender's windows forget that a mix uses it (tests/window)."""
+"""What a mix holds is bounded, and what it follows is saved with the file.
+
+Blender's windows forget that a mix uses it (tests/window).
+"""
 
 import pytest
+
+from support.blend_state import state
 
 
 @pytest.fixture
@@ -29,3 +34,17 @@ def test_what_an_earlier_version_mixed_is_saved_too(blender, mixed, tmp_path):
         material.use_fake_user = False
         material.user_clear()               # as windows of Blender do
     assert saved(blender, tmp_path / "mixed.blend") >= {"first", "second"}
+
+
+def test_a_mix_that_would_hold_too_many_is_refused_and_nothing_changes(blender, mixed):
+    """Mixed with itself again and again: each time the shaders of all are in it twice."""
+    name, before = "first + second", set(blender.data.materials.keys())
+    for _ in range(2):
+        blender.ops.measured_brdf.mix(first=name, second=name)
+        name, = set(blender.data.materials.keys()) - before
+        before.add(name)
+    old = state()
+    with pytest.raises(RuntimeError, match="would hold 16 measured materials, expected at most 8") as raised:
+        blender.ops.measured_brdf.mix(first=name, second=name)
+    assert str(raised.value).count("\n") == 1
+    assert state() == old

@@ -130,6 +130,27 @@ def test_an_error_anywhere_in_an_operator_leaves_the_blend_as_it_was(cube, files
     capfd.readouterr()
 
 
+def test_every_setting_of_a_material_is_part_of_the_state(cube):
+    settings = cube.active_material.measured_brdf
+    before, seen = state(), set()
+    for name, prop in settings.bl_rna.properties.items():
+        if name not in ("rna_type", "name"):
+            setattr(settings, name, another(prop, getattr(settings, name)))
+            assert changed(before, state()) == ["settings"], name
+            before = state()
+            seen.add(name)
+    assert {"rendering", "adjusted", "coat", "filepath"} < seen
+
+
+def another(prop, value):
+    """Another value of a property."""
+    if prop.type == "FLOAT":
+        return [0.5] * prop.array_length if prop.is_array else 0.5
+    if prop.type == "ENUM":
+        return next(item.identifier for item in prop.enum_items if item.identifier != value)
+    return {"BOOLEAN": not value, "INT": 7, "STRING": "other"}[prop.type]
+
+
 def test_a_refit_of_a_material_whose_output_was_deleted_gives_it_one(cube):
     material = cube.active_material
     for node in [node for node in material.node_tree.nodes if node.type == "OUTPUT_MATERIAL"]:

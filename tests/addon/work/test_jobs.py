@@ -311,6 +311,22 @@ def test_an_operator_that_is_started_while_another_works_is_refused_and_the_othe
     assert second.made == window.timers == []
 
 
+def test_an_operator_that_begins_before_a_cancelled_one_has_ended_goes_on(extension, operator, window):
+    import bpy
+
+    operator.work = lambda context: Finished()
+    second = type(operator)()
+    second.work = operator.work
+    assert operator.start(window) == {"RUNNING_MODAL"}
+    assert bpy.ops.measured_brdf.cancel() == {"FINISHED"}
+    assert second.start(window) == {"RUNNING_MODAL"}
+    assert operator.modal(window, event("TIMER")) == {"CANCELLED"}
+    while second.modal(window, event("TIMER")) == {"PASS_THROUGH"}:
+        pass
+    assert (operator.made, second.made) == ([], [0, 1, 2])
+    assert window.timers == []
+
+
 @pytest.mark.parametrize("error", [ValueError("no good"), ZeroDivisionError("by nobody expected"), KeyboardInterrupt()])
 def test_an_operator_that_raises_ends_its_work_and_its_timer_and_the_next_can_start(operator, window, error, capfd):
     from measured_brdf.addon.work import modal

@@ -128,8 +128,7 @@ def test_materials_without_measured_reflectance_have_no_fit(jobs, blender):
 
 
 def test_a_damaged_fit_is_an_error_and_so_is_a_shader_that_should_hold_it(blender, jobs, imported):
-    from measured_brdf.addon.core import material
-    from measured_brdf.addon.core import node_group
+    from measured_brdf.addon.core import material, node_group
 
     tree = material.group_node(imported[0]).node_tree
     tree["fit"] = tree["fit"][:-1]

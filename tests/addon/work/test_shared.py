@@ -1,5 +1,7 @@
 """What the workers of one Blender have worked out is worked out once, and their progress moves."""
 
+import os
+import subprocess
 import sys
 import time
 from functools import partial
@@ -58,7 +60,7 @@ def wait(*jobs, seconds=120):
 def results(process):
     from pathlib import Path
 
-    return sorted((path.name, path.stat().st_ino) for path in Path(process._shared_folder()).glob("*.result"))
+    return sorted((path.name, path.stat().st_ino) for path in Path(process.folder()).glob("*.result"))
 
 
 STANDARD, DRAFT = dict(fitter.PRESETS["Standard"]), dict(fitter.PRESETS["Draft"])
@@ -108,6 +110,53 @@ def test_a_worker_that_is_killed_leaves_its_work_to_others(process, file):
     first.cancel()
     found, = wait(begun(process, "operator", partial(tasks.fitted_of, data, STANDARD)))
     assert found.errors.rmse > 0
+
+
+_BLENDER = """
+import os, sys, time
+from functools import partial
+from support import checkout
+package = checkout.extension()
+package.register()
+from measured_brdf.addon.work import blender_process
+from measured_brdf.addon.work import process
+from measured_brdf.addon.work import tasks
+from measured_brdf.fitter import load
+worker = process.start(partial(tasks.held_out, load(sys.argv[1]), {"diffuse_level": 7, "specular_level": 8}))
+other = blender_process.Command("starter", "-o", sys.argv[2]).start()
+while "Starting" in (worker.doing, other.doing):
+    assert not worker.poll() and not other.poll(), (worker.error, other.error)
+    time.sleep(0.01)
+print(worker.worker._process.pid, other.worker._process.pid, flush=True)
+if sys.argv[3] == "exit":
+    raise SystemExit
+time.sleep(600)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="ps")
+@pytest.mark.parametrize("end", ["exit", "kill"])
+def test_workers_end_with_blender_and_leave_no_folder(file, tmp_path, end):
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    blender = subprocess.Popen([sys.executable, "-c", _BLENDER, file, str(tmp_path / "starter"), end], cwd=ROOT,
+                               env={**os.environ, "TMPDIR": str(temporary)}, stdout=subprocess.PIPE, text=True)
+    working = [int(number) for number in blender.stdout.readline().split()]
+    assert len(working) == 2
+    if end == "kill":
+        assert len([*temporary.glob("measured_brdf_*")]) == 1
+        blender.kill()
+    blender.wait()
+    blender.stdout.close()
+    deadline = time.monotonic() + 10
+    while any(map(is_running, working)) or [*temporary.glob("measured_brdf_*")]:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+def is_running(number):
+    shown = subprocess.run(["ps", "-o", "stat=", "-p", str(number)], capture_output=True, text=True, check=False)
+    return shown.stdout.strip()[:1] not in ("", "Z")
 
 
 @release

@@ -49,6 +49,8 @@ def matlab_7_3():
     (hostile_fits.in_order(), "a fit that this extension saved"), (zipped(readme="x"), "an archive"),
     (gzip.compress(b"theta_i,theta_o,phi,BRDF\n", mtime=0), "an archive"), (bytes(3 * 288 * 288 * 8), "UTIA"),
     ("theta_i,theta_o,phi,BRDF\n".encode("utf-16"), "UTF-16"),
+    ("theta_i,theta_o,phi,BRDF\n".encode("utf-32"), "UTF-32"),
+    (b"\0\0\xfe\xff" + "theta_i,theta_o,phi,BRDF\n".encode("utf-32-be"), "UTF-32"),
     (b"0.5 0.0 0.5 3.14 0.2\n0.5 0.0 0.6 3.14 0.1\n", "without a line of column names"),
     (b"30;0;45,5;180;0,2\r\n", "without a line of column names")])
 def test_a_foreign_file_is_named(tmp_path, content, expected):

@@ -39,7 +39,8 @@ NAMES = ["theta_i", "phi_i", "theta_o", "phi_o", "R", "G", "B"]
 @pytest.mark.parametrize(("separator", "number"), [
     (",", "{:.10g}".format), (", ", "{:.10g}".format), ("\t", "{:.10g}".format), ("  ", "{:.10g}".format),
     (";", "{:.10g}".format), (";", lambda x: f"{x:.10g}".replace(".", ",")),
-    ("\t", lambda x: f"{x:.10g}".replace(".", ",")), (",", '"{:.10g}"'.format)])
+    ("\t", lambda x: f"{x:.10g}".replace(".", ",")), (",", '"{:.10g}"'.format), ("|", "{:.10g}".format),
+    (" | ", "{:.10g}".format), (":", "{:.10g}".format), (":", lambda x: f"{x:.10g}".replace(".", ","))])
 def test_any_separator_and_decimal_commas(load, separator, number):
     assert_is(load(write(NAMES, [DIRECTIONS, VALUES], separator, number)))
 
@@ -54,6 +55,40 @@ def test_the_columns_by_other_names_and_in_another_order(load, names):
     order = [5, 2, 0, 6, 1, 3, 4]
     table = np.column_stack([DIRECTIONS, VALUES])
     assert_is(load(write([names[k] for k in order], [table[:, order]])))
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1"])
+@pytest.mark.parametrize("unit", ["[°]", " (°)", "_°", "\u00a0[°]"])
+def test_a_sign_of_degrees_is_a_unit(load, unit, encoding):
+    small = DIRECTIONS / 1000                   # would be radians
+    text = write([name + unit for name in NAMES[:4]] + NAMES[4:], [small, VALUES])
+    assert_is(load(text.encode(encoding)), small)
+    assert_is(load(write(NAMES, [small, VALUES], before="# angles: °\n").encode(encoding)), small)
+
+
+@pytest.mark.parametrize(("said", "separator"), [("sep=;", ";"), ('"sep=;"', ";"), ("sep=,", ","), ("sep=|", "|"),
+                                                 ("sep=\t", "\t"), ("sep=&", "&")])
+def test_the_line_in_which_excel_says_the_separator(load, said, separator):
+    assert_is(load(write(NAMES, [DIRECTIONS, VALUES], separator, before=f"{said}\r\n")))
+    with pytest.raises(DatasetError, match=r"table\.csv:4: 'x' found"):
+        load(f"{said}\n{separator.join(NAMES)}\n" + "".join(f"{separator.join(row)}\n" for row in (
+            ["30", "0", "10", "180", "1", "1", "1"], ["30", "0", "10", "180", "1", "1", "x"])))
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+@pytest.mark.parametrize("separator", [";", "\t", "  "])
+def test_no_break_spaces_group_the_digits_of_numbers(load, separator, encoding):
+    """As French and Swiss spreadsheets write thousands, and as browsers copy cells."""
+    large = VALUES * [1e4, 1e5, 1e6]
+
+    def grouped(number):
+        return f"{number:,.3f}".replace(",", "\u00a0").replace(".", ",") + "\u00a0"
+
+    text = write(NAMES, [DIRECTIONS, large], separator, grouped)
+    assert "\u00a0" in text
+    assert_is(load(text.encode(encoding)), values=large)
+    if encoding == "utf-8":
+        assert_is(load(text.replace("\u00a0", "\u202f")), values=large)
 
 
 def test_radians_are_declared_in_the_names_or_in_a_comment(load):
