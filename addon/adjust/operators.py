@@ -17,7 +17,7 @@ from ..core import compiler, edits
 from ..core import material as materials
 from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, present
-from ..core.results import Surface
+from ..core.outcomes import Surface
 from ..core.transaction import by_session_uid
 from ..work import modal, process, queries, tasks
 from ..work.modal import InBackground, Steps

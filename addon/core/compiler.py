@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from ...fitter.cycles.node_mixture import Nodes
 from . import osl_support
-from .results import Surface
+from .outcomes import Surface
 
 _MOST_SOURCE = 1 << 24      # bytes: the OSL compiler reads no more, and finds an error in the middle of a table
 # the source once more, folders of this machine, and hints for messages of errors and of lifetimes, which OSL works out

@@ -20,7 +20,7 @@ from .reading import scene_colours
 if TYPE_CHECKING:
     from ...fitter.arrays import FloatArray
     from ...fitter.cycles.principled_bsdf import Principled
-    from .results import Surface
+    from .outcomes import Surface
 
 NAME = "Measured BRDF Export"
 _FITTED = "measured_brdf"               # custom property of the node: the values of the last fit

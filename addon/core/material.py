@@ -17,7 +17,7 @@ from .properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_t
 from .transaction import new_data_removed_on_error, restored_on_error
 
 if TYPE_CHECKING:
-    from .results import Outcome, Surface
+    from .outcomes import Outcome, Surface
 
 _FORMER = "Measured BRDF Fallback"       # the Principled BSDF that version 0.1.0 made for EEVEE
 
@@ -28,7 +28,7 @@ def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
 
     Parameters
     ----------
-    outcome : results.Outcome
+    outcome : outcomes.Outcome
     choices : properties.Choices
     context : bpy.types.Context
     shader : compiler.Shader, optional

@@ -7,8 +7,8 @@ import bpy
 from ...fitter import PRESETS, Fit
 from ...fitter.presets import PRESET_DESCRIPTIONS
 from ..core.annotations import Arguments, present
+from ..core.outcomes import Data, Fitted
 from ..core.properties import fit_arguments, name_of_fit
-from ..core.results import Data, Fitted
 from ..panel.layout import MaterialPanel, draw_value, draw_warning, is_narrow, picture_scale, wrapped
 from ..work import modal, queries
 from ..work.job import Job

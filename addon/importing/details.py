@@ -8,8 +8,8 @@ import bpy
 from ..core import material as materials
 from ..core import node_group
 from ..core.annotations import present
+from ..core.outcomes import Data
 from ..core.properties import NO_SPECULAR_LEVEL, fitted_arguments
-from ..core.results import Data
 from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, wrapped
 from ..work import queries
 

@@ -13,9 +13,9 @@ from ..core import compiler, material, rendered
 from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, present
 from ..core.edits import edit_arguments
+from ..core.outcomes import Outcome
 from ..core.properties import CHOICES, PRESET_ITEMS, READING, fit_arguments, use_preset, worth
 from ..core.reading import load_arguments
-from ..core.results import Outcome
 from ..core.transaction import by_session_uid
 from ..work import process, queries, tasks
 from ..work.discovery import GLOB

@@ -8,9 +8,9 @@ from ...fitter import PRESETS, SampleUnknownError, published
 from ..core import material as materials
 from ..core.active_material import can_change
 from ..core.annotations import present
+from ..core.outcomes import Data
 from ..core.properties import is_as_fitted, is_preset
 from ..core.reading import draw_reading, other_colours, scene_colours
-from ..core.results import Data
 from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped
 from ..work import modal, queries
 from ..work.job import Job

@@ -22,9 +22,9 @@ from ..core import assets, library_file
 from ..core import material as materials
 from ..core.annotations import Arguments, present
 from ..core.edits import edit_arguments
+from ..core.outcomes import Outcome
 from ..core.properties import Choices, fit_arguments
 from ..core.reading import load_arguments
-from ..core.results import Outcome
 from ..work import process, tasks
 from ..work.command import Row
 from ..work.discovery import Failure, Source

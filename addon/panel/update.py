@@ -7,7 +7,7 @@ import bpy
 
 from ..core import compiler, material
 from ..core.annotations import OperatorResult, present
-from ..core.results import Kept
+from ..core.outcomes import Kept
 from ..core.transaction import by_session_uid
 from ..work import process, queries, tasks
 from ..work.modal import InBackground, Steps

@@ -72,6 +72,10 @@ class _Folder(_StartPanel):
     bl_label = "Data Folder"
     bl_options = {"DEFAULT_CLOSED"}
 
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        return hasattr(bpy.types, "MEASUREDBRDF_OT_import_data")
+
     def draw(self, context: bpy.types.Context) -> None:
         _draw_folder(present(self.layout), context)
 

@@ -11,8 +11,8 @@ from bpy.props import IntProperty, StringProperty
 
 from ..core import compiler, material, preferences, rendered, targets
 from ..core.annotations import OperatorMixIn, OperatorResult, present
+from ..core.outcomes import Outcome
 from ..core.properties import CHOICES, LEVELS, FitChoices, fit_arguments, use_preset, worth
-from ..core.results import Outcome
 from . import queries
 from .discovery import GLOB, files_in
 from .modal import InBackground, Steps, errors_reported

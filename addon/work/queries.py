@@ -12,8 +12,8 @@ from ...fitter.packed_picture import unpacked
 from ..core import material as materials
 from ..core import node_group
 from ..core.annotations import Arguments, present
+from ..core.outcomes import Data, Fitted, Kept, Measured
 from ..core.reading import load_arguments
-from ..core.results import Data, Fitted, Kept, Measured
 from . import icons, queue, tasks
 from .job import Job
 

@@ -28,7 +28,7 @@ from ...fitter.packed_picture import SIZE, packed
 from ...fitter.quality import cross_validation, describe, verdict
 from ...fitter.samples import distinct_channels
 from ..core.annotations import Arguments, Report
-from ..core.results import Data, Fitted, Kept, Measured, Outcome, Surface
+from ..core.outcomes import Data, Fitted, Kept, Measured, Outcome, Surface
 from . import shared
 from .recent import Recent
 

@@ -10,10 +10,9 @@ import numpy as np
 
 from ..arrays import ArrayLike, FloatArray
 from ..errors import DatasetError
-from ..methods.gaussian_process import choice
 from ..methods.prior import candidates
 from ..quality.physics import directional_albedo
-from ..samples import Samples, subset
+from ..samples import Samples, choice, subset
 from .ball import BallPhotograph, measured
 
 GUESSED = "The scale is a guess: an albedo of {} was given"
@@ -91,7 +90,7 @@ def albedo_of(samples: Samples) -> FloatArray:
     """The share of even light from everywhere that is reflected, (channels,), by a model of lobes fitted to samples."""
     some = subset(samples, choice(len(samples), _FITTED))
     offset = float(np.median(np.abs(some.values)))
-    return np.asarray(directional_albedo(candidates(some, max(offset, 1e-12))[-1], _ANGLES).mean(axis=0))
+    return np.asarray(directional_albedo(candidates(some, some.values, max(offset, 1e-12))[-1], _ANGLES).mean(axis=0))
 
 
 def scaled(samples: Samples, albedo: float) -> Samples:

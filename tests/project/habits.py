@@ -15,7 +15,6 @@ bpy.ops.wm.read_factory_settings(use_empty=True)
 assert bpy.ops.extensions.package_install_files(
     filepath=package, repo="user_default", enable_on_install=True) == {"FINISHED"}
 addon = sys.modules["bl_ext.user_default.measured_brdf.addon"]
-operators = addon.operators
 CHEAP = {"diffuse_level": 2, "specular_level": 3, "compression": 80.0}
 
 
@@ -52,10 +51,10 @@ assert bpy.context.object.active_material.name == "paint 0"
 material = bpy.data.materials["paint 0"]
 
 # cancel, first in the other process, then here
-cls = operators.import_data.MEASUREDBRDF_OT_import_data
+cls = addon.importing.import_data.MEASUREDBRDF_OT_import_data
 
 
-class Drop(operators.import_data.MakesMaterials):
+class Drop(addon.work.making.MakesMaterials):
     """The operator, driven by events that are made here."""
 
     work, _paths = cls.work, cls._paths

@@ -12,8 +12,8 @@ FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "file
           ("editing", "presets", "tolerance"), ("cycles", "formats", "lobe", "photographs", "pictures"),
           ("packed_picture", "swatch"),
           ("__init__",), ("report",), ("cli",), ("__main__",))
-ADDON = (("annotations", "data_sources", "manual", "versions"), ("transaction",), ("scene",), ("materials",),
-         ("preferences",), ("jobs",), ("library",), ("operators",), ("viewport",), ("ui",), ("command",), ("__init__",))
+ADDON = (("core",), ("work",), ("panel",),
+         ("adjust", "compare", "importing", "inspect", "library", "mix", "starter"), ("__init__",))
 LAYERS = {"fitter": FITTER, "addon": ADDON}
 FORBIDDEN = {"fitter": {"addon", "bpy", "bpy_extras", "bmesh", "mathutils", "cycles", "_cycles"}, "addon": set()}
 # what is run, by those who run it, is not a library for the others; what they share is in `support`
@@ -94,9 +94,10 @@ def test_what_is_shared_is_imported_from_support():
             assert not_shared(path.relative_to(ROOT).as_posix(), path.read_text("utf-8")) == [], path
 
 
-@pytest.mark.parametrize("name", ["comparisons", "job", "recent", "tasks", "worker"])
-def test_what_worker_processes_import_does_not_need_blender(name):
-    path = f"addon/jobs/{name}.py"
+@pytest.mark.parametrize("path", ["addon/compare/work.py", "addon/core/outcomes.py", "addon/starter/thumbnails.py",
+                                  *(f"addon/work/{name}.py" for name in (
+                                      "discovery", "job", "recent", "shared", "tasks", "worker"))])
+def test_what_worker_processes_import_does_not_need_blender(path):
     assert "bpy" not in {module[0] for module in imports(path, (ROOT / path).read_text("utf-8"))}
 
 
@@ -106,10 +107,11 @@ def test_what_worker_processes_import_does_not_need_blender(name):
     ("fitter/model/fit.py", "from .. import load", ["fitter.load"]),
     ("fitter/cycles/bake.py", "from ..formats import load", ["fitter.formats.load"]),
     ("fitter/samples.py", "import bpy", ["bpy"]),
-    ("fitter/samples.py", "from ..addon import versions", ["addon.core.versions"]),
-    ("addon/core/world_lights.py", "from ..materials import checks", ["addon.core.checks"]),
+    ("fitter/samples.py", "from ..addon import versions", ["addon.versions"]),
+    ("addon/core/world_lights.py", "from ..work import queue", ["addon.work.queue"]),
+    ("addon/mix/operators.py", "from ..adjust import settings", ["addon.adjust.settings"]),
     ("addon/work/tasks.py", "from ...fitter.report import plots", ["fitter.report.plots"]),
-    ("addon/panel/main.py", "from ..operators import fit\nfrom ...fitter import load\nimport bpy", []),
+    ("addon/panel/main.py", "from ..work import modal\nfrom ...fitter import load\nimport bpy", []),
     ("fitter/model/fit.py", "import numpy as np\nfrom . import npz\nfrom ..arrays import FloatArray", []),
 ])
 def test_an_import_of_a_higher_layer_is_noticed(path, source, wrong):

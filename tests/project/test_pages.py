@@ -161,7 +161,7 @@ def test_what_the_page_calls_free_of_bpy_is():
     said = {name for name in named_in(sentence) if name.endswith(".py")}
     assert len(said) > 5
     assert said - without_bpy() == set()
-    assert {name for name in without_bpy() if name.startswith("addon/jobs/")} - said == set()
+    assert {name for name in without_bpy() if name.startswith("addon/work/")} - said == set()
 
 
 def test_an_import_of_bpy_through_another_module_is_noticed():

@@ -5,7 +5,6 @@
 
 # ruff: noqa: D103 (the functions are the pictures)
 
-import sys
 from types import SimpleNamespace
 
 import bpy
@@ -38,8 +37,8 @@ def open_panels(names):
         if (getattr(cls, "bl_context", "") == "material" and not cls.__name__.startswith("MEASUREDBRDF")
                 and cls.is_registered and "HIDE_HEADER" not in getattr(cls, "bl_options", ())):
             bpy.utils.unregister_class(cls)
-    ui = next(module for name, module in sys.modules.items() if name.endswith("measured_brdf.addon.ui"))
-    panels = [cls for cls in ui.classes if getattr(cls, "bl_parent_id", "").startswith("MEASUREDBRDF")]
+    panels = [cls for cls in bpy.types.Panel.__subclasses__()
+              if cls.is_registered and getattr(cls, "bl_parent_id", "").startswith("MEASUREDBRDF")]
     for cls in panels:
         bpy.utils.unregister_class(cls)
     for cls in panels:

@@ -134,10 +134,10 @@ def test_an_operator_that_hands_on_an_unreadable_file_reports_its_error_in_one_l
 
 
 def test_a_fix_that_another_operator_refuses_is_reported_in_one_line(blender, extension, cube, file, monkeypatch):
-    checks = extension.addon.core.checks
+    checks, colours = extension.addon.core.checks, extension.addon.importing.colours
     import_file(blender, file, diffuse_level=2, specular_level=-1)
     file.write_text("nonsense")
-    finding = checks.Finding("a", "Something", "Refit", lambda: checks._refit(cube.active_material))
+    finding = checks.Finding("a", "Something", "Refit", lambda: colours._refit(cube.active_material))
     monkeypatch.setattr(checks, "check", lambda scene: [finding])
     with pytest.raises(RuntimeError) as raised:
         blender.ops.measured_brdf.fix_setting()

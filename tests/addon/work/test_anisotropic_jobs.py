@@ -92,7 +92,7 @@ def test_the_polar_plot_turns_with_the_light(tasks, data):
 
 
 def test_the_turned_plane_shows_which_way_the_grooves_run(tasks, data, monkeypatch):
-    from measured_brdf.addon.core.results import Fitted
+    from measured_brdf.addon.core.outcomes import Fitted
 
     monkeypatch.setattr(tasks, "fitted_of", lambda *_: Fitted(brushed_fit(0.12, 0.45, 0.0), None, 0.0))
     picture = tasks.turned_plane(data, CHEAP, np.radians(30)).mean(axis=-1)

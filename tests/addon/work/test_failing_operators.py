@@ -131,14 +131,15 @@ def test_an_error_anywhere_in_an_operator_leaves_the_blend_as_it_was(cube, files
 
 
 def test_every_setting_of_a_material_is_part_of_the_state(cube):
-    settings = cube.active_material.measured_brdf
+    material = cube.active_material
     before, seen = state(), set()
-    for name, prop in settings.bl_rna.properties.items():
-        if name not in ("rna_type", "name"):
-            setattr(settings, name, another(prop, getattr(settings, name)))
-            assert changed(before, state()) == ["settings"], name
-            before = state()
-            seen.add(name)
+    for settings in (material.measured_brdf, material.measured_brdf_adjustments):
+        for name, prop in settings.bl_rna.properties.items():
+            if name not in ("rna_type", "name"):
+                setattr(settings, name, another(prop, getattr(settings, name)))
+                assert changed(before, state()) == ["settings"], name
+                before = state()
+                seen.add(name)
     assert {"rendering", "adjusted", "coat", "filepath"} < seen
 
 
