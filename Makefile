@@ -75,6 +75,7 @@ bench: $(ENV)/ready
 bench-scale: $(ENV)/ready
 	$(RUN) -m benchmarks.scale
 	$(RUN) -m benchmarks.lamp_updates
+	$(RUN) -m benchmarks.crowd
 
 # goes on where an interrupted run of the same code stopped; `make report` shows what it wrote
 held-out: $(ENV)/ready

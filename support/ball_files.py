@@ -12,10 +12,11 @@ from . import ball_scene
 def add_openimageio():
     """Make OpenImageIO importable: Blender as a Python module has it in a folder that is not on the path.
 
-    Returns that folder, None where it was importable before, or False where it is not there.
+    Returns the folder in which it lies, also where another has made it importable; False where it is not there.
     """
-    if importlib.util.find_spec("OpenImageIO") is not None:
-        return None
+    known = importlib.util.find_spec("OpenImageIO")
+    if known is not None:
+        return Path(known.origin).parents[1]
     import bpy
 
     folders = sorted(Path(bpy.utils.resource_path("LOCAL")).glob("python/lib/python3.*/site-packages"))

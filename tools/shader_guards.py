@@ -5,7 +5,7 @@ from typing import NamedTuple
 _OSL, _GUARDS, _RENDERING = "tests/osl/test_shader.py", "tests/osl/test_shader_guards.py", "tests/osl/test_rendering.py"
 _FIT = (_OSL, "-k", "evaluates_the_fit and leather or every_part or version_2 or below_zero or slot")
 _EDITED = ("tests/osl/test_edited_shader.py",)
-_MIX = ("tests/osl/test_mix.py", "-k", "no_room or beyond")
+_MIX = ("tests/addon/mix/test_mix.py", "-k", "no_room or beyond")
 _TANGENT = ("tests/osl/test_anisotropic_rendering.py", "-k", "tangent or brushed-0.0-sun")
 _MIXTURE = ("tests/osl/test_mixture.py",)
 _ADDED = (_OSL, _GUARDS, "-k", "a_lobe or lamps_are_known or half_below or without_a_size")

@@ -40,7 +40,7 @@ def test_photographs_of_files_measure_the_material(written):
 
 
 def test_the_command_line_writes_samples_that_load_reads_and_fits(openimageio, written, tmp_path):
-    environment = os.environ | ({} if openimageio is None else {"PYTHONPATH": str(openimageio)})
+    environment = os.environ | {"PYTHONPATH": str(openimageio)}
 
     def run(*arguments):
         return subprocess.run([sys.executable, "-m", "fitter", *map(str, arguments)], cwd=ROOT, env=environment,

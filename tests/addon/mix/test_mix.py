@@ -7,8 +7,7 @@ import pytest
 import fitter
 from support.cases import quick, release
 from support.stage import add_sphere, black_scene
-
-from .test_rendering import LIGHTS, SIZE, render
+from tests.osl.test_rendering import LIGHTS, SIZE, render
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +25,7 @@ def measured(name, fit):
     if not made.node_tree:
         made.use_nodes = True
     made.node_tree.nodes.clear()
-    materials._show(made, node_group.of(fit))
+    materials.show(made, node_group.of(fit))
     return made
 
 
