@@ -47,16 +47,16 @@ def draw_row(layout: bpy.types.UILayout, *texts: str) -> None:
         row.label(text=text)
 
 
-def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: _Icon = "ERROR", beside: int = 0) -> None:
-    """Draw text in several lines, with an icon at the first; `beside` is as in `wrapped`."""
+def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: _Icon = "ERROR") -> None:
+    """Draw text in several lines, with an icon at the first."""
     column = layout.column(align=True)
-    for number, line in enumerate(wrapped(text, beside)):
+    for number, line in enumerate(wrapped(text)):
         column.label(text=line, icon=icon if number == 0 else "BLANK1")
 
 
-def wrapped(text: str, beside: int = 0) -> tuple[str, ...]:
-    """Text in lines as wide as the region that is drawn, less what stands beside it, in pixels at a scale of 1."""
-    return _wrap(text, 1, _MARGIN + beside, 0, True)
+def wrapped(text: str) -> tuple[str, ...]:
+    """Text in lines as wide as the region that is drawn."""
+    return _wrap(text, 1, _MARGIN, 0, True)
 
 
 def on_buttons(text: str, columns: int) -> tuple[str, ...]:

@@ -26,8 +26,6 @@ unfitted: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
 measured: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
 """Draw the buttons for a material that shows measurements."""
 
-_HELP = 24                  # pixels at a scale of 1: of the button that opens the manual
-
 
 class _Main:
     """What the panels in the material tab and the one in the sidebar share."""
@@ -120,11 +118,8 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
     if job.error is not None:
         draw_warning(layout, str(job.error))
     column = layout.column(align=True)
-    row = column.row()
     adjusted = ", adjusted" if edit_arguments(material) else ""
-    draw_wrapped(row, f"{settings.name_of_data}: {name_of_fit(settings)}{adjusted}", "MATERIAL",
-                 _HELP)
-    row.operator("wm.url_open", text="", icon="HELP", emboss=False).url = manual.url()
+    draw_wrapped(column, f"{settings.name_of_data}: {name_of_fit(settings)}{adjusted}", "MATERIAL")
     text, is_well = worth(settings)
     if text:
         draw_wrapped(column, text, "CHECKMARK" if is_well else "INFO")

@@ -251,14 +251,11 @@ def test_lines_fill_the_width_of_the_region_and_are_not_cut(ui, monkeypatch, wid
         region=SimpleNamespace(type="WINDOW", width=width * scale), preferences=SimpleNamespace(
             system=SimpleNamespace(ui_scale=scale),
             ui_styles=[SimpleNamespace(widget=SimpleNamespace(points=11.0))]))))
-    widest = {}
-    for beside in (0, 24):
-        lines = ui.layout.wrapped(text, beside)
-        blf.size(0, 11.0 * scale)
-        widest[beside] = max(blf.dimensions(0, line)[0] for line in lines) / scale
-        assert "".join(lines).replace(" ", "") == text.replace(" ", "")
-        assert widest[beside] <= width - beside - 50
-    assert widest[0] > 0.7 * (width - 60)
+    lines = ui.layout.wrapped(text)
+    blf.size(0, 11.0 * scale)
+    widest = max(blf.dimensions(0, line)[0] for line in lines) / scale
+    assert "".join(lines).replace(" ", "") == text.replace(" ", "")
+    assert 0.7 * (width - 60) < widest <= width - 50
 
 
 def test_the_sidebar_shows_what_the_material_tab_shows(ui, material):
