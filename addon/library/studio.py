@@ -1,5 +1,6 @@
 """Renders a measured material in a small scene: a sphere, a key light, a uniform sky."""
 
+import errno
 import math
 from pathlib import Path
 
@@ -9,16 +10,19 @@ import bpy
 from ..materials import osl_support
 
 _NAME = "Measured BRDF Studio"
+_END = b"IEND\xaeB`\x82"              # of a PNG
 
 
 def render(material: bpy.types.Material, path: Path, size: int, samples: int) -> None:
-    """Render a sphere of a material with Cycles into a .png."""
+    """Render a sphere of a material with Cycles into a .png; OSError if that cannot be written."""
     scene = bpy.data.scenes.get(_NAME) or _build()
     scene.objects[f"{_NAME} Sphere"].material_slots[0].material = material
     scene.cycles.samples = samples
     scene.render.resolution_x = scene.render.resolution_y = size
     scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True, scene=scene.name)
+    if not path.read_bytes().endswith(_END):        # Blender does not tell
+        raise OSError(errno.EIO, "it could not be written whole; the disk may be full", str(path))
 
 
 def _build() -> bpy.types.Scene:
