@@ -13,6 +13,7 @@ import bpy
 
 from ..fitter import PRESETS, cli
 from ..fitter.colours import DEFAULT
+from ..fitter.files import real
 from .jobs import tasks
 from .jobs.blender_process import Command, CommandError, Report
 from .library import assets, batch, library_file, look, starter, studio
@@ -154,7 +155,7 @@ def _convert(options: argparse.Namespace) -> int:
     _say_without_osl()
     sources, failures = sources_in(options.paths)
     part, parts = options.shard
-    out = Path(options.out).resolve()
+    out = real(options.out)
     may_be_empty = parts > 1 and len(sources) > 0
     if parts > 1:       # all failures stay known to each part: it may hold older materials of those files
         sources = _share(sources, failures, part, parts)
@@ -187,7 +188,7 @@ def _share(sources: Iterable[Source], failures: Iterable[Failure], part: int, pa
 
 def _save(options: argparse.Namespace) -> int:
     with _quiet():
-        names = library_file.merge(options.source, Path(options.out).resolve(), options.force)
+        names = library_file.merge(options.source, real(options.out), options.force)
     if options.report_to:
         rows = [batch.Row(name, "saved") for name in names]
         Report(options.report_to).result({"path": str(options.out), "rows": rows})
@@ -195,7 +196,7 @@ def _save(options: argparse.Namespace) -> int:
 
 
 def _starter(options: argparse.Namespace) -> int:
-    out = Path(options.out).resolve()
+    out = real(options.out)
     out.mkdir(parents=True, exist_ok=True)
     report = options.report_to and Report(options.report_to)
     with _quiet():
@@ -226,7 +227,7 @@ def _render(options: argparse.Namespace) -> int:
             with _quiet():
                 made = tasks.outcome(path, sample, fit_arguments(choices), how=how)
                 item = materials.create(made, choices, bpy.context)
-                studio.render(item, out.resolve() / f"{assets.file_name(item.name)}.png", options.size, options.samples)
+                studio.render(item, real(out) / f"{assets.file_name(item.name)}.png", options.size, options.samples)
         except (ValueError, RuntimeError) as error:
             rows.append(batch.Row(f"{Path(path).name} {sample}".strip(), f"failed: {error}"))
         else:
