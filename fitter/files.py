@@ -51,6 +51,11 @@ def _open_without_waiting(path: str, flags: int) -> int:
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
+def real(path: str | Path) -> Path:
+    """The absolute path that links lead to. Where they lead in a circle, an OSError follows when it is opened."""
+    return Path(os.path.realpath(path))
+
+
 @contextmanager
 def replacing(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
     """Write a new file and put it in the place of `path` once it is complete; on an error `path` stays as it was.
@@ -80,7 +85,7 @@ def replacing(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
     >>> (folder / "notes.txt").read_text(), len(list(folder.iterdir()))
     ('complete', 1)
     """
-    path = Path(path).resolve()
+    path = real(path)
     if path.exists() and not path.is_file():
         raise OSError(errno.EINVAL, "not a file that can be replaced", str(path))
     beside = path.with_name(f"{path.name}.{secrets.token_hex(4)}.part")
@@ -130,7 +135,7 @@ def locked(path: str | Path, wait: bool = False) -> Iterator[None]:
     ...     path.with_name("library.blend.lock").exists()
     True
     """
-    path = Path(path).resolve()
+    path = real(path)
     beside = path.with_name(path.name + ".lock")
     while True:
         stream = open(beside, "a+", encoding="utf-8")       # noqa: SIM115 - closed below, when the lock is released

@@ -179,6 +179,8 @@ def save_part(path: str | Path, opened: _DiskVersion | None) -> None:
         bpy.ops.wm.save_as_mainfile(filepath=str(temporary), copy=True, compress=True, check_existing=False)
         with open(temporary, "rb+") as stream:
             os.fsync(stream.fileno())
+        if _names(temporary) is None:       # Blender does not tell
+            raise OSError(errno.EIO, "it could not be written whole; the disk may be full", str(path))
         if opened is not None and _version_on_disk(path) != opened:
             raise OSError(errno.EBUSY, "another process has saved it meanwhile; nothing was written, try again",
                           str(path))

@@ -4,6 +4,7 @@ Meshes are made here: the zip holds no binary. All are surfaces of revolution ab
 materials take their direction.
 """
 
+import errno
 import json
 import math
 import re
@@ -46,6 +47,7 @@ _SHARP = math.radians(40)                               # edges beyond this angl
 _CAMERA = {STUDIO: (0.0, -9.5, 3.2), SKY: (0.0, -9.8, 1.7), WORLD: (0.0, -9.8, 1.7)}
 _LIGHTS = (((-4.0, -3.5, 5.0), 2.5, 420.0), ((5.0, -3.0, 2.5), 3.0, 110.0), ((2.0, 4.0, 5.0), 2.0, 300.0))
 """Of the studio: place, diameter (m) and power (W)."""
+_END = b"IEND\xaeB`\x82"              # of a PNG
 _SAMPLE = re.compile(r"Sample (\d+)/(\d+)")
 
 
@@ -151,7 +153,8 @@ def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: in
 
 def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path,
            report: Report) -> SingleArray:
-    """Render a material in a scene of `scene_for`: (size, size, 4), sRGB, the bottom row first.
+    """Render a material in a scene of `scene_for`: (size, size, 4), sRGB, the bottom row first. OSError if the picture
+    cannot be written.
 
     Parameters
     ----------
@@ -166,6 +169,8 @@ def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path,
     scene.render.filepath = str(path)
     with _reported(report):
         bpy.ops.render.render(write_still=True, scene=scene.name)
+    if not path.read_bytes().endswith(_END):        # Blender does not tell
+        raise OSError(errno.EIO, "it could not be written whole; the disk may be full", str(path))
     image = bpy.data.images.load(str(path))
     picture = np.empty((image.size[1], image.size[0], 4), dtype=np.float32)
     present(image.pixels).foreach_get(picture.ravel())

@@ -12,6 +12,7 @@ import bpy
 
 from ...fitter import PRESETS, cli
 from ...fitter.colours import DEFAULT
+from ...fitter.files import real
 from ..core import assets, library_file, look, osl_support
 from ..core import material as materials
 from ..core.properties import (
@@ -119,7 +120,7 @@ def _convert(options: argparse.Namespace) -> int:
     _say_without_osl()
     sources, failures = sources_in(options.paths)
     part, parts = options.shard
-    out = Path(options.out).resolve()
+    out = real(options.out)
     may_be_empty = parts > 1 and len(sources) > 0
     if parts > 1:       # all failures stay known to each part: it may hold older materials of those files
         sources = _share(sources, failures, part, parts)
@@ -152,7 +153,7 @@ def _share(sources: Iterable[Source], failures: Iterable[Failure], part: int, pa
 
 def _save(options: argparse.Namespace) -> int:
     with quiet():
-        names = library_file.merge(options.source, Path(options.out).resolve(), options.force)
+        names = library_file.merge(options.source, real(options.out), options.force)
     if report := report_of(options):
         rows = [Row(name, "saved") for name in names]
         report.result({"path": str(options.out), "rows": rows})
@@ -174,7 +175,7 @@ def _render(options: argparse.Namespace) -> int:
             with quiet():
                 made = tasks.outcome(path, sample, fit_arguments(choices), how=how)
                 item = materials.create(made, choices, bpy.context)
-                look.render(scene, item, out.resolve() / f"{assets.file_name(item.name)}.png", tasks.silent)
+                look.render(scene, item, real(out) / f"{assets.file_name(item.name)}.png", tasks.silent)
         except (ValueError, RuntimeError) as error:
             rows.append(Row(f"{Path(path).name} {sample}".strip(), f"failed: {error}"))
         else:

@@ -7,6 +7,7 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from ...fitter.arrays import SingleArray
+from ...fitter.files import real
 from ..core import assets, library_file, preferences
 from ..core import material as materials
 from ..core.active_material import active_material
@@ -117,7 +118,7 @@ preferences name, for use in other files"""
         """The .blend in the library for the active material; None if no library is named."""
         folder = self.directory or preferences.get(context).asset_library
         name = assets.file_name(present(active_material(context)).name)
-        return Path(bpy.path.abspath(folder)).resolve() / f"{name}.blend" if folder else None
+        return real(bpy.path.abspath(folder)) / f"{name}.blend" if folder else None
 
 
 def _thumbnail(target: bpy.types.Material) -> SingleArray | None:
@@ -131,7 +132,7 @@ def _thumbnail(target: bpy.types.Material) -> SingleArray | None:
 def _add_library(context: bpy.types.Context, folder: Path) -> None:
     """Add the folder to the asset libraries of Blender's preferences."""
     libraries = context.preferences.filepaths.asset_libraries
-    if not any(Path(bpy.path.abspath(known.path)).resolve() == folder.resolve() for known in libraries):
+    if not any(real(bpy.path.abspath(known.path)) == real(folder) for known in libraries):
         libraries.new(name="Measured BRDF", directory=str(folder))
 
 

@@ -1,9 +1,9 @@
 """The command that writes the starter library."""
 
-from pathlib import Path
 from typing import Any
 
 from ...fitter import cli
+from ...fitter.files import real
 from ..work.command import quiet, report_of
 from . import starter
 
@@ -16,7 +16,7 @@ def add(commands: Any) -> None:
 
 
 def _starter(options: Any) -> int:
-    out = Path(options.out).resolve()
+    out = real(options.out)
     out.mkdir(parents=True, exist_ok=True)
     report = report_of(options)
     with quiet():

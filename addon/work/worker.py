@@ -49,7 +49,10 @@ def serve(package: str, folder: Path) -> None:
         except Exception as error:      # the job raises it again, or reports it
             answer = None, error
         part = folder / f"{number}.part"
-        part.write_bytes(_pickled(answer))
+        try:
+            part.write_bytes(_pickled(answer))
+        except OSError as error:        # a full disk has room for this
+            part.write_bytes(_pickled((None, OSError(error.errno, error.strerror, str(folder)))))
         os.replace(part, folder / f"{number}.done")
 
 

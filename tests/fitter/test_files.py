@@ -1,4 +1,4 @@
-"""Files are written beside and renamed, and no other thread notices."""
+"""Files are written beside and renamed, no other thread notices, and what cannot be written is an OSError."""
 
 import os
 import stat
@@ -6,7 +6,24 @@ import sys
 
 import pytest
 
-from fitter.files import replacing
+from fitter.files import locked, replacing
+
+
+@pytest.fixture
+def loop(tmp_path):
+    """A link to itself."""
+    path = tmp_path / "loop"
+    try:
+        path.symlink_to(path)
+    except OSError:
+        pytest.skip("this system lets nobody make links")
+    return path
+
+
+@pytest.mark.parametrize("write", [replacing, locked])
+def test_a_loop_of_links_in_the_path_is_an_error_of_the_system(loop, write):
+    with pytest.raises(OSError, match="loop"), write(loop / "fit.npz"):
+        raise AssertionError
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="modes of POSIX")

@@ -76,6 +76,8 @@ def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
     if changed.structure:
         light_objects.forget_layers()
         instances.forget_collections()
+        if _is_main_thread_free():
+            group.merge()
     trees = group.trees() if any(changed) else []
     if not trees:
         return
@@ -138,6 +140,10 @@ def _may_write(scene: bpy.types.Scene) -> bool:
     """Whether no render can be reading what would be written now."""
     if scene.render.use_lock_interface:
         return True
+    return _is_main_thread_free()
+
+
+def _is_main_thread_free() -> bool:
     return threading.current_thread() is threading.main_thread() and not bpy.app.is_job_running("RENDER")
 
 

@@ -23,9 +23,31 @@ _NUMBERED = re.compile(r"(Lamp|Extent)([1-9][0-9]*)")
 
 def node_tree() -> bpy.types.NodeTree:
     """The shared node group of this version's shader; made if there is none yet."""
-    local = (tree for tree in trees()
-             if tree.library is None and capacity(tree) == MAX_LAMPS and FRUGAL in tree.nodes)
-    return next(local, None) or _create()
+    return next(iter(_local()), None) or _create()
+
+
+def _local() -> list[bpy.types.NodeTree]:
+    """The groups of this version's shader that belong to this file."""
+    return [tree for tree in trees() if tree.library is None and tree.override_library is None
+            and capacity(tree) == MAX_LAMPS and FRUGAL in tree.nodes]
+
+
+def merge() -> None:
+    """Put one group in the place of all that say the same: appending, making local and overriding bring more.
+
+    An override gives way to what it overrides.
+    """
+    local = _local()
+    same = [(tree, local[0]) for tree in local[1:]]
+    same += [(tree, tree.override_library.reference) for tree in trees() if tree.override_library is not None]
+    for tree, kept in same:
+        if _outputs(tree) == _outputs(kept):
+            tree.user_remap(kept)
+            bpy.data.node_groups.remove(tree)
+
+
+def _outputs(tree: bpy.types.NodeTree) -> list[tuple[str, str]]:
+    return [(item.name, item.identifier) for item in tree.interface.items_tree]
 
 
 def trees() -> list[bpy.types.NodeTree]:

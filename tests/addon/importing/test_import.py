@@ -324,6 +324,73 @@ def test_appended_and_linked_materials_know_the_lamps_too(blender, cube, file, t
         assert render(scene)[..., :3].mean(axis=(0, 1)) == pytest.approx([0.25, 0.5, 0.75], rel=0.01), link
 
 
+@pytest.mark.parametrize("way", ["appended", "made local"])
+def test_what_comes_from_another_file_shares_the_lamp_group_of_this_one(blender, cube, file, tmp_path, way):
+    path, name = library_of(blender, cube, file, tmp_path)
+    lamp = add_lamp("POINT", 1, (7, 8, 9), shadow_soft_size=0.5)
+    blender.ops.mesh.primitive_cube_add()
+    import_file(blender, file, diffuse_level=2, specular_level=-1)
+    for _ in range(2):
+        with blender.data.libraries.load(path, link=way == "made local") as (_, target):
+            target.objects = ["theirs"]
+        theirs = target.objects[0]
+        blender.context.scene.collection.objects.link(theirs)
+        if way == "made local":
+            theirs.select_set(True)
+            blender.context.view_layer.objects.active = theirs
+            blender.ops.object.make_local(type="ALL")
+    lamp.location.x = 4
+    blender.context.view_layer.update()
+    group, = lamp_groups(blender)
+    assert group.library is None
+    assert tuple(socket.default_value for socket in group.nodes["Lamp1"].inputs) == (4, 8, 9)
+    measured = [tree for tree in blender.data.node_groups if tree.name.startswith(name)]
+    assert len(measured) == 3
+    for tree in measured:
+        assert_reads_lamps(tree, group)
+
+
+def test_an_override_shares_the_lamp_group_of_its_library(blender, cube, file, tmp_path):
+    path, name = library_of(blender, cube, file, tmp_path)
+    add_lamp("POINT", 1, (7, 8, 9), shadow_soft_size=0.5)
+    with blender.data.libraries.load(path, link=True) as (_, target):
+        target.materials = [name]
+    tree = target.materials[0].override_create(remap_local_usages=True).node_tree
+    for _ in range(2):
+        linked = next(node.node_tree for node in tree.nodes if node.type == "GROUP")
+        tree = linked.override_create(remap_local_usages=True)
+    assert len(lamp_groups(blender)) == 2
+    blender.ops.mesh.primitive_cube_add()
+    blender.context.view_layer.update()
+    group, = lamp_groups(blender)
+    assert group.library is not None
+    assert tuple(socket.default_value for socket in group.nodes["Lamp1"].inputs) == (7, 8, 9)
+    for tree in [tree for tree in blender.data.node_groups if tree != group]:
+        assert_reads_lamps(tree, group)
+
+
+def library_of(bpy, cube, file, folder):
+    """Import a file and save it, with the cube as "theirs"; begin another: the path, and the name of the material."""
+    import_file(bpy, file, diffuse_level=2, specular_level=-1)
+    cube.name, name = "theirs", cube.active_material.name
+    path = str(folder / "library.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    black_scene(16, 16, samples=8, span=1)
+    return path, name
+
+
+def lamp_groups(bpy):
+    return [tree for tree in bpy.data.node_groups if "Lamps" in tree.nodes]
+
+
+def assert_reads_lamps(tree, group):
+    script = next(node for node in tree.nodes if node.type == "SCRIPT")
+    node = script.inputs["Lamp1"].links[0].from_node
+    assert node.node_tree == group
+    assert script.inputs["Lamp1"].links[0].from_socket.name == "Lamp1"
+
+
 def test_a_lamp_group_may_be_renamed_and_its_name_taken(blender, cube, file):
     import_file(blender, file, diffuse_level=2, specular_level=-1)
     tree = blender.data.node_groups["Measured BRDF Lamps"]

@@ -1,5 +1,6 @@
 """Libraries on disk: which files may be replaced, what users added to them, who may write."""
 
+import contextlib
 import itertools
 import json
 import subprocess
@@ -8,6 +9,7 @@ from dataclasses import replace
 
 import bpy
 import pytest
+from bpy.app.handlers import persistent
 
 from support import command
 from support.blend_state import state
@@ -237,6 +239,52 @@ def test_a_write_protected_library_is_an_error_and_modes_are_kept(blender, folde
     assert done.returncode == 1
     assert f"{library}: write-protected" in done.stderr
     assert names(library) == ["a", "b", "c"]
+
+
+@contextlib.contextmanager
+def full_disk(size, begins, ends):
+    """While Blender writes a file, between two of its handlers, the file gets no larger than so many bytes."""
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    @persistent
+    def on_begin(*_):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+
+    @persistent
+    def on_end(*_):
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+    begins.append(on_begin)
+    ends.append(on_end)
+    try:
+        yield
+    finally:
+        on_end()
+        begins.remove(on_begin)
+        ends.remove(on_end)
+
+
+def test_a_library_that_does_not_fit_onto_the_disk_is_an_error_and_the_former_one_stays(blender, folder, library,
+                                                                                       glossy, write_astm):
+    """Blender saves half of a file without an error."""
+    convert(folder, library)
+    before = library.read_bytes()
+    write_astm(folder / "c.astm", replace(glossy, values=2 * glossy.values), "c")
+    with full_disk(len(before), bpy.app.handlers.save_pre, bpy.app.handlers.save_post):
+        failed = convert(folder, library)
+    assert failed.returncode == 1
+    assert "the disk may be full" in failed.stderr
+    assert library.read_bytes() == before
+    assert convert(folder, library).returncode == 0
+    assert names(library) == ["a", "b", "c"]
+
+
+def test_a_picture_that_does_not_fit_onto_the_disk_is_an_error(blender, folder, tmp_path):
+    with full_disk(1000, bpy.app.handlers.render_pre, bpy.app.handlers.render_write):
+        failed = command.run("render", folder, "-o", tmp_path / "out", "--size", "64", "--samples", "1", *CHEAP)
+    assert failed.returncode == 1
+    assert "the disk may be full" in failed.stderr
 
 
 @pytest.mark.parametrize(("out", "message"), [("library", "expected a name that ends in .blend"),

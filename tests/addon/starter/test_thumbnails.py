@@ -89,6 +89,19 @@ def test_the_files_of_a_folder_are_gathered_once(thumbnails, folder, monkeypatch
     assert folder / "a.astm" in given[0]
 
 
+def test_loops_of_links_in_the_folder_are_passed_over(thumbnails, folder):
+    before = thumbnails.scan(str(folder))
+    try:
+        (folder / "loop.astm").symlink_to("loop.astm")
+        (folder / "one.astm").symlink_to("other.astm")
+        (folder / "other.astm").symlink_to("one.astm")
+        (folder / "up.astm").symlink_to("..", target_is_directory=True)
+        (folder / "up").symlink_to(".", target_is_directory=True)
+    except OSError:
+        pytest.skip("this system lets nobody make links")
+    assert thumbnails.scan(str(folder)) == before
+
+
 def test_a_table_without_units_is_listed_because_the_import_asks(thumbnails, folder):
     (folder / "unknown.csv").write_text("theta_i,theta_o,phi,BRDF\n0.5,0.5,1,1\n0.2,0.3,1,1\n")
     found = next(each for each in thumbnails.scan(str(folder)) if each.label == "unknown.csv")

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import pickle
+import sys
 import time
 from functools import partial
 from types import SimpleNamespace
@@ -125,6 +126,29 @@ def test_a_process_that_dies_is_an_error_not_a_wait_without_end(process, long_wo
     job = process.start(long_work)
     job.worker._process.kill()
     assert "ended early" in str(wait(job).error)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="resource.prlimit")
+def test_an_answer_that_does_not_fit_onto_the_disk_is_an_error_that_says_so(process, file):
+    import resource
+
+    from measured_brdf.addon.jobs import comparisons, tasks
+
+    worker = process.worker("operator")
+    large = partial(tasks.outcome, str(file), "", {"diffuse_level": 1, "specular_level": None})
+
+    def done(function):
+        job = process.Job(function)
+        worker.begin(job)
+        return wait(job)
+
+    # before, because Python would leave half of its bytecode on a full disk
+    assert [done(work).error for work in (large, comparisons.nothing)] == [None, None]
+    resource.prlimit(worker._process.pid, resource.RLIMIT_FSIZE, (1000, 1000))
+    failed = done(large).error
+    assert isinstance(failed, OSError)
+    assert worker._folder.name in str(failed)
+    assert done(comparisons.nothing).error is None
 
 
 def test_held_out_errors_are_those_of_cross_validation(extension, glossy):
