@@ -1,4 +1,7 @@
-"""The denoiser's albedo and the passes of a render, of a plane seen at 45 degrees."""
+"""The denoiser's albedo and the passes of a render, of a plane seen at 45 degrees.
+
+And measured materials as holdouts, as shadow catchers and in instances.
+"""
 
 import math
 
@@ -7,8 +10,17 @@ import numpy as np
 import pytest
 
 import fitter
-from support.cases import release
-from support.stage import add_lamp, background, black_scene, osl_material_for, set_input
+from support.cases import quick, release
+from support.stage import (
+    add_lamp,
+    add_sphere,
+    background,
+    black_scene,
+    blank_material,
+    osl_material_for,
+    render,
+    set_input,
+)
 
 SEEN_AT = math.radians(45)
 
@@ -80,3 +92,67 @@ def test_the_denoiser_is_told_the_albedo_and_no_pass_is_negative(blender, curet,
     direct = [values for name, values in found.items() if name in names]
     assert len(direct) == 2, list(found)
     assert min(values.min() for values in direct) >= 0
+
+
+@pytest.mark.parametrize("rendering", quick(["EXACT", "NODES"], "EXACT"))
+def test_a_holdout_leaves_a_hole(blender, fit, rendering):
+    scene, item = sphere(fit, rendering)
+    background(scene, 1)
+    assert render(scene)[6:10, 6:10, 3].min() == 1
+    item.is_holdout = True
+    assert render(scene)[6:10, 6:10].max() == 0
+
+
+@pytest.mark.parametrize("rendering", quick(["EXACT", "NODES"], "EXACT"))
+def test_a_shadow_catcher_catches_the_shadow_that_a_diffuse_one_does(blender, fit, rendering):
+    pictures = []
+    for measured in (True, False):
+        scene = black_scene(16, 16, 64, span=3)
+        add_lamp("SUN", 3, rotation=(0, -0.6, 0), angle=0.1)
+        bpy.ops.mesh.primitive_plane_add(size=8)
+        plane = bpy.context.object
+        if measured:
+            plane.data.materials.append(osl_material_for(fit))
+            set_input(plane.data.materials[0], "Nodes", rendering == "NODES")
+        else:
+            material, node, surface = blank_material("diffuse", "ShaderNodeBsdfDiffuse")
+            material.node_tree.links.new(node.outputs[0], surface)
+            plane.data.materials.append(material)
+        plane.is_shadow_catcher = True
+        bpy.ops.mesh.primitive_cube_add(size=1, location=(0, 0, 0.8))
+        pictures.append(render(scene)[..., 3])
+    assert pictures[1].min() == 0
+    assert pictures[1][8, 11:14].min() > 0.9
+    np.testing.assert_allclose(pictures[0], pictures[1], atol=0.1)
+
+
+@pytest.mark.parametrize("rendering", quick(["EXACT", "NODES"], "EXACT"))
+def test_an_instance_looks_as_its_object(blender, fit, rendering):
+    pictures = []
+    for instanced in (False, True):
+        scene, item = sphere(fit, rendering)
+        add_lamp("POINT", 100, (2, 1, 3), shadow_soft_size=0)
+        if instanced:
+            collection = bpy.data.collections.new("Instanced")
+            collection.objects.link(item)
+            scene.collection.objects.unlink(item)
+            holder = bpy.data.objects.new("Instance", None)
+            holder.instance_type, holder.instance_collection = "COLLECTION", collection
+            scene.collection.objects.link(holder)
+        pictures.append(render(scene))
+    assert pictures[0].max() > 0.01
+    np.testing.assert_allclose(pictures[1], pictures[0], atol=1e-4 * pictures[0].max())
+
+
+def sphere(fit, rendering):
+    """A sphere of a fit in the dark: (scene, object)."""
+    scene = black_scene(16, 16, 16, span=2)
+    item = add_sphere()
+    item.data.materials.append(osl_material_for(fit))
+    set_input(item.data.materials[0], "Nodes", rendering == "NODES")
+    return scene, item
+
+
+@pytest.fixture(scope="module")
+def fit(curet):
+    return fitter.fit(curet("felt"), **fitter.PRESETS["Draft"])

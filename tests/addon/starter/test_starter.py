@@ -11,6 +11,7 @@ import pytest
 from support.blend_state import state
 from support.cases import release
 from support.checkout import ROOT
+from support.stage import add_sphere, background, black_scene, render
 
 pytestmark = release        # `make zip` makes the library
 
@@ -197,3 +198,28 @@ def test_a_library_that_is_not_there_is_built_by_a_second_blender(blender, start
     libraries = bpy.context.preferences.filepaths.asset_libraries
     assert libraries[starter.NAME].path == str(tmp_path / "own")
     libraries.remove(libraries[starter.NAME])
+
+
+def test_no_material_reflects_more_light_than_it_gets(blender, extension):
+    """A sphere in a white furnace shows the directional albedo: in five rings of equal steps of the cosine."""
+    size = 32
+    y, x = (np.mgrid[:size, :size] + 0.5) / size * 2 - 1
+    radius2 = x ** 2 + y ** 2
+    rings = np.where(radius2 < 0.97, np.sqrt(np.maximum(1 - radius2, 0)) * 5 // 1, -1)
+    most = {}
+    for wanted in extension.fitter.published.materials().values():
+        scene = black_scene(size, size, 64, span=2)
+        scene.cycles.max_bounces = 0
+        background(scene, 1)
+        add_sphere()
+        bpy.ops.measured_brdf.import_data(filepath=wanted.path, preset="Standard")
+        for rendering in ("EXACT", "NODES"):
+            extension.addon.materials.material.use_rendering(bpy.context.object.active_material, rendering)
+            picture = render(scene)[..., :3]
+            assert np.isfinite(picture).all(), wanted.name
+            most[wanted.name, rendering] = max(picture[rings == ring].mean(axis=0).max() for ring in range(5))
+    for rendering in ("EXACT", "NODES"):
+        brightest = sorted((value, name) for (name, how), value in most.items() if how == rendering)[:-4:-1]
+        print(f"{rendering}: {', '.join(f'{name} {value:.3f}' for value, name in brightest)}")
+    assert len(most) == 200
+    assert max(most.values()) < 1.01
