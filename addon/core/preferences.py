@@ -57,7 +57,7 @@ class MeasuredPreferences(bpy.types.AddonPreferences):
                                   description="Folder into which Save to Asset Library writes. Empty: materials become "
                                               "assets of the open file")
     offer_library: BoolProperty(name="Offer the Starter Library", default=_DEFAULTS.offer_library,
-                                description="Open Start from... in the Material tab of files that have no measured "
+                                description="Open Material Library in the Material tab of files that have no measured "
                                             "material yet")
 
     def draw(self, _context: bpy.types.Context) -> None:

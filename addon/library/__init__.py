@@ -6,11 +6,11 @@ Code that opens .blend files (`batch`, `core.library_file`) runs only in a Blend
 import bpy
 
 from ..core import manual
+from ..core.registration import Registration
 from ..panel import main, menu
 from ..work import command as commands
 from . import command, folders, operators
 
-_CLASSES = (*operators.classes, *folders.classes)
 _ENTRIES = menu.entries((folders.MEASUREDBRDF_OT_convert_folder, "Convert Folder to Measured BRDF Library..."),
                         (operators.MEASUREDBRDF_OT_save_asset, "Save Measured BRDF to Asset Library"))
 _TOPICS = (*manual.over_operators("manual#keep-and-reuse", "save_asset"),
@@ -26,21 +26,7 @@ def _in_file_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
                          text="Measured BRDFs (folder to asset library)")
 
 
-def register() -> None:
-    manual.of_slices.append(_TOPICS)
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-    bpy.types.TOPBAR_MT_file_import.append(_in_file_menu)
-    menu.MEASUREDBRDF_MT_menu.append(_ENTRIES)
-    main.measured.append(_draw_save)
-    commands.commands.append(command.add)
-
-
-def unregister() -> None:
-    commands.commands.remove(command.add)
-    main.measured.remove(_draw_save)
-    menu.MEASUREDBRDF_MT_menu.remove(_ENTRIES)
-    bpy.types.TOPBAR_MT_file_import.remove(_in_file_menu)
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
-    manual.of_slices.remove(_TOPICS)
+_slice = Registration(operators, folders, additions=(
+    (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _in_file_menu), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
+    (main.measured, _draw_save), (commands.commands, command.add)))
+register, unregister = _slice.register, _slice.unregister

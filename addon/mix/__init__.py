@@ -1,33 +1,13 @@
 """Two measured materials are mixed into a new one, by a factor or by a mask."""
 
-import bpy
-
 from ..core import manual
+from ..core.registration import Registration
 from ..panel import main, menu, nodes
 from . import mix_group, mixed, operators, panel
 
-_CLASSES = (*operators.classes, *panel.classes)
 _ENTRY = menu.entries((operators.MEASUREDBRDF_OT_mix, "Mix Measured BRDFs..."))
 _TOPICS = manual.over_operators("manual/adjusting#mix-measured-materials", "mix")
-
-
-def register() -> None:
-    manual.of_slices.append(_TOPICS)
-    mixed.register()
-    mix_group.register()
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
-    menu.MEASUREDBRDF_MT_menu.append(_ENTRY)
-    nodes.MEASUREDBRDF_MT_add_node.append(_ENTRY)
-    main.measured.append(panel.draw_button)
-
-
-def unregister() -> None:
-    main.measured.remove(panel.draw_button)
-    nodes.MEASUREDBRDF_MT_add_node.remove(_ENTRY)
-    menu.MEASUREDBRDF_MT_menu.remove(_ENTRY)
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
-    mix_group.unregister()
-    mixed.unregister()
-    manual.of_slices.remove(_TOPICS)
+_slice = Registration(mixed, mix_group, operators, panel, additions=(
+    (manual.of_slices, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRY), (nodes.MEASUREDBRDF_MT_add_node, _ENTRY),
+    (main.measured, panel.draw_button)))
+register, unregister = _slice.register, _slice.unregister

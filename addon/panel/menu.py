@@ -37,19 +37,11 @@ _draw = entries((MEASUREDBRDF_OT_update_materials, "Update Measured BRDFs"),
                 (MEASUREDBRDF_OT_check_scene, "Check Scene for Measured BRDFs"))
 
 
-def _entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
+def entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    """Draw the entry by which the menu opens."""
     menu.layout.menu(MEASUREDBRDF_MT_menu.bl_idname, icon="MATERIAL")
 
 
-_IN = ("VIEW3D_MT_object", "NODE_MT_node", "MATERIAL_MT_context_menu")
+IN = ("VIEW3D_MT_object", "NODE_MT_node", "MATERIAL_MT_context_menu")
+"""The menus of Blender that have this one."""
 classes = (MEASUREDBRDF_MT_menu,)
-
-
-def register() -> None:
-    for name in _IN:
-        getattr(bpy.types, name).append(_entry)
-
-
-def unregister() -> None:
-    for name in _IN:
-        getattr(bpy.types, name).remove(_entry)

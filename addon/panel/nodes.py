@@ -6,7 +6,7 @@ from bpy.props import StringProperty
 from ..core import material as materials
 from ..core.annotations import OperatorResult, present
 
-_MENU = "NODE_MT_add"
+IN = "NODE_MT_add"           # the menu of Blender that has this one
 
 
 class MEASUREDBRDF_OT_add_node(bpy.types.Operator):
@@ -74,18 +74,11 @@ def _edits_shader(context: bpy.types.Context) -> bool:
         space.tree_type == "ShaderNodeTree" and space.edit_tree is not None)
 
 
-def _entry(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
+def entry(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
+    """Draw the entry by which the menu opens, where a shader is edited."""
     if _edits_shader(context):
         menu.layout.separator()
         menu.layout.menu(MEASUREDBRDF_MT_add_node.bl_idname)
 
 
 classes = (MEASUREDBRDF_OT_add_node, MEASUREDBRDF_MT_add_node)
-
-
-def register() -> None:
-    getattr(bpy.types, _MENU).append(_entry)
-
-
-def unregister() -> None:
-    getattr(bpy.types, _MENU).remove(_entry)

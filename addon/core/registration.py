@@ -1,0 +1,47 @@
+"""Registers what belongs together with Blender and with the rest of the extension, and takes it back."""
+
+from types import ModuleType
+from typing import Any
+
+import bpy
+
+
+class Registration:
+    """Modules and additions, which are registered in their order and unregistered in the opposite one.
+
+    Parameters
+    ----------
+    modules : module
+        With `classes`, with `register` and `unregister`, or with some of these.
+    additions : (place, item)
+        What is appended: to a list, to a menu, or to the menu of Blender's with this name.
+    """
+
+    def __init__(self, *modules: ModuleType, additions: tuple[tuple[Any, Any], ...] = ()) -> None:
+        self._modules, self._additions = modules, additions
+
+    def register(self) -> None:
+        """Register and append all."""
+        for module in self._modules:
+            for cls in getattr(module, "classes", ()):
+                bpy.utils.register_class(cls)
+            getattr(module, "register", _nothing)()
+        for place, item in self._additions:
+            _found(place).append(item)
+
+    def unregister(self) -> None:
+        """Take all back."""
+        for place, item in reversed(self._additions):
+            _found(place).remove(item)
+        for module in reversed(self._modules):
+            getattr(module, "unregister", _nothing)()
+            for cls in reversed(getattr(module, "classes", ())):
+                bpy.utils.unregister_class(cls)
+
+
+def _found(place: Any) -> Any:
+    return getattr(bpy.types, place) if isinstance(place, str) else place
+
+
+def _nothing() -> None:
+    """In the place of a function that a module does not have."""
