@@ -79,6 +79,18 @@ def from_primaries(primaries: Sequence[_Chromaticity], white: _Chromaticity, tar
     return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
 
 
+def linear_of_srgb(encoded: ArrayLike, threshold: float = 0.04045) -> FloatArray:
+    """Linear values of those of sRGB (IEC 61966-2-1), of any shape; encoded ones up to a threshold are proportional.
+
+    Examples
+    --------
+    >>> linear_of_srgb([0, 0.04, 0.5, 1]).round(4).tolist()
+    [0.0, 0.0031, 0.214, 1.0]
+    """
+    encoded = np.asarray(encoded, dtype=float)
+    return np.where(encoded > threshold, ((np.maximum(encoded, 0) + 0.055) / 1.055) ** 2.4, encoded / 12.92)
+
+
 def luminance(values: FloatArray, name: str) -> FloatArray:
     """The luminance of colours in one of `COLOURS`: (n, 3) to (n,), 1 for white."""
     return np.asarray(values @ to_xyz(name)[1])

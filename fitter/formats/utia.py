@@ -25,6 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import FloatArray
+from ..colours import linear_of_srgb
 from ..errors import DatasetError
 from ..samples import LARGEST_VALUE, RGB, Samples
 from .format import Format
@@ -100,13 +101,8 @@ def _decoded(stored: FloatArray, encoding: str) -> FloatArray:
     if encoding == "raw":
         return stored
     if encoding == "srgb":
-        return _from_srgb(stored, 0.04045)
-    return 100 * _from_srgb(np.maximum(stored, 0) / 140, 0.0375)
-
-
-def _from_srgb(encoded: FloatArray, threshold: float) -> FloatArray:
-    """Decode sRGB (IEC 61966-2-1); readers of UTIA differ in the threshold, too."""
-    return np.where(encoded > threshold, ((np.maximum(encoded, 0) + 0.055) / 1.055) ** 2.4, encoded / 12.92)
+        return linear_of_srgb(stored)
+    return 100 * linear_of_srgb(np.maximum(stored, 0) / 140, 0.0375)       # the reader has this threshold
 
 
 FORMAT = Format("UTIA", "UTIA .bin", (".bin",), recognises, read, ("isotropic", "encoding"), is_text=False,

@@ -26,7 +26,7 @@ SHADOW = 0.04               # m, radius of the camera: its shadow is where it hi
 _SATURATED = 4              # pixels that share the largest value are saturated, if they are so many
 _PLACED = 0.2               # pixels by which the ball's outline may be wrong, ...
 _AIMED = np.radians(0.25)   # ... and the angle by which the lamp may be: with more, a fit trusts too little that grazes
-_TO_SIGMA = 1.4826          # from the median absolute deviation to the standard deviation of a normal distribution
+TO_SIGMA = 1.4826          # from the median absolute deviation to the standard deviation of a normal distribution
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,7 +261,7 @@ def _noise(photograph: BallPhotograph, pixel: IntArray) -> FloatArray:
     """
     channels = photograph.radiance.shape[2]
     around = _around(photograph.radiance).reshape(-1, channels)
-    residual = np.abs(photograph.radiance.reshape(-1, channels) - around) * _TO_SIGMA / np.sqrt(1.25)
+    residual = np.abs(photograph.radiance.reshape(-1, channels) - around) * TO_SIGMA / np.sqrt(1.25)
     dark = np.ones(len(around), bool)
     dark[_disc(photograph)] = False
     floor = np.median(residual[dark], axis=0) if dark.any() else np.zeros(channels)

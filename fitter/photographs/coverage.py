@@ -10,6 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import BoolArray, Directions, FloatArray, IntArray
+from ..coordinates.rusinkiewicz import Pair
+from ..quality.coverage import folded, vectors
 from ..quality.physics import direction_pairs
 from ..samples import Samples
 
@@ -72,8 +74,8 @@ def advice(found: Coverage) -> tuple[str, ...]:
 
 def difference_angle(directions: Directions) -> FloatArray:
     """Half of the angle between the directions, radians: (n,)."""
-    first, second = _vectors(*directions[:2]), _vectors(*directions[2:])
-    return np.asarray(np.arctan2(np.linalg.norm(first - second, axis=1), np.linalg.norm(first + second, axis=1)))
+    pair = Pair.of(*directions)
+    return np.asarray(np.arctan2(2 * np.sqrt(pair.sin2_d), np.sqrt(pair.sum2)))
 
 
 def are_covered(samples: Samples, pairs: Directions, reach: float = float(REACH)) -> BoolArray:
@@ -89,8 +91,8 @@ def are_covered(samples: Samples, pairs: Directions, reach: float = float(REACH)
         Radians that both directions may be off.
     """
     theta = np.concatenate([samples.theta_i, samples.theta_o]), np.concatenate([samples.theta_o, samples.theta_i])
-    turn = np.tile(_folded(samples.phi_o - samples.phi_i), 2)
-    wanted, turned = (pairs[0], pairs[2]), _folded(pairs[3] - pairs[1])
+    turn = np.tile(folded(samples.phi_o - samples.phi_i), 2)
+    wanted, turned = (pairs[0], pairs[2]), folded(pairs[3] - pairs[1])
     cells = np.stack([(angle / _CELL).astype(int) for angle in wanted], axis=1)
     found = np.zeros(len(turned), bool)
     order = np.argsort(theta[0])
@@ -109,16 +111,8 @@ def _cosines(wanted: tuple[FloatArray, FloatArray], turned: FloatArray, asked: I
              theta: tuple[FloatArray, FloatArray], turn: FloatArray, near: IntArray) -> FloatArray:
     """Of the larger of the two angles between pairs asked for and samples: (asked, near)."""
     incident = np.cos(wanted[0][asked][:, None] - theta[0][near])
-    outgoing = _vectors(wanted[1][asked], turned[asked]) @ _vectors(theta[1][near], turn[near]).T
+    outgoing = vectors(wanted[1][asked], turned[asked]) @ vectors(theta[1][near], turn[near]).T
     return np.minimum(incident, outgoing)
-
-
-def _vectors(theta: FloatArray, phi: FloatArray) -> FloatArray:
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
-
-
-def _folded(azimuth: FloatArray) -> FloatArray:
-    return np.asarray(np.arctan2(np.abs(np.sin(azimuth)), np.cos(azimuth)))
 
 
 def _range(angle: FloatArray) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import ArrayLike, BoolArray, FloatArray
+from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError
 
 SATURATED = 0.95            # of white: pixels above it are left out
@@ -61,18 +61,6 @@ def exposure_of(seconds: float, f_number: float = 1.0, iso: float = 100.0) -> fl
         raise DatasetError(f"an exposure of {seconds:g} s at f/{f_number:g} and ISO {iso:g} found, expected more than "
                            f"0")
     return seconds / f_number ** 2 * iso / 100
-
-
-def linear_of_srgb(encoded: ArrayLike) -> FloatArray:
-    """Linear values of sRGB's (IEC 61966-2-1), 0 to 1.
-
-    Examples
-    --------
-    >>> linear_of_srgb([0, 0.04, 0.5, 1]).round(4).tolist()
-    [0.0, 0.0031, 0.214, 1.0]
-    """
-    encoded = np.asarray(encoded, dtype=float)
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((np.maximum(encoded, 0) + 0.055) / 1.055) ** 2.4)
 
 
 def merged(exposures: Sequence[Exposure]) -> Light:

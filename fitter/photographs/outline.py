@@ -18,7 +18,7 @@ import numpy as np
 
 from ..arrays import ArrayLike, BoolArray, FloatArray, IntArray
 from ..errors import DatasetError
-from .ball import BallPhotograph, seen
+from .ball import TO_SIGMA, BallPhotograph, seen
 from .camera import pixel_angle
 
 MOVED = 2.0                 # pixels by which an outline may be off
@@ -77,7 +77,7 @@ def find_ball(picture: FloatArray, rays: FloatArray, name: str = "picture") -> O
     grey, size = picture.mean(axis=2), pixel_angle(rays)
     border = np.concatenate([grey[0], grey[-1], grey[:, 0], grey[:, -1]])
     dark = float(np.median(border))
-    noise = 1.4826 * float(np.median(np.abs(border - dark)))
+    noise = _scatter(border)
     level = dark + max(_BRIGHT * (float(np.percentile(grey, 99.5)) - dark), _ABOVE_NOISE * noise)
     region = _only_region(grey > level, name)
     edges = _edges(region, grey, level, rays)
@@ -304,7 +304,7 @@ def _robust(touching: FloatArray, v: FloatArray, size: float) -> tuple[FloatArra
             return v, 0.0
         v = np.asarray(np.linalg.lstsq(touching[kept], np.ones(np.count_nonzero(kept)), rcond=None)[0], dtype=float)
         off = np.abs(_off(touching, v)) / size
-        kept = off <= 3 * 1.4826 * np.median(off) + 0.05        # a stand, or where the lit part ends
+        kept = off <= 3 * TO_SIGMA * np.median(off) + 0.05        # a stand, or where the lit part ends
     x, y = _across(v / np.linalg.norm(v))
     sectors = np.unique(((np.arctan2(touching[kept] @ y, touching[kept] @ x) / (2 * np.pi) + 1) * _SECTORS).astype(int)
                         % _SECTORS)
@@ -336,7 +336,7 @@ def check_outline(photograph: BallPhotograph) -> None:
         raise DatasetError("no pixel sees the ball: it is not in the picture", photograph.name)
     profile = _profile(v, grey, photograph.rays, size, photograph.mask)
     dark = grey[off > _WINDOW]
-    noise = 1.4826 * float(np.median(np.abs(dark - np.median(dark)))) if len(dark) else 0.0
+    noise = _scatter(dark) if len(dark) else 0.0
     counted = np.ones(grey.shape, bool) if photograph.mask is None else photograph.mask
     bright = counted & (grey > max(_BRIGHT * float(np.percentile(grey, 99.5)), _ABOVE_NOISE * noise))
     # the normal a few pixels within the outline, and the light that falls there
@@ -354,3 +354,8 @@ def check_outline(photograph: BallPhotograph) -> None:
     if stray or np.count_nonzero(judged & fits) < _FITTING * np.count_nonzero(judged):
         raise DatasetError("the ball's outline is not where it is said to be: the camera or the ball was moved, their "
                            "places are wrong, or the background is bright", photograph.name)
+
+
+def _scatter(values: FloatArray) -> float:
+    """The standard deviation of values (n,) of which some are far off."""
+    return TO_SIGMA * float(np.median(np.abs(values - np.median(values))))

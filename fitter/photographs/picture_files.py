@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray
-from ..colours import from_primaries
+from ..colours import from_primaries, linear_of_srgb
 from ..errors import DatasetError
-from .light import exposure_of, linear_of_srgb
+from .light import exposure_of
 
 NEEDED = ("reading photographs needs OpenImageIO, which Blender has: run this in Blender, or install it (pip install "
           "OpenImageIO)")

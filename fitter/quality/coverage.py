@@ -55,7 +55,7 @@ def widest_hole(samples: Samples) -> tuple[float, tuple[float, ...]]:
         return _widest_of_anisotropic(samples)
     grids = np.meshgrid(_PROBE_THETA, _PROBE_THETA, _PROBE_AZIMUTH, indexing="ij")
     probes = np.stack([grid.ravel() for grid in grids], axis=1)
-    azimuth = _folded(np.remainder(samples.phi_o, 2 * np.pi) - np.remainder(samples.phi_i, 2 * np.pi))
+    azimuth = folded(np.remainder(samples.phi_o, 2 * np.pi) - np.remainder(samples.phi_i, 2 * np.pi))
     sides = [_Cells(*angles) for angles in ((samples.theta_i, samples.theta_o, azimuth),
                                             (samples.theta_o, samples.theta_i, azimuth))]
     nearest = np.full(len(probes), -1.0)                    # cosines of distances
@@ -74,10 +74,10 @@ def widest_hole(samples: Samples) -> tuple[float, tuple[float, ...]]:
 
 def _widest_of_anisotropic(samples: Samples) -> tuple[float, tuple[float, ...]]:
     theta, phi = (grid.ravel() for grid in np.meshgrid(_PROBE_THETA, _ANISOTROPIC_AZIMUTH, indexing="ij"))
-    probes = _vectors(theta, phi)
+    probes = vectors(theta, phi)
     incident, group = _directions_of_incidence(samples)
     order = np.argsort(group, kind="stable")
-    outgoing = _vectors(samples.theta_o[order], samples.phi_o[order])
+    outgoing = vectors(samples.theta_o[order], samples.phi_o[order])
     ends = np.searchsorted(group[order], np.arange(1, len(incident) + 1)).tolist()
     nearest = np.full((len(probes), len(probes)), -1.0)     # cosines of distances, (incident, outgoing)
     for start, end, toward in zip([0, *ends], ends, incident @ probes.T, strict=False):
@@ -92,14 +92,14 @@ def _widest_of_anisotropic(samples: Samples) -> tuple[float, tuple[float, ...]]:
 
 def _directions_of_incidence(samples: Samples) -> tuple[FloatArray, IntArray]:
     """Those that differ, unit vectors (m, 3), and for each sample which it is, (n,)."""
-    vectors = _vectors(samples.theta_i, samples.phi_i)
+    incident = vectors(samples.theta_i, samples.phi_i)
     for step in (1e-6, _MERGED / np.sqrt(3)):
-        cells = np.rint(vectors / step).astype(np.int64) + round(2 / step)
+        cells = np.rint(incident / step).astype(np.int64) + round(2 / step)
         packed = cells[:, 0] * round(4 / step) + cells[:, 1]        # z follows from x and y
         _, first, group = np.unique(packed, return_index=True, return_inverse=True)
         if len(first) <= _MOST_INCIDENT:
             break
-    return vectors[first], group
+    return incident[first], group
 
 
 class _Cells:
@@ -150,16 +150,16 @@ def _cosines(probes: FloatArray, theta_i: FloatArray, theta_o: FloatArray, azimu
     """Cosines of the distances from probes to samples: (p, 3) and three (n,) to (p, n)."""
     incident = np.cos(theta_i), np.sin(theta_i)
     between = np.outer(np.cos(probes[:, 0]), incident[0]) + np.outer(np.sin(probes[:, 0]), incident[1])
-    outgoing = _vectors(probes[:, 1], probes[:, 2]) @ _vectors(theta_o, azimuth).T
+    outgoing = vectors(probes[:, 1], probes[:, 2]) @ vectors(theta_o, azimuth).T
     return np.minimum(between, outgoing, out=outgoing)
 
 
-def _vectors(theta: FloatArray, azimuth: FloatArray) -> FloatArray:
+def vectors(theta: FloatArray, azimuth: FloatArray) -> FloatArray:
     """Unit vectors in the frame of the incident direction: (n,) and (n,) to (n, 3)."""
     sin = np.sin(theta)
     return np.stack([sin * np.cos(azimuth), sin * np.sin(azimuth), np.cos(theta)], axis=1)
 
 
-def _folded(azimuth: FloatArray) -> FloatArray:
+def folded(azimuth: FloatArray) -> FloatArray:
     """Fold azimuths by bilateral symmetry, to 0 to pi."""
     return np.arctan2(np.abs(np.sin(azimuth)), np.cos(azimuth))

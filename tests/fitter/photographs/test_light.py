@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter.colours import linear_of_srgb
 from fitter.photographs import light
-from fitter.photographs.light import Exposure, exposure_of, flattened, linear_of_srgb, merged, without
+from fitter.photographs.light import Exposure, exposure_of, flattened, merged, without
 from fitter.pictures import srgb
 
 
