@@ -117,7 +117,7 @@ def rendering(h):
 
 
 def moved(h):
-    stage(h)
+    stage(h, "data")
     import_sample()
     bpy.context.object.active_material.measured_brdf.filepath = "/data/moved/abrdf.dat"
     h.wait(6)
@@ -207,7 +207,7 @@ PICTURES = {
     "details": (details, (to_the_end,), column),
     "measurements": (measurements, (to_the_end,), column),
     "rendering": (rendering, (to_the_end,), column),
-    "moved": (moved, (), column),
+    "moved": (moved, (to_the_end,), column),
     "fitting": (fitting, (), column),
     "samples": (samples, (choose_sample, shoot_popup), whole),
     "anisotropy_panel": (anisotropy, (to_the_end,), column),
