@@ -132,7 +132,8 @@ def test_a_process_that_dies_is_an_error_not_a_wait_without_end(process, long_wo
 def test_an_answer_that_does_not_fit_onto_the_disk_is_an_error_that_says_so(process, file):
     import resource
 
-    from measured_brdf.addon.jobs import comparisons, tasks
+    from measured_brdf.addon.compare import work as comparisons
+    from measured_brdf.addon.work import tasks
 
     worker = process.worker("operator")
     large = partial(tasks.outcome, str(file), "", {"diffuse_level": 1, "specular_level": None})
