@@ -2,7 +2,7 @@
 
 import json
 import math
-from typing import Any, Protocol, cast
+from typing import Any, NamedTuple, Protocol, cast
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
@@ -38,6 +38,10 @@ AS_THE_FILE_SAYS = "auto"
 PRESET_ITEMS = tuple((name, name, text) for name, text in PRESET_DESCRIPTIONS.items())
 _ARGUMENTS: dict[str, Arguments] = {name: cast(Arguments, preset) for name, preset in PRESETS.items()}
 _PAPER = _ARGUMENTS["Paper"]
+_BEST = "Reference"
+# what to do about a poor match
+_OF_THE_BEST = ". Measurements lists the values that are doubtful"
+_OF_OTHERS = f". Choose {_BEST} in Measurements, and Refit"
 _ANGLES = ((AS_THE_FILE_SAYS, "As the File Says", "In the unit that the file names, or that its format defines"),
            ("degrees", "Degrees", "In degrees, whatever a table or an ASTM file says"),
            ("radians", "Radians", "In radians, whatever a table or an ASTM file says"))
@@ -216,20 +220,32 @@ def name_of_fit(settings: Any) -> str:
     return next((name for name, preset in _ARGUMENTS.items() if arguments == preset), settings.fitted_levels)
 
 
-def worth(settings: Any) -> tuple[str, bool]:
-    """What a material is worth, in one line, and whether that is all one could wish for."""
+class Worth(NamedTuple):
+    """What a material is worth: in a line, in full, and whether that is all one could wish for."""
+
+    line: str
+    whole: str
+    is_well: bool
+
+
+def worth(settings: Any) -> Worth:
+    """What the fit of a material is worth; empty where an older version did not judge it."""
     name = published.name_in(settings.filepath)
     if name is not None:
         try:
-            return published.find(name).brief, False
+            text = published.find(name).brief
         except DatasetError as error:
-            return str(error), False
+            text = str(error)
+        return Worth(text, text, False)
     if settings.match < 0:
-        return "", False                # an older version did not judge its fits
+        return Worth("", "", False)
     found = verdict.Verdict(*(getattr(settings, field) for field in verdict.Verdict._fields))
-    if settings.adjusted not in ("", as_text({})):
-        return f"Before it was adjusted: {verdict.sentence(found)}", False
-    return verdict.sentence(found), verdict.is_well(found)
+    is_adjusted = settings.adjusted not in ("", as_text({}))
+    before, after = "Before it was adjusted: " if is_adjusted else "", ""
+    if verdict.is_poor(found):
+        after = _OF_THE_BEST if name_of_fit(settings) == _BEST else _OF_OTHERS
+    line, whole = (f"{before}{text}{after}" for text in (verdict.line(found), verdict.sentence(found)))
+    return Worth(line, whole, verdict.is_well(found) and not is_adjusted)
 
 
 def is_preset(choices: Choices, name: str) -> bool:

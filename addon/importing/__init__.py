@@ -11,7 +11,7 @@ _ENTRIES = menu.entries((import_data.MEASUREDBRDF_OT_browse, "Import Measured BR
                         (folders.MEASUREDBRDF_OT_import_folder, "Import Folder of Measured BRDFs..."),
                         (fit.MEASUREDBRDF_OT_fit, "Fit Measured BRDF Again"))
 _TOPICS = (*manual.over_operators("manual#get-data-in", "browse", "import_data", "import_folder", "choose_sample"),
-           *manual.over_operators("formats#if-the-file-does-not-say", "say_units"),
+           *manual.over_operators("formats#units-and-conventions", "say_units"),
            *manual.over_operators("manual#fit", "fit"),
            *manual.over_operators("manual#choose-what-it-may-cost", "use_preset"),
            *manual.over_operators("manual#keep-and-reuse", "find_file"))

@@ -14,10 +14,10 @@ from ..work import modal, queries
 from ..work.job import Job
 from . import fit
 
-_HEADINGS = "Coefficients", "KB", "RMSE", "Held out"
+_HEADINGS = "Coefficients", "KB", "RMSE", "Error at Unseen Angles"
 _CHEAPEST_FIRST = sorted(PRESETS, key=lambda name: (PRESETS[name]["method"] != "mba", PRESETS[name]["diffuse_level"]))
 _FOUR_ABREAST = 66          # characters that four spheres with their numbers need beside one another
-_FORMS = "{} coefficients", "{} KB", "RMSE {}", "Held out {}"
+_FORMS = "{} coefficients", "{} KB", "RMSE {}", "Unseen {}"
 _UNKNOWN, _FAILED = ("...",) * 4, ("-",) * 4
 
 
@@ -50,7 +50,7 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
         can_choose = material.is_editable and material.override_library is None
         for name in PRESET_DESCRIPTIONS:
             _draw_preset(grid, name, shown[name], picture_scale(context, columns), can_choose)
-        for line in wrapped("RMSE at the samples, and at held-out ones (1/sr)"):
+        for line in wrapped("RMSE at the samples, and Error at Unseen Angles, 1/sr"):
             layout.label(text=line)
 
 

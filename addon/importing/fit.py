@@ -105,7 +105,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         queries.tell_fit(outcome.measured, fit_arguments(self._choices), outcome.fitted)
         how = rendered.advice(target, present(context.scene)) if material.is_measured(target) else ""
         material.assign(target, outcome, self._choices, context, shader)
-        told = worth(target.measured_brdf)[0]
+        told = worth(target.measured_brdf).whole
         if before not in ("", outcome.measured.digest) and space == target.measured_brdf.colours:
             told = f"the measurements differ from those of the previous fit. {told}"
         self.report({"INFO"}, f"{target.name}: {told}. {how}" if how else f"{target.name}: {told}")

@@ -21,11 +21,11 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
     bl_label = "Mix Measured BRDFs"
     bl_options = {"REGISTER", "UNDO"}
 
-    first: StringProperty(name="First", description="A measured material")
-    second: StringProperty(name="Second", description="The measured material that the factor or the mask adds")
+    first: StringProperty(name="Base", description="A measured material")
+    second: StringProperty(name="On Top", description="The measured material that the factor or the mask adds")
     factor: FloatProperty(name="Factor", default=0.5, min=0, max=1, subtype="FACTOR",
-                          description="Share of the second material")
-    mask: StringProperty(name="Mask", description="Image whose brightness is the share of the second material. Empty: "
+                          description="Share of the material On Top")
+    mask: StringProperty(name="Mask", description="Image whose brightness is the share of the material On Top. Empty: "
                                                   "the factor, everywhere")
 
     @classmethod

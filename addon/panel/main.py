@@ -83,7 +83,6 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     if material is None:
         return
     if materials.is_shown(material):
-        rendering.draw_brief(layout, material, present(context.scene))
         _draw_version(layout, material)
     if not can_change(material):
         draw_wrapped(layout, "This material belongs to another file. Make it local to change it", "INFO")
@@ -120,9 +119,9 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
     column = layout.column(align=True)
     adjusted = ", adjusted" if edit_arguments(material) else ""
     draw_wrapped(column, f"{settings.name_of_data}: {name_of_fit(settings)}{adjusted}", "MATERIAL")
-    text, is_well = worth(settings)
-    if text:
-        draw_wrapped(column, text, "CHECKMARK" if is_well else "INFO")
+    if (found := worth(settings)).line:
+        draw_wrapped(column, found.line, "CHECKMARK" if found.is_well else "INFO")
+    rendering.draw_words(column, context, material)
 
 
 def _draw_version(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:

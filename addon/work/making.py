@@ -72,7 +72,7 @@ class MakesMaterials(HasTarget, InBackground):
         queries.tell_fit(outcomes[0].measured, fit_arguments(choices), outcomes[0].fitted)
         told = f"{len(made)} materials; {len(failed)} files failed"
         if len(made) == 1:
-            told = f"{made[0].name}: {worth(made[0].measured_brdf)[0]}"
+            told = f"{made[0].name}: {worth(made[0].measured_brdf).whole}"
         how = rendered.advice(made[0], present(context.scene))
         # last, because it is the only change that is not taken back on an error
         if why := targets.assign(targets.Target(self.target, self.slot), made[0]):

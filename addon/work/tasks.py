@@ -339,7 +339,7 @@ def held_out(samples: fitter.Samples, arguments: Arguments, report: Report = sil
     def reported_fit(part: fitter.Samples) -> fitter.Fit:
         fold = next(folds)
         begin, end = fold / cross_validation.FOLDS, (fold + 1) / cross_validation.FOLDS
-        with progress.part(begin, end, "Predicting held-out samples"):
+        with progress.part(begin, end, "Testing at unseen angles"):
             return fit(part, arguments)
 
     return cross_validation.held_out(samples, reported_fit).rmse

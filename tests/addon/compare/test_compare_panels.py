@@ -80,7 +80,7 @@ def test_each_preset_has_its_own_numbers_whatever_the_settings_are(ui, material,
     for name in ORDER:
         place = shown.button(name).place
         texts = [entry[2] for entry in shown.drawn[place + 1:place + 5]]
-        assert texts == [*fits[name], "Held out 0.25"]
+        assert texts == [*fits[name], "Unseen 0.25"]
     button = shown.button("Paper")
     assert (button.operator, button.options["preset"], button.enabled) == ("measured_brdf.fit", "Paper", True)
 
@@ -97,7 +97,7 @@ def test_a_linked_material_has_the_numbers_of_each_preset_and_no_button(ui, mate
     texts = [entry[2] for entry in shown.drawn if entry[0] == "text"]
     for name in ORDER:
         place = texts.index(name)
-        assert texts[place + 1:place + 5] == [*fits[name], "Held out 0.25"]
+        assert texts[place + 1:place + 5] == [*fits[name], "Unseen 0.25"]
 
 
 def test_the_fit_that_the_material_has_is_marked_and_not_made_again(ui, material, fits, monkeypatch):

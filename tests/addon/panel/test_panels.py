@@ -1,5 +1,6 @@
 """What the panels show, drawn without a window."""
 
+import re
 from types import SimpleNamespace
 
 import bpy
@@ -85,7 +86,7 @@ def test_a_material_of_an_older_version_is_not_judged(material):
     from measured_brdf.addon.core.properties import worth
 
     material.measured_brdf.match = -1
-    assert worth(material.measured_brdf) == ("", False)
+    assert worth(material.measured_brdf) == ("", "", False)
 
 
 def test_a_published_fit_is_called_one_in_the_panel_and_when_it_is_made(blender, capfd):
@@ -95,7 +96,7 @@ def test_a_published_fit_is_called_one_in_the_panel_and_when_it_is_made(blender,
     capfd.readouterr()
     blender.ops.measured_brdf.import_data(filepath="published:chrome", preset="Draft")
     material = blender.context.object.active_material
-    imported, shown = capfd.readouterr().out, worth(material.measured_brdf)[0]
+    imported, shown = capfd.readouterr().out, worth(material.measured_brdf).line
     blender.ops.measured_brdf.fit()
     for text in (imported, shown, capfd.readouterr().out):
         assert "ublished fit" in text
@@ -139,23 +140,40 @@ def test_presets_have_one_order_everywhere(ui, blender, material):
 
 
 @pytest.mark.parametrize(("engine", "osl", "says"), [
-    ("BLENDER_EEVEE", False, "Rendered by nodes, because the engine is EEVEE"),
-    ("CYCLES", False, "Rendered by nodes, because OSL is off")])
-def test_above_the_file_the_panel_says_what_stands_in_for_the_fit(ui, material, engine, osl, says):
+    ("BLENDER_EEVEE", False, "Nodes: within "), ("CYCLES", False, "Nodes: OSL is off"), ("CYCLES", True, "Exact")])
+def test_the_panel_says_how_the_material_is_rendered_in_four_words(ui, material, engine, osl, says):
     scene = bpy.context.scene
     scene.render.engine = engine if engine == "CYCLES" or bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
     scene.cycles.shading_system = osl
     shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
     assert says in shown.texts
-    assert "light goes in wrong directions" not in shown.texts
+    assert "Highlight Error" not in shown.texts
     assert (shown.button("Enable OSL") is not None) == (engine != "CYCLES" or not osl)
 
 
-def test_where_the_fit_itself_is_rendered_nothing_is_said(ui, material):
+def test_under_material_preview_the_panel_says_that_final_renders_are_exact(ui, material):
     use_cycles(bpy.context.scene)
-    shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
-    assert "Rendered" not in shown.texts
-    assert shown.button("Enable OSL") is None
+    shading = SimpleNamespace(type="MATERIAL")
+    view = SimpleNamespace(type="VIEW_3D", spaces=SimpleNamespace(active=SimpleNamespace(shading=shading)))
+    shown = {"material": material, "screen": SimpleNamespace(areas=[SimpleNamespace(type="OUTLINER"), view])}
+    assert "Exact on final renders" in draw(ui.fit.MEASUREDBRDF_PT_material, **shown).texts
+    shading.type = "RENDERED"
+    assert "Exact on final renders" not in draw(ui.fit.MEASUREDBRDF_PT_material, **shown).texts
+
+
+@pytest.mark.parametrize(("match", "preset", "advice"), [
+    (6.1, "Standard", "Matches the measurements: poor. Choose Reference in Measurements, and Refit"),
+    (6.1, "Reference", "Matches the measurements: poor. Measurements lists the values that are doubtful"),
+    (6.0, "Standard", "Matches the measurements: fair")])
+def test_a_poor_match_comes_with_what_to_do_about_it(ui, material, match, preset, advice):
+    from measured_brdf.addon.core import properties
+
+    settings = material.measured_brdf
+    settings.match, settings.between = match, -1
+    properties.use_preset(settings, preset)
+    settings.fitted_as = properties.as_text(properties.fit_arguments(settings))
+    assert properties.worth(settings).line == advice
+    assert advice in draw(ui.fit.MEASUREDBRDF_PT_material, material=material).texts
 
 
 def test_a_linked_material_cannot_be_refitted_until_it_is_local(ui, blender, material, tmp_path):
@@ -208,9 +226,9 @@ def test_progress_reads_as_progress_and_the_result_as_a_number(ui, material, mon
     drawn(ui, ui.data, material)            # reads the measurements
     job = SimpleNamespace(finished=None, error=None, result=None, fraction=0.4)
     monkeypatch.setattr(queries, "held_out", lambda *_: job)
-    assert dict(ui.details.rows(material))["Held-out RMSE"] == "working out, 40%"
+    assert dict(ui.details.rows(material))["Error at Unseen Angles"] == "working out, 40%"
     job.finished, job.result = 1.0, 0.0123456
-    assert dict(ui.details.rows(material))["Held-out RMSE"] == "0.0123 / sr"
+    assert dict(ui.details.rows(material))["Error at Unseen Angles"] == "0.0123 / sr"
 
 
 def test_details_have_the_numbers(ui, material, glossy):
@@ -221,7 +239,7 @@ def test_details_have_the_numbers(ui, material, glossy):
     shown = dict(ui.details.rows(material))
     assert shown["RMSE"] == f"{errors.rmse:.3g} / sr"
     assert shown["Coefficients"] == f"{expected.coefficient_count:,}"
-    assert {"Nodes misplaces", "EEVEE misplaces"} <= set(shown)
+    assert re.fullmatch(r"Nodes \d+\.\d%, EEVEE \d+\.\d%", shown["Highlight Error"])
 
 
 @pytest.mark.parametrize(("dropped", "text"), [
