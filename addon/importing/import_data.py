@@ -26,7 +26,7 @@ _EDITORS = {"VIEW_3D", "PROPERTIES", "OUTLINER", "NODE_EDITOR", "FILE_BROWSER"}
 
 class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator):
     """Make materials of files of measured reflectance, and assign the first to the object that they are dropped on, \
-or else to the active one"""
+or else to all selected ones"""
 
     bl_idname = "measured_brdf.import_data"
     bl_label = "Import Measured BRDF"
@@ -176,7 +176,7 @@ def _draw_choices(layout: bpy.types.UILayout, operator: Any) -> None:
 
 def given(operator: Any) -> dict[str, Any]:
     """The choices and the target of an operator, for another that goes on with them."""
-    return {name: getattr(operator, name) for name in (*CHOICES, "target", "slot")}
+    return {name: getattr(operator, name) for name in (*CHOICES, "target", "slot", "others")}
 
 
 def _given(operator: Any) -> dict[str, Any]:

@@ -71,7 +71,7 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
         try:
             with new_data_removed_on_error():
                 mixed = mix(first, second, self.factor, mask, context)
-                if why := targets.assign(targets.active(context), mixed):
+                if why := targets.assign_all(targets.selected(context), mixed):
                     mixed.use_fake_user = True
                     self.report({"WARNING"}, f"{mixed.name} is not assigned: {why}")
                 # as `mix_group.keep`; no call may follow the assignment, which is not taken back

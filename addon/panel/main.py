@@ -99,7 +99,8 @@ def _draw_beginnings(layout: bpy.types.UILayout) -> None:
     """Draw how to begin; while a job runs its progress, in the same place and of the same height."""
     row = layout.row(align=True)
     if modal.running is not None:
-        row.progress(factor=modal.running.fraction, text=modal.running.doing)
+        after = f" ({len(modal.waiting)} waiting)" if modal.waiting else ""
+        row.progress(factor=modal.running.fraction, text=f"{modal.running.doing}{after}")
         row.operator(modal.MEASUREDBRDF_OT_cancel.bl_idname, text="", icon="X")
         return
     for draw_beginning in beginnings:
