@@ -40,10 +40,11 @@ def active(context: bpy.types.Context) -> Target:
 
 
 def selected(context: bpy.types.Context) -> list[Target]:
-    """The active object, and those that are selected beside it and can have materials, each with its active slot."""
-    others = () if context.object is None else getattr(context, "selected_objects", ())
-    return [active(context), *(Target(item.session_uid) for item in others
-                               if item != context.object and hasattr(item.data, "materials"))]
+    """The active object, and where it can have materials, those that are selected beside it and can; active slots."""
+    items = [item for item in (context.object, *getattr(context, "selected_objects", ()))
+             if item is not None and hasattr(item.data, "materials")]
+    others = [item for item in items if item != context.object] if context.object in items else []
+    return [active(context), *(Target(item.session_uid) for item in others)]
 
 
 def under_mouse(context: bpy.types.Context, event: bpy.types.Event) -> Target | None:

@@ -14,7 +14,7 @@ from ..core.reading import draw_reading, other_colours, scene_colours
 from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped
 from ..work import modal, queries
 from ..work.job import Job
-from . import fit, presets, samples
+from . import fit, presets, relink, samples
 from .compared_presets import draw_cost
 
 
@@ -76,16 +76,23 @@ def _draw_state(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitt
         row.operator_context = "INVOKE_DEFAULT"
         chosen = row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, icon="VIEWZOOM")
         chosen.for_material, chosen.refit = True, fit.AS_CHOSEN if fitted else ""
-    elif data.error is not None and fitted:
-        draw_wrapped(layout, f"The material renders without its measurements. {data.error}", "INFO")
-        layout.operator(fit.MEASUREDBRDF_OT_find_file.bl_idname, icon="FILE_FOLDER")
     elif data.error is not None:
-        draw_warning(layout, str(data.error))
-        layout.operator(fit.MEASUREDBRDF_OT_find_file.bl_idname, icon="FILE_FOLDER")
+        if fitted:
+            draw_wrapped(layout, f"The material renders without its measurements. {data.error}", "INFO")
+        else:
+            draw_warning(layout, str(data.error))
+        _draw_relink(layout, fitted)
     elif fitted and (space := other_colours(settings, here := scene_colours())):
         draw_warning(layout, f"Fitted for colours in {space}; those of this file are in {here}. Refit it")
     elif fitted and data.result is not None and data.result.digest != settings.digest:
         draw_warning(layout, "The measurements have changed since the fit. Refit to use them")
+
+
+def _draw_relink(layout: bpy.types.UILayout, fitted: bool) -> None:
+    row = layout.row(align=True)
+    for refit, text in ((False, "Relink..."), (True, "Relink and Refit..." if fitted else "Relink and Fit...")):
+        row.operator(relink.MEASUREDBRDF_OT_find_file.bl_idname, text=text).refit = refit
+    layout.operator(relink.MEASUREDBRDF_OT_find_missing.bl_idname, text="Find All Missing...", icon="VIEWZOOM")
 
 
 def _draw_fit(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitted: bool) -> None:

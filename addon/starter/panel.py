@@ -172,8 +172,11 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
     for each in [each for each in found if not each.error][:_MOST]:
         _draw_measurement(grid.column(align=True), each, how)
     _draw_rest(layout, len(found) - len(broken), "measurements")
-    for each in broken[:_MOST]:
-        draw_warning(layout, each.error)
+    if broken:
+        header, body = layout.panel("MEASUREDBRDF_unreadable", default_closed=True)
+        header.label(text=f"{len(broken)} files cannot be read" if len(broken) > 1 else "One file cannot be read")
+        for each in broken[:_MOST] if body is not None else ():
+            draw_wrapped(body, each.error, "DOT")
 
 
 def _draw_measurement(cell: bpy.types.UILayout, found: thumbnails.Found, how: dict[str, str]) -> None:

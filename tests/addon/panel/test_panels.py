@@ -214,7 +214,7 @@ def test_a_wrong_sample_leads_to_the_list_of_samples(ui, blender, data):
         ui.queue._answers[key] = job
     lane.queue.clear()
     shown = draw(ui.data, material=material)
-    assert shown.button("Find File") is None
+    assert shown.button("Relink...") is None
     button = shown.button("Choose Sample")
     assert (button.operator, button.options["for_material"]) == ("measured_brdf.choose_sample", True)
 
@@ -375,7 +375,7 @@ def test_only_the_import_of_a_user_leads_to_the_tab(blender, file, monkeypatch):
     from measured_brdf.addon.work import tasks
 
     class Invoked(making.MakesMaterials):
-        options, target, slot = SimpleNamespace(is_invoke=True), 0, 0
+        options, target, slot, others = SimpleNamespace(is_invoke=True), 0, 0, ""
 
         def report(self, *_):
             pass
