@@ -49,6 +49,14 @@ class Layout:
             raise AttributeError(f"{data} has no {name}")
         self._note("field", name)
 
+    def prop_enum(self, data, name, value, **_options):
+        """A choice of a property."""
+        self._note("choice", name, value)
+
+    def popover(self, panel, text="", **_options):
+        """A button that opens a panel."""
+        self._note("popover", panel, text)
+
     def menu(self, name, **_options):
         """A submenu."""
         self._note("menu", name)

@@ -4,12 +4,12 @@ from typing import Any
 
 import bpy
 
-from ...fitter import PRESETS, SampleUnknownError, published
+from ...fitter import SampleUnknownError, published
 from ..core import material as materials
 from ..core.active_material import can_change
 from ..core.annotations import present
 from ..core.outcomes import Data
-from ..core.properties import is_as_fitted, is_preset
+from ..core.properties import OFFERED, is_as_fitted, is_preset
 from ..core.reading import draw_reading, other_colours, scene_colours
 from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped
 from ..work import modal, queries
@@ -97,8 +97,8 @@ def _draw_relink(layout: bpy.types.UILayout, fitted: bool) -> None:
 
 def _draw_fit(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitted: bool) -> None:
     """Draw the presets, and the button that fits; what a fit costs, if the material does not have it."""
-    buttons = choices(layout, PRESETS)
-    for name in PRESETS:
+    buttons = choices(layout, OFFERED)
+    for name in OFFERED:
         buttons.operator(presets.MEASUREDBRDF_OT_use_preset.bl_idname, text=name,
                          depress=is_preset(settings, name)).preset = name
     row = layout.row(align=True)

@@ -39,7 +39,8 @@ class MEASUREDBRDF_OT_find_file(FitsWithPreset, bpy.types.Operator, ImportHelper
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         missing = Path(_path(present(active_material(context))))
         self.filepath = str(missing if missing.parent.is_dir() else Path(bpy.path.abspath("//"), missing.name))
-        return ImportHelper.invoke(self, context, event)
+        ImportHelper.invoke(self, context, event)
+        return {"RUNNING_MODAL"}
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         if self.refit:

@@ -12,7 +12,7 @@ from ..core import material as materials
 from ..core.active_material import active_material, can_change
 from ..core.annotations import present
 from ..core.edits import edit_arguments
-from ..core.properties import name_of_fit, worth
+from ..core.properties import label_of_fit, worth
 from ..work import modal, queries
 from . import rendering
 from .layout import MaterialPanel, draw_warning, draw_wrapped, has_data, picture_scale
@@ -119,7 +119,7 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
         draw_warning(layout, str(job.error))
     column = layout.column(align=True)
     adjusted = ", adjusted" if edit_arguments(material) else ""
-    draw_wrapped(column, f"{settings.name_of_data}: {name_of_fit(settings)}{adjusted}", "MATERIAL")
+    draw_wrapped(column, f"{settings.name_of_data}: {label_of_fit(settings)}{adjusted}", "MATERIAL")
     if (found := worth(settings)).line:
         draw_wrapped(column, found.line, "CHECKMARK" if found.is_well else "INFO")
     rendering.draw_words(column, context, material)

@@ -9,7 +9,7 @@ import pytest
 
 from fitter import PRESETS
 from support.cases import quick
-from support.drawn import draw
+from support.drawn import Layout, draw
 
 CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
 ORDER = ["Draft", "Standard", "Reference", "Paper"]
@@ -44,6 +44,16 @@ def drawn(ui, panel, material):
     draw(panel, material=material)
     ui.queue.answer_all()
     return draw(panel, material=material)
+
+
+def draw_as(panel, owner):
+    """What a class draws that is no panel: preferences, or an operator, with the properties of `owner`."""
+    layout = Layout()
+    settings = owner.measured_brdf
+    values = {prop.identifier: getattr(settings, prop.identifier) for prop in settings.bl_rna.properties}
+    values |= dict.fromkeys(("data_folder", "asset_library", "offer_library"), "")
+    panel.draw(SimpleNamespace(layout=layout, **values), bpy.context)
+    return layout
 
 
 def use_cycles(scene, osl=True):
@@ -133,7 +143,7 @@ def test_presets_have_one_order_everywhere(ui, blender, material):
     from measured_brdf.addon.core import properties
 
     shown = drawn(ui, ui.data, material)
-    assert sorted(ORDER, key=lambda name: shown.button(name).place) == ORDER
+    assert shown.button("Standard").place < shown.button("Reference").place
     assert list(PRESETS) == ORDER
     assert [item[0] for item in properties.PRESET_ITEMS] == ORDER
     assert [item.identifier for item in material.measured_brdf.bl_rna.properties["preset"].enum_items] == ORDER
@@ -240,6 +250,32 @@ def test_details_have_the_numbers(ui, material, glossy):
     assert shown["RMSE"] == f"{errors.rmse:.3g} / sr"
     assert shown["Coefficients"] == f"{expected.coefficient_count:,}"
     assert re.fullmatch(r"Nodes \d+\.\d%, EEVEE \d+\.\d%", shown["Highlight Error"])
+
+
+def test_neither_draft_nor_the_method_of_2002_is_among_the_presets_of_panel_dialog_and_preferences(ui, material):
+    """Draft takes as long as Standard, and the other one has its place in Fit Settings. Scripts may name both."""
+    from measured_brdf.addon.core import preferences
+    from measured_brdf.addon.importing import import_data
+
+    choices = [entry[3] for panel in (preferences.MeasuredPreferences, import_data.MEASUREDBRDF_OT_browse)
+               for entry in draw_as(panel, material).drawn if entry[0] == "choice" and entry[2] == "preset"]
+    assert choices == ["Standard", "Reference"] * 2
+    shown = drawn(ui, ui.data, material)
+    assert shown.button("Draft") is shown.button("Paper") is shown.button("Original 2002 Method") is None
+
+
+def test_the_method_of_2002_tells_its_error_before_it_is_chosen(ui, material, glossy):
+    from fitter import error_metrics, fit
+
+    rmse = error_metrics(glossy.values, fit(glossy, **PRESETS["Paper"]).evaluate(*glossy.directions)).rmse
+    for _ in range(2):
+        shown = drawn(ui, ui.details.MEASUREDBRDF_PT_settings, material)
+    mine = material.measured_brdf.rmse
+    assert f"RMSE {rmse:.3g} / sr, {rmse / mine:.1f} times that of this fit" in shown.texts
+    button = shown.button("Original 2002 Method")
+    assert (button.operator, button.options["preset"]) == ("measured_brdf.use_preset", "Paper")
+    bpy.ops.measured_brdf.use_preset(preset="Paper")
+    assert "times that of this fit" not in drawn(ui, ui.details.MEASUREDBRDF_PT_settings, material).texts
 
 
 @pytest.mark.parametrize(("dropped", "text"), [
