@@ -49,6 +49,14 @@ class Layout:
             raise AttributeError(f"{data} has no {name}")
         self._note("field", name)
 
+    def prop_enum(self, data, name, value, **_options):
+        """A choice of a property."""
+        self._note("choice", name, value)
+
+    def popover(self, panel, text="", **_options):
+        """A button that opens a panel."""
+        self._note("popover", panel, text)
+
     def menu(self, name, **_options):
         """A submenu."""
         self._note("menu", name)
@@ -99,7 +107,7 @@ class Layout:
 def draw(panel, context=None, **shown):
     """Draw a panel, or a menu; `shown` are members of the context that it looks at, such as the material."""
     layout, context = Layout(), bpy.context if context is None else context
-    names = ("scene", "object", "region", "preferences", "window_manager", "workspace", "space_data")
+    names = ("scene", "screen", "object", "region", "preferences", "window_manager", "workspace", "space_data")
     given = {name: getattr(context, name, None) for name in names} | {"material": None} | shown
     panel.draw(SimpleNamespace(layout=layout), SimpleNamespace(**given))
     return layout

@@ -140,17 +140,17 @@ def _draw_picture(layout: bpy.types.UILayout, icon: int, job: Job[Any], scale: f
 def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> dict[str, str]:
     """The numbers of a material as text, by name, as far as they are known."""
     settings, figures = material.measured_brdf, compared.figures(material)
-    misplaced = f"{rendered.in_scene(material, scene).error:.1%}"
+    error = f"{rendered.in_scene(material, scene).error:.1%}"
     wait = "..." if figures.finished is None else "-"
     found = figures.result
     fitted = settings.coefficients > 0
     return {"Match": verdict.grade(settings.match, verdict.MATCH_LIMITS) if settings.match >= 0 else "-",
-            "Between": verdict.grade(settings.between, verdict.BETWEEN_LIMITS) if settings.between >= 0 else "-",
+            "Between Angles": verdict.grade(settings.between, verdict.BETWEEN_LIMITS) if settings.between >= 0 else "-",
             "Coefficients": f"{found.coefficients:,}" if found is not None else wait,
             "Bytes": f"{found.nbytes:,}" if found is not None else wait,
             "RMSE": f"{settings.rmse:.3g}" if fitted and math.isfinite(settings.rmse) else "-",
             "Albedo %": _percent(found.albedo) if found is not None else wait,
-            "Misplaced": misplaced}
+            "Highlight Error": error}
 
 
 def _percent(albedo: Any) -> str:

@@ -39,7 +39,7 @@ _TOPICS: Topics = (
     *over_operators("manual#keep-and-reuse", "make_local"),
     *over_operators("manual#files-of-an-older-version", "update_materials"),
     *over_operators("manual/adjusting#mix-measured-materials", "add_node"),
-    *over_settings("formats#if-the-file-does-not-say", "measuredmaterial", *_READING),
+    *over_settings("formats#units-and-conventions", "measuredmaterial", *_READING),
     *over_settings("manual#get-data-in", "measuredmaterial", "filepath", "sample"),
     *over_settings("manual#look-before-you-fit", "measuredmaterial", "shown_*"),
     *over_settings("manual/engines#choose", "measuredmaterial", "rendering"),

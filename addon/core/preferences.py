@@ -8,7 +8,7 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from . import manual
 from .annotations import present
-from .properties import PRESET_ITEMS
+from .properties import PRESET_ITEMS, draw_presets
 
 _PACKAGE = __package__.rpartition(".addon")[0]
 
@@ -64,7 +64,8 @@ class MeasuredPreferences(bpy.types.AddonPreferences):
         layout = present(self.layout)
         column = layout.column()
         column.use_property_split = True
-        for name in ("preset", "data_folder", "asset_library", "offer_library"):
+        draw_presets(column, self)
+        for name in ("data_folder", "asset_library", "offer_library"):
             column.prop(self, name)
         for section in sections:
             section(layout)

@@ -2,7 +2,7 @@
 
 import json
 import math
-from typing import Any, Protocol, cast
+from typing import Any, NamedTuple, Protocol, cast
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
@@ -35,9 +35,16 @@ RENDERINGS = (
 RENDERING_ITEMS = tuple((*item, "NONE", number) for item, number in zip(
     (*RENDERINGS, (_FAST, "Fast", "Nodes, by the name of a rendering of version 0.2")), (0, 1, 3, 2), strict=True))
 AS_THE_FILE_SAYS = "auto"
-PRESET_ITEMS = tuple((name, name, text) for name, text in PRESET_DESCRIPTIONS.items())
+ORIGINAL = "Paper"
+_LABELS = {ORIGINAL: "Original 2002 Method"}
+PRESET_ITEMS = tuple((name, _LABELS.get(name, name), text) for name, text in PRESET_DESCRIPTIONS.items())
+OFFERED = "Standard", "Reference"       # the others are for scripts, and `ORIGINAL` is a choice of Fit Settings
 _ARGUMENTS: dict[str, Arguments] = {name: cast(Arguments, preset) for name, preset in PRESETS.items()}
-_PAPER = _ARGUMENTS["Paper"]
+_PAPER = _ARGUMENTS[ORIGINAL]
+_BEST = "Reference"
+# what to do about a poor match
+_OF_THE_BEST = ". Measurements lists the values that are doubtful"
+_OF_OTHERS = f". Choose {_BEST} in Measurements, and Refit"
 _ANGLES = ((AS_THE_FILE_SAYS, "As the File Says", "In the unit that the file names, or that its format defines"),
            ("degrees", "Degrees", "In degrees, whatever a table or an ASTM file says"),
            ("radians", "Radians", "In radians, whatever a table or an ASTM file says"))
@@ -106,7 +113,7 @@ class FitChoices:
         name="Sample",
         description="Number or name of the sample in a CURET file. Empty: the first, or the only one")
     preset: EnumProperty(
-        name="Preset", items=PRESET_ITEMS, default="Paper", update=_use_levels_of_preset,
+        name="Preset", items=PRESET_ITEMS, default=ORIGINAL, update=_use_levels_of_preset,
         description="Method of the fit, with initial levels")
     diffuse_level: IntProperty(
         name="Diffuse Level", default=_PAPER["diffuse_level"], min=0, max=MAX_LEVEL, soft_max=6,
@@ -154,6 +161,13 @@ class FitChoices:
 def rendering_named(name: str) -> str:
     """One of `RENDERINGS`, by its name or by one that version 0.2 had."""
     return NODES if name == _FAST else name
+
+
+def draw_presets(layout: bpy.types.UILayout, choices: Any) -> None:
+    """Draw the choice of a preset, of those that are offered."""
+    row = layout.row(heading="Preset")
+    for name in OFFERED:
+        row.prop_enum(choices, "preset", name)
 
 
 def draw_rendering(layout: bpy.types.UILayout, choices: Any) -> None:
@@ -208,28 +222,46 @@ def is_as_fitted(settings: Any) -> bool:
     return settings.fitted_as in ("", as_text(fit_arguments(settings)))
 
 
+def label_of_fit(settings: Any) -> str:
+    """What users call a material's fit."""
+    name = name_of_fit(settings)
+    return _LABELS.get(name, name)
+
+
 def name_of_fit(settings: Any) -> str:
-    """What users call a material's fit: its preset, or its levels."""
+    """A material's fit by the name of its preset, or its levels."""
     arguments = fitted_arguments(settings)
     if arguments is not None and "tolerance" in arguments:
         return f"Auto {settings.fitted_levels}"
     return next((name for name, preset in _ARGUMENTS.items() if arguments == preset), settings.fitted_levels)
 
 
-def worth(settings: Any) -> tuple[str, bool]:
-    """What a material is worth, in one line, and whether that is all one could wish for."""
+class Worth(NamedTuple):
+    """What a material is worth: in a line, in full, and whether that is all one could wish for."""
+
+    line: str
+    whole: str
+    is_well: bool
+
+
+def worth(settings: Any) -> Worth:
+    """What the fit of a material is worth; empty where an older version did not judge it."""
     name = published.name_in(settings.filepath)
     if name is not None:
         try:
-            return published.find(name).brief, False
+            text = published.find(name).brief
         except DatasetError as error:
-            return str(error), False
+            text = str(error)
+        return Worth(text, text, False)
     if settings.match < 0:
-        return "", False                # an older version did not judge its fits
+        return Worth("", "", False)
     found = verdict.Verdict(*(getattr(settings, field) for field in verdict.Verdict._fields))
-    if settings.adjusted not in ("", as_text({})):
-        return f"Before it was adjusted: {verdict.sentence(found)}", False
-    return verdict.sentence(found), verdict.is_well(found)
+    is_adjusted = settings.adjusted not in ("", as_text({}))
+    before, after = "Before it was adjusted: " if is_adjusted else "", ""
+    if verdict.is_poor(found):
+        after = _OF_THE_BEST if name_of_fit(settings) == _BEST else _OF_OTHERS
+    line, whole = (f"{before}{text}{after}" for text in (verdict.line(found), verdict.sentence(found)))
+    return Worth(line, whole, verdict.is_well(found) and not is_adjusted)
 
 
 def is_preset(choices: Choices, name: str) -> bool:

@@ -49,7 +49,7 @@ def use_reading(choices: Choices, angles: str | None = None, quantity: str | Non
 def draw_reading(layout: bpy.types.UILayout, choices: Any) -> None:
     """Draw the options of reading, which few files need, in a closed sub-section."""
     header, body = layout.panel("MEASUREDBRDF_reading", default_closed=True)
-    header.label(text="If the File Does Not Say")
+    header.label(text="Units and Conventions")
     if body is not None:
         for name in READING:
             body.prop(choices, name)

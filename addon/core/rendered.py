@@ -4,6 +4,7 @@ Which it is follows from the engine, the device and the settings of a scene, wit
 (`node_group`). This module tells it, to the panel and, when a render begins without a window, to the console.
 """
 
+import math
 from collections import Counter
 from typing import NamedTuple
 
@@ -22,6 +23,7 @@ FORMER = "FORMER"           # ... and its Principled BSDF for EEVEE
 PARTLY = "PARTLY"           # nodes were chosen for a mix, of which such a shader is a part: OSL renders that part
 OTHER = "OTHER"             # something else is connected to the output
 _EEVEE = ("BLENDER_EEVEE", "BLENDER_EEVEE_NEXT")
+_IN_EEVEE, _IN_ANOTHER = "the engine is EEVEE", "the engine is not Cycles"
 
 
 class Rendered(NamedTuple):
@@ -76,9 +78,9 @@ def in_eevee(scene: bpy.types.Scene) -> bool:
 def without_osl(scene: bpy.types.Scene) -> str:
     """Why a scene is not rendered with OSL, as the end of a sentence; empty if it is."""
     if in_eevee(scene):
-        return "the engine is EEVEE"
+        return _IN_EEVEE
     if str(scene.render.engine) != "CYCLES":
-        return "the engine is not Cycles"
+        return _IN_ANOTHER
     if osl_support.missing():
         return "this Blender was built without OSL"
     found = device.effective_device(scene)
@@ -98,7 +100,7 @@ def brief(found: Rendered, chosen: str) -> str:
     if found.how == OTHER:
         return "Not shown: the Material Output of this engine has another surface"
     if found.how == EXACT:
-        return "Rendered exactly as fitted"
+        return "Exact"
     if found.how == FORMERLY_FAST:
         return "Rendered by an approximation of an older version. Update it"
     because = f", because {found.why}" if found.why else ""
@@ -107,13 +109,34 @@ def brief(found: Rendered, chosen: str) -> str:
 
 
 def sentence(found: Rendered, chosen: str) -> str:
-    """What the panel says of a material: `brief`, and the share of the light that goes in wrong directions."""
+    """What the panel Rendering says of a material: `brief`, and the share of the light that goes in wrong directions.
+    """
     if found.how != NODES:
         return brief(found, chosen)
-    misplaced = f"{found.error:.1%} of the light goes in wrong directions"
+    error = f"Highlight Error {found.error:.1%} of the light"
     if found.worst > found.error:
-        misplaced += f", up to {found.worst:.1%} at the worst viewing angle"
-    return f"{brief(found, chosen)}: {misplaced}"
+        error += f", up to {found.worst:.1%} at the worst viewing angle"
+    return f"{brief(found, chosen)}. {error}"
+
+
+def in_words(found: Rendered, is_previewed: bool = False) -> str:
+    """How a material is rendered, in some four words.
+
+    Parameters
+    ----------
+    found : Rendered
+    is_previewed : bool
+        Whether a viewport shows another engine's preview.
+    """
+    if found.how == EXACT:
+        return "Exact on final renders" if is_previewed else "Exact"
+    if found.how == OTHER:
+        return "Not connected to the output"
+    if found.how != NODES:
+        return "Black: update it" if found.how == BLACK else "Older version: update it"
+    if found.why in ("", _IN_EEVEE, _IN_ANOTHER):
+        return f"Nodes: within {math.ceil(100 * found.error)} %"
+    return "Nodes: OSL is off" if found.can_enable else "Nodes: no OSL here"
 
 
 def advice(material: bpy.types.Material, scene: bpy.types.Scene) -> str:

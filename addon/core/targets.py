@@ -1,6 +1,7 @@
-"""What an imported material is for: the object, and the slot of it, that a file was dropped on; else the active one."""
+"""What an imported material is for: the object, and the slot of it, that a file was dropped on; else the active object
+and all that are selected."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import bpy
@@ -38,6 +39,14 @@ def active(context: bpy.types.Context) -> Target:
     return Target(_NOTHING) if item is None else Target(item.session_uid, present(item.active_material_index))
 
 
+def selected(context: bpy.types.Context) -> list[Target]:
+    """The active object, and where it can have materials, those that are selected beside it and can; active slots."""
+    items = [item for item in (context.object, *getattr(context, "selected_objects", ()))
+             if item is not None and hasattr(item.data, "materials")]
+    others = [item for item in items if item != context.object] if context.object in items else []
+    return [active(context), *(Target(item.session_uid) for item in others)]
+
+
 def under_mouse(context: bpy.types.Context, event: bpy.types.Event) -> Target | None:
     """The object under the mouse in a 3-D viewport, and the slot of its face there; None if there is none.
 
@@ -49,6 +58,12 @@ def under_mouse(context: bpy.types.Context, event: bpy.types.Event) -> Target | 
             space: Any = area.spaces.active
             return _hit(context, space, regions[0], event)
     return None
+
+
+def assign_all(chosen: Sequence[Target], material: bpy.types.Material) -> str:
+    """Assign a material to the objects that can have it: why the first cannot where none can; else empty."""
+    refused = [assign(target, material) for target in chosen]
+    return "" if "" in refused else refused[0]
 
 
 def assign(target: Target, material: bpy.types.Material) -> str:

@@ -5,19 +5,19 @@ from typing import Any, NamedTuple
 import bpy
 
 from ...fitter import PRESETS, Fit
-from ...fitter.presets import PRESET_DESCRIPTIONS
 from ..core.annotations import Arguments, present
 from ..core.outcomes import Data, Fitted
-from ..core.properties import fit_arguments, name_of_fit
+from ..core.properties import OFFERED, ORIGINAL, PRESET_ITEMS, fit_arguments, name_of_fit
 from ..panel.layout import MaterialPanel, draw_value, draw_warning, is_narrow, picture_scale, wrapped
 from ..work import modal, queries
 from ..work.job import Job
 from . import fit
 
-_HEADINGS = "Coefficients", "KB", "RMSE", "Held out"
-_CHEAPEST_FIRST = sorted(PRESETS, key=lambda name: (PRESETS[name]["method"] != "mba", PRESETS[name]["diffuse_level"]))
-_FOUR_ABREAST = 66          # characters that four spheres with their numbers need beside one another
-_FORMS = "{} coefficients", "{} KB", "RMSE {}", "Held out {}"
+_HEADINGS = "Coefficients", "KB", "RMSE", "Error at Unseen Angles"
+_CHEAPEST_FIRST = ORIGINAL, *OFFERED
+_ABREAST = 50               # characters that three spheres with their numbers need beside one another
+_FORMS = "{} coefficients", "{} KB", "RMSE {}", "Unseen {}"
+_LABELS = {key: label for key, label, _ in PRESET_ITEMS}
 _UNKNOWN, _FAILED = ("...",) * 4, ("-",) * 4
 
 
@@ -45,12 +45,12 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
         # questions are answered in the order in which they are asked
         kept = queries.of_material(material)
         shown = {name: _shown(material, data, kept, name) for name in _CHEAPEST_FIRST}
-        columns = 2 if is_narrow(_FOUR_ABREAST) else 4
+        columns = 1 if is_narrow(_ABREAST) else 3
         grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True)
         can_choose = material.is_editable and material.override_library is None
-        for name in PRESET_DESCRIPTIONS:
+        for name in (*OFFERED, ORIGINAL):
             _draw_preset(grid, name, shown[name], picture_scale(context, columns), can_choose)
-        for line in wrapped("RMSE at the samples, and at held-out ones (1/sr)"):
+        for line in wrapped("RMSE at the samples, and Error at Unseen Angles, 1/sr"):
             layout.label(text=line)
 
 
@@ -81,10 +81,10 @@ def _draw_preset(layout: bpy.types.UILayout, name: str, shown: _Shown, scale: fl
     if can_choose:
         row = column.row()
         row.enabled = modal.running is None
-        row.operator(fit.MEASUREDBRDF_OT_fit.bl_idname, text=name, depress=shown.is_chosen,
+        row.operator(fit.MEASUREDBRDF_OT_fit.bl_idname, text=_LABELS[name], depress=shown.is_chosen,
                      icon="CHECKMARK" if shown.is_chosen else "NONE").preset = name
     else:
-        column.label(text=name, icon="CHECKMARK" if shown.is_chosen else "NONE")
+        column.label(text=_LABELS[name], icon="CHECKMARK" if shown.is_chosen else "NONE")
     for form, text in zip(_FORMS, shown.numbers, strict=True):
         column.label(text="" if text in (*_UNKNOWN, *_FAILED) else form.format(text))
 

@@ -5,16 +5,19 @@ from typing import Any
 
 import bpy
 
+from ...fitter import PRESETS
 from ..core import material as materials
 from ..core import node_group
 from ..core.annotations import present
 from ..core.outcomes import Data
-from ..core.properties import NO_SPECULAR_LEVEL, fitted_arguments
+from ..core.properties import NO_SPECULAR_LEVEL, ORIGINAL, fitted_arguments, is_preset, worth
 from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, wrapped
 from ..work import queries
+from . import presets
 
-_MISPLACED = (("Nodes", node_group.NODES_ERROR, node_group.NODES_WORST),
-              ("EEVEE", node_group.EEVEE_ERROR, node_group.EEVEE_WORST))
+_MOST = 100_000             # samples with which the method of 2002 takes some ten seconds
+_WORSE = 1.5                # times the error: a method that is not worth it
+_ERRORS = ("Nodes", node_group.NODES_ERROR), ("EEVEE", node_group.EEVEE_ERROR)
 
 
 class MEASUREDBRDF_PT_settings(MaterialPanel, bpy.types.Panel):
@@ -42,6 +45,7 @@ class MEASUREDBRDF_PT_settings(MaterialPanel, bpy.types.Panel):
         row.active = settings.use_tolerance
         row.prop(settings, "tolerance", text="")
         draw_wrapped(layout, compression_in_words(settings), "INFO")
+        _draw_original(layout, present(context.material))
 
 
 class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
@@ -57,11 +61,35 @@ class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = present(self.layout), present(context.material)
+        if (found := worth(material.measured_brdf)).whole:
+            draw_wrapped(layout, found.whole, "CHECKMARK" if found.is_well else "INFO")
         column = layout.column(align=True)
         for name, value in rows(material):
             draw_value(column, name, value)
         for line in wrapped(material.measured_brdf.changes):
             layout.label(text=line)
+
+
+def _draw_original(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
+    """Draw the choice of the method of 2002, with its error before it is taken."""
+    settings, data = material.measured_brdf, queries.data(material).result
+    is_chosen = is_preset(settings, ORIGINAL)
+    layout.operator(presets.MEASUREDBRDF_OT_use_preset.bl_idname, text="Original 2002 Method",
+                    depress=is_chosen).preset = ORIGINAL
+    if data is None or is_chosen:
+        return
+    if data.description.count > _MOST:
+        draw_wrapped(layout, f"Not tried: it takes long with {data.description.count:,} samples", "INFO")
+        return
+    job = queries.fitted(data, {**PRESETS[ORIGINAL]})
+    if job.error is not None:
+        draw_wrapped(layout, str(job.error), "INFO")
+    elif job.result is None:
+        layout.progress(factor=job.fraction, text=job.doing)
+    else:
+        rmse, mine = job.result.errors.rmse, settings.rmse
+        times = f", {rmse / mine:.1f} times that of this fit" if settings.coefficients and mine > 0 else ""
+        draw_wrapped(layout, f"RMSE {rmse:.3g} / sr{times}", "ERROR" if rmse > _WORSE * mine > 0 else "INFO")
 
 
 def compression_in_words(settings: Any) -> str:
@@ -80,21 +108,21 @@ def rows(material: bpy.types.Material) -> list[tuple[str, str]]:
     found = [("Levels", settings.fitted_levels),
              ("RMSE", f"{settings.rmse:.3g} / sr"),
              ("MRE", f"{settings.mre:.2%} of the peak" if not math.isnan(settings.mre) else "all values are 0"),
-             ("Held-out RMSE", _held_out(material)),
+             ("Error at Unseen Angles", _at_unseen_angles(material)),
              ("Coefficients", f"{settings.coefficients:,}"),
              ("Storage", f"{settings.bytes:,} bytes")]
     if size := node_group.bytes_in_file(tree):
         found.append(("In the .blend", f"about {size / 1000:,.0f} kB"))
-    found += [(f"{name} misplaces", f"{tree[error]:.1%} of the light, at worst {tree.get(worst, tree[error]):.1%}")
-              for name, error, worst in _MISPLACED if error in tree]
+    if errors := [f"{name} {tree[error]:.1%}" for name, error in _ERRORS if error in tree]:
+        found.append(("Highlight Error", ", ".join(errors)))
     found.append(("Fitted in", f"{settings.seconds:.2f} s"))
     if materials.tangent_input(material) is not None:
         found.append(("Direction", "Tangent, Rotation"))
     return found
 
 
-def _held_out(material: bpy.types.Material) -> str:
-    """The RMSE at held-out samples of the fit that a material has, or why it is not known."""
+def _at_unseen_angles(material: bpy.types.Material) -> str:
+    """The RMSE at samples that the fit of a material has not seen, or why it is not known."""
     settings = material.measured_brdf
     arguments = fitted_arguments(settings)
     data: Data | None = queries.data(material).result if settings.filepath else None

@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import bpy
 from bpy.props import EnumProperty, StringProperty
-from bpy_extras.io_utils import ImportHelper
 
 from ...fitter import SampleUnknownError
 from ...fitter.formats import is_there
@@ -18,7 +17,6 @@ from ..core.properties import CHOICES, PRESET_ITEMS, READING, fit_arguments, use
 from ..core.reading import load_arguments
 from ..core.transaction import by_session_uid
 from ..work import process, queries, tasks
-from ..work.discovery import GLOB
 from ..work.modal import InBackground, Steps, errors_reported
 
 AS_CHOSEN = "AS_CHOSEN"    # in the place of a preset
@@ -55,7 +53,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         path = self.filepath or present(active_material(context)).measured_brdf.filepath
         if not is_there(bpy.path.abspath(path)) and not bpy.app.background:
             with errors_reported(self):
-                bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT", preset=self.preset)
+                bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT", preset=self.preset, refit=True)
             return {"CANCELLED"}
         return self.start(context)
 
@@ -105,28 +103,10 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         queries.tell_fit(outcome.measured, fit_arguments(self._choices), outcome.fitted)
         how = rendered.advice(target, present(context.scene)) if material.is_measured(target) else ""
         material.assign(target, outcome, self._choices, context, shader)
-        told = worth(target.measured_brdf)[0]
+        told = worth(target.measured_brdf).whole
         if before not in ("", outcome.measured.digest) and space == target.measured_brdf.colours:
             told = f"the measurements differ from those of the previous fit. {told}"
         self.report({"INFO"}, f"{target.name}: {told}. {how}" if how else f"{target.name}: {told}")
 
 
-class MEASUREDBRDF_OT_find_file(FitsWithPreset, bpy.types.Operator, ImportHelper):
-    """Choose the file of measurements that this material was made from, and fit it again"""
-
-    bl_idname = "measured_brdf.find_file"
-    bl_label = "Find File"
-
-    filter_glob: StringProperty(default=GLOB, options={"HIDDEN"})
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return is_editable(cls, context)
-
-    def execute(self, _context: bpy.types.Context) -> OperatorResult:
-        with errors_reported(self):
-            bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath, preset=self.preset)
-        return {"FINISHED"}
-
-
-classes = (MEASUREDBRDF_OT_fit, MEASUREDBRDF_OT_find_file)
+classes = (MEASUREDBRDF_OT_fit,)

@@ -13,7 +13,7 @@ from ...fitter import DatasetError, SampleUnknownError, UnitsUnknownError
 from ...fitter.formats import EXTENSIONS, list_samples
 from ..core import preferences
 from ..core.annotations import OperatorResult, present
-from ..core.properties import CHOICES, LEVELS, FitChoices, draw_rendering, fit_arguments
+from ..core.properties import CHOICES, LEVELS, FitChoices, draw_presets, draw_rendering, fit_arguments
 from ..core.reading import draw_reading, load_arguments
 from ..work import process, tasks
 from ..work.discovery import GLOB
@@ -26,7 +26,7 @@ _EDITORS = {"VIEW_3D", "PROPERTIES", "OUTLINER", "NODE_EDITOR", "FILE_BROWSER"}
 
 class MEASUREDBRDF_OT_import_data(FitChoices, MakesMaterials, bpy.types.Operator):
     """Make materials of files of measured reflectance, and assign the first to the object that they are dropped on, \
-or else to the active one"""
+or else to all selected ones"""
 
     bl_idname = "measured_brdf.import_data"
     bl_label = "Import Measured BRDF"
@@ -161,8 +161,8 @@ def _draw_choices(layout: bpy.types.UILayout, operator: Any) -> None:
     """Draw the choices for an import."""
     layout.use_property_split = True
     layout.use_property_decorate = False
-    for name in ("preset", "sample"):
-        layout.prop(operator, name)
+    draw_presets(layout, operator)
+    layout.prop(operator, "sample")
     draw_rendering(layout, operator)
     header, body = layout.panel("MEASUREDBRDF_levels", default_closed=True)
     header.label(text="Fit Settings")
@@ -176,7 +176,7 @@ def _draw_choices(layout: bpy.types.UILayout, operator: Any) -> None:
 
 def given(operator: Any) -> dict[str, Any]:
     """The choices and the target of an operator, for another that goes on with them."""
-    return {name: getattr(operator, name) for name in (*CHOICES, "target", "slot")}
+    return {name: getattr(operator, name) for name in (*CHOICES, "target", "slot", "others")}
 
 
 def _given(operator: Any) -> dict[str, Any]:

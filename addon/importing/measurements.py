@@ -4,17 +4,17 @@ from typing import Any
 
 import bpy
 
-from ...fitter import PRESETS, SampleUnknownError, published
+from ...fitter import SampleUnknownError, published
 from ..core import material as materials
 from ..core.active_material import can_change
 from ..core.annotations import present
 from ..core.outcomes import Data
-from ..core.properties import is_as_fitted, is_preset
+from ..core.properties import OFFERED, is_as_fitted, is_preset
 from ..core.reading import draw_reading, other_colours, scene_colours
 from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped
 from ..work import modal, queries
 from ..work.job import Job
-from . import fit, presets, samples
+from . import fit, presets, relink, samples
 from .compared_presets import draw_cost
 
 
@@ -76,22 +76,29 @@ def _draw_state(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitt
         row.operator_context = "INVOKE_DEFAULT"
         chosen = row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, icon="VIEWZOOM")
         chosen.for_material, chosen.refit = True, fit.AS_CHOSEN if fitted else ""
-    elif data.error is not None and fitted:
-        draw_wrapped(layout, f"The material renders without its measurements. {data.error}", "INFO")
-        layout.operator(fit.MEASUREDBRDF_OT_find_file.bl_idname, icon="FILE_FOLDER")
     elif data.error is not None:
-        draw_warning(layout, str(data.error))
-        layout.operator(fit.MEASUREDBRDF_OT_find_file.bl_idname, icon="FILE_FOLDER")
+        if fitted:
+            draw_wrapped(layout, f"The material renders without its measurements. {data.error}", "INFO")
+        else:
+            draw_warning(layout, str(data.error))
+        _draw_relink(layout, fitted)
     elif fitted and (space := other_colours(settings, here := scene_colours())):
         draw_warning(layout, f"Fitted for colours in {space}; those of this file are in {here}. Refit it")
     elif fitted and data.result is not None and data.result.digest != settings.digest:
         draw_warning(layout, "The measurements have changed since the fit. Refit to use them")
 
 
+def _draw_relink(layout: bpy.types.UILayout, fitted: bool) -> None:
+    row = layout.row(align=True)
+    for refit, text in ((False, "Relink..."), (True, "Relink and Refit..." if fitted else "Relink and Fit...")):
+        row.operator(relink.MEASUREDBRDF_OT_find_file.bl_idname, text=text).refit = refit
+    layout.operator(relink.MEASUREDBRDF_OT_find_missing.bl_idname, text="Find All Missing...", icon="VIEWZOOM")
+
+
 def _draw_fit(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitted: bool) -> None:
     """Draw the presets, and the button that fits; what a fit costs, if the material does not have it."""
-    buttons = choices(layout, PRESETS)
-    for name in PRESETS:
+    buttons = choices(layout, OFFERED)
+    for name in OFFERED:
         buttons.operator(presets.MEASUREDBRDF_OT_use_preset.bl_idname, text=name,
                          depress=is_preset(settings, name)).preset = name
     row = layout.row(align=True)

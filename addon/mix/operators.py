@@ -21,11 +21,11 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
     bl_label = "Mix Measured BRDFs"
     bl_options = {"REGISTER", "UNDO"}
 
-    first: StringProperty(name="First", description="A measured material")
-    second: StringProperty(name="Second", description="The measured material that the factor or the mask adds")
+    first: StringProperty(name="Base", description="A measured material")
+    second: StringProperty(name="On Top", description="The measured material that the factor or the mask adds")
     factor: FloatProperty(name="Factor", default=0.5, min=0, max=1, subtype="FACTOR",
-                          description="Share of the second material")
-    mask: StringProperty(name="Mask", description="Image whose brightness is the share of the second material. Empty: "
+                          description="Share of the material On Top")
+    mask: StringProperty(name="Mask", description="Image whose brightness is the share of the material On Top. Empty: "
                                                   "the factor, everywhere")
 
     @classmethod
@@ -71,7 +71,7 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
         try:
             with new_data_removed_on_error():
                 mixed = mix(first, second, self.factor, mask, context)
-                if why := targets.assign(targets.active(context), mixed):
+                if why := targets.assign_all(targets.selected(context), mixed):
                     mixed.use_fake_user = True
                     self.report({"WARNING"}, f"{mixed.name} is not assigned: {why}")
                 # as `mix_group.keep`; no call may follow the assignment, which is not taken back

@@ -23,7 +23,7 @@ class MEASUREDBRDF_PT_mix(MaterialPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, node = present(self.layout), present(materials.mix_node(present(context.material)))
         draw_wrapped(layout, "It follows changes of both materials", "MATERIAL")
-        for place, item in zip(("Base", "On top"), mix_group.parts(present(node.node_tree)), strict=True):
+        for place, item in zip(("Base", "On Top"), mix_group.parts(present(node.node_tree)), strict=True):
             draw_wrapped(layout, f"{place}: {'a material that has been deleted' if item is None else item.name}", "DOT")
         factor = node.inputs[mix_group.FACTOR]
         if factor.is_linked:

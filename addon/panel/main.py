@@ -12,7 +12,7 @@ from ..core import material as materials
 from ..core.active_material import active_material, can_change
 from ..core.annotations import present
 from ..core.edits import edit_arguments
-from ..core.properties import name_of_fit, worth
+from ..core.properties import label_of_fit, worth
 from ..work import modal, queries
 from . import rendering
 from .layout import MaterialPanel, draw_warning, draw_wrapped, has_data, picture_scale
@@ -83,7 +83,6 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     if material is None:
         return
     if materials.is_shown(material):
-        rendering.draw_brief(layout, material, present(context.scene))
         _draw_version(layout, material)
     if not can_change(material):
         draw_wrapped(layout, "This material belongs to another file. Make it local to change it", "INFO")
@@ -100,7 +99,8 @@ def _draw_beginnings(layout: bpy.types.UILayout) -> None:
     """Draw how to begin; while a job runs its progress, in the same place and of the same height."""
     row = layout.row(align=True)
     if modal.running is not None:
-        row.progress(factor=modal.running.fraction, text=modal.running.doing)
+        after = f" ({len(modal.waiting)} waiting)" if modal.waiting else ""
+        row.progress(factor=modal.running.fraction, text=f"{modal.running.doing}{after}")
         row.operator(modal.MEASUREDBRDF_OT_cancel.bl_idname, text="", icon="X")
         return
     for draw_beginning in beginnings:
@@ -119,10 +119,10 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
         draw_warning(layout, str(job.error))
     column = layout.column(align=True)
     adjusted = ", adjusted" if edit_arguments(material) else ""
-    draw_wrapped(column, f"{settings.name_of_data}: {name_of_fit(settings)}{adjusted}", "MATERIAL")
-    text, is_well = worth(settings)
-    if text:
-        draw_wrapped(column, text, "CHECKMARK" if is_well else "INFO")
+    draw_wrapped(column, f"{settings.name_of_data}: {label_of_fit(settings)}{adjusted}", "MATERIAL")
+    if (found := worth(settings)).line:
+        draw_wrapped(column, found.line, "CHECKMARK" if found.is_well else "INFO")
+    rendering.draw_words(column, context, material)
 
 
 def _draw_version(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:

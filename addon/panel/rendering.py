@@ -88,15 +88,19 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
                 column.operator(MEASUREDBRDF_OT_fix_setting.bl_idname, text=text).key = finding.key
 
 
-def draw_brief(layout: bpy.types.UILayout, material: bpy.types.Material, scene: bpy.types.Scene) -> None:
-    """Say what is shown where the fit itself is not, and offer to change that."""
-    found = rendered.in_scene(material, scene)
-    if not found.why and found.how not in (rendered.BLACK, rendered.FORMER, rendered.PARTLY, rendered.OTHER):
-        return
-    column = layout.box().column(align=True)
-    draw_wrapped(column, rendered.brief(found, materials.rendering_of(material)), "INFO")
+def draw_words(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
+    """Say in a line how a material is rendered, and offer OSL where that helps."""
+    found = rendered.in_scene(material, present(context.scene))
+    row = layout.row(align=True)
+    row.label(text=rendered.in_words(found, _is_previewed(context)), icon="SHADING_RENDERED")
     if found.can_enable:
-        column.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
+        row.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
+
+
+def _is_previewed(context: bpy.types.Context) -> bool:
+    """Whether a 3-D viewport of the window shows Material Preview, which is EEVEE's."""
+    areas = context.screen.areas if context.screen is not None else ()
+    return any(area.type == "VIEW_3D" and area.spaces.active.shading.type == "MATERIAL" for area in areas)
 
 
 classes = (MEASUREDBRDF_OT_enable_osl, MEASUREDBRDF_OT_use_method, MEASUREDBRDF_PT_rendering)

@@ -49,7 +49,7 @@ class _FromPublished(FitChoices, MakesMaterials):
 
 
 class MEASUREDBRDF_OT_use_published(_FromPublished, bpy.types.Operator):
-    """Make a material of a published fit, and assign it to the active object"""
+    """Make a material of a published fit, and assign it to all selected objects"""
 
     bl_idname = "measured_brdf.use_published"
     bl_label = "Use Published Fit"
@@ -63,7 +63,7 @@ class MEASUREDBRDF_OT_use_published(_FromPublished, bpy.types.Operator):
             found = find(properties.name)
         except DatasetError as error:
             return str(error)
-        return f"{found.label}, assigned to the active object. {found.description}"
+        return f"{found.label}, assigned to all selected objects. {found.description}"
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
         return self.start(context)
@@ -73,7 +73,7 @@ class MEASUREDBRDF_OT_use_published(_FromPublished, bpy.types.Operator):
 
 
 class MEASUREDBRDF_OT_search_published(bpy.types.Operator):
-    """Find a published fit by name, make a material of it, and assign it to the active object"""
+    """Find a published fit by name, make a material of it, and assign it to all selected objects"""
 
     bl_idname = "measured_brdf.search_published"
     bl_label = "New Material from Published Fit"

@@ -7,7 +7,6 @@ from ..core import preferences
 from ..core.annotations import present
 from ..core.reading import scene_colours
 from ..panel.layout import draw_warning, draw_wrapped, on_buttons, room
-from ..work import modal
 from . import operators as library
 from . import shelf, starter, thumbnails
 from .data_sources import SOURCES
@@ -139,7 +138,6 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> N
     grid = _grid(layout)
     for each in found[:_MOST]:
         cell = grid.column(align=True)
-        cell.enabled = modal.running is None
         _draw_thumbnail(cell, shelf.swatch_icon(each.name))
         for line in on_buttons(each.label, _columns()):
             cell.operator(library.MEASUREDBRDF_OT_use_published.bl_idname, text=line).name = each.name
@@ -174,12 +172,14 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
     for each in [each for each in found if not each.error][:_MOST]:
         _draw_measurement(grid.column(align=True), each, how)
     _draw_rest(layout, len(found) - len(broken), "measurements")
-    for each in broken[:_MOST]:
-        draw_warning(layout, each.error)
+    if broken:
+        header, body = layout.panel("MEASUREDBRDF_unreadable", default_closed=True)
+        header.label(text=f"{len(broken)} files cannot be read" if len(broken) > 1 else "One file cannot be read")
+        for each in broken[:_MOST] if body is not None else ():
+            draw_wrapped(body, each.error, "DOT")
 
 
 def _draw_measurement(cell: bpy.types.UILayout, found: thumbnails.Found, how: dict[str, str]) -> None:
-    cell.enabled = modal.running is None
     icon, error = shelf.measurement_icon(found, how) if found.has_picture else (0, None)
     _draw_thumbnail(cell, icon, "ERROR" if error is not None else "FILE" if not found.has_picture else "TIME")
     for line in on_buttons(found.label, _columns()):

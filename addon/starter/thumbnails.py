@@ -4,7 +4,6 @@ Nothing here imports bpy. Pictures are cached on disk, by the content that they 
 """
 
 import hashlib
-import os
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -61,13 +60,13 @@ class Found(NamedTuple):
 
 
 def scan(folder: str, _report: Report = silent) -> list[Found]:
-    """The measurements in a folder, by file name; files are read only where they have changed since the last scan.
+    """The measurements in a folder and in those below it, in the order of `discovery.files_below`.
 
-    A file that cannot be read is listed with its error. Plain text and .bin are listed where they are recognised.
-    Raises OSError if the folder cannot be read.
+    Files are read only where they have changed since the last scan. A file that cannot be read is listed with its
+    error. Plain text and .bin are listed where they are recognised. Raises OSError if the folder cannot be read.
     """
     stamps = {}
-    for entry in sorted(os.scandir(folder), key=lambda entry: entry.name):
+    for entry in discovery.files_below(folder):
         if Path(entry.name).suffix.lower() in EXTENSIONS:
             with suppress(OSError):                     # removed meanwhile, or a broken link
                 if entry.is_file():

@@ -1,6 +1,8 @@
 """Finds the measurements in files and folders."""
 
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,6 +11,9 @@ from ...fitter.formats import EXTENSIONS, PLAIN, is_read_with_another, is_recogn
 from ...fitter.published import name_in
 
 GLOB = ";".join(f"*{extension}" for extension in EXTENSIONS)
+
+
+_MOST = 20_000              # files and folders that are looked at: in a large tree, those nearest to its root
 
 
 class Source(NamedTuple):
@@ -40,6 +45,33 @@ def files_in(paths: Iterable[str | Path]) -> list[Path]:
                             if item.suffix.lower() in EXTENSIONS
                             and (item.suffix.lower() not in PLAIN or is_recognised(item)))
     return files
+
+
+def files_below(folder: str) -> Iterator["os.DirEntry[str]"]:
+    """The files in a folder, by name, then those in its folders, and so on; each folder once, wherever links lead.
+
+    Hidden folders, and those that cannot be read, are passed over. Raises OSError if the first cannot be read.
+    """
+    folders, seen, left = [folder], set(), _MOST
+    for number, place in enumerate(folders):
+        try:
+            status = os.stat(place)
+            if (status.st_dev, status.st_ino) in seen:
+                continue
+            seen.add((status.st_dev, status.st_ino))
+            with os.scandir(place) as stream:
+                entries = sorted(stream, key=lambda entry: entry.name)
+        except OSError:
+            if number == 0:
+                raise
+            continue
+        for entry in entries[:left]:
+            with suppress(OSError):                     # a loop of links
+                if not entry.is_dir():
+                    yield entry
+                elif not entry.name.startswith("."):
+                    folders.append(entry.path)
+        left = max(left - len(entries), 0)
 
 
 def sources_in(paths: Iterable[str | Path]) -> tuple[list[Source], list[Failure]]:

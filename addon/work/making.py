@@ -25,24 +25,31 @@ _Prepared = Sequence[tuple[str, str, Outcome | ValueError, compiler.Shader | Non
 class HasTarget:
     """A mix-in for the operators that an import goes through, which tell one another what the material is for.
 
-    The object is remembered by its `session_uid`: it may be gone when the work is done.
+    Objects are remembered by their `session_uid`: they may be gone when the work is done.
     """
 
     target: IntProperty(options={"HIDDEN", "SKIP_SAVE"})
     slot: IntProperty(default=targets.ACTIVE_SLOT, options={"HIDDEN", "SKIP_SAVE"})
+    others: StringProperty(options={"HIDDEN", "SKIP_SAVE"})     # that are selected too, separated by spaces
 
     def remember_target(self, context: bpy.types.Context, event: bpy.types.Event | None = None) -> None:
-        """Remember the object under the mouse of an event, else the active one, unless the caller has named one."""
+        """Remember the object under the mouse of an event, else the active one and all that are selected, unless the
+        caller has named one."""
         if not self.target:
             dropped_on = None if event is None else targets.under_mouse(context, event)
-            self.target, self.slot = dropped_on or targets.active(context)
+            (self.target, self.slot), *others = [dropped_on] if dropped_on else targets.selected(context)
+            self.others = " ".join(str(each.item) for each in others)
+
+    def targets(self) -> list[targets.Target]:
+        """All that have been remembered."""
+        return [targets.Target(self.target, self.slot), *(targets.Target(int(uid)) for uid in self.others.split())]
 
 
 class MakesMaterials(HasTarget, InBackground):
     """A mix-in for operators whose work returns `Outcomes`: each becomes a material.
 
-    The first is assigned to the target. Files that failed are reported as warnings; if all of them failed, the first is
-    reported as an error.
+    The first is assigned to the targets. Files that failed are reported as warnings; if all of them failed, the first
+    is reported as an error.
     """
 
     def prepare(self, outcomes: Outcomes) -> Steps:
@@ -72,10 +79,10 @@ class MakesMaterials(HasTarget, InBackground):
         queries.tell_fit(outcomes[0].measured, fit_arguments(choices), outcomes[0].fitted)
         told = f"{len(made)} materials; {len(failed)} files failed"
         if len(made) == 1:
-            told = f"{made[0].name}: {worth(made[0].measured_brdf)[0]}"
+            told = f"{made[0].name}: {worth(made[0].measured_brdf).whole}"
         how = rendered.advice(made[0], present(context.scene))
         # last, because it is the only change that is not taken back on an error
-        if why := targets.assign(targets.Target(self.target, self.slot), made[0]):
+        if why := targets.assign_all(self.targets(), made[0]):
             made[0].use_fake_user = True
             self.report({"WARNING"}, f"{made[0].name} is not assigned: {why}")
         for error in failed:

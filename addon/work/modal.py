@@ -1,5 +1,7 @@
 """Operators that work in another process while the window stays responsive: with a progress bar, and Esc to cancel.
 
+One works at a time; those that are started meanwhile wait for it, in their order.
+
 Meanwhile users may undo, open another file, or delete anything. So no reference to Blender's data is kept between two
 timer events: an operator remembers the `session_uid` of its target, and looks it up in the one step that applies the
 result.
@@ -26,6 +28,7 @@ EXPECTED = (DatasetError, compiler.CompileError, process.WorkerError, blender_pr
             OSError)
 
 running: Job[Any] | None = None             # the job whose progress the panel shows
+waiting: list[Work] = []                    # what begins when it has ended, one after the other
 
 
 class InBackground(OperatorMixIn):
@@ -62,11 +65,12 @@ class InBackground(OperatorMixIn):
         """Begin, and continue in `modal`: what `invoke` returns."""
         if bpy.app.background:
             return self.execute(context)
-        if running is not None:
-            self.report({"ERROR"}, "Another fit is running: wait for it, or press Esc to cancel it")
-            return {"CANCELLED"}
         try:
-            self._begin(self.work(context))
+            work = self.work(context)
+            if running is None and not waiting:
+                self._begin(work)
+            else:
+                self._wait(work)
         except Exception as error:
             return self._failed(error)
         self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
@@ -74,7 +78,9 @@ class InBackground(OperatorMixIn):
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
-        if (event.type == "ESC" and event.value == "PRESS") or running is not self._job:
+        if self._job is None and self._work in waiting:
+            return self._modal_in_line(context, event)
+        if (event.type == "ESC" and event.value == "PRESS") or self._job is None or running is not self._job:
             self._end(context)
             self.report({"INFO"}, "Cancelled; nothing has changed")
             return {"CANCELLED"}
@@ -103,7 +109,24 @@ class InBackground(OperatorMixIn):
     def _begin(self, work: Work) -> None:
         global running
         self._steps: Steps | None = None
+        self._work, self._job = work, None
         self._job = running = work.start()
+
+    def _wait(self, work: Work) -> None:
+        """Begin when all that was started before has ended."""
+        self._steps, self._job, self._work = None, None, work
+        waiting.append(work)
+        self.report({"INFO"}, "Queued: it begins when what is running has ended")
+
+    def _modal_in_line(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
+        """Begin if it is this operator's turn. Esc is for what is running."""
+        if event.type == "TIMER" and running is None and waiting[0] is self._work:
+            try:
+                self._begin(waiting.pop(0))
+            except Exception as error:
+                self._end(context)
+                return self._failed(error)
+        return {"PASS_THROUGH"}
 
     def _step(self, context: bpy.types.Context) -> bool:
         """Do the next piece: whether all is done."""
@@ -143,9 +166,12 @@ class InBackground(OperatorMixIn):
 
     def _end(self, context: bpy.types.Context) -> None:
         global running
-        if running is self._job:        # another operator may have begun since this one was cancelled
-            running = None
-        self._job.cancel()
+        if self._work in waiting:
+            waiting.remove(self._work)
+        if self._job is not None:
+            if running is self._job:    # another operator may have begun since this one was cancelled
+                running = None
+            self._job.cancel()
         if self._steps is not None:
             self._steps.close()
         context.window_manager.event_timer_remove(self._timer)
@@ -184,7 +210,12 @@ def stop() -> None:
 
 @persistent
 def _on_load(_file: object) -> None:
-    stop()                          # the file that the job was for is being closed
+    _stop_all()                     # the file that the jobs were for is being closed
+
+
+def _stop_all() -> None:
+    waiting.clear()
+    stop()
 
 
 classes = (MEASUREDBRDF_OT_cancel,)
@@ -196,4 +227,4 @@ def register() -> None:
 
 def unregister() -> None:
     bpy.app.handlers.load_pre.remove(_on_load)
-    stop()
+    _stop_all()

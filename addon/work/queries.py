@@ -32,8 +32,12 @@ def data(material: bpy.types.Material) -> Job[Data]:
 def cost(measured: Data, arguments: Arguments) -> tuple[Job[Fitted], Job[float]]:
     """The job that fits, and the one that finds the RMSE at held-out samples."""
     held = held_out(measured, arguments)
-    found = queue.ask(_key("fit", measured, arguments), partial(tasks.fitted_of, measured, arguments))
-    return found, held
+    return fitted(measured, arguments), held
+
+
+def fitted(measured: Data, arguments: Arguments) -> Job[Fitted]:
+    """The job that fits."""
+    return queue.ask(_key("fit", measured, arguments), partial(tasks.fitted_of, measured, arguments))
 
 
 def held_out(measured: Data, arguments: Arguments) -> Job[float]:

@@ -29,7 +29,7 @@ from ...fitter.quality import cross_validation, describe, verdict
 from ...fitter.samples import distinct_channels
 from ..core.annotations import Arguments, Report
 from ..core.outcomes import Data, Fitted, Kept, Measured, Outcome, Surface
-from . import shared
+from . import discovery, shared
 from .recent import Recent
 
 _PassedOn = TypeVar("_PassedOn")
@@ -68,6 +68,40 @@ def read(path: str, sample: str | None, report: Report = silent, how: Arguments 
     found = Data(measured, describe.describe(samples, formats.overflowed(path, sample or None)))
     _described[measured] = found
     return found
+
+
+def found_again(wanted: Sequence[tuple[str, str, Arguments, str]], folder: str, report: Report = silent) -> list[str]:
+    """Files in a folder, or below it, that have the names of files that are missing.
+
+    Parameters
+    ----------
+    wanted : list of (path, sample, how, digest)
+        How a missing file was read, and the digest of its measurements: of files of one name, that which has it.
+
+    Returns
+    -------
+    list of str
+        Their paths; empty where there is none.
+    """
+    report(0.0, "Searching")
+    there: dict[str, list[str]] = {Path(path).name: [] for path, *_ in wanted}
+    for entry in discovery.files_below(folder):
+        if entry.name in there:
+            there[entry.name].append(entry.path)
+    found = []
+    for number, (path, sample, how, key) in enumerate(wanted):
+        report(number / len(wanted), f"Comparing {Path(path).name}")
+        paths = there[Path(path).name]
+        same = (each for each in paths if len(paths) > 1 and _has_digest(each, sample, how, key))
+        found.append(next(same, paths[0] if paths else ""))
+    return found
+
+
+def _has_digest(path: str, sample: str, how: Arguments, key: str) -> bool:
+    try:
+        return _load(path, sample, how)[1].digest == key
+    except ValueError:
+        return False
 
 
 def _load(path: str, sample: str | None, how: Arguments | None) -> tuple[fitter.Samples, Measured]:
@@ -339,7 +373,7 @@ def held_out(samples: fitter.Samples, arguments: Arguments, report: Report = sil
     def reported_fit(part: fitter.Samples) -> fitter.Fit:
         fold = next(folds)
         begin, end = fold / cross_validation.FOLDS, (fold + 1) / cross_validation.FOLDS
-        with progress.part(begin, end, "Predicting held-out samples"):
+        with progress.part(begin, end, "Testing at unseen angles"):
             return fit(part, arguments)
 
     return cross_validation.held_out(samples, reported_fit).rmse

@@ -92,7 +92,7 @@ def estimate(samples: Samples) -> Estimate:
     trials, first = [], 0
     for number, family in enumerate(families):
         with progress.part(0.4 + 0.4 * number / len(families), 0.4 + 0.4 * (number + 1) / len(families),
-                           "Choosing a model"):
+                           "Fitting shape"):
             trials.append(search.best(range(first, first + len(family))))
         first += len(family)
     found = max(trials, key=lambda each: each.value)
@@ -102,7 +102,7 @@ def estimate(samples: Samples) -> Estimate:
         values = lattices.likelihoods(of_lattices, systems, transforms, found.kernel) - costs
         system, number = divmod(int(values.argmax()), len(transforms))
         return Estimate(systems[system], transforms[number], found.kernel, None, None)
-    progress.report(0.8, "Interpolating the samples")
+    progress.report(0.8, "Fitting shape")
     coordinates, transform = systems[found.system], transforms[found.prior]
     field, left_out = gaussian_process.krige(
         _mu(coordinates, samples), transform.field(samples.values, *samples.directions), found.kernel,

@@ -111,15 +111,37 @@ def sentence(verdict: Verdict) -> str:
     Examples
     --------
     >>> sentence(Verdict(0.4, 3.0, 70.3, 12.0))
-    'Matches the measurements: excellent. Between them: good, uncertain beyond 70 degrees'
+    'Matches the measurements: excellent. Between measured angles: good, uncertain beyond 70 degrees'
     >>> sentence(Verdict(4.0, UNKNOWN, 90.0, 31.0))
-    'Matches the measurements: fair. Between them: uncertain in gaps of up to 31 degrees'
+    'Matches the measurements: fair. Not tested between measured angles, uncertain in gaps of up to 31 degrees'
     """
-    known = [] if verdict.between < 0 else [grade(verdict.between, BETWEEN_LIMITS)]
+    between = "Not tested between measured angles" if verdict.between < 0 else _between(verdict)
     doubts = [] if verdict.farthest >= math.degrees(GRAZING) else [f"beyond {verdict.farthest:.0f} degrees"]
     if verdict.hole > WIDE_GAP:
         doubts.append(f"in gaps of up to {verdict.hole:.0f} degrees")
-    if doubts:
-        known.append("uncertain " + " and ".join(doubts))
-    return (f"Matches the measurements: {grade(verdict.match, MATCH_LIMITS)}. "
-            f"Between them: {', '.join(known or ['not judged'])}")
+    uncertain = f", uncertain {' and '.join(doubts)}" if doubts else ""
+    return f"{_match(verdict)}. {between}{uncertain}"
+
+
+def line(verdict: Verdict) -> str:
+    """As `sentence`, in a line: of what lies between the measured angles, only that it is worse than good.
+
+    Examples
+    --------
+    >>> line(Verdict(0.4, 3.0, 70.3, 12.0))
+    'Matches the measurements: excellent'
+    """
+    return f"{_match(verdict)}. {_between(verdict)}" if verdict.between > BETWEEN_LIMITS[1] else _match(verdict)
+
+
+def is_poor(verdict: Verdict) -> bool:
+    """Whether a fit matches its measurements as badly as can be."""
+    return verdict.match > MATCH_LIMITS[-1]
+
+
+def _match(verdict: Verdict) -> str:
+    return f"Matches the measurements: {grade(verdict.match, MATCH_LIMITS)}"
+
+
+def _between(verdict: Verdict) -> str:
+    return f"Between measured angles: {grade(verdict.between, BETWEEN_LIMITS)}"

@@ -41,16 +41,14 @@ def many(glossy):
 def test_every_preset_tells_its_steps(glossy, preset):
     told, _ = told_by(lambda: fitter.fit(subset(glossy, slice(150)), **PRESETS[preset]))
     if PRESETS[preset]["method"] == "kriging":
-        assert_even(told, 12, {"Fitting lobes", "Choosing a model", "Interpolating the samples",
-                               "Fitting the sparse lattice", "Checking the energy"})
+        assert_even(told, 12, {"Fitting lobes", "Fitting shape", "Fitting the sparse lattice", "Checking the energy"})
     else:
         assert_even(told, 5, {"Fitting the dense lattice", "Fitting the sparse lattice"}, 0.5)
 
 
 def test_fits_of_many_samples_tell_their_steps(many):
     told, _ = told_by(lambda: fitter.fit(many, 3, 4, 98.0, "kriging"))
-    assert_even(told, 20, {"Choosing a model", "Fitting the dense lattice",
-                           "Fitting the sparse lattice"})
+    assert_even(told, 20, {"Fitting shape", "Fitting the dense lattice", "Fitting the sparse lattice"})
 
 
 def test_a_fit_by_tolerance_tells_its_steps(glossy):

@@ -11,7 +11,7 @@ from fitter import PRESETS
 from support.drawn import draw
 
 CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
-ORDER = ["Draft", "Standard", "Reference", "Paper"]
+ORDER = ["Standard", "Reference", "Original 2002 Method"]
 
 
 @pytest.fixture
@@ -52,8 +52,9 @@ def fits(glossy, write_astm, tmp_path_factory):
     """What each preset makes of the samples in the file, worked out apart from the extension."""
     samples = fitter.load(write_astm(tmp_path_factory.mktemp("fits") / "glossy.astm", glossy))
     made = {name: fitter.fit(samples, **preset) for name, preset in PRESETS.items()}
-    return {name: (f"{fit.coefficient_count:,} coefficients", f"{fit.nbytes / 1000:,.0f} KB",
-                   f"RMSE {fitter.error_metrics(samples.values, fit.evaluate(*samples.directions)).rmse:.3g}")
+    return {name.replace("Paper", ORDER[-1]): (
+        f"{fit.coefficient_count:,} coefficients", f"{fit.nbytes / 1000:,.0f} KB",
+        f"RMSE {fitter.error_metrics(samples.values, fit.evaluate(*samples.directions)).rmse:.3g}")
             for name, fit in made.items()}
 
 
@@ -80,8 +81,8 @@ def test_each_preset_has_its_own_numbers_whatever_the_settings_are(ui, material,
     for name in ORDER:
         place = shown.button(name).place
         texts = [entry[2] for entry in shown.drawn[place + 1:place + 5]]
-        assert texts == [*fits[name], "Held out 0.25"]
-    button = shown.button("Paper")
+        assert texts == [*fits[name], "Unseen 0.25"]
+    button = shown.button("Original 2002 Method")
     assert (button.operator, button.options["preset"], button.enabled) == ("measured_brdf.fit", "Paper", True)
 
 
@@ -97,7 +98,7 @@ def test_a_linked_material_has_the_numbers_of_each_preset_and_no_button(ui, mate
     texts = [entry[2] for entry in shown.drawn if entry[0] == "text"]
     for name in ORDER:
         place = texts.index(name)
-        assert texts[place + 1:place + 5] == [*fits[name], "Held out 0.25"]
+        assert texts[place + 1:place + 5] == [*fits[name], "Unseen 0.25"]
 
 
 def test_the_fit_that_the_material_has_is_marked_and_not_made_again(ui, material, fits, monkeypatch):
@@ -112,7 +113,7 @@ def test_the_fit_that_the_material_has_is_marked_and_not_made_again(ui, material
     monkeypatch.setattr("support.drawn.Layout.operator", lambda layout, name, text="", **options: (
         marked.update({text: options["depress"]}), SimpleNamespace())[1])
     drawn(ui, ui.presets.MEASUREDBRDF_PT_compare, material)
-    assert marked == {name: name == "Paper" for name in ORDER}
+    assert marked == {name: name == "Original 2002 Method" for name in ORDER}
     assert "mba" not in asked
     assert "kriging" in asked
 
@@ -128,7 +129,7 @@ def test_questions_are_asked_cheapest_first(ui, material, monkeypatch):
     asked, cost = [], queries.cost
     monkeypatch.setattr(queries, "cost", lambda data, arguments: (asked.append(arguments), cost(data, arguments))[1])
     draw(ui.presets.MEASUREDBRDF_PT_compare, material=material)
-    assert asked == [PRESETS[name] for name in ("Paper", "Draft", "Standard", "Reference")]
+    assert asked == [PRESETS[name] for name in ("Paper", "Standard", "Reference")]
 
 
 def test_a_hint_tells_how_to_pin(ui, material, other):

@@ -211,9 +211,25 @@ def test_the_sentence_names_what_was_chosen_and_why_it_is_not_shown():
 
     found = Rendered("NODES", 0.05, 0.1, "OSL is off", True)
     assert sentence(found, "EXACT") == (
-        "Rendered by nodes instead of Exact, because OSL is off: 5.0% of the light goes in wrong directions, up to "
-        "10.0% at the worst viewing angle")
-    assert sentence(found._replace(why=""), "NODES").startswith("Rendered by nodes: 5.0%")
+        "Rendered by nodes instead of Exact, because OSL is off. Highlight Error 5.0% of the light, up to 10.0% at the "
+        "worst viewing angle")
+    assert sentence(found._replace(why=""), "NODES").startswith("Rendered by nodes. Highlight Error 5.0%")
+
+
+@pytest.mark.parametrize(("how", "error", "why", "can_enable", "words"), [
+    ("EXACT", 0.0, "", False, "Exact"), ("NODES", 0.0051, "", False, "Nodes: within 1 %"),
+    ("NODES", 0.0849, "the engine is EEVEE", True, "Nodes: within 9 %"),
+    ("NODES", 0.01, "OSL is off", True, "Nodes: OSL is off"),
+    ("NODES", 0.01, "this Blender was built without OSL", False, "Nodes: no OSL here"),
+    ("NODES", 0.01, "Cycles has no OSL on CUDA devices", False, "Nodes: no OSL here"),
+    ("BLACK", 1.0, "OSL is off", False, "Black: update it"), ("FORMER", 1.0, "", False, "Older version: update it"),
+    ("OTHER", 1.0, "", False, "Not connected to the output")])
+def test_the_rendering_in_four_words(how, error, why, can_enable, words):
+    from measured_brdf.addon.core.rendered import Rendered, in_words
+
+    found = Rendered(how, error, error, why, can_enable)
+    assert in_words(found) == words
+    assert in_words(found, is_previewed=True) == ("Exact on final renders" if how == "EXACT" else words)
 
 
 IN_EEVEE = f"""

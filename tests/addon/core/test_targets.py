@@ -183,6 +183,61 @@ def test_the_target_goes_through_the_dialogs(scene, file):
         right.material_slots[1].material = None
 
 
+def select(scene, *names):
+    for item in scene.context.scene.objects:
+        item.select_set(item.name in names)
+
+
+def shown(scene):
+    return {item.name: item.active_material.name for item in scene.data.objects if item.type == "MESH"
+            and item.active_material is not None and item.active_material.measured_brdf.coefficients}
+
+
+def test_all_selected_objects_get_what_is_imported_and_taken_from_the_library(scene, file):
+    from support.stage import add_lamp
+
+    add_lamp("POINT", 1)
+    cube("unselected", (9, 0, 0))
+    scene.context.view_layer.objects.active = scene.data.objects["left"]
+    select(scene, "left", "right", "lamp", "Light", "Point")
+    scene.ops.measured_brdf.import_data(filepath=file, **CHEAP)
+    assert shown(scene) == {"left": "glossy", "right": "glossy"}
+    scene.data.objects["right"].data.materials.clear()
+    scene.ops.measured_brdf.use_published(name="pink-felt")
+    assert set(shown(scene).values()) == {scene.data.objects["left"].active_material.name}
+    assert set(shown(scene)) == {"left", "right"}
+    assert "pink" in scene.data.objects["right"].active_material.name.lower()
+
+
+def test_objects_that_are_selected_when_a_fit_begins_get_it_whatever_is_selected_at_its_end(scene, file):
+    from measured_brdf.addon.importing import import_data
+
+    from tests.addon.work.test_at_every_tick import driven, run
+
+    select(scene, "left", "right")
+    operator = driven(import_data.MEASUREDBRDF_OT_import_data, import_data.MakesMaterials, directory="", files=[],
+                      filepath=file, preset="Paper", diffuse_level=1, specular_level=-1)
+    operator.remember_target(scene.context)
+    assert run(operator, lambda: (select(scene), cube("other", (9, 9, 9))), 1)[-1] == {"FINISHED"}
+    assert shown(scene) == {"left": "glossy", "right": "glossy"}
+
+
+def test_a_drop_is_for_the_object_under_the_mouse_alone(scene, targets):
+    from measured_brdf.addon.work import making
+
+    select(scene, "left", "right")
+    operator = making.HasTarget()
+    operator.target, operator.slot, operator.others = 0, -1, ""
+    operator.remember_target(*context_and_event(looking_down(), (2, 0, 1)))
+    assert operator.targets() == [(scene.data.objects["right"].session_uid, 2)]
+    operator.target = 0
+    context, event = context_and_event(looking_down(), (0, 0, 1))
+    context.selected_objects = scene.context.selected_objects
+    operator.remember_target(context, event)
+    both = {scene.data.objects[name].session_uid for name in ("left", "right")}
+    assert {item for item, _ in operator.targets()} == both
+
+
 def test_a_target_that_has_gone_or_lost_slots_is_told(scene, file, capfd):
     right, left = scene.data.objects["right"], scene.data.objects["left"]
     right.data.materials.pop()

@@ -137,14 +137,14 @@ def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, exten
                                filepath=file, preset="Paper", diffuse_level=2, specular_level=-1, compression=0.0,
                                use_tolerance=False, tolerance=1.0, rendering="AUTO", angles="auto", quantity="auto",
                                illuminant="D65", isotropic="auto", symmetry="auto", encoding="raw", target=7, slot=1,
-                               report=lambda kind, text: reports.append(text))
+                               others="8", report=lambda kind, text: reports.append(text))
     with pytest.raises(ValueError, match="degrees or radians") as raised:
         extension.fitter.load(file)
     assert module.MEASUREDBRDF_OT_import_data._failed(operator, raised.value) == {"CANCELLED"}
     if asks:
         (kind, given), = window.called
         assert kind == ("INVOKE_DEFAULT",)
-        assert (given["filepath"], given["target"], given["slot"]) == (file, 7, 1)
+        assert [given[name] for name in ("filepath", "target", "slot", "others")] == [file, 7, 1, "8"]
         assert "degrees or radians" in given["complaint"]
     else:
         assert not window.called

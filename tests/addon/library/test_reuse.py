@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 import uuid
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -132,7 +133,9 @@ def test_a_copy_is_fitted_by_itself(blender, material):
     assert len([tree for tree in blender.data.node_groups if "fit" in tree]) == 2
 
 
-def test_a_file_that_has_moved_is_found_again(blender, material, file, tmp_path):
+def test_a_file_that_has_moved_is_found_again(blender, material, file, tmp_path, monkeypatch):
+    from measured_brdf.addon.work import tasks
+
     before = settings_of(material)
     moved = tmp_path / "elsewhere" / "glossy.astm"
     moved.parent.mkdir()
@@ -140,8 +143,58 @@ def test_a_file_that_has_moved_is_found_again(blender, material, file, tmp_path)
     with pytest.raises(RuntimeError, match="No such file"):
         blender.ops.measured_brdf.fit()
     assert settings_of(material) == before
+    monkeypatch.setattr(tasks, "outcome", None)         # which fits
     assert blender.ops.measured_brdf.find_file(filepath=str(moved)) == {"FINISHED"}
     assert settings_of(material) == before | {"filepath": str(moved)}
+    monkeypatch.undo()
+    material.measured_brdf.filepath, material.measured_brdf.diffuse_level = str(file), 1
+    assert blender.ops.measured_brdf.find_file(filepath=str(moved), refit=True) == {"FINISHED"}
+    assert material.measured_brdf.fitted_levels.startswith("(1,")
+
+
+@pytest.mark.parametrize("is_there", [True, False])
+def test_the_file_browser_proposes_the_name_of_the_missing_file(blender, material, extension, tmp_path, is_there):
+    """In its folder, or where that is gone, in that of the .blend."""
+    shown = []
+    folder = tmp_path / "scene" if not is_there else tmp_path / "data"
+    for name in ("scene", "data") if is_there else ("scene",):
+        (tmp_path / name).mkdir()
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene" / "scene.blend"))
+    material = blender.context.object.active_material
+    material.measured_brdf.filepath = str(tmp_path / "data" / "felt.astm")
+    find = extension.addon.importing.relink.MEASUREDBRDF_OT_find_file
+    from bpy_extras.io_utils import ImportHelper
+
+    operator = type("Driven", (ImportHelper,), {"invoke": find.invoke})()
+    context = SimpleNamespace(material=material, object=None, window_manager=SimpleNamespace(
+        fileselect_add=lambda operator: shown.append(operator.filepath)))
+    operator.invoke(context, None)
+    assert shown == [str(folder / "felt.astm")]
+
+
+def test_missing_files_of_all_materials_are_found_by_name_below_a_folder(blender, material, file, glossy, write_astm,
+                                                                        tmp_path, capfd):
+    """Of files of one name, the one with the measurements that the material was fitted to."""
+    from dataclasses import replace
+
+    copy, lost, published = material.copy(), material.copy(), material.copy()
+    lost.measured_brdf.filepath, published.measured_brdf.filepath = str(tmp_path / "nowhere.astm"), "published:chrome"
+    other, right = tmp_path / "a" / "glossy.astm", tmp_path / "b" / "c" / "glossy.astm"
+    other.parent.mkdir()
+    right.parent.mkdir(parents=True)
+    write_astm(other, replace(glossy, values=2 * glossy.values), "glossy")
+    file.rename(right)
+    (tmp_path / "b" / "loop").symlink_to(tmp_path, target_is_directory=True)
+    before = settings_of(material)
+    assert blender.ops.measured_brdf.find_missing(directory=str(tmp_path)) == {"FINISHED"}
+    assert settings_of(material) == settings_of(copy) == before | {"filepath": str(right)}
+    assert published.measured_brdf.filepath == "published:chrome"
+    told = capfd.readouterr().out
+    assert "2 of 3 materials relinked" in told
+    assert "nowhere.astm is not in" in told
+    lost.measured_brdf.filepath = str(right)
+    with pytest.raises(RuntimeError, match="No measurements"):
+        blender.ops.measured_brdf.find_missing(directory=str(tmp_path))
 
 
 def test_a_file_that_has_changed_is_recognised(blender, material, file, glossy, write_astm, capfd):

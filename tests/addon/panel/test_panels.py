@@ -1,5 +1,6 @@
 """What the panels show, drawn without a window."""
 
+import re
 from types import SimpleNamespace
 
 import bpy
@@ -8,7 +9,7 @@ import pytest
 
 from fitter import PRESETS
 from support.cases import quick
-from support.drawn import draw
+from support.drawn import Layout, draw
 
 CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
 ORDER = ["Draft", "Standard", "Reference", "Paper"]
@@ -43,6 +44,16 @@ def drawn(ui, panel, material):
     draw(panel, material=material)
     ui.queue.answer_all()
     return draw(panel, material=material)
+
+
+def draw_as(panel, owner):
+    """What a class draws that is no panel: preferences, or an operator, with the properties of `owner`."""
+    layout = Layout()
+    settings = owner.measured_brdf
+    values = {prop.identifier: getattr(settings, prop.identifier) for prop in settings.bl_rna.properties}
+    values |= dict.fromkeys(("data_folder", "asset_library", "offer_library"), "")
+    panel.draw(SimpleNamespace(layout=layout, **values), bpy.context)
+    return layout
 
 
 def use_cycles(scene, osl=True):
@@ -85,7 +96,7 @@ def test_a_material_of_an_older_version_is_not_judged(material):
     from measured_brdf.addon.core.properties import worth
 
     material.measured_brdf.match = -1
-    assert worth(material.measured_brdf) == ("", False)
+    assert worth(material.measured_brdf) == ("", "", False)
 
 
 def test_a_published_fit_is_called_one_in_the_panel_and_when_it_is_made(blender, capfd):
@@ -95,7 +106,7 @@ def test_a_published_fit_is_called_one_in_the_panel_and_when_it_is_made(blender,
     capfd.readouterr()
     blender.ops.measured_brdf.import_data(filepath="published:chrome", preset="Draft")
     material = blender.context.object.active_material
-    imported, shown = capfd.readouterr().out, worth(material.measured_brdf)[0]
+    imported, shown = capfd.readouterr().out, worth(material.measured_brdf).line
     blender.ops.measured_brdf.fit()
     for text in (imported, shown, capfd.readouterr().out):
         assert "ublished fit" in text
@@ -132,30 +143,47 @@ def test_presets_have_one_order_everywhere(ui, blender, material):
     from measured_brdf.addon.core import properties
 
     shown = drawn(ui, ui.data, material)
-    assert sorted(ORDER, key=lambda name: shown.button(name).place) == ORDER
+    assert shown.button("Standard").place < shown.button("Reference").place
     assert list(PRESETS) == ORDER
     assert [item[0] for item in properties.PRESET_ITEMS] == ORDER
     assert [item.identifier for item in material.measured_brdf.bl_rna.properties["preset"].enum_items] == ORDER
 
 
 @pytest.mark.parametrize(("engine", "osl", "says"), [
-    ("BLENDER_EEVEE", False, "Rendered by nodes, because the engine is EEVEE"),
-    ("CYCLES", False, "Rendered by nodes, because OSL is off")])
-def test_above_the_file_the_panel_says_what_stands_in_for_the_fit(ui, material, engine, osl, says):
+    ("BLENDER_EEVEE", False, "Nodes: within "), ("CYCLES", False, "Nodes: OSL is off"), ("CYCLES", True, "Exact")])
+def test_the_panel_says_how_the_material_is_rendered_in_four_words(ui, material, engine, osl, says):
     scene = bpy.context.scene
     scene.render.engine = engine if engine == "CYCLES" or bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
     scene.cycles.shading_system = osl
     shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
     assert says in shown.texts
-    assert "light goes in wrong directions" not in shown.texts
+    assert "Highlight Error" not in shown.texts
     assert (shown.button("Enable OSL") is not None) == (engine != "CYCLES" or not osl)
 
 
-def test_where_the_fit_itself_is_rendered_nothing_is_said(ui, material):
+def test_under_material_preview_the_panel_says_that_final_renders_are_exact(ui, material):
     use_cycles(bpy.context.scene)
-    shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
-    assert "Rendered" not in shown.texts
-    assert shown.button("Enable OSL") is None
+    shading = SimpleNamespace(type="MATERIAL")
+    view = SimpleNamespace(type="VIEW_3D", spaces=SimpleNamespace(active=SimpleNamespace(shading=shading)))
+    shown = {"material": material, "screen": SimpleNamespace(areas=[SimpleNamespace(type="OUTLINER"), view])}
+    assert "Exact on final renders" in draw(ui.fit.MEASUREDBRDF_PT_material, **shown).texts
+    shading.type = "RENDERED"
+    assert "Exact on final renders" not in draw(ui.fit.MEASUREDBRDF_PT_material, **shown).texts
+
+
+@pytest.mark.parametrize(("match", "preset", "advice"), [
+    (6.1, "Standard", "Matches the measurements: poor. Choose Reference in Measurements, and Refit"),
+    (6.1, "Reference", "Matches the measurements: poor. Measurements lists the values that are doubtful"),
+    (6.0, "Standard", "Matches the measurements: fair")])
+def test_a_poor_match_comes_with_what_to_do_about_it(ui, material, match, preset, advice):
+    from measured_brdf.addon.core import properties
+
+    settings = material.measured_brdf
+    settings.match, settings.between = match, -1
+    properties.use_preset(settings, preset)
+    settings.fitted_as = properties.as_text(properties.fit_arguments(settings))
+    assert properties.worth(settings).line == advice
+    assert advice in draw(ui.fit.MEASUREDBRDF_PT_material, material=material).texts
 
 
 def test_a_linked_material_cannot_be_refitted_until_it_is_local(ui, blender, material, tmp_path):
@@ -196,7 +224,7 @@ def test_a_wrong_sample_leads_to_the_list_of_samples(ui, blender, data):
         ui.queue._answers[key] = job
     lane.queue.clear()
     shown = draw(ui.data, material=material)
-    assert shown.button("Find File") is None
+    assert shown.button("Relink...") is None
     button = shown.button("Choose Sample")
     assert (button.operator, button.options["for_material"]) == ("measured_brdf.choose_sample", True)
 
@@ -208,9 +236,9 @@ def test_progress_reads_as_progress_and_the_result_as_a_number(ui, material, mon
     drawn(ui, ui.data, material)            # reads the measurements
     job = SimpleNamespace(finished=None, error=None, result=None, fraction=0.4)
     monkeypatch.setattr(queries, "held_out", lambda *_: job)
-    assert dict(ui.details.rows(material))["Held-out RMSE"] == "working out, 40%"
+    assert dict(ui.details.rows(material))["Error at Unseen Angles"] == "working out, 40%"
     job.finished, job.result = 1.0, 0.0123456
-    assert dict(ui.details.rows(material))["Held-out RMSE"] == "0.0123 / sr"
+    assert dict(ui.details.rows(material))["Error at Unseen Angles"] == "0.0123 / sr"
 
 
 def test_details_have_the_numbers(ui, material, glossy):
@@ -221,7 +249,33 @@ def test_details_have_the_numbers(ui, material, glossy):
     shown = dict(ui.details.rows(material))
     assert shown["RMSE"] == f"{errors.rmse:.3g} / sr"
     assert shown["Coefficients"] == f"{expected.coefficient_count:,}"
-    assert {"Nodes misplaces", "EEVEE misplaces"} <= set(shown)
+    assert re.fullmatch(r"Nodes \d+\.\d%, EEVEE \d+\.\d%", shown["Highlight Error"])
+
+
+def test_neither_draft_nor_the_method_of_2002_is_among_the_presets_of_panel_dialog_and_preferences(ui, material):
+    """Draft takes as long as Standard, and the other one has its place in Fit Settings. Scripts may name both."""
+    from measured_brdf.addon.core import preferences
+    from measured_brdf.addon.importing import import_data
+
+    choices = [entry[3] for panel in (preferences.MeasuredPreferences, import_data.MEASUREDBRDF_OT_browse)
+               for entry in draw_as(panel, material).drawn if entry[0] == "choice" and entry[2] == "preset"]
+    assert choices == ["Standard", "Reference"] * 2
+    shown = drawn(ui, ui.data, material)
+    assert shown.button("Draft") is shown.button("Paper") is shown.button("Original 2002 Method") is None
+
+
+def test_the_method_of_2002_tells_its_error_before_it_is_chosen(ui, material, glossy):
+    from fitter import error_metrics, fit
+
+    rmse = error_metrics(glossy.values, fit(glossy, **PRESETS["Paper"]).evaluate(*glossy.directions)).rmse
+    for _ in range(2):
+        shown = drawn(ui, ui.details.MEASUREDBRDF_PT_settings, material)
+    mine = material.measured_brdf.rmse
+    assert f"RMSE {rmse:.3g} / sr, {rmse / mine:.1f} times that of this fit" in shown.texts
+    button = shown.button("Original 2002 Method")
+    assert (button.operator, button.options["preset"]) == ("measured_brdf.use_preset", "Paper")
+    bpy.ops.measured_brdf.use_preset(preset="Paper")
+    assert "times that of this fit" not in drawn(ui, ui.details.MEASUREDBRDF_PT_settings, material).texts
 
 
 @pytest.mark.parametrize(("dropped", "text"), [
@@ -357,7 +411,7 @@ def test_only_the_import_of_a_user_leads_to_the_tab(blender, file, monkeypatch):
     from measured_brdf.addon.work import tasks
 
     class Invoked(making.MakesMaterials):
-        options, target, slot = SimpleNamespace(is_invoke=True), 0, 0
+        options, target, slot, others = SimpleNamespace(is_invoke=True), 0, 0, ""
 
         def report(self, *_):
             pass

@@ -102,6 +102,21 @@ def test_loops_of_links_in_the_folder_are_passed_over(thumbnails, folder):
     assert thumbnails.scan(str(folder)) == before
 
 
+def test_folders_in_the_folder_are_listed_after_it_and_each_once(thumbnails, folder, glossy, write_astm, monkeypatch):
+    (folder / "below" / "deep").mkdir(parents=True)
+    (folder / ".hidden").mkdir()
+    for name in ("below/deep/d.astm", "below/c.astm", ".hidden/e.astm"):
+        write_astm(folder / name, glossy, "c")
+    try:
+        (folder / "below" / "up").symlink_to(folder, target_is_directory=True)
+        (folder / "z").symlink_to("below", target_is_directory=True)
+    except OSError:
+        pytest.skip("this system lets nobody make links")
+    assert labels(thumbnails.scan(str(folder))) == ["a.astm", "b.astm", "c.astm", "d.astm"]
+    monkeypatch.setattr(thumbnails.discovery, "_MOST", 8)       # seven in the folder
+    assert labels(thumbnails.scan(str(folder))) == ["a.astm", "b.astm", "c.astm"]
+
+
 def test_a_table_without_units_is_listed_because_the_import_asks(thumbnails, folder):
     (folder / "unknown.csv").write_text("theta_i,theta_o,phi,BRDF\n0.5,0.5,1,1\n0.2,0.3,1,1\n")
     found = next(each for each in thumbnails.scan(str(folder)) if each.label == "unknown.csv")

@@ -245,6 +245,7 @@ def operator(extension):
 
     yield Operator()
     modal.running = None
+    modal.waiting.clear()
 
 
 CONTEXT = SimpleNamespace(workspace=None, window_manager=SimpleNamespace(event_timer_remove=lambda timer: None))
@@ -323,17 +324,58 @@ def window(monkeypatch):
     return SimpleNamespace(workspace=None, window=None, window_manager=manager, timers=timers)
 
 
-def test_an_operator_that_is_started_while_another_works_is_refused_and_the_other_goes_on(operator, window):
-    operator.work = lambda context: Finished()
-    second = type(operator)()
-    second.work = operator.work
-    assert operator.start(window) == {"RUNNING_MODAL"}
-    assert second.start(window) == {"CANCELLED"}
-    assert "Another fit is running" in second.reports[-1][1]
-    while operator.modal(window, event("TIMER")) == {"PASS_THROUGH"}:
-        pass
-    assert operator.made == [0, 1, 2]
-    assert second.made == window.timers == []
+@pytest.fixture
+def line(operator, window):
+    """Three operators that were started at once."""
+    made = [operator, type(operator)(), type(operator)()]
+    for each in made:
+        each.work = lambda context: Finished()
+        assert each.start(window) == {"RUNNING_MODAL"}
+    return made
+
+
+def to_the_end(line, window):
+    """Send timer events to all that have not ended, the last started first as Blender does: who ended how, in order."""
+    going, ended = [*line], []
+    while going:
+        for each in reversed([*going]):
+            result = each.modal(window, event("TIMER"))
+            if result != {"PASS_THROUGH"}:
+                ended.append((line.index(each), *result))
+                going.remove(each)
+    return ended
+
+
+def test_operators_that_are_started_while_another_works_wait_and_follow_in_their_order(line, window):
+    assert [bool(each.reports) for each in line] == [False, True, True]
+    assert "Queued" in line[1].reports[-1][1]
+    assert to_the_end(line, window) == [(0, "FINISHED"), (1, "FINISHED"), (2, "FINISHED")]
+    assert [each.made for each in line] == [[0, 1, 2]] * 3
+    assert window.timers == []
+
+
+def test_escape_is_for_the_one_that_works_and_the_next_follows(line, window):
+    for each in reversed(line):         # as Blender passes it on
+        if (result := each.modal(window, event("ESC"))) != {"PASS_THROUGH"}:
+            break
+    assert (line.index(each), *result) == (0, "CANCELLED")
+    assert to_the_end(line[1:], window) == [(0, "FINISHED"), (1, "FINISHED")]
+    assert [each.made for each in line] == [[], [0, 1, 2], [0, 1, 2]]
+
+
+def test_one_that_cannot_begin_when_its_turn_comes_lets_the_next_begin(line, window):
+    line[1]._work.start = lambda: (_ for _ in ()).throw(OSError("disk full"))
+    assert to_the_end(line, window) == [(0, "FINISHED"), (1, "CANCELLED"), (2, "FINISHED")]
+    assert "disk full" in line[1].reports[-1][1]
+
+
+def test_what_waits_ends_with_the_file_that_it_was_for(extension, line, window):
+    from measured_brdf.addon.work import modal
+
+    modal._on_load("")
+    assert [way for _, way in to_the_end(line, window)] == ["CANCELLED"] * 3
+    assert [(each.made, each.reports[-1][1]) for each in line] == [([], "Cancelled; nothing has changed")] * 3
+    assert (modal.waiting, window.timers) == ([], [])
 
 
 def test_an_operator_that_begins_before_a_cancelled_one_has_ended_goes_on(extension, operator, window):

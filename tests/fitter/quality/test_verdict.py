@@ -84,15 +84,24 @@ def test_kriging_predicts_a_sample_from_the_others_alone(glossy, random):
 
 
 @pytest.mark.parametrize(("found", "text"), [
-    (Verdict(1.0, 2.0, 90.0, 5.0), "Matches the measurements: excellent. Between them: excellent"),
-    (Verdict(1.01, 2.01, 90.0, 5.0), "Matches the measurements: good. Between them: good"),
-    (Verdict(3.01, 4.01, 90.0, 25.0), "Matches the measurements: fair. Between them: fair"),
-    (Verdict(6.01, 8.01, 70.4, 30.0), "Matches the measurements: poor. Between them: poor, uncertain beyond 70 degrees "
-                                      "and in gaps of up to 30 degrees"),
-    (Verdict(0.1, UNKNOWN, 70, 5.0), "Matches the measurements: excellent. Between them: uncertain beyond 70 degrees"),
-    (Verdict(0.1, UNKNOWN, 90.0, 5.0), "Matches the measurements: excellent. Between them: not judged")])
+    (Verdict(1.0, 2.0, 90.0, 5.0), "Matches the measurements: excellent. Between measured angles: excellent"),
+    (Verdict(1.01, 2.01, 90.0, 5.0), "Matches the measurements: good. Between measured angles: good"),
+    (Verdict(3.01, 4.01, 90.0, 25.0), "Matches the measurements: fair. Between measured angles: fair"),
+    (Verdict(6.01, 8.01, 70.4, 30.0), "Matches the measurements: poor. Between measured angles: poor, uncertain beyond "
+                                      "70 degrees and in gaps of up to 30 degrees"),
+    (Verdict(0.1, UNKNOWN, 70, 5.0), "Matches the measurements: excellent. Not tested between measured angles, "
+                                     "uncertain beyond 70 degrees"),
+    (Verdict(0.1, UNKNOWN, 90.0, 5.0), "Matches the measurements: excellent. Not tested between measured angles")])
 def test_the_verdict_in_words(found, text):
     assert verdict.sentence(found) == text
+
+
+@pytest.mark.parametrize(("found", "text"), [
+    (Verdict(1.0, 4.0, 70.0, 30.0), "Matches the measurements: excellent"),
+    (Verdict(3.0, UNKNOWN, 70.0, 30.0), "Matches the measurements: good"),
+    (Verdict(1.0, 4.01, 70.0, 5.0), "Matches the measurements: excellent. Between measured angles: fair")])
+def test_the_line_of_a_verdict_says_what_lies_between_measured_angles_only_where_that_is_worse_than_good(found, text):
+    assert verdict.line(found) == text
 
 
 @pytest.mark.parametrize(("match", "between", "well"), [
