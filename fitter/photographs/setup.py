@@ -63,6 +63,7 @@ from .table import Table, is_number
 
 LARGEST = 1 << 20           # bytes of the file
 _SCALES = ("intensity", "albedo", "card", "ball")
+_FILES = "mask", "dark", "flat", "file", "files"
 _MASKED = 0.5               # of white
 
 
@@ -190,9 +191,10 @@ def photographed(description: Description, path: str | Path) -> list[BallPhotogr
 
 
 def resolved(description: Description, path: str | Path) -> Resolved:
-    """A description with numbers in the place of what its pictures say, as `measured` finds them.
+    """A description with numbers in the place of what its pictures say, as `measured` finds them, and absolute paths.
 
-    These are the camera's field of view, what it looks at, the ball's centre and the lamps. Raises as `measure` does.
+    The numbers are the camera's field of view, what it looks at, the ball's centre and the lamps. Raises as `measure`
+    does.
     """
     table, path = _checked(description, path), Path(path)
     reader = _reader(table.table("camera"), table.table("lamp"))
@@ -203,8 +205,23 @@ def resolved(description: Description, path: str | Path) -> Resolved:
     shots = [{key: value for key, value in given.items() if key not in ("chrome", "distance")}
              | {"lamp": _lamp(each, reader, stage).tolist()}
              for given, each in zip(description["photograph"], table.tables("photograph"), strict=True)]
-    return Resolved({**description, "camera": camera, "photograph": shots,
-                     "ball": {**description["ball"], "centre": stage.centre.tolist()}}, stage.mask.shape)
+    found = {**description, "name": table.text("name", path.stem), "camera": camera, "photograph": shots,
+             "ball": {**description["ball"], "centre": stage.centre.tolist()}}
+    height, width = stage.mask.shape
+    return Resolved(_with_paths(found, path.parent), (height, width))
+
+
+def _with_paths(value: Any, folder: Path) -> Any:
+    """A description, or a part of it, with absolute paths in the place of those that are relative to a folder."""
+    if isinstance(value, list):
+        return [_with_paths(each, folder) for each in value]
+    if not isinstance(value, dict):
+        return value
+
+    def absolute(name: Any) -> Any:
+        return [absolute(each) for each in name] if isinstance(name, list) else str((folder / name).absolute())
+
+    return {key: absolute(each) if key in _FILES else _with_paths(each, folder) for key, each in value.items()}
 
 
 def read(path: str | Path) -> Description:
