@@ -73,6 +73,7 @@ def _rendered(scene: Any, part: Part, shape: tuple[int, ...], size: int, path: P
     camera.shift_x = (part.left + part.side / 2 - width / 2) / part.side
     camera.shift_y = (height / 2 - part.top - part.side / 2) / part.side
     scene.cycles.device, scene.cycles.samples, scene.cycles.use_denoising = "CPU", _SAMPLES, False
+    scene.cycles.pixel_filter_type = "BOX"          # each pixel is the mean of its area, as what is `reduced` is
     scene.render.resolution_x = scene.render.resolution_y = size
     scene.render.resolution_percentage, scene.render.film_transparent = 100, True
     settings = scene.render.image_settings
