@@ -49,6 +49,11 @@ class Layout:
             raise AttributeError(f"{data} has no {name}")
         self._note("field", name)
 
+    def template_list(self, _kind, _name, data, items, active_data, active, **_options):
+        """A list; its rows are not drawn."""
+        for owner, name in ((data, items), (active_data, active)):
+            self.prop(owner, name)
+
     def menu(self, name, **_options):
         """A submenu."""
         self._note("menu", name)

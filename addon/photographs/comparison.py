@@ -39,9 +39,7 @@ class Compared(NamedTuple):
 def write_request(folder: Path, scene: bpy.types.Scene, description: setup.Description) -> None:
     """Write what `answer` is to compare: a scene, and the description of one of its photographs."""
     bpy.data.libraries.write(str(folder / SOURCE), {scene}, path_remap="ABSOLUTE", fake_user=True)
-    # how bright the lamp is, the scene says
-    request = {"scene": scene.name, "description": {**description, "scale": {"intensity": 1.0}},
-               "colours": scene_colours() or DEFAULT}
+    request = {"scene": scene.name, "description": description, "colours": scene_colours() or DEFAULT}
     (folder / _REQUEST).write_text(json.dumps(request), "utf-8")
 
 

@@ -167,7 +167,7 @@ class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
-        return process.Calculation(partial(measuring.outline, stage.description_of(scene, anywhere=True), scene.name))
+        return process.Calculation(partial(measuring.outline, stage.description_of(scene, whole=False), scene.name))
 
     def apply(self, _context: bpy.types.Context, centre: list[float]) -> None:
         photographs.of(self.scene()).ball.location = centre
@@ -189,7 +189,7 @@ class MEASUREDBRDF_OT_place_lamp(ChoosesFiles, HasPhotographs, bpy.types.Operato
         scene = self.remember(context)
         settings = photographs.of(scene)
         shot = photographs.active(settings)
-        description = stage.description_of(scene, [shot], anywhere=True)
+        description = stage.description_of(scene, [shot], whole=False)
         self._lamp = shot.lamp.session_uid
         return process.Calculation(partial(measuring.lamp_by_chrome, description, scene.name,
                                            bpy.path.abspath(self.filepath), self.distance))
@@ -216,11 +216,13 @@ them"""
         choices = {name: known.fixed_type.properties[name].default for name in CHOICES}
         self._choices = SimpleNamespace(**choices | {"filepath": settings.samples})
         use_preset(self._choices, settings.preset or "Standard")
-        if not settings.samples:
-            raise ValueError("Save As is empty: name the file of the samples")
+        path = Path(bpy.path.abspath(settings.samples))
+        if not settings.samples or not path.parent.is_dir():
+            raise ValueError(f"Save As: {path.parent}: not a folder" if settings.samples
+                             else "Save As is empty: name the file of the samples")
         return process.Calculation(partial(
-            measuring.measured, stage.description_of(scene), scene.name, bpy.path.abspath(settings.samples),
-            fit_arguments(self._choices), load_arguments(self._choices)))
+            measuring.measured, stage.description_of(scene), scene.name, str(path), fit_arguments(self._choices),
+            load_arguments(self._choices)))
 
     def prepare(self, found: measuring.Result) -> Steps:
         yield 0.95, "Compiling"
@@ -267,7 +269,7 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
         shot = photographs.active(photographs.of(scene))
-        description = stage.description_of(scene, [shot])
+        description = stage.description_of(scene, [shot], whole=False)
         self._lamp, self._folder = shot.lamp.session_uid, process.temporary()
         comparison.write_request(Path(self._folder.name), scene, description)
         return Command("photograph", self._folder.name)

@@ -152,13 +152,20 @@ def _three(value: float | Sequence[float]) -> tuple[float, ...]:
     return tuple(value) if isinstance(value, Sequence) else (value,) * 3
 
 
-def description_of(scene: bpy.types.Scene, shots: Sequence[Any] = (), anywhere: bool = False) -> Description:
+def description_of(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: bool = True) -> Description:
     """The description of some photographs of a scene; by default of those that are used.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+    shots : sequence of MeasuredPhotograph, optional
+    whole : bool
+        What is to be measured. Else nobody need have placed the lamps, and their intensity is 1.
 
     Raises
     ------
     ValueError
-        If an object has been deleted, or nobody has placed a lamp; `anywhere` lamps may be anywhere.
+        If an object has been deleted, or the whole is not there.
     """
     settings = photographs.of(scene)
     shots = shots or [each for each in settings.photographs if each.used]
@@ -178,8 +185,8 @@ def description_of(scene: bpy.types.Scene, shots: Sequence[Any] = (), anywhere: 
         "ball": {"centre": _place(ball).tolist(), "radius": settings.radius},
         "lamp": {name: bpy.path.abspath(path) for name, path in (("dark", settings.dark), ("flat", settings.flat))
                  if path},
-        "scale": {settings.scale: _scale(scene, settings)},
-        "photograph": [_shot(scene, each, anywhere) for each in shots]}
+        "scale": {settings.scale: _scale(scene, settings)} if whole else {INTENSITY: 1.0},
+        "photograph": [_shot(scene, each, whole) for each in shots]}
     if light.shadow_soft_size:
         described["lamp"]["radius"] = light.shadow_soft_size
     if settings.mask:
@@ -219,9 +226,9 @@ def phase_angle(settings: Any, lamp: bpy.types.Object) -> float:
     return to_lamp.angle(to_camera, 0.0)
 
 
-def _shot(scene: bpy.types.Scene, shot: Any, anywhere: bool) -> Description:
+def _shot(scene: bpy.types.Scene, shot: Any, whole: bool) -> Description:
     lamp = _there(scene, shot.lamp, f"lamp of {shot.name}")
-    if not anywhere and not is_placed(lamp):
+    if whole and not is_placed(lamp):
         raise ValueError(f"{shot.name}: say where the lamp stood, by its location, by moving it, or by a chrome ball")
     found: Description = {"files": [bpy.path.abspath(each.filepath) for each in shot.files],
                           "lamp": _place(lamp).tolist()}
@@ -235,6 +242,8 @@ def _scale(scene: bpy.types.Scene, settings: Any) -> Any:
         return settings.albedo
     if settings.scale == INTENSITY:
         return _same_or_three(settings.intensity)
+    if not settings.known:
+        raise ValueError("Scale: choose the photograph of the card or the white ball")
     found = {"file": bpy.path.abspath(settings.known), "albedo": _same_or_three(settings.known_albedo),
              "lamp": _place(_there(scene, settings.known_lamp, "lamp of the card or the white ball")).tolist()}
     if settings.known_exposure:

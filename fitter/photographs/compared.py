@@ -58,15 +58,13 @@ def _shares(first: int, side: int, size: int, length: int) -> FloatArray:
 
 
 def relative_difference(photograph: FloatArray, rendered: FloatArray, counted: BoolArray) -> float:
-    """How far a render is from a photograph, both (h, w, channels): the root of the mean square of the difference of
-    cube roots, as a share of that of the photograph's, over the pixels that count, (h, w).
+    """The mean difference of a render from a photograph, both (h, w, channels), as a share of the photograph's mean,
+    over the pixels that count, (h, w).
 
     Examples
     --------
-    >>> relative_difference(np.full((1, 1, 1), 8.0), np.full((1, 1, 1), 1.0), np.ones((1, 1), bool))
-    0.5
+    >>> relative_difference(np.array([[[3.0], [1.0]]]), np.array([[[2.0], [1.0]]]), np.ones((1, 2), bool))
+    0.25
     """
-    seen, shown = (np.cbrt(np.maximum(each[counted], 0)) for each in (photograph, rendered))
-    size = np.sqrt(np.mean(seen ** 2)) if seen.size else 0.0
-    return float(np.sqrt(np.mean((shown - seen) ** 2)) / size) if size else float("nan")
-
+    total = float(photograph[counted].sum())
+    return float(np.abs(rendered - photograph)[counted].sum()) / total if total > 0 else float("nan")
