@@ -4,13 +4,13 @@
 add. A slice is what users do: it imports these three and no other slice, and everything else works without it.
 """
 
-from . import adjust, compare, importing, inspect, library, mix, panel, starter
+from . import adjust, compare, importing, inspect, library, mix, panel, photographs, starter
 from .core import lamps, manual, preferences, properties, rendered
 from .core.annotations import Registrable
 from .work import command, icons, process, queue
 
 _CORE: tuple[Registrable, ...] = (properties, preferences, icons, lamps, rendered, manual, command, panel)
-_SLICES: tuple[Registrable, ...] = (adjust, mix, importing, compare, inspect, library, starter)
+_SLICES: tuple[Registrable, ...] = (adjust, mix, importing, compare, inspect, library, photographs, starter)
 
 
 def register() -> None:

@@ -57,6 +57,11 @@ class Layout:
         """A button that opens a panel."""
         self._note("popover", panel, text)
 
+    def template_list(self, _kind, _name, data, items, active_data, active, **_options):
+        """A list; its rows are not drawn."""
+        for owner, name in ((data, items), (active_data, active)):
+            self.prop(owner, name)
+
     def menu(self, name, **_options):
         """A submenu."""
         self._note("menu", name)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from support import checkout, kept
+from support import ball_files, checkout, kept
 
 kept.keep("fitter")
 
@@ -66,6 +66,15 @@ def goniometer():
             pytest.skip(f"{name} is absent from {folder}")
         return folder / name
     return path
+
+
+@pytest.fixture(scope="session")
+def openimageio():
+    """OpenImageIO: the folder where it is, if that had to be added to the path, or None."""
+    folder = ball_files.add_openimageio()
+    if folder is False:
+        pytest.skip("OpenImageIO is absent")
+    return folder
 
 
 @pytest.fixture

@@ -142,7 +142,7 @@ def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: in
         _add(scene, _SUBJECT, _lathe(_ball_profile())).matrix_world = _placed(_BALL_AT, _TILT)
         _add(scene, _SUBJECT, _lathe(_stand_profile()))
     else:
-        _add(scene, _SUBJECT, _lathe(_sphere_profile())).matrix_world = _placed(1.0, 0.0)
+        _add(scene, _SUBJECT, sphere()).matrix_world = _placed(1.0, 0.0)
     if lighting != WORLD:
         _add(scene, _FLOOR, _backdrop() if lighting == STUDIO else _plane())
     if lighting == STUDIO:
@@ -214,9 +214,10 @@ def _ball_profile() -> FloatArray:
     return np.stack([radius * np.sin(theta), radius * np.cos(theta)], axis=-1)
 
 
-def _sphere_profile() -> FloatArray:
+def sphere() -> bpy.types.Mesh:
+    """A unit sphere with a UV map, and a slot for a material."""
     theta = np.linspace(math.pi, 0, 97)
-    return np.stack([np.sin(theta), np.cos(theta)], axis=-1)
+    return _lathe(np.stack([np.sin(theta), np.cos(theta)], axis=-1))
 
 
 def _stand_profile() -> FloatArray:

@@ -14,7 +14,7 @@ NO_OSL = ("This Blender was built without OSL (Open Shading Language): measured 
 @functools.cache
 def missing() -> str:
     """Why OSL shaders cannot be compiled here; empty if they can. Cached, because panels ask at every redraw."""
-    _add_module_path()
+    add_module_path("oslquery")
     try:
         import _cycles
     except ImportError:
@@ -30,11 +30,12 @@ def enable(scene: bpy.types.Scene) -> None:
     scene.cycles.shading_system = True
 
 
-def _add_module_path() -> None:
-    """Make `oslquery` importable: Blender as a Python module has it in a folder that is not on the path."""
-    if importlib.util.find_spec("oslquery") is not None:
+def add_module_path(name: str) -> None:
+    """Make a module that Blender has importable: Blender as a Python module has it in a folder that is not on the path.
+    """
+    if importlib.util.find_spec(name) is not None:
         return
     local = Path(bpy.utils.resource_path("LOCAL"))
     for folder in sorted(local.glob("python/lib/python3.*/site-packages")):
-        if any(folder.glob("oslquery*")):
+        if any(folder.glob(f"{name}*")):
             sys.path.append(str(folder))

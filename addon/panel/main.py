@@ -98,14 +98,21 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
 def _draw_beginnings(layout: bpy.types.UILayout) -> None:
     """Draw how to begin; while a job runs its progress, in the same place and of the same height."""
     row = layout.row(align=True)
-    if modal.running is not None:
-        after = f" ({len(modal.waiting)} waiting)" if modal.waiting else ""
-        row.progress(factor=modal.running.fraction, text=f"{modal.running.doing}{after}")
-        row.operator(modal.MEASUREDBRDF_OT_cancel.bl_idname, text="", icon="X")
+    if draw_running(row):
         return
     for draw_beginning in beginnings:
         draw_beginning(row)
     row.operator("wm.url_open", text="", icon="HELP").url = manual.url()
+
+
+def draw_running(row: bpy.types.UILayout) -> bool:
+    """Draw the progress of the running job, if there is one: whether there is."""
+    if modal.running is None:
+        return False
+    after = f" ({len(modal.waiting)} waiting)" if modal.waiting else ""
+    row.progress(factor=modal.running.fraction, text=f"{modal.running.doing}{after}")
+    row.operator(modal.MEASUREDBRDF_OT_cancel.bl_idname, text="", icon="X")
+    return True
 
 
 def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:

@@ -1,9 +1,11 @@
 """Photographs from files, by OpenImageIO, which Blender has: linear values, and what the file says of the camera."""
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -51,6 +53,15 @@ class Picture:
     notes: tuple[str, ...] = ()
 
 
+class About(NamedTuple):
+    """What a file says of its photograph: height and width in pixels, and as in `Picture`."""
+
+    size: tuple[int, int]
+    exposure: float | None
+    field_of_view: float | None
+    focal_length: float | None
+
+
 def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
     """Read a photograph.
 
@@ -69,29 +80,44 @@ def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
     ImportError
         If OpenImageIO is absent.
     """
+    path = Path(path)
+    with _opened(path) as file:
+        spec = file.spec()
+        if spec.width * spec.height > MOST_PIXELS:
+            raise DatasetError(f"{spec.width} x {spec.height} pixels, expected at most {MOST_PIXELS:,}", path)
+        found = file.read_image(0, 0, 0, spec.nchannels, "float")
+        if found is None:
+            raise DatasetError(f"cannot be read: {file.geterror() or 'damaged'}", path)
+    pixels = np.asarray(found, dtype=float).reshape(spec.height, spec.width, -1)[..., _colours(spec, path)]
+    if not np.isfinite(pixels).all():
+        raise DatasetError("holds numbers that are not finite", path)
+    return _linear(pixels, spec, encoding, path)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """A file as an ImageInput of OpenImageIO. Raises as `read_picture` does."""
     try:
         import OpenImageIO
     except ImportError as error:
         raise ImportError(NEEDED) from error
-    path = Path(path)
     if not path.is_file():
         raise DatasetError("cannot be read: no such file", path)
     file = OpenImageIO.ImageInput.open(str(path))
     if file is None:
         raise DatasetError(f"cannot be read: {OpenImageIO.geterror() or 'in no known format'}", path)
     try:
-        spec = file.spec()
-        if spec.width * spec.height > MOST_PIXELS:
-            raise DatasetError(f"{spec.width} x {spec.height} pixels, expected at most {MOST_PIXELS:,}", path)
-        found = file.read_image(0, 0, 0, spec.nchannels, OpenImageIO.FLOAT)
+        yield file
     finally:
         file.close()
-    if found is None:
-        raise DatasetError(f"cannot be read: {file.geterror() or 'damaged'}", path)
-    pixels = np.asarray(found, dtype=float).reshape(spec.height, spec.width, -1)[..., _colours(spec, path)]
-    if not np.isfinite(pixels).all():
-        raise DatasetError("holds numbers that are not finite", path)
-    return _linear(pixels, spec, encoding, path)
+
+
+def about(path: str | Path) -> About:
+    """What a file says of its photograph, of which no pixel is read. Raises as `read_picture` does."""
+    with _opened(Path(path)) as file:
+        spec = file.spec()
+        return About((spec.height, spec.width), _exposure(spec), _field_of_view(spec),
+                     _positive(spec, "Exif:FocalLength"))
 
 
 def _colours(spec: Any, path: Path) -> list[int]:

@@ -39,6 +39,11 @@ def samples_from_ball(photographs: Sequence[BallPhotograph], name: str = "ball",
         If there are no photographs, they have several sizes or numbers of channels, one shows nothing of the ball that
         is lit, or its outline is not where the ball is said to be.
     """
+    return gathered(in_place(photographs, source), name, source)
+
+
+def in_place(photographs: Sequence[BallPhotograph], source: str) -> list[BallPhotograph]:
+    """Photographs with the ball at its outline; raises as `samples_from_ball` does."""
     photographs = list(photographs)
     if not photographs:
         raise DatasetError("no photographs found, expected one or more", source)
@@ -48,7 +53,11 @@ def samples_from_ball(photographs: Sequence[BallPhotograph], name: str = "ball",
             raise DatasetError(f"{_size(other)} found, expected {_size(first)} as in {first.name}", other.name)
     for each in photographs:
         check_outline(each)
-    photographs = placed(photographs)
+    return placed(photographs)
+
+
+def gathered(photographs: Sequence[BallPhotograph], name: str, source: str) -> Samples:
+    """The samples of photographs that are `in_place`; raises as `samples_from_ball` does."""
     parts = [measured(each) for each in photographs]
     theta_i, phi_i, theta_o, phi_o = (np.concatenate([part.seen.directions[axis] for part in parts])
                                       for axis in range(4))

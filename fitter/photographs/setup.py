@@ -42,10 +42,11 @@ import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from .. import progress
 from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError
 from ..files import read_bytes
@@ -56,88 +57,47 @@ from .chrome import lamp_of_highlight
 from .light import Exposure, Light, flattened, merged, without
 from .outline import brightest, find_ball
 from .picture_files import ENCODINGS, Picture, read_picture
-from .samples import samples_from_ball
+from .samples import gathered, in_place
 from .scale import intensity_of_ball, intensity_of_card, scaled
+from .table import Table, is_number
 
 LARGEST = 1 << 20           # bytes of the file
 _SCALES = ("intensity", "albedo", "card", "ball")
+_FILES = "mask", "dark", "flat", "file", "files"
 _MASKED = 0.5               # of white
 
 
-class _Table:
-    """A table of the file, whose values are taken out by key and kind; errors name file and key."""
-
-    def __init__(self, values: Any, where: str, path: Path) -> None:
-        if not isinstance(values, dict):
-            raise DatasetError(f"{where} is {values!r}, expected a table", path)
-        self._values, self._where, self._path = dict(values), where, path
-
-    def _name(self, key: str) -> str:
-        return f"{self._where}.{key}" if self._where else key
-
-    def error(self, key: str, expected: str) -> DatasetError:
-        found = f"is {self._values[key]!r}" if key in self._values else "is missing"
-        return DatasetError(f"{self._name(key)} {found}, expected {expected}", self._path)
-
-    def has(self, key: str) -> bool:
-        return key in self._values
-
-    def number(self, key: str, default: float | None = None) -> float | None:
-        """A number above 0."""
-        if key not in self._values:
-            return default
-        value = self._values[key]
-        if not _is_number(value) or not value > 0:
-            raise self.error(key, "a number above 0")
-        return float(value)
-
-    def needed(self, key: str) -> float:
-        value = self.number(key)
-        if value is None:
-            raise self.error(key, "a number above 0")
-        return value
-
-    def numbers(self, key: str, count: int, default: Sequence[float] | None = None) -> FloatArray:
-        value = self._values.get(key, default)
-        if not isinstance(value, list | tuple) or len(value) != count or not all(map(_is_number, value)):
-            raise self.error(key, f"{count} numbers")
-        return np.array(value, dtype=float)
-
-    def text(self, key: str, default: str) -> str:
-        value = self._values.get(key, default)
-        if not isinstance(value, str):
-            raise self.error(key, "a text")
-        return value
-
-    def files(self, key: str) -> list[Path]:
-        value = self._values.get(key)
-        names = [value] if isinstance(value, str) else value
-        if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
-            raise self.error(key, "the name of a file, or a list of them")
-        return [self._path.parent / name for name in names]
-
-    def table(self, key: str) -> "_Table":
-        return _Table(self._values.get(key, {}), self._name(key), self._path)
-
-    def tables(self, key: str) -> list["_Table"]:
-        value = self._values.get(key)
-        if not isinstance(value, list) or not value:
-            raise self.error(key, f"one table [[{key}]] or more")
-        return [_Table(each, f"{self._name(key)} {number}", self._path) for number, each in enumerate(value, start=1)]
-
-    def only(self, *keys: str) -> "_Table":
-        """This table, if it has no other keys."""
-        for key in self._values:
-            if key not in keys:
-                raise DatasetError(f"{self._name(key)} is not known, expected one of {', '.join(keys)}", self._path)
-        return self
-
-    def value(self, key: str) -> Any:
-        return self._values.get(key)
+Description = dict[str, Any]
+"""What a file holds, by key."""
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
+class Measured(NamedTuple):
+    """What photographs measure."""
+
+    samples: Samples
+    photographs: list[BallPhotograph]
+    """The ball is where its outline is, and the lamp has the intensity that belongs to the samples."""
+
+
+class Resolved(NamedTuple):
+    """A description in which places are numbers."""
+
+    description: Description
+    size: tuple[int, int]
+    """Height and width of the photographs, pixels."""
+
+
+class _Stage(NamedTuple):
+    """What all photographs of a description share: metres and radians."""
+
+    position: FloatArray
+    orientation: FloatArray
+    field_of_view: float
+    rays: FloatArray
+    centre: FloatArray
+    radius: float
+    mask: BoolArray
+    notes: tuple[str, ...]
 
 
 @dataclass
@@ -159,7 +119,7 @@ class _Reader:
     flat: Light | None = None
     pictures: list[Picture] = field(default_factory=list)
 
-    def light(self, table: _Table, key: str) -> Light:
+    def light(self, table: Table, key: str) -> Light:
         """The light of the files of a key, in the colours of the camera."""
         paths = table.files(key)
         found = [read_picture(path, self.encoding) for path in paths]
@@ -176,7 +136,7 @@ class _Reader:
         except DatasetError as error:
             raise DatasetError(str(error), paths[0]) from error
 
-    def of_lamp(self, table: _Table, key: str) -> Light:
+    def of_lamp(self, table: Table, key: str) -> Light:
         """The light of the lamp alone, without vignetting, in linear Rec.709 where the camera's colours are known."""
         light = self.light(table, key)
         try:
@@ -202,21 +162,80 @@ def measure(path: str | Path) -> Samples:
     ImportError
         If OpenImageIO is absent.
     """
-    path = Path(path)
-    table = _parsed(path)
+    return measured(read(path), path).samples
+
+
+def measured(description: Description, path: str | Path) -> Measured:
+    """The same of a description that has been read, or made elsewhere; errors name the path, and files are beside it.
+
+    Raises as `measure` does.
+    """
+    table, path = _checked(description, path), Path(path)
     photographs, notes = _photographs(table, path)
-    samples = samples_from_ball(photographs, table.text("name", path.stem), str(path))
+    name = table.text("name", path.stem)
+    photographs = in_place(photographs, name)
+    samples = gathered(photographs, name, str(path))
     samples = replace(samples, notes=(*samples.notes, *notes))
     scale = table.table("scale")
-    return scaled(samples, scale.needed("albedo")) if scale.has("albedo") else samples
+    if not scale.has("albedo"):
+        return Measured(samples, photographs)
+    found = scaled(samples, scale.needed("albedo"))
+    # what is a guess of the samples' scale is one of the lamp's intensity
+    share = float(samples.values.sum() / found.values.sum())
+    return Measured(found, [replace(each, intensity=each.intensity * share) for each in photographs])
 
 
-def _parsed(path: Path) -> _Table:
+def photographed(description: Description, path: str | Path) -> list[BallPhotograph]:
+    """The photographs of a description, as they are: nothing is checked of what they show. Raises as `measure` does."""
+    return _photographs(_checked(description, path), Path(path))[0]
+
+
+def resolved(description: Description, path: str | Path) -> Resolved:
+    """A description with numbers in the place of what its pictures say, as `measured` finds them, and absolute paths.
+
+    The numbers are the camera's field of view, what it looks at, the ball's centre and the lamps. Raises as `measure`
+    does.
+    """
+    table, path = _checked(description, path), Path(path)
+    reader = _reader(table.table("camera"), table.table("lamp"))
+    stage = _stage(table, _lights(table, reader, path), reader, path)
+    camera = {key: value for key, value in description["camera"].items() if key not in ("focal_length", "sensor_width")}
+    camera |= {"look_at": (stage.position - stage.orientation[:, 2]).tolist(), "up": stage.orientation[:, 1].tolist(),
+               "field_of_view": float(np.degrees(stage.field_of_view))}
+    shots = [{key: value for key, value in given.items() if key not in ("chrome", "distance")}
+             | {"lamp": _lamp(each, reader, stage).tolist()}
+             for given, each in zip(description["photograph"], table.tables("photograph"), strict=True)]
+    found = {**description, "name": table.text("name", path.stem), "camera": camera, "photograph": shots,
+             "ball": {**description["ball"], "centre": stage.centre.tolist()}}
+    height, width = stage.mask.shape
+    return Resolved(_with_paths(found, path.parent), (height, width))
+
+
+def _with_paths(value: Any, folder: Path) -> Any:
+    """A description, or a part of it, with absolute paths in the place of those that are relative to a folder."""
+    if isinstance(value, list):
+        return [_with_paths(each, folder) for each in value]
+    if not isinstance(value, dict):
+        return value
+
+    def absolute(name: Any) -> Any:
+        return [absolute(each) for each in name] if isinstance(name, list) else str((folder / name).absolute())
+
+    return {key: absolute(each) if key in _FILES else _with_paths(each, folder) for key, each in value.items()}
+
+
+def read(path: str | Path) -> Description:
+    """The description that a file holds. Raises DatasetError if it is not TOML."""
     try:
-        found = tomllib.loads(read_bytes(path, LARGEST).decode("utf-8"))
+        return tomllib.loads(read_bytes(path, LARGEST).decode("utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise DatasetError(f"not TOML: {error}", path) from error
-    table = _Table(found, "", path).only("name", "camera", "ball", "lamp", "scale", "photograph")
+
+
+def _checked(description: Description, path: str | Path) -> Table:
+    """The description as a table, if it has no other keys than it may have."""
+    path = Path(path)
+    table = Table(description, "", path).only("name", "camera", "ball", "lamp", "scale", "photograph")
     table.table("camera").only("position", "look_at", "up", "field_of_view", "focal_length", "sensor_width", "matrix",
                                "encoding")
     table.table("ball").only("centre", "radius", "mask")
@@ -230,51 +249,74 @@ def _parsed(path: Path) -> _Table:
     return table
 
 
-def _photographs(table: _Table, path: Path) -> tuple[list[BallPhotograph], tuple[str, ...]]:
-    reader = _reader(table.table("camera"), table.table("lamp"))
-    ball, tables = table.table("ball"), table.tables("photograph")
-    lights = [reader.of_lamp(each, "files") for each in tables]
-    names = [each.files("files")[0].name for each in tables]
+def _lights(table: Table, reader: _Reader, path: Path) -> list[Light]:
+    """What the photographs show, each of one size."""
+    lights, tables = [], table.tables("photograph")
+    for number, each in enumerate(tables):
+        progress.report(number / len(tables), f"Reading {_name(each)}")
+        lights.append(reader.of_lamp(each, "files"))
     sizes = {light.radiance.shape for light in lights}
     if len(sizes) > 1:
         raise DatasetError("photographs of several sizes found: " + ", ".join(
-            f"{name} {light.radiance.shape[1]} x {light.radiance.shape[0]}" for name, light in zip(
-                names, lights, strict=True)), path)
-    radius, (height, width, channels) = ball.needed("radius"), lights[0].radiance.shape
-    camera = table.table("camera")
+            f"{_name(each)} {light.radiance.shape[1]} x {light.radiance.shape[0]}" for each, light in zip(
+                tables, lights, strict=True)), path)
+    return lights
+
+
+def _name(photograph: Table) -> str:
+    return photograph.files("files")[0].name
+
+
+def _stage(table: Table, lights: Sequence[Light], reader: _Reader, path: Path) -> _Stage:
+    ball, camera = table.table("ball"), table.table("camera")
+    radius, (height, width, _) = ball.needed("radius"), lights[0].radiance.shape
     position = camera.numbers("position", 3)
     by_outline = ball.value("centre") == "outline"
     centre = np.zeros(3) if by_outline else ball.numbers("centre", 3)
     look_at = camera.numbers("look_at", 3, centre.tolist())
-    rays = cameras.rays(height, width, _field_of_view(camera, reader.pictures, path),
-                        cameras.looking(position, look_at, camera.numbers("up", 3, (0, 0, 1))))
+    orientation = cameras.looking(position, look_at, camera.numbers("up", 3, (0, 0, 1)))
+    angle = _field_of_view(camera, reader.pictures, path)
+    rays = cameras.rays(height, width, angle, orientation)
     mask = _mask(ball, (height, width))
     notes: tuple[str, ...] = tuple(dict.fromkeys(note for each in reader.pictures for note in each.notes))
     if by_outline:
         outline = find_ball(brightest([light.radiance * mask[..., None] for light in lights]), rays, str(path))
         centre = outline.centre(position, radius)
         notes = (*notes, "The ball's centre by its outline: {:.4g}, {:.4g}, {:.4g} m".format(*centre))
+    return _Stage(position, orientation, angle, rays, centre, radius, mask, notes)
+
+
+def _lamp(photograph: Table, reader: _Reader, stage: _Stage) -> FloatArray:
+    """Where the lamp of a photograph is: (3,)."""
+    if photograph.has("lamp") == photograph.has("chrome"):
+        raise photograph.error("lamp", "a position, or instead of it chrome and distance")
+    if photograph.has("lamp"):
+        return photograph.numbers("lamp", 3)
+    shown = reader.of_lamp(photograph, "chrome").radiance
+    name = photograph.files("chrome")[0].name
+    return lamp_of_highlight(shown, stage.rays, stage.position, stage.centre, stage.radius, name).at(
+        photograph.needed("distance"))
+
+
+def _photographs(table: Table, path: Path) -> tuple[list[BallPhotograph], tuple[str, ...]]:
+    """The photographs of a description, and notes of how they were read."""
+    reader = _reader(table.table("camera"), table.table("lamp"))
+    lights, tables = _lights(table, reader, path), table.tables("photograph")
+    stage = _stage(table, lights, reader, path)
 
     def photograph(light: Light, lamp: FloatArray, intensity: FloatArray, name: str) -> BallPhotograph:
-        return BallPhotograph(light.radiance, rays, position, centre, radius, lamp, intensity,
-                              table.table("lamp").number("radius", 0.0) or 0.0, light.noise, mask & light.known, name)
+        return BallPhotograph(light.radiance, stage.rays, stage.position, stage.centre, stage.radius, lamp, intensity,
+                              table.table("lamp").number("radius", 0.0) or 0.0, light.noise, stage.mask & light.known,
+                              name)
 
-    def lamp(each: _Table) -> FloatArray:
-        if each.has("lamp") == each.has("chrome"):
-            raise each.error("lamp", "a position, or instead of it chrome and distance")
-        if each.has("lamp"):
-            return each.numbers("lamp", 3)
-        shown = reader.of_lamp(each, "chrome").radiance
-        name = each.files("chrome")[0].name
-        return lamp_of_highlight(shown, rays, position, centre, radius, name).at(each.needed("distance"))
-
-    lamps = [lamp(each) for each in tables]
-    intensity, note = _intensity(table.table("scale"), reader, channels, centre, photograph)
-    found = [photograph(*each) for each in zip(lights, lamps, [intensity] * len(lights), names, strict=True)]
-    return found, (*notes, *note)
+    lamps = [_lamp(each, reader, stage) for each in tables]
+    intensity, note = _intensity(table.table("scale"), reader, lights[0].radiance.shape[2], stage.centre, photograph)
+    found = [photograph(light, lamp, intensity, _name(each))
+             for light, lamp, each in zip(lights, lamps, tables, strict=True)]
+    return found, (*stage.notes, *note)
 
 
-def _reader(camera: _Table, lamp: _Table) -> _Reader:
+def _reader(camera: Table, lamp: Table) -> _Reader:
     encoding = camera.value("encoding")
     if encoding not in (None, *ENCODINGS):
         raise camera.error("encoding", " or ".join(ENCODINGS))
@@ -282,7 +324,7 @@ def _reader(camera: _Table, lamp: _Table) -> _Reader:
     if camera.has("matrix"):
         rows = camera.value("matrix")
         if not isinstance(rows, list) or [len(row) for row in rows if isinstance(row, list)] != [3, 3, 3] or not all(
-                _is_number(value) for row in rows for value in row):
+                is_number(value) for row in rows for value in row):
             raise camera.error("matrix", "three rows of three numbers")
         matrix = np.array(rows, dtype=float)
     reader = _Reader(encoding, matrix)
@@ -292,7 +334,7 @@ def _reader(camera: _Table, lamp: _Table) -> _Reader:
     return reader
 
 
-def _field_of_view(camera: _Table, pictures: Sequence[Picture], path: Path) -> float:
+def _field_of_view(camera: Table, pictures: Sequence[Picture], path: Path) -> float:
     if camera.has("field_of_view"):
         return float(np.radians(camera.needed("field_of_view")))
     focal = camera.number("focal_length", next((each.focal_length for each in pictures if each.focal_length), None))
@@ -306,7 +348,7 @@ def _field_of_view(camera: _Table, pictures: Sequence[Picture], path: Path) -> f
     return said
 
 
-def _mask(ball: _Table, size: tuple[int, int]) -> BoolArray:
+def _mask(ball: Table, size: tuple[int, int]) -> BoolArray:
     if not ball.has("mask"):
         return np.ones(size, bool)
     path, = ball.files("mask")[:1]
@@ -317,7 +359,7 @@ def _mask(ball: _Table, size: tuple[int, int]) -> BoolArray:
     return found
 
 
-def _intensity(scale: _Table, reader: _Reader, channels: int, centre: FloatArray,
+def _intensity(scale: Table, reader: _Reader, channels: int, centre: FloatArray,
                photograph: Callable[[Light, FloatArray, FloatArray, str], BallPhotograph],
                ) -> tuple[FloatArray, tuple[str, ...]]:
     """The lamp's intensity, and a note of where it is from."""
@@ -326,8 +368,8 @@ def _intensity(scale: _Table, reader: _Reader, channels: int, centre: FloatArray
         return ones, ("Colours are those that the lamp and the camera give",)
     if scale.has("intensity"):
         value = scale.value("intensity")
-        given = [value] * channels if _is_number(value) else value
-        if not isinstance(given, list) or len(given) != channels or not all(_is_number(each) and each > 0
+        given = [value] * channels if is_number(value) else value
+        if not isinstance(given, list) or len(given) != channels or not all(is_number(each) and each > 0
                                                                             for each in given):
             raise scale.error("intensity", f"a number above 0, or {channels}")
         return np.array(given, dtype=float), ("The lamp's intensity as it was given",)
@@ -353,7 +395,7 @@ def _intensity(scale: _Table, reader: _Reader, channels: int, centre: FloatArray
         raise DatasetError(str(error), name) from error
 
 
-def _albedo(table: _Table, channels: int) -> FloatArray:
+def _albedo(table: Table, channels: int) -> FloatArray:
     if isinstance(table.value("albedo"), list):
         return table.numbers("albedo", channels)
     return np.full(channels, table.needed("albedo"))

@@ -13,7 +13,8 @@ FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "file
           ("packed_picture", "swatch"),
           ("__init__",), ("report",), ("cli",), ("__main__",))
 ADDON = (("core",), ("work",), ("panel",),
-         ("adjust", "compare", "importing", "inspect", "library", "mix", "starter"), ("__init__",))
+         ("adjust", "compare", "importing", "inspect", "library", "mix", "photographs", "starter"),
+         ("__init__",))
 LAYERS = {"fitter": FITTER, "addon": ADDON}
 FORBIDDEN = {"fitter": {"addon", "bpy", "bpy_extras", "bmesh", "mathutils", "cycles", "_cycles"}, "addon": set()}
 # what is run, by those who run it, is not a library for the others; what they share is in `support`
@@ -94,7 +95,8 @@ def test_what_is_shared_is_imported_from_support():
             assert not_shared(path.relative_to(ROOT).as_posix(), path.read_text("utf-8")) == [], path
 
 
-@pytest.mark.parametrize("path", ["addon/compare/work.py", "addon/core/outcomes.py", "addon/starter/thumbnails.py",
+@pytest.mark.parametrize("path", ["addon/compare/work.py", "addon/core/outcomes.py", "addon/photographs/work.py",
+                                  "addon/starter/thumbnails.py",
                                   *(f"addon/work/{name}.py" for name in (
                                       "discovery", "job", "recent", "shared", "tasks", "worker"))])
 def test_what_worker_processes_import_does_not_need_blender(path):

@@ -9,7 +9,7 @@ import pytest
 
 from support.checkout import ROOT
 
-SLICES = ("adjust", "compare", "importing", "inspect", "library", "mix", "starter")
+SLICES = ("adjust", "compare", "importing", "inspect", "library", "mix", "photographs", "starter")
 WHOLE = ("__init__.py", "blender_manifest.toml", "addon", "fitter", "osl")
 SCRIPT = """
 import importlib.util, sys
@@ -38,6 +38,9 @@ choices.filepath, cheap = file, {"diffuse_level": 1, "specular_level": None}
 one, other = (material.create(tasks.outcome(file, "", cheap), choices, bpy.context) for _ in range(2))
 bpy.context.object.data.materials.append(one)
 operators = bpy.ops.measured_brdf
+image = bpy.data.images.new("photograph", 8, 8)
+photograph = image.filepath_raw = str(root / "photograph.png")
+image.save()
 work = {
     "adjust": lambda: (setattr(one.measured_brdf_adjustments, "highlight_gain", 0.5), operators.adjust())[1],
     "compare": operators.pin,
@@ -45,7 +48,8 @@ work = {
     "inspect": lambda: operators.inspect.poll() and {"FINISHED"},
     "library": operators.save_asset,
     "mix": lambda: operators.mix(first=one.name, second=other.name),
-    "starter": lambda: operators.use_published(name="chrome", preset="Paper", diffuse_level=1, specular_level=-1)}
+    "starter": lambda: operators.use_published(name="chrome", preset="Paper", diffuse_level=1, specular_level=-1),
+    "photographs": lambda: operators.measure_photographs(filepath=photograph)}      # it opens another scene
 for name, run in work.items():
     if name != gone:
         assert run() == {"FINISHED"}, name

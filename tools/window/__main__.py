@@ -3,7 +3,7 @@
 Each opens a real Blender on a screen of its own (Xvfb), installs the extension's zip into an empty profile, and runs
 `driver.py` inside of it. The scripts that do this, and a folder with such a Blender, are not part of the repository:
 ``--scripts`` (shot.sh; by default ../shared/tools/blender_gui) and ``--root`` (made by setup_blender_gui.sh there; as
-root, on Debian). CURET's measurements are needed, and the synthetic tables of `make demo`.
+root, on Debian). CURET's measurements are needed, and the synthetic tables and photographs of `make demo`.
 """
 
 import argparse
@@ -19,6 +19,7 @@ import numpy as np
 
 from support.checkout import ROOT, measurements
 
+BALL = ROOT / "build" / "demo" / "ball"
 DRIVER = Path(__file__).with_name("driver.py")
 _MARK = 'PICTURE = "panel"'
 
@@ -55,6 +56,8 @@ def copy_data(folder):
     for path in (measurements() / "curet" / "abrdf.dat", ROOT / "build" / "synthetic" / "brushed_steel.csv"):
         if path.is_file() and not (folder / path.name).exists():
             shutil.copy(path, folder)
+    if BALL.is_dir() and not (folder / BALL.name).exists():
+        shutil.copytree(BALL, folder / BALL.name)
 
 
 def take(name, options):

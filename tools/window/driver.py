@@ -5,12 +5,13 @@
 
 # ruff: noqa: D103 (the functions are the pictures)
 
+import importlib
 from types import SimpleNamespace
 
 import bpy
 
 PICTURE = "panel"           # ``python -m tools.window`` puts another name here
-CURET, STEEL = "/data/abrdf.dat", "/data/brushed_steel.csv"
+CURET, STEEL, BALL = "/data/abrdf.dat", "/data/brushed_steel.csv", "/data/ball/setup.toml"
 WIDTH = 380                 # of the column of properties
 
 
@@ -193,6 +194,41 @@ def of_this_file(h):
     h.wait(6)
 
 
+def photographs(h):
+    h.wait(1)
+
+
+def open_photographs(h):
+    with h.override(h.area("VIEW_3D")):
+        bpy.ops.measured_brdf.measure_photographs(filepath=BALL)
+    bpy.context.scene.measured_brdf_photographs.active = 2
+    h.sidebar("Measured BRDF")
+    h.wait(8)
+
+
+def measure(h):
+    with h.override(h.area("VIEW_3D")):
+        bpy.ops.measured_brdf.measure_ball("INVOKE_DEFAULT")
+    until_done(h)
+
+
+def until_done(h):
+    h.wait(2)
+    if importlib.import_module("bl_ext.user_default.measured_brdf.addon.work.modal").running is not None:
+        h.later.append(until_done)
+
+
+def compare_photograph(h):
+    with h.override(h.area("VIEW_3D")):
+        bpy.ops.measured_brdf.compare_photograph("INVOKE_DEFAULT")
+    until_done(h)
+
+
+def sidebar_to_the_end(h):
+    h.scroll(h.area("VIEW_3D"), 6000, "UI")
+    h.wait(4)
+
+
 def whole(h):
     return max(h.window.screen.areas, key=lambda area: area.width * area.height)
 
@@ -213,6 +249,8 @@ PICTURES = {
     "anisotropy_panel": (anisotropy, (to_the_end,), column),
     "assets": (assets, (of_this_file,), whole),
     "lobe": (lobe, (inspect,), whole),
+    "photographs": (photographs, (open_photographs,), whole),
+    "photographs_measured": (photographs, (open_photographs, measure, compare_photograph, sidebar_to_the_end), whole),
 }
 setup, steps, crop = PICTURES[PICTURE]
 steps = list(steps)

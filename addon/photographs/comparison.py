@@ -1,0 +1,125 @@
+"""The ball as Cycles renders it in the scene of its photographs, beside a photograph: made by a second Blender."""
+
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import bpy
+import numpy as np
+
+from ...fitter.arrays import BoolArray, FloatArray, SingleArray
+from ...fitter.colours import DEFAULT, conversion
+from ...fitter.photographs import setup
+from ...fitter.photographs.compared import Part, part_of_ball, reduced, relative_difference
+from ...fitter.pictures import srgb
+from ..core import osl_support
+from ..core.annotations import Report, present
+from ..core.reading import scene_colours
+
+SOURCE = "scene.blend"
+TIMES = 4                   # by which differences are enlarged to be seen
+_REQUEST, _ANSWER = "request.json", "compared.npz"
+_SIZE, _SAMPLES = 256, 32   # of renders: pixels on a side at most, and samples per pixel
+_SHOWN, _PERCENTILE = 0.6, 97       # the linear value that this percentile of the photograph is shown with
+
+
+class Compared(NamedTuple):
+    """A photograph and a render: (size, size, 3) linear, the top row first; pixels that count (size, size)."""
+
+    photograph: FloatArray
+    rendered: FloatArray
+    counted: BoolArray
+
+    @property
+    def difference(self) -> float:
+        """As `relative_difference` defines it."""
+        return relative_difference(*self)
+
+
+def write_request(folder: Path, scene: bpy.types.Scene, description: setup.Description) -> None:
+    """Write what `answer` is to compare: a scene, and the description of one of its photographs."""
+    bpy.data.libraries.write(str(folder / SOURCE), {scene}, path_remap="ABSOLUTE", fake_user=True)
+    request = {"scene": scene.name, "description": description, "colours": scene_colours() or DEFAULT}
+    (folder / _REQUEST).write_text(json.dumps(request), "utf-8")
+
+
+def answer(folder: Path, report: Report) -> None:
+    """Read the photograph of a folder's request, and render the ball in the same place. `compared` reads both."""
+    osl_support.add_module_path("OpenImageIO")
+    request = json.loads((folder / _REQUEST).read_text("utf-8"))
+    report(0.0, "Reading")
+    shot, = setup.photographed(request["description"], request["scene"])
+    part = part_of_ball(shot)
+    size = min(part.side, _SIZE)
+    photograph = reduced(shot.radiance, part, size)
+    counted = reduced(present(shot.mask)[..., None].astype(float), part, size)[..., 0] > 1 - 1e-6
+    if photograph.shape[2] == 3:
+        photograph = photograph @ conversion(DEFAULT, request["colours"]).T
+    report(0.3, "Rendering")
+    with bpy.data.libraries.load(str(folder / SOURCE), link=False) as (_, target):
+        target.scenes = [request["scene"]]
+    picture = _rendered(target.scenes[0], part, shot.radiance.shape, size, folder / "render.exr")
+    np.savez(folder / _ANSWER, photograph=np.broadcast_to(photograph, (size, size, 3)), rendered=picture[..., :3],
+             counted=counted & (picture[..., 3] > 1 - 1e-6))
+
+
+def _rendered(scene: Any, part: Part, shape: tuple[int, ...], size: int, path: Path) -> SingleArray:
+    """Render a part of a scene's picture in a size: (size, size, 4), linear, the top row first."""
+    osl_support.enable(scene)
+    camera, (height, width, _) = scene.camera.data, shape
+    camera.sensor_width *= part.side / width
+    camera.shift_x = (part.left + part.side / 2 - width / 2) / part.side
+    camera.shift_y = (height / 2 - part.top - part.side / 2) / part.side
+    scene.cycles.device, scene.cycles.samples, scene.cycles.use_denoising = "CPU", _SAMPLES, False
+    scene.cycles.pixel_filter_type = "BOX"          # each pixel is the mean of its area, as what is `reduced` is
+    scene.render.resolution_x = scene.render.resolution_y = size
+    scene.render.resolution_percentage, scene.render.film_transparent = 100, True
+    settings = scene.render.image_settings
+    settings.file_format, settings.color_depth, settings.color_mode = "OPEN_EXR", "32", "RGBA"
+    scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True, scene=scene.name)
+    image = bpy.data.images.load(str(path))
+    picture = np.empty((size, size, 4), dtype=np.float32)
+    present(image.pixels).foreach_get(picture.ravel())
+    return picture[::-1]
+
+
+def compared(folder: Path) -> Compared:
+    """What `answer` has found."""
+    with np.load(folder / _ANSWER, allow_pickle=False) as found:
+        return Compared(found["photograph"], found["rendered"], found["counted"])
+
+
+def sheet(found: Compared) -> SingleArray:
+    """The photograph beside the render, and below them half of each beside what differs, enlarged `TIMES`.
+
+    Returns (2 size, 2 size, 4) float32, sRGB, the bottom row first.
+    """
+    brightest = found.photograph[found.counted].max(axis=1) if found.counted.any() else np.ones(1)
+    white = max(float(np.percentile(brightest, _PERCENTILE)), np.finfo(float).tiny)
+    seen, shown = (srgb(each / white * _SHOWN) for each in (found.photograph, found.rendered))
+    left = np.arange(seen.shape[1]) < seen.shape[1] // 2
+    differing = np.clip(TIMES * np.abs(seen - shown), 0, 1) * found.counted[..., None]
+    rows = np.concatenate([np.concatenate([seen, shown], axis=1),
+                           np.concatenate([np.where(left[:, None], seen, shown), differing], axis=1)])
+    whole = np.ones((*rows.shape[:2], 4), dtype=np.float32)
+    whole[..., :3] = rows[::-1]
+    return whole
+
+
+def stored(name: str, picture: SingleArray, before: bpy.types.Image | None) -> bpy.types.Image:
+    """An image of the open file that holds a picture, in the place of another."""
+    height, width = picture.shape[:2]
+    image = before or bpy.data.images.new(name, width, height)
+    if tuple(image.size) != (width, height):
+        image.scale(width, height)
+    present(image.pixels).foreach_set(picture.ravel())
+    image.pack()
+    return image
+
+
+def stored_picture(image: bpy.types.Image) -> SingleArray:
+    """The picture that an image holds: (height, width, 4), sRGB, the bottom row first."""
+    picture = np.empty((image.size[1], image.size[0], 4), dtype=np.float32)
+    present(image.pixels).foreach_get(picture.ravel())
+    return picture

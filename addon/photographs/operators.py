@@ -1,0 +1,295 @@
+"""From photographs of a ball to its material: a scene of them, ball and lamps in their places, samples, comparisons."""
+
+import math
+from functools import partial
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import bpy
+import numpy as np
+from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProperty, StringProperty
+
+from ...fitter.arrays import FloatArray
+from ...fitter.colours import DEFAULT, conversion
+from ...fitter.files import replacing
+from ...fitter.photographs.setup import Resolved
+from ..core import compiler, material, osl_support, rendered, targets
+from ..core.annotations import OperatorMixIn, OperatorResult, present
+from ..core.properties import CHOICES, fit_arguments, use_preset, worth
+from ..core.reading import load_arguments, scene_colours
+from ..core.transaction import by_session_uid
+from ..work import process, queries
+from ..work.blender_process import Command
+from ..work.job import Work
+from ..work.modal import InBackground, Steps, errors_reported
+from . import comparison, stage
+from . import settings as photographs
+from . import work as measuring
+
+_PICTURES = "*.exr;*.tif;*.tiff;*.png;*.jpg;*.jpeg"
+
+
+class HasPhotographs(InBackground):
+    """A mix-in for operators on the photographs of the scene, which is remembered while they work."""
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if context.scene is None or not photographs.of(context.scene).photographs:
+            cls.poll_message_set("This scene has no photographs of a ball")
+            return False
+        return bool(context.scene.is_editable)
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        return self.start(context)
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        return self.run(context)
+
+    def remember(self, context: bpy.types.Context) -> bpy.types.Scene:
+        """The scene of the context, which `scene` finds again."""
+        osl_support.add_module_path("OpenImageIO")
+        self._scene = present(context.scene).session_uid
+        return present(context.scene)
+
+    def scene(self) -> bpy.types.Scene:
+        """The scene that was remembered. ValueError if it, or its ball, has been removed meanwhile."""
+        found = by_session_uid(bpy.data.scenes, self._scene)
+        if found is None or photographs.of(found).ball is None:
+            raise ValueError("The scene of the photographs has been removed meanwhile")
+        return found
+
+
+class ChoosesFiles(OperatorMixIn):
+    """A mix-in for operators that ask for files. It precedes `InBackground` among the bases."""
+
+    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        if self.filepath:
+            return self.start(context)
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        # the file browser calls this; start anew as a modal operator, so that the window stays responsive
+        if self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
+            again = getattr(bpy.ops.measured_brdf, type(self).__name__.partition("_OT_")[2])
+            with errors_reported(self):
+                again("INVOKE_DEFAULT", **self.given())
+            return {"CANCELLED"}
+        return self.run(context)
+
+    def given(self) -> dict[str, Any]:
+        """What the operator was given, for another that goes on with it."""
+        return present(self.as_keywords(ignore=("filter_glob",)))
+
+
+class MEASUREDBRDF_OT_measure_photographs(ChoosesFiles, InBackground, bpy.types.Operator):
+    """Make a scene of photographs of a painted ball, in which its material is measured: choose all of them, or a \
+description (.toml)"""
+
+    bl_idname = "measured_brdf.measure_photographs"
+    bl_label = "Measure Photographs"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filter_glob: StringProperty(default=f"{_PICTURES};*.toml", options={"HIDDEN"})
+    directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    radius: FloatProperty(name="Ball Radius", default=0.025, min=1e-5, subtype="DISTANCE", precision=5,
+                          description="Of the ball")
+    distance: FloatProperty(name="Camera Distance", default=1.5, min=1e-4, subtype="DISTANCE",
+                            description="From the camera to the ball, about. The camera can be moved later")
+    exposures: IntProperty(name="Exposures", default=0, min=0,
+                           description="Pictures of each lamp, which follow one another by name. 0: found by the "
+                                       "exposure times in the files")
+    to_scene: BoolProperty(name="To This Scene", options={"HIDDEN", "SKIP_SAVE"},
+                           description="Add them to the photographs of this scene")
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        layout = present(self.layout)
+        layout.use_property_split = True
+        for name in ("exposures",) if self.to_scene else ("radius", "distance", "exposures"):
+            layout.prop(self, name)
+
+    def given(self) -> dict[str, Any]:
+        return {**present(self.as_keywords(ignore=("filter_glob", "files"))),
+                "files": [{"name": item.name} for item in self.files]}
+
+    def work(self, context: bpy.types.Context) -> Work:
+        osl_support.add_module_path("OpenImageIO")
+        self._scene = present(context.scene).session_uid
+        paths = [str(Path(self.directory) / item.name) for item in self.files if item.name] or [
+            bpy.path.abspath(self.filepath)]
+        if len(paths) == 1 and paths[0].lower().endswith(".toml"):
+            return process.Calculation(partial(measuring.opened, paths[0]))
+        return process.Calculation(partial(measuring.described, paths, self.radius, self.distance, self.exposures))
+
+    def apply(self, context: bpy.types.Context, found: Resolved) -> None:
+        if self.to_scene:
+            self._add(found)
+            return
+        made = stage.make(found)
+        count = len(photographs.of(made).photographs)
+        self.report({"INFO"}, f"{made.name}: {count} photograph{'s' * (count > 1)}")
+        # last, because it is not taken back on an error
+        if context.window is not None:
+            context.window.scene = made
+            if not bpy.app.background:
+                _look_through(context)
+
+    def _add(self, found: Resolved) -> None:
+        scene = by_session_uid(bpy.data.scenes, self._scene)
+        known = [] if scene is None else list(photographs.lamps(photographs.of(scene)))
+        if scene is None or not known:
+            raise ValueError("This scene has no photographs of a ball")
+        light: Any = known[0].data
+        for shot in found.description["photograph"]:
+            stage.add(scene, shot, light)
+        photographs.of(scene).active = len(photographs.of(scene).photographs) - 1
+
+
+def _look_through(context: bpy.types.Context) -> None:
+    """Look through the camera in the 3D viewports of the window, with the light of the scene."""
+    for area in present(context.window).screen.areas:
+        if area.type == "VIEW_3D":
+            space: Any = area.spaces.active
+            space.region_3d.view_perspective = "CAMERA"
+            space.shading.type = "RENDERED"
+
+
+class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
+    """Move the ball to its outline in the photographs"""
+
+    bl_idname = "measured_brdf.fit_outline"
+    bl_label = "Fit Outline"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def work(self, context: bpy.types.Context) -> Work:
+        scene = self.remember(context)
+        return process.Calculation(partial(measuring.outline, stage.description_of(scene, whole=False), scene.name))
+
+    def apply(self, _context: bpy.types.Context, centre: list[float]) -> None:
+        photographs.of(self.scene()).ball.location = centre
+        self.report({"INFO"}, "The ball is at {:.4f}, {:.4f}, {:.4f} m".format(*centre))
+
+
+class MEASUREDBRDF_OT_place_lamp(ChoosesFiles, HasPhotographs, bpy.types.Operator):
+    """Place the lamp of this photograph by another one, of a chrome ball in the place of the painted one"""
+
+    bl_idname = "measured_brdf.place_lamp"
+    bl_label = "Place Lamp by Chrome Ball"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filter_glob: StringProperty(default=_PICTURES, options={"HIDDEN"})
+    distance: FloatProperty(name="Lamp Distance", default=1.0, min=1e-4, subtype="DISTANCE",
+                            description="From the lamp to the middle of the ball")
+
+    def work(self, context: bpy.types.Context) -> Work:
+        scene = self.remember(context)
+        settings = photographs.of(scene)
+        shot = photographs.active(settings)
+        description = stage.description_of(scene, [shot], whole=False)
+        self._lamp = shot.lamp.session_uid
+        return process.Calculation(partial(measuring.lamp_by_chrome, description, scene.name,
+                                           bpy.path.abspath(self.filepath), self.distance))
+
+    def apply(self, _context: bpy.types.Context, place: list[float]) -> None:
+        lamp = by_session_uid(bpy.data.objects, self._lamp)
+        if lamp is None:
+            raise ValueError("The lamp has been removed meanwhile")
+        lamp.location = place
+
+
+class MEASUREDBRDF_OT_measure_ball(HasPhotographs, bpy.types.Operator):
+    """Measure the reflectance of the ball in the photographs, save it as samples, and make the ball's material of \
+them"""
+
+    bl_idname = "measured_brdf.measure_ball"
+    bl_label = "Measure"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def work(self, context: bpy.types.Context) -> Work:
+        scene = self.remember(context)
+        settings, defaults = photographs.of(scene), bpy.types.Material.bl_rna.properties["measured_brdf"]
+        known: Any = defaults
+        choices = {name: known.fixed_type.properties[name].default for name in CHOICES}
+        self._choices = SimpleNamespace(**choices | {"filepath": settings.samples})
+        use_preset(self._choices, settings.preset or "Standard")
+        path = Path(bpy.path.abspath(settings.samples))
+        if not settings.samples or not path.parent.is_dir():
+            raise ValueError(f"Save As: {path.parent}: not a folder" if settings.samples
+                             else "Save As is empty: name the file of the samples")
+        return process.Calculation(partial(
+            measuring.measured, stage.description_of(scene), scene.name, str(path), fit_arguments(self._choices),
+            load_arguments(self._choices)))
+
+    def prepare(self, found: measuring.Result) -> Steps:
+        yield 0.95, "Compiling"
+        return found, compiler.compile_surface(found.outcome.surface)
+
+    def apply(self, context: bpy.types.Context, prepared: tuple[measuring.Result, compiler.Shader]) -> None:
+        (outcome, content, centre, intensity, told), shader = prepared
+        scene = self.scene()
+        settings = photographs.of(scene)
+        ball = settings.ball
+        with replacing(outcome.measured.path) as stream:
+            stream.write(content)
+        queries.tell_fit(outcome.measured, fit_arguments(self._choices), outcome.fitted)
+        made = ball.active_material
+        if made is not None and made.is_editable and material.is_measured(made):
+            material.assign(made, outcome, self._choices, context, shader)
+        else:
+            made = material.create(outcome, self._choices, context, shader)
+            if why := targets.assign(targets.Target(ball.session_uid), made):
+                raise ValueError(why)
+        ball.location = centre
+        _shine(settings, intensity)
+        settings.told = "\n".join(told)
+        how = rendered.advice(made, scene)
+        self.report({"INFO"}, f"{made.name}: {worth(made.measured_brdf)[0]}. {how}".strip())
+
+
+def _shine(settings: Any, intensity: FloatArray) -> None:
+    """Give the lamps of the photographs a radiant intensity, (channels,) in linear Rec.709."""
+    colour = np.broadcast_to(intensity, 3)
+    colour = np.maximum(colour @ conversion(DEFAULT, scene_colours() or DEFAULT).T, 0)
+    for lamp in photographs.lamps(settings):
+        light: Any = lamp.data
+        light.energy, light.color = 4 * math.pi * colour.max(), colour / colour.max()
+
+
+class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
+    """Render the ball in this scene, in the place and under the lamp of this photograph, and show what differs"""
+
+    bl_idname = "measured_brdf.compare_photograph"
+    bl_label = "Compare with Photograph"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def work(self, context: bpy.types.Context) -> Work:
+        scene = self.remember(context)
+        shot = photographs.active(photographs.of(scene))
+        description = stage.description_of(scene, [shot], whole=False)
+        self._lamp, self._folder = shot.lamp.session_uid, process.temporary()
+        comparison.write_request(Path(self._folder.name), scene, description)
+        return Command("photograph", self._folder.name)
+
+    def prepare(self, _result: Any) -> Steps:
+        found = comparison.compared(Path(self._folder.name))
+        self._folder.cleanup()
+        return found
+        yield
+
+    def apply(self, _context: bpy.types.Context, found: comparison.Compared) -> None:
+        settings = photographs.of(self.scene())
+        shot = next((each for each in settings.photographs
+                     if each.lamp is not None and each.lamp.session_uid == self._lamp), None)
+        if shot is None:
+            raise ValueError("The photograph has been removed meanwhile")
+        shot.comparison = comparison.stored(f"{shot.name} compared", comparison.sheet(found), shot.comparison)
+        shot.difference = found.difference
+        self.report({"INFO"}, f"{shot.name}: the render differs by {found.difference:.1%}")
+
+
+classes = (MEASUREDBRDF_OT_measure_photographs, MEASUREDBRDF_OT_fit_outline, MEASUREDBRDF_OT_place_lamp,
+           MEASUREDBRDF_OT_measure_ball, MEASUREDBRDF_OT_compare_photograph)

@@ -1,0 +1,189 @@
+"""The panel of a scene with photographs of a ball, in the sidebar of the 3D view."""
+
+import math
+from functools import partial
+from typing import Any
+
+import bpy
+
+from ..core.annotations import present
+from ..panel.layout import draw_warning, draw_wrapped, picture_scale
+from ..panel.main import draw_running
+from ..work import icons, modal
+from . import settings as photographs
+from . import stage
+from .comparison import TIMES, stored_picture
+from .operators import (
+    MEASUREDBRDF_OT_compare_photograph,
+    MEASUREDBRDF_OT_fit_outline,
+    MEASUREDBRDF_OT_measure_ball,
+    MEASUREDBRDF_OT_measure_photographs,
+    MEASUREDBRDF_OT_place_lamp,
+)
+from .settings import BALL, CARD, GUESS, INTENSITY
+
+_ROWS = 5                   # of the list
+
+
+class MEASUREDBRDF_UL_photographs(bpy.types.UIList):
+    """The photographs of a scene, and how far each lamp is from the camera"""
+
+    def draw_item(self, _context: bpy.types.Context, layout: bpy.types.UILayout, data: Any, item: Any, _icon: int,
+                  _active_data: Any, _active_property: str) -> None:
+        row = layout.row()
+        row.prop(item, "used", text="")
+        row.label(text=item.name)
+        lamp = item.lamp
+        if lamp is not None and None not in (data.ball, data.camera):
+            placed = stage.is_placed(lamp)
+            row.label(text=f"{math.degrees(stage.phase_angle(data, lamp)):.0f}°" if placed else "not placed",
+                      icon="NONE" if placed else "ERROR")
+
+
+class _Sidebar:
+    """What the panels share: where they are, and when."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Measured BRDF"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return bool(photographs.of(present(context.scene)).photographs)
+
+
+class MEASUREDBRDF_PT_photographs(_Sidebar, bpy.types.Panel):
+    """Photographs of a ball, of which its material is measured"""
+
+    bl_label = "Measure Photographs"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, settings = _layout(self), photographs.of(present(context.scene))
+        row = layout.row()
+        row.template_list(MEASUREDBRDF_UL_photographs.__name__, "", settings, "photographs", settings, "active",
+                          rows=_ROWS)
+        row.operator(MEASUREDBRDF_OT_measure_photographs.bl_idname, text="", icon="ADD").to_scene = True
+        _draw_photograph(layout, photographs.active(settings))
+        _draw_work(layout, settings)
+
+
+def _layout(panel: Any) -> bpy.types.UILayout:
+    layout = present(panel.layout)
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    return layout
+
+
+def _draw_photograph(layout: bpy.types.UILayout, shot: Any) -> None:
+    column = layout.column(align=True)
+    for file in shot.files:
+        column.prop(file, "filepath", text="File")
+        if len(shot.files) > 1:
+            column.prop(file, "exposure")
+    if shot.lamp is None:
+        draw_warning(layout, f"The lamp of {shot.name} has been deleted")
+        return
+    column = layout.column(align=True)
+    column.prop(shot.lamp, "location", text="Lamp")
+    column.operator(MEASUREDBRDF_OT_place_lamp.bl_idname, text="By a Chrome Ball...", icon="SHADING_RENDERED")
+
+
+def _draw_work(layout: bpy.types.UILayout, settings: Any) -> None:
+    """Draw what is done with the photographs; while a job runs its progress."""
+    if draw_running(layout.row(align=True)):
+        return
+    column = layout.column(align=True)
+    column.operator(MEASUREDBRDF_OT_fit_outline.bl_idname, icon="MESH_CIRCLE")
+    column.prop(settings, "preset")
+    column.operator(MEASUREDBRDF_OT_measure_ball.bl_idname, icon="MATERIAL")
+    if settings.scale == GUESS:
+        draw_wrapped(layout, "The scale is a guess", "INFO")
+
+
+class MEASUREDBRDF_PT_photographs_stage(_Sidebar, bpy.types.Panel):
+    """Camera, ball and lamp, and how the files are read"""
+
+    bl_label = "Camera, Ball and Files"
+    bl_parent_id = "MEASUREDBRDF_PT_photographs"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, settings = _layout(self), photographs.of(present(context.scene))
+        if settings.camera is not None:
+            layout.prop(settings.camera, "location", text="Camera")
+            column = layout.column(align=True)
+            column.prop(settings.camera.data, "lens")
+            column.prop(settings.camera.data, "sensor_width", text="Sensor Width")
+        if settings.ball is not None:
+            layout.prop(settings.ball, "location", text="Ball")
+            layout.prop(settings, "radius")
+        lamp = photographs.active(settings).lamp
+        if lamp is not None:
+            layout.prop(lamp.data, "shadow_soft_size", text="Lamp Radius")
+        for name in ("dark", "flat", "mask", "encoding", "matrix", "samples"):
+            layout.prop(settings, name)
+
+
+class MEASUREDBRDF_PT_photographs_scale(_Sidebar, bpy.types.Panel):
+    """How bright the lamp is"""
+
+    bl_label = "Scale"
+    bl_parent_id = "MEASUREDBRDF_PT_photographs"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, settings = _layout(self), photographs.of(present(context.scene))
+        layout.prop(settings, "scale", text="By")
+        fields = {GUESS: ("albedo",), INTENSITY: ("intensity",), BALL: ("known", "known_albedo", "known_lamp"),
+                  CARD: ("known", "known_albedo", "known_lamp", "normal", "region")}[settings.scale or GUESS]
+        for name in fields:
+            layout.prop(settings, name)
+        if settings.known and settings.scale in (BALL, CARD):
+            layout.prop(settings, "known_exposure")
+        if settings.scale == GUESS:
+            draw_wrapped(layout, "Colours are those of lamp and camera, and the scale is a guess. A grey card or a "
+                                 "white ball has both right", "INFO")
+
+
+class MEASUREDBRDF_PT_photographs_coverage(_Sidebar, bpy.types.Panel):
+    """What the photographs have measured, and where to put the next lamp"""
+
+    bl_label = "Coverage"
+    bl_parent_id = "MEASUREDBRDF_PT_photographs"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return bool(photographs.of(present(context.scene)).told)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        for line in photographs.of(present(context.scene)).told.splitlines():
+            draw_wrapped(present(self.layout), line, "DOT")
+
+
+class MEASUREDBRDF_PT_photographs_comparison(_Sidebar, bpy.types.Panel):
+    """The ball as it is rendered beside the photograph"""
+
+    bl_label = "Comparison"
+    bl_parent_id = "MEASUREDBRDF_PT_photographs"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, shot = _layout(self), photographs.active(photographs.of(present(context.scene)))
+        row = layout.row()
+        row.enabled = modal.running is None
+        row.operator(MEASUREDBRDF_OT_compare_photograph.bl_idname, icon="RENDER_STILL")
+        if shot.comparison is None:
+            return
+        layout.template_icon(icon_value=_icon(shot), scale=picture_scale(context, 1, 16))
+        column = layout.column(align=True)
+        draw_wrapped(column, f"{shot.name}: the render differs by {shot.difference:.1%}", "DOT")
+        draw_wrapped(column, f"Photograph and render; half of each, and what differs, {TIMES} times as bright", "DOT")
+
+
+def _icon(shot: Any) -> int:
+    """The icon of the comparison of a photograph."""
+    return icons.at_once(("photograph", shot.comparison.session_uid, shot.difference), partial(stored_picture,
+                                                                                              shot.comparison))
+
+
+classes = (MEASUREDBRDF_UL_photographs, MEASUREDBRDF_PT_photographs, MEASUREDBRDF_PT_photographs_scale,
+           MEASUREDBRDF_PT_photographs_coverage, MEASUREDBRDF_PT_photographs_comparison,
+           MEASUREDBRDF_PT_photographs_stage)

@@ -1,0 +1,160 @@
+"""Photographs of a ball in a scene: which files they are, and which objects stand for camera, ball and lamps.
+
+Where these are, the objects alone know. Each photograph has a lamp object of its own, of which the active photograph's
+is shown.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    IntVectorProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from ...fitter.photographs.picture_files import ENCODINGS
+from ..core.properties import PRESET_ITEMS
+from .work import ALBEDO
+
+AS_THE_FILE_SAYS = "auto"
+GUESS, CARD, BALL, INTENSITY = "albedo", "card", "ball", "intensity"
+_SCALES = ((GUESS, "Guess", "The albedo of the ball is a guess, and with it the scale of the reflectance"),
+           (CARD, "Card", "A card of known albedo was photographed at the ball's place"),
+           (BALL, "White Ball", "A matte ball of known albedo, of the same size, was photographed at the same place"),
+           (INTENSITY, "Intensity", "The lamp's radiant intensity is known"))
+_ENCODINGS = ((AS_THE_FILE_SAYS, "As the Files Say", "sRGB where the files say so or have 8 bits; else linear"),
+              (ENCODINGS[0], "Linear", "Linear, whatever the files say"),
+              (ENCODINGS[1], "sRGB", "sRGB, whatever the files say"))
+
+
+class MeasuredExposure(bpy.types.PropertyGroup):
+    """A file of a photograph."""
+
+    filepath: StringProperty(name="File", subtype="FILE_PATH",
+                             description="EXR, TIFF, PNG or JPEG; linear ones are best")
+    exposure: FloatProperty(
+        name="Exposure", min=0, precision=5,
+        description="Exposure time in seconds, where several files of one lamp do not say theirs. 0: as the file says")
+
+
+class MeasuredPhotograph(bpy.types.PropertyGroup):
+    """The ball under one lamp, in one exposure or several."""
+
+    files: CollectionProperty(type=MeasuredExposure)
+    used: BoolProperty(name="Use", default=True, description="Measure this photograph")
+    lamp: PointerProperty(name="Lamp", type=bpy.types.Object, description="The lamp of this photograph")
+    picture: PointerProperty(name="Picture", type=bpy.types.Image)              # behind the camera's view
+    comparison: PointerProperty(name="Comparison", type=bpy.types.Image)        # with the ball as it was rendered
+    difference: FloatProperty(name="Difference")        # as `fitter.photographs.compared` defines it
+
+
+def _show_active(settings: Any, context: bpy.types.Context) -> None:
+    show(settings)
+    lamp = active(settings).lamp
+    if lamp is not None and lamp.name in context.view_layer.objects:
+        for item in context.view_layer.objects:
+            item.select_set(item == lamp)
+        context.view_layer.objects.active = lamp
+
+
+def _is_lamp(_settings: Any, item: bpy.types.Object) -> bool:
+    return item.type == "LIGHT"
+
+
+def _radius(settings: Any) -> float:
+    return settings.ball.scale[0] if settings.ball is not None else 0.0
+
+
+def _set_radius(settings: Any, radius: float) -> None:
+    if settings.ball is not None:
+        settings.ball.scale = radius, radius, radius
+
+
+class MeasuredPhotographs(bpy.types.PropertyGroup):
+    """Stored with the scene."""
+
+    photographs: CollectionProperty(type=MeasuredPhotograph)
+    active: IntProperty(name="Photograph", update=_show_active)
+    camera: PointerProperty(name="Camera", type=bpy.types.Object)
+    ball: PointerProperty(name="Ball", type=bpy.types.Object)
+    radius: FloatProperty(name="Ball Radius", get=_radius, set=_set_radius, min=0, subtype="DISTANCE", precision=5,
+                          description="Of the ball: the scale of its object")
+    dark: StringProperty(name="Lamp Off", subtype="FILE_PATH",
+                         description="Photograph with the lamp off, if there is one")
+    flat: StringProperty(name="Even Surface", subtype="FILE_PATH",
+                         description="Photograph of an evenly bright surface, if the lens darkens the corners")
+    mask: StringProperty(name="Mask", subtype="FILE_PATH",
+                         description="Picture that is white where pixels count, for a stand or a reflection")
+    encoding: EnumProperty(name="Values", items=_ENCODINGS, default=AS_THE_FILE_SAYS,
+                           description="What the pixels of the photographs are")
+    matrix: StringProperty(name="Camera Matrix",
+                           description="From the camera's colours to linear Rec.709: [[...], [...], [...]]. Empty: as "
+                                       "the files say")
+    scale: EnumProperty(name="Scale", items=_SCALES, default=GUESS, description="How bright the lamp is")
+    albedo: FloatProperty(name="Albedo", default=ALBEDO, min=0, max=1, subtype="FACTOR",
+                          description="What you guess the ball to have: the share of even light that it reflects")
+    known: StringProperty(name="File", subtype="FILE_PATH", description="Photograph of the card or of the white ball")
+    known_exposure: FloatProperty(name="Exposure", min=0, precision=5,
+                                  description="Exposure time in seconds. 0: as the file says")
+    known_albedo: FloatVectorProperty(name="Albedo", size=3, default=(0.18, 0.18, 0.18), min=0, max=1, subtype="COLOR",
+                                      description="Of the card or of the white ball, linear")
+    known_lamp: PointerProperty(name="Lamp", type=bpy.types.Object, poll=_is_lamp,
+                                description="The lamp under which the card or the white ball was photographed")
+    normal: FloatVectorProperty(name="Card Faces", size=3, default=(0, -1, 0), subtype="XYZ",
+                                description="The direction in which the card faces")
+    region: IntVectorProperty(name="Region", size=4, min=0,
+                              description="Left, top, right and bottom of the pixels that the card fills")
+    intensity: FloatVectorProperty(name="Intensity", size=3, default=(1, 1, 1), min=0,
+                                   description="Radiant intensity of the lamp, W/sr in units of the pictures")
+    preset: EnumProperty(name="Preset", items=PRESET_ITEMS, default="Standard", description="Method of the fit")
+    samples: StringProperty(name="Save As", subtype="FILE_PATH",
+                            description="File of the samples that are measured, .npz, which the material is fitted to")
+    told: StringProperty(name="Measured")       # lines
+
+
+def of(scene: bpy.types.Scene) -> Any:
+    """The `MeasuredPhotographs` of a scene."""
+    return scene.measured_brdf_photographs
+
+
+def active(settings: Any) -> Any:
+    """The active photograph."""
+    return settings.photographs[min(max(settings.active, 0), len(settings.photographs) - 1)]
+
+
+def lamps(settings: Any) -> Iterator[bpy.types.Object]:
+    """The lamps of all photographs."""
+    yield from (each.lamp for each in settings.photographs if each.lamp is not None)
+
+
+def show(settings: Any) -> None:
+    """Show the active photograph behind the camera's view, and its lamp alone."""
+    shown = active(settings)
+    for lamp in lamps(settings):
+        lamp.hide_viewport = lamp.hide_render = lamp != shown.lamp
+    if settings.camera is not None:
+        for background in settings.camera.data.background_images:
+            background.image = shown.picture
+
+
+def register() -> None:
+    for cls in _GROUPS:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.measured_brdf_photographs = PointerProperty(type=MeasuredPhotographs, name="Photographs of a Ball")
+
+
+def unregister() -> None:
+    del bpy.types.Scene.measured_brdf_photographs
+    for cls in reversed(_GROUPS):
+        bpy.utils.unregister_class(cls)
+
+
+_GROUPS = MeasuredExposure, MeasuredPhotograph, MeasuredPhotographs

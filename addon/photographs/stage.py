@@ -1,0 +1,265 @@
+"""A description of photographs as a scene, with a camera, a ball and lamps; and the description of such a scene.
+
+The description is what `python -m fitter photographs` reads, as `fitter.photographs.setup` has it.
+"""
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+from ...fitter import DatasetError
+from ...fitter.arrays import FloatArray
+from ...fitter.photographs import camera as cameras
+from ...fitter.photographs.setup import Description, Resolved
+from ..core import look, material, osl_support
+from ..core.annotations import present
+from . import settings as photographs
+from .settings import AS_THE_FILE_SAYS, BALL, CARD, GUESS, INTENSITY
+from .work import LENS, SENSOR, START
+
+_SAMPLES = 64               # per pixel
+_NEAR = 1e-6                # m: an object so near a place is there
+_PREVIEW = 0.2, 0.2         # albedo and roughness of the ball until it is measured: a highlight to be seen
+_HALF = 0.5                 # opacity of the photograph before the ball
+
+
+def make(found: Resolved) -> bpy.types.Scene:
+    """Make a scene of a description whose places are numbers.
+
+    Raises
+    ------
+    DatasetError
+        If the description has what the settings of a scene cannot hold: several files of a card, say.
+    """
+    description, (height, width) = found
+    scene = bpy.data.scenes.new(description["name"])
+    osl_support.enable(scene)
+    scene.cycles.samples = _SAMPLES
+    scene.cycles.blur_glossy = scene.cycles.sample_clamp_indirect = 0
+    scene.view_settings.view_transform = "Standard"
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
+    settings = photographs.of(scene)
+    settings.camera = scene.camera = _camera(scene, description["camera"], description["ball"]["centre"])
+    settings.ball = _ball(scene, description["ball"])
+    light = bpy.data.lights.new("Lamp", "POINT")
+    light.use_soft_falloff = False          # a ball
+    light.shadow_soft_size = description.get("lamp", {}).get("radius", 0.0)
+    light.energy = 4 * math.pi              # a radiant intensity of 1
+    for shot in description["photograph"]:
+        add(scene, shot, light)
+    _store(settings, description, scene, light)
+    first = Path(description["photograph"][0]["files"][0])
+    settings.samples = str(first.with_name(f"{description['name']}.npz"))
+    photographs.show(settings)
+    return scene
+
+
+def add(scene: bpy.types.Scene, shot: Description, light: bpy.types.Light) -> None:
+    """Add a photograph of a description to a scene, with a lamp that has this light."""
+    added = photographs.of(scene).photographs.add()
+    exposures = shot.get("exposures", [0.0] * len(shot["files"]))
+    for path, exposure in zip(shot["files"], exposures, strict=True):
+        file = added.files.add()
+        file.filepath, file.exposure = path, exposure
+    added.name = Path(shot["files"][0]).stem
+    added.picture = bpy.data.images.load(shot["files"][0], check_existing=True)
+    added.lamp = _lamp(scene, added.name, light, shot["lamp"])
+
+
+def _camera(scene: bpy.types.Scene, description: Description, centre: Sequence[float]) -> bpy.types.Object:
+    data = bpy.data.cameras.new("Camera")
+    data.sensor_fit = "HORIZONTAL"
+    data.sensor_width = description.get("sensor_width", SENSOR)
+    if "field_of_view" in description:
+        data.lens = data.sensor_width / (2 * math.tan(math.radians(description["field_of_view"]) / 2))
+    else:
+        data.lens = description.get("focal_length", LENS)
+    background = data.background_images.new()
+    background.display_depth, background.alpha = "FRONT", _HALF
+    data.show_background_images = True
+    item = _object(scene, "Camera", data)
+    orientation = cameras.looking(description["position"], description.get("look_at", centre),
+                                  description.get("up", (0, 0, 1)))
+    item.matrix_basis = Matrix.Translation(description["position"]) @ Matrix(orientation.tolist()).to_4x4()
+    return item
+
+
+def _ball(scene: bpy.types.Scene, description: Description) -> bpy.types.Object:
+    item = _object(scene, "Ball", look.sphere())
+    item.location, item.scale = description["centre"], [description["radius"]] * 3
+    preview = bpy.data.materials.new("Not Measured")
+    material.use_nodes(preview)
+    surface: Any = next(node for node in present(preview.node_tree).nodes if node.type == "BSDF_PRINCIPLED")
+    surface.inputs["Base Color"].default_value = (*[_PREVIEW[0]] * 3, 1)
+    surface.inputs["Roughness"].default_value = _PREVIEW[1]
+    item.material_slots[0].material = preview
+    return item
+
+
+def _lamp(scene: bpy.types.Scene, name: str, light: bpy.types.Light, at: Sequence[float]) -> bpy.types.Object:
+    item = _object(scene, f"Lamp of {name}", light)
+    item.location = at
+    return item
+
+
+def _object(scene: bpy.types.Scene, name: str, data: Any) -> bpy.types.Object:
+    item = bpy.data.objects.new(name, data)
+    scene.collection.objects.link(item)
+    return item
+
+
+def _store(settings: Any, description: Description, scene: bpy.types.Scene, light: bpy.types.Light) -> None:
+    """Store what no object says."""
+    lamp = description.get("lamp", {})
+    for name, value in (("dark", _one(lamp, "dark")), ("flat", _one(lamp, "flat")),
+                        ("mask", _one(description["ball"], "mask")),
+                        ("encoding", description["camera"].get("encoding")),
+                        ("matrix", json.dumps(description["camera"].get("matrix", "")).strip('"'))):
+        if value:
+            setattr(settings, name, value)
+    (settings.scale, given), = description["scale"].items()
+    if settings.scale == GUESS:
+        settings.albedo = given
+    elif settings.scale == INTENSITY:
+        settings.intensity = _three(given)
+    else:
+        settings.known, settings.known_albedo = _one(given, "file"), _three(given["albedo"])
+        settings.known_exposure, = given.get("exposures", [0.0])
+        settings.known_lamp = next(
+            (lamp for lamp in photographs.lamps(settings) if (lamp.location - Vector(given["lamp"])).length < _NEAR),
+            None) or _lamp(scene, "the scale", light, given["lamp"])
+        settings.known_lamp.hide_render = settings.known_lamp.hide_viewport = True
+        if settings.scale == CARD:
+            settings.normal, settings.region = given["normal"], [int(each) for each in given["region"]]
+
+
+def _one(table: Description, key: str) -> str:
+    """The only file of a key; empty where there is none."""
+    names = table.get(key, "")
+    if isinstance(names, list) and len(names) > 1:
+        raise DatasetError(f"{len(names)} files found, expected one: a scene holds several exposures of "
+                           f"photographs alone", names[0])
+    return names[0] if isinstance(names, list) else names
+
+
+def _three(value: float | Sequence[float]) -> tuple[float, ...]:
+    return tuple(value) if isinstance(value, Sequence) else (value,) * 3
+
+
+def description_of(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: bool = True) -> Description:
+    """The description of some photographs of a scene; by default of those that are used.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+    shots : sequence of MeasuredPhotograph, optional
+    whole : bool
+        What is to be measured. Else nobody need have placed the lamps, and their intensity is 1.
+
+    Raises
+    ------
+    ValueError
+        If an object has been deleted, or the whole is not there.
+    """
+    settings = photographs.of(scene)
+    shots = shots or [each for each in settings.photographs if each.used]
+    if not shots:
+        raise ValueError("No photograph of this scene is used")
+    camera, ball = _there(scene, settings.camera, "camera"), _there(scene, settings.ball, "ball")
+    pose = np.array(_pose(camera))
+    away = pose[:3, :3] / np.linalg.norm(pose[:3, :3], axis=0)
+    lens: Any = camera.data
+    first = _there(scene, shots[0].lamp, f"lamp of {shots[0].name}")
+    light: Any = first.data
+    described: Description = {
+        "name": scene.name,
+        "camera": {"position": pose[:3, 3].tolist(), "look_at": (pose[:3, 3] - away[:, 2]).tolist(),
+                   "up": away[:, 1].tolist(),
+                   "field_of_view": math.degrees(cameras.field_of_view(lens.lens, lens.sensor_width))},
+        "ball": {"centre": _place(ball).tolist(), "radius": settings.radius},
+        "lamp": {name: bpy.path.abspath(path) for name, path in (("dark", settings.dark), ("flat", settings.flat))
+                 if path},
+        "scale": {settings.scale: _scale(scene, settings)} if whole else {INTENSITY: 1.0},
+        "photograph": [_shot(scene, each, whole) for each in shots]}
+    if light.shadow_soft_size:
+        described["lamp"]["radius"] = light.shadow_soft_size
+    if settings.mask:
+        described["ball"]["mask"] = bpy.path.abspath(settings.mask)
+    if settings.encoding not in ("", AS_THE_FILE_SAYS):
+        described["camera"]["encoding"] = settings.encoding
+    if settings.matrix:
+        described["camera"]["matrix"] = _matrix(settings.matrix)
+    return described
+
+
+def _there(scene: bpy.types.Scene, item: bpy.types.Object | None, what: str) -> bpy.types.Object:
+    if item is None or item.name not in scene.objects:
+        raise ValueError(f"The {what} has been deleted from {scene.name}: undo, or import the photographs again")
+    return item
+
+
+def _pose(item: bpy.types.Object) -> Matrix:
+    """Where an object is, also where it is hidden, of which Blender evaluates nothing."""
+    if item.parent is None:
+        return item.matrix_basis.copy()
+    return _pose(item.parent) @ item.matrix_parent_inverse @ item.matrix_basis
+
+
+def _place(item: bpy.types.Object) -> FloatArray:
+    return np.array(_pose(item).translation, dtype=float)
+
+
+def is_placed(lamp: bpy.types.Object) -> bool:
+    """Whether somebody has said where a lamp stood."""
+    return bool(np.linalg.norm(_place(lamp) - START) > _NEAR)
+
+
+def phase_angle(settings: Any, lamp: bpy.types.Object) -> float:
+    """The angle between a lamp and the camera, seen from the ball, radians."""
+    to_lamp, to_camera = (Vector((_place(item) - _place(settings.ball)).tolist()) for item in (lamp, settings.camera))
+    return to_lamp.angle(to_camera, 0.0)
+
+
+def _shot(scene: bpy.types.Scene, shot: Any, whole: bool) -> Description:
+    lamp = _there(scene, shot.lamp, f"lamp of {shot.name}")
+    if whole and not is_placed(lamp):
+        raise ValueError(f"{shot.name}: say where the lamp stood, by its location, by moving it, or by a chrome ball")
+    found: Description = {"files": [bpy.path.abspath(each.filepath) for each in shot.files],
+                          "lamp": _place(lamp).tolist()}
+    if any(each.exposure for each in shot.files):
+        found["exposures"] = [each.exposure for each in shot.files]
+    return found
+
+
+def _scale(scene: bpy.types.Scene, settings: Any) -> Any:
+    if settings.scale == GUESS:
+        return settings.albedo
+    if settings.scale == INTENSITY:
+        return _same_or_three(settings.intensity)
+    if not settings.known:
+        raise ValueError("Scale: choose the photograph of the card or the white ball")
+    found = {"file": bpy.path.abspath(settings.known), "albedo": _same_or_three(settings.known_albedo),
+             "lamp": _place(_there(scene, settings.known_lamp, "lamp of the card or the white ball")).tolist()}
+    if settings.known_exposure:
+        found["exposures"] = [settings.known_exposure]
+    if settings.scale == BALL:
+        return found
+    return found | {"normal": list(settings.normal), "region": list(settings.region)}
+
+
+def _same_or_three(values: Sequence[float]) -> float | list[float]:
+    """One number for three that are the same, which pictures of one channel need."""
+    return values[0] if len(set(values)) == 1 else list(values)
+
+
+def _matrix(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text             # the fitter says what it expects

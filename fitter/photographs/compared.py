@@ -1,0 +1,70 @@
+"""A photograph of a ball beside a render of the same: the part of the picture that the ball takes, and what differs."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import BoolArray, FloatArray
+from ..errors import DatasetError
+from .ball import BallPhotograph
+from .camera import pixel_angle
+
+_MARGIN = 1.12              # side of the part over the ball's diameter
+
+
+class Part(NamedTuple):
+    """A square part of a picture, in pixels from its left and its top; it may reach beyond the picture."""
+
+    left: int
+    top: int
+    side: int
+
+
+def part_of_ball(photograph: BallPhotograph) -> Part:
+    """The part of a photograph that the ball takes. DatasetError if it is not in the picture."""
+    axis = photograph.centre - photograph.camera
+    distance = float(np.linalg.norm(axis))
+    cosine = np.sqrt(1 - (photograph.radius / distance) ** 2)
+    rows, columns = np.nonzero(photograph.rays @ axis > distance * cosine)
+    if not len(rows):
+        raise DatasetError("no pixel sees the ball: it is not in the picture", photograph.name)
+    across = 2 * np.arcsin(photograph.radius / distance) / pixel_angle(photograph.rays)
+    side = int(np.ceil(_MARGIN * max(np.ptp(rows) + 1, np.ptp(columns) + 1, across)))
+    middle = (rows.min() + rows.max() + 1) / 2, (columns.min() + columns.max() + 1) / 2
+    return Part(round(middle[1] - side / 2), round(middle[0] - side / 2), side)
+
+
+def reduced(picture: FloatArray, part: Part, size: int) -> FloatArray:
+    """A part of a picture in fewer pixels, each the mean of its area: (h, w, channels) to (size, size, channels).
+
+    What is beyond the picture is 0.
+
+    Examples
+    --------
+    >>> reduced(np.arange(4.0).reshape(2, 2, 1), Part(0, 0, 2), 1).ravel().tolist()
+    [1.5]
+    """
+    rows, columns = (_shares(first, part.side, size, length)
+                     for first, length in zip((part.top, part.left), picture.shape[:2], strict=True))
+    return np.asarray(np.einsum("ij,jkc,lk->ilc", rows, picture, columns, optimize=True))
+
+
+def _shares(first: int, side: int, size: int, length: int) -> FloatArray:
+    """The share of each of `length` pixels in the mean of each of `size` pixels: (size, length)."""
+    edges = first + side * np.arange(size + 1) / size
+    place = np.arange(length)
+    overlap = np.minimum(edges[1:, None], place + 1) - np.maximum(edges[:-1, None], place)
+    return np.asarray(np.maximum(overlap, 0) * size / side)
+
+
+def relative_difference(photograph: FloatArray, rendered: FloatArray, counted: BoolArray) -> float:
+    """The mean difference of a render from a photograph, both (h, w, channels), as a share of the photograph's mean,
+    over the pixels that count, (h, w).
+
+    Examples
+    --------
+    >>> relative_difference(np.array([[[3.0], [1.0]]]), np.array([[[2.0], [1.0]]]), np.ones((1, 2), bool))
+    0.25
+    """
+    total = float(photograph[counted].sum())
+    return float(np.abs(rendered - photograph)[counted].sum()) / total if total > 0 else float("nan")
