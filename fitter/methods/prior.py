@@ -39,6 +39,7 @@ _TURNS = np.radians((0, 45, 90, 135))   # at which lobes start to have two width
 _ASPECT = 3.0                           # ... of this ratio
 WEIGHT = 1 / 3              # errors of the logarithm weigh (f + offset) to this power, in all steps: they then count
                             # as much as those of the cube root of f, by which fits are judged
+_FIRST_ITERATIONS, _PROMISING = 8, 2     # from every start, and how many starts are followed further
 _ITERATIONS = 40
 _CLIP = 25.0                # bound of every parameter of the search: logarithms, and logits of F0
 _PULL = 1e-2                # of every parameter toward its start: holds what the samples do not determine
@@ -104,10 +105,10 @@ def candidates(samples: Samples, typical: FloatArray, offset: float, most: int =
         larger = [model for start in starts for model in _with_lobe(current, problem, *start)]
         if parameter_count(larger[0]) > samples.values.size / 4:
             break
-        solved = [min((problem.solved(start) for start in larger), key=lambda result: result[1])]
-        if problem.in_surface is not None:
-            solved += [problem.solved(start) for start in _elongated(solved[0][0])]
-        current = min(solved, key=lambda result: result[1])[0]
+        best = problem.best(larger)
+        if problem.in_surface is not None and best[0].kinds[-1] == "mirror":
+            best = min(best, problem.best(_elongated(best[0])), key=_cost)
+        current = best[0]
         found.append(replace(current, kd=current.kd * offset, ks=current.ks * offset))
     return found
 
@@ -132,9 +133,7 @@ def _with_lobe(model: Microfacet, problem: "_Problem", kind: Kind, alpha: float,
 
 
 def _elongated(model: Microfacet) -> list[Microfacet]:
-    """A model whose last lobe has two widths, along several azimuths."""
-    if model.kinds[-1] != "mirror":
-        return []
+    """A model whose last lobe, a mirror, has two widths, along several azimuths."""
     mean = np.sqrt(model.alpha[-1] * model.across[-1])
     return [replace(model, alpha=np.append(model.alpha[:-1], mean / np.sqrt(_ASPECT)),
                     across=np.append(model.across[:-1], mean * np.sqrt(_ASPECT)), turn=np.append(model.turn[:-1], turn))
@@ -153,7 +152,12 @@ class _Problem:
     values: FloatArray
     in_surface: InSurface | None = None
 
-    def solved(self, start: Microfacet) -> tuple[Microfacet, float]:
+    def best(self, starts: list[Microfacet]) -> tuple[Microfacet, float]:
+        """The best model near several starts, and its sum of squares."""
+        promising = sorted((self.solved(start, _FIRST_ITERATIONS) for start in starts), key=_cost)[:_PROMISING]
+        return min((self.solved(model, _ITERATIONS) for model, _ in promising), key=_cost)
+
+    def solved(self, start: Microfacet, iterations: int) -> tuple[Microfacet, float]:
         """The best model near a start, and its sum of squares."""
         channels, kinds = self.values.shape[1], start.kinds
         count = _PARAMETERS if self.in_surface is None else _ANISOTROPIC_PARAMETERS
@@ -176,7 +180,7 @@ class _Problem:
 
         residual, total, parts, strength = at(p)
         now, damping = cost(residual, p), 1e-2
-        for _ in range(_ITERATIONS):
+        for _ in range(iterations):
             jacobian = np.zeros((*self.values.shape, len(p)))
             scale = weight[:, None] / (total + 1)
             for k, (kind, part) in enumerate(zip(kinds, parts, strict=True)):
@@ -209,6 +213,10 @@ class _Problem:
 
     def _shape(self, kind: Kind, p: FloatArray) -> FloatArray:
         return lobe(kind, self.at, self.in_surface, *_numbers(p, kind))
+
+
+def _cost(solved: tuple[Microfacet, float]) -> float:
+    return solved[1]
 
 
 def _pulls(lobes: int, shape: int, channels: int) -> tuple[FloatArray, FloatArray]:
