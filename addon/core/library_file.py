@@ -217,7 +217,7 @@ def merge(source: str | Path, path: str | Path, force: bool) -> list[str]:
         before = [item for item in bpy.data.materials if item.library is None and materials.is_shown(item)]
         with bpy.data.libraries.load(str(source), link=False) as (names, target):
             wanted = list(names.materials)
-            target.materials = wanted
+            target.materials = [*wanted]        # Blender puts the materials into the list that it is given
         # appending may add numbers to the names
         names_before: dict[bpy.types.Material, str] = dict(zip(target.materials, wanted, strict=True))
         lamps.update(bpy.context.evaluated_depsgraph_get())

@@ -6,6 +6,7 @@ from typing import Any
 import bpy
 
 from ...fitter import SampleUnknownError, published
+from ...fitter.formats import choices_of
 from ..core import material as materials
 from ..core import mixing
 from ..core.active_material import can_change
@@ -81,11 +82,12 @@ def _draw_file(layout: bpy.types.UILayout, settings: Any) -> None:
     if published.name_in(settings.filepath) is not None:
         return
     layout.prop(settings, "filepath")
-    row = layout.row(align=True)
-    row.prop(settings, "sample")
-    row.operator_context = "INVOKE_DEFAULT"
-    row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, text="", icon="VIEWZOOM").for_material = True
-    draw_reading(layout, settings)
+    if "sample" in choices_of(settings.filepath):
+        row = layout.row(align=True)
+        row.prop(settings, "sample")
+        row.operator_context = "INVOKE_DEFAULT"
+        row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, text="", icon="VIEWZOOM").for_material = True
+    draw_reading(layout, settings, settings.filepath)
 
 
 def _draw_state(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitted: bool) -> None:

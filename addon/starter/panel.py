@@ -69,6 +69,7 @@ class MEASUREDBRDF_PT_library(bpy.types.Panel):
 
 def draw_button(layout: bpy.types.UILayout) -> None:
     """Draw the button that opens the library."""
+    shelf.prepare()
     layout.popover(MEASUREDBRDF_PT_library.__name__, text="Library", icon="ASSET_MANAGER")
 
 
