@@ -15,7 +15,6 @@ class _Adjust:
     """What the panels in the material tab and in the sidebar share."""
 
     bl_label = "Adjust"
-    bl_options = {"DEFAULT_CLOSED"}
     bl_order = 10
 
     @classmethod

@@ -44,7 +44,8 @@ def mark(material: bpy.types.Material, picture: SingleArray | None = None) -> No
     data.description = describe(settings)
     data.catalog_id = str(catalogue_id())
     published = name_in(settings.filepath)
-    for tag in ("measured", "BRDF", settings.preset, Path(settings.filepath).stem) if published is None else (
+    for tag in ("mix", "BRDF") if not settings.coefficients else (
+            "measured", "BRDF", settings.preset, Path(settings.filepath).stem) if published is None else (
             "published fit", "BRDF", settings.preset, published):
         data.tags.new(tag, skip_if_exists=True)
     if picture is not None:
@@ -53,6 +54,8 @@ def mark(material: bpy.types.Material, picture: SingleArray | None = None) -> No
 
 def describe(settings: Any) -> str:
     """The default description of an asset, from the settings of its material."""
+    if not settings.coefficients:
+        return f"{settings.id_data.name}: a mix of measured reflectance"
     published = name_in(settings.filepath)
     what = "measured reflectance" if published is None else f"{CITATION}, not a measurement"
     return (f"{settings.name_of_data}: {what}, fit {settings.fitted_levels}, "

@@ -214,17 +214,17 @@ def merge(source: str | Path, path: str | Path, force: bool) -> list[str]:
     with writing(path, force):
         close()
         opened = open_part(path) if path.exists() and not refusal(path) else None
-        before = measured()
+        before = [item for item in bpy.data.materials if item.library is None and materials.is_shown(item)]
         with bpy.data.libraries.load(str(source), link=False) as (names, target):
             wanted = list(names.materials)
-            target.materials = wanted
+            target.materials = [*wanted]        # Blender puts the materials into the list that it is given
         # appending may add numbers to the names
         names_before: dict[bpy.types.Material, str] = dict(zip(target.materials, wanted, strict=True))
         lamps.update(bpy.context.evaluated_depsgraph_get())
         for item in target.materials:
             same = [other for other in before if identity(other) == identity(item)]
-            # users may have made copies: take the one of the same name
-            old = same[0] if len(same) == 1 else next(
+            # users may have made copies: take the one of the same name; mixes have nothing else
+            old = same[0] if len(same) == 1 and materials.is_measured(item) else next(
                 (other for other in same if other.name == names_before[item]), None)
             if old is not None:
                 before.remove(old)

@@ -104,11 +104,14 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
 
 
 def remove(material: bpy.types.Material) -> None:
-    """Remove a material that nothing uses, and its shader."""
-    node = group_node(material)
+    """Remove a material that nothing uses, and its shader, or the group by which it mixes others."""
+    node, mix = group_node(material), mix_node(material)
     tree = None if node is None else node.node_tree
+    group = None if mix is None else mix.node_tree
     bpy.data.materials.remove(material)
     bpy.data.batch_remove(node_group.unused(tree))
+    if group is not None and not bpy.data.user_map(subset=[group])[group]:
+        bpy.data.node_groups.remove(group)
 
 
 def group_node(material: bpy.types.Material) -> bpy.types.Node | None:

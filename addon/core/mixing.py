@@ -16,6 +16,10 @@ class Mixes:
         """How many measured BRDFs a mix holds."""
         return 0
 
+    def parts(self, _node: bpy.types.Node) -> tuple[bpy.types.Material | None, bpy.types.Material | None, float | None]:
+        """What the node of a mix mixes, None for what has been deleted; the share of the second, None with a mask."""
+        return None, None, None
+
     def following(self, _material: bpy.types.Material, _before: bpy.types.NodeTree | None,
                   _after: bpy.types.NodeTree) -> AbstractContextManager[None]:
         """Give mixes of a material its new group in the place of the former; if the block raises, the former again."""

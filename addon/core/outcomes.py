@@ -85,6 +85,19 @@ class Kept(NamedTuple):
         return hashlib.blake2b(whole + b"\n" + self.fit, digest_size=16).hexdigest()
 
 
+class KeptMix(NamedTuple):
+    """The fits that a mix keeps, each of a material or of a mix; and the share of the second, None with a mask."""
+
+    first: "Kept | KeptMix"
+    second: "Kept | KeptMix"
+    share: float | None
+
+    @property
+    def digest(self) -> str:
+        """Identifies the mix."""
+        return f"{self.first.digest} {self.second.digest} {self.share}"
+
+
 class Surface(NamedTuple):
     """What a material shows.
 

@@ -7,7 +7,7 @@ import numpy as np
 from mathutils import Color
 
 from ...fitter.colours import COLOURS, DEFAULT, conversion, to_xyz
-from ...fitter.formats import illuminants, is_there
+from ...fitter.formats import choices_of, illuminants, is_there
 from ...fitter.formats.reading import ENCODINGS
 from .annotations import Arguments
 from .properties import AS_THE_FILE_SAYS, READING, Choices
@@ -46,12 +46,15 @@ def use_reading(choices: Choices, angles: str | None = None, quantity: str | Non
     choices.isotropic = next((name for name, value in _ISOTROPIC.items() if value == isotropic), AS_THE_FILE_SAYS)
 
 
-def draw_reading(layout: bpy.types.UILayout, choices: Any) -> None:
-    """Draw the options of reading, which few files need, in a closed sub-section."""
+def draw_reading(layout: bpy.types.UILayout, choices: Any, path: str) -> None:
+    """Draw the options of reading that a file's format has, which few files need, in a closed sub-section."""
+    shown = [name for name in READING if name in choices_of(path)]
+    if not shown:
+        return
     header, body = layout.panel("MEASUREDBRDF_reading", default_closed=True)
     header.label(text="Units and Conventions")
     if body is not None:
-        for name in READING:
+        for name in shown:
             body.prop(choices, name)
 
 

@@ -10,7 +10,7 @@ from bpy.props import CollectionProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
 from ...fitter import DatasetError, SampleUnknownError, UnitsUnknownError
-from ...fitter.formats import EXTENSIONS, list_samples
+from ...fitter.formats import EXTENSIONS, choices_of, list_samples
 from ..core import preferences
 from ..core.annotations import OperatorResult, present
 from ..core.properties import CHOICES, LEVELS, FitChoices, draw_presets, draw_rendering, fit_arguments
@@ -161,8 +161,10 @@ def _draw_choices(layout: bpy.types.UILayout, operator: Any) -> None:
     """Draw the choices for an import."""
     layout.use_property_split = True
     layout.use_property_decorate = False
+    path = next((item.name for item in operator.files if item.name), operator.filepath)
     draw_presets(layout, operator)
-    layout.prop(operator, "sample")
+    if "sample" in choices_of(path):
+        layout.prop(operator, "sample")
     draw_rendering(layout, operator)
     header, body = layout.panel("MEASUREDBRDF_levels", default_closed=True)
     header.label(text="Fit Settings")
@@ -171,7 +173,7 @@ def _draw_choices(layout: bpy.types.UILayout, operator: Any) -> None:
             row = body.row()
             row.active = name == "use_tolerance" or operator.use_tolerance == (name == "tolerance")
             row.prop(operator, name)
-    draw_reading(layout, operator)
+    draw_reading(layout, operator, path)
 
 
 def given(operator: Any) -> dict[str, Any]:

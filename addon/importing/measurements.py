@@ -1,17 +1,20 @@
 """What a material is made from: its file of measurements, how it is fitted, and what the file holds."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import bpy
 
 from ...fitter import SampleUnknownError, published
+from ...fitter.formats import choices_of
 from ..core import material as materials
+from ..core import mixing
 from ..core.active_material import can_change
 from ..core.annotations import present
 from ..core.outcomes import Data
 from ..core.properties import OFFERED, is_as_fitted, is_preset
 from ..core.reading import draw_reading, other_colours, scene_colours
-from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped
+from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped, has_data
 from ..work import modal, queries
 from ..work.job import Job
 from . import fit, presets, relink, samples
@@ -26,21 +29,41 @@ class MEASUREDBRDF_PT_data(MaterialPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
     bl_order = 60
 
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return has_data(context)
+
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = present(self.layout), present(context.material)
         layout.use_property_split = True
         layout.use_property_decorate = False
-        draw_source(layout, material)
-        data = queries.data(material).result
-        if data is None:
-            return
-        layout.label(text=data.description.name)
-        column = layout.column(align=True)
-        for label, text, worrying in data.description.rows():
-            split = column.split(factor=0.3)
-            split.alert = worrying
-            split.label(text=label)
-            split.label(text=text, icon="ERROR" if worrying else "NONE")
+        parts = [*_parts(material)]
+        if not parts:
+            draw_source(layout, material)
+            _draw_description(layout, queries.data(material))
+        for part in parts:
+            draw_wrapped(layout, part.name, "MATERIAL")
+            _draw_description(layout, queries.data(part))
+
+
+def _parts(material: bpy.types.Material) -> Iterator[bpy.types.Material]:
+    """The materials with measurements that a mix is made of."""
+    node = materials.mix_node(material)
+    for part in mixing.mixes.parts(node)[:2] if node is not None else ():
+        if part is not None:
+            yield from _parts(part) if materials.mix_node(part) is not None else (part,)
+
+
+def _draw_description(layout: bpy.types.UILayout, data: Job[Data]) -> None:
+    if data.result is None:
+        return
+    layout.label(text=data.result.description.name)
+    column = layout.column(align=True)
+    for label, text, worrying in data.result.description.rows():
+        split = column.split(factor=0.3)
+        split.alert = worrying
+        split.label(text=label)
+        split.label(text=text, icon="ERROR" if worrying else "NONE")
 
 
 def draw_source(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
@@ -59,11 +82,12 @@ def _draw_file(layout: bpy.types.UILayout, settings: Any) -> None:
     if published.name_in(settings.filepath) is not None:
         return
     layout.prop(settings, "filepath")
-    row = layout.row(align=True)
-    row.prop(settings, "sample")
-    row.operator_context = "INVOKE_DEFAULT"
-    row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, text="", icon="VIEWZOOM").for_material = True
-    draw_reading(layout, settings)
+    if "sample" in choices_of(settings.filepath):
+        row = layout.row(align=True)
+        row.prop(settings, "sample")
+        row.operator_context = "INVOKE_DEFAULT"
+        row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, text="", icon="VIEWZOOM").for_material = True
+    draw_reading(layout, settings, settings.filepath)
 
 
 def _draw_state(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitted: bool) -> None:

@@ -9,13 +9,19 @@ from . import session
 from .operators import MEASUREDBRDF_OT_inspect
 
 
-def draw(layout: bpy.types.UILayout, _material: bpy.types.Material) -> None:
+def draw_button(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
+    """Draw the button of the main panel; mixes have no lobe of their own."""
+    if materials.group_node(material) is not None:
+        _draw(layout, "Inspect")
+
+
+def _draw(layout: bpy.types.UILayout, text: str) -> None:
     """Draw the button; while it runs, one that ends it."""
     running = session.running is not None
-    row = layout.row()
+    row = layout.row(align=True)
     row.operator_context = "INVOKE_DEFAULT"
     row.operator(MEASUREDBRDF_OT_inspect.bl_idname, icon="X" if running else "LIGHT_HEMI",
-                    text="End Inspection" if running else "Inspect in the Viewport")
+                 text="End Inspection" if running else text)
 
 
 class MEASUREDBRDF_PT_inspect(bpy.types.Panel):
@@ -34,7 +40,7 @@ class MEASUREDBRDF_PT_inspect(bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = present(self.layout)
-        draw(layout, present(active_material(context)))
+        _draw(layout, "Inspect in the Viewport")
         column = layout.column(align=True)
         column.operator_context = "INVOKE_DEFAULT"
         column.enabled = session.running is None

@@ -18,7 +18,7 @@ _TOPICS = (*manual.over_operators("manual#keep-and-reuse", "save_asset"),
 
 
 def _draw_save(layout: bpy.types.UILayout, _material: bpy.types.Material) -> None:
-    layout.operator(operators.MEASUREDBRDF_OT_save_asset.bl_idname, icon="ASSET_MANAGER")
+    layout.operator(operators.MEASUREDBRDF_OT_save_asset.bl_idname, text="Save...", icon="ASSET_MANAGER")
 
 
 def _in_file_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-from bpy.props import BoolProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ...fitter.arrays import SingleArray
 from ...fitter.files import real
@@ -15,6 +15,10 @@ from ..core.annotations import OperatorMixIn, OperatorResult, present
 from ..work import process, queries, tasks
 from ..work.blender_process import Command
 from ..work.modal import InBackground, errors_reported
+
+_ROOT = real(Path(__file__).parents[2])
+_THIS_FILE = "LOCAL"        # in the place of the path of a library
+_items: list[tuple[str, str, str]] = []     # Blender keeps no reference to the strings that an items function returns
 
 
 class ReplacesFile(OperatorMixIn):
@@ -45,41 +49,70 @@ class ReplacesFile(OperatorMixIn):
         return ["--force"] if self.force else []
 
 
+def _libraries(_operator: object, context: bpy.types.Context | None) -> list[tuple[str, str, str]]:
+    """The library of the extension's preferences, those that Blender has registered, and the open file, as choices.
+
+    Libraries inside of extensions are left out: an update replaces them.
+    """
+    if context is None:
+        return []
+    own, extensions = preferences.get(context).asset_library, real(bpy.utils.user_resource("EXTENSIONS"))
+    found = [(own, "Measured BRDF")] if own else []
+    found += [(each.path, each.name) for each in context.preferences.filepaths.asset_libraries
+              if each.path and extensions not in real(bpy.path.abspath(each.path)).parents
+              and _ROOT not in real(bpy.path.abspath(each.path)).parents]
+    _items[:] = [(path, name, f"Save into {path}") for path, name in dict(found).items()]
+    _items.append((_THIS_FILE, "Current File", "Make the material an asset of the open file"))
+    return _items
+
+
 class MEASUREDBRDF_OT_save_asset(ReplacesFile, InBackground, bpy.types.Operator):
-    """Make this material an asset with a thumbnail, a description and tags, and save it in the asset library that the \
-preferences name, for use in other files"""
+    """Make this material an asset with a thumbnail, a description and tags, and save it in an asset library, for use \
+in other files"""
 
     bl_idname = "measured_brdf.save_asset"
     bl_label = "Save to Asset Library"
     bl_options = {"REGISTER", "UNDO"}
 
-    directory: StringProperty(name="Library", subtype="DIR_PATH", options={"SKIP_SAVE"},
+    directory: StringProperty(name="Folder", subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"},
                               description="Folder of the asset library. Empty: the one in the preferences, or the open "
                                           "file if they name none")
+    library: EnumProperty(name="Asset Library", items=_libraries, options={"SKIP_SAVE"},
+                          description="Asset library of Blender's preferences to save into")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         target = active_material(context)
         if (target is None or not target.is_editable or target.override_library is not None
-                or not materials.is_measured(target)):
+                or not (materials.is_measured(target) or materials.mix_node(target))):
             cls.poll_message_set("There is no active material with a fit, or it belongs to another file")
             return False
         return True
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
+        if not self.directory and not bpy.app.background:
+            return context.window_manager.invoke_props_dialog(self, confirm_text="Save")
         path = self._path(context)
         if path is None:
             return self.execute(context)
         return self.confirm(event, path) or self.start(context)
 
+    def draw(self, _context: bpy.types.Context) -> None:
+        present(self.layout).prop(self, "library", text="")
+
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        if self.force and self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
-            # the user has agreed to replace a file; start anew as a modal operator, so that the window stays responsive
+        if self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
+            directory = self.directory or self.library
+            if directory == _THIS_FILE:
+                return self._mark_here(context)
+            # the user has answered; start anew as a modal operator, so that the window stays responsive
             with errors_reported(self):
-                bpy.ops.measured_brdf.save_asset("INVOKE_DEFAULT", directory=self.directory, force=True)
+                bpy.ops.measured_brdf.save_asset("INVOKE_DEFAULT", directory=directory, force=self.force)
             return {"CANCELLED"}
-        if self._path(context) is not None:
-            return self.run(context)
+        return self._mark_here(context) if self._path(context) is None else self.run(context)
+
+    def _mark_here(self, context: bpy.types.Context) -> OperatorResult:
+        """Make the material an asset of the open file."""
         target = present(active_material(context))
         try:
             picture = _thumbnail(target)
@@ -89,7 +122,7 @@ preferences name, for use in other files"""
                     assets.write_catalogue(Path(bpy.data.filepath).parent)
         except Exception as error:
             return self._failed(error)
-        self.report({"INFO"}, f"{target.name} is an asset of this file; the preferences name no asset library")
+        self.report({"INFO"}, f"{target.name} is an asset of this file")
         return {"FINISHED"}
 
     def work(self, context: bpy.types.Context) -> Command:
@@ -102,7 +135,7 @@ preferences name, for use in other files"""
         try:
             target.name, copy.name = f"{name} (kept)", name
             assets.renew(copy, assets.remember(copy), picture)
-            bpy.data.libraries.write(str(source), {copy}, fake_user=True)
+            bpy.data.libraries.write(str(source), {copy}, path_remap="ABSOLUTE", fake_user=True)
         finally:
             bpy.data.materials.remove(copy)
             target.name = name
@@ -124,7 +157,7 @@ preferences name, for use in other files"""
 def _thumbnail(target: bpy.types.Material) -> SingleArray | None:
     """The lit sphere of the fit in a material's shader; None if that is damaged, so that Blender renders a preview."""
     try:
-        return tasks.kept_sphere(present(queries.kept(target)))
+        return tasks.kept_sphere(present(queries.shown(target)))
     except ValueError:
         return None
 

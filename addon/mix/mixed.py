@@ -58,6 +58,11 @@ class Mixes(mixing.Mixes):
     def count(self, tree: bpy.types.NodeTree) -> int:
         return mix_group.count(tree)
 
+    def parts(self, node: bpy.types.Node) -> tuple[bpy.types.Material | None, bpy.types.Material | None, float | None]:
+        factor = node.inputs[mix_group.FACTOR]
+        first, second = mix_group.parts(present(node.node_tree))
+        return first, second, None if factor.is_linked else factor.default_value
+
     def following(self, material: bpy.types.Material, before: bpy.types.NodeTree | None,
                   after: bpy.types.NodeTree) -> AbstractContextManager[None]:
         return mix_group.following(material, before, after)

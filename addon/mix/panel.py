@@ -34,7 +34,7 @@ class MEASUREDBRDF_PT_mix(MaterialPanel, bpy.types.Panel):
 
 def draw_button(layout: bpy.types.UILayout, _material: bpy.types.Material) -> None:
     """Draw the button that mixes a material with another."""
-    layout.operator(MEASUREDBRDF_OT_mix.bl_idname, text="Mix with Another...", icon="NODE_MATERIAL")
+    layout.operator(MEASUREDBRDF_OT_mix.bl_idname, text="Mix...", icon="NODE_MATERIAL")
 
 
 classes = (MEASUREDBRDF_PT_mix,)

@@ -24,7 +24,7 @@ beginnings: list[Callable[[bpy.types.UILayout], None]] = []
 unfitted: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
 """Draw what is to be done with a material that has measurements and no fit."""
 measured: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
-"""Draw the buttons for a material that shows measurements."""
+"""Draw the buttons for a material that shows measurements or a mix, beside one another."""
 
 
 class _Main:
@@ -77,7 +77,7 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     layout.use_property_split = True
     layout.use_property_decorate = False
     material = active_material(context)
-    if material is not None and materials.is_measured(material):
+    if material is not None and materials.is_shown(material):
         _draw_look(layout, context, material)
     _draw_beginnings(layout)
     if material is None:
@@ -90,9 +90,10 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     elif material.measured_brdf.filepath and not materials.is_shown(material):
         for draw_unfitted in unfitted:
             draw_unfitted(layout, material)
-    if materials.is_measured(material):
+    if materials.is_shown(material):
+        row = layout.row(align=True)
         for draw_measured in measured:
-            draw_measured(layout, material)
+            draw_measured(row, material)
 
 
 def _draw_beginnings(layout: bpy.types.UILayout) -> None:
@@ -117,16 +118,20 @@ def draw_running(row: bpy.types.UILayout) -> bool:
 
 def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
     settings = material.measured_brdf
-    icon, job = queries.material_sphere(material)
-    if icon:
-        layout.template_icon(icon_value=icon, scale=picture_scale(context, 1))
-    elif job.finished is None:
-        layout.progress(factor=job.fraction, text=job.doing)
-    if job.error is not None:
-        draw_warning(layout, str(job.error))
+    if queries.shown(material) is not None:
+        icon, job = queries.material_sphere(material)
+        if icon:
+            layout.template_icon(icon_value=icon, scale=picture_scale(context, 1))
+        elif job.finished is None:
+            layout.progress(factor=job.fraction, text=job.doing)
+        if job.error is not None:
+            draw_warning(layout, str(job.error))
     column = layout.column(align=True)
-    adjusted = ", adjusted" if edit_arguments(material) else ""
-    draw_wrapped(column, f"{settings.name_of_data}: {label_of_fit(settings)}{adjusted}", "MATERIAL")
+    name = f"{material.name}: Mix"
+    if materials.is_measured(material):
+        adjusted = ", adjusted" if edit_arguments(material) else ""
+        name = f"{settings.name_of_data}: {label_of_fit(settings)}{adjusted}"
+    draw_wrapped(column, name, "MATERIAL")
     if (found := worth(settings)).line:
         draw_wrapped(column, found.line, "CHECKMARK" if found.is_well else "INFO")
     rendering.draw_words(column, context, material)

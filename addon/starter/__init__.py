@@ -2,7 +2,7 @@
 
 from ..core import manual, preferences
 from ..core.registration import Registration
-from ..panel import menu
+from ..panel import main, menu
 from ..work import command as commands
 from . import command, operators, panel, placeholders
 
@@ -15,5 +15,6 @@ _TOPICS = (*manual.over_operators("manual#start-from-the-library", "use_publishe
            *manual.over_settings("manual#start-from-the-library", "measuredshelf", "*"))
 _slice = Registration(operators, panel, placeholders, additions=(
     (manual.of_slices, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRIES), (commands.commands, command.add),
+    (main.beginnings, panel.draw_button),
     (preferences.sections, panel.draw_preferences)))
 register, unregister = _slice.register, _slice.unregister

@@ -55,10 +55,22 @@ class MEASUREDBRDF_PT_start_first(_Start, bpy.types.Panel):
         return not _is_offered(context)
 
 
-class MEASUREDBRDF_PT_start_again(_Start, bpy.types.Panel):
-    """Another material that comes with the extension: published fits of the 100 materials of MERL"""
+class MEASUREDBRDF_PT_library(bpy.types.Panel):
+    """Materials that come with the extension: published fits of the 100 materials of MERL"""
 
-    bl_options = {"DEFAULT_CLOSED"}
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "HEADER"               # of no editor: a popover
+    bl_label = "Material Library"
+    bl_ui_units_x = 19
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _draw_published(present(self.layout), context)
+
+
+def draw_button(layout: bpy.types.UILayout) -> None:
+    """Draw the button that opens the library."""
+    shelf.prepare()
+    layout.popover(MEASUREDBRDF_PT_library.__name__, text="Library", icon="ASSET_MANAGER")
 
 
 def _is_offered(context: bpy.types.Context) -> bool:
@@ -209,4 +221,4 @@ def _columns() -> int:
 
 classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_start_first, MEASUREDBRDF_PT_folder_first,
            MEASUREDBRDF_PT_sources_first,
-           MEASUREDBRDF_PT_start_again, MEASUREDBRDF_PT_folder, MEASUREDBRDF_PT_sources)
+           MEASUREDBRDF_PT_library, MEASUREDBRDF_PT_folder, MEASUREDBRDF_PT_sources)

@@ -6,6 +6,7 @@ Everything is asked of workers (`jobs.queue`); what is drawn meanwhile is what i
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ _PACKAGE = __package__.rpartition(".addon")[0]
 _RECHECK = 2.0              # s, after which a folder is scanned again
 _TICK = 2.5                 # s, between two redraws of a panel that shows a folder
 _KEPT = 600                 # icons
+_AT_ONCE = 6                # icons that are asked for at a redraw before they are seen
 _icon_ids: Recent[tuple[Any, ...], int] = Recent(_KEPT, lambda key: present(_collection).__delitem__(repr(key)))
 _failed: Recent[tuple[Any, ...], Exception] = Recent(_KEPT)     # the queue forgets: they would be tried for ever
 _collection: "bpy.utils.previews.ImagePreviewCollection | None" = None
@@ -49,6 +51,13 @@ def offered(search: str, tag: str) -> list[published.Published]:
 def swatch_icon(name: str) -> int:
     """The icon of a published material; 0 until it has been drawn."""
     return _icon(("published", name), partial(thumbnails.of_published, name, str(user_folder("thumbnails"))), "fit")[0]
+
+
+def prepare() -> None:
+    """Draw the icons of all published materials in the background: a popover does not notice what comes later."""
+    missing = (name for name in published.materials() if ("published", name) not in _icon_ids)
+    for name in islice(missing, _AT_ONCE):
+        _icon(("published", name), partial(thumbnails.of_published, name, str(user_folder("thumbnails"))), "slow")
 
 
 def watched(folder: str) -> Job[list[thumbnails.Found]]:

@@ -18,7 +18,8 @@ _icon_ids: Recent[Key, int] = Recent(48, lambda key: present(_collection).__deli
 _collection: "bpy.utils.previews.ImagePreviewCollection | None" = None
 
 
-def icon(key: Key, function: Callable[[Report], Any], lane: str = "fit") -> tuple[int, Job[Any]]:
+def icon(key: Key, function: Callable[[Report], Any], lane: str = "fit",
+         latest: bool = False) -> tuple[int, Job[Any]]:
     """The icon of a picture, which is drawn in the background when first asked for.
 
     Parameters
@@ -29,6 +30,8 @@ def icon(key: Key, function: Callable[[Report], Any], lane: str = "fit") -> tupl
         As `Job` takes it; returns (size, size, 4) float32, or a tuple that begins with it.
     lane : str
         As `queue.ask` takes it.
+    latest : bool
+        Whether earlier pictures of this kind and these measurements that wait to be drawn are not wanted any more.
 
     Returns
     -------
@@ -36,6 +39,8 @@ def icon(key: Key, function: Callable[[Report], Any], lane: str = "fit") -> tupl
         Until there is one, that of an earlier picture of this kind and these measurements, or 0.
     job : process.Job
     """
+    if latest:
+        queue.forget(lambda other: isinstance(other, tuple) and other[:2] == key[:2] and other != key)
     job = queue.ask(key, function, lane, then=lambda done: _make_icon(key, done))
     if key in _icon_ids:
         return _icon_ids[key], job

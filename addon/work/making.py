@@ -40,7 +40,7 @@ class HasTarget:
             (self.target, self.slot), *others = [dropped_on] if dropped_on else targets.selected(context)
             self.others = " ".join(str(each.item) for each in others)
 
-    def targets(self) -> list[targets.Target]:
+    def all_targets(self) -> list[targets.Target]:
         """All that have been remembered."""
         return [targets.Target(self.target, self.slot), *(targets.Target(int(uid)) for uid in self.others.split())]
 
@@ -82,7 +82,7 @@ class MakesMaterials(HasTarget, InBackground):
             told = f"{made[0].name}: {worth(made[0].measured_brdf).whole}"
         how = rendered.advice(made[0], present(context.scene))
         # last, because it is the only change that is not taken back on an error
-        if why := targets.assign_all(self.targets(), made[0]):
+        if why := targets.assign_all(self.all_targets(), made[0]):
             made[0].use_fake_user = True
             self.report({"WARNING"}, f"{made[0].name} is not assigned: {why}")
         for error in failed:

@@ -1,7 +1,7 @@
 """What panels ask about measurements and fits. Every answer comes from a worker."""
 
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import bpy
 
@@ -9,10 +9,10 @@ from ...fitter import Fit
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import COLOURS, DEFAULT
 from ...fitter.packed_picture import unpacked
+from ..core import edits, mixing, node_group
 from ..core import material as materials
-from ..core import node_group
 from ..core.annotations import Arguments, present
-from ..core.outcomes import Data, Fitted, Kept, Measured
+from ..core.outcomes import Data, Fitted, Kept, KeptMix, Measured
 from ..core.reading import load_arguments
 from . import icons, queue, tasks
 from .job import Job
@@ -94,14 +94,31 @@ def of_material(material: bpy.types.Material) -> Job[Fit] | None:
 
 
 def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
-    """The icon of the lit sphere of a measured material, and the job that draws it from the fit that it keeps.
+    """The icon of the lit sphere of a measured material or of a mix, and the job that draws it from what it keeps.
 
-    Until it is drawn, the icon is that of the small picture in the material's settings, or of its previous fit.
+    Where the material is being adjusted, it is drawn as it will be. Until it is drawn, the icon is that of the small
+    picture in the material's settings, or of its previous fit.
     """
-    found = present(kept(material))
-    key = "kept sphere", material.session_uid, found.digest
-    icon, job = icons.icon(key, partial(tasks.kept_sphere, found))
+    found = cast(Kept | KeptMix, shown(material))
+    key: tuple[Any, ...] = "kept sphere", material.session_uid, found.digest
+    if isinstance(found, KeptMix) or edits.is_as_wanted(material):
+        icon, job = icons.icon(key, partial(tasks.kept_sphere, found), latest=True)
+    else:
+        edit = edits.edit_arguments(material)
+        icon, job = icons.icon((*key, tasks.freeze(edit)), partial(tasks.adjusted_sphere, found, edit), latest=True)
     return icon or _small_sphere(material), job
+
+
+def shown(material: bpy.types.Material) -> Kept | KeptMix | None:
+    """What a material keeps: its fit, or those that it mixes; None where there is none left."""
+    found: Kept | KeptMix | None = kept(material)
+    if found is not None or (node := materials.mix_node(material)) is None:
+        return found
+    first, second, share = mixing.mixes.parts(node)
+    base, on_top = (None if part is None else shown(part) for part in (first, second))
+    if base is None or on_top is None:
+        return base or on_top
+    return KeptMix(base, on_top, share)
 
 
 def material_polar(material: bpy.types.Material, theta_i: float, phi_i: float = 0.0,

@@ -111,6 +111,15 @@ def ask(key: Hashable, function: Callable[[Report], _Answer], lane: str = "fit",
     return job
 
 
+def forget(is_unwanted: Callable[[Hashable], bool]) -> None:
+    """Drop the questions that wait and are not wanted any more, by their keys; one that is being answered is left."""
+    for lane in _lanes.values():
+        for question in [each for each in lane.queue if is_unwanted(each.key)]:
+            lane.queue.remove(question)
+            if _answers.get(question.key) is question.job:
+                del _answers[question.key]
+
+
 def tell(key: Hashable, answer: Any) -> None:
     """Answer a question before it is asked."""
     job = Job[Any](None)

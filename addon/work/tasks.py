@@ -24,11 +24,12 @@ from ...fitter.cycles.node_mixture import Nodes, node_mixtures
 from ...fitter.cycles.unbake import unbake
 from ...fitter.methods.regression_kriging import MOST_SAMPLES
 from ...fitter.model import fit_file
+from ...fitter.model.mix import Mix
 from ...fitter.packed_picture import SIZE, packed
 from ...fitter.quality import cross_validation, describe, verdict
 from ...fitter.samples import distinct_channels
 from ..core.annotations import Arguments, Report
-from ..core.outcomes import Data, Fitted, Kept, Measured, Outcome, Surface
+from ..core.outcomes import Data, Fitted, Kept, KeptMix, Measured, Outcome, Surface
 from . import discovery, shared
 from .recent import Recent
 
@@ -447,9 +448,26 @@ def kept_bytes(fit: fitter.Fit) -> bytes:
     return replace(fit, name="", source="").to_bytes()
 
 
-def kept_sphere(kept: Kept, _report: Report = silent) -> SingleArray:
-    """As `lit_sphere`, of the fit of a material."""
-    return pictures.lit_sphere(kept_fit(kept), colours=kept.colours, with_tangent=True)
+def kept_sphere(kept: Kept | KeptMix, _report: Report = silent) -> SingleArray:
+    """As `lit_sphere`, of the fit of a material; of a mix by a mask, the half of each."""
+    if isinstance(kept, KeptMix) and kept.share is None:
+        return pictures.split(kept_sphere(kept.first), kept_sphere(kept.second))
+    return pictures.lit_sphere(_reflectance(kept), colours=_colours(kept), with_tangent=True)
+
+
+def adjusted_sphere(kept: Kept, edit: Arguments, _report: Report = silent) -> SingleArray:
+    """As `kept_sphere`, as `adjusted` would edit the fit. Raises ValueError if an argument is wrong."""
+    return pictures.lit_sphere(fitter.edited(kept_fit(kept), **edit), colours=kept.colours, with_tangent=True)
+
+
+def _reflectance(kept: Kept | KeptMix) -> fitter.Fit | Mix:
+    if isinstance(kept, Kept):
+        return kept_fit(kept)
+    return Mix(_reflectance(kept.first), _reflectance(kept.second), 0.5 if kept.share is None else kept.share)
+
+
+def _colours(kept: Kept | KeptMix) -> str:
+    return kept.colours if isinstance(kept, Kept) else _colours(kept.first)
 
 
 def kept_polar(kept: Kept, data: Data | None, theta_i: float, phi_i: float = 0.0,

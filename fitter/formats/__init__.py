@@ -137,6 +137,21 @@ def is_there(path: str | Path) -> bool:
     return Path(path).is_file() if name is None else name in published.materials()
 
 
+def choices_of(path: str | Path) -> frozenset[str]:
+    """What a file may leave open, by its extension: fields of `Reading`, and "sample"; all of it for another extension.
+
+    Examples
+    --------
+    >>> sorted(choices_of("abrdf.dat")), sorted(choices_of("gold.binary"))
+    (['sample'], [])
+    """
+    if published.name_in(path) is not None:
+        return frozenset()
+    suffix = Path(path).suffix.lower()
+    return frozenset(name for known in FORMATS if suffix in known.extensions or suffix not in EXTENSIONS
+                     for name in (*known.options, *(("sample",) if known.list_samples is not None else ())))
+
+
 def list_samples(path: str | Path) -> list[tuple[int, str]]:
     """The (number, name) of each sample in a file; empty if the format has one sample a file."""
     if (name := published.name_in(path)) is not None:
@@ -183,7 +198,8 @@ def _recognised(path: str | Path) -> tuple[Format, bytes]:
                 raise DatasetError(what, path)
             if len(content) > largest:          # not searched for the marks of text formats
                 raise DatasetError(f"{len(content):,} bytes, expected at most {largest:,} for text", path)
-            plain_text(content, path)
+            if (what := table.describe(plain_text(content, path))) is not None:
+                raise DatasetError(what, path)
             raise DatasetError(f"in no known format; expected one of: {KNOWN_FILES}", path)
         content = text
     if len(content) > known.largest:

@@ -70,6 +70,7 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 _COLOURS = {"red": "R", "green": "G", "blue": "B"}
 _STANDARD = ("standard", "reference")
 _ONE_VALUE = (*GREY, "bsdf", "value", "f", "y")
+_EXPECTED = "theta_i, theta_o, phi (or phi_i and phi_o), and values: BRDF, or R, G and B"
 _SAME = 1e-6                    # radians between directions that count as one
 _PRIOR_COUNT = 3                # further measurements of each pair of directions, with the scatter of those as bright
 _ALIKE, _MOST_BINS = 10, 10     # pairs in a bin of brightness, and bins
@@ -89,6 +90,35 @@ def recognises(content: bytes) -> bool:
         return False
     columns = _names(names[0], separator)
     return len(columns) > 2 and any(angle(name)[0].startswith("theta") for name in columns[:MOST_COLUMNS])
+
+
+def describe(content: bytes) -> str | None:
+    r"""What a table lacks whose columns mean nothing here, as a part of a message; None for what is no table.
+
+    Examples
+    --------
+    >>> describe(b"alpha;beta\n1;2\n3;4\n")
+    'columns alpha, beta found; expected theta_i, theta_o, phi (or phi_i and phi_o), and values: BRDF, or R, G and B'
+    >>> describe(b"Tuesday: measured\nthe blue one\n")
+    """
+    names, separator = _names_line(content)
+    if names is None or separator is None:
+        return None
+    columns = _names(names[0], separator)[:MOST_COLUMNS]
+    row = _split(content[names.end():].lstrip(b"\r\n").split(b"\n", 1)[0], separator)
+    numbers = [cell for cell in row if _is_number(cell)]
+    if len(columns) < 2 or not len(columns) == len(row) == len(numbers) or any(map(_is_number, columns)):
+        return None
+    shown = ", ".join(columns[:8]) + (" ..." if len(columns) > 8 else "")
+    return f"columns {shown} found; expected {_EXPECTED}"
+
+
+def _is_number(cell: str | bytes) -> bool:
+    try:
+        float(cell.replace(",", ".") if isinstance(cell, str) else cell.replace(b",", b"."))
+    except ValueError:
+        return False
+    return True
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:

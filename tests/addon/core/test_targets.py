@@ -229,13 +229,13 @@ def test_a_drop_is_for_the_object_under_the_mouse_alone(scene, targets):
     operator = making.HasTarget()
     operator.target, operator.slot, operator.others = 0, -1, ""
     operator.remember_target(*context_and_event(looking_down(), (2, 0, 1)))
-    assert operator.targets() == [(scene.data.objects["right"].session_uid, 2)]
+    assert operator.all_targets() == [(scene.data.objects["right"].session_uid, 2)]
     operator.target = 0
     context, event = context_and_event(looking_down(), (0, 0, 1))
     context.selected_objects = scene.context.selected_objects
     operator.remember_target(context, event)
     both = {scene.data.objects[name].session_uid for name in ("left", "right")}
-    assert {item for item, _ in operator.targets()} == both
+    assert {item for item, _ in operator.all_targets()} == both
 
 
 def test_a_target_that_has_gone_or_lost_slots_is_told(scene, file, capfd):

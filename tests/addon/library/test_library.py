@@ -6,6 +6,8 @@ import json
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import pytest
@@ -496,3 +498,47 @@ def test_a_library_says_which_version_wrote_it(blender, folder, library):
     version = tomllib.loads((ROOT / "blender_manifest.toml").read_text())["version"]
     assert marker == {"format": "measured-brdf-library", "version": version}
     assert {item.measured_brdf.version for item in bpy.data.materials} == {version}
+
+
+def test_saving_offers_the_library_of_the_preferences_those_that_blender_has_and_the_open_file(
+        blender, extension, tmp_path, monkeypatch):
+    module = extension.addon.library.operators
+    inside = Path(bpy.utils.user_resource("EXTENSIONS")) / "user_default" / "some" / "starter_library"
+    known = [SimpleNamespace(name=name, path=str(path)) for name, path in (
+        ("Props", tmp_path / "props"), ("Starter", inside), ("Empty", ""))]
+    context = SimpleNamespace(preferences=SimpleNamespace(filepaths=SimpleNamespace(asset_libraries=known), addons={}))
+    offered = [(key, name) for key, name, _ in module._libraries(None, context)]
+    assert offered == [(str(tmp_path / "props"), "Props"), ("LOCAL", "Current File")]
+    monkeypatch.setattr(module.preferences, "get", lambda _context: SimpleNamespace(asset_library="/mine"))
+    assert [name for _, name, _ in module._libraries(None, context)] == ["Measured BRDF", "Props", "Current File"]
+
+
+def test_a_mix_is_saved_with_its_parts_and_its_packed_mask_and_replaces_itself(blender, folder, tmp_path):
+    black_scene(8, 8, samples=1, span=1)
+    bpy.ops.mesh.primitive_cube_add()
+    for name in "ab":
+        bpy.ops.measured_brdf.import_data(filepath=str(folder / f"{name}.astm"), **SETTINGS)
+    mask = bpy.data.images.new("mask", 4, 4)
+    mask.pixels.foreach_set([0.25] * 64)
+    mask.pack()
+    assert bpy.ops.measured_brdf.mix(first="a", second="b", mask="mask") == {"FINISHED"}
+    library = tmp_path / "library"
+    for _ in range(2):
+        assert bpy.ops.measured_brdf.save_asset(directory=str(library)) == {"FINISHED"}
+    path = library / "a_b.blend"
+    assert names(path) == ["a", "a + b", "b"]
+    assert sum(name.startswith("a + b") for name in names(path, "node_groups")) == 1
+    bpy.ops.wm.read_homefile(use_empty=True)
+    with bpy.data.libraries.load(str(path), assets_only=True) as (source, target):
+        assert source.materials == ["a + b"]
+        target.materials = ["a + b"]
+    found = target.materials[0]
+    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.core import mixing
+
+    node = materials.mix_node(found)
+    assert [part.name for part in mixing.mixes.parts(node)[:2]] == ["a", "b"]
+    image = node.inputs["Factor"].links[0].from_node.image
+    assert image.packed_file is not None
+    assert image.pixels[0] == pytest.approx(0.25, abs=0.01)
+    assert found.asset_data.description == "a + b: a mix of measured reflectance"

@@ -46,12 +46,12 @@ def drawn(ui, panel, material):
     return draw(panel, material=material)
 
 
-def draw_as(panel, owner):
+def draw_as(panel, owner, **given):
     """What a class draws that is no panel: preferences, or an operator, with the properties of `owner`."""
     layout = Layout()
     settings = owner.measured_brdf
     values = {prop.identifier: getattr(settings, prop.identifier) for prop in settings.bl_rna.properties}
-    values |= dict.fromkeys(("data_folder", "asset_library", "offer_library"), "")
+    values |= dict.fromkeys(("data_folder", "asset_library", "offer_library", "files"), "") | given
     panel.draw(SimpleNamespace(layout=layout, **values), bpy.context)
     return layout
 
@@ -76,6 +76,66 @@ def test_the_panel_opens_with_the_picture_the_preset_and_a_verdict(ui, material,
     assert shown.texts.startswith("glossy: (2,4,80) Matches the measurements: ")
     for number in ("RMSE", "MRE", "coefficients", "Coefficients", "bytes"):
         assert number not in shown.texts
+
+
+def controls(shown):
+    """What can be clicked or typed into."""
+    return [entry[2] for entry in shown.drawn if entry[0] not in ("text", "picture")]
+
+
+def test_before_the_first_sub_panel_there_are_six_controls_and_all_but_adjust_are_closed(ui, material):
+    use_cycles(bpy.context.scene)
+    shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
+    assert controls(shown) == ["Import File...", "MEASUREDBRDF_PT_library", "", "Mix...", "Inspect", "Save..."]
+    bpy.context.scene.cycles.shading_system = False
+    assert len(controls(drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material))) == 7, "and Enable OSL"
+    below = [cls for cls in bpy.types.Panel.__subclasses__()
+             if getattr(cls, "bl_parent_id", "") == "MEASUREDBRDF_PT_material" and cls.bl_label != "Mix"]
+    assert [cls.bl_label for cls in below if "DEFAULT_CLOSED" not in getattr(cls, "bl_options", ())] == ["Adjust"]
+    assert min(below, key=lambda cls: cls.bl_order).bl_label == "Adjust"
+
+
+def test_a_mix_shows_its_picture_and_the_measurements_of_its_parts(ui, material, tmp_path, glossy, write_astm, blender,
+                                                                   monkeypatch):
+    other = write_astm(tmp_path / "dull.astm", glossy, "dull")
+    blender.ops.measured_brdf.import_data(filepath=str(other), **CHEAP)
+    blender.ops.measured_brdf.mix(first="glossy", second="dull", factor=0.5)
+    mix = blender.data.materials["glossy + dull"]
+    with monkeypatch.context() as patched:
+        patched.setattr("measured_brdf.addon.work.queries.material_sphere",
+                        lambda shown: (7, SimpleNamespace(error=None, finished=1.0)) if shown == mix else None)
+        shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, mix)
+    assert shown.kinds[0] == "picture"
+    assert shown.texts.startswith("glossy + dull: Mix ")
+    assert controls(shown)[-2:] == ["Mix...", "Save..."]
+    assert ui.data.poll(SimpleNamespace(material=mix))
+    rows = [entry[2] for entry in drawn(ui, ui.data, mix).drawn if entry[0] == "text"]
+    assert rows.count(f"{len(glossy):,} direction pairs, {' '.join(glossy.channels)}") == 2
+    assert [text for text in rows if text in ("glossy", "dull")][::2] == ["glossy", "dull"]
+
+
+@pytest.mark.parametrize(("path", "fields"), [
+    ("abrdf.dat", ["sample"]), ("leather.bin", ["isotropic", "encoding"]), ("chrome.binary", []),
+    ("paint.csv", ["angles", "quantity", "illuminant", "isotropic", "symmetry"])])
+def test_a_dialog_has_the_choices_of_the_format_at_hand(ui, material, monkeypatch, path, fields):
+    from measured_brdf.addon.importing import import_data
+
+    monkeypatch.setattr(Layout, "panel", lambda layout, _name, **_: (Layout(layout), Layout(layout)))
+    asked = {"sample", "angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding"}
+    for files, filepath in (([], f"/data/{path}"), ([SimpleNamespace(name=path)], "")):
+        shown = draw_as(import_data.MEASUREDBRDF_OT_browse, material, filepath=filepath, files=files)
+        assert [name for name in shown.fields if name in asked] == fields
+
+
+def test_one_line_tells_how_many_files_of_the_data_folder_cannot_be_read(ui, extension, monkeypatch):
+    from measured_brdf.addon.starter import panel, shelf, thumbnails
+
+    found = [thumbnails.Found(f"{name}.csv", "", (1, 2), f"{name}.csv: broken") for name in "ab"]
+    monkeypatch.setattr(shelf, "watched", lambda folder: SimpleNamespace(error=None, result=found))
+    monkeypatch.setattr(panel.preferences, "get", lambda context: SimpleNamespace(data_folder="/data"))
+    shown = draw(panel.MEASUREDBRDF_PT_folder)
+    assert "2 files cannot be read" in shown.texts
+    assert "broken" not in shown.texts
 
 
 def test_what_the_verdict_says_is_what_the_fit_is_worth(material, glossy):

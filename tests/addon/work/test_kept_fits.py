@@ -141,3 +141,44 @@ def test_a_damaged_fit_is_an_error_and_so_is_a_shader_that_should_hold_it(blende
     jobs.queries.of_material(imported[0])
     with pytest.raises(ValueError, match="not a shader of Measured BRDF"):
         jobs.queue.answer_all()
+
+
+def test_while_a_material_is_adjusted_its_picture_is_that_of_the_adjusted_fit(jobs, imported, shown):
+    material, _ = imported
+    icon, before = answered(jobs, jobs.queries.material_sphere, material)
+    material.measured_brdf_adjustments.diffuse_gain = 0.5
+    for gain in (0.6, 0.7):                 # a slider that is dragged: only the last value is wanted
+        assert jobs.queries.material_sphere(material)[0] == icon, "the former picture, until there is another"
+        material.measured_brdf_adjustments.diffuse_gain = gain
+    _, job = jobs.queries.material_sphere(material)
+    assert [question.job for lane in jobs.queue._lanes.values() for question in lane.queue] == [job]
+    jobs.queue.answer_all()
+    adjusted = fitter.edited(fitter.Fit.from_bytes(jobs.queries.kept(material).fit), diffuse=0.7)
+    np.testing.assert_allclose(job.result, pictures.lit_sphere(adjusted), atol=1e-3)
+    assert np.abs(job.result - before.result).max() > 0.05
+    material.measured_brdf_adjustments.diffuse_gain = 1
+    assert jobs.queries.material_sphere(material)[1] is before
+
+
+def test_the_picture_of_a_mix_is_that_of_the_mixed_fits_and_with_a_mask_half_of_each(jobs, blender, imported):
+    from measured_brdf.addon.core import material as materials
+
+    first, fit = imported
+    second = first.copy()
+    second.name = "red"
+    second.measured_brdf_adjustments.diffuse_tint = (1, 0.2, 0.1)
+    with blender.context.temp_override(material=second):
+        assert blender.ops.measured_brdf.adjust() == {"FINISHED"}
+    red = fitter.edited(fit, diffuse=(1, 0.2, 0.1))
+    assert blender.ops.measured_brdf.mix(first=first.name, second="red", factor=0.25) == {"FINISHED"}
+    mix = blender.data.materials[f"{first.name} + red"]
+    _, job = answered(jobs, jobs.queries.material_sphere, mix)
+    np.testing.assert_allclose(job.result, pictures.lit_sphere(fitter.Mix(fit, red, 0.25)), atol=2e-3)
+    node = materials.mix_node(mix)
+    mask = mix.node_tree.nodes.new("ShaderNodeTexImage")
+    mix.node_tree.links.new(mask.outputs["Color"], node.inputs["Factor"])
+    _, job = answered(jobs, jobs.queries.material_sphere, mix)
+    left, right = (pictures.lit_sphere(each) for each in (fit, red))
+    half = left.shape[1] // 2
+    np.testing.assert_allclose(job.result[:, :half - 2], left[:, :half - 2], atol=2e-3)
+    np.testing.assert_allclose(job.result[:, half + 2:], right[:, half + 2:], atol=2e-3)

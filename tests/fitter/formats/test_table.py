@@ -237,3 +237,15 @@ def test_real_measurements_written_as_a_table_are_the_same(load, cornell):
     assert len(table) == len(unique)
     if len(unique) == len(samples):
         np.testing.assert_array_equal(table.values, samples.values)
+
+
+@pytest.mark.parametrize(("text", "says"), [
+    ("alpha;beta;gamma\n1;2;3\n", "columns alpha, beta, gamma found; expected theta_i, theta_o, phi"),
+    ("# mine\nangle,BRDF\n0.1,0.2\n0.3,0.4\n", "columns angle, BRDF found; expected theta_i"),
+    ("1,2\n3,4\n", "in no known format"), ("alpha beta\ngamma delta\n", "in no known format"),
+    ("Tuesday: measured\nthe blue one: again\n", "in no known format")])
+def test_a_table_whose_columns_mean_nothing_is_told_which_are_needed(tmp_path, text, says):
+    path = tmp_path / "table.csv"
+    path.write_text(text)
+    with pytest.raises(DatasetError, match=says):
+        fitter.load(path)
