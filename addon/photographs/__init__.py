@@ -12,8 +12,7 @@ _ENTRY = menu.entries((operators.MEASUREDBRDF_OT_measure_photographs, "Measure P
 _PAGE = "manual/measure-your-own"
 _TOPICS = (*manual.over_operators(f"{_PAGE}#in-blender", "measure_photographs", "fit_outline", "place_lamp",
                                   "measure_ball", "compare_photograph"),
-           *manual.over_settings(f"{_PAGE}#in-blender", "measuredphotographs", "*"),
-           *manual.over_settings(f"{_PAGE}#in-blender", "measuredphotograph", "*"))
+           *manual.over_settings(f"{_PAGE}#in-blender", "measuredphotographs", "*"))
 
 
 def _in_file_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:

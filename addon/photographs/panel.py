@@ -23,6 +23,7 @@ from .operators import (
 from .settings import BALL, CARD, GUESS, INTENSITY
 
 _ROWS = 5                   # of the list
+_SIDES = "Region Left", "Top", "Right", "Bottom"
 
 
 class MEASUREDBRDF_UL_photographs(bpy.types.UIList):
@@ -31,6 +32,7 @@ class MEASUREDBRDF_UL_photographs(bpy.types.UIList):
     def draw_item(self, _context: bpy.types.Context, layout: bpy.types.UILayout, data: Any, item: Any, _icon: int,
                   _active_data: Any, _active_property: str) -> None:
         row = layout.row()
+        row.use_property_split = False
         row.prop(item, "used", text="")
         row.label(text=item.name)
         lamp = item.lamp
@@ -134,9 +136,13 @@ class MEASUREDBRDF_PT_photographs_scale(_Sidebar, bpy.types.Panel):
         layout, settings = _layout(self), photographs.of(present(context.scene))
         layout.prop(settings, "scale", text="By")
         fields = {GUESS: ("albedo",), INTENSITY: ("intensity",), BALL: ("known", "known_albedo", "known_lamp"),
-                  CARD: ("known", "known_albedo", "known_lamp", "normal", "region")}[settings.scale or GUESS]
+                  CARD: ("known", "known_albedo", "known_lamp", "normal")}[settings.scale or GUESS]
         for name in fields:
             layout.prop(settings, name)
+        if settings.scale == CARD:
+            column = layout.column(align=True)
+            for number, side in enumerate(_SIDES):
+                column.prop(settings, "region", index=number, text=side)
         if settings.known and settings.scale in (BALL, CARD):
             layout.prop(settings, "known_exposure")
         if settings.scale == GUESS:

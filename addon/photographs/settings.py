@@ -117,7 +117,7 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     preset: EnumProperty(name="Preset", items=PRESET_ITEMS, default="Standard", description="Method of the fit")
     samples: StringProperty(name="Save As", subtype="FILE_PATH",
                             description="File of the samples that are measured, .npz, which the material is fitted to")
-    told: StringProperty(name="Measured")       # lines
+    told: StringProperty(name="What Was Measured")      # lines
 
 
 def of(scene: bpy.types.Scene) -> Any:

@@ -229,6 +229,10 @@ def sidebar_to_the_end(h):
     h.wait(4)
 
 
+def sidebar(h):
+    return h.region(h.area("VIEW_3D"), "UI")
+
+
 def whole(h):
     return max(h.window.screen.areas, key=lambda area: area.width * area.height)
 
@@ -250,7 +254,7 @@ PICTURES = {
     "assets": (assets, (of_this_file,), whole),
     "lobe": (lobe, (inspect,), whole),
     "photographs": (photographs, (open_photographs,), whole),
-    "photographs_measured": (photographs, (open_photographs, measure, compare_photograph, sidebar_to_the_end), whole),
+    "photographs_measured": (photographs, (open_photographs, measure, compare_photograph, sidebar_to_the_end), sidebar),
 }
 setup, steps, crop = PICTURES[PICTURE]
 steps = list(steps)
