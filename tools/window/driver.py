@@ -67,13 +67,13 @@ def library(h):
 
 
 def panel(h):
-    stage(h, "pictures")
+    stage(h, "adjust")
     import_sample()
     h.wait(20)
 
 
 def compare(h):
-    stage(h, "compare")
+    stage(h, "data", "compare")
     import_sample()
     h.wait(160)
 
@@ -98,9 +98,9 @@ def look(h):
 
 
 def details(h):
-    stage(h, "details", "settings")
+    stage(h, "data", "details", "settings")
     import_sample()
-    h.wait(10)
+    h.wait(25)
 
 
 def measurements(h):

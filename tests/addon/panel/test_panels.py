@@ -133,6 +133,7 @@ def test_one_line_tells_how_many_files_of_the_data_folder_cannot_be_read(ui, ext
     found = [thumbnails.Found(f"{name}.csv", "", (1, 2), f"{name}.csv: broken") for name in "ab"]
     monkeypatch.setattr(shelf, "watched", lambda folder: SimpleNamespace(error=None, result=found))
     monkeypatch.setattr(panel.preferences, "get", lambda context: SimpleNamespace(data_folder="/data"))
+    assert panel.MEASUREDBRDF_PT_folder.poll(bpy.context)
     shown = draw(panel.MEASUREDBRDF_PT_folder)
     assert "2 files cannot be read" in shown.texts
     assert "broken" not in shown.texts
