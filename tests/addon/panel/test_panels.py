@@ -197,7 +197,7 @@ def test_nothing_is_fitted_to_draw_a_material_that_has_its_fit(ui, material, mon
         finished=None, error=None, result=None, fraction=0.0, doing="Starting"))
     draw(ui.fit.MEASUREDBRDF_PT_material, material=material)
     draw(ui.details.MEASUREDBRDF_PT_details, material=material)
-    assert set(asked) <= {"data", "kept sphere"}
+    assert set(asked) <= {"data", "kept sphere", "thumbnail"}
 
 
 def test_presets_have_one_order_everywhere(ui, blender, material):
