@@ -33,7 +33,8 @@ def load_arguments(choices: Choices) -> Arguments:
     said = {name: getattr(choices, name) for name in ("angles", "quantity", "symmetry")}
     return {**{name: None if value in ("", AS_THE_FILE_SAYS) else value for name, value in said.items()},
             "illuminant": choices.illuminant or illuminants.DEFAULT, "colours": scene_colours() or DEFAULT,
-            "isotropic": _ISOTROPIC.get(choices.isotropic), "encoding": choices.encoding or None}
+            "isotropic": _ISOTROPIC.get(choices.isotropic),
+            "encoding": None if choices.encoding in ("", ENCODINGS[0]) else choices.encoding}
 
 
 def use_reading(choices: Choices, angles: str | None = None, quantity: str | None = None,

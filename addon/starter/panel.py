@@ -85,7 +85,7 @@ class _Folder(_StartPanel):
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        return hasattr(bpy.types, "MEASUREDBRDF_OT_import_data")
+        return hasattr(bpy.types, "MEASUREDBRDF_PT_data")       # of the slice that imports; operators are no such types
 
     def draw(self, context: bpy.types.Context) -> None:
         _draw_folder(present(self.layout), context)

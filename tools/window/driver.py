@@ -6,6 +6,7 @@
 # ruff: noqa: D103 (the functions are the pictures)
 
 import importlib
+import sys
 from types import SimpleNamespace
 
 import bpy
@@ -53,6 +54,14 @@ def import_sample(name="velvet", path=CURET):
     bpy.ops.measured_brdf.import_data(filepath=path, sample=name, preset="Standard")
 
 
+def settle(h):
+    """Wait until what the panels have asked for is there, and they are drawn with it."""
+    queue = next(module for name, module in sys.modules.items() if name.endswith("measured_brdf.addon.work.queue"))
+    h.wait(2)
+    if any(queue._lanes[name].pending() for name in ("read", "fit")):
+        h.later.append(settle)
+
+
 def to_the_end(h):
     h.scroll(h.area("PROPERTIES"), 6000)
     h.wait(4)
@@ -68,13 +77,13 @@ def library(h):
 
 
 def panel(h):
-    stage(h, "pictures")
+    stage(h, "adjust")
     import_sample()
     h.wait(20)
 
 
 def compare(h):
-    stage(h, "compare")
+    stage(h, "data", "compare")
     import_sample()
     h.wait(160)
 
@@ -99,9 +108,9 @@ def look(h):
 
 
 def details(h):
-    stage(h, "details", "settings")
+    stage(h, "data", "details", "settings")
     import_sample()
-    h.wait(10)
+    h.wait(25)
 
 
 def measurements(h):
@@ -240,17 +249,17 @@ def whole(h):
 # what arranges the picture, what follows a redraw later, and the area that is shown
 PICTURES = {
     "library": (library, (), column),
-    "panel": (panel, (), column),
-    "compare": (compare, (to_the_end,), column),
-    "compare_with": (compare_with, (to_the_end,), column),
-    "look": (look, (to_the_end,), column),
-    "details": (details, (to_the_end,), column),
-    "measurements": (measurements, (to_the_end,), column),
+    "panel": (panel, (settle,), column),
+    "compare": (compare, (settle, to_the_end), column),
+    "compare_with": (compare_with, (settle, to_the_end), column),
+    "look": (look, (settle, to_the_end), column),
+    "details": (details, (settle, to_the_end), column),
+    "measurements": (measurements, (settle, to_the_end), column),
     "rendering": (rendering, (to_the_end,), column),
     "moved": (moved, (to_the_end,), column),
     "fitting": (fitting, (), column),
     "samples": (samples, (choose_sample, shoot_popup), whole),
-    "anisotropy_panel": (anisotropy, (to_the_end,), column),
+    "anisotropy_panel": (anisotropy, (settle, to_the_end), column),
     "assets": (assets, (of_this_file,), whole),
     "lobe": (lobe, (inspect,), whole),
     "photographs": (photographs, (open_photographs,), whole),

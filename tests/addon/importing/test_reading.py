@@ -99,7 +99,7 @@ def test_what_is_known_of_the_material_reaches_the_reader(blender, cube, tmp_pat
     for isotropic in (None, True, False):
         materials.reading.use_reading(choices, isotropic=isotropic)
         asked = materials.reading.load_arguments(choices)
-        assert (asked["isotropic"], asked["symmetry"], asked["encoding"]) == (isotropic, None, "raw")
+        assert (asked["isotropic"], asked["symmetry"], asked["encoding"]) == (isotropic, None, None)
     path = tmp_path / "turned.csv"
     rows = [f"30,{turn},{theta},{turn + 180},{1 + turn / 100}" for turn in range(0, 180, 20)
             for theta in range(0, 80, 5)]
@@ -159,20 +159,21 @@ def test_the_dialog_imports_with_what_was_chosen(blender, cube, file):
 def test_the_dialogs_draw_the_options(extension):
     module = extension.addon.importing.import_data
     for cls, expected in ((module.MEASUREDBRDF_OT_browse, {"angles", "quantity", "illuminant", "isotropic",
-                                                            "symmetry", "encoding", "sample", "preset",
+                                                            "symmetry", "encoding", "sample",
                                                             "diffuse_level", "specular_level", "compression",
                                                             "use_tolerance", "tolerance"}),
                           (module.MEASUREDBRDF_OT_say_units, {"angles", "quantity"})):
         layout, body = MagicMock(), MagicMock()
         layout.panel.return_value = (MagicMock(), body)
-        operator = SimpleNamespace(layout=layout, use_tolerance=False,
+        operator = SimpleNamespace(layout=layout, use_tolerance=False, filepath="", files=[],
                                    complaint="the angles may be degrees or radians " * 5)
         cls.draw(operator, None)
         drawn = [call.args[1] for part in (layout, body, body.row.return_value) for call in part.prop.call_args_list]
         assert expected <= set(drawn)
         assert len(drawn) == len(set(drawn))
         offered = [call.args[1:] for call in layout.row.return_value.prop_enum.call_args_list]
-        assert offered == [("rendering", name) for name in ("AUTO", "EXACT", "NODES") if "preset" in expected]
+        assert offered == [("preset", "Standard"), ("preset", "Reference"), ("rendering", "AUTO"),
+                           ("rendering", "EXACT"), ("rendering", "NODES")][:5 * ("sample" in expected)]
 
 
 @HAVE_SPACES

@@ -133,6 +133,7 @@ def test_one_line_tells_how_many_files_of_the_data_folder_cannot_be_read(ui, ext
     found = [thumbnails.Found(f"{name}.csv", "", (1, 2), f"{name}.csv: broken") for name in "ab"]
     monkeypatch.setattr(shelf, "watched", lambda folder: SimpleNamespace(error=None, result=found))
     monkeypatch.setattr(panel.preferences, "get", lambda context: SimpleNamespace(data_folder="/data"))
+    assert panel.MEASUREDBRDF_PT_folder.poll(bpy.context)
     shown = draw(panel.MEASUREDBRDF_PT_folder)
     assert "2 files cannot be read" in shown.texts
     assert "broken" not in shown.texts
@@ -196,7 +197,7 @@ def test_nothing_is_fitted_to_draw_a_material_that_has_its_fit(ui, material, mon
         finished=None, error=None, result=None, fraction=0.0, doing="Starting"))
     draw(ui.fit.MEASUREDBRDF_PT_material, material=material)
     draw(ui.details.MEASUREDBRDF_PT_details, material=material)
-    assert set(asked) <= {"data", "kept sphere"}
+    assert set(asked) <= {"data", "kept sphere", "thumbnail"}
 
 
 def test_presets_have_one_order_everywhere(ui, blender, material):
