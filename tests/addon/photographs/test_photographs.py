@@ -1,5 +1,7 @@
 """Photographs of a ball in Blender: a scene of them, ball and lamps in their places, the material, a comparison."""
 
+
+import contextlib
 from types import SimpleNamespace
 
 import bpy
@@ -12,7 +14,9 @@ import fitter
 from fitter.photographs import setup
 from support import ball_files, ball_scene, stage
 from support.blend_state import state
+from support.cases import quick
 from support.drawn import draw
+from tests.addon.work.test_failing_operators import _Injection as Injection
 
 SIZE = 64
 PHASES = 30, 75, 120
@@ -388,6 +392,49 @@ def test_a_description_that_is_wrong_makes_no_scene(blender, written, tmp_path):
     (written.parent / "two.toml").write_text(two)
     refused(bpy.ops.measured_brdf.measure_photographs, "2 files found, expected one", filepath=str(
         written.parent / "two.toml"))
+
+
+@pytest.fixture
+def once(monkeypatch):
+    """What the workers measure, worked out once: the lines of it are not those that fail here."""
+    from measured_brdf.addon.photographs import work
+
+    known = {}
+
+    def remembering(function):
+        def remembered(*arguments, **options):
+            key = function.__name__, repr(arguments)
+            if key not in known:
+                known[key] = function(*arguments, **options)
+            return known[key]
+        return remembered
+
+    for name in ("opened", "outline", "measured"):
+        monkeypatch.setattr(work, name, remembering(getattr(work, name)))
+
+
+@pytest.mark.parametrize("name", quick(["measure_photographs", "fit_outline", "measure_ball", "measure_ball again"],
+                                       "measure_photographs", "fit_outline"))
+def test_an_error_anywhere_leaves_the_blend_as_it_was(opened, once, written, name, capfd):
+    name, _, again = name.partition(" ")
+    opened.ball.location = (0.012, 0.004, -0.006)
+    options = {"filepath": str(written)} if name == "measure_photographs" else {}
+    if again:
+        bpy.ops.measured_brdf.measure_ball()
+        opened.photographs[2].used = False
+    before, places = whole(), []
+    for at in range(1, 200):
+        injection, result = Injection(at), None
+        with contextlib.suppress(RuntimeError), injection:
+            result = getattr(bpy.ops.measured_brdf, name)(**options)
+        if injection.where is None:
+            break
+        places.append(injection.where)
+        assert whole() == before, injection.where
+    assert result == {"FINISHED"}
+    assert whole() != before
+    assert len(places) > 5
+    capfd.readouterr()
 
 
 def test_it_is_all_in_the_file(opened, tmp_path):
