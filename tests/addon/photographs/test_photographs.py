@@ -278,6 +278,8 @@ def test_pictures_that_are_chosen_are_grouped_by_their_exposures(chosen):
     assert settings.camera.data.lens == pytest.approx(105)
     assert settings.camera.data.angle_x == pytest.approx(2 * np.arctan(18 / 210), rel=1e-5)
     assert settings.scale == "albedo"
+    ball_files.write_picture(chosen[0], np.ones((SIZE // 2, SIZE, 3)))
+    refused(choose, "photographs of several sizes found: 64 x 64, 64 x 32", paths=chosen)
 
 
 def test_lamps_that_nobody_has_placed_are_not_measured(chosen):
