@@ -396,6 +396,27 @@ def test_a_description_that_is_wrong_makes_no_scene(blender, written, tmp_path):
         written.parent / "two.toml"))
 
 
+@pytest.mark.parametrize("removed", ["ball", "scene"])
+def test_what_is_deleted_while_it_is_measured_is_not_missed(opened, monkeypatch, removed):
+    from measured_brdf.addon.photographs import work
+
+    measured = work.measured
+
+    def meanwhile(*arguments, **options):
+        found = measured(*arguments, **options)
+        if removed == "ball":
+            bpy.data.objects.remove(opened.ball)
+        else:
+            bpy.data.scenes.remove(bpy.context.scene)
+        return found
+
+    monkeypatch.setattr(work, "measured", meanwhile)
+    before = sorted(item.name for item in bpy.data.materials)
+    with pytest.raises(RuntimeError, match="The scene of the photographs has been removed meanwhile"):
+        bpy.ops.measured_brdf.measure_ball()
+    assert sorted(item.name for item in bpy.data.materials) == before
+
+
 @pytest.fixture
 def once(monkeypatch):
     """What the workers measure, worked out once: the lines of it are not those that fail here."""
