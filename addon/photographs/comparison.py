@@ -107,12 +107,10 @@ def sheet(found: Compared) -> SingleArray:
     return whole
 
 
-def stored(name: str, picture: SingleArray, before: bpy.types.Image | None) -> bpy.types.Image:
-    """An image of the open file that holds a picture, in the place of another."""
+def stored(name: str, picture: SingleArray) -> bpy.types.Image:
+    """A new image of the open file that holds a picture."""
     height, width = picture.shape[:2]
-    image = before or bpy.data.images.new(name, width, height)
-    if tuple(image.size) != (width, height):
-        image.scale(width, height)
+    image = bpy.data.images.new(name, width, height)
     present(image.pixels).foreach_set(picture.ravel())
     image.pack()
     return image

@@ -14,7 +14,7 @@ from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT, conversion
 from ...fitter.files import replacing
 from ...fitter.photographs.setup import Resolved
-from ..core import compiler, material, osl_support, rendered, targets
+from ..core import compiler, material, osl_support, targets
 from ..core.annotations import OperatorMixIn, OperatorResult, present
 from ..core.properties import CHOICES, fit_arguments, use_preset, worth
 from ..core.reading import load_arguments, scene_colours
@@ -143,9 +143,7 @@ description (.toml)"""
         known = [] if scene is None else list(photographs.lamps(photographs.of(scene)))
         if scene is None or not known:
             raise ValueError("This scene has no photographs of a ball")
-        light: Any = known[0].data
-        for shot in found.description["photograph"]:
-            stage.add(scene, shot, light)
+        stage.add(scene, found.description["photograph"], known[0].data)
         photographs.of(scene).active = len(photographs.of(scene).photographs) - 1
 
 
@@ -232,7 +230,8 @@ them"""
         (outcome, content, centre, intensity, told), shader = prepared
         scene = self.scene()
         settings = photographs.of(scene)
-        ball = settings.ball
+        ball, energy, colour = settings.ball, *_light(intensity)
+        lights: list[Any] = [lamp.data for lamp in photographs.lamps(settings)]
         with replacing(outcome.measured.path) as stream:
             stream.write(content)
         queries.tell_fit(outcome.measured, fit_arguments(self._choices), outcome.fitted)
@@ -243,20 +242,18 @@ them"""
             made = material.create(outcome, self._choices, context, shader)
             if why := targets.assign(targets.Target(ball.session_uid), made):
                 raise ValueError(why)
+        # no call may follow that can fail: this is not taken back
         ball.location = centre
-        _shine(settings, intensity)
+        for light in lights:
+            light.energy, light.color = energy, colour
         settings.told = "\n".join(told)
-        how = rendered.advice(made, scene)
-        self.report({"INFO"}, f"{made.name}: {worth(made.measured_brdf)[0]}. {how}".strip())
+        self.report({"INFO"}, f"{made.name}: {worth(made.measured_brdf)[0]}")
 
 
-def _shine(settings: Any, intensity: FloatArray) -> None:
-    """Give the lamps of the photographs a radiant intensity, (channels,) in linear Rec.709."""
-    colour = np.broadcast_to(intensity, 3)
-    colour = np.maximum(colour @ conversion(DEFAULT, scene_colours() or DEFAULT).T, 0)
-    for lamp in photographs.lamps(settings):
-        light: Any = lamp.data
-        light.energy, light.color = 4 * math.pi * colour.max(), colour / colour.max()
+def _light(intensity: FloatArray) -> tuple[float, FloatArray]:
+    """The power and the colour of a lamp in Blender, by its radiant intensity, (channels,) in linear Rec.709."""
+    colour = np.maximum(conversion(DEFAULT, scene_colours() or DEFAULT) @ np.broadcast_to(intensity, 3), 0)
+    return float(4 * math.pi * colour.max()), colour / colour.max()
 
 
 class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
@@ -286,9 +283,12 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
                      if each.lamp is not None and each.lamp.session_uid == self._lamp), None)
         if shot is None:
             raise ValueError("The photograph has been removed meanwhile")
-        shot.comparison = comparison.stored(f"{shot.name} compared", comparison.sheet(found), shot.comparison)
-        shot.difference = found.difference
-        self.report({"INFO"}, f"{shot.name}: the render differs by {found.difference:.1%}")
+        before, difference = shot.comparison, found.difference
+        shot.comparison = comparison.stored(f"{shot.name} compared", comparison.sheet(found))
+        shot.difference = difference
+        if before is not None:
+            bpy.data.images.remove(before)
+        self.report({"INFO"}, f"{shot.name}: the render differs by {difference:.1%}")
 
 
 classes = (MEASUREDBRDF_OT_measure_photographs, MEASUREDBRDF_OT_fit_outline, MEASUREDBRDF_OT_place_lamp,

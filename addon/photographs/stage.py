@@ -23,7 +23,7 @@ from . import settings as photographs
 from .settings import AS_THE_FILE_SAYS, BALL, CARD, GUESS, INTENSITY
 from .work import LENS, SENSOR, START
 
-_SAMPLES = 64               # per pixel
+_SAMPLES, _IN_VIEW = 64, 16         # per pixel: of renders, and of the 3D view, which else competes with the workers
 _NEAR = 1e-6                # m: an object so near a place is there
 _PREVIEW = 0.2, 0.2         # albedo and roughness of the ball until it is measured: a highlight to be seen
 _HALF = 0.5                 # opacity of the photograph before the ball
@@ -40,7 +40,7 @@ def make(found: Resolved) -> bpy.types.Scene:
     description, (height, width) = found
     scene = bpy.data.scenes.new(description["name"])
     osl_support.enable(scene)
-    scene.cycles.samples = _SAMPLES
+    scene.cycles.samples, scene.cycles.preview_samples = _SAMPLES, _IN_VIEW
     scene.cycles.blur_glossy = scene.cycles.sample_clamp_indirect = 0
     scene.view_settings.view_transform = "Standard"
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
@@ -51,8 +51,7 @@ def make(found: Resolved) -> bpy.types.Scene:
     light.use_soft_falloff = False          # a ball
     light.shadow_soft_size = description.get("lamp", {}).get("radius", 0.0)
     light.energy = 4 * math.pi              # a radiant intensity of 1
-    for shot in description["photograph"]:
-        add(scene, shot, light)
+    add(scene, description["photograph"], light)
     _store(settings, description, scene, light)
     first = Path(description["photograph"][0]["files"][0])
     settings.samples = str(first.with_name(f"{description['name']}.npz"))
@@ -60,16 +59,19 @@ def make(found: Resolved) -> bpy.types.Scene:
     return scene
 
 
-def add(scene: bpy.types.Scene, shot: Description, light: bpy.types.Light) -> None:
-    """Add a photograph of a description to a scene, with a lamp that has this light."""
-    added = photographs.of(scene).photographs.add()
-    exposures = shot.get("exposures", [0.0] * len(shot["files"]))
-    for path, exposure in zip(shot["files"], exposures, strict=True):
-        file = added.files.add()
-        file.filepath, file.exposure = path, exposure
-    added.name = Path(shot["files"][0]).stem
-    added.picture = bpy.data.images.load(shot["files"][0], check_existing=True)
-    added.lamp = _lamp(scene, added.name, light, shot["lamp"])
+def add(scene: bpy.types.Scene, shots: Sequence[Description], light: Any) -> None:
+    """Add photographs of a description to a scene, each with a lamp that has this light."""
+    names = [Path(shot["files"][0]).stem for shot in shots]
+    pictures = [bpy.data.images.load(shot["files"][0], check_existing=True) for shot in shots]
+    lamps = [_lamp(scene, name, light, shot["lamp"]) for name, shot in zip(names, shots, strict=True)]
+    # last, because it is not taken back on an error
+    for shot, name, picture, lamp in zip(shots, names, pictures, lamps, strict=True):
+        added = photographs.of(scene).photographs.add()
+        added.name, added.picture, added.lamp = name, picture, lamp
+        for number, path in enumerate(shot["files"]):
+            file = added.files.add()
+            file.filepath = path
+            file.exposure = shot["exposures"][number] if "exposures" in shot else 0.0
 
 
 def _camera(scene: bpy.types.Scene, description: Description, centre: Sequence[float]) -> bpy.types.Object:

@@ -65,6 +65,10 @@ def described(paths: Sequence[str], radius: float, distance: float, count: int,
     for number, path in enumerate(paths):
         report(number / len(paths), f"Looking at {Path(path).name}")
         found.append(about(path))
+    sizes = dict.fromkeys(each.size for each in found)
+    if len(sizes) > 1:
+        raise DatasetError("photographs of several sizes found: " + ", ".join(
+            f"{width} x {height}" for height, width in sizes), Path(paths[0]).parent)
     groups = _groups(paths, [each.exposure for each in found], count)
     return setup.Resolved(
         {"name": Path(paths[0]).parent.name, "camera": {"position": [0.0, -distance, 0.0], **_lens(found[0])},

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from support import ball_files, ball_scene
 from support.checkout import ROOT
 
 SCRIPTS = ROOT.parent / "shared" / "tools" / "blender_gui"
@@ -14,11 +15,14 @@ DRIVERS = Path(__file__).parent
 
 
 def in_window(driver, folder):
-    """The lines that a driver prints in a Blender with the extension as it is in the checkout."""
+    """The lines that a driver prints in a Blender with the extension as it is in the checkout.
+
+    What is in `folder` / "source" before lies there in /share/src.
+    """
     if not (SCRIPTS / "shot.sh").is_file() or not (BLENDER / "usr" / "bin" / "blender").is_file():
         pytest.skip(f"no Blender with a window in {BLENDER}: make test-window, or name it in MEASURED_BRDF_WINDOW")
     source, files = folder / "source", ["blender_manifest.toml", "__init__.py", "__main__.py", "LICENSE"]
-    source.mkdir()
+    source.mkdir(exist_ok=True)
     subprocess.run(["cp", "-r", *files, "addon", "fitter", "osl", source], cwd=ROOT, check=True)
     done = subprocess.run(["bash", SCRIPTS / "shot.sh", BLENDER, source, DRIVERS / driver, folder / "window.png"],
                           capture_output=True, text=True, check=False, env=os.environ | {"SHOT_TIMEOUT": "500"})
@@ -32,3 +36,15 @@ def test_what_a_mix_of_the_dialog_follows_is_saved(tmp_path):
                    for word in ("MADE", "SAVED"))
     assert len(made) == 2
     assert made <= saved
+
+
+def test_photographs_are_measured_by_the_file_browser_and_in_the_background(openimageio, tmp_path):
+    scenes = ball_scene.scenes((30, 75, 120), size=(80, 80))
+    ball_files.write(tmp_path / "source" / "ball", ball_scene.satin(), scenes)
+    found = dict(line.split("|", 1) for line in in_window("photographs_driver.py", tmp_path) if line[:1].isupper()
+                 and "|" in line)
+    assert found["OPENED"] == "3|CAMERA"
+    assert [float(each) for each in found["OUTLINE"].split("|")] == pytest.approx([0, 0, 0], abs=0.003)
+    assert found["MEASURED"] == "True"
+    assert float(found["COMPARED"]) < 0.03
+    assert found["UNDONE"] == "0|True"

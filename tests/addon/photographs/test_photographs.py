@@ -1,5 +1,7 @@
 """Photographs of a ball in Blender: a scene of them, ball and lamps in their places, the material, a comparison."""
 
+
+import contextlib
 from types import SimpleNamespace
 
 import bpy
@@ -12,7 +14,9 @@ import fitter
 from fitter.photographs import setup
 from support import ball_files, ball_scene, stage
 from support.blend_state import state
+from support.cases import quick
 from support.drawn import draw
+from tests.addon.work.test_failing_operators import _Injection as Injection
 
 SIZE = 64
 PHASES = 30, 75, 120
@@ -274,6 +278,8 @@ def test_pictures_that_are_chosen_are_grouped_by_their_exposures(chosen):
     assert settings.camera.data.lens == pytest.approx(105)
     assert settings.camera.data.angle_x == pytest.approx(2 * np.arctan(18 / 210), rel=1e-5)
     assert settings.scale == "albedo"
+    ball_files.write_picture(chosen[0], np.ones((SIZE // 2, SIZE, 3)))
+    refused(choose, "photographs of several sizes found: 64 x 64, 64 x 32", paths=chosen)
 
 
 def test_lamps_that_nobody_has_placed_are_not_measured(chosen):
@@ -388,6 +394,70 @@ def test_a_description_that_is_wrong_makes_no_scene(blender, written, tmp_path):
     (written.parent / "two.toml").write_text(two)
     refused(bpy.ops.measured_brdf.measure_photographs, "2 files found, expected one", filepath=str(
         written.parent / "two.toml"))
+
+
+@pytest.mark.parametrize("removed", ["ball", "scene"])
+def test_what_is_deleted_while_it_is_measured_is_not_missed(opened, monkeypatch, removed):
+    from measured_brdf.addon.photographs import work
+
+    measured = work.measured
+
+    def meanwhile(*arguments, **options):
+        found = measured(*arguments, **options)
+        if removed == "ball":
+            bpy.data.objects.remove(opened.ball)
+        else:
+            bpy.data.scenes.remove(bpy.context.scene)
+        return found
+
+    monkeypatch.setattr(work, "measured", meanwhile)
+    before = sorted(item.name for item in bpy.data.materials)
+    with pytest.raises(RuntimeError, match="The scene of the photographs has been removed meanwhile"):
+        bpy.ops.measured_brdf.measure_ball()
+    assert sorted(item.name for item in bpy.data.materials) == before
+
+
+@pytest.fixture
+def once(monkeypatch):
+    """What the workers measure, worked out once: the lines of it are not those that fail here."""
+    from measured_brdf.addon.photographs import work
+
+    known = {}
+
+    def remembering(function):
+        def remembered(*arguments, **options):
+            key = function.__name__, repr(arguments)
+            if key not in known:
+                known[key] = function(*arguments, **options)
+            return known[key]
+        return remembered
+
+    for name in ("opened", "outline", "measured"):
+        monkeypatch.setattr(work, name, remembering(getattr(work, name)))
+
+
+@pytest.mark.parametrize("name", quick(["measure_photographs", "fit_outline", "measure_ball", "measure_ball again"],
+                                       "measure_photographs", "fit_outline"))
+def test_an_error_anywhere_leaves_the_blend_as_it_was(opened, once, written, name, capfd):
+    name, _, again = name.partition(" ")
+    opened.ball.location = (0.012, 0.004, -0.006)
+    options = {"filepath": str(written)} if name == "measure_photographs" else {}
+    if again:
+        bpy.ops.measured_brdf.measure_ball()
+        opened.photographs[2].used = False
+    before, places = whole(), []
+    for at in range(1, 200):
+        injection, result = Injection(at), None
+        with contextlib.suppress(RuntimeError), injection:
+            result = getattr(bpy.ops.measured_brdf, name)(**options)
+        if injection.where is None:
+            break
+        places.append(injection.where)
+        assert whole() == before, injection.where
+    assert result == {"FINISHED"}
+    assert whole() != before
+    assert len(places) > 5
+    capfd.readouterr()
 
 
 def test_it_is_all_in_the_file(opened, tmp_path):
