@@ -276,11 +276,11 @@ def figures(few, noisy, many):
 
 def outliers(picture, mean):
     """How many pixels are much darker, and much brighter, than those around them, where the mean of pictures is not."""
-    of_one, of_all = (_to_median(each.mean(axis=-1)) for each in (picture, mean))
+    of_one, of_all = (to_median(each.mean(axis=-1)) for each in (picture, mean))
     return (int(((of_one < DARK) & (of_all >= DARK)).sum()), int(((of_one > BRIGHT) & (of_all <= BRIGHT)).sum()))
 
 
-def _to_median(values):
+def to_median(values):
     """Pixels (height, width) over the median around each."""
     padded = np.pad(values, AROUND, mode="edge")
     around = np.lib.stride_tricks.sliding_window_view(padded, (2 * AROUND + 1,) * 2)
@@ -344,6 +344,20 @@ def measure(scene, of):
     return Measured(figures(few, noisy, many), SAMPLES * per_sample, error, noisy[0], picture)
 
 
+def principled_material(fit, name):
+    """A material of the Principled BSDF that is closest to a fit."""
+    like = principled_of(fit)
+    material, shader, surface = stage.blank_material(name, "ShaderNodeBsdfPrincipled")
+    for socket, value in (("Base Color", (*like.base_color, 1)), ("Metallic", like.metallic),
+                          ("Roughness", like.roughness), ("Specular IOR Level", like.specular_level),
+                          ("Sheen Weight", like.sheen_weight), ("Sheen Tint", (*like.sheen_tint, 1)),
+                          ("Sheen Roughness", like.sheen_roughness), ("Coat Weight", like.coat_weight),
+                          ("Coat Roughness", like.coat_roughness)):
+        shader.inputs[socket].default_value = value
+    material.node_tree.links.new(shader.outputs[0], surface)
+    return material
+
+
 def ways():
     """The ways of making materials: by name, a function of a material's name."""
     checkout.extension().register()
@@ -352,18 +366,6 @@ def ways():
                               else fitter.load(data / FILES[name][0], FILES[name][1]))
     fit = functools.cache(lambda name, preset: fitter.fit(samples(name), **fitter.PRESETS[preset]))
 
-    def principled(name):
-        like = principled_of(fit(name, "Standard"))
-        material, shader, surface = stage.blank_material(name, "ShaderNodeBsdfPrincipled")
-        for socket, value in (("Base Color", (*like.base_color, 1)), ("Metallic", like.metallic),
-                              ("Roughness", like.roughness), ("Specular IOR Level", like.specular_level),
-                              ("Sheen Weight", like.sheen_weight), ("Sheen Tint", (*like.sheen_tint, 1)),
-                              ("Sheen Roughness", like.sheen_roughness), ("Coat Weight", like.coat_weight),
-                              ("Coat Roughness", like.coat_roughness)):
-            shader.inputs[socket].default_value = value
-        material.node_tree.links.new(shader.outputs[0], surface)
-        return material
-
     nodes = functools.cache(lambda name, preset: node_mixtures(fit(name, preset)))
 
     def measured(name, preset, by_nodes):
@@ -371,7 +373,8 @@ def ways():
         stage.set_input(material, "Nodes", by_nodes)
         return material
 
-    return {"Principled": principled, "Standard": functools.partial(measured, preset="Standard", by_nodes=False),
+    return {"Principled": lambda name: principled_material(fit(name, "Standard"), name),
+            "Standard": functools.partial(measured, preset="Standard", by_nodes=False),
             "Nodes": functools.partial(measured, preset="Standard", by_nodes=True),
             "Paper": functools.partial(measured, preset="Paper", by_nodes=False)}
 

@@ -7,7 +7,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 if __name__ == "__main__":
-    sys.path[0] = str(ROOT)
+    sys.path.insert(0, str(ROOT))
     spec = importlib.util.spec_from_file_location("worker", ROOT / "addon" / "work" / "worker.py")
     worker = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(worker)

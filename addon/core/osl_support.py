@@ -3,6 +3,7 @@
 import functools
 import importlib.util
 import sys
+from importlib.machinery import PathFinder
 from pathlib import Path
 
 import bpy
@@ -14,7 +15,8 @@ NO_OSL = ("This Blender was built without OSL (Open Shading Language): measured 
 @functools.cache
 def missing() -> str:
     """Why OSL shaders cannot be compiled here; empty if they can. Cached, because panels ask at every redraw."""
-    add_module_path("oslquery")
+    make_importable("OpenImageIO")      # oslquery imports it
+    make_importable("oslquery")
     try:
         import _cycles
     except ImportError:
@@ -30,12 +32,12 @@ def enable(scene: bpy.types.Scene) -> None:
     scene.cycles.shading_system = True
 
 
-def add_module_path(name: str) -> None:
-    """Make a module that Blender has importable: Blender as a Python module has it in a folder that is not on the path.
-    """
+def make_importable(name: str) -> None:
+    """Load a module that Blender has but, as a Python module itself, does not find: it lies in Blender's own folder."""
     if importlib.util.find_spec(name) is not None:
         return
-    local = Path(bpy.utils.resource_path("LOCAL"))
-    for folder in sorted(local.glob("python/lib/python3.*/site-packages")):
-        if any(folder.glob(f"{name}*")):
-            sys.path.append(str(folder))
+    folders = Path(bpy.utils.resource_path("LOCAL")).glob("python/lib/python3.*/site-packages")
+    spec = PathFinder.find_spec(name, sorted(map(str, folders)))
+    if spec is not None and spec.loader is not None:
+        sys.modules[name] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(sys.modules[name])

@@ -45,7 +45,7 @@ def write_request(folder: Path, scene: bpy.types.Scene, description: setup.Descr
 
 def answer(folder: Path, report: Report) -> None:
     """Read the photograph of a folder's request, and render the ball in the same place. `compared` reads both."""
-    osl_support.add_module_path("OpenImageIO")
+    osl_support.make_importable("OpenImageIO")
     request = json.loads((folder / _REQUEST).read_text("utf-8"))
     report(0.0, "Reading")
     shot, = setup.photographed(request["description"], request["scene"])

@@ -48,7 +48,7 @@ class HasPhotographs(InBackground):
 
     def remember(self, context: bpy.types.Context) -> bpy.types.Scene:
         """The scene of the context, which `scene` finds again."""
-        osl_support.add_module_path("OpenImageIO")
+        osl_support.make_importable("OpenImageIO")
         self._scene = present(context.scene).session_uid
         return present(context.scene)
 
@@ -117,7 +117,7 @@ description (.toml)"""
                 "files": [{"name": item.name} for item in self.files]}
 
     def work(self, context: bpy.types.Context) -> Work:
-        osl_support.add_module_path("OpenImageIO")
+        osl_support.make_importable("OpenImageIO")
         self._scene = present(context.scene).session_uid
         paths = [str(Path(self.directory) / item.name) for item in self.files if item.name] or [
             bpy.path.abspath(self.filepath)]

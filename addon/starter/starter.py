@@ -20,6 +20,7 @@ from . import placeholder, shelf
 NAME = "Measured BRDF Starter Library"
 SHIPPED = Path(__file__).parents[2] / "starter_library"
 FILE = "starter.blend"
+LICENSE = "CC0-1.0"         # of the assets; the figures are facts, whose source each asset names
 _VERSION = "version.json"   # which Blender wrote the library, and of which version of the table
 _REVISION = 1               # a new one makes users' libraries anew
 _CATALOGUE = f"{assets.CATALOGUE}/Starter"
@@ -80,7 +81,7 @@ def _mark(material: bpy.types.Material, wanted: published.Published) -> None:
     material.asset_mark()
     data = present(material.asset_data)
     data.description = f"{wanted.description}. It is baked for Cycles and EEVEE when it is used"
-    data.author = published.CITATION
+    data.author, data.license = published.CITATION, LICENSE
     data.catalog_id = str(assets.catalogue_id(_catalogue(wanted.tags[0])))
     for tag in (*wanted.tags, "published fit", "MERL", wanted.name):
         data.tags.new(tag, skip_if_exists=True)

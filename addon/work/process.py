@@ -38,7 +38,8 @@ class Worker:
     def __init__(self) -> None:
         self._folder = temporary()
         root = Path(__file__).parents[2]
-        command = [sys.executable, *bpy.app.python_args, str(_SCRIPT), _PACKAGE, str(root), self._folder.name]
+        # -P: modules beside the script must not be importable by their bare names
+        command = [sys.executable, *bpy.app.python_args, "-P", str(_SCRIPT), _PACKAGE, str(root), self._folder.name]
         # several workers share the processors with Blender, so each uses one
         environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", shared.FOLDER: folder()}
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, env=environment,

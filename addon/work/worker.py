@@ -1,4 +1,4 @@
-"""The process that does long work: python worker.py PACKAGE ROOT FOLDER.
+"""The process that does long work: python -P worker.py PACKAGE ROOT FOLDER.
 
 Python threads that outlive a script crash Blender. So work goes to this process, which has the modules of the extension
 under the same names, but no bpy. It reads pickled pairs (number, function) from standard input, calls
@@ -102,6 +102,5 @@ def _install(name: str, folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    del sys.path[0]                     # this file's folder: its modules must not be importable by their bare names
     install_packages(sys.argv[1], Path(sys.argv[2]))
     serve(sys.argv[1], Path(sys.argv[3]))

@@ -19,7 +19,7 @@ CONTENTS = (
     ("Method", ("fitting", "rendering", "Anisotropic fits <anisotropic>", "Engines <engines>", "devices")),
     ("Evidence", ("results", "dense", "robustness", "stability")),
     ("Reference", REFERENCE),
-    ("Project", ("changelog", "contributing", "architecture", "pictures")),
+    ("Project", ("changelog", "contributing", "architecture", "publishing", "pictures")),
 )
 _CODE = re.compile(r"(^```.*?^```$)", re.DOTALL | re.MULTILINE)
 _LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")

@@ -45,6 +45,13 @@ def test_it_holds_100_assets_and_takes_less_than_two_megabytes(blender, starter)
     assert sum(path.stat().st_size for path in starter.SHIPPED.iterdir()) < 1.5e6
 
 
+def test_the_assets_are_cc0_and_hold_no_byte_code(blender, starter):
+    bpy.ops.wm.open_mainfile(filepath=str(starter.SHIPPED / starter.FILE))
+    assert {item.asset_data.license for item in bpy.data.materials if item.asset_data} == {"CC0-1.0"}
+    trees = [*bpy.data.node_groups, *(item.node_tree for item in bpy.data.materials)]
+    assert not [node for tree in trees for node in tree.nodes if node.type == "SCRIPT" and node.bytecode]
+
+
 def test_each_asset_has_tags_a_picture_and_says_that_it_is_not_measured(blender, starter):
     from measured_brdf.fitter import published
 

@@ -1,0 +1,205 @@
+"""Everything that the extension offers, as a ball: ``make contact`` writes build/contact/, a tile for each way.
+
+The starter library (`fitter.list_published`), all measurements at hand, and edits of a few, by the preset Standard, under
+two area lamps, a small spot and a dim sky: Exact, Nodes, and the closest Principled BSDF, each of 64 samples as they are
+and denoised. The table counts, of the pixels of each tile: those darker than .25 of the median of the 5 x 5 pixels around
+them, those brighter than 4 times it, and those with a channel below zero.
+
+``python -m benchmarks.contact [--published N] [--only TEXT ...] [--out FOLDER]``: N of the starter library, evenly; materials
+whose name contains one of the texts.
+"""
+
+import argparse
+import functools
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+import fitter
+from fitter.cycles.node_mixture import node_mixtures
+from fitter.formats import list_samples
+from support import ball_files, checkout, kept, sheet, stage
+
+from .ordinary import principled_material, to_median
+
+OUT = checkout.ROOT / "build" / "contact"
+SIZE, SAMPLES = 96, 64
+DARK, BRIGHT = 0.25, 4.0
+FILES = "*.dat", "*.astm", "*.brdf", "*.bsdf", "*.mbsdf"
+PUBLISHED = "published:"
+EDITED = ("published:chrome", "published:red-fabric", "cornell/krylon_blue.astm", "curet/abrdf.dat leather",
+          "rgl/irid_flake_paint1_rgb.bsdf")
+EDITS = {"coat": {"coat": 1.0, "coat_width": 0.05}, "gain 8": {"highlight": 8.0}, "width .25": {"width": 0.25},
+         "width 4": {"width": 4.0}, "red": {"diffuse": (1, 0.1, 0.1), "highlight": (1, 0.1, 0.1)}}
+WAYS = ("Exact", "Nodes", "Principled")
+ROWS = 10                   # of a sheet
+_EXPOSURE = 1.2
+
+
+def materials(published=None):
+    """What is offered: by name, a function that returns a fit.
+
+    Parameters
+    ----------
+    published : int, optional
+        How many of the starter library, at even distances in its list; all by default.
+    """
+    found = {}
+    names = fitter.list_published()
+    for name in names[::max(len(names) // published, 1)] if published else names:
+        found[PUBLISHED + name] = functools.partial(_fit, fitter.load_published, name)
+    data = checkout.measurements()
+    for path in sorted(path for pattern in FILES for path in data.glob(f"*/{pattern}")):
+        name = path.relative_to(data).as_posix()
+        for sample, title in list_samples(path) or [(None, "")]:
+            found[f"{name} {title}".rstrip()] = functools.partial(_fit, fitter.load, path, sample)
+    for name in filter(found.get, EDITED):
+        for edit, arguments in EDITS.items():
+            found[f"{name}, {edit}"] = functools.partial(_edited, found[name], arguments)
+    return found
+
+
+def _fit(load, *arguments):
+    return fitter.fit(load(*arguments), **fitter.PRESETS["Standard"])
+
+
+def _edited(fit, arguments):
+    return fitter.edited(fit(), **arguments)
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A picture of SAMPLES samples, and how many pixels of it are conspicuous.
+
+    Attributes
+    ----------
+    picture : (SIZE, SIZE, 3)
+        Scene-linear.
+    dark, bright, below : int
+        Pixels darker than DARK of their surroundings, brighter than BRIGHT times them, below zero.
+    """
+
+    picture: np.ndarray
+    dark: int
+    bright: int
+    below: int
+
+
+def tile(picture):
+    """Count in a picture."""
+    over = to_median(np.maximum(picture, 0).mean(axis=-1))
+    return Tile(picture, int((over < DARK).sum()), int((over > BRIGHT).sum()), int((picture < 0).any(axis=-1).sum()))
+
+
+def tiles(fit, name):
+    """Render a fit each way: by way, (as it is, denoised)."""
+    made = scene()
+    measured = stage.material_for(fit, node_mixtures(fit))
+    found = {}
+    for way in WAYS:
+        material = principled_material(fit, name) if way == "Principled" else measured
+        if material is measured:
+            stage.set_input(measured, "Nodes", way == "Nodes")
+        bpy.data.objects["Sphere"].data.materials.clear()
+        bpy.data.objects["Sphere"].data.materials.append(material)
+        found[way] = tuple(map(tile, _rendered(made)))
+    return found
+
+
+def _rendered(made):
+    """The picture as it is, and denoised, of one render: (SIZE, SIZE, 3) each."""
+    import OpenImageIO
+
+    with tempfile.TemporaryDirectory() as folder:
+        made.render.filepath = str(Path(folder) / "picture.exr")
+        bpy.ops.render.render(write_still=True)
+        parts = [OpenImageIO.ImageBuf(made.render.filepath, number, 0)
+                 for number in range(OpenImageIO.ImageBuf(made.render.filepath).nsubimages)]
+        passes = {part.spec().channelnames[0].split(".")[1]: part.get_pixels()[..., :3].astype(float) for part in parts}
+    return passes["Noisy Image"], passes["Combined"]
+
+
+def scene():
+    """A unit ball without a material on a grey floor; two area lamps, a small spot and a dim sky."""
+    made = stage.black_scene(SIZE, SIZE, SAMPLES, span=1)
+    made.render.film_transparent, made.cycles.use_denoising = False, True
+    bpy.context.view_layer.cycles.denoising_store_passes = True
+    made.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
+    made.cycles.sample_clamp_indirect = 10          # as Cycles has it by default
+    made.cycles.max_bounces = made.cycles.diffuse_bounces = made.cycles.glossy_bounces = 4
+    stage.background(made, 0.1, (0.7, 0.8, 1.0))
+    for energy, place, size in ((250, (-4, -3, 4), 1.5), (120, (4, -2, 3), 1.0)):
+        stage.add_lamp("AREA", energy, place, stage.rotation_toward(place), shape="SQUARE", size=size)
+    place = 1, -5, 5
+    stage.add_lamp("SPOT", 600, place, stage.rotation_toward(place), shadow_soft_size=0.1, spot_size=0.8)
+    bpy.ops.mesh.primitive_plane_add(size=40, location=(0, 0, -1))
+    grey, shader, surface = stage.blank_material("Floor", "ShaderNodeBsdfDiffuse")
+    shader.inputs["Color"].default_value = (0.25, 0.25, 0.25, 1)
+    grey.node_tree.links.new(shader.outputs[0], surface)
+    bpy.context.object.data.materials.append(grey)
+    stage.add_sphere()
+    stage.look((0, -7, 2), (0, 0, -0.1), 95)
+    return made
+
+
+def counts(found):
+    """The counts of each way: as they are, then denoised, each dark, bright, below zero."""
+    return "  ".join(f"{each.dark:4} {each.bright:3} {each.below:3}" for way in WAYS for each in found[way])
+
+
+def _draw(rows, path):
+    """Write a contact sheet: a row of tiles for each material."""
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(len(rows), 2 * len(WAYS), figsize=(12, 1.5 * len(rows) + 0.2), squeeze=False)
+    figure.subplots_adjust(0.16, 0, 1, 1 - 0.2 / (1.5 * len(rows) + 0.2), 0.02, 0.02)
+    for line, (name, found) in zip(axes, rows, strict=True):
+        shown = [each for way in WAYS for each in found[way]]
+        for place, each in zip(line, shown, strict=True):
+            place.imshow(sheet.encode(_EXPOSURE * each.picture), interpolation="nearest")
+            place.axis("off")
+        line[0].text(-6, SIZE / 2, name.replace("/", "/\n").replace(", ", ",\n"), ha="right", va="center", fontsize=8)
+    for place, title in zip(axes[0], [text for way in WAYS for text in (way, f"{way}, denoised")], strict=True):
+        place.set_title(title, fontsize=8, pad=2)
+    figure.savefig(path, dpi=100)
+    pyplot.close(figure)
+
+
+def main():
+    """Render all, print the table, and write it and the sheets."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--published", type=int)
+    parser.add_argument("--only", nargs="*", default=[""])
+    parser.add_argument("--out", type=Path, default=OUT)
+    options = parser.parse_args()
+    checkout.extension().register()
+    ball_files.add_openimageio()
+    kept.keep("fitter")
+    options.out.mkdir(parents=True, exist_ok=True)
+    chosen = {name: fit for name, fit in materials(options.published).items()
+              if any(text in name for text in options.only)}
+    rows = []
+    with open(options.out / "counts.txt", "w", encoding="utf-8") as table:
+        _say(table, f"{'dark, bright, below zero':45}" + "".join(f"{way:14}{'denoised':14}" for way in WAYS))
+        for number, (name, fit) in enumerate(chosen.items(), start=1):
+            start = time.perf_counter()
+            found = tiles(fit(), name)
+            rows.append((name, found))
+            _say(table, f"{name:43}{counts(found)}   {time.perf_counter() - start:4.0f} s")
+            if len(rows) == ROWS or number == len(chosen):
+                _draw(rows, options.out / f"{(number - 1) // ROWS + 1:02}.png")
+                rows = []
+
+
+def _say(table, line):
+    for stream in (table, sys.stdout):
+        print(line, file=stream, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
