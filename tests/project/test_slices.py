@@ -45,7 +45,7 @@ work = {
     "inspect": lambda: operators.inspect.poll() and {"FINISHED"},
     "library": operators.save_asset,
     "mix": lambda: operators.mix(first=one.name, second=other.name),
-    "starter": lambda: operators.use_published(name="chrome", preset="Paper", diffuse_level=1, specular_level=-1)}
+    "starter": lambda: operators.use_published(name="pvc")}
 for name, run in work.items():
     if name != gone:
         assert run() == {"FINISHED"}, name
