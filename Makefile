@@ -112,10 +112,11 @@ $(MANUAL): $(ENV)/ready $(DOCS)/ready blender_manifest.toml addon/core/manual.py
 		$(shell find docs/manual tools/docs -type f -not -name '*.pyc')
 	$(RUN) -m tools.docs docs/html --manual --python $(DOCS)/bin/python
 
-# the asset library of published fits, in the extension too
+# the fits of the starter library, and their asset library, in the extension too
 STARTER := starter_library/starter.blend
-$(STARTER): $(ENV)/ready addon/starter/starter.py addon/starter/placeholder.py fitter/published.py fitter/swatch.py $(wildcard fitter/data/*)
+$(STARTER): $(ENV)/ready $(shell find addon/core addon/starter fitter osl -type f -not -name '*.pyc' -not -path 'fitter/report/*')
 	rm -rf $(@D)
+	$(RUN) -m tools.ready_fits $(@D)/fits
 	$(RUN) . starter -o $(@D)
 
 zip: $(EXTENSION)

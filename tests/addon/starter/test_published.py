@@ -1,6 +1,7 @@
 """Published fits in Blender: imported, refitted and searched like files."""
 
 import bpy
+import numpy as np
 import pytest
 
 from support.blend_state import state
@@ -15,7 +16,7 @@ def cube(blender, quick):
 def test_a_virtual_path_is_imported_like_a_file(cube):
     assert bpy.ops.measured_brdf.import_data(filepath="published:red-fabric", preset="Draft") == {"FINISHED"}
     item = cube.active_material
-    assert item.name == "Red fabric (published fit)"
+    assert item.name == "Red fabric"
     settings = item.measured_brdf
     assert (settings.filepath, settings.sample, settings.preset) == ("published:red-fabric", "", "Draft")
     assert settings.coefficients > 0
@@ -32,12 +33,31 @@ def test_an_unknown_name_is_refused_and_nothing_changes(cube):
 
 
 @pytest.mark.parametrize("use", ["use_published", "search_published"])
-def test_a_published_fit_is_used_with_the_preset_of_the_preferences(cube, use):
+def test_a_material_of_the_library_is_that_of_an_import_with_its_levels(cube, use):
+    from measured_brdf.addon.core import material, node_group
+    from measured_brdf.addon.core.properties import name_of_fit
+    from measured_brdf.fitter import ready
+
     assert getattr(bpy.ops.measured_brdf, use)(name="pink-felt") == {"FINISHED"}
-    settings = cube.active_material.measured_brdf
-    assert settings.name_of_data == "Pink felt (published fit)"
-    assert (settings.preset, settings.diffuse_level, settings.specular_level) == ("Standard", 4, 5)
-    assert settings.coefficients > 0
+    item = cube.active_material
+    levels = {name: ready.ARGUMENTS[name] for name in ("diffuse_level", "specular_level", "compression")}
+    bpy.ops.measured_brdf.import_data(filepath="published:pink-felt", preset="Standard", **levels)
+    other = cube.active_material
+    trees = [material.group_node(each).node_tree for each in (item, other)]
+    assert item.name == item.measured_brdf.name_of_data == "Pink felt"
+    assert name_of_fit(item.measured_brdf) == "Material Library"
+    for name in ("filepath", "preset", *levels, "digest", "coefficients", "rmse", "fitted_as", "sphere", "rendering"):
+        assert getattr(item.measured_brdf, name) == getattr(other.measured_brdf, name), name
+    assert node_group.kept_fit(trees[0]) == node_group.kept_fit(trees[1])
+    for first, second in zip(*(tree.nodes for tree in trees), strict=True):
+        assert first.type == second.type
+        if first.type == "VALTORGB":
+            for one, two in zip(first.color_ramp.elements, second.color_ramp.elements, strict=True):
+                assert one.position == pytest.approx(two.position, rel=1e-6)
+                assert tuple(one.color) == pytest.approx(tuple(two.color), rel=1e-5, abs=1e-7)
+    exported = [each.node_tree.nodes["Measured BRDF Export"].inputs for each in (item, other)]
+    for name in ("Base Color", "Roughness", "Coat Weight"):
+        assert np.allclose(*(inputs[name].default_value for inputs in exported), atol=1e-6)
 
 
 def test_a_virtual_path_stays_as_it_is_in_a_saved_file(cube, tmp_path):
@@ -77,11 +97,11 @@ def test_search_finds_by_words_in_name_label_and_tags(extension):
     def found(search, tag=shelf.ALL):
         return [each.name for each in shelf.offered(search, tag)]
 
-    assert len(found("")) == 100
-    assert found("STEEL chrome") == ["chrome-steel"]
+    assert len(found("")) == 89
+    assert found("RED plastic matte yellow") == ["yellow-matte-plastic"]
     assert "color-changing-paint1" in found("colour")
-    assert set(found("gold", "metal")) == set()
-    assert {"brass", "chrome"} <= set(found("", "metal"))
+    assert "gold-paint" in found("gold", "metallic")
+    assert found("", "metal") == found("chrome") == []
     assert found("", "foam") == ["polyurethane-foam"]
     assert found("unobtainium") == []
 
