@@ -1,6 +1,6 @@
 """``python -m tools.ready_fits FOLDER``: make the fits of the starter library, on all processors.
 
-`make zip` does it. A few minutes on two processors.
+`make zip` does it: a few minutes on two processors, seconds where build/kept has their parts (`support.kept`).
 """
 
 import argparse
@@ -14,6 +14,9 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")      # each process uses one processor
 
 from fitter import published, ready
+from support import kept
+
+kept.keep("fitter")
 
 
 def main():

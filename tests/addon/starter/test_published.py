@@ -1,10 +1,13 @@
 """Published fits in Blender: imported, refitted and searched like files."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
 
 from support.blend_state import state
+from support.drawn import Layout
 
 
 @pytest.fixture
@@ -98,7 +101,7 @@ def test_search_finds_by_words_in_name_label_and_tags(extension):
         return [each.name for each in shelf.offered(search, tag)]
 
     assert len(found("")) == 89
-    assert found("RED plastic matte yellow") == ["yellow-matte-plastic"]
+    assert found("PLASTIC matte yellow") == ["yellow-matte-plastic"]
     assert "color-changing-paint1" in found("colour")
     assert "gold-paint" in found("gold", "metallic")
     assert found("", "metal") == found("chrome") == []
@@ -205,10 +208,7 @@ def test_a_click_in_a_file_of_other_colours_is_fitted_for_them(cube, monkeypatch
 
 
 def test_a_picture_and_its_name_are_buttons_of_the_same_material(cube, monkeypatch):
-    from types import SimpleNamespace
-
     from measured_brdf.addon.starter import panel, shelf
-    from support.drawn import Layout
 
     monkeypatch.setattr(shelf, "swatch_icon", lambda _name: 7)
     layout = Layout()

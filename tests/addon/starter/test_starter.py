@@ -35,7 +35,7 @@ def starter(extension, built, monkeypatch):
 
 @pytest.fixture
 def compiling(extension):
-    """The module that compiles, with fits of the materials that the tests use at hand."""
+    """The module that compiles."""
     from measured_brdf.addon.starter import compiling
 
     compiling._failed.clear()
@@ -79,18 +79,6 @@ def test_each_asset_has_tags_a_picture_and_says_that_it_is_not_measured(blender,
         assert picture[64, 64, 3] == 1
         assert picture[0, 0, 3] == 0
         assert picture[..., :3].max() > 0.02
-
-
-def test_the_library_holds_no_compiled_shader(blender, starter):
-    bpy.ops.wm.open_mainfile(filepath=str(starter.SHIPPED / starter.FILE))
-    scripts = [node for tree in bpy.data.node_groups for node in tree.nodes if node.type == "SCRIPT"]
-    assert len(scripts) == 89
-    assert not any(node.bytecode or node.filepath or node.script for node in scripts)
-    bpy.ops.wm.save_as_mainfile(filepath=str(starter.SHIPPED / "plain.blend"), compress=False, copy=True)
-    plain = starter.SHIPPED / "plain.blend"
-    content = plain.read_bytes()
-    plain.unlink()
-    assert b"OpenShadingLanguage" not in content
 
 
 # The camera looks straight down at a plane, and a sun of irradiance pi stands at an angle
