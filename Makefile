@@ -11,6 +11,7 @@ RUN := $(ENV)/bin/python
 LINT := build/env-lint-$(VERSION)
 DOCS := build/env-docs-$(VERSION)
 EXTENSION := build/measured_brdf-$(shell sed -n 's/^version = "\(.*\)"/\1/p' blender_manifest.toml).zip
+STARTER := starter_library/starter.blend
 DATA := $(or $(MEASURED_BRDF_DATA),../shared/data)
 MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
@@ -51,7 +52,7 @@ test-slurm: $(ENV)/ready
 
 # as root, on Debian: puts a Blender with a window into build/window (1.2 GB, two minutes) where none is named
 WINDOW := $(or $(MEASURED_BRDF_WINDOW),build/window)
-test-window: $(ENV)/ready
+test-window: $(ENV)/ready $(STARTER)
 	test -x $(WINDOW)/usr/bin/blender || bash ../shared/tools/blender_gui/setup_blender_gui.sh $(WINDOW) sid
 	MEASURED_BRDF_WINDOW=$(abspath $(WINDOW)) $(RUN) -m pytest tests/window
 
@@ -112,10 +113,10 @@ $(MANUAL): $(ENV)/ready $(DOCS)/ready blender_manifest.toml addon/core/manual.py
 		$(shell find docs/manual tools/docs -type f -not -name '*.pyc')
 	$(RUN) -m tools.docs docs/html --manual --python $(DOCS)/bin/python
 
-# the asset library of published fits, in the extension too
-STARTER := starter_library/starter.blend
-$(STARTER): $(ENV)/ready addon/starter/starter.py addon/starter/placeholder.py fitter/published.py fitter/swatch.py $(wildcard fitter/data/*)
+# the fits of the starter library, and their asset library, in the extension too
+$(STARTER): $(ENV)/ready $(shell find addon/core addon/starter fitter osl -type f -not -name '*.pyc' -not -path 'fitter/report/*')
 	rm -rf $(@D)
+	$(RUN) -m tools.ready_fits $(@D)/fits
 	$(RUN) . starter -o $(@D)
 
 zip: $(EXTENSION)

@@ -24,7 +24,8 @@ from .samples import HORIZON, RGB, Samples
 
 PREFIX = "published:"
 CITATION = "Low, Kronander, Ynnerman, Unger 2012, ACM TOG 31(1)"
-TAGS = ("metal", "paint", "metallic", "plastic", "rubber", "fabric", "wood", "stone", "ceramic", "foam")
+TAGS = ("paint", "metallic", "plastic", "rubber", "fabric", "wood", "stone", "ceramic", "foam", "metal")
+_DARKER = "metal"           # the tag of what a published fit makes darker than it is
 _DATA = Path(__file__).parent / "data"
 _HALF, _DIFFERENCE, _AROUND = 20, 18, 6         # angles theta_h and theta_d, and azimuths phi_d in a quarter turn
 _GRAZING = np.radians(85)
@@ -56,11 +57,6 @@ class Published(NamedTuple):
         return PREFIX + self.name
 
     @property
-    def title(self) -> str:
-        """The name of its samples, and of materials that are made of them."""
-        return f"{self.label} (published fit)"
-
-    @property
     def brief(self) -> str:
         """What it is, in a line."""
         return f"Published fit of MERL's {self.name} (Low et al. 2012), not a measurement"
@@ -80,6 +76,15 @@ def list_published() -> list[str]:
     (100, ['alum-bronze', 'alumina-oxide'])
     """
     return sorted(materials())
+
+
+def offered() -> list[Published]:
+    """The materials that users are offered to begin with: all but the metals.
+
+    A metal reflects more than half of the light that falls straight on it. The published fits of MERL's metals reflect
+    3 to 19 %, because the mirror peak is not in them: they would look black. They can still be loaded by name.
+    """
+    return [each for each in materials().values() if _DARKER not in each.tags]
 
 
 def load_published(name: str) -> Samples:
@@ -104,11 +109,11 @@ def load_published(name: str) -> Samples:
     --------
     >>> chrome = load_published("chrome")
     >>> chrome.name, chrome.source
-    ('Chrome (published fit)', 'published:chrome')
+    ('Chrome', 'published:chrome')
     """
     found = find(name)
     at = directions(found.model)
-    return Samples(*at, found.model.evaluate(*at), RGB, found.title, found.path, (found.description,))
+    return Samples(*at, found.model.evaluate(*at), RGB, found.label, found.path, (found.description,))
 
 
 def find(name: str) -> Published:

@@ -212,12 +212,11 @@ def _ramp(build: _Builder, stops: FloatArray, colour: FloatArray, frame: Frame) 
     """A colour, (stops, 1 or 3), by the polar angle of the viewer."""
     node = build.node("ShaderNodeValToRGB")
     elements = node.color_ramp.elements
-    while len(elements) > 1:
-        elements.remove(elements[-1])
-    for number, (stop, (red, green, blue)) in enumerate(zip(stops, np.broadcast_to(colour, (len(stops), 3)),
-                                                            strict=True)):
-        element = elements[0] if number == 0 else elements.new(stop)
-        element.position, element.color = stop, (red, green, blue, 1)
+    elements[0].position, elements[1].position = stops[0], stops[-1]
+    for stop in stops[1:-1]:
+        elements.new(stop)
+    # at once: setting one by one updates the whole tree each time
+    elements.foreach_set("color", np.insert(np.broadcast_to(colour, (len(stops), 3)), 3, 1, axis=1).ravel())
     build.put(node.inputs[0], frame.polar)
     return node.outputs["Color"]
 

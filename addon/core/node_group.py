@@ -155,13 +155,18 @@ def is_formerly_fast(node: bpy.types.Node) -> bool:
     return exact is not None and not exact.default_value
 
 
+def is_compiled(tree: bpy.types.NodeTree) -> bool:
+    """Whether a group that `create` made has a shader for OSL, beside its closure nodes."""
+    return len(present(script_node(tree)).outputs) > 0
+
+
 def version(tree: bpy.types.NodeTree) -> int:
     """The version of the shader in a group that `create` made, comparable with `bake.SHADER_VERSION`.
 
     It is 0 for a shader that is still to be compiled, in a Blender that can.
     """
     stored = tree.get(_VERSION)
-    if not present(script_node(tree)).outputs and not osl_support.missing():
+    if not is_compiled(tree) and not osl_support.missing():
         return 0
     return stored if isinstance(stored, int) else 1
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol, cast
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from ...fitter import PRESETS, DatasetError, published
+from ...fitter import PRESETS, DatasetError, published, ready
 from ...fitter.formats import KNOWN_FILES, illuminants
 from ...fitter.formats.reading import ENCODINGS
 from ...fitter.lattice.dense import MAX_LEVEL
@@ -229,8 +229,10 @@ def label_of_fit(settings: Any) -> str:
 
 
 def name_of_fit(settings: Any) -> str:
-    """A material's fit by the name of its preset, or its levels."""
+    """A material's fit by the name of its preset, or its levels; that of the starter library by the name of that."""
     arguments = fitted_arguments(settings)
+    if arguments == ready.ARGUMENTS and published.name_in(settings.filepath) is not None:
+        return "Material Library"
     if arguments is not None and "tolerance" in arguments:
         return f"Auto {settings.fitted_levels}"
     return next((name for name, preset in _ARGUMENTS.items() if arguments == preset), settings.fitted_levels)

@@ -59,15 +59,23 @@ def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
         return Rendered(FORMERLY_FAST, 1.0, 1.0, "", False)
     chosen = materials.rendering_of(material)
     has_nodes = node_group.NODES_ERROR in tree
-    why = "" if chosen == NODES and has_nodes and not in_eevee(scene) else without_osl(scene)
+    is_chosen = chosen == NODES and has_nodes and not in_eevee(scene)
+    off = "" if is_chosen else without_osl(scene)
+    why = off or ("" if is_chosen or _is_compiled(tree) else "its shader is not compiled yet")
     if not why and chosen != NODES:
         return Rendered(EXACT, 0.0, 0.0, "", False)
-    can_enable = chosen != NODES and not osl_support.missing() and device.effective_device(scene) in device.WITH_OSL
+    can_enable = (bool(off) and chosen != NODES and not osl_support.missing()
+                  and device.effective_device(scene) in device.WITH_OSL)
     if not has_nodes:
         return Rendered(BLACK if why else PARTLY, 1.0, 1.0, why, can_enable)
     if in_eevee(scene):
         return Rendered(NODES, tree[node_group.EEVEE_ERROR], tree[node_group.EEVEE_WORST], why, can_enable)
     return Rendered(NODES, tree[node_group.NODES_ERROR], tree[node_group.NODES_WORST], why, can_enable)
+
+
+def _is_compiled(tree: bpy.types.NodeTree) -> bool:
+    """Whether a measured group has its shader; that of a mix is not asked for."""
+    return node_group.script_node(tree) is None or node_group.is_compiled(tree)
 
 
 def in_eevee(scene: bpy.types.Scene) -> bool:

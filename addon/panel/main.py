@@ -138,11 +138,14 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
 
 
 def _draw_version(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
-    """Offer an update if an older version made the material."""
-    if versions.made_by(material) != versions.CURRENT and materials.is_outdated(material):
+    """Offer an update if an older version made the material, or if its shader is still to be compiled."""
+    if materials.is_outdated(material):
         column = layout.box().column()
-        draw_wrapped(column, f"Made by version {versions.made_by(material)}; this is {versions.CURRENT}. It renders as "
-                     "before. An update brings the improvements to all materials of this file", "INFO")
+        text = (f"Made by version {versions.made_by(material)}; this is {versions.CURRENT}. It renders as before. An "
+                "update brings the improvements to all materials of this file")
+        if versions.made_by(material) == versions.CURRENT:
+            text = "Made where there is no OSL. An update compiles the shaders of all materials of this file"
+        draw_wrapped(column, text, "INFO")
         column.operator(MEASUREDBRDF_OT_update_materials.bl_idname, icon="FILE_REFRESH")
 
 

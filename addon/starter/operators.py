@@ -8,21 +8,20 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty, PointerProperty, StringProperty
 
-from ...fitter import DatasetError, list_published
-from ...fitter.published import TAGS, find
+from ...fitter import DatasetError
+from ...fitter.published import find, offered
 from ..core.annotations import OperatorResult
-from ..core.properties import FitChoices, fit_arguments
-from ..core.reading import load_arguments
-from ..work import process, tasks
+from ..core.reading import load_arguments, scene_colours
+from ..work import process
 from ..work.blender_process import Command
-from ..work.making import MakesMaterials, begin_with_preference
+from ..work.making import MakesMaterials
 from ..work.modal import InBackground, errors_reported
-from . import shelf, starter
+from . import shelf, starter, work
 
 _TAG_ITEMS = ((shelf.ALL, "All", "All materials"), *((tag, tag.capitalize(), f"Materials with the tag {tag}")
-                                                     for tag in TAGS))
-_MATERIAL_ITEMS = tuple((name, f"{find(name).label}  ({', '.join(find(name).tags)})", find(name).description)
-                        for name in list_published())
+                                                     for tag in shelf.tags()))
+_MATERIAL_ITEMS = tuple((each.name, f"{each.label}  ({', '.join(each.tags)})", each.description)
+                        for each in sorted(offered()))
 
 
 class MeasuredShelf(bpy.types.PropertyGroup):
@@ -30,25 +29,13 @@ class MeasuredShelf(bpy.types.PropertyGroup):
 
     search: StringProperty(name="Search", options={"TEXTEDIT_UPDATE", "SKIP_SAVE"},
                            description="Show the materials whose names or tags hold these words")
-    tag: EnumProperty(name="Kind", items=_TAG_ITEMS, default="metal", options={"SKIP_SAVE"},
+    tag: EnumProperty(name="Kind", items=_TAG_ITEMS, default="paint", options={"SKIP_SAVE"},
                       description="Show the materials of this kind")
     data_search: StringProperty(name="Search", options={"TEXTEDIT_UPDATE", "SKIP_SAVE"},
                                 description="Show the measurements whose names hold these words")
 
 
-class _FromPublished(FitChoices, MakesMaterials):
-    """A mix-in for operators that make a material of the published fit with their `name`."""
-
-    name: str
-
-    def work(self, context: bpy.types.Context) -> process.Calculation:
-        begin_with_preference(self, context)
-        self.remember_target(context)
-        path = find(self.name).path
-        return process.Calculation(partial(tasks.outcomes, [(path, "")], fit_arguments(self), how=load_arguments(self)))
-
-
-class MEASUREDBRDF_OT_use_published(_FromPublished, bpy.types.Operator):
+class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
     """Make a material of a published fit, and assign it to all selected objects"""
 
     bl_idname = "measured_brdf.use_published"
@@ -66,10 +53,17 @@ class MEASUREDBRDF_OT_use_published(_FromPublished, bpy.types.Operator):
         return f"{found.label}, assigned to all selected objects. {found.description}"
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        return self.start(context)
+        return self.run(context) if work.is_quick(self.name, scene_colours()) else self.start(context)
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         return self.run(context)
+
+    def work(self, context: bpy.types.Context) -> process.Calculation:
+        choices = starter.choices_of(find(self.name))
+        for name, value in vars(choices).items():       # what `MakesMaterials` looks for
+            setattr(self, name, value)
+        self.remember_target(context)
+        return process.Calculation(partial(work.outcomes, self.name, load_arguments(choices)))
 
 
 class MEASUREDBRDF_OT_search_published(bpy.types.Operator):
@@ -93,7 +87,7 @@ class MEASUREDBRDF_OT_search_published(bpy.types.Operator):
 
 class MEASUREDBRDF_OT_add_starter_library(InBackground, bpy.types.Operator):
     """Show the published fits in the Asset Browser: add their library to those of the preferences. Where it is not \
-there yet, it is made first, which takes half a minute"""
+there yet, it is made first, which takes half a minute; some minutes in a checkout"""
 
     bl_idname = "measured_brdf.add_starter_library"
     bl_label = "Add to Asset Browser"

@@ -1,5 +1,7 @@
 """What to begin with: published fits, the measurements of the data folder, and where to get more."""
 
+from typing import Any
+
 import bpy
 
 from ..core import material as materials
@@ -35,7 +37,7 @@ class _Start(_StartPanel):
 
 
 class MEASUREDBRDF_PT_start(_Start, bpy.types.Panel):
-    """Materials that come with the extension: published fits of the 100 materials of MERL"""
+    """Materials that come with the extension: published fits of materials of MERL"""
 
     bl_parent_id = "MEASUREDBRDF_PT_begin"
 
@@ -45,7 +47,7 @@ class MEASUREDBRDF_PT_start(_Start, bpy.types.Panel):
 
 
 class MEASUREDBRDF_PT_start_first(_Start, bpy.types.Panel):
-    """Materials that come with the extension: published fits of the 100 materials of MERL"""
+    """Materials that come with the extension: published fits of materials of MERL"""
 
     bl_parent_id = "MEASUREDBRDF_PT_begin"
     bl_options = {"DEFAULT_CLOSED"}
@@ -56,7 +58,7 @@ class MEASUREDBRDF_PT_start_first(_Start, bpy.types.Panel):
 
 
 class MEASUREDBRDF_PT_library(bpy.types.Panel):
-    """Materials that come with the extension: published fits of the 100 materials of MERL"""
+    """Materials that come with the extension: published fits of materials of MERL"""
 
     bl_space_type = "PROPERTIES"
     bl_region_type = "HEADER"               # of no editor: a popover
@@ -150,9 +152,9 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> N
     grid = _grid(layout)
     for each in found[:_MOST]:
         cell = grid.column(align=True)
-        _draw_thumbnail(cell, shelf.swatch_icon(each.name))
-        for line in on_buttons(each.label, _columns()):
-            cell.operator(library.MEASUREDBRDF_OT_use_published.bl_idname, text=line).name = each.name
+        for button in _draw_buttons(cell, each.label, library.MEASUREDBRDF_OT_use_published.bl_idname,
+                                    shelf.swatch_icon(each.name)):
+            button.name = each.name
     _draw_rest(layout, len(found), "materials")
     draw_wrapped(layout, "Published fits of MERL's materials (Low et al. 2012), not measurements", "INFO")
     if not starter.is_offered(context):
@@ -193,17 +195,25 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
 
 def _draw_measurement(cell: bpy.types.UILayout, found: thumbnails.Found, how: dict[str, str]) -> None:
     icon, error = shelf.measurement_icon(found, how) if found.has_picture else (0, None)
-    _draw_thumbnail(cell, icon, "ERROR" if error is not None else "FILE" if not found.has_picture else "TIME")
-    for line in on_buttons(found.label, _columns()):
-        button = cell.operator(_IMPORT, text=line)
+    meanwhile = "ERROR" if error is not None else "FILE" if not found.has_picture else "TIME"
+    for button in _draw_buttons(cell, found.label, _IMPORT, icon, meanwhile):
         button.filepath, button.sample = found.path, found.sample
 
 
-def _draw_thumbnail(cell: bpy.types.UILayout, icon_id: int, meanwhile: str = "TIME") -> None:
-    """A picture, or an icon in as much space."""
+def _draw_buttons(cell: bpy.types.UILayout, label: str, operator: str, icon_id: int,
+                  meanwhile: str = "TIME") -> list[Any]:
+    """A picture, or an icon in as much space, and a name below it: buttons, whose properties are returned.
+
+    Blender's pictures are no buttons. One that is not seen lies over the picture, after a gap of negative height.
+    """
     if not icon_id:
         icon_id = bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items[meanwhile].value
     cell.template_icon(icon_value=icon_id, scale=_SCALE)
+    back, over = cell.column(), cell.column()
+    back.scale_y, over.scale_y = -_SCALE, _SCALE
+    back.label(text="")
+    return [over.operator(operator, text="", emboss=False),
+            *(cell.operator(operator, text=line) for line in on_buttons(label, _columns()))]
 
 
 def _draw_rest(layout: bpy.types.UILayout, count: int, what: str) -> None:

@@ -41,10 +41,16 @@ def user_folder(name: str) -> Path:
     return Path(bpy.utils.user_resource("DATAFILES", path="measured_brdf")) / name
 
 
+def tags() -> list[str]:
+    """The tags of the materials that are offered."""
+    used = {tag for each in published.offered() for tag in each.tags}
+    return [tag for tag in published.TAGS if tag in used]
+
+
 def offered(search: str, tag: str) -> list[published.Published]:
     """The published materials that have a tag (or `ALL`), and all words of a search in name, label or tags."""
     words = search.lower().split()
-    return [each for each in published.materials().values() if tag in (ALL, *each.tags)
+    return [each for each in published.offered() if tag in (ALL, *each.tags)
             and all(word in f"{each.name} {each.label} {' '.join(each.tags)}".lower() for word in words)]
 
 

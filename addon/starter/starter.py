@@ -1,28 +1,33 @@
-"""The starter library as an asset library: a .blend of 100 placeholders with thumbnails, descriptions and tags.
+"""The starter library as an asset library: a .blend of materials with thumbnails, descriptions and tags.
 
-It is built for the zip, by `python . starter`, or by a second Blender into the user's folder where there is none, or
-where this Blender is too old to read it.
+They are as a Blender without OSL makes them: closure nodes and the fit, and no bytecode; `compiling` adds that when one
+is used. The library is built for the zip, by `python . starter`, or by a second Blender into the user's folder where
+there is none, or where this Blender is too old to read it.
 """
 
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 
-from ...fitter import published, swatch
-from ...fitter.cycles.principled import principled
+from ...fitter import published, ready, swatch
+from ...fitter.colours import DEFAULT
 from ...fitter.files import replacing
 from ..core import assets, library_file, previews
+from ..core import material as materials
 from ..core.annotations import present
-from . import placeholder, shelf
+from ..core.compiler import Shader
+from ..core.properties import CHOICES, LEVELS, MeasuredMaterial, use_preset
+from . import shelf, work
 
 NAME = "Measured BRDF Starter Library"
 SHIPPED = Path(__file__).parents[2] / "starter_library"
 FILE = "starter.blend"
 LICENSE = "CC0-1.0"         # of the assets; the figures are facts, whose source each asset names
 _VERSION = "version.json"   # which Blender wrote the library, and of which version of the table
-_REVISION = 1               # a new one makes users' libraries anew
+_REVISION = 2               # a new one makes users' libraries anew
 _CATALOGUE = f"{assets.CATALOGUE}/Starter"
 _SIZE = 128                 # pixels of thumbnails
 _STEP = 4                   # of 255: colours of thumbnails are rounded to it, so that they compress well
@@ -49,7 +54,8 @@ def offer(context: bpy.types.Context, path: Path) -> None:
     libraries = context.preferences.filepaths.asset_libraries
     known = next((each for each in libraries if each.name == NAME), None)
     if known is None:
-        libraries.new(name=NAME, directory=str(path))
+        known = libraries.new(name=NAME, directory=str(path))
+        known.import_method = "APPEND"          # what is linked or packed cannot be adjusted, nor rendered with OSL
     else:
         known.path = str(path)
 
@@ -66,10 +72,10 @@ def build(out: Path) -> Iterator[tuple[float, str]]:
     with library_file.writing(path, force=False):
         opened = library_file.open_part(path) if path.exists() else None
         library_file.close()
-        everything = published.materials().values()
+        everything = published.offered()
         for number, wanted in enumerate(everything):
             yield number / len(everything), wanted.label
-            _mark(placeholder.create(wanted, principled(wanted.model)), wanted)
+            _mark(_create(wanted), wanted)
         yield 1.0, "Writing the library"
         library_file.save_part(path, opened)
         assets.write_catalogue(out, [assets.CATALOGUE, _CATALOGUE, *sorted(map(_catalogue, _kinds()))])
@@ -77,10 +83,27 @@ def build(out: Path) -> Iterator[tuple[float, str]]:
             json.dump({"blender": bpy.app.version[:2], "revision": _REVISION}, stream)
 
 
+def choices_of(wanted: published.Published) -> SimpleNamespace:
+    """The choices (`properties.Choices`) of a material with the fit of the library."""
+    defaults = MeasuredMaterial.bl_rna.properties
+    choices = SimpleNamespace(**{name: defaults[name].default for name in CHOICES} | {"filepath": wanted.path})
+    use_preset(choices, ready.PRESET)
+    for level in LEVELS:
+        setattr(choices, level, ready.ARGUMENTS[level])
+    return choices
+
+
+def _create(wanted: published.Published) -> bpy.types.Material:
+    outcome = work.outcome(wanted.name, {"colours": DEFAULT})
+    surface = outcome.surface
+    uncompiled = Shader(surface.source, "", surface.nodes, surface.kept)
+    return materials.create(outcome, choices_of(wanted), bpy.context, uncompiled)
+
+
 def _mark(material: bpy.types.Material, wanted: published.Published) -> None:
     material.asset_mark()
     data = present(material.asset_data)
-    data.description = f"{wanted.description}. It is baked for Cycles and EEVEE when it is used"
+    data.description = wanted.description
     data.author, data.license = published.CITATION, LICENSE
     data.catalog_id = str(assets.catalogue_id(_catalogue(wanted.tags[0])))
     for tag in (*wanted.tags, "published fit", "MERL", wanted.name):
@@ -92,8 +115,8 @@ def _mark(material: bpy.types.Material, wanted: published.Published) -> None:
 
 
 def _kinds() -> set[str]:
-    """The first tags of all materials."""
-    return {each.tags[0] for each in published.materials().values()}
+    """The first tags of the materials."""
+    return {each.tags[0] for each in published.offered()}
 
 
 def _catalogue(kind: str) -> str:

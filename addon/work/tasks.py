@@ -27,6 +27,7 @@ from ...fitter.model import fit_file
 from ...fitter.model.mix import Mix
 from ...fitter.packed_picture import SIZE, packed
 from ...fitter.quality import cross_validation, describe, verdict
+from ...fitter.ready import Ready
 from ...fitter.samples import distinct_channels
 from ..core.annotations import Arguments, Report
 from ..core.outcomes import Data, Fitted, Kept, KeptMix, Measured, Outcome, Surface
@@ -174,6 +175,13 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
         return _finish(samples, measured, found, fitter.edited(found.fit, **(edit or {})), edit or {}, report)
 
 
+def outcome_of(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
+    """What a material is made from, of a fit that was made beforehand, and where its measurements are."""
+    samples, measured = _load(path, None, how)
+    return Outcome(measured, found := assess(samples, made.fit, 0.0), verdict.of(samples, made.fit, found.unseen),
+                   _assembled(made, measured.colours, {}))
+
+
 def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: Report = silent,
              how: Arguments | None = None) -> list[tuple[str, str, Outcome | ValueError]]:
     """Outcomes of several measurements; for those that failed, the error.
@@ -282,13 +290,16 @@ def adjusted(kept: Kept, edit: Arguments, report: Report = silent) -> Surface:
 
 def _surface(fit: fitter.Fit, space: str, edit: Arguments, report: Report) -> Surface:
     """What a material shows of a fit that `edit` has made."""
-    with progress.part(0.0, 0.75, "Matching closures"):
+    with progress.part(0.0, 0.85, "Matching closures"):
         nodes = node_mixtures(fit)
-    with progress.part(0.75, 0.85, "Writing the shader"):
-        source = bake(fit, mixture=nodes.cycles)
     report(0.85, "Matching the viewport colour")
-    return Surface(space, kept_bytes(fit), source, nodes, principled.albedo(fit), principled.principled(fit),
-                   packed(pictures.lit_sphere(fit, SIZE, colours=space)), edit)
+    return _assembled(Ready(fit, nodes, principled.principled(fit)), space, edit)
+
+
+def _assembled(made: Ready, space: str, edit: Arguments) -> Surface:
+    fit, nodes = made.fit, made.nodes
+    return Surface(space, kept_bytes(fit), bake(fit, mixture=nodes.cycles), nodes, principled.albedo(fit),
+                   made.principled, packed(pictures.lit_sphere(fit, SIZE, colours=space)), edit)
 
 
 def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Report = silent) -> Fitted:

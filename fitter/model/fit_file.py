@@ -229,7 +229,7 @@ def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogR
         _check_range(f"prior_{name}", numbers, low, LARGEST)
     plausible = header["plausible"]
     _check(isinstance(plausible, bool), "it does not say whether it is plausible")
-    damping = np.zeros((0, stored))
+    damping = np.zeros((0, 1))
     if len(entries.get("damping", damping)):
         damping = _array(entries, "damping", (DAMPING_KNOTS, stored), np.float64)
         _check_range("damping", damping, 0, 1)

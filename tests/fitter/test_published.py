@@ -61,7 +61,7 @@ def test_each_material_is_its_formula_and_says_that_it_is_not_measured():
             assert samples.values[which, 0] == pytest.approx(expected, rel=1e-6), name
         assert len(samples) <= 2000, name
         assert samples.channels == ("R", "G", "B")
-        assert samples.name == f"{published.find(name).label} (published fit)"
+        assert samples.name == published.find(name).label
         assert "not a measurement" in samples.notes[0], name
         assert "2012" in samples.notes[0], name
         assert samples.source == f"published:{name}"
@@ -109,7 +109,7 @@ def test_a_virtual_path_is_read_like_a_file(capsys, tmp_path):
     assert cli.main(["info", "published:chrome"]) == 0
     assert "not a measurement" in capsys.readouterr().out
     assert cli.main(["fit", "published:teflon", "--preset", "Paper", "-o", str(tmp_path / "a.npz")]) == 0
-    assert fitter.Fit.load(tmp_path / "a.npz").name == "Teflon (published fit)"
+    assert fitter.Fit.load(tmp_path / "a.npz").name == "Teflon"
 
 
 @pytest.mark.parametrize(("name", "expected"), [("chrom", "did you mean chrome, "), ("Chrome", "did you mean chrome, "),

@@ -9,6 +9,7 @@ import zipfile
 
 import pytest
 
+from fitter import published
 from support.cases import release
 from support.checkout import ROOT
 
@@ -85,6 +86,7 @@ def test_the_package_holds_the_extension_and_nothing_else(package):
             "fitter/data/low2012.csv"} <= set(names)
     assert not [name for name in names if name.startswith("fitter/report")]
     assert not [name for name in names if name.endswith((".pyc", ".oso", ".zip"))]
+    assert package.stat().st_size < 10e6
 
 
 def test_the_manifest_is_as_the_platform_wants_it(package):
@@ -134,6 +136,24 @@ def _forbidden(tree):
                 yield name
             elif name.split(".")[0] in modules and not isinstance(node, ast.Attribute):
                 yield name.split(".")[0]
+
+
+def test_the_library_in_the_package_is_complete_and_holds_no_compiled_shader(blender, package, tmp_path):
+    with zipfile.ZipFile(package) as file:
+        names = {name for name in file.namelist() if name.startswith("starter_library/")}
+        if not names:
+            pytest.skip("there is no starter library in this checkout; make zip builds it")
+        file.extract("starter_library/starter.blend", tmp_path)
+    fits = {f"starter_library/fits/{each.name}.npz" for each in published.offered()}
+    assert names == fits | {f"starter_library/{name}" for name in ("starter.blend", "version.json",
+                                                                   "blender_assets.cats.txt")}
+    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "starter_library" / "starter.blend"))
+    scripts = [node for tree in blender.data.node_groups for node in tree.nodes if node.type == "SCRIPT"]
+    assert len(scripts) == len(fits)
+    assert not any(node.bytecode or node.filepath or node.script for node in scripts)
+    plain = tmp_path / "plain.blend"
+    blender.ops.wm.save_as_mainfile(filepath=str(plain), compress=False, copy=True)
+    assert b"OpenShadingLanguage" not in plain.read_bytes()
 
 
 def test_no_module_of_the_package_imports_what_was_left_out_of_it(package):

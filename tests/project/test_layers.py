@@ -10,7 +10,7 @@ from support.checkout import ROOT
 FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files", "npz", "progress"), ("samples",),
           ("coordinates", "lattice"), ("model",), ("quality", "published"), ("methods",),
           ("editing", "presets", "tolerance"), ("cycles", "formats", "lobe", "photographs", "pictures"),
-          ("packed_picture", "swatch"),
+          ("packed_picture", "ready", "swatch"),
           ("__init__",), ("report",), ("cli",), ("__main__",))
 ADDON = (("core",), ("work",), ("panel",),
          ("adjust", "compare", "importing", "inspect", "library", "mix", "photographs", "starter"),
@@ -96,7 +96,7 @@ def test_what_is_shared_is_imported_from_support():
 
 
 @pytest.mark.parametrize("path", ["addon/compare/work.py", "addon/core/outcomes.py", "addon/photographs/work.py",
-                                  "addon/starter/thumbnails.py",
+                                  "addon/starter/thumbnails.py", "addon/starter/work.py",
                                   *(f"addon/work/{name}.py" for name in (
                                       "discovery", "job", "recent", "shared", "tasks", "worker"))])
 def test_what_worker_processes_import_does_not_need_blender(path):

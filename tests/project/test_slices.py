@@ -48,7 +48,7 @@ work = {
     "inspect": lambda: operators.inspect.poll() and {"FINISHED"},
     "library": operators.save_asset,
     "mix": lambda: operators.mix(first=one.name, second=other.name),
-    "starter": lambda: operators.use_published(name="chrome", preset="Paper", diffuse_level=1, specular_level=-1),
+    "starter": lambda: operators.use_published(name="pvc"),
     "photographs": lambda: operators.measure_photographs(filepath=photograph)}      # it opens another scene
 for name, run in work.items():
     if name != gone:

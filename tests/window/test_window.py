@@ -1,11 +1,14 @@
 """What only a real window does: ``make test-window`` makes one (Debian, as root), and runs this."""
 
+import hashlib
 import os
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from fitter import ready
 from support import ball_files, ball_scene
 from support.checkout import ROOT
 
@@ -23,7 +26,8 @@ def in_window(driver, folder):
         pytest.skip(f"no Blender with a window in {BLENDER}: make test-window, or name it in MEASURED_BRDF_WINDOW")
     source, files = folder / "source", ["blender_manifest.toml", "__init__.py", "__main__.py", "LICENSE"]
     source.mkdir(exist_ok=True)
-    subprocess.run(["cp", "-r", *files, "addon", "fitter", "osl", source], cwd=ROOT, check=True)
+    library = ["starter_library"] if (ROOT / "starter_library").is_dir() else []
+    subprocess.run(["cp", "-r", *files, *library, "addon", "fitter", "osl", source], cwd=ROOT, check=True)
     done = subprocess.run(["bash", SCRIPTS / "shot.sh", BLENDER, source, DRIVERS / driver, folder / "window.png"],
                           capture_output=True, text=True, check=False, env=os.environ | {"SHOT_TIMEOUT": "500"})
     assert done.returncode == 0, done.stdout + done.stderr
@@ -48,3 +52,16 @@ def test_photographs_are_measured_by_the_file_browser_and_in_the_background(open
     assert found["MEASURED"] == "True"
     assert float(found["COMPARED"]) < 0.03
     assert found["UNDONE"] == "0|True"
+
+
+def test_an_asset_that_is_dropped_is_the_material_of_the_library(tmp_path):
+    """Appended, as the extension adds its library, and packed, as Blender imports by default; and so is a click's."""
+    found = ready.find("alumina-oxide").fit
+    expected = hashlib.sha256(replace(found, name="", source="").to_bytes()).hexdigest()
+    lines = [line.split("|") for line in in_window("drop_driver.py", tmp_path)]
+    assert ["LIBRARY", "APPEND"] in lines
+    for method, is_linked in (("APPEND", "False"), ("PACK", "True")):
+        assert ["DROPPED", method, "Alumina oxide", is_linked, "True", "NODES", expected] in lines
+    clicked = next(line for line in lines if line[0] == "CLICKED")
+    assert clicked[2] == expected
+    assert float(clicked[1]) < 3            # s, of a software renderer beside other work; a fit takes ten

@@ -1,9 +1,13 @@
 """Published fits in Blender: imported, refitted and searched like files."""
 
+from types import SimpleNamespace
+
 import bpy
+import numpy as np
 import pytest
 
 from support.blend_state import state
+from support.drawn import Layout
 
 
 @pytest.fixture
@@ -15,7 +19,7 @@ def cube(blender, quick):
 def test_a_virtual_path_is_imported_like_a_file(cube):
     assert bpy.ops.measured_brdf.import_data(filepath="published:red-fabric", preset="Draft") == {"FINISHED"}
     item = cube.active_material
-    assert item.name == "Red fabric (published fit)"
+    assert item.name == "Red fabric"
     settings = item.measured_brdf
     assert (settings.filepath, settings.sample, settings.preset) == ("published:red-fabric", "", "Draft")
     assert settings.coefficients > 0
@@ -32,12 +36,31 @@ def test_an_unknown_name_is_refused_and_nothing_changes(cube):
 
 
 @pytest.mark.parametrize("use", ["use_published", "search_published"])
-def test_a_published_fit_is_used_with_the_preset_of_the_preferences(cube, use):
+def test_a_material_of_the_library_is_that_of_an_import_with_its_levels(cube, use):
+    from measured_brdf.addon.core import material, node_group
+    from measured_brdf.addon.core.properties import name_of_fit
+    from measured_brdf.fitter import ready
+
     assert getattr(bpy.ops.measured_brdf, use)(name="pink-felt") == {"FINISHED"}
-    settings = cube.active_material.measured_brdf
-    assert settings.name_of_data == "Pink felt (published fit)"
-    assert (settings.preset, settings.diffuse_level, settings.specular_level) == ("Standard", 4, 5)
-    assert settings.coefficients > 0
+    item = cube.active_material
+    levels = {name: ready.ARGUMENTS[name] for name in ("diffuse_level", "specular_level", "compression")}
+    bpy.ops.measured_brdf.import_data(filepath="published:pink-felt", preset="Standard", **levels)
+    other = cube.active_material
+    trees = [material.group_node(each).node_tree for each in (item, other)]
+    assert item.name == item.measured_brdf.name_of_data == "Pink felt"
+    assert name_of_fit(item.measured_brdf) == "Material Library"
+    for name in ("filepath", "preset", *levels, "digest", "coefficients", "rmse", "fitted_as", "sphere", "rendering"):
+        assert getattr(item.measured_brdf, name) == getattr(other.measured_brdf, name), name
+    assert node_group.kept_fit(trees[0]) == node_group.kept_fit(trees[1])
+    for first, second in zip(*(tree.nodes for tree in trees), strict=True):
+        assert first.type == second.type
+        if first.type == "VALTORGB":
+            for one, two in zip(first.color_ramp.elements, second.color_ramp.elements, strict=True):
+                assert one.position == pytest.approx(two.position, rel=1e-6)
+                assert tuple(one.color) == pytest.approx(tuple(two.color), rel=1e-5, abs=1e-7)
+    exported = [each.node_tree.nodes["Measured BRDF Export"].inputs for each in (item, other)]
+    for name in ("Base Color", "Roughness", "Coat Weight"):
+        assert np.allclose(*(inputs[name].default_value for inputs in exported), atol=1e-6)
 
 
 def test_a_virtual_path_stays_as_it_is_in_a_saved_file(cube, tmp_path):
@@ -77,11 +100,11 @@ def test_search_finds_by_words_in_name_label_and_tags(extension):
     def found(search, tag=shelf.ALL):
         return [each.name for each in shelf.offered(search, tag)]
 
-    assert len(found("")) == 100
-    assert found("STEEL chrome") == ["chrome-steel"]
+    assert len(found("")) == 89
+    assert found("PLASTIC matte yellow") == ["yellow-matte-plastic"]
     assert "color-changing-paint1" in found("colour")
-    assert set(found("gold", "metal")) == set()
-    assert {"brass", "chrome"} <= set(found("", "metal"))
+    assert "gold-paint" in found("gold", "metallic")
+    assert found("", "metal") == found("chrome") == []
     assert found("", "foam") == ["polyurethane-foam"]
     assert found("unobtainium") == []
 
@@ -128,3 +151,70 @@ def test_the_user_folder_of_a_checkout_is_in_blenders_own(extension):
     from measured_brdf.addon.starter import shelf
 
     assert str(bpy.utils.user_resource("DATAFILES")) in str(shelf.user_folder("thumbnails"))
+
+
+def test_a_placeholder_of_an_older_version_stays_what_it_is_until_it_is_fitted(cube):
+    """Version 0.2.0 wrote them: a Principled BSDF under the name of the exported surface, with the path."""
+    from measured_brdf.addon.core import material
+    from measured_brdf.addon.core.properties import use_preset
+
+    item = bpy.data.materials.new("Chrome (published fit)")
+    material.use_nodes(item)
+    node = next(node for node in item.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    node.name = node.label = "Measured BRDF Export"
+    node.inputs["Base Color"].default_value = 0.2, 0.4, 0.6, 1
+    item["measured_brdf_placeholder"] = True
+    item.measured_brdf.filepath = "published:chrome"
+    use_preset(item.measured_brdf, "Draft")
+    cube.data.materials.append(item)
+    cube.active_material = item
+    before = state()
+    bpy.context.view_layer.update()
+    assert state() == before
+    assert not material.is_shown(item)
+    assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
+    assert material.is_measured(item)
+    outputs = {node.target: node.inputs["Surface"].links[0].from_node.type for node in item.node_tree.nodes
+               if node.type == "OUTPUT_MATERIAL"}
+    assert outputs == {"CYCLES": "GROUP", "EEVEE": "GROUP", "ALL": "BSDF_PRINCIPLED"}
+
+
+def test_a_file_that_has_a_published_fit_by_its_former_name_keeps_it(cube, tmp_path):
+    from measured_brdf.addon.core import material
+    from measured_brdf.addon.core.properties import worth
+
+    bpy.ops.measured_brdf.import_data(filepath="published:chrome", preset="Draft")
+    item = cube.active_material
+    item.name = item.measured_brdf.name_of_data = "Chrome (published fit)"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
+    item = bpy.data.materials["Chrome (published fit)"]
+    assert material.is_measured(item)
+    assert "Published fit of MERL's chrome" in worth(item.measured_brdf)[0]
+    bpy.context.object.active_material = item
+    assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
+    assert item.measured_brdf.name_of_data == "Chrome"
+
+
+def test_a_click_in_a_file_of_other_colours_is_fitted_for_them(cube, monkeypatch):
+    from measured_brdf.addon.starter import operators, work
+
+    assert work.is_quick("red-plastic", "ACEScg") is False
+    assert work.is_quick("nothing", "Rec.709") is False
+    monkeypatch.setattr(operators, "load_arguments", lambda _choices: {"colours": "ACEScg"})
+    assert bpy.ops.measured_brdf.use_published(name="red-plastic") == {"FINISHED"}
+    assert cube.active_material.measured_brdf.colours == "ACEScg"
+    assert cube.active_material.measured_brdf.fitted_levels == "(3,4,95)"
+
+
+def test_a_picture_and_its_name_are_buttons_of_the_same_material(cube, monkeypatch):
+    from measured_brdf.addon.starter import panel, shelf
+
+    monkeypatch.setattr(shelf, "swatch_icon", lambda _name: 7)
+    layout = Layout()
+    choices = SimpleNamespace(search="teflon", tag="plastic")
+    panel._draw_published(layout, SimpleNamespace(window_manager=SimpleNamespace(measured_brdf_shelf=choices),
+                                                  preferences=bpy.context.preferences, region=None))
+    pressed = [entry[4].name for entry in layout.drawn if entry[0] == "button" and hasattr(entry[4], "name")]
+    assert pressed == ["teflon", "teflon"]
+    assert ("picture", 7) in [(entry[0], entry[2]) for entry in layout.drawn]

@@ -1,0 +1,32 @@
+"""Materials of the starter library, of the fits that were made beforehand. Nothing here imports bpy."""
+
+from ...fitter import published, ready
+from ...fitter.colours import DEFAULT
+from ..core.annotations import Arguments, Report
+from ..core.outcomes import Outcome
+from ..work import tasks
+from ..work.tasks import silent
+
+
+def is_quick(name: str, colours: str) -> bool:
+    """Whether `outcome` takes less than a second, for a file of these colours: nothing is to be fitted."""
+    return colours in ("", DEFAULT) and name in published.materials() and ready.is_there(name)
+
+
+def outcome(name: str, how: Arguments, report: Report = silent) -> Outcome:
+    """What a material is made from, of a published fit; where the file has other colours, it is fitted for them.
+
+    Raises
+    ------
+    DatasetError
+        If there is none of this name, or its fit is damaged.
+    """
+    path = published.find(name).path
+    if how["colours"] != DEFAULT:
+        return tasks.outcome(path, None, ready.ARGUMENTS, report, how=how)
+    return tasks.outcome_of(ready.find(name), path, how)
+
+
+def outcomes(name: str, how: Arguments, report: Report = silent) -> list[tuple[str, str, Outcome]]:
+    """The one outcome, as `tasks.outcomes` returns several."""
+    return [(published.find(name).path, "", outcome(name, how, report))]

@@ -1,0 +1,105 @@
+"""Fits of the starter library that are made beforehand, so that a material is there at once.
+
+A file holds a fit with its closure nodes, which take as long to find, and the closest Principled BSDF.
+`tools.ready_fits` writes one for each material before the extension is packed; where there is none, it is made when it
+is wanted.
+
+The levels are lower than those of Standard: a published model has no noise and no detail beyond its lobe, and errors
+between its samples are about the same (`benchmarks.ready_fits`).
+"""
+
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import files, methods, npz, published
+from .cycles.node_lobes import Shape
+from .cycles.node_mixture import NodeMixture, Nodes, Sampling, node_mixtures
+from .cycles.principled import principled
+from .cycles.principled_bsdf import Principled
+from .errors import DatasetError
+from .model.fit import Fit
+
+PRESET = "Standard"         # whose method it is
+ARGUMENTS: dict[str, Any] = {"diffuse_level": 3, "specular_level": 4, "compression": 95.0, "method": "kriging"}
+FOLDER = Path(__file__).parents[1] / "starter_library" / "fits"
+_INPUTS = [field.name for field in fields(Principled)]
+_WIDTHS = 3, 1, 1, 1, 3, 1, 1, 1        # of the inputs
+
+
+class Ready(NamedTuple):
+    """A fit, its closure nodes, and the Principled BSDF that is closest to it."""
+
+    fit: Fit
+    nodes: Nodes
+    principled: Principled
+
+
+def is_there(name: str) -> bool:
+    """Whether the fit of a published material has been made beforehand."""
+    return _path(name).is_file()
+
+
+def find(name: str) -> Ready:
+    """The fit of a published material: read, or made where it has not been made beforehand.
+
+    Raises
+    ------
+    DatasetError
+        If there is no material of this name, or its file is damaged.
+    """
+    published.find(name)
+    return read(_path(name)) if is_there(name) else make(name)
+
+
+def make(name: str) -> Ready:
+    """Fit a published material, in linear Rec.709. Raises DatasetError if there is none of this name."""
+    fit = methods.fit(published.load_published(name), **ARGUMENTS)
+    return Ready(fit, node_mixtures(fit), principled(fit))
+
+
+def write(found: Ready, path: str | Path) -> None:
+    """Write an isotropic fit of three channels into a file, and what belongs to it in single precision."""
+    arrays: dict[str, NDArray[Any]] = {
+        "fit": np.frombuffer(found.fit.to_bytes(), np.uint8),
+        "principled": np.hstack([getattr(found.principled, name) for name in _INPUTS]).astype(np.float32)}
+    for engine, mixture in found.nodes._asdict().items():
+        columns = mixture.theta, *mixture.shape, mixture.colour, *mixture.sampling
+        arrays |= {f"{engine}_kinds": np.array(mixture.kinds),
+                   f"{engine}_errors": np.array([mixture.error, mixture.worst, mixture.albedo_error]),
+                   f"{engine}_table": np.hstack([column.reshape(len(mixture.theta), -1)
+                                                 for column in columns]).astype(np.float32)}
+    with files.replacing(path) as stream:
+        stream.write(npz.written(arrays))
+
+
+def read(path: str | Path) -> Ready:
+    """Read a file that `write` wrote. Raises DatasetError if it is damaged."""
+    try:
+        arrays = npz.read(files.read_bytes(path, npz.LARGEST))
+        nodes = Nodes(*(_mixture(*(arrays[f"{engine}_{name}"] for name in ("kinds", "errors", "table")))
+                        for engine in Nodes._fields))
+        return Ready(Fit.from_bytes(arrays["fit"].tobytes()), nodes, _principled(arrays["principled"]))
+    except (ValueError, KeyError) as error:
+        raise DatasetError(f"a damaged fit of the starter library: {error}", path) from error
+
+
+def _mixture(kinds: NDArray[Any], errors: NDArray[Any], table: NDArray[Any]) -> NodeMixture:
+    stops, lobes = len(table), len(kinds)
+    widths = 1, lobes, lobes, lobes, 3 * lobes, lobes + 1, 1, 1         # of the columns that `write` writes
+    theta, *shape, colour, shares, probability, weight = np.split(table.astype(float), np.cumsum(widths)[:-1], axis=1)
+    return NodeMixture(tuple(kinds.tolist()), theta[:, 0], Shape(*shape), colour.reshape(stops, lobes, 1, 3), None,
+                       Sampling(shares, probability[:, 0], weight[:, 0]), *errors.tolist())
+
+
+def _principled(numbers: NDArray[Any]) -> Principled:
+    base, roughness, metallic, level, tint, *others = np.split(numbers.astype(float), np.cumsum(_WIDTHS)[:-1])
+    return Principled(base, float(roughness[0]), float(metallic[0]), float(level[0]), tint,
+                      *(float(each[0]) for each in others))
+
+
+def _path(name: str) -> Path:
+    return FOLDER / f"{name}.npz"

@@ -1,0 +1,93 @@
+"""Fits that are made beforehand: close to the published formula, and the same when they are read again."""
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter import published, ready
+from support.cases import quick
+
+# RMSE of the cube root of values times cosine, as a share of its mean: what Standard has (`benchmarks.ready_fits`), or
+# 0.01 where that is better
+LARGEST_ERRORS = {"red-plastic": 0.01, "white-marble": 0.01, "gold-paint": 0.01, "specular-blue-phenolic": 0.01,
+                  "polyurethane-foam": 0.03, "two-layer-gold": 0.04}
+
+
+@pytest.fixture(scope="module")
+def made():
+    return ready.make("red-plastic")
+
+
+def at_random(model, random, count=4000):
+    """Directions up to 80 degrees, half of them in and about the highlight."""
+    theta_i, theta_o = np.arccos(np.sqrt(random.uniform(np.cos(np.radians(80)) ** 2, 1, (2, count))))
+    phi_o = random.uniform(0, 2 * np.pi, count)
+    near = random.random(count) < 0.5
+    theta_o = np.where(near, np.abs(theta_i + np.sqrt(2 / model.b) * random.standard_cauchy(count)), theta_o)
+    kept = theta_o < np.radians(80)
+    return theta_i[kept], np.zeros(kept.sum()), theta_o[kept], np.where(near, np.pi, phi_o)[kept]
+
+
+@pytest.mark.parametrize("name", quick(LARGEST_ERRORS, "red-plastic"))
+def test_a_ready_fit_is_close_to_the_published_formula_where_it_has_no_samples(name, random):
+    model = published.find(name).model
+    at = at_random(model, random)
+    expected, found = (np.cbrt(each.evaluate(*at) * np.cos(at[2])[:, None]) for each in (model, ready.find(name).fit))
+    assert np.sqrt(np.mean((expected - found) ** 2)) < LARGEST_ERRORS[name] * expected.mean()
+
+
+def test_what_is_read_is_what_was_written(made, tmp_path):
+    path = tmp_path / "a.npz"
+    ready.write(made, path)
+    found = ready.read(path)
+    assert found.fit.to_bytes() == made.fit.to_bytes()
+    assert path.stat().st_size < 17_000
+    for engine, mixture in found.nodes._asdict().items():
+        before = getattr(made.nodes, engine)
+        assert mixture.kinds == before.kinds
+        assert mixture.turn is before.turn is None
+        for name in ("theta", "colour", "error", "worst", "albedo_error"):
+            np.testing.assert_allclose(getattr(mixture, name), getattr(before, name), rtol=1e-6)
+        for name in ("shape", "sampling"):
+            for one, two in zip(getattr(mixture, name), getattr(before, name), strict=True):
+                assert one.shape == two.shape
+                np.testing.assert_allclose(one, two, rtol=1e-6)
+    at = 0.3, 0, np.linspace(0, 1.4, 8), np.pi
+    np.testing.assert_allclose(found.principled.evaluate(*at), made.principled.evaluate(*at), rtol=1e-5)
+    assert type(found.principled.roughness) is float
+
+
+def test_a_fit_that_is_there_is_read_and_another_is_made(made, tmp_path, monkeypatch):
+    monkeypatch.setattr(ready, "FOLDER", tmp_path)
+    monkeypatch.setattr(ready, "make", lambda name: f"made {name}")
+    assert not ready.is_there("red-plastic")
+    assert ready.find("red-plastic") == "made red-plastic"
+    ready.write(made, tmp_path / "red-plastic.npz")
+    assert ready.is_there("red-plastic")
+    assert ready.find("red-plastic").fit.name == "Red plastic"
+    with pytest.raises(fitter.DatasetError, match="did you mean red-plastic"):
+        ready.find("red-plastics")
+
+
+@pytest.mark.parametrize("damage", [lambda content: content[:-30], lambda content: b"", lambda content: content.replace(
+    b"cycles_kinds", b"cycles_kindz")])
+def test_a_damaged_file_is_refused(made, tmp_path, damage):
+    path = tmp_path / "a.npz"
+    ready.write(made, path)
+    path.write_bytes(damage(path.read_bytes()))
+    with pytest.raises(fitter.DatasetError, match=r"a\.npz"):
+        ready.read(path)
+
+
+def test_metals_that_look_black_are_not_offered():
+    """What is reflected of the light that falls straight on the surface: the integral of the formula."""
+    out = {each.name for each in published.materials().values()} - {each.name for each in published.offered()}
+    assert len(out) == 11
+    assert {"chrome", "steel", "brass", "aluminium"} <= out
+    for name in out:
+        model = published.find(name).model
+        theta_o = np.concatenate([[0], np.geomspace(1e-5, np.pi / 2 - 1e-9, 20_000)])
+        light = model.evaluate(0, 0, theta_o, 0).max(axis=-1) * np.cos(theta_o) * np.sin(theta_o)
+        reflected = 2 * np.pi * (np.diff(theta_o) * (light[1:] + light[:-1]) / 2).sum()
+        assert reflected < 0.25, name               # a metal reflects more than half
+        assert reflected > 0.02, name
