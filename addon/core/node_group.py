@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 NAME = "Measured BRDF"
 SCRIPT_NODE = "Measured BRDF Shader"
-NODES_ERROR = "nodes_error"         # custom properties of the group: the error of the closure nodes in the mean ...
-NODES_WORST = "nodes_worst"         # ... and at the worst; versions before 0.2.0 had none
+NODES_ERROR = "nodes_error"         # custom properties of the group: the error of the closure nodes in the mean
+NODES_WORST = "nodes_worst"         # and at the worst viewing angle; versions before 0.2.0 had none
 EEVEE_ERROR = "eevee_error"
 EEVEE_WORST = "eevee_worst"
 CYCLES, EEVEE = "BSDF", "EEVEE"     # outputs
