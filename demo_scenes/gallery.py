@@ -1,6 +1,7 @@
 """``make gallery``: the pictures of the site's first page, a ball of each material under the same sky and lamps.
 
-``python -m demo_scenes.gallery FOLDER [NAME ...] [--size PIXELS]``. Measurements that are not at hand are left out, and named.
+``python -m demo_scenes.gallery FOLDER [NAME ...] [--size PIXELS]``. Measurements that are not at hand are left out,
+and named.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""The contact sheet: what it counts, and that the worst of what the extension offers looks no worse than a Principled."""
+"""The contact sheet: what it counts, and that what is hard to render looks no worse than a Principled."""
 
 import numpy as np
 import pytest
