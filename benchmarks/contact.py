@@ -191,9 +191,8 @@ def main():
             found = tiles(fit(), name)
             rows.append((name, found))
             _say(table, f"{name:43}{counts(found)}   {time.perf_counter() - start:4.0f} s")
-            if len(rows) == ROWS or number == len(chosen):
-                _draw(rows, options.out / f"{(number - 1) // ROWS + 1:02}.png")
-                rows = []
+            _draw(rows, options.out / f"{(number - 1) // ROWS + 1:02}.png")       # also if it is interrupted
+            rows = rows if len(rows) < ROWS else []
 
 
 def _say(table, line):

@@ -1,8 +1,8 @@
 """``make title``: the pictures that open README.md, a product shot in measured materials and in Principled BSDFs.
 
 The product scene of the benchmarks (`benchmarks.ordinary.car`): a body in car paint with flakes, a ring of gold, a
-cloth, balls of colour-changing film and lacquer. Writes PATH.jpg, Exact; PATH_principled.jpg, where each material is the
-Principled BSDF that other programs get of it; and the scene itself, build/demo/title.blend.
+cloth, balls of colour-changing film and lacquer. Writes PATH.jpg, Exact; PATH_principled.jpg, where each material is
+the Principled BSDF that other programs get of it; and the scene itself, build/demo/title.blend.
 ``python -m demo_scenes.title [--out PATH] [--width PIXELS] [--height PIXELS] [--samples N]``.
 """
 
