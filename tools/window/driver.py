@@ -84,7 +84,7 @@ def panel(h):
 def compare(h):
     stage(h, "data", "compare")
     import_sample()
-    h.wait(160)
+    h.wait(4)
 
 
 def compare_with(h):
@@ -93,7 +93,7 @@ def compare_with(h):
     bpy.ops.measured_brdf.pin()
     bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=1.6, location=(4, 0, 0))
     import_sample()
-    h.wait(25)
+    h.wait(4)
 
 
 def look(h):
@@ -109,7 +109,7 @@ def look(h):
 def details(h):
     stage(h, "data", "details", "settings")
     import_sample()
-    h.wait(25)
+    h.wait(4)
 
 
 def measurements(h):
@@ -164,7 +164,7 @@ def shoot_popup(h):
 def anisotropy(h):
     stage(h, "pictures")
     import_sample("", STEEL)
-    h.wait(60)
+    h.wait(4)
 
 
 def assets(h):
