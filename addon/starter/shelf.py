@@ -60,8 +60,8 @@ def swatch_icon(name: str) -> int:
 
 
 def prepare() -> None:
-    """Draw the icons of all published materials in the background: a popover does not notice what comes later."""
-    missing = (name for name in published.materials() if ("published", name) not in _icon_ids)
+    """Draw the icons of the library in the background: a popover does not notice what comes later."""
+    missing = (each.name for each in published.offered() if ("published", each.name) not in _icon_ids)
     for name in islice(missing, _AT_ONCE):
         _icon(("published", name), partial(thumbnails.of_published, name, str(user_folder("thumbnails"))), "slow")
 

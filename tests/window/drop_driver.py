@@ -43,10 +43,11 @@ def drop(method):
         start = tiles.x + 50, h.window.height - (tiles.y + tiles.height - 60)
         end = view.x + view.width // 2, h.window.height - (view.y + view.height // 2)
         moves = [part for share in (0.1, 0.3, 0.6, 0.9, 1, 1) for part in (
-            "mousemove", *(str(round(a + share * (b - a))) for a, b in zip(start, end, strict=True)), "sleep", "0.3")]
-        subprocess.run(["xdotool", "mousemove", *map(str, start), "sleep", "0.5", "mousedown", "1", "sleep", "0.3",
-                        *moves, "mouseup", "1"], check=True)
-        h.wait(PAUSE)
+            "mousemove", *(str(round(a + share * (b - a))) for a, b in zip(start, end, strict=True)), "sleep", "1")]
+        # not waited for: Blender takes up each event as it comes
+        subprocess.Popen(["xdotool", "mousemove", *map(str, start), "sleep", "1", "mousedown", "1", "sleep", "1",
+                          *moves, "mouseup", "1"])
+        h.wait(2 * PAUSE)
     return step
 
 

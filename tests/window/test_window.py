@@ -61,7 +61,7 @@ def test_an_asset_that_is_dropped_is_the_material_of_the_library(tmp_path):
     lines = [line.split("|") for line in in_window("drop_driver.py", tmp_path)]
     assert ["LIBRARY", "APPEND"] in lines
     for method, is_linked in (("APPEND", "False"), ("PACK", "True")):
-        assert ["DROPPED", method, "Alumina oxide", is_linked, "True", "NODES", expected] in lines
+        assert ["DROPPED", method, "Alumina", is_linked, "True", "NODES", expected] in lines
     clicked = next(line for line in lines if line[0] == "CLICKED")
     assert clicked[2] == expected
     assert float(clicked[1]) < 3            # s, of a software renderer beside other work; a fit takes ten
