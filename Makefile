@@ -1,5 +1,6 @@
 # make demo | figures | test | test-all | test-matrix | test-mitsuba | test-slurm | test-window | fuzz | stability
 # | mutants | lint | bench | bench-scale | held-out | dense | report | results | zip | docs | title | gallery
+# | contact | release
 # PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))
@@ -10,7 +11,8 @@ ENV := build/env-$(VERSION)
 RUN := $(ENV)/bin/python
 LINT := build/env-lint-$(VERSION)
 DOCS := build/env-docs-$(VERSION)
-EXTENSION := build/measured_brdf-$(shell sed -n 's/^version = "\(.*\)"/\1/p' blender_manifest.toml).zip
+RELEASE := $(shell sed -n 's/^version = "\(.*\)"/\1/p' blender_manifest.toml)
+EXTENSION := build/measured_brdf-$(RELEASE).zip
 STARTER := starter_library/starter.blend
 DATA := $(or $(MEASURED_BRDF_DATA),../shared/data)
 MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
@@ -18,7 +20,7 @@ DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm
 
 .DELETE_ON_ERROR:
 .PHONY: demo figures test test-all test-matrix test-mitsuba test-slurm test-window fuzz stability mutants lint bench \
-	bench-scale held-out dense report results zip docs title gallery clean
+	bench-scale held-out dense report results zip docs title gallery contact release clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
@@ -95,13 +97,27 @@ results: build/report/results.md
 	cp $< docs/
 	cp $$(sed -n 's/^!\[.*](\(.*\.png\))$$/build\/report\/\1/p' $<) docs/
 
-# the picture that opens README.md
+# the pictures that open README.md, and build/demo/title.blend
 title: $(ENV)/ready
-	$(RUN) -m demo_scenes.title docs/title.png
+	$(RUN) -m demo_scenes.title --out docs/title
 
 # the pictures of the site's first page
 gallery: $(ENV)/ready
 	$(RUN) -m demo_scenes.gallery docs/gallery
+
+# all that the extension offers, as balls, with what is conspicuous in them: build/contact; hours
+contact: $(ENV)/ready
+	$(RUN) -m benchmarks.contact
+
+# what is uploaded to extensions.blender.org, after all checks (docs/publishing.md): build/release
+release: lint test-all zip contact
+	$(RUN) tools/blender_extension.py validate $(EXTENSION)
+	mkdir -p build/release
+	cp $(EXTENSION) build/release/
+	awk '/^## /{on = $$2 == "$(RELEASE)"} on' CHANGELOG.md > build/release/notes.md
+	$(RUN) -m demo_scenes.title --out build/release/featured --width 1920 --height 1080
+	$(RUN) -m demo_scenes.gallery build/release --size 256 ibiza_sunset
+	mv build/release/ibiza_sunset.png build/release/icon.png
 
 # the documentation as a site: open build/site/index.html
 docs: $(ENV)/ready $(DOCS)/ready

@@ -1,12 +1,12 @@
 """Everything that the extension offers, as a ball: ``make contact`` writes build/contact/, a tile for each way.
 
-The starter library (`fitter.list_published`), all measurements at hand, and edits of a few, by the preset Standard, under
-two area lamps, a small spot and a dim sky: Exact, Nodes, and the closest Principled BSDF, each of 64 samples as they are
-and denoised. The table counts, of the pixels of each tile: those darker than .25 of the median of the 5 x 5 pixels around
-them, those brighter than 4 times it, and those with a channel below zero.
+The starter library (`fitter.list_published`), all measurements at hand, and edits of a few, by the preset Standard,
+under two area lamps, a small spot and a dim sky: Exact, Nodes, and the closest Principled BSDF, each of 64 samples as
+they are and denoised. The table counts, of the pixels of each tile: those darker than .25 of the median of the 5 x 5
+pixels around them, those brighter than 4 times it, and those with a channel below zero.
 
-``python -m benchmarks.contact [--published N] [--only TEXT ...] [--out FOLDER]``: N of the starter library, evenly; materials
-whose name contains one of the texts.
+``python -m benchmarks.contact [--published N] [--only TEXT ...] [--out FOLDER]``: N of the starter library, evenly;
+materials whose name contains one of the texts.
 """
 
 import argparse
@@ -191,9 +191,8 @@ def main():
             found = tiles(fit(), name)
             rows.append((name, found))
             _say(table, f"{name:43}{counts(found)}   {time.perf_counter() - start:4.0f} s")
-            if len(rows) == ROWS or number == len(chosen):
-                _draw(rows, options.out / f"{(number - 1) // ROWS + 1:02}.png")
-                rows = []
+            _draw(rows, options.out / f"{(number - 1) // ROWS + 1:02}.png")       # also if it is interrupted
+            rows = rows if len(rows) < ROWS else []
 
 
 def _say(table, line):

@@ -1,8 +1,10 @@
 """``make gallery``: the pictures of the site's first page, a ball of each material under the same sky and lamps.
 
-``python -m demo_scenes.gallery FOLDER [NAME ...]``. Measurements that are not at hand are left out, and named.
+``python -m demo_scenes.gallery FOLDER [NAME ...] [--size PIXELS]``. Measurements that are not at hand are left out,
+and named.
 """
 
+import argparse
 import sys
 import time
 from pathlib import Path
@@ -39,9 +41,9 @@ MATERIALS = {
 }
 
 
-def stage():
+def stage(size=SIZE):
     """A ball on a foot in a pale round studio open to an even sky; a soft box to the left, a strip to the right."""
-    scene = black_scene(SIZE, SIZE, SAMPLES, span=1)
+    scene = black_scene(size, size, SAMPLES, span=1)
     scene.render.film_transparent = False
     scene.cycles.use_denoising, scene.cycles.sample_clamp_indirect = True, 3    # no specks of light on the floor
     scene.view_settings.view_transform, scene.view_settings.look = "AgX", "AgX - Medium High Contrast"
@@ -87,7 +89,7 @@ def source(data, file, sample):
     return str(path)
 
 
-def draw(folder, names):
+def draw(folder, names, size=SIZE):
     """Render the named materials, each to a picture of its own."""
     for name in names:
         file, sample = MATERIALS[name]
@@ -96,7 +98,7 @@ def draw(folder, names):
             print(f"{name}: {file} is not at hand")
             continue
         start = time.perf_counter()
-        scene = stage()
+        scene = stage(size)
         bpy.ops.measured_brdf.import_data(filepath=found, sample=sample, preset="Standard")
         image = scene.render.image_settings
         image.file_format, image.color_mode, image.compression = "PNG", "RGB", 100
@@ -107,10 +109,15 @@ def draw(folder, names):
 
 def main():
     """Render to the folder given, or to build/demo/gallery."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, nargs="?", default=OUT)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(MATERIALS))
+    parser.add_argument("--size", type=int, default=SIZE)
+    options = parser.parse_args()
     extension().register()
-    folder, *names = (Path(sys.argv[1]).resolve(), *sys.argv[2:]) if len(sys.argv) > 1 else (OUT,)
+    folder = options.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    draw(folder, names or MATERIALS)
+    draw(folder, options.names or MATERIALS, options.size)
 
 
 if __name__ == "__main__":

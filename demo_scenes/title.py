@@ -1,64 +1,67 @@
-"""``make title``: the picture that opens README.md, measured materials under sun and sky."""
+"""``make title``: the pictures that open README.md, a product shot in measured materials and in Principled BSDFs.
 
-import math
+The product scene of the benchmarks (`benchmarks.ordinary.car`): a body in car paint with flakes, a ring of gold, a
+cloth, balls of colour-changing film and lacquer. Writes PATH.jpg, Exact; PATH_principled.jpg, where each material is
+the Principled BSDF that other programs get of it; and the scene itself, build/demo/title.blend.
+``python -m demo_scenes.title [--out PATH] [--width PIXELS] [--height PIXELS] [--samples N]``.
+"""
+
+import argparse
 import sys
 import time
 from pathlib import Path
 
 import bpy
 
+from benchmarks import ordinary
 from fitter.formats import list_samples
 from support import synthetic
 from support.checkout import ROOT, extension
-from support.stage import black_scene, blank_material, set_input
+from support.stage import background, black_scene, look, set_input
 
-OUT = ROOT / "build" / "demo" / "title.png"
-# file, sample, and a tint for what CURET measured in grey
+OUT = ROOT / "build" / "demo" / "title"
+EXPOSURE = 0.3
+# what stands for a material of the scene: file, sample, and a tint for what CURET measured in grey
 MATERIALS = {
-    "foil": ("curet/abrdf.dat", "aluminum foil", (1, 1, 1)),
-    "garnet red": ("cornell/garnet_red.astm", "", (1, 1, 1)),
-    "krylon blue": ("cornell/krylon_blue.astm", "", (1, 1, 1)),
-    "leather": ("curet/abrdf.dat", "leather", (0.27, 0.10, 0.035)),
+    "irid": ("rgl/irid_flake_paint1_rgb.bsdf", "", (1, 1, 1)),
+    "gold": ("goniometer/lighttec_C9_Gold.astm", "", (1, 1, 1)),
     "velvet": ("curet/abrdf.dat", "velvet", (0.10, 0.34, 0.18)),
+    "chrome": ("rgl/cc_ibiza_sunset_rgb.bsdf", "", (1, 1, 1)),
+    "garnet": ("cornell/garnet_red.astm", "", (1, 1, 1)),
+    "cherry": ("curet/abrdf.dat", "leather", (0.5, 0.42, 0.36)),
 }
-SUN_ELEVATION, SUN_ROTATION = math.radians(34), math.radians(235)
-SPACING = 2.5
 
 
-def stage(width, samples):
-    """A clear sky with its sun, a floor of pale concrete, and a camera at eye level."""
-    scene = black_scene(width, width * 2 // 7, samples, span=1)
+def stage(scene, of):
+    """Build the product scene of materials: `of` returns one, given its name."""
     scene.render.film_transparent = False
     scene.cycles.use_denoising = True
-    scene.view_settings.view_transform, scene.view_settings.exposure = "AgX", -4.7
-    scene.view_settings.look = "AgX - Medium High Contrast"
-    sky = scene.world.node_tree.nodes.new("ShaderNodeTexSky")
-    sky.sun_elevation, sky.sun_rotation, sky.sun_size = SUN_ELEVATION, SUN_ROTATION, math.radians(2)
-    world = scene.world.node_tree
-    world.links.new(sky.outputs[0], world.nodes["Background"].inputs["Color"])
-    world.nodes["Background"].inputs["Strength"].default_value = 1
-    camera = scene.camera
-    camera.data.type, camera.data.lens = "PERSP", 85
-    camera.location, camera.rotation_euler = (-0.1, -30, 1.5), (math.radians(87.4), 0, 0)
-    floor()
-    return scene
+    scene.view_settings.view_transform, scene.view_settings.look = "AgX", "AgX - Medium High Contrast"
+    scene.view_settings.exposure = EXPOSURE
+    ordinary.car(of)
+    background(scene, 0.4, (0.86, 0.93, 1.0))
+    look((0.05, -8.4, 2.4), (0.05, 0, 0.42), lens=64)
 
 
-def floor():
-    """A diffuse ground."""
-    bpy.ops.mesh.primitive_plane_add(size=5000, location=(0, 0, -1))
-    material, shader, surface = blank_material("Floor", "ShaderNodeBsdfDiffuse")
-    shader.inputs["Color"].default_value = (0.21, 0.20, 0.19, 1)
-    material.node_tree.links.new(shader.outputs[0], surface)
-    bpy.context.object.data.materials.append(material)
+def measured(name, data, preset):
+    """The material of a name, imported as users do; no object may be selected."""
+    file, sample, tint = MATERIALS[name]
+    known = {*bpy.data.materials}
+    bpy.ops.measured_brdf.import_data(filepath=str(data / file), sample=sample, preset=preset, rendering="EXACT")
+    made, = {*bpy.data.materials} - known
+    set_input(made, "Tint", (*tint, 1))
+    return made
 
 
-def suzanne(place):
-    """Suzanne, sitting on the floor, as the active object."""
-    bpy.ops.mesh.primitive_monkey_add(size=2, location=(place * SPACING, 0, -0.19),
-                                      rotation=(math.radians(-12), 0, math.radians(16 - 4 * place)))
-    bpy.ops.object.shade_smooth()
-    bpy.context.object.modifiers.new("Subdivision", "SUBSURF").render_levels = 3
+def use_principled(material, tint):
+    """Render a measured material by the Principled BSDF that other programs get of it."""
+    nodes = material.node_tree.nodes
+    principled = next(node for node in nodes if node.type == "BSDF_PRINCIPLED")
+    for name in ("Base Color", "Sheen Tint"):
+        colour = principled.inputs[name].default_value
+        principled.inputs[name].default_value = [*(a * b for a, b in zip(colour, tint, strict=False)), 1]
+    for output in (node for node in nodes if node.type == "OUTPUT_MATERIAL"):
+        material.node_tree.links.new(principled.outputs[0], output.inputs["Surface"])
 
 
 def is_present(data, file, sample):
@@ -67,30 +70,42 @@ def is_present(data, file, sample):
     return path.is_file() and (not sample or sample in [name for _, name in list_samples(path)])
 
 
-def draw(path, width=1050, samples=48, preset="Standard"):
-    """Import each material for its Suzanne, and render them all."""
+def draw(path, width=1600, height=686, samples=32, preset="Standard"):
+    """Render the scene with the measured materials at hand, save it, and render it with Principled BSDFs."""
     data, _ = synthetic.measurements_or_synthetic()
-    present = [material for material in MATERIALS.values() if is_present(data, *material[:2])]
-    scene = stage(width, samples)
-    for number, (file, sample, tint) in enumerate(present):
-        suzanne(number - (len(present) - 1) / 2)
-        bpy.ops.measured_brdf.import_data(filepath=str(data / file), sample=sample, preset=preset)
-        set_input(bpy.context.object.active_material, "Tint", (*tint, 1))
+    scene = black_scene(width, height, samples, span=1)
+    made = {name: measured(name, data, preset) if is_present(data, file, sample) else bpy.data.materials.new(name)
+            for name, (file, sample, _) in MATERIALS.items()}
+    stage(scene, made.get)
     path.parent.mkdir(parents=True, exist_ok=True)
-    scene.render.image_settings.file_format = "PNG"
-    scene.render.image_settings.color_mode = "RGB"
-    scene.render.image_settings.compression = 100
+    image = scene.render.image_settings
+    image.file_format, image.quality, image.color_mode = "JPEG", 88, "RGB"
+    _render(scene, path.with_name(f"{path.name}.jpg"))
+    OUT.parent.mkdir(parents=True, exist_ok=True)
+    bpy.ops.wm.save_as_mainfile(filepath=str(OUT.with_suffix(".blend")), compress=True, copy=True)
+    for name, material in made.items():
+        if material.measured_brdf.coefficients:
+            use_principled(material, MATERIALS[name][2])
+    _render(scene, path.with_name(f"{path.name}_principled.jpg"))
+
+
+def _render(scene, path):
     scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True)
 
 
 def main():
-    """Render to the path given, or to build/demo/title.png."""
+    """Render to the path given, or to build/demo/title."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=OUT)
+    parser.add_argument("--width", type=int, default=1600)
+    parser.add_argument("--height", type=int, default=686)
+    parser.add_argument("--samples", type=int, default=32)
+    options = parser.parse_args()
     start = time.perf_counter()
     extension().register()
-    path = Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else OUT
-    draw(path)
-    print(f"{path}, {time.perf_counter() - start:.0f} s")
+    draw(options.out.resolve(), options.width, options.height, options.samples)
+    print(f"{options.out}.jpg, {OUT.with_suffix('.blend')}, {time.perf_counter() - start:.0f} s")
 
 
 if __name__ == "__main__":

@@ -22,11 +22,11 @@ KNOTS = 8
 GRAZING = radians(88)
 # Index of refraction of the microfacet closure; Cycles takes no notice of it for reflection without a Fresnel factor.
 MICROFACET_IOR = 1.5
-# Smaller cosines from the normal of a lobe count as this (numerical), ...
+# Smaller cosines from the normal of a lobe count as this (numerical).
 LEAST_COSINE = 1e-3
-# ... and smaller squared sines of the half angle of sheen as this, ...
+# Smaller squared sines of the half angle of sheen count as this (numerical).
 LEAST_SINE_2 = 1e-9
-# ... and a facet is as rare as exp(-80) at most.
+# A facet is as rare as exp(-80) at most.
 STEEPEST_FACET = 80.0
 
 # The field of a fit (model/transform.py, model/microfacet.py, coordinates/; osl/fit.h, osl/prior.h,
@@ -95,9 +95,9 @@ MOST_MIXED = 2
 
 # Lobes at lamps (osl/lamp_lobes.h).
 
-# Lobes of one shading point: where more lamps are above the horizon, some are taken at random, ...
+# Lobes of one shading point: where more lamps are above the horizon, some are taken at random.
 MAX_LOBES = 4
-# ... this many in the mean: each costs evaluations of the fit, and one more closure for Cycles.
+# How many are taken in the mean: each costs evaluations of the fit, and one more closure for Cycles.
 SAMPLED_LOBES = 2
 # Both where few closures fit: on GPUs, all closures of a point share 1024 bytes.
 FRUGAL_LOBES = 1
@@ -143,14 +143,14 @@ LEAST_COLOUR = 0.01
 # Exponent of the directions that are sampled about a lamp, in that of its lobe: three quarters of them are within the
 # lamp, and those beyond its edge are no rarer than the lobe is low.
 CONE_EXPONENT = 0.7
-# Share of the sampled directions that are taken about a lamp of no size, ...
+# Share of the sampled directions that are taken about a lamp of no size.
 LEAST_LAMP_SHARE = 0.3
-# ... and about one of this angular radius, 3.4 degrees, and above: most of the light is there, ...
+# The share about a lamp of this angular radius, 3.4 degrees, and above: most of the light is there.
 LARGE_LAMP_RADIUS = 0.06
 LARGE_LAMP_SHARE = 0.6
-# ... so that directions are sampled at least with this probability, ...
+# With such a lamp, directions are sampled at least with this probability.
 LARGE_LAMP_PROBABILITY = 1.0
-# ... and have at least this share of the closure weights, with which Cycles follows them.
+# Their least share of the closure weights, with which Cycles follows them.
 LARGE_LAMP_WEIGHT = 0.2
 
 # The shading frame, and the horizon (osl/shading_frame.h).

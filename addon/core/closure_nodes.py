@@ -1,14 +1,18 @@
-"""A sum of Blender's closure nodes (`fitter.cycles.node_mixture`) in a node group."""
+"""A sum of Blender's closure nodes (`fitter.cycles.node_mixture`) in a node group, of groups that all materials share.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import bpy
 import numpy as np
 
 from ...fitter.shader_constants import LEAST_FACING
+from .shared_groups import shared_group
 
 if TYPE_CHECKING:
     from ...fitter.arrays import FloatArray
@@ -19,6 +23,10 @@ _DISTRIBUTIONS: dict[Kind, str] = {"GGX": "GGX", "Beckmann": "BECKMANN"}
 _UNCONNECTED = 0.5          # a normal or tangent that is shorter is an unconnected input
 _ANY = (1.3e-5, 0.7e-5, 1.1e-5)     # added to tangents, so that none is without direction
 _WIDTH, _HEIGHT = 200, 260          # of a place in the node editor
+
+
+_FRAME = "Colour", "Normal", "Away", "Tangent", "Polar"     # outputs of the shared group, in the order of `Frame`
+_PHASE = "Phase"
 
 
 class Inputs(NamedTuple):
@@ -84,6 +92,14 @@ class _Builder:
         else:
             socket.default_value = (value, value, value)
 
+    def group(self, kind: str, fill: Callable[[bpy.types.NodeTree], None], given: dict[str, _Value]) -> bpy.types.Node:
+        """A node of the group that is shared under a name, with values or links by the names of its inputs."""
+        node = self.node("ShaderNodeGroup")
+        node.node_tree = shared_group(kind, fill)
+        for name, value in given.items():
+            self.put(node.inputs[name], value)
+        return node
+
     def math(self, operation: str, *values: _Value) -> bpy.types.NodeSocket:
         node = self.node("ShaderNodeMath", operation=operation)
         for socket, value in zip(node.inputs, values, strict=False):
@@ -109,7 +125,7 @@ class _Builder:
 
 
 def add_frame(tree: bpy.types.NodeTree, inputs: Inputs, turn: float | None, x: float, y: float) -> Frame:
-    """Add the nodes that all lobes share.
+    """Add the node of the group that all lobes share.
 
     Parameters
     ----------
@@ -118,13 +134,51 @@ def add_frame(tree: bpy.types.NodeTree, inputs: Inputs, turn: float | None, x: f
     turn : float, or None
         As `NodeMixture` has it.
     x, y : float
-        Where the nodes are drawn.
+        Where the node is drawn.
     """
     build = _Builder(tree, x, y)
+    given: dict[str, _Value] = {"Tint": inputs.tint, "Strength": inputs.strength, "Normal": inputs.normal}
+    if turn is None or inputs.tangent is None or inputs.rotation is None:
+        node = build.group("Frame", _fill_frame, given)
+        return Frame(*(node.outputs[name] for name in _FRAME), None)
+    node = build.group("Turned Frame", _fill_turned_frame,
+                       given | {"Tangent": inputs.tangent, "Rotation": inputs.rotation, "Turn": turn})
+    return Frame(*(node.outputs[name] for name in (*_FRAME, _PHASE)))
+
+
+def _fill_frame(tree: bpy.types.NodeTree) -> None:
+    inputs = _group_inputs(tree, {"Tint": "Color", "Strength": "Float", "Normal": "Vector"})
+    _group_outputs(tree, _frame(_Builder(tree, 0, 0), inputs)._asdict())
+
+
+def _fill_turned_frame(tree: bpy.types.NodeTree) -> None:
+    inputs = _group_inputs(tree, {"Tint": "Color", "Strength": "Float", "Normal": "Vector", "Tangent": "Vector",
+                                  "Rotation": "Float", "Turn": "Float"})
+    frame = _frame(_Builder(tree, 0, 0), inputs)
+    build = _Builder(tree, 0, -_HEIGHT)
     surface = build.node("ShaderNodeNewGeometry")
     viewer = surface.outputs["Incoming"]
-    colour = build.scaled(inputs.tint, inputs.strength)
-    normal = build.vector("NORMALIZE", build.given(inputs.normal, surface.outputs["Normal"]))
+    across = build.vector("NORMALIZE", build.vector(
+        "CROSS_PRODUCT", frame.normal, build.vector("ADD", build.given(inputs["Tangent"], surface.outputs["Tangent"]),
+                                                    _ANY)))
+    turned = build.node("ShaderNodeVectorRotate", rotation_type="AXIS_ANGLE")
+    build.put(turned.inputs["Vector"], build.vector("CROSS_PRODUCT", across, frame.normal))
+    build.put(turned.inputs["Axis"], frame.normal)
+    build.put(turned.inputs["Angle"], build.math("MULTIPLY_ADD", inputs["Rotation"], 2 * math.pi, inputs["Turn"]))
+    tangent = turned.outputs[0]
+    along = build.vector("DOT_PRODUCT", viewer, tangent, output="Value")
+    cosine = build.vector("DOT_PRODUCT", frame.normal, viewer, output="Value")
+    sine2 = build.math("SUBTRACT", 1.0 + 1e-6, build.math("MULTIPLY", cosine, cosine))
+    phase = build.math("DIVIDE", build.math("MULTIPLY", along, along), sine2)
+    _group_outputs(tree, frame._replace(tangent=tangent, phase=phase)._asdict())
+
+
+def _frame(build: _Builder, inputs: dict[str, bpy.types.NodeSocket]) -> Frame:
+    """The frame of an isotropic fit."""
+    surface = build.node("ShaderNodeNewGeometry")
+    viewer = surface.outputs["Incoming"]
+    colour = build.scaled(inputs["Tint"], inputs["Strength"])
+    normal = build.vector("NORMALIZE", build.given(inputs["Normal"], surface.outputs["Normal"]))
     # a normal that is turned away from the viewer is turned back
     hidden = build.math("SUBTRACT", LEAST_FACING, build.vector("DOT_PRODUCT", normal, viewer, output="Value"))
     normal = build.vector("NORMALIZE",
@@ -132,20 +186,7 @@ def add_frame(tree: bpy.types.NodeTree, inputs: Inputs, turn: float | None, x: f
     cosine = build.vector("DOT_PRODUCT", normal, viewer, output="Value")
     polar = build.math("MULTIPLY", build.math("ARCCOSINE", cosine), 2 / math.pi)
     away = build.vector("SUBTRACT", viewer, normal)
-    if turn is None or inputs.tangent is None or inputs.rotation is None:
-        return Frame(colour, normal, away, build.vector("ADD", away, _ANY), polar, None)
-    build = _Builder(tree, x, y - _HEIGHT)
-    across = build.vector("NORMALIZE", build.vector(
-        "CROSS_PRODUCT", normal, build.vector("ADD", build.given(inputs.tangent, surface.outputs["Tangent"]), _ANY)))
-    turned = build.node("ShaderNodeVectorRotate", rotation_type="AXIS_ANGLE")
-    build.put(turned.inputs["Vector"], build.vector("CROSS_PRODUCT", across, normal))
-    build.put(turned.inputs["Axis"], normal)
-    build.put(turned.inputs["Angle"], build.math("MULTIPLY_ADD", inputs.rotation, 2 * math.pi, turn))
-    tangent = turned.outputs[0]
-    along = build.vector("DOT_PRODUCT", viewer, tangent, output="Value")
-    sine2 = build.math("SUBTRACT", 1.0 + 1e-6, build.math("MULTIPLY", cosine, cosine))
-    phase = build.math("DIVIDE", build.math("MULTIPLY", along, along), sine2)
-    return Frame(colour, normal, away, tangent, polar, phase)
+    return Frame(colour, normal, away, build.vector("ADD", away, _ANY), polar, None)
 
 
 def add_sum(tree: bpy.types.NodeTree, mixture: NodeMixture, frame: Frame, x: float, y: float) -> bpy.types.NodeSocket:
@@ -155,21 +196,14 @@ def add_sum(tree: bpy.types.NodeTree, mixture: NodeMixture, frame: Frame, x: flo
     for number, kind in enumerate(mixture.kinds):
         build = _Builder(tree, x, y - number * _HEIGHT)
         shape = [each[:, number] for each in mixture.shape]
-        lobe = _lobe(build, kind, stops, mixture.colour[:, number], shape, frame)
-        if total is None:
-            total = lobe
-            continue
-        both = build.node("ShaderNodeAddShader")
-        build.put(both.inputs[0], total)
-        build.put(both.inputs[1], lobe)
-        total = both.outputs[0]
+        total = _lobe(build, kind, stops, mixture.colour[:, number], shape, frame, total)
     assert total is not None        # there is always a diffuse lobe
     return total
 
 
 def _lobe(build: _Builder, kind: Kind, stops: FloatArray, colour: FloatArray, shape: list[FloatArray],
-          frame: Frame) -> bpy.types.NodeSocket:
-    """One closure, from its colour (stops, phases, channels) and shape, 3 times (stops,)."""
+          frame: Frame, below: bpy.types.NodeSocket | None) -> bpy.types.NodeSocket:
+    """One closure, from its colour (stops, phases, channels) and shape, 3 times (stops,), added to what is below."""
     seen = _ramp(build, stops, colour[:, 0], frame)
     if frame.phase is not None and colour.shape[1] > 1:
         mix = build.node("ShaderNodeMix", data_type="RGBA")
@@ -179,33 +213,77 @@ def _lobe(build: _Builder, kind: Kind, stops: FloatArray, colour: FloatArray, sh
         build.put(first, _ramp(build, stops, colour[:, 1], frame))
         build.put(second, seen)
         seen = next(socket for socket in mix.outputs if socket.identifier == "Result_Color")
-    seen = build.vector("MULTIPLY", seen, frame.colour)
     roughness, tilt, anisotropy = shape
-    normal = frame.normal
-    parts: tuple[_Value, ...] = float(roughness[0]), 0.0, 0.0
-    if any(np.ptp(values) > 0 for values in shape):
-        curves = build.node("ShaderNodeVectorCurve")
-        _set_curves(curves, stops, shape)
-        build.put(curves.inputs["Vector"], frame.polar)
+    is_tilted, is_long = bool(np.any(tilt != 0)), kind in _DISTRIBUTIONS and bool(np.any(anisotropy != 0))
+    given: dict[str, _Value] = {"Seen": seen, "Colour": frame.colour, "Normal": frame.normal}
+    if is_tilted:
+        given["Away"] = frame.away
+    if is_long:
+        given["Tangent"] = frame.tangent
+    if is_tilted or is_long or kind != "diffuse":
+        given["Shape"] = float(roughness[0]), float(tilt[0]), float(anisotropy[0])
+        if any(np.ptp(values) > 0 for values in shape):
+            curves = build.node("ShaderNodeVectorCurve")
+            _set_curves(curves, stops, shape)
+            build.put(curves.inputs["Vector"], frame.polar)
+            given["Shape"] = curves.outputs["Vector"]
+    if below is not None:
+        given["Below"] = below
+    name = " ".join(part for part in (kind, "tilted" * is_tilted, "long" * is_long) if part)
+    return build.group(name, partial(_fill_lobe, kind=kind, names=tuple(given)), given).outputs[0]
+
+
+def _fill_lobe(tree: bpy.types.NodeTree, kind: Kind, names: tuple[str, ...]) -> None:
+    """Fill the group of a lobe with these inputs."""
+    types = {"Seen": "Color", "Below": "Shader"}
+    inputs = _group_inputs(tree, {name: types.get(name, "Vector") for name in dict.fromkeys((*names, "Below"))})
+    build = _Builder(tree, 0, 0)
+    normal = inputs["Normal"]
+    parts: list[bpy.types.NodeSocket] = []
+    if "Shape" in inputs:
         separate = build.node("ShaderNodeSeparateXYZ")
-        build.put(separate.inputs[0], curves.outputs["Vector"])
-        parts = tuple(separate.outputs)
-    if np.any(tilt != 0):
-        normal = build.vector("MULTIPLY_ADD", frame.away, parts[1], frame.normal)
+        build.put(separate.inputs[0], inputs["Shape"])
+        parts = list(separate.outputs)
+    if "Away" in inputs:
+        normal = build.vector("MULTIPLY_ADD", inputs["Away"], parts[1], normal)
+    seen = build.vector("MULTIPLY", inputs["Seen"], inputs["Colour"])
     if kind == "diffuse":
         closure = build.node("ShaderNodeBsdfDiffuse")
     elif kind == "sheen":
         closure = build.node("ShaderNodeBsdfSheen", distribution="ASHIKHMIN")
-        build.put(closure.inputs["Roughness"], parts[0])
     else:
         closure = build.node("ShaderNodeBsdfAnisotropic", distribution=_DISTRIBUTIONS[kind])
-        build.put(closure.inputs["Roughness"], parts[0])
-        if np.any(anisotropy != 0):
+        if "Tangent" in inputs:
             build.put(closure.inputs["Anisotropy"], parts[2])
-            build.put(closure.inputs["Tangent"], frame.tangent)
+            build.put(closure.inputs["Tangent"], inputs["Tangent"])
+    if kind != "diffuse":
+        build.put(closure.inputs["Roughness"], parts[0])
     build.put(closure.inputs["Color"], seen)
     build.put(closure.inputs["Normal"], normal)
-    return closure.outputs[0]
+    both = build.node("ShaderNodeAddShader")
+    build.put(both.inputs[0], inputs["Below"])
+    build.put(both.inputs[1], closure.outputs[0])
+    _group_outputs(tree, {"sum": both.outputs[0]})
+
+
+def _group_inputs(tree: bpy.types.NodeTree, types: dict[str, str]) -> dict[str, bpy.types.NodeSocket]:
+    """Give a new group inputs of these names and types: their sockets in it."""
+    for name, kind in types.items():
+        tree.interface.new_socket(name, in_out="INPUT", socket_type=f"NodeSocket{kind}")
+    node = tree.nodes.new("NodeGroupInput")
+    node.location = -_WIDTH, 0
+    return {name: node.outputs[name] for name in types}
+
+
+def _group_outputs(tree: bpy.types.NodeTree, outputs: dict[str, bpy.types.NodeSocket | None]) -> None:
+    """Give a new group these outputs, as far as there are any."""
+    node = tree.nodes.new("NodeGroupOutput")
+    node.location = 10 * _WIDTH, 0
+    for name, socket in outputs.items():
+        if socket is not None:
+            kind = {"VALUE": "Float", "SHADER": "Shader"}.get(socket.type, "Vector")
+            tree.interface.new_socket(name.capitalize(), in_out="OUTPUT", socket_type=f"NodeSocket{kind}")
+            tree.links.new(socket, node.inputs[name.capitalize()])
 
 
 def _ramp(build: _Builder, stops: FloatArray, colour: FloatArray, frame: Frame) -> bpy.types.NodeSocket:

@@ -1,19 +1,16 @@
 """Compiles OSL source without a script node, so that the open file is not touched."""
 
 import hashlib
-import re
 import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
 from ...fitter.cycles.node_mixture import Nodes
 from . import osl_support
+from .bytecode import compact
 from .outcomes import Surface
 
 _MOST_SOURCE = 1 << 24      # bytes: the OSL compiler reads no more, and finds an error in the middle of a table
-# the source once more, folders of this machine, and hints for messages of errors and of lifetimes, which OSL works out
-# again when it loads a shader
-_NOT_NEEDED = re.compile(r'^[ \t]*#.*\n|[ \t]*%(?:filename\{"[^"]*"\}|(?:line|read|write)\{[^}]*\})', re.MULTILINE)
 
 
 class CompileError(RuntimeError):
@@ -67,4 +64,4 @@ def _bytecode(source: str) -> str:
                            f"{error.strerror or error}") from error
     if not bytecode:
         raise CompileError("The OSL compiler wrote an empty file; the disk may be full")
-    return _NOT_NEEDED.sub("", bytecode)
+    return compact(bytecode)

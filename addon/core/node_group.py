@@ -18,7 +18,7 @@ import bpy
 
 from ...fitter.cycles.bake import bake, interface, shader_version
 from ...fitter.cycles.node_mixture import node_mixtures
-from . import closure_nodes, lamps, osl_support
+from . import closure_nodes, lamps, osl_support, shared_groups
 from .annotations import present
 from .compiler import CompileError, Shader, compile_shader
 from .transaction import new_data_removed_on_error
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 NAME = "Measured BRDF"
 SCRIPT_NODE = "Measured BRDF Shader"
-NODES_ERROR = "nodes_error"         # custom properties of the group: the error of the closure nodes in the mean ...
-NODES_WORST = "nodes_worst"         # ... and at the worst; versions before 0.2.0 had none
+NODES_ERROR = "nodes_error"         # custom properties of the group: the error of the closure nodes in the mean
+NODES_WORST = "nodes_worst"         # and at the worst viewing angle; versions before 0.2.0 had none
 EEVEE_ERROR = "eevee_error"
 EEVEE_WORST = "eevee_worst"
 CYCLES, EEVEE = "BSDF", "EEVEE"     # outputs
@@ -102,7 +102,8 @@ def _is_of(tree: bpy.types.NodeTree, shader: Shader) -> bool:
             and all(math.isclose(tree.get(key, math.inf), error, rel_tol=_SAME)
                     for key, error in _errors(shader.nodes).items())
             and tree.get(_HASH) == script.bytecode_hash and bytes_in_file(tree) == _bytes_in_file(tree)
-            and all(node.node_tree == lamps.node_tree() for node in tree.nodes if node.type == "GROUP"))
+            and all(node.node_tree == lamps.node_tree() or shared_groups.is_unchanged(node.node_tree)
+                    for node in tree.nodes if node.type == "GROUP"))
 
 
 def _errors(nodes: Nodes) -> dict[str, float]:

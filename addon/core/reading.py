@@ -1,5 +1,6 @@
 """How the measurements of a material are read: as its settings say, into the colour space of the open file."""
 
+import functools
 from typing import Any
 
 import bpy
@@ -23,7 +24,13 @@ def scene_colours() -> str:
     Since Blender 5.0 a file has its own; before, the OpenColorIO configuration has one for all. Colours are converted
     from either.
     """
-    mine = np.array([Color(axis).from_scene_linear_to_xyz_d65() for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]).T
+    return _named(tuple(tuple(Color(axis).from_scene_linear_to_xyz_d65()) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))))
+
+
+@functools.cache
+def _named(axes: tuple[tuple[float, ...], ...]) -> str:
+    """The space whose red, green and blue have these XYZ; empty if it is none of `COLOURS`."""
+    mine = np.array(axes).T
     return next((name for name in COLOURS
                  if np.allclose(mine, to_xyz(DEFAULT) @ conversion(name, DEFAULT), rtol=0, atol=_SAME)), "")
 

@@ -18,8 +18,8 @@ from .properties import EXACT, NODES, RENDERINGS
 
 _LABELS = {key: label for key, label, _ in RENDERINGS}
 FORMERLY_FAST = "FAST"      # an approximation in OSL by a shader of version 0.1.0 or 0.2.0
-BLACK = "BLACK"             # a shader of version 0.1.0, which has no closure nodes ...
-FORMER = "FORMER"           # ... and its Principled BSDF for EEVEE
+BLACK = "BLACK"             # a shader of version 0.1.0, which has no closure nodes
+FORMER = "FORMER"           # in EEVEE, the Principled BSDF of such a shader
 PARTLY = "PARTLY"           # nodes were chosen for a mix, of which such a shader is a part: OSL renders that part
 OTHER = "OTHER"             # something else is connected to the output
 _EEVEE = ("BLENDER_EEVEE", "BLENDER_EEVEE_NEXT")

@@ -15,8 +15,8 @@ from .plot import Plot
 from .session import Session, view_of
 from .view import View
 
-_SIZE = 0.19                # longest radius of the lobe, over the smaller side of the region, and at most ...
-_LARGEST = 0.5              # ... over the longest side of the object
+_SIZE = 0.19                # longest radius of the lobe, over the smaller side of the region
+_LARGEST = 0.5              # bound of that radius, over the longest side of the object
 _PLACES = (("MOUSE", "Under the Mouse", "The surface under the mouse or, where there is none, in the middle of the "
                                         "object as it is seen"),
            ("CURSOR", "At the 3D Cursor", "The surface nearest to the 3D cursor"),

@@ -28,16 +28,16 @@ from .principal import principal
 if TYPE_CHECKING:
     from ..model.fit import Fit
 
-_ROUGHNESS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.38, 0.47, 0.57, 0.68, 0.8, 0.95)     # candidates for microfacet lobes ...
+_ROUGHNESS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.38, 0.47, 0.57, 0.68, 0.8, 0.95)     # candidates for microfacet lobes
 _TILTS = (-0.3, -0.12, 0.0, 0.15, 0.4, 1.0)
-_DIFFUSE_TILTS = (-0.6, 0.6, 0.9)                               # ... for diffuse ones beside the first ...
-_SHEEN = (0.15, 0.3, 0.6, 1.0)                                  # ... and for sheen
+_DIFFUSE_TILTS = (-0.6, 0.6, 0.9)                               # candidates for diffuse lobes beside the first
+_SHEEN = (0.15, 0.3, 0.6, 1.0)                                  # candidates for sheen
 _TURNED_ROUGHNESS = (0.15, 0.25, 0.38, 0.53, 0.72)              # the same of anisotropic fits
 _TURNED_TILTS = (0.0, 0.5)
 _ANISOTROPIES = (-0.75, -0.4, 0.0, 0.4, 0.75)
 _TRIED = 6                      # candidates for a lobe that are looked at closer
-_ENOUGH = 0.03                  # of the light in wrong directions; more lobes take more time than that is worth ...
-_WORTH = 0.1                    # ... and so do those that lower it by less than this share
+_ENOUGH = 0.03                  # of the light in wrong directions; more lobes take more time than that is worth
+_WORTH = 0.1                    # a lobe that lowers it by less than this share takes more time than it is worth
 _CHOICE, _REFINEMENT = slice(3, None, 7), slice(0, None, 5)     # of the directions, what is looked at
 _ITERATIONS = 12                # of the refinement
 _STEP = 0.01                    # of the derivatives
@@ -55,8 +55,8 @@ _REWEIGHTINGS = 6
 _SCALES = (0.7, 1.5)            # bounds of the factors that give the lobes the albedo of the fit
 _TINY = 1e-30
 LAST_SHOWN = np.radians(80)     # the last view whose error the panel states
-_PROBABILITY = 6.0              # of sampling the remainder, per share of the light that the mixture misplaces ...
-_PROBABILITIES = (0.2, 1.0)     # ... and its bounds
+_PROBABILITY = 6.0              # of sampling the remainder, per share of the light that the mixture misplaces
+_PROBABILITIES = (0.2, 1.0)     # bounds of that probability
 _MOST_PICKED = 0.5              # probability of following a sampled direction, where there is one
 _DIM = 0.1                      # share of the target that sampled directions are prepared to carry anywhere
 

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 _POLAR, _AZIMUTHS = 13, 9       # tabulated viewing directions of an anisotropic fit, over a turn; an odd number of
                                 # azimuths differ where half a turn changes nothing, too
-_DARKER, _DARKER_CHANNEL = 0.33, 0.5        # powers of the reciprocal radiance, and of that of a channel's albedo ...
-_FLOOR, _CHANNEL_FLOOR = 0.05, 0.03         # ... above these shares of the mean
+_DARKER, _DARKER_CHANNEL = 0.33, 0.5        # powers of the reciprocal radiance, and of that of a channel's albedo
+_FLOOR, _CHANNEL_FLOOR = 0.05, 0.03         # shares of the mean above which both are taken
 _DARK = 1e-12
 
 

@@ -12,8 +12,8 @@ _RINGS, _SECTORS = 40, 64       # half vectors that are looked at, seen from the
 _WIDEST = np.radians(44)        # their largest angle from it
 _LEVEL = 0.25                   # the outline of the highlight: of its height above the least reflectance
 _ROUND, _ROUND_THREADS = 0.1, 0.05      # smaller harmonics count as none
-_GENTLY = 0.15                  # power of the squared ratio of the highlight's length and width that is the stretch ...
-_STRETCHES = (1.0, 1.6)         # ... and its bounds: more makes cells beside streaks, and at grazing angles, too coarse
+_GENTLY = 0.15                  # power of the squared ratio of the highlight's length and width that is the stretch
+_STRETCHES = (1.0, 1.6)         # its bounds: more makes cells beside streaks, and at grazing angles, too coarse
 
 
 class Principal(NamedTuple):

@@ -25,9 +25,9 @@ from ..coordinates import ISOTROPIC_AXES
 from ..lattice.dense import MIRRORS
 
 TREND = 0.3                 # variance of the constant, and of the slope along each axis
-RECIPROCITIES = 0.9, 1.0    # correlations between a pair of directions and its reciprocal, ...
-LENGTHS = 0.7, 1.0, 1.75, 2.8, 4.5              # ... ranges, ...
-NOISES = 1e-5, 1e-4, 1e-3, 1e-2, 1e-1           # and variances of noise, among which the likelihood decides
+RECIPROCITIES = 0.9, 1.0    # correlations between a pair of directions and its reciprocal
+LENGTHS = 0.7, 1.0, 1.75, 2.8, 4.5              # ranges of the kernel
+NOISES = 1e-5, 1e-4, 1e-3, 1e-2, 1e-1           # variances of noise; of these three the likelihood takes one each
 _TINY = 1e-7                # added to every variance of noise: makes the covariance invertible
 _ROUNDS = 2                 # over all that is chosen
 _CHUNK = 256                # rows of the kernel matrix at a time: bounds the memory, and fits the processor's cache

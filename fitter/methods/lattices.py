@@ -29,8 +29,8 @@ from .gaussian_process import Field, Kernel
 from .levels import Levels
 from .prior import WEIGHT
 
-_BETWEEN = 1000             # directions between the samples at which the sparse lattice follows the field, ...
-_NEAR = 30                  # ... half of them up to as many degrees from the mirror direction
+_BETWEEN = 1000             # directions between the samples at which the sparse lattice follows the field
+_NEAR = 30                  # degrees from the mirror direction, up to which half of them lie
 _AZIMUTHS = 16              # averaged over at exact retro-reflection
 MOST = 50_000               # samples that lattices are fitted to: of a few thousand control points more say no more
 _FINEST = {3: 4, 4: 2}      # by the number of axes, level of the largest dense lattice whose equations are solved: a

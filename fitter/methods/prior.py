@@ -33,10 +33,10 @@ _ANISOTROPIC_STARTS: tuple[tuple[Kind, float, float], ...] = (("fibre", 0.15, 0.
 _MOST = 3                   # lobes
 _DIP = 0.1                  # at which fibres start
 _NARROWEST_FIBRE = 0.02     # narrower ones are what noise looks like between samples at a few rotations
-_PARAMETERS = 3             # of a lobe's shape, ...
-_ANISOTROPIC_PARAMETERS = 5     # ... and of an anisotropic one's
-_TURNS = np.radians((0, 45, 90, 135))   # at which lobes start to have two widths, ...
-_ASPECT = 3.0                           # ... of this ratio
+_PARAMETERS = 3             # of a lobe's shape
+_ANISOTROPIC_PARAMETERS = 5     # of an anisotropic lobe's shape
+_TURNS = np.radians((0, 45, 90, 135))   # at which lobes start to have two widths
+_ASPECT = 3.0                           # the ratio of these widths
 WEIGHT = 1 / 3              # errors of the logarithm weigh (f + offset) to this power, in all steps: they then count
                             # as much as those of the cube root of f, by which fits are judged
 _FIRST_ITERATIONS, _PROMISING = 8, 2     # from every start, and how many starts are followed further

@@ -40,11 +40,11 @@ MOST_SAMPLES = 2000         # of a Gaussian process: its cost grows with the cub
 CEILING = 4.0               # a fit is at most 4 times the largest sample
 _STRETCHES = 0.0, 2.0, 5.0, 12.0, 33.0
 _STRETCHES_OF_MANY = 5.0, 12.0, 33.0, 100.0, 300.0, 1000.0
-_SEARCHED = 450             # samples of which the likelihood is computed, ...
-_OF_LATTICES = 8000         # ... of which it is computed once more where there are many, and to which lobes are fitted
+_SEARCHED = 450             # samples of which the likelihood is computed
+_OF_LATTICES = 8000         # samples to which lobes are fitted, and of which it is computed again
 _FAILED, _RARELY = 5.0, 0.01    # samples this many times below the prior count as failures, if they are at most this
-                            # share; ...
-_FAILURE = 10.0             # ... with this variance of their noise, relative to the field's
+                            # share
+_FAILURE = 10.0             # variance of the noise of failures, relative to the field's
 _TYPICAL = 400              # directions whose median is the offset
 _LEAST_OF_LARGEST = 1e-9    # of the largest sample, that the offset is
 _MOST_ELONGATED = 10        # ratio of the stretches of an anisotropic half vector

@@ -24,8 +24,8 @@ STEEPEST = np.radians(80)   # polar angle beyond which a pixel says little: its 
 LIMB = 1.5                  # pixels at the ball's outline that are left out: lenses blur it, and it is half background
 SHADOW = 0.04               # m, radius of the camera: its shadow is where it hides the lamp from the middle of the ball
 _SATURATED = 4              # pixels that share the largest value are saturated, if they are so many
-_PLACED = 0.2               # pixels by which the ball's outline may be wrong, ...
-_AIMED = np.radians(0.25)   # ... and the angle by which the lamp may be: with more, a fit trusts too little that grazes
+_PLACED = 0.2               # pixels by which the ball's outline may be wrong
+_AIMED = np.radians(0.25)   # by which a lamp's direction may be wrong: with more, a fit trusts too little that grazes
 TO_SIGMA = 1.4826          # from the median absolute deviation to the standard deviation of a normal distribution
 
 

@@ -22,8 +22,8 @@ from .ball import TO_SIGMA, BallPhotograph, seen
 from .camera import pixel_angle
 
 MOVED = 2.0                 # pixels by which an outline may be off
-_BRIGHT = 0.02              # a ball is brighter than this share of what its picture has beside the background, ...
-_ABOVE_NOISE = 6.0          # ... and than the background by so many of its standard deviations
+_BRIGHT = 0.02              # a ball is brighter than this share of what its picture has beside the background
+_ABOVE_NOISE = 6.0          # standard deviations of the background by which a ball is brighter than it
 _LEAST = 5.0                # pixels, of a ball's radius
 _SECOND = 0.1               # of the largest region's pixels, that another must have to count as a ball
 _COARSE = 200               # pixels along a picture in which regions are told apart

@@ -107,8 +107,8 @@ def test_the_title_picture_shows_the_materials_at_hand(extension, folder, tmp_pa
     from demo_scenes import title
 
     monkeypatch.setattr(title.synthetic, "measurements_or_synthetic", lambda: (folder, True))
-    few = {name: title.MATERIALS[name] for name in ("garnet red", "leather", "velvet")}
-    monkeypatch.setattr(title, "MATERIALS", few)
-    title.draw(tmp_path / "title.png", width=28, samples=1, preset="Draft")
-    assert (tmp_path / "title.png").is_file()
-    assert [item.active_material.name for item in bpy.data.objects if item.name.startswith("Suzanne")] == ["leather"]
+    monkeypatch.setattr(title, "OUT", tmp_path / "demo" / "title")
+    title.draw(tmp_path / "title", width=28, height=12, samples=1, preset="Draft")
+    assert {path.name for path in tmp_path.glob("title*")} == {"title.jpg", "title_principled.jpg"}
+    fitted = {item.name for item in bpy.data.materials if item.measured_brdf.coefficients}
+    assert fitted == {"leather"}

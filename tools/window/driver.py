@@ -85,7 +85,7 @@ def panel(h):
 def compare(h):
     stage(h, "data", "compare")
     import_sample()
-    h.wait(160)
+    h.wait(4)
 
 
 def compare_with(h):
@@ -94,7 +94,7 @@ def compare_with(h):
     bpy.ops.measured_brdf.pin()
     bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=1.6, location=(4, 0, 0))
     import_sample()
-    h.wait(25)
+    h.wait(4)
 
 
 def look(h):
@@ -110,7 +110,7 @@ def look(h):
 def details(h):
     stage(h, "data", "details", "settings")
     import_sample()
-    h.wait(25)
+    h.wait(4)
 
 
 def measurements(h):
@@ -165,7 +165,7 @@ def shoot_popup(h):
 def anisotropy(h):
     stage(h, "pictures")
     import_sample("", STEEL)
-    h.wait(60)
+    h.wait(4)
 
 
 def assets(h):

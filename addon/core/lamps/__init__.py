@@ -20,6 +20,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
+from .. import shared_groups
 from ..annotations import present
 from ..device import renders_on_gpu
 from ..world_lights import bright_spots
@@ -78,6 +79,7 @@ def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
         instances.forget_collections()
         if _is_main_thread_free():
             group.merge()
+            shared_groups.merge()
     trees = group.trees() if any(changed) else []
     if not trees:
         return

@@ -8,6 +8,7 @@ versions before 0.2.0 have no node `Frugal`.
 import math
 import re
 from collections.abc import Collection, Sequence
+from typing import Any
 
 import bpy
 
@@ -74,7 +75,11 @@ def sockets(tree: bpy.types.NodeTree, number: int) -> list[bpy.types.NodeSocket]
 
 def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], frugal: bool,
           driven: Collection[tuple[int, int]] = frozenset()) -> None:
-    """Write the values that differ: every assignment makes Cycles update the shader.
+    """Write the values that differ: every write makes Cycles update the shader.
+
+    An assignment to a socket makes Blender copy all node trees that have the group in them, with their bytecode. So
+    values are written in blocks, and the group alone is marked as changed: its users are evaluated anew, not copied.
+    Blender takes no blocks for linked groups.
 
     Parameters
     ----------
@@ -86,20 +91,30 @@ def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], frugal: bool,
     driven : set of (number, index)
         Lamps, from 1, and indices into their `sockets`, that have a driver and are skipped.
     """
-    _set(tree.nodes[LAMPS].outputs[0], float(len(lamps)))
-    if _EVEN in tree.nodes:         # what is not known to be even costs shaders of older versions noise only
-        _set(tree.nodes[_EVEN].outputs[0], 0.0)
-    if FRUGAL in tree.nodes:
-        _set(tree.nodes[FRUGAL].outputs[0], float(frugal))
-    for number, (position, *extent) in enumerate(lamps, 1):
-        for index, (socket, value) in enumerate(zip(sockets(tree, number), (*position, *extent), strict=True)):
-            if (number, index) not in driven:
-                _set(socket, value)
+    # what is not known to be even costs shaders of older versions noise only
+    single = {LAMPS: float(len(lamps)), _EVEN: 0.0, FRUGAL: float(frugal)}
+    changed = [_write(tree.nodes[name].outputs, [value]) for name, value in single.items() if name in tree.nodes]
+    for number, (position, size, strength) in enumerate(lamps, 1):
+        values = [socket.default_value if (number, index) in driven else value for index, (socket, value)
+                  in enumerate(zip(sockets(tree, number), (*position, size, strength), strict=True))]
+        changed += [_write(tree.nodes[f"Lamp{number}"].inputs, values[:3]),
+                    _write(tree.nodes[f"Extent{number}"].inputs, [*values[3:], 0.0])]
+    if any(changed):
+        tree.update_tag()
 
 
-def _set(socket: bpy.types.NodeSocket, value: float) -> None:
-    if not math.isclose(socket.default_value, value, rel_tol=1e-6, abs_tol=1e-9):
-        socket.default_value = value
+def _write(sockets: Any, values: list[float]) -> bool:
+    """Write values into sockets, the inputs or outputs of a node, where they differ: whether any does."""
+    before = [socket.default_value for socket in sockets]
+    if all(math.isclose(old, new, rel_tol=1e-6, abs_tol=1e-9) for old, new in zip(before, values, strict=True)):
+        return False
+    if sockets.id_data.library is None and sockets.id_data.override_library is None:
+        sockets.foreach_set("default_value", values)
+        return True
+    for socket, old, new in zip(sockets, before, values, strict=True):
+        if old != new:
+            socket.default_value = new
+    return True
 
 
 def _create() -> bpy.types.NodeTree:

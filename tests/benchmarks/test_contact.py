@@ -1,0 +1,39 @@
+"""The contact sheet: what it counts, and that what is hard to render looks no worse than a Principled."""
+
+import numpy as np
+import pytest
+
+from benchmarks import contact
+from support.cases import release
+
+WORST = ("published:chrome", "published:hematite", "rgl/irid_flake_paint1_rgb.bsdf", "curet/abrdf.dat velvet",
+         "cornell/garnet_red_RGB.astm")
+
+
+def test_pixels_that_differ_from_those_around_them_are_counted():
+    picture = np.ones((12, 12, 3))
+    picture[2, 2], picture[6, 6], picture[9, 3] = 0.2, 5.0, (-0.1, 1, 1)
+    picture[9, 9] = -0.3, 0.2, 0.2
+    found = contact.tile(picture)
+    assert (found.dark, found.bright, found.below) == (2, 1, 2)
+
+
+def test_everything_that_is_offered_is_on_it():
+    import fitter
+
+    assert {f"published:{name}" for name in fitter.list_published()} < {*contact.materials()}
+    assert [*contact.materials(published=10)][:2] == ["published:alum-bronze", "published:blue-acrylic"]
+
+
+@release
+@pytest.mark.parametrize("name", WORST)
+def test_the_worst_has_no_pixels_below_zero_and_few_that_differ(extension, openimageio, name):
+    if name not in contact.materials():
+        pytest.skip("no measurements")
+    found = contact.tiles(contact.materials()[name](), name)
+    like = found["Principled"]
+    for way in ("Exact", "Nodes"):
+        for ours, theirs in zip(found[way], like, strict=True):
+            assert ours.below <= theirs.below
+            assert ours.dark <= theirs.dark + 5
+            assert ours.bright <= theirs.bright + 5
