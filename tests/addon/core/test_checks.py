@@ -111,16 +111,3 @@ def test_the_panel_is_drawn_again_without_a_look_at_the_objects(blender, extensi
     blender.data.objects.remove(other)
     blender.context.view_layer.update()
     assert keys(scene) == []
-
-
-def test_panels_look_again_only_once_something_has_changed(blender, extension, scene, monkeypatch):
-    checks = extension.addon.core.checks
-    blender.context.view_layer.update()
-    looked = []
-    monkeypatch.setattr(checks, "check", lambda scene, check=checks.check: looked.append(1) or check(scene))
-    for _ in range(3):
-        assert checks.known(scene) == []
-    assert len(looked) == 1
-    scene.cycles.blur_glossy = 1
-    blender.context.view_layer.update()
-    assert [finding.key for finding in checks.known(scene)] == ["filter_glossy"]

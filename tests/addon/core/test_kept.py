@@ -139,7 +139,7 @@ def test_an_rgb_material_is_light(imported, cornell, tmp_path):
 def test_appended_materials_share_the_groups_of_their_lobes_with_those_of_the_file(imported, tmp_path):
     path = str(tmp_path / "saved.blend")
     name = imported().name
-    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
     names = {tree.name for tree in bpy.data.node_groups if "measured_brdf_kind" in tree}
     assert names
     for _ in range(2):
