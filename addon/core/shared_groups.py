@@ -6,6 +6,7 @@ has changed is left to the materials that have it. Appended materials bring grou
 
 import hashlib
 from collections.abc import Callable
+from typing import Any
 
 import bpy
 
@@ -21,7 +22,7 @@ def shared_group(kind: str, fill: Callable[[bpy.types.NodeTree], None]) -> bpy.t
 
 def is_unchanged(tree: bpy.types.NodeTree | None) -> bool:
     """Whether a group is one that is shared, as it was made."""
-    return tree is not None and _KIND in tree and tree.get(_DIGEST) == _digest(tree)
+    return tree is not None and tree.get(_KIND) is not None and tree.get(_DIGEST) == _digest(tree)
 
 
 def merge() -> None:
@@ -35,7 +36,7 @@ def merge() -> None:
 
 
 def _local() -> list[bpy.types.NodeTree]:
-    return [tree for tree in bpy.data.node_groups if _KIND in tree and tree.library is None
+    return [tree for tree in bpy.data.node_groups if tree.get(_KIND) is not None and tree.library is None
             and tree.override_library is None]
 
 
@@ -59,5 +60,5 @@ def _digest(tree: bpy.types.NodeTree) -> str:
 
 
 def _value(socket: bpy.types.NodeSocket) -> tuple[float, ...] | float | None:
-    value = getattr(socket, "default_value", None)
+    value: Any = getattr(socket, "default_value", None)
     return tuple(value) if hasattr(value, "__len__") else value
