@@ -40,7 +40,7 @@ def stage(scene, of):
     scene.view_settings.exposure = EXPOSURE
     ordinary.car(of)
     background(scene, 0.4, (0.86, 0.93, 1.0))
-    look((0.05, -8.4, 2.4), (0.05, 0, 0.42), lens=64)
+    look((-0.07, -8.4, 2.4), (-0.07, 0, 0.22), lens=62)
 
 
 def measured(name, data, preset):
@@ -70,7 +70,7 @@ def is_present(data, file, sample):
     return path.is_file() and (not sample or sample in [name for _, name in list_samples(path)])
 
 
-def draw(path, width=1600, height=686, samples=32, preset="Standard"):
+def draw(path, width=1600, height=640, samples=32, preset="Standard"):
     """Render the scene with the measured materials at hand, save it, and render it with Principled BSDFs."""
     data, _ = synthetic.measurements_or_synthetic()
     scene = black_scene(width, height, samples, span=1)
@@ -83,6 +83,7 @@ def draw(path, width=1600, height=686, samples=32, preset="Standard"):
     _render(scene, path.with_name(f"{path.name}.jpg"))
     OUT.parent.mkdir(parents=True, exist_ok=True)
     bpy.ops.wm.save_as_mainfile(filepath=str(OUT.with_suffix(".blend")), compress=True, copy=True)
+    scene.render.resolution_percentage = 50         # pages show it in half their width
     for name, material in made.items():
         if material.measured_brdf.coefficients:
             use_principled(material, MATERIALS[name][2])
@@ -99,7 +100,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=OUT)
     parser.add_argument("--width", type=int, default=1600)
-    parser.add_argument("--height", type=int, default=686)
+    parser.add_argument("--height", type=int, default=640)
     parser.add_argument("--samples", type=int, default=32)
     options = parser.parse_args()
     start = time.perf_counter()

@@ -3,13 +3,14 @@
 import re
 from collections import Counter
 
-# the source once more, folders of this machine, hints for messages of errors and of lifetimes, which OSL works out again
-# when it loads a shader, and what it takes for granted: that an instruction writes its first argument and reads the rest
+# the source once more, folders of this machine, hints for messages of errors and of lifetimes, which OSL works out
+# again when it loads a shader, and what it takes for granted: that an instruction writes its first argument and reads
+# the others
 _NOT_NEEDED = re.compile(r'^[ \t]*#.*\n|[ \t]*%(?:filename\{"[^"]*"\}|(?:line|read|write)\{[^}]*\}|argrw\{"wr*"\})',
                          re.MULTILINE)
 _TABLE = re.compile(r"^const\tfloat\[\d{3,}\]\t\S+\t(.*)$", re.MULTILINE)
 _FIGURES = 7                # of the numbers in tables: single precision has 6 to 9
-_OWN = re.compile(r"^(?:temp|local|const)\t[^\t]+\t((?:\$|___\d)[\w$]*)(?!.*%)", re.MULTILINE)       # no parameter is named so
+_OWN = re.compile(r"^(?:temp|local|const)\t[^\t]+\t((?:\$|___\d)[\w$]*)(?!.*%)", re.MULTILINE)
 _WORD = re.compile(r'"(?:[^"\\]|\\.)*"|[\w$.]*[A-Za-z_$][\w$.]*')
 _DIGITS = "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 

@@ -4,10 +4,9 @@ Cycles treats most of the reflection of a measured material as glossy, so every 
 """
 
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import bpy
-from bpy.app.handlers import persistent
 
 from ...fitter.shader_constants import MAX_LAMPS, MOST_MIXED
 from . import device, osl_support, rendered, tangents, versions
@@ -38,19 +37,6 @@ class Finding(NamedTuple):
 
 others: list[Callable[[bpy.types.Scene], Iterator[Finding]]] = []
 """What slices find."""
-
-
-_known: dict[tuple[object, ...], list[Finding]] = {}
-
-
-def known(scene: bpy.types.Scene) -> list[Finding]:
-    """As `check`, for panels, which are redrawn often: looked for again once something has been evaluated anew."""
-    item = bpy.context.object
-    key = (scene.session_uid, None if item is None else item.session_uid, rendered.without_osl(scene),
-           device.effective_device(scene))
-    if key not in _known:
-        _known[key] = check(scene)
-    return _known[key]
 
 
 def check(scene: bpy.types.Scene) -> list[Finding]:
@@ -202,25 +188,3 @@ def _tangents(scene: bpy.types.Scene) -> Iterator[Finding]:
 
 def _of_missing_uv(node: bpy.types.Node, mesh: bpy.types.Mesh) -> bool:
     return (node.type == "TANGENT" and node.direction_type == "UV_MAP" and not tangents.has_uv(mesh, node.uv_map))
-
-
-@persistent
-def _forget(*_: Any) -> None:
-    _known.clear()
-
-
-_HANDLERS = ("depsgraph_update_post", "frame_change_post", "undo_pre", "undo_post", "redo_pre", "redo_post", "load_pre",
-             "load_post")
-
-
-def register() -> None:
-    for name in _HANDLERS:
-        getattr(bpy.app.handlers, name).append(_forget)
-
-
-def unregister() -> None:
-    for name in _HANDLERS:
-        handlers = getattr(bpy.app.handlers, name)
-        if _forget in handlers:
-            handlers.remove(_forget)
-    _forget()

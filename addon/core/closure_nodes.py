@@ -25,10 +25,6 @@ _ANY = (1.3e-5, 0.7e-5, 1.1e-5)     # added to tangents, so that none is without
 _WIDTH, _HEIGHT = 200, 260          # of a place in the node editor
 
 
-_FRAME = "Colour", "Normal", "Away", "Tangent", "Polar"     # outputs of the shared group, in the order of `Frame`
-_PHASE = "Phase"
-
-
 class Inputs(NamedTuple):
     """The sockets that a sum of closures depends on; None for what a fit does not have."""
 
@@ -140,10 +136,15 @@ def add_frame(tree: bpy.types.NodeTree, inputs: Inputs, turn: float | None, x: f
     given: dict[str, _Value] = {"Tint": inputs.tint, "Strength": inputs.strength, "Normal": inputs.normal}
     if turn is None or inputs.tangent is None or inputs.rotation is None:
         node = build.group("Frame", _fill_frame, given)
-        return Frame(*(node.outputs[name] for name in _FRAME), None)
+        return _outputs_of(node)
     node = build.group("Turned Frame", _fill_turned_frame,
                        given | {"Tangent": inputs.tangent, "Rotation": inputs.rotation, "Turn": turn})
-    return Frame(*(node.outputs[name] for name in (*_FRAME, _PHASE)))
+    return _outputs_of(node)
+
+
+def _outputs_of(node: bpy.types.Node) -> Frame:
+    out = node.outputs
+    return Frame(out["Colour"], out["Normal"], out["Away"], out["Tangent"], out["Polar"], out.get("Phase"))
 
 
 def _fill_frame(tree: bpy.types.NodeTree) -> None:

@@ -24,7 +24,8 @@ def scene_colours() -> str:
     Since Blender 5.0 a file has its own; before, the OpenColorIO configuration has one for all. Colours are converted
     from either.
     """
-    return _named(tuple(tuple(Color(axis).from_scene_linear_to_xyz_d65()) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))))
+    axes = (Color(axis).from_scene_linear_to_xyz_d65() for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
+    return _named(tuple((axis.r, axis.g, axis.b) for axis in axes))
 
 
 @functools.cache

@@ -6,9 +6,11 @@ has changed is left to the materials that have it. Appended materials bring grou
 
 import hashlib
 from collections.abc import Callable
+from typing import Any
 
 import bpy
 
+_NAME = "Measured BRDF: "
 _KIND = "measured_brdf_kind"
 _DIGEST = "measured_brdf_digest"        # of the group as it was made
 
@@ -21,7 +23,7 @@ def shared_group(kind: str, fill: Callable[[bpy.types.NodeTree], None]) -> bpy.t
 
 def is_unchanged(tree: bpy.types.NodeTree | None) -> bool:
     """Whether a group is one that is shared, as it was made."""
-    return tree is not None and _KIND in tree and tree.get(_DIGEST) == _digest(tree)
+    return tree is not None and tree.get(_KIND) is not None and tree.get(_DIGEST) == _digest(tree)
 
 
 def merge() -> None:
@@ -35,12 +37,12 @@ def merge() -> None:
 
 
 def _local() -> list[bpy.types.NodeTree]:
-    return [tree for tree in bpy.data.node_groups if _KIND in tree and tree.library is None
+    return [tree for tree in bpy.data.node_groups if tree.get(_KIND) is not None and tree.library is None
             and tree.override_library is None]
 
 
 def _create(kind: str, fill: Callable[[bpy.types.NodeTree], None]) -> bpy.types.NodeTree:
-    tree = bpy.data.node_groups.new(f"Measured BRDF {kind}", "ShaderNodeTree")
+    tree = bpy.data.node_groups.new(_NAME + kind, "ShaderNodeTree")
     fill(tree)
     tree[_KIND], tree[_DIGEST] = kind, _digest(tree)
     return tree
@@ -59,5 +61,5 @@ def _digest(tree: bpy.types.NodeTree) -> str:
 
 
 def _value(socket: bpy.types.NodeSocket) -> tuple[float, ...] | float | None:
-    value = getattr(socket, "default_value", None)
+    value: Any = getattr(socket, "default_value", None)
     return tuple(value) if hasattr(value, "__len__") else value

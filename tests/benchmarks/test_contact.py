@@ -6,8 +6,11 @@ import pytest
 from benchmarks import contact
 from support.cases import release
 
-WORST = ("published:chrome", "published:hematite", "rgl/irid_flake_paint1_rgb.bsdf", "curet/abrdf.dat velvet",
-         "cornell/garnet_red_RGB.astm")
+BELOW_ZERO = pytest.mark.xfail(reason="Exact has pixels below zero before denoising", strict=True)
+WORST = ("published:hematite", "curet/abrdf.dat velvet", "curet/abrdf.dat aluminum foil",
+         "cornell/garnet_red_RGB.astm", pytest.param("cornell/cayman.astm", marks=BELOW_ZERO),
+         pytest.param("goniometer/IMX455.bsdf", marks=BELOW_ZERO),
+         pytest.param("rgl/irid_flake_paint1_rgb.bsdf", marks=BELOW_ZERO))
 
 
 def test_pixels_that_differ_from_those_around_them_are_counted():

@@ -744,3 +744,29 @@ def test_instanced_lamps_that_move_ask_for_lock_interface(blender, extension, la
     assert blender.ops.measured_brdf.fix_setting(key="lock_interface") == {"FINISHED"}
     assert scene.render.use_lock_interface
     assert "lock_interface" not in keys()
+
+
+def test_lamps_are_written_without_copying_materials_which_are_taken_anew(blender, lamps, scene):
+    """Blender copies node trees with their bytecode wherever it copies; nodes of a copy lie elsewhere in memory."""
+    tree = lamps.node_tree()
+    material, graph = use(blender, tree), blender.context.view_layer.depsgraph
+    told = []
+
+    def places():
+        return [node.as_pointer() for node in material.evaluated_get(graph).node_tree.nodes]
+
+    def tell(_, graph):
+        told.extend(update.id.original for update in graph.updates)
+
+    blender.context.view_layer.update()
+    before = places()
+    blender.app.handlers.depsgraph_update_post.append(tell)
+    try:
+        lamps.group.store(tree, [lamps.Lamp((5, 2, 3), 0.1, 1)], False)
+        blender.context.view_layer.update()
+    finally:
+        blender.app.handlers.depsgraph_update_post.remove(tell)
+    assert material in told
+    assert places() == before
+    inner = next(node.node_tree for node in material.evaluated_get(graph).node_tree.nodes if node.type == "GROUP")
+    assert inner.nodes["Lamp1"].inputs[0].default_value == 5

@@ -114,6 +114,8 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
     from measured_brdf.addon.starter import shelf
     from measured_brdf.addon.work import queue
 
+    queue.unregister()                  # what panels have asked for before
+    shelf._icon_ids.clear()
     monkeypatch.setattr(shelf, "user_folder", lambda name: tmp_path / "user" / name)
     folder = tmp_path / "data"
     folder.mkdir()
