@@ -10,7 +10,7 @@ from typing import Any
 
 import bpy
 
-_NAME = "Measured BRDF: "
+_NAME = "Measured BRDF "
 _KIND = "measured_brdf_kind"
 _DIGEST = "measured_brdf_digest"        # of the group as it was made
 
