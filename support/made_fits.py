@@ -47,7 +47,7 @@ def made_fit(coordinates, kinds=("mirror",), columns=(0, 1, 2), damped=False, sp
     if axes > ISOTROPIC_AXES:
         turned = np.array([kind in ("mirror", "fibre") for kind in kinds])
         prior = replace(prior, across=np.where(turned, 0.4, prior.alpha), turn=np.where(turned, -0.6, 0.0))
-    damping = 0.2 + 0.8 * random.random((DAMPING_KNOTS, stored)) if damped else np.zeros((0, stored))
+    damping = 0.2 + 0.8 * random.random((DAMPING_KNOTS, stored)) if damped else np.zeros((0, 1))
     transform = LogRelative(prior, 0.1, np.linspace(8, 9, stored), 0.0, damping)
     control_points = 0.5 * _symmetric(2, random.standard_normal((*dense.shape(2, axes), stored)))
     diffuse = DenseLattice(2, control_points.astype(np.float32))

@@ -119,8 +119,8 @@ def of(fit: Fit) -> bpy.types.NodeTree:
 
 
 def unused(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
-    """The group and the source text that one of an older version has, if nothing uses them; empty for a group in use,
-    and for None."""
+    """The group, the groups that it shared with others and the source text that one of an older version has, if nothing
+    uses them; empty for a group in use, and for None."""
     if tree is None:
         return []
     text = present(script_node(tree)).script
@@ -128,7 +128,8 @@ def unused(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
     users = bpy.data.user_map(subset=[tree] if text is None else [tree, text])
     if users[tree] or tree.use_fake_user:
         return []
-    return [tree] if text is None or users[text] - {tree} else [tree, text]
+    texts = [] if text is None or users[text] - {tree} else [text]
+    return [tree, *texts, *shared_groups.used_only_by(tree)]
 
 
 def script_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:

@@ -26,6 +26,13 @@ def is_unchanged(tree: bpy.types.NodeTree | None) -> bool:
     return tree is not None and tree.get(_KIND) is not None and tree.get(_DIGEST) == _digest(tree)
 
 
+def used_only_by(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
+    """The shared groups that nothing uses but a group."""
+    shared = [each for each in _local() if not each.use_fake_user]
+    users = bpy.data.user_map(subset=shared)
+    return [each for each in shared if users[each] == {tree}]
+
+
 def merge() -> None:
     """Put one group in the place of all that are the same: appending and making local bring more."""
     first: dict[tuple[str, str], bpy.types.NodeTree] = {}

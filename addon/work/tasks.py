@@ -290,10 +290,12 @@ def adjusted(kept: Kept, edit: Arguments, report: Report = silent) -> Surface:
 
 def _surface(fit: fitter.Fit, space: str, edit: Arguments, report: Report) -> Surface:
     """What a material shows of a fit that `edit` has made."""
-    with progress.part(0.0, 0.85, "Matching closures"):
+    with progress.part(0.0, 0.75, "Matching closures"):
         nodes = node_mixtures(fit)
-    report(0.85, "Matching the viewport colour")
-    return _assembled(Ready(fit, nodes, principled.principled(fit)), space, edit)
+    report(0.75, "Matching the viewport colour")
+    made = Ready(fit, nodes, principled.principled(fit))
+    report(0.85, "Writing the shader")
+    return _assembled(made, space, edit)
 
 
 def _assembled(made: Ready, space: str, edit: Arguments) -> Surface:

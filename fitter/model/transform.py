@@ -80,7 +80,7 @@ class LogRelative:
         Upper bound of the reflectance, 1/sr.
     floor : float
         Lower bound of the reflectance, 1/sr: 0, or minus infinity to keep noise around 0.
-    damping : (DAMPING_KNOTS, channels) or (0, channels) float64
+    damping : (DAMPING_KNOTS, channels) or (0, 1) float64
         A factor of the reflectance for each of the two polar angles, which conserves energy: the control points, from 0
         to 1, of a cubic B-spline whose knots are even in the projection r(theta) of `coordinates.half_difference`. They
         are continued beyond the normal by their mirror images, beyond the horizon by the last. By default there

@@ -234,9 +234,8 @@ def unknown_labels(text):
         before, after = flat[:sign.start()], flat[sign.end():]
         if not any(before.endswith(label) for label in known):
             unknown.add(before[-20:])
-        if not any(re.match(re.escape(label) + r"(?!\w)", after) and not any(
-                longer.startswith(f"{label} (") and after.startswith(f"{label} (") for longer in known)
-                   for label in known):
+        label = max((each for each in known if re.match(re.escape(each) + r"(?!\w)", after)), key=len, default=None)
+        if label is None or (after.startswith(f"{label} (") and any(each.startswith(f"{label} (") for each in known)):
             unknown.add(after[:30])
     return unknown
 

@@ -221,7 +221,8 @@ def test_a_material_of_another_space_is_told_and_mended(blender, cube, file, gre
 def test_a_file_of_a_space_that_nobody_knows_is_told(blender, cube, file, extension, monkeypatch):
     reading = extension.addon.core.reading
     blender.ops.measured_brdf.import_data(filepath=file, **CHEAP, **HOW)
-    monkeypatch.setattr(reading, "Color", lambda axis: SimpleNamespace(from_scene_linear_to_xyz_d65=lambda: axis))
+    monkeypatch.setattr(reading, "Color", lambda axis: SimpleNamespace(
+        from_scene_linear_to_xyz_d65=lambda: SimpleNamespace(r=axis[0], g=axis[1], b=axis[2])))
     assert reading.scene_colours() == ""
     (found,) = findings(blender)
     assert "none of Rec.709, Rec.2020, ACEScg" in found.message
