@@ -225,7 +225,7 @@ def labels():
 def unknown_labels(text):
     """The words in bold, and the steps of a way through menus (A > B), that neither we nor Blender have."""
     text = without_code(text)
-    known = labels() | BLENDERS_OWN
+    known = {label.strip() for label in labels() | BLENDERS_OWN}
     folded = {label.casefold() for label in known}
     bold = {" ".join(words.split()) for words in re.findall(r"\*\*([^*]+)\*\*", text)} - EMPHASISED
     unknown = {words for words in bold if words.removesuffix("...").casefold() not in folded}
