@@ -22,7 +22,7 @@ from ..core.transaction import by_session_uid
 from ..work import process, queries
 from ..work.blender_process import Command
 from ..work.job import Work
-from ..work.modal import InBackground, Steps, errors_reported
+from ..work.modal import InBackground, Steps, is_started_anew
 from . import comparison, stage
 from . import settings as photographs
 from . import work as measuring
@@ -72,11 +72,7 @@ class ChoosesFiles(OperatorMixIn):
         return {"RUNNING_MODAL"}
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        # the file browser calls this; start anew as a modal operator, so that the window stays responsive
-        if self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
-            again = getattr(bpy.ops.measured_brdf, type(self).__name__.partition("_OT_")[2])
-            with errors_reported(self):
-                again("INVOKE_DEFAULT", **self.given())
+        if is_started_anew(self, self.given()):
             return {"CANCELLED"}
         return self.run(context)
 

@@ -15,7 +15,7 @@ from ..core.outcomes import Outcome
 from ..core.properties import CHOICES, LEVELS, FitChoices, fit_arguments, use_preset, worth
 from . import queries
 from .discovery import GLOB, files_in
-from .modal import InBackground, Steps, errors_reported
+from .modal import InBackground, Steps, is_started_anew
 
 Outcomes = Sequence[tuple[str, str, Outcome | ValueError]]
 """As `tasks.outcomes` returns them."""
@@ -105,11 +105,7 @@ class FromFolder(FitChoices, OperatorMixIn):
         return {"RUNNING_MODAL"}
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        # the file browser calls this; start anew as a modal operator, so that the window stays responsive
-        if self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
-            again = getattr(bpy.ops.measured_brdf, type(self).__name__.partition("_OT_")[2])
-            with errors_reported(self):
-                again("INVOKE_DEFAULT", **present(self.as_keywords(ignore=("filepath",))))
+        if is_started_anew(self, present(self.as_keywords(ignore=("filepath",)))):
             return {"CANCELLED"}
         return self.run(context)
 

@@ -189,6 +189,17 @@ def errors_reported(operator: bpy.types.Operator) -> Iterator[None]:
         operator.report({"ERROR"}, str(error).strip().removeprefix("Error: "))
 
 
+def is_started_anew(operator: bpy.types.Operator, given: dict[str, Any]) -> bool:
+    """Whether the file browser has called an operator, which then starts anew with what it was given, as a modal one:
+    so the window stays responsive."""
+    if not operator.options.is_invoke or operator.options.is_repeat or bpy.app.background:
+        return False
+    again = getattr(bpy.ops.measured_brdf, type(operator).__name__.partition("_OT_")[2])
+    with errors_reported(operator):
+        again("INVOKE_DEFAULT", **given)
+    return True
+
+
 class MEASUREDBRDF_OT_cancel(bpy.types.Operator):
     """Stop fitting and leave everything unchanged. Esc does the same"""
 
