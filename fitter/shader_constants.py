@@ -140,6 +140,8 @@ LAMP_LOBE_WEIGHT = 2e-4
 REMAINDER_EXPONENT = 1e6
 # The least colour of its closure weight in a channel, in that of the largest: the mixture may have none of a colour.
 LEAST_COLOUR = 0.01
+# The closure weight of a sampled direction in what it carries, where that is more than its usual share.
+CARRIED_WEIGHT = 0.5
 # Exponent of the directions that are sampled about a lamp, in that of its lobe: three quarters of them are within the
 # lamp, and those beyond its edge are no rarer than the lobe is low.
 CONE_EXPONENT = 0.7

@@ -5,7 +5,7 @@ struct RemainderPlan {
   int sampled;              /* whether this sample has a direction */
   float probability;        /* with which it has */
   float toward_lamp;        /* the share of the directions that are taken about a lamp */
-  float weight;             /* share of a direction in the closure weights of the sample */
+  float weight;             /* the least share of a direction in the closure weights of the sample */
 };
 
 RemainderPlan plan_remainder(Mixture mixture, LampList lamps, point seed)
@@ -49,9 +49,13 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
   vector half = normalize(mixture.wo + wi);
   color albedo = mixture_albedo(mixture);
   float least = LEAST_COLOUR * max(max(albedo[0], albedo[1]), albedo[2]);
-  color weight = plan.weight / (1.0 - plan.weight) * max(albedo, color(least));
-  color colour = value / weight * ((REMAINDER_EXPONENT + 1.0) /
-                                   ((REMAINDER_EXPONENT + 2.0) * plan.probability * density * dot(half, wi)));
+  albedo = max(albedo, color(least));
+  color carried = value / (plan.probability * density);
+  color size = fabs(carried) / albedo;
+  /* what carries more is followed more often */
+  float odds = max(plan.weight / (1.0 - plan.weight), CARRIED_WEIGHT * max(max(size[0], size[1]), size[2]));
+  color weight = odds * albedo;
+  color colour = carried / weight * ((REMAINDER_EXPONENT + 1.0) / ((REMAINDER_EXPONENT + 2.0) * dot(half, wi)));
   color ramp[KNOTS];
   for (int j = 0; j < KNOTS; j++) {
     ramp[j] = colour;
