@@ -37,7 +37,7 @@ vector sample_remainder(Mixture mixture, LampList lamps, RemainderPlan plan, poi
 /* A phong_ramp so narrow that it sends a path in the sampled direction, with what the fit has there besides the mixture
  * and the lobes. */
 closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampList lamps, LampLobes lobes,
-                                RemainderPlan plan, ShadingFrame frame, color tint)
+                                RemainderPlan plan, int everywhere, ShadingFrame frame, color tint)
 {
   int last = all.count - 1;
   vector wi = all.direction[last];
@@ -48,9 +48,12 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
   }
   vector half = normalize(mixture.wo + wi);
   color albedo = mixture_albedo(mixture);
-  float least = LEAST_COLOUR * max(max(albedo[0], albedo[1]), albedo[2]);
-  albedo = max(albedo, color(least));
+  float largest = max(max(albedo[0], albedo[1]), albedo[2]);
+  albedo = max(albedo, color(LEAST_COLOUR * largest));
   color carried = value / (plan.probability * density);
+  if (!everywhere) {
+    carried = clamp(carried, color(-MOST_CARRIED * largest), color(MOST_CARRIED * largest));
+  }
   color size = fabs(carried) / albedo;
   /* what carries more is followed more often */
   float odds = max(plan.weight / (1.0 - plan.weight), CARRIED_WEIGHT * max(max(size[0], size[1]), size[2]));
@@ -66,8 +69,8 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
 
 /* What the fit has besides the mixture: lobes at lamps, and a direction in some samples. The mixture may be lowered for
  * it. A direction needs no closure where the lobe of a small lamp carries everything. */
-closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int frugal, ShadingFrame frame,
-                             color tint, point seed, output Mixture mixture)
+closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int frugal, int everywhere,
+                             ShadingFrame frame, color tint, point seed, output Mixture mixture)
 {
   RemainderPlan plan = plan_remainder(mixture, lamps, seed);
   Evaluated all;
@@ -99,7 +102,7 @@ closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, 
   }
   closure color sum = lamp_lobe_closures(FLAT_RAMP, lobes, frame, tint);
   if (all.needed[last]) {
-    sum += remainder_closure(FLAT_RAMP, mixture, all, lamps, lobes, plan, frame, tint);
+    sum += remainder_closure(FLAT_RAMP, mixture, all, lamps, lobes, plan, everywhere, frame, tint);
   }
   return sum;
 }
