@@ -125,6 +125,8 @@ LEAST_OF_MIXTURE = 0.002
 MOST_LOWERED = 0.03
 # What the lobe of a larger lamp leaves of the mixture at least: at the lamp's edge that may be less than in the middle.
 LEFT_OF_MIXTURE = 0.5
+# What it makes of the mixture at most: a peak may be narrower than the lamp.
+MOST_OF_MIXTURE = 1.3
 # Where a lobe has fallen to less it counts as 0.
 LEAST_FALLOFF = 1e-6
 # What a lobe reflects where its height is 1, times its exponent: 2 pi ln 7 for the flat part, and the rest beyond it.

@@ -170,8 +170,7 @@ void evaluate_all(FIT_PARAMETERS, int lower, output Mixture mixture, output Eval
 }
 
 /* The lobes at the lamps, or at some of many: as high as the mixture falls short of the fit in the middle of the lamp.
- * No lobe takes more than there is: where the mixture exceeds the fit, that of a small lamp leaves next to nothing, and
- * that of another lamp a part of the mixture, which may soon be less. */
+ * Those of lamps that are not small change the mixture less, up or down: toward the lamp's edge the fit may be another. */
 void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, vector wo, float times[MAX_LAMPS],
                     output LampLobes lobes)
 {
@@ -180,11 +179,14 @@ void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, vector wo,
     if (all.needed[i]) {
       vector l = lamps.direction[i];
       float radius = lamps.radius[i];
-      color height = max(all.fitted[i], radius < SMALL_LAMP_RADIUS ? color(0.0) : LEFT_OF_MIXTURE * all.mixed[i]);
-      height -= all.mixed[i];
+      color height = all.fitted[i];
       if (radius >= SMALL_LAMP_RADIUS) {
+        height = clamp(height, LEFT_OF_MIXTURE * all.mixed[i], MOST_OF_MIXTURE * all.mixed[i]) - all.mixed[i];
         /* over a lamp that reaches the horizon the fit falls to 0 */
         height *= max(1.0 - sin(radius) / l[2], 0.0);
+      }
+      else {
+        height -= all.mixed[i];
       }
       /* near other lamps, the lobes before this one carry a part already */
       height -= eval_lobes(FLAT_RAMP, lobes, wo, l);
