@@ -28,9 +28,13 @@ measured: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
 
 
 class _Main:
-    """What the panels in the material tab and the one in the sidebar share."""
+    """What the panels in the material tab and in the sidebar share: what is measured, or how to begin."""
 
     bl_label = "Measured BRDF"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return has_data(context) or (context.object is not None and hasattr(context.object.data, "materials"))
 
     def draw(self, context: bpy.types.Context) -> None:
         draw(present(self.layout), context)
@@ -41,20 +45,6 @@ class MEASUREDBRDF_PT_material(_Main, MaterialPanel, bpy.types.Panel):
 
     bl_options = {"HIDE_HEADER"}            # panels without a header come first, below the list of materials
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return has_data(context)
-
-
-class MEASUREDBRDF_PT_begin(_Main, MaterialPanel, bpy.types.Panel):
-    """How to begin, where there is no measured material yet"""
-
-    bl_options = {"HIDE_HEADER"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return _can_have_material(context) and not has_data(context)
-
 
 class MEASUREDBRDF_PT_sidebar(_Main, bpy.types.Panel):
     """The measured material of the active object"""
@@ -62,14 +52,6 @@ class MEASUREDBRDF_PT_sidebar(_Main, bpy.types.Panel):
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Measured BRDF"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return _can_have_material(context)
-
-
-def _can_have_material(context: bpy.types.Context) -> bool:
-    return context.object is not None and hasattr(context.object.data, "materials")
 
 
 def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
@@ -149,4 +131,4 @@ def _draw_version(layout: bpy.types.UILayout, material: bpy.types.Material) -> N
         column.operator(MEASUREDBRDF_OT_update_materials.bl_idname, icon="FILE_REFRESH")
 
 
-classes = (MEASUREDBRDF_PT_begin, MEASUREDBRDF_PT_material, MEASUREDBRDF_PT_sidebar)
+classes = (MEASUREDBRDF_PT_material, MEASUREDBRDF_PT_sidebar)

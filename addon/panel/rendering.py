@@ -74,7 +74,7 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
         draw_wrapped(layout, rendered.sentence(found, chosen), "INFO" if as_chosen else "ERROR")
         if found.can_enable:
             layout.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
-        findings = checks.check(scene)
+        findings = checks.check(scene, material)
         if not findings:
             draw_wrapped(layout, "No setting of this scene changes the look", "CHECKMARK")
         for finding in findings:

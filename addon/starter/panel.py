@@ -4,11 +4,10 @@ from typing import Any
 
 import bpy
 
-from ..core import material as materials
 from ..core import preferences
 from ..core.annotations import present
 from ..core.reading import scene_colours
-from ..panel.layout import draw_warning, draw_wrapped, on_buttons, room
+from ..panel.layout import draw_warning, draw_wrapped, has_data, on_buttons, room
 from . import operators as library
 from . import shelf, starter, thumbnails
 from .data_sources import SOURCES
@@ -19,8 +18,8 @@ _MOST = 60                  # cells
 _IMPORT = "measured_brdf.import_data"
 
 
-class _StartPanel:
-    """A mix-in for panels that are shown without a material, too."""
+class _BeginPanel:
+    """A mix-in for panels in the material tab that are shown without a measured material, too."""
 
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
@@ -29,32 +28,17 @@ class _StartPanel:
     bl_order = 70
 
 
-class _Start(_StartPanel):
+class MEASUREDBRDF_PT_start(_BeginPanel, bpy.types.Panel):
+    """Materials that come with the extension: published fits of materials of MERL"""
+
     bl_label = "Material Library"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return not has_data(context)
 
     def draw(self, context: bpy.types.Context) -> None:
         _draw_published(present(self.layout), context)
-
-
-class MEASUREDBRDF_PT_start(_Start, bpy.types.Panel):
-    """Materials that come with the extension: published fits of materials of MERL"""
-
-    bl_parent_id = "MEASUREDBRDF_PT_begin"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return _is_offered(context)
-
-
-class MEASUREDBRDF_PT_start_first(_Start, bpy.types.Panel):
-    """Materials that come with the extension: published fits of materials of MERL"""
-
-    bl_parent_id = "MEASUREDBRDF_PT_begin"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return not _is_offered(context)
 
 
 class MEASUREDBRDF_PT_library(bpy.types.Panel):
@@ -75,13 +59,9 @@ def draw_button(layout: bpy.types.UILayout) -> None:
     layout.popover(MEASUREDBRDF_PT_library.__name__, text="Library", icon="ASSET_MANAGER")
 
 
-def _is_offered(context: bpy.types.Context) -> bool:
-    """Whether the starter library is open above materials that are not measured: in files that have no measured one,
-    unless the preferences say otherwise."""
-    return preferences.get(context).offer_library and not any(map(materials.is_shown, bpy.data.materials))
+class MEASUREDBRDF_PT_folder(_BeginPanel, bpy.types.Panel):
+    """The measurements in the data folder of the preferences"""
 
-
-class _Folder(_StartPanel):
     bl_label = "Data Folder"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -93,32 +73,14 @@ class _Folder(_StartPanel):
         _draw_folder(present(self.layout), context)
 
 
-class MEASUREDBRDF_PT_folder(_Folder, bpy.types.Panel):
-    """The measurements in the data folder of the preferences"""
+class MEASUREDBRDF_PT_sources(_BeginPanel, bpy.types.Panel):
+    """Databases of measured reflectance that can be downloaded"""
 
-
-class MEASUREDBRDF_PT_folder_first(_Folder, bpy.types.Panel):
-    """The measurements in the data folder of the preferences"""
-
-    bl_parent_id = "MEASUREDBRDF_PT_begin"
-
-
-class _Sources(_StartPanel):
     bl_label = "Where to Get Data"
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, _context: bpy.types.Context) -> None:
         _draw_sources(present(self.layout))
-
-
-class MEASUREDBRDF_PT_sources(_Sources, bpy.types.Panel):
-    """Databases of measured reflectance that can be downloaded"""
-
-
-class MEASUREDBRDF_PT_sources_first(_Sources, bpy.types.Panel):
-    """Databases of measured reflectance that can be downloaded"""
-
-    bl_parent_id = "MEASUREDBRDF_PT_begin"
 
 
 def draw_preferences(layout: bpy.types.UILayout) -> None:
@@ -229,6 +191,4 @@ def _columns() -> int:
     return max(room() // _CELL, 2)
 
 
-classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_start_first, MEASUREDBRDF_PT_folder_first,
-           MEASUREDBRDF_PT_sources_first,
-           MEASUREDBRDF_PT_library, MEASUREDBRDF_PT_folder, MEASUREDBRDF_PT_sources)
+classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_library, MEASUREDBRDF_PT_folder, MEASUREDBRDF_PT_sources)

@@ -117,7 +117,7 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
     from measured_brdf.addon.work import queue
 
     queue.unregister()                  # what panels have asked for before
-    shelf._icon_ids.clear()
+    shelf._icons._ids.clear()
     monkeypatch.setattr(shelf, "user_folder", lambda name: tmp_path / "user" / name)
     folder = tmp_path / "data"
     folder.mkdir()
@@ -128,7 +128,7 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
     found, = shelf.watched(str(folder)).result
     assert found.label == "a.astm"
     kept = []
-    monkeypatch.setattr(shelf, "_keep", lambda key, picture: kept.append(picture.shape))
+    monkeypatch.setattr(shelf._icons, "add", lambda key, picture: kept.append(picture.shape))
     assert shelf.measurement_icon(found, {"colours": "Rec.709"}) == (0, None)
     assert shelf.swatch_icon("chrome") == 0
     queue.answer_all()
