@@ -1,6 +1,7 @@
 """The results of the background processes, which materials are made from. Nothing here imports bpy."""
 
 import hashlib
+import json
 from typing import NamedTuple
 
 from ...fitter import ErrorMetrics, Fit
@@ -85,6 +86,23 @@ class Kept(NamedTuple):
         return hashlib.blake2b(whole + b"\n" + self.fit, digest_size=16).hexdigest()
 
 
+class Wanted(NamedTuple):
+    """The fit that measurements have with some arguments; nobody need have made it yet."""
+
+    data: Data
+    arguments: Arguments
+
+    @property
+    def digest(self) -> str:
+        """Identifies the fit."""
+        return f"{self.data.digest} {json.dumps(self.arguments, sort_keys=True)}"
+
+    @property
+    def colours(self) -> str:
+        """One of `colours.COLOURS`."""
+        return self.data.measured.colours
+
+
 class KeptMix(NamedTuple):
     """The fits that a mix keeps, each of a material or of a mix; and the share of the second, None with a mask."""
 
@@ -96,6 +114,15 @@ class KeptMix(NamedTuple):
     def digest(self) -> str:
         """Identifies the mix."""
         return f"{self.first.digest} {self.second.digest} {self.share}"
+
+    @property
+    def colours(self) -> str:
+        """One of `colours.COLOURS`."""
+        return self.first.colours
+
+
+Shown = Kept | KeptMix | Wanted
+"""A fit that pictures are made of."""
 
 
 class Surface(NamedTuple):

@@ -19,12 +19,11 @@ from . import (
     samples,
 )
 
-_ENTRIES = menu.entries((import_data.MEASUREDBRDF_OT_browse, "Import Measured BRDF..."),
+_ENTRIES = menu.entries((import_data.MEASUREDBRDF_OT_import_data, "Import Measured BRDF..."),
                         (folders.MEASUREDBRDF_OT_import_folder, "Import Folder of Measured BRDFs..."),
                         (fit.MEASUREDBRDF_OT_fit, "Fit Measured BRDF Again"),
                         (relink.MEASUREDBRDF_OT_find_missing, "Find Missing Files of Measured BRDFs..."))
-_TOPICS = (*manual.over_operators("manual#get-data-in", "browse", "import_data", "import_folder", "choose_sample"),
-           *manual.over_operators("formats#units-and-conventions", "say_units"),
+_TOPICS = (*manual.over_operators("manual#get-data-in", "import_data", "import_folder", "choose_sample"),
            *manual.over_operators("manual#fit", "fit"),
            *manual.over_operators("manual#choose-what-it-may-cost", "use_preset"),
            *manual.over_operators("manual#keep-and-reuse", "find_file", "find_missing"))
@@ -35,7 +34,7 @@ def _draw_import(layout: bpy.types.UILayout) -> None:
 
 
 def _in_file_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    menu.layout.operator(import_data.MEASUREDBRDF_OT_browse.bl_idname,
+    menu.layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname,
                          text="Measured BRDF (MERL, RGL, CURET, table...)")
     menu.layout.operator(folders.MEASUREDBRDF_OT_import_folder.bl_idname, text="Measured BRDFs (folder)")
 
@@ -45,7 +44,7 @@ def _in_external_data_menu(menu: bpy.types.Menu, _context: bpy.types.Context) ->
 
 
 def _in_add_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    menu.layout.operator(import_data.MEASUREDBRDF_OT_browse.bl_idname, text="Import...", icon="IMPORT")
+    menu.layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, text="Import...", icon="IMPORT")
 
 
 _slice = Registration(

@@ -6,7 +6,7 @@ import bpy
 
 from ...fitter import PRESETS, Fit
 from ..core.annotations import Arguments, present
-from ..core.outcomes import Data, Fitted
+from ..core.outcomes import Data, Fitted, Wanted
 from ..core.properties import OFFERED, ORIGINAL, PRESET_ITEMS, fit_arguments, name_of_fit
 from ..panel.layout import MaterialPanel, draw_value, draw_warning, is_narrow, picture_scale, wrapped
 from ..work import modal, queries
@@ -66,7 +66,8 @@ def _shown(material: bpy.types.Material, data: Data, kept: Job[Fit] | None, name
         numbers = _texts(settings.coefficients, settings.bytes, settings.rmse)
         return _Shown(icon, job, (*numbers, _held_out(queries.held_out(data, arguments))), True)
     found, held = queries.cost(data, arguments)
-    icon, job = queries.preset_sphere(data, arguments)
+    wanted = Wanted(data, arguments)
+    icon, job = queries.lit_sphere(wanted.digest, wanted)
     return _Shown(icon, job, _numbers(found, held), is_chosen)
 
 

@@ -16,7 +16,7 @@ from ..core.outcomes import Outcome
 from ..core.properties import CHOICES, PRESET_ITEMS, READING, fit_arguments, use_preset, worth
 from ..core.reading import load_arguments
 from ..core.transaction import by_session_uid
-from ..work import process, queries, tasks
+from ..work import process, tasks
 from ..work.modal import InBackground, Steps, errors_reported
 
 AS_CHOSEN = "AS_CHOSEN"    # in the place of a preset
@@ -57,9 +57,6 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
             return {"CANCELLED"}
         return self.start(context)
 
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        return self.run(context)
-
     def _failed(self, error: Exception) -> OperatorResult:
         if isinstance(error, SampleUnknownError) and self.options.is_invoke and not bpy.app.background:
             # the other operator asks, and starts anew
@@ -83,12 +80,9 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         self._choices.filepath = self.filepath or settings.filepath
         if self.preset != AS_CHOSEN:
             use_preset(self._choices, self.preset)
-        path, sample = bpy.path.abspath(self._choices.filepath), settings.sample
-        arguments = fit_arguments(self._choices)
-        how = load_arguments(settings)
-        known = queries.known_fit(path, sample, how, arguments)
-        return process.Calculation(partial(tasks.outcome, path, sample, arguments, known=known, how=how,
-                                           edit=edit_arguments(target)))
+        path = bpy.path.abspath(self._choices.filepath)
+        return process.Calculation(partial(tasks.outcome, path, settings.sample, fit_arguments(self._choices),
+                                           how=load_arguments(settings), edit=edit_arguments(target)))
 
     def prepare(self, outcome: Outcome) -> Steps:
         yield 0.95, "Compiling"
@@ -100,7 +94,6 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         if target is None or not target.is_editable:
             raise ValueError("The material has been removed meanwhile")
         before, space = target.measured_brdf.digest, target.measured_brdf.colours
-        queries.tell_fit(outcome.measured, fit_arguments(self._choices), outcome.fitted)
         how = rendered.advice(target, present(context.scene)) if material.is_measured(target) else ""
         material.assign(target, outcome, self._choices, context, shader)
         told = worth(target.measured_brdf).whole

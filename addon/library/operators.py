@@ -1,7 +1,7 @@
 """Saves a measured material as an asset, for use in other files."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
@@ -12,6 +12,7 @@ from ..core import assets, library_file, preferences
 from ..core import material as materials
 from ..core.active_material import active_material
 from ..core.annotations import OperatorMixIn, OperatorResult, present
+from ..core.outcomes import Shown
 from ..work import process, queries, tasks
 from ..work.blender_process import Command
 from ..work.modal import InBackground, errors_reported
@@ -157,7 +158,7 @@ in other files"""
 def _thumbnail(target: bpy.types.Material) -> SingleArray | None:
     """The lit sphere of the fit in a material's shader; None if that is damaged, so that Blender renders a preview."""
     try:
-        return tasks.kept_sphere(present(queries.shown(target)))
+        return tasks.lit_sphere(cast(Shown, queries.shown(target)), None)
     except ValueError:
         return None
 

@@ -5,8 +5,8 @@ import bpy
 from ..core import manual
 from ..core.registration import Registration
 from ..panel import menu
-from ..work import command as commands
-from . import command, operators, panel, settings
+from ..work import command
+from . import comparison, operators, panel, settings
 
 _ENTRY = menu.entries((operators.MEASUREDBRDF_OT_measure_photographs, "Measure Photographs of a Ball..."))
 _PAGE = "manual/measure-your-own"
@@ -22,5 +22,5 @@ def _in_file_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
 
 _slice = Registration(settings, operators, panel, additions=(
     (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _in_file_menu), (menu.MEASUREDBRDF_MT_menu, _ENTRY),
-    (commands.commands, command.add)))
+    (command.commands, command.answering("photograph", comparison.answer))))
 register, unregister = _slice.register, _slice.unregister

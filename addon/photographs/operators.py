@@ -15,14 +15,14 @@ from ...fitter.colours import DEFAULT, conversion
 from ...fitter.files import replacing
 from ...fitter.photographs.setup import Resolved
 from ..core import compiler, material, osl_support, targets
-from ..core.annotations import OperatorMixIn, OperatorResult, present
+from ..core.annotations import present
 from ..core.properties import CHOICES, fit_arguments, use_preset, worth
 from ..core.reading import load_arguments, scene_colours
 from ..core.transaction import by_session_uid
-from ..work import process, queries
+from ..work import process
 from ..work.blender_process import Command
 from ..work.job import Work
-from ..work.modal import InBackground, Steps, is_started_anew
+from ..work.modal import AsksForPath, InBackground, Steps
 from . import comparison, stage
 from . import settings as photographs
 from . import work as measuring
@@ -40,12 +40,6 @@ class HasPhotographs(InBackground):
             return False
         return bool(context.scene.is_editable)
 
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        return self.start(context)
-
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        return self.run(context)
-
     def remember(self, context: bpy.types.Context) -> bpy.types.Scene:
         """The scene of the context, which `scene` finds again."""
         osl_support.make_importable("OpenImageIO")
@@ -60,28 +54,7 @@ class HasPhotographs(InBackground):
         return found
 
 
-class ChoosesFiles(OperatorMixIn):
-    """A mix-in for operators that ask for files. It precedes `InBackground` among the bases."""
-
-    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        if self.filepath:
-            return self.start(context)
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        if is_started_anew(self, self.given()):
-            return {"CANCELLED"}
-        return self.run(context)
-
-    def given(self) -> dict[str, Any]:
-        """What the operator was given, for another that goes on with it."""
-        return present(self.as_keywords(ignore=("filter_glob",)))
-
-
-class MEASUREDBRDF_OT_measure_photographs(ChoosesFiles, InBackground, bpy.types.Operator):
+class MEASUREDBRDF_OT_measure_photographs(AsksForPath, bpy.types.Operator):
     """Make a scene of photographs of a painted ball, in which its material is measured: choose all of them, or a \
 description (.toml)"""
 
@@ -89,6 +62,8 @@ description (.toml)"""
     bl_label = "Measure Photographs"
     bl_options = {"REGISTER", "UNDO"}
 
+    path_name = "filepath"
+    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default=f"{_PICTURES};*.toml", options={"HIDDEN"})
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
@@ -107,10 +82,6 @@ description (.toml)"""
         layout.use_property_split = True
         for name in ("exposures",) if self.to_scene else ("radius", "distance", "exposures"):
             layout.prop(self, name)
-
-    def given(self) -> dict[str, Any]:
-        return {**present(self.as_keywords(ignore=("filter_glob", "files"))),
-                "files": [{"name": item.name} for item in self.files]}
 
     def work(self, context: bpy.types.Context) -> Work:
         osl_support.make_importable("OpenImageIO")
@@ -168,13 +139,15 @@ class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
         self.report({"INFO"}, "The ball is at {:.4f}, {:.4f}, {:.4f} m".format(*centre))
 
 
-class MEASUREDBRDF_OT_place_lamp(ChoosesFiles, HasPhotographs, bpy.types.Operator):
+class MEASUREDBRDF_OT_place_lamp(AsksForPath, HasPhotographs, bpy.types.Operator):
     """Place the lamp of this photograph by another one, of a chrome ball in the place of the painted one"""
 
     bl_idname = "measured_brdf.place_lamp"
     bl_label = "Place Lamp by Chrome Ball"
     bl_options = {"REGISTER", "UNDO"}
 
+    path_name = "filepath"
+    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default=_PICTURES, options={"HIDDEN"})
     distance: FloatProperty(name="Lamp Distance", default=1.0, min=1e-4, subtype="DISTANCE",
                             description="From the lamp to the middle of the ball")
@@ -230,7 +203,6 @@ them"""
         lights: list[Any] = [lamp.data for lamp in photographs.lamps(settings)]
         with replacing(outcome.measured.path) as stream:
             stream.write(content)
-        queries.tell_fit(outcome.measured, fit_arguments(self._choices), outcome.fitted)
         made = ball.active_material
         if made is not None and made.is_editable and material.is_measured(made):
             material.assign(made, outcome, self._choices, context, shader)

@@ -55,9 +55,6 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
         return self.run(context) if work.is_quick(self.name, scene_colours()) else self.start(context)
 
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        return self.run(context)
-
     def work(self, context: bpy.types.Context) -> process.Calculation:
         choices = starter.choices_of(find(self.name))
         for name, value in vars(choices).items():       # what `MakesMaterials` looks for

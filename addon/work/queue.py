@@ -120,18 +120,6 @@ def forget(is_unwanted: Callable[[Hashable], bool]) -> None:
                 del _answers[question.key]
 
 
-def tell(key: Hashable, answer: Any) -> None:
-    """Answer a question before it is asked."""
-    job = Job[Any](None)
-    job.result, job.finished = answer, time.monotonic()
-    _keep(_Question(key, job, None))
-
-
-def known(key: Hashable) -> Any:
-    """The answer to a question; None if there is none yet."""
-    return _answers[key].result if key in _answers else None
-
-
 def answer_all() -> None:
     """Answer every question now, in this process: for scripts, in which no timer runs."""
     for lane in _lanes.values():

@@ -11,7 +11,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -30,19 +30,13 @@ from ...fitter.quality import cross_validation, describe, verdict
 from ...fitter.ready import Ready
 from ...fitter.samples import distinct_channels
 from ..core.annotations import Arguments, Report
-from ..core.outcomes import Data, Fitted, Kept, KeptMix, Measured, Outcome, Surface
+from ..core.outcomes import Data, Fitted, Kept, KeptMix, Measured, Outcome, Shown, Surface, Wanted
 from . import discovery, shared
 from .recent import Recent
-
-_PassedOn = TypeVar("_PassedOn")
 
 Rebaked = tuple[str, Nodes, bytes]
 """OSL source and closure nodes of a fit, and the fit as materials keep it."""
 
-_LEVELS = range(8)          # in the plot of errors; level 8 would take longer than all others together
-# likewise of anisotropic samples: of a sparse lattice, and of a dense one alone. Level 0 is fitted as level 1 or close
-# to it, and a finer lattice of four axes takes minutes or is more than a shader holds
-_SPARSE_OF_FOUR_AXES, _DENSE_OF_FOUR_AXES = range(1, 7), range(1, 5)
 _CHUNK = 1 << 16            # rows hashed at a time
 _FINE = 7                   # level of a sparse lattice
 _KEPT = 12                  # fits in the cache, a few MB each
@@ -138,8 +132,7 @@ def _stamp(path: str) -> tuple[int, int] | None:
 
 
 def outcome(path: str, sample: str | None, arguments: Arguments, report: Report = silent,
-            known: tuple[str, Fitted] | None = None, how: Arguments | None = None,
-            edit: Arguments | None = None) -> Outcome:
+            how: Arguments | None = None, edit: Arguments | None = None) -> Outcome:
     """Read measurements, fit them, and bake the shader's source.
 
     Parameters
@@ -148,8 +141,6 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
         The measurements.
     arguments
         Of the fit.
-    known : (str, Fitted), optional
-        The fit, if it has been made before, with the digest of its measurements.
     how : dict, optional
         Of reading: keyword arguments of `fitter.load`.
     edit : dict, optional
@@ -166,13 +157,11 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
     """
     report(0.0, "Reading")
     samples, measured = _load(path, sample, how)
-    key = measured.digest
-    is_known = known is not None and known[0] == key
-    share = 0.0 if is_known else _share_of_fit(samples, arguments)
+    share = _share_of_fit(samples, arguments)
     with progress.part(0.0, share, "Fitting"):
-        found = known[1] if known is not None and is_known else fitted(samples, key, arguments)
+        made = fitted(samples, measured.digest, arguments)
     with progress.part(share, 1.0):
-        return _finish(samples, measured, found, fitter.edited(found.fit, **(edit or {})), edit or {}, report)
+        return _finish(samples, measured, made, fitter.edited(made.fit, **(edit or {})), edit or {}, report)
 
 
 def outcome_of(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
@@ -249,29 +238,17 @@ def asset_key(key_of_fit: str) -> str:
     return hashlib.sha256(f"{key_of_fit}\n{SHADER_VERSION}".encode()).hexdigest()[:24]
 
 
-def rebake(fits: Sequence[tuple[Kept, _PassedOn]],
-           report: Report = silent) -> list[tuple[Rebaked | ValueError, _PassedOn]]:
-    """Make the shaders of this version for fits of materials.
-
-    Parameters
-    ----------
-    fits : list of (Kept, any)
-        Each with anything to return with it.
-
-    Returns
-    -------
-    list of (Rebaked or ValueError, any)
-        What this version makes of the same fit, or the error.
-    """
-    done: list[tuple[Rebaked | ValueError, _PassedOn]] = []
-    for number, (kept, passed_on) in enumerate(fits):
+def rebake(fits: Sequence[Kept], report: Report = silent) -> list[Rebaked | ValueError]:
+    """The shaders of this version for fits of materials; for those that have been damaged, the error."""
+    done: list[Rebaked | ValueError] = []
+    for number, kept in enumerate(fits):
         report(number / len(fits), f"Updating {number + 1} of {len(fits)}")
         try:
             fit = kept_fit(kept)
             nodes = node_mixtures(fit)
-            done.append(((bake(fit, mixture=nodes.cycles), nodes, kept_bytes(fit)), passed_on))
+            done.append((bake(fit, mixture=nodes.cycles), nodes, kept_bytes(fit)))
         except ValueError as error:
-            done.append((error, passed_on))
+            done.append(error)
     return done
 
 
@@ -304,7 +281,7 @@ def _assembled(made: Ready, space: str, edit: Arguments) -> Surface:
                    made.principled, packed(pictures.lit_sphere(fit, SIZE, colours=space)), edit)
 
 
-def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Report = silent) -> Fitted:
+def fitted(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
     """Fit samples with this digest, unless a worker has done it before. Raises ValueError."""
     whole = key, freeze(arguments)
     if whole not in _fits:
@@ -372,17 +349,12 @@ def fitted_of(data: Data, arguments: Arguments, _report: Report = silent) -> Fit
     return fitted(samples_of(data), data.digest, arguments)
 
 
-def held_out_of(data: Data, arguments: Arguments, report: Report = silent) -> float:
-    """As `held_out`."""
-    return held_out(samples_of(data), arguments, report)
-
-
-def held_out(samples: fitter.Samples, arguments: Arguments, report: Report = silent) -> float:
+def held_out(data: Data, arguments: Arguments, report: Report = silent) -> float:
     """RMSE at held-out samples, 1/sr. A tolerance gives the levels from all samples."""
-    folds = iter(range(cross_validation.FOLDS))
+    samples, folds = samples_of(data), iter(range(cross_validation.FOLDS))
     if "tolerance" in arguments:
         report(0.0, "Fitting")
-        arguments = tolerance.arguments_of(fitted(samples, digest(samples), arguments).fit)
+        arguments = tolerance.arguments_of(fitted(samples, data.digest, arguments).fit)
 
     def reported_fit(part: fitter.Samples) -> fitter.Fit:
         fold = next(folds)
@@ -393,52 +365,37 @@ def held_out(samples: fitter.Samples, arguments: Arguments, report: Report = sil
     return cross_validation.held_out(samples, reported_fit).rmse
 
 
-def errors_by_level(data: Data, arguments: Arguments, report: Report = silent) -> SingleArray:
-    """The plot of RMSE at the samples against level, with the present choice marked: (size, size, 4).
+def lit_sphere(shown: Shown, edit: Arguments | None, _report: Report = silent) -> SingleArray:
+    """A lit sphere, with the tangent of an anisotropic fit: (size, size, 4); of a mix by a mask, the half of each.
 
-    Levels are those of the settings: an anisotropic fit of the same settings may have lower ones.
+    Parameters
+    ----------
+    shown : Shown
+    edit : dict, or None
+        Keyword arguments of `fitter.edited`, by which the fit is changed first; None for a mix.
+
+    Raises
+    ------
+    ValueError
+        If there is no fit, or an argument is wrong.
     """
-    samples = samples_of(data)
-    current = fitted(samples, data.digest, arguments)
-    if "tolerance" in arguments:
-        arguments = tolerance.arguments_of(current.fit)
-    varied = "diffuse_level" if arguments["specular_level"] is None else "specular_level"
-    chosen, levels = arguments[varied], _levels(samples, varied)
-    errors, first = {chosen: current.errors.rmse}, {_levels_of(current.fit): chosen}
-    for number, level in enumerate(levels):
-        with progress.part(number / len(levels), (number + 1) / len(levels), "Fitting every level"):
-            found = fitted(samples, data.digest, {**arguments, varied: level})
-        if samples.isotropic or first.setdefault(_levels_of(found.fit), level) == level:
-            errors[level] = found.errors.rmse
-    shown = list(levels) if samples.isotropic else sorted(errors)
-    return pictures.error_plot(shown, [errors[level] for level in shown], (chosen, current.errors.rmse))
+    if isinstance(shown, KeptMix) and shown.share is None:
+        return pictures.split(lit_sphere(shown.first, None), lit_sphere(shown.second, None))
+    made = fit_of(shown)
+    if edit is not None and isinstance(made, fitter.Fit):
+        made = fitter.edited(made, **edit)
+    return pictures.lit_sphere(made, colours=shown.colours, with_tangent=True)
 
 
-def _levels(samples: fitter.Samples, varied: str) -> range:
-    """The levels that the plot of errors shows."""
-    if samples.isotropic:
-        return _LEVELS
-    return _DENSE_OF_FOUR_AXES if varied == "diffuse_level" else _SPARSE_OF_FOUR_AXES
-
-
-def _levels_of(found: fitter.Fit) -> tuple[int, int | None]:
-    return found.diffuse_level, found.specular_level
-
-
-def lit_sphere(data: Data, arguments: Arguments, _report: Report = silent) -> SingleArray:
-    """The picture of a lit sphere, with the tangent of an anisotropic fit: (size, size, 4)."""
-    return pictures.lit_sphere(fitted_of(data, arguments).fit, colours=data.measured.colours, with_tangent=True)
-
-
-def polar_plot(data: Data, arguments: Arguments, theta_i: float, phi_i: float = 0.0,
+def polar_plot(shown: Shown, data: Data | None, theta_i: float, phi_i: float = 0.0,
                _report: Report = silent) -> tuple[SingleArray, float]:
-    """The polar plot, and the angle of incidence of the samples in it (radians)."""
-    return pictures.polar_plot(fitted_of(data, arguments).fit, samples_of(data), theta_i, phi_i=phi_i)
+    """The polar plot, and the angle of incidence of the samples in it (radians), nan without measurements."""
+    return pictures.polar_plot(fit_of(shown), None if data is None else samples_of(data), theta_i, phi_i=phi_i)
 
 
-def turned_plane(data: Data, arguments: Arguments, theta_i: float, _report: Report = silent) -> SingleArray:
+def turned_plane(shown: Shown, theta_i: float, _report: Report = silent) -> SingleArray:
     """The picture of the plane of incidence as it turns about the normal: (size, size, 4)."""
-    return pictures.turned_plane(fitted_of(data, arguments).fit, theta_i, colours=data.measured.colours)
+    return pictures.turned_plane(fit_of(shown), theta_i, colours=shown.colours)
 
 
 def near_plane(data: Data, theta_i: float, phi_i: float = 0.0,
@@ -461,38 +418,13 @@ def kept_bytes(fit: fitter.Fit) -> bytes:
     return replace(fit, name="", source="").to_bytes()
 
 
-def kept_sphere(kept: Kept | KeptMix, _report: Report = silent) -> SingleArray:
-    """As `lit_sphere`, of the fit of a material; of a mix by a mask, the half of each."""
-    if isinstance(kept, KeptMix) and kept.share is None:
-        return pictures.split(kept_sphere(kept.first), kept_sphere(kept.second))
-    return pictures.lit_sphere(_reflectance(kept), colours=_colours(kept), with_tangent=True)
-
-
-def adjusted_sphere(kept: Kept, edit: Arguments, _report: Report = silent) -> SingleArray:
-    """As `kept_sphere`, as `adjusted` would edit the fit. Raises ValueError if an argument is wrong."""
-    return pictures.lit_sphere(fitter.edited(kept_fit(kept), **edit), colours=kept.colours, with_tangent=True)
-
-
-def _reflectance(kept: Kept | KeptMix) -> fitter.Fit | Mix:
-    if isinstance(kept, Kept):
-        return kept_fit(kept)
-    return Mix(_reflectance(kept.first), _reflectance(kept.second), 0.5 if kept.share is None else kept.share)
-
-
-def _colours(kept: Kept | KeptMix) -> str:
-    return kept.colours if isinstance(kept, Kept) else _colours(kept.first)
-
-
-def kept_polar(kept: Kept, data: Data | None, theta_i: float, phi_i: float = 0.0,
-               _report: Report = silent) -> tuple[SingleArray, float]:
-    """As `polar_plot`, of the fit of a material; without measurements it has no samples, and their angle is nan."""
-    samples = None if data is None else samples_of(data)
-    return pictures.polar_plot(kept_fit(kept), samples, theta_i, phi_i=phi_i)
-
-
-def kept_turned(kept: Kept, theta_i: float, _report: Report = silent) -> SingleArray:
-    """As `turned_plane`, of the fit of a material."""
-    return pictures.turned_plane(kept_fit(kept), theta_i, colours=kept.colours)
+def fit_of(shown: Shown) -> fitter.Fit | Mix:
+    """The reflectance that is shown. Raises ValueError if there is none."""
+    if isinstance(shown, Wanted):
+        return fitted_of(*shown).fit
+    if isinstance(shown, Kept):
+        return kept_fit(shown)
+    return Mix(fit_of(shown.first), fit_of(shown.second), 0.5 if shown.share is None else shown.share)
 
 
 def digest(samples: fitter.Samples) -> str:

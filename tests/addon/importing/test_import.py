@@ -109,9 +109,7 @@ def test_a_failed_import_leaves_the_blend_as_it_was(blender, cube, tmp_path, con
     assert cube.active_material is None
 
 
-BAD_FILE = {"browse": {"filepath": "{path}", "directory": "{folder}", "files": [{"name": "bad.astm"}]},
-            "say_units": {"filepath": "{path}", "directory": "{folder}", "files": [{"name": "bad.astm"}]},
-            "choose_sample": {"filepath": "{path}", "item": "a"},
+BAD_FILE = {"choose_sample": {"filepath": "{path}", "item": "a"},
             "find_file": {"filepath": "{path}", "refit": True}}
 
 

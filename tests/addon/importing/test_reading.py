@@ -121,7 +121,7 @@ class Window:
 
     def __init__(self, bpy):
         self.called = []
-        operators = SimpleNamespace(say_units=lambda *arguments, **options: self.called.append((arguments, options)))
+        operators = SimpleNamespace(import_data=lambda *arguments, **options: self.called.append((arguments, options)))
         self.ops = SimpleNamespace(measured_brdf=operators)
         self.app = SimpleNamespace(background=False)
         self.types, self.data, self.path = bpy.types, bpy.data, bpy.path
@@ -138,6 +138,7 @@ def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, exten
                                use_tolerance=False, tolerance=1.0, rendering="AUTO", angles="auto", quantity="auto",
                                illuminant="D65", isotropic="auto", symmetry="auto", encoding="raw", target=7, slot=1,
                                others="8", report=lambda kind, text: reports.append(text))
+    operator.given = lambda: {"filepath": file, "target": 7, "slot": 1, "others": "8"}
     with pytest.raises(ValueError, match="degrees or radians") as raised:
         extension.fitter.load(file)
     assert module.MEASUREDBRDF_OT_import_data._failed(operator, raised.value) == {"CANCELLED"}
@@ -151,23 +152,16 @@ def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, exten
         assert "degrees or radians" in reports[0]
 
 
-def test_the_dialog_imports_with_what_was_chosen(blender, cube, file):
-    assert blender.ops.measured_brdf.say_units(filepath=file, preset="Paper", **CHEAP, **HOW) == {"FINISHED"}
-    assert cube.active_material.measured_brdf.quantity == "brdf_cos"
-
-
 def test_the_dialogs_draw_the_options(extension):
     module = extension.addon.importing.import_data
-    for cls, expected in ((module.MEASUREDBRDF_OT_browse, {"angles", "quantity", "illuminant", "isotropic",
-                                                            "symmetry", "encoding", "sample",
-                                                            "diffuse_level", "specular_level", "compression",
-                                                            "use_tolerance", "tolerance"}),
-                          (module.MEASUREDBRDF_OT_say_units, {"angles", "quantity"})):
+    for complaint, expected in (("", {"angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding", "sample",
+                                      "diffuse_level", "specular_level", "compression", "use_tolerance", "tolerance"}),
+                                ("the angles may be degrees or radians " * 5, {"angles", "quantity"})):
         layout, body = MagicMock(), MagicMock()
         layout.panel.return_value = (MagicMock(), body)
         operator = SimpleNamespace(layout=layout, use_tolerance=False, filepath="", files=[],
-                                   complaint="the angles may be degrees or radians " * 5)
-        cls.draw(operator, None)
+                                   complaint=complaint)
+        module.MEASUREDBRDF_OT_import_data.draw(operator, SimpleNamespace(area=SimpleNamespace(type="FILE_BROWSER")))
         drawn = [call.args[1] for part in (layout, body, body.row.return_value) for call in part.prop.call_args_list]
         assert expected <= set(drawn)
         assert len(drawn) == len(set(drawn))

@@ -51,7 +51,7 @@ def draw_as(panel, owner, **given):
     layout = Layout()
     settings = owner.measured_brdf
     values = {prop.identifier: getattr(settings, prop.identifier) for prop in settings.bl_rna.properties}
-    values |= dict.fromkeys(("data_folder", "asset_library", "offer_library", "files"), "") | given
+    values |= dict.fromkeys(("data_folder", "asset_library", "files", "complaint"), "") | given
     panel.draw(SimpleNamespace(layout=layout, **values), bpy.context)
     return layout
 
@@ -123,7 +123,7 @@ def test_a_dialog_has_the_choices_of_the_format_at_hand(ui, material, monkeypatc
     monkeypatch.setattr(Layout, "panel", lambda layout, _name, **_: (Layout(layout), Layout(layout)))
     asked = {"sample", "angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding"}
     for files, filepath in (([], f"/data/{path}"), ([SimpleNamespace(name=path)], "")):
-        shown = draw_as(import_data.MEASUREDBRDF_OT_browse, material, filepath=filepath, files=files)
+        shown = draw_as(import_data.MEASUREDBRDF_OT_import_data, material, filepath=filepath, files=files)
         assert [name for name in shown.fields if name in asked] == fields
 
 
@@ -197,7 +197,7 @@ def test_nothing_is_fitted_to_draw_a_material_that_has_its_fit(ui, material, mon
         finished=None, error=None, result=None, fraction=0.0, doing="Starting"))
     draw(ui.fit.MEASUREDBRDF_PT_material, material=material)
     draw(ui.details.MEASUREDBRDF_PT_details, material=material)
-    assert set(asked) <= {"data", "kept sphere", "thumbnail"}
+    assert set(asked) <= {"data", "sphere", "thumbnail"}
 
 
 def test_presets_have_one_order_everywhere(ui, blender, material):
@@ -318,7 +318,7 @@ def test_neither_draft_nor_the_method_of_2002_is_among_the_presets_of_panel_dial
     from measured_brdf.addon.core import preferences
     from measured_brdf.addon.importing import import_data
 
-    choices = [entry[3] for panel in (preferences.MeasuredPreferences, import_data.MEASUREDBRDF_OT_browse)
+    choices = [entry[3] for panel in (preferences.MeasuredPreferences, import_data.MEASUREDBRDF_OT_import_data)
                for entry in draw_as(panel, material).drawn if entry[0] == "choice" and entry[2] == "preset"]
     assert choices == ["Standard", "Reference"] * 2
     shown = drawn(ui, ui.data, material)
@@ -506,16 +506,17 @@ def test_look_shows_the_fit_that_the_material_has_and_fits_only_for_other_settin
 
     asked, done = [], Answer(error=None, finished=1.0, result=(None, float("nan")))
     queries = extension.addon.work.queries
-    for name in ("material_sphere", "material_polar", "lit_sphere", "polar_plot", "errors_by_level"):
-        monkeypatch.setattr(queries, name, lambda *_arguments, name=name: (asked.append(name), (7, done))[1])
+    for name in ("material_sphere", "lit_sphere", "polar_plot"):
+        monkeypatch.setattr(queries, name, lambda *arguments, name=name: (asked.append((name, *(
+            type(each).__name__ for each in arguments if hasattr(each, "digest")))), (7, done))[1])
     look = extension.addon.importing.curves.MEASUREDBRDF_PT_pictures
     drawn(ui, look, material)
-    assert set(asked) == {"material_sphere", "material_polar"}
+    assert set(asked) == {("material_sphere",), ("polar_plot", "Kept"), ("polar_plot", "Kept", "Data")}
     asked.clear()
     material.measured_brdf.diffuse_level += 1
     drawn(ui, look, material)
-    assert set(asked) == {"lit_sphere", "polar_plot", "errors_by_level"}
+    assert set(asked) == {("lit_sphere", "Wanted"), ("polar_plot", "Wanted", "Data")}
     asked.clear()
     material.measured_brdf.filepath = "/nowhere/file.astm"
     draw(look, material=material)
-    assert set(asked) == {"material_sphere", "material_polar"}
+    assert set(asked) == {("material_sphere",), ("polar_plot", "Kept")}
