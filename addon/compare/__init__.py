@@ -1,6 +1,6 @@
 """A measured material beside another: pictures, curves and numbers, and renders of both."""
 
-from ..core import beside, look, manual
+from ..core import look, manual
 from ..core.registration import Registration
 from ..panel import menu
 from ..work import command
@@ -12,6 +12,6 @@ _TOPICS = (*manual.over_operators("manual#compare", "pin", "render_look"),
            *manual.over_settings("manual#compare", "measuredcomparison", "*"),
            ("bpy.types.scene.measured_brdf_comparison*", "manual#compare"))
 _slice = Registration(settings, operators, looks, panel, additions=(
-    (manual.of_slices, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRIES), (beside.chosen_by, settings.pinned),
+    (manual.of_slices, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
     (command.commands, command.answering("look", look.answer))))
 register, unregister = _slice.register, _slice.unregister

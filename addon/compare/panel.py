@@ -92,8 +92,6 @@ class MEASUREDBRDF_PT_look(MeasuredPanel, bpy.types.Panel):
                      icon="RENDER_STILL")
         if len(renders) < len(wanted):
             return
-        if chosen.flipped:
-            renders.reverse()
         key = ("look", *(render.number for render in renders), round(chosen.divide, 2))
         icon = icons.at_once(key, lambda: _side_by_side([render.picture for render in renders], chosen.divide))
         layout.template_icon(icon_value=icon, scale=picture_scale(context, 1, 16))
@@ -120,9 +118,8 @@ def _swatch(color: Color) -> int:
 
 def _draw_line(layout: bpy.types.UILayout, chosen: Any) -> None:
     row = layout.row(align=True)
-    row.label(text="B | A" if chosen.flipped else "A | B")
+    row.label(text="A | B")
     row.prop(chosen, "divide", text="", slider=True)
-    row.prop(chosen, "flipped", text="", icon="ARROW_LEFTRIGHT")
 
 
 def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material,
@@ -131,11 +128,10 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
     columns = 1 if is_narrow(_TWO_ABREAST) else 2
     scale = picture_scale(context, columns)
     grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True)
-    pair = first, second = present(queries.kept(material)), present(queries.kept(other))
-    left, right = reversed(pair) if chosen.flipped else pair
+    first, second = present(queries.kept(material)), present(queries.kept(other))
     column, at = grid.column(), round(chosen.divide, 2)
-    _draw_picture(column, *icons.icon(("split", (left.digest, right.digest), at),
-                                      partial(comparisons.split_sphere, left, right, at)), scale)
+    _draw_picture(column, *icons.icon(("split", (first.digest, second.digest), at),
+                                      partial(comparisons.split_sphere, first, second, at)), scale)
     _draw_line(column, chosen)
     column, theta = grid.column(), round(chosen.theta, 3)
     _draw_picture(column, *icons.icon(("polar of two", (first.digest, second.digest), theta),

@@ -8,7 +8,7 @@ import math
 from typing import Any
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
+from bpy.props import EnumProperty, FloatProperty, PointerProperty
 
 from ..core import material as materials
 from ..core.look import BALL, LIGHTINGS, SHAPES, STUDIO
@@ -27,9 +27,6 @@ class MeasuredComparison(bpy.types.PropertyGroup):
     divide: FloatProperty(
         name="Line", default=0.5, min=0, max=1, subtype="FACTOR",
         description="Where the line between the two materials is. Does not change the materials")
-    flipped: BoolProperty(
-        name="Flip", default=False,
-        description="Show the pinned material at the left. Does not change the materials")
     theta: FloatProperty(
         name="Incidence", default=math.radians(40), min=0, max=math.radians(85), subtype="ANGLE",
         description="Angle of incidence in the polar plot. Does not change the materials")

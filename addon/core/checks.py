@@ -16,17 +16,8 @@ from .properties import AUTOMATIC, EXACT, NODES
 
 
 class Finding(NamedTuple):
-    """A setting that changes the picture.
-
-    Attributes
-    ----------
-    key : str
-        Identifies the setting, for the operator that fixes it.
-    message : str
-        The setting, and its effect on the picture.
-    change : str
-        What the fix does; empty if there is no fix.
-    fix : callable, or None
+    """A setting that changes the picture: the key by which an operator fixes it, the setting with its effect in a
+    message, what the fix does (empty if there is none), and the fix.
     """
 
     key: str

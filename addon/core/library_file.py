@@ -106,17 +106,9 @@ def next_part(path: str | Path) -> Path:
 
 @contextmanager
 def writing(path: str | Path, force: bool) -> Iterator[None]:
-    """Lock a library for writing, and check that it may be written.
+    """Lock a library for writing, and check that it may be written. Raises LibraryError or OSError.
 
-    Parameters
-    ----------
-    path : path-like
-    force : bool
-        Keep a file that is not a library under another name (`kept_name`), instead of raising an error.
-
-    Raises
-    ------
-    LibraryError, OSError
+    With `force`, a file that is not a library is kept under another name (`kept_name`).
     """
     path = Path(path)
     if path.suffix != ".blend":
@@ -159,16 +151,8 @@ def close() -> None:
 def save_part(path: str | Path, opened: _DiskVersion | None) -> None:
     """Save the open file as a part of a library, and close it. The old file is replaced only by a complete new one.
 
-    Parameters
-    ----------
-    path : path-like
-    opened
-        What `open_part` returned; None for a new part.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written, is write-protected, or another process has saved it meanwhile.
+    `opened` is what `open_part` returned; None for a new part. Raises OSError if it cannot be written, is
+    write-protected, or another process has saved it meanwhile.
     """
     path = Path(path)
     marker = bpy.data.texts.get(_MARKER) or bpy.data.texts.new(_MARKER)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -24,24 +24,9 @@ _FORMER = "Measured BRDF Fallback"       # the Principled BSDF that version 0.1.
 
 def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
            shader: Shader | None = None) -> bpy.types.Material:
-    """Make a new material; if that fails, the file stays as it was.
+    """Make a new material; if that fails, the file stays as it was. `shader` is the outcome's, if it has been compiled.
 
-    Parameters
-    ----------
-    outcome : outcomes.Outcome
-    choices : properties.Choices
-    context : bpy.types.Context
-    shader : compiler.Shader, optional
-        The outcome's source, if it has been compiled already.
-
-    Returns
-    -------
-    bpy.types.Material
-
-    Raises
-    ------
-    compiler.CompileError
-        If this Blender cannot compile the shader.
+    Raises CompileError if this Blender cannot compile the shader.
     """
     with new_data_removed_on_error():
         material = bpy.data.materials.new(outcome.measured.name)
@@ -66,9 +51,7 @@ def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, con
         _store(material.measured_brdf, choices, outcome)
         use_rendering(material, rendering)
         unused, names = _replaced(material, before, present(node.node_tree), context)
-    bpy.data.batch_remove(unused)
-    for item, name in names:
-        item.name = name
+    _end(unused, names)
 
 
 def edit(material: bpy.types.Material, surface: Surface, context: bpy.types.Context, shader: Shader) -> None:
@@ -78,9 +61,7 @@ def edit(material: bpy.types.Material, surface: Surface, context: bpy.types.Cont
         settings = material.measured_brdf
         settings.sphere, settings.adjusted, settings.version = surface.sphere, as_text(surface.edit), versions.CURRENT
         unused, names = _replaced(material, before, present(node.node_tree), context)
-    bpy.data.batch_remove(unused)
-    for item, name in names:
-        item.name = name
+    _end(unused, names)
 
 
 def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, context: bpy.types.Context) -> None:
@@ -98,9 +79,7 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
         lamps.update(context.evaluated_depsgraph_get())
         unused = {item for before in replaced for item in node_group.unused(before)}
         names = _names(tree, materials)
-    bpy.data.batch_remove(unused)
-    for item, name in names:
-        item.name = name
+    _end(unused, names)
 
 
 def remove(material: bpy.types.Material) -> None:
@@ -220,16 +199,10 @@ def use_nodes(material: bpy.types.Material) -> None:
 
 def show(material: bpy.types.Material,
           tree: bpy.types.NodeTree) -> tuple[bpy.types.Node, bpy.types.NodeTree | None]:
-    """Replace the measured group of a material, or connect a new one to its surface.
+    """Replace the measured group of a material, or connect a new one to its surface: the node, and the former group or
+    None.
 
     What was connected to the surface stays, unconnected. A material whose output has been deleted gets a new one.
-
-    Returns
-    -------
-    node : bpy.types.Node
-        The group node.
-    before : bpy.types.NodeTree, or None
-        The group that it had before.
     """
     own_tree = present(material.node_tree)
     nodes = own_tree.nodes
@@ -296,6 +269,13 @@ def _replaced(material: bpy.types.Material, before: bpy.types.NodeTree | None, a
         unused = node_group.unused(before)
         mixing.mixes.changed(material)
         return unused, _names(after, [material])
+
+
+def _end(unused: Iterable[bpy.types.ID], names: Iterable[tuple[bpy.types.ID, str]]) -> None:
+    """Remove what nothing uses any more, and give names that it had; nothing of this fails."""
+    bpy.data.batch_remove(unused)
+    for item, name in names:
+        item.name = name
 
 
 def _names(tree: bpy.types.NodeTree, materials: Sequence[bpy.types.Material]) -> list[tuple[bpy.types.ID, str]]:

@@ -62,12 +62,8 @@ def shared(shader: Shader, name: str, unlike: bpy.types.NodeTree | None = None) 
 
 
 def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
-    """Make a node group of a name that renders with a shader.
-
-    Raises
-    ------
-    CompileError
-        If this Blender cannot compile the shader; the file then stays as it was.
+    """Make a node group of a name that renders with a shader. Raises CompileError if this Blender cannot compile it;
+    the file then stays as it was.
     """
     with new_data_removed_on_error():
         tree = bpy.data.node_groups.new(name, "ShaderNodeTree")

@@ -16,15 +16,8 @@ from .annotations import Arguments
 class Measured(NamedTuple):
     """Measurements in a file. Between processes go these few words; each reads the file, once while it stays the same.
 
-    Attributes
-    ----------
-    path, sample : str
-    how : str
-        Keyword arguments of `fitter.load`, as JSON.
-    name, channels, colours
-        Of the samples.
-    digest : str
-        Identifies them.
+    `how` are keyword arguments of `fitter.load`, as JSON; name, channels and colours are those of the samples, which
+    `digest` identifies.
     """
 
     path: str
@@ -58,19 +51,10 @@ class Fitted(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """A fit that a material keeps.
+    """A fit that a material keeps, as `Fit.to_bytes` returns it.
 
-    Attributes
-    ----------
-    fit : bytes
-        As `Fit.to_bytes` returns it. Empty for a material of a version before 0.3.0, whose fit is in its shader:
-    source : str
-        OSL source that `bake` made; else empty.
-    name : str
-    compression : float
-        Percent.
-    colours : str
-        One of `colours.COLOURS`.
+    In materials of versions before 0.3.0 it is in the shader instead: `source` is OSL that `bake` made, and `fit`
+    empty. The compression is in percent.
     """
 
     fit: bytes
@@ -130,14 +114,10 @@ class Surface(NamedTuple):
 
     Attributes
     ----------
-    colours : str
-        One of `colours.COLOURS`.
     kept : bytes
         The fit, as `Fit.to_bytes` has it.
     source : str
         The OSL shader that `bake` made of it.
-    nodes : Nodes
-        Its closure nodes.
     albedo : (3,)
         Linear.
     principled : Principled

@@ -2,7 +2,7 @@
 
 import json
 import math
-from typing import Any, NamedTuple, Protocol, cast
+from typing import Any, NamedTuple, cast
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
@@ -70,24 +70,7 @@ _ENCODINGS = ((ENCODINGS[0], "As Stored", "The BRDF"),
               ("srgb140", "sRGB times 140", "A hundredth of the BRDF, encoded as sRGB, times 140"))
 
 
-class Choices(Protocol):
-    """The choices for a fit: `FitChoices`, or a SimpleNamespace that copies one."""
-
-    filepath: str
-    sample: str
-    preset: str
-    diffuse_level: int
-    specular_level: int
-    compression: float
-    use_tolerance: bool
-    tolerance: float
-    rendering: str
-    angles: str
-    quantity: str
-    illuminant: str
-    isotropic: str
-    symmetry: str
-    encoding: str
+Choices = Any               # `FitChoices`, or a SimpleNamespace that copies one
 
 
 def _use_levels_of_preset(choices: Any, _context: bpy.types.Context) -> None:

@@ -9,12 +9,8 @@ import bpy
 class Registration:
     """Modules and additions, which are registered in their order and unregistered in the opposite one.
 
-    Parameters
-    ----------
-    modules : module
-        With `classes`, with `register` and `unregister`, or with some of these.
-    additions : (place, item)
-        What is appended: to a list, to a menu, or to the menu of Blender's with this name.
+    Modules have `classes`, `register` and `unregister`, or some of these. Additions are (place, item): what is appended
+    to a list, to a menu, or to the menu of Blender's with this name.
     """
 
     def __init__(self, *modules: ModuleType, additions: tuple[tuple[Any, Any], ...] = ()) -> None:

@@ -19,14 +19,7 @@ _STEP = 1e-4                # beyond an object that is seen through, relative to
 
 
 class Target(NamedTuple):
-    """An object and its slot, as they can be remembered while users undo and delete.
-
-    Attributes
-    ----------
-    item : int
-        `session_uid` of the object.
-    slot : int
-        From 0, or `ACTIVE_SLOT`.
+    """An object, by its `session_uid`, and its slot, from 0 or `ACTIVE_SLOT`: as users may undo and delete meanwhile.
     """
 
     item: int

@@ -28,16 +28,7 @@ _MAX_IMAGES = 16                # whose spots are cached
 
 
 class Spot(NamedTuple):
-    """A bright place.
-
-    Attributes
-    ----------
-    direction : (x, y, z)
-        Unit vector toward it.
-    radius : float
-        Angular, radians.
-    irradiance : float
-    """
+    """A bright place: a unit vector toward it, its angular radius in radians, and its irradiance."""
 
     direction: Vector3
     radius: float
@@ -108,17 +99,8 @@ def _searched(session_uid: int, _path: str, width: int, height: int) -> list[Spo
 
 
 def spots(image: FloatArray | SingleArray) -> list[Spot]:
-    """The bright spots of an equirectangular image.
-
-    Parameters
-    ----------
-    image : (height, width) array
-        Radiance, the lowest row first, as Blender stores it.
-
-    Returns
-    -------
-    list of Spot
-        The brightest first.
+    """The bright spots of an equirectangular image of radiance, (height, width), the lowest row first; the brightest
+    first.
     """
     step = max(image.shape[0] // _ROWS, 1)
     height, width = (size // step * step for size in image.shape)

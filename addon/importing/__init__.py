@@ -14,7 +14,6 @@ from . import (
     folders,
     import_data,
     measurements,
-    presets,
     relink,
     samples,
 )
@@ -48,7 +47,7 @@ def _in_add_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
 
 
 _slice = Registration(
-    import_data, samples, folders, fit, relink, presets, curves, measurements, compared_presets, details, additions=(
+    import_data, samples, folders, fit, relink, curves, measurements, compared_presets, details, additions=(
         (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _in_file_menu),
         ("TOPBAR_MT_file_external_data", _in_external_data_menu), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
         (nodes.MEASUREDBRDF_MT_add_node, _in_add_menu), (main.beginnings, _draw_import),

@@ -5,7 +5,6 @@ from typing import Any
 
 import bpy
 
-from ...fitter import PRESETS
 from ..core import material as materials
 from ..core import node_group
 from ..core.annotations import present
@@ -13,10 +12,8 @@ from ..core.outcomes import Data
 from ..core.properties import NO_SPECULAR_LEVEL, ORIGINAL, fitted_arguments, is_preset, worth
 from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, wrapped
 from ..work import queries
-from . import presets
+from . import fit
 
-_MOST = 100_000             # samples with which the method of 2002 takes some ten seconds
-_WORSE = 1.5                # times the error: a method that is not worth it
 _ERRORS = ("Nodes", node_group.NODES_ERROR), ("EEVEE", node_group.EEVEE_ERROR)
 
 
@@ -45,7 +42,8 @@ class MEASUREDBRDF_PT_settings(MaterialPanel, bpy.types.Panel):
         row.active = settings.use_tolerance
         row.prop(settings, "tolerance", text="")
         draw_wrapped(layout, compression_in_words(settings), "INFO")
-        _draw_original(layout, present(context.material))
+        layout.operator(fit.MEASUREDBRDF_OT_use_preset.bl_idname, text="Original 2002 Method",
+                        depress=is_preset(settings, ORIGINAL)).preset = ORIGINAL
 
 
 class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
@@ -68,28 +66,6 @@ class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
             draw_value(column, name, value)
         for line in wrapped(material.measured_brdf.changes):
             layout.label(text=line)
-
-
-def _draw_original(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
-    """Draw the choice of the method of 2002, with its error before it is taken."""
-    settings, data = material.measured_brdf, queries.data(material).result
-    is_chosen = is_preset(settings, ORIGINAL)
-    layout.operator(presets.MEASUREDBRDF_OT_use_preset.bl_idname, text="Original 2002 Method",
-                    depress=is_chosen).preset = ORIGINAL
-    if data is None or is_chosen:
-        return
-    if data.description.count > _MOST:
-        draw_wrapped(layout, f"Not tried: it takes long with {data.description.count:,} samples", "INFO")
-        return
-    job = queries.fitted(data, {**PRESETS[ORIGINAL]})
-    if job.error is not None:
-        draw_wrapped(layout, str(job.error), "INFO")
-    elif job.result is None:
-        layout.progress(factor=job.fraction, text=job.doing)
-    else:
-        rmse, mine = job.result.errors.rmse, settings.rmse
-        times = f", {rmse / mine:.1f} times that of this fit" if settings.coefficients and mine > 0 else ""
-        draw_wrapped(layout, f"RMSE {rmse:.3g} / sr{times}", "ERROR" if rmse > _WORSE * mine > 0 else "INFO")
 
 
 def compression_in_words(settings: Any) -> str:

@@ -1,4 +1,4 @@
-"""Fits the data of a material again, with the material's settings."""
+"""Fits the data of a material again, with the material's settings, which presets set."""
 
 from functools import partial
 from types import SimpleNamespace
@@ -8,6 +8,7 @@ from bpy.props import EnumProperty, StringProperty
 
 from ...fitter import SampleUnknownError
 from ...fitter.formats import is_there
+from ...fitter.presets import PRESET_DESCRIPTIONS
 from ..core import compiler, material, rendered
 from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, present
@@ -46,7 +47,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: "MEASUREDBRDF_OT_fit") -> str:
-        text = next((text for name, _, text in PRESET_ITEMS if name == properties.preset), "")
+        text = PRESET_DESCRIPTIONS.get(properties.preset, "")
         return f"Fit with {properties.preset}. {text}" if text else ""
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
@@ -102,4 +103,26 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         self.report({"INFO"}, f"{target.name}: {told}. {how}" if how else f"{target.name}: {told}")
 
 
-classes = (MEASUREDBRDF_OT_fit,)
+class MEASUREDBRDF_OT_use_preset(bpy.types.Operator):
+    """Use the method and the levels of a preset. Fit applies them"""
+
+    bl_idname = "measured_brdf.use_preset"
+    bl_label = "Use Preset"
+    bl_options = {"UNDO", "INTERNAL"}
+
+    preset: EnumProperty(items=PRESET_ITEMS)
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return is_editable(cls, context)
+
+    @classmethod
+    def description(cls, _context: bpy.types.Context, properties: "MEASUREDBRDF_OT_use_preset") -> str:
+        return PRESET_DESCRIPTIONS[properties.preset]
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        use_preset(present(active_material(context)).measured_brdf, self.preset)
+        return {"FINISHED"}
+
+
+classes = (MEASUREDBRDF_OT_fit, MEASUREDBRDF_OT_use_preset)

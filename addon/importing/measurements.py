@@ -17,7 +17,7 @@ from ..core.reading import draw_reading, other_colours, scene_colours
 from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped, has_data
 from ..work import modal, queries
 from ..work.job import Job
-from . import fit, presets, relink, samples
+from . import fit, relink, samples
 from .compared_presets import draw_cost
 
 
@@ -123,7 +123,7 @@ def _draw_fit(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitted
     """Draw the presets, and the button that fits; what a fit costs, if the material does not have it."""
     buttons = choices(layout, OFFERED)
     for name in OFFERED:
-        buttons.operator(presets.MEASUREDBRDF_OT_use_preset.bl_idname, text=name,
+        buttons.operator(fit.MEASUREDBRDF_OT_use_preset.bl_idname, text=name,
                          depress=is_preset(settings, name)).preset = name
     row = layout.row(align=True)
     row.scale_y = 1.3

@@ -46,16 +46,9 @@ class Spot:
     origin: str
 
     def frame(self, world: ArrayLike) -> FloatArray:
-        """The frame of the surface in the world: x is the tangent, z the normal, and the last column the spot.
+        """The frame of the surface in the world, (4, 4): x is the tangent, z the normal, and the last column the spot.
 
-        Parameters
-        ----------
-        world : (4, 4) array_like
-            From the object to the world.
-
-        Returns
-        -------
-        (4, 4) float64
+        `world` leads there from the object, (4, 4).
         """
         matrix = np.array(world, dtype=float)
         of_normals = np.linalg.pinv(matrix[:3, :3]).T
@@ -84,15 +77,9 @@ def under_ray(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Fl
 
 def nearest(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph, point: ArrayLike,
             toward: FloatArray) -> Spot | None:
-    """The spot of an object's surface that is nearest to a point in the world; None if it has no surface.
+    """The spot of an object's surface that is nearest to a point in the world, (3,); None if it has no surface.
 
-    Parameters
-    ----------
-    item : bpy.types.Object
-    depsgraph : bpy.types.Depsgraph
-    point : (3,) array_like
-    toward : (3,) float64
-        To the viewer, whose side of the surface is taken.
+    The side of the surface is taken that the viewer sees, in the direction `toward`, (3,).
     """
     evaluated = item.evaluated_get(depsgraph)
     inverse = np.linalg.pinv(np.array(evaluated.matrix_world))

@@ -77,17 +77,14 @@ def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Seq
 
     Parameters
     ----------
-    context : bpy.types.Context
-    sources : list of (path, sample)
-    failures : list of (path, sample, exception)
-        Files that could not be read: their materials in the library are kept.
+    sources, failures
+        As `sources_in` returns them; materials of files that could not be read are kept.
     choices : properties.Choices
         `filepath` and `sample` are set to those of each material.
     path : path-like
-        The .blend to write, the first part of the library. Outdated materials in it are fitted again in place, new
-        ones are added, and everything else stays. Fits are saved in a folder beside it, so that an interrupted run can
+        The .blend to write, the first part of the library. Outdated materials in it are fitted again in place, new ones
+        are added, and everything else stays. Fits are saved in a folder beside it, so that an interrupted run can
         continue.
-    processes : int
     force : bool
         Keep a file that is not a library under another name, instead of raising an error.
     prune : bool

@@ -17,12 +17,8 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
         context: bpy.types.Context) -> bpy.types.Material:
     """Make a material that mixes two that show measured BRDFs, by a factor or by the brightness of an image.
 
-    Raises
-    ------
-    ValueError
-        If there would be too many in it; the file then stays as it was.
-    compiler.CompileError
-        If this Blender cannot compile the shader of their shares; likewise.
+    Raises ValueError if there would be too many in it, CompileError if this Blender cannot compile the shader of their
+    shares; the file then stays as it was.
     """
     with new_data_removed_on_error():
         nodes = [present(materials.surface_node(item)) for item in (first, second)]

@@ -30,12 +30,8 @@ _HALF = 0.5                 # opacity of the photograph before the ball
 
 
 def make(found: Resolved) -> bpy.types.Scene:
-    """Make a scene of a description whose places are numbers.
-
-    Raises
-    ------
-    DatasetError
-        If the description has what the settings of a scene cannot hold: several files of a card, say.
+    """Make a scene of a description whose places are numbers. Raises DatasetError if it has what the settings of a
+    scene cannot hold: several files of a card, say.
     """
     description, (height, width) = found
     scene = bpy.data.scenes.new(description["name"])
@@ -157,17 +153,8 @@ def _three(value: float | Sequence[float]) -> tuple[float, ...]:
 def description_of(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: bool = True) -> Description:
     """The description of some photographs of a scene; by default of those that are used.
 
-    Parameters
-    ----------
-    scene : bpy.types.Scene
-    shots : sequence of MeasuredPhotograph, optional
-    whole : bool
-        What is to be measured. Else nobody need have placed the lamps, and their intensity is 1.
-
-    Raises
-    ------
-    ValueError
-        If an object has been deleted, or the whole is not there.
+    By default it is `whole`: what is to be measured. Else nobody need have placed the lamps, and their intensity is 1.
+    Raises ValueError if an object has been deleted, or the whole is not there.
     """
     settings = photographs.of(scene)
     shots = shots or [each for each in settings.photographs if each.used]

@@ -52,13 +52,8 @@ def described(paths: Sequence[str], radius: float, distance: float, count: int,
               report: Report = tasks.silent) -> setup.Resolved:
     """A description of pictures of a ball at the origin, whose lamps nobody has placed yet.
 
-    Parameters
-    ----------
-    paths : sequence of str
-    radius, distance : float
-        Of the ball and of the camera from it, metres.
-    count : int
-        Of exposures under each lamp; 0: as the files say.
+    Radius of the ball, and distance of the camera from it, are in metres; `count` is that of exposures under each lamp,
+    0: as the files say.
     """
     paths = sorted(paths, key=_in_order)
     found: list[About] = []
@@ -137,16 +132,9 @@ def lamp_by_chrome(description: setup.Description, name: str, chrome: str, dista
 
 def measured(description: setup.Description, name: str, path: str, arguments: Arguments, how: Arguments,
              report: Report = tasks.silent) -> Result:
-    """Measure, and fit what was measured.
+    """Measure, and fit what was measured, as `setup.measured` and `tasks.outcome` do.
 
-    Parameters
-    ----------
-    description, name
-        As `setup.measured` takes them.
-    path : str
-        Where the file of the samples will be; it is not written.
-    arguments, how : dict
-        As `tasks.outcome` takes them.
+    The file of the samples is not written; `path` is where it will be.
     """
     with progress.part(0.0, 0.4, "Measuring"):
         samples, photographs = setup.measured(description, name)

@@ -6,20 +6,8 @@ NOT_STATED = "not stated"
 
 
 class DataSource(NamedTuple):
-    """A database.
-
-    Attributes
-    ----------
-    name, owner : str
-    url : str
-        The owner's page.
-    licence : str
-        As the owner states it, or `NOT_STATED`.
-    size : str
-        Of what is downloaded.
-    good_for : str
-    files : str
-        What the files are called.
+    """A database: its owner's page, the licence as the owner states it or `NOT_STATED`, the size of what is downloaded,
+    and what the files are called.
     """
 
     name: str

@@ -63,10 +63,7 @@ def offer(context: bpy.types.Context, path: Path) -> None:
 def build(out: Path) -> Iterator[tuple[float, str]]:
     """Write the library into a folder, in this Blender, which must have no other file open: yields (fraction, doing).
 
-    Raises
-    ------
-    library_file.LibraryError, OSError
-        If it cannot be written, or another file has its name.
+    Raises LibraryError or OSError if it cannot be written, or another file has its name.
     """
     path = out / FILE
     with library_file.writing(path, force=False):

@@ -61,24 +61,12 @@ register, unregister = _icons.register, _icons.unregister
 
 def icon(key: Key, function: Callable[[Report], Any], lane: str = "fit",
          latest: bool = False) -> tuple[int, Job[Any]]:
-    """The icon of a picture, which is drawn in the background when first asked for.
+    """The icon of a picture, which is drawn in the background when first asked for, and its job.
 
-    Parameters
-    ----------
-    key : tuple
-        What the picture shows: its kind, the measurements, and everything else that it depends on.
-    function : callable
-        As `Job` takes it; returns (size, size, 4) float32, or a tuple that begins with it.
-    lane : str
-        As `queue.ask` takes it.
-    latest : bool
-        Whether earlier pictures of this kind and these measurements that wait to be drawn are not wanted any more.
-
-    Returns
-    -------
-    icon_id : int
-        Until there is one, that of an earlier picture of this kind and these measurements, or 0.
-    job : process.Job
+    Until there is one, the icon is that of an earlier picture of this kind and subject, the first two parts of the key,
+    or 0. The function returns (size, size, 4) float32, or a tuple that begins with it; it and the lane are as
+    `queue.ask` takes them. With `latest`, earlier pictures of this kind and subject that wait to be drawn are not
+    wanted any more.
     """
     if latest:
         queue.forget(lambda other: isinstance(other, tuple) and other[:2] == key[:2] and other != key)

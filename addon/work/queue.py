@@ -78,18 +78,8 @@ def ask(key: Hashable, function: Callable[[Report], _Answer], lane: str = "fit",
         max_age: float | None = None) -> Job[_Answer]:
     """The job that answers a question, finished or not. Callers ask again until there is an answer.
 
-    Parameters
-    ----------
-    key : hashable
-        Identifies the question.
-    function : callable
-        As `Job` takes it.
-    lane : {"read", "fit", "slow"}
-        Questions wait only for others of their lane.
-    then : callable, optional
-        Called with the finished job.
-    max_age : float, optional
-        Seconds after which the question is asked again; the old answer is returned until there is a new one.
+    Questions wait only for others of their lane: "read", "fit" or "slow". `then` is called with the finished job. After
+    `max_age` seconds the question is asked again; the old answer is returned until there is a new one.
     """
     chosen, now = _lanes[lane], time.monotonic()
     job = _answers.get(key)

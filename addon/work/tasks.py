@@ -67,17 +67,10 @@ def read(path: str, sample: str | None, report: Report = silent, how: Arguments 
 
 
 def found_again(wanted: Sequence[tuple[str, str, Arguments, str]], folder: str, report: Report = silent) -> list[str]:
-    """Files in a folder, or below it, that have the names of files that are missing.
+    """The paths of files in a folder, or below it, that have the names of missing files; empty where there is none.
 
-    Parameters
-    ----------
-    wanted : list of (path, sample, how, digest)
-        How a missing file was read, and the digest of its measurements: of files of one name, that which has it.
-
-    Returns
-    -------
-    list of str
-        Their paths; empty where there is none.
+    Of each missing file it is told how it was read, and the digest of its measurements: among files of one name, that
+    which has it is taken.
     """
     report(0.0, "Searching")
     there: dict[str, list[str]] = {Path(path).name: [] for path, *_ in wanted}
@@ -135,25 +128,8 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
             how: Arguments | None = None, edit: Arguments | None = None) -> Outcome:
     """Read measurements, fit them, and bake the shader's source.
 
-    Parameters
-    ----------
-    path, sample
-        The measurements.
-    arguments
-        Of the fit.
-    how : dict, optional
-        Of reading: keyword arguments of `fitter.load`.
-    edit : dict, optional
-        Keyword arguments of `fitter.edited`.
-
-    Returns
-    -------
-    Outcome
-
-    Raises
-    ------
-    DatasetError, ValueError
-        If the measurements or the arguments are invalid.
+    `arguments` are of the fit, `how` keyword arguments of `fitter.load`, and `edit` of `fitter.edited`. Raises
+    ValueError, of which DatasetError is one, if the measurements or the arguments are invalid.
     """
     report(0.0, "Reading")
     samples, measured = _load(path, sample, how)
@@ -173,17 +149,7 @@ def outcome_of(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
 
 def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: Report = silent,
              how: Arguments | None = None) -> list[tuple[str, str, Outcome | ValueError]]:
-    """Outcomes of several measurements; for those that failed, the error.
-
-    Parameters
-    ----------
-    sources : list of (path, sample)
-    arguments, how : dict
-        As `outcome` takes them.
-
-    Returns
-    -------
-    list of (path, sample, Outcome or ValueError)
+    """Outcomes of several measurements, (path, sample) each, as `outcome` makes them; for those that failed, the error.
     """
     done: list[tuple[str, str, Outcome | ValueError]] = []
     for number, (path, sample) in enumerate(sources):
@@ -368,16 +334,8 @@ def held_out(data: Data, arguments: Arguments, report: Report = silent) -> float
 def lit_sphere(shown: Shown, edit: Arguments | None, _report: Report = silent) -> SingleArray:
     """A lit sphere, with the tangent of an anisotropic fit: (size, size, 4); of a mix by a mask, the half of each.
 
-    Parameters
-    ----------
-    shown : Shown
-    edit : dict, or None
-        Keyword arguments of `fitter.edited`, by which the fit is changed first; None for a mix.
-
-    Raises
-    ------
-    ValueError
-        If there is no fit, or an argument is wrong.
+    `edit` are keyword arguments of `fitter.edited`, by which a fit is changed first, or None. Raises ValueError if
+    there is no fit, or an argument is wrong.
     """
     if isinstance(shown, KeptMix) and shown.share is None:
         return pictures.split(lit_sphere(shown.first, None), lit_sphere(shown.second, None))

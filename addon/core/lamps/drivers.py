@@ -28,11 +28,7 @@ _POSITION, _SIZE, _STRENGTH = range(3), 3, 4
 def wanted(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> dict[int, str]:
     """The sockets of a lamp that need drivers, because their values can change without an edit: {index: expression}.
 
-    Parameters
-    ----------
-    item : bpy.types.Object
-        A light of the view layer, not evaluated.
-    layer : bpy.types.ViewLayer
+    The lamp is a light of the view layer, not evaluated.
     """
     # the matrix of an object that is hidden in the viewport is not evaluated there
     moves = can_move(item) or not item.visible_get(view_layer=layer)
@@ -64,18 +60,10 @@ def is_animated(data: bpy.types.ID) -> bool:
 
 
 def wire(tree: bpy.types.NodeTree, sources: Mapping[Place, tuple[str, bpy.types.Object]]) -> set[Place]:
-    """Give a lamp group these drivers, and remove all others.
+    """Give a lamp group these drivers, {(number, index): (expression, evaluated object)}, and remove all others.
 
-    Parameters
-    ----------
-    tree : bpy.types.ShaderNodeTree
-    sources : dict
-        {(number, index): (expression, evaluated object)}, with the numbers and indices of `group.store`.
-
-    Returns
-    -------
-    set of (number, index)
-        The sockets that had the right driver already, and so have their values.
+    Numbers and indices are those of `group.store`. Returns the places that had the right driver already, and so have
+    their values.
     """
     before = _present(tree)
     after: dict[str, _Driver] = {

@@ -81,15 +81,8 @@ def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], frugal: bool,
     values are written in blocks, and the group alone is marked as changed: its users are evaluated anew, not copied.
     Blender takes no blocks for linked groups.
 
-    Parameters
-    ----------
-    tree : bpy.types.ShaderNodeTree
-    lamps : sequence of ((x, y, z), size, strength)
-        At most `capacity(tree)`.
-    frugal : bool
-        Whether few closures fit. Groups of older versions have no place for it.
-    driven : set of (number, index)
-        Lamps, from 1, and indices into their `sockets`, that have a driver and are skipped.
+    Frugal is whether few closures fit; groups of older versions have no place for it. Sockets that are driven, by lamps
+    from 1 and indices into their `sockets`, are skipped.
     """
     # what is not known to be even costs shaders of older versions noise only
     single = {LAMPS: float(len(lamps)), _EVEN: 0.0, FRUGAL: float(frugal)}

@@ -20,14 +20,8 @@ _Key = tuple[int, str, str]         # scene, view layer, and mode of the depende
 
 @dataclass
 class _Search:
-    """The last search.
-
-    Attributes
-    ----------
-    key : where it was made; None before the first
-    possible : whether something may instance a light
-    lamps : the lamps found
-    parents : session_uid of each object that brings lamps along, and whether it can move
+    """The last search: where it was made (None before the first), whether something may instance a light, the lamps
+    found, and by the session_uid of each object that brings lamps along whether it can move.
     """
 
     key: _Key | None = None
@@ -53,15 +47,7 @@ def forget_collections() -> None:
 
 
 def lamps(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object], changed: Changed) -> list[lamp.Lamp]:
-    """The lamps that are instanced, without the objects in `shining`.
-
-    Parameters
-    ----------
-    depsgraph : bpy.types.Depsgraph
-    shining : list of bpy.types.Object
-        The lights that are objects of the scene.
-    changed : changes.Changed
-    """
+    """The lamps that are instanced, without those in `shining`, the lights that are objects of the scene."""
     global _last
     key = depsgraph.scene.session_uid, depsgraph.view_layer.name, depsgraph.mode
     if _last.key != key or changed.structure:

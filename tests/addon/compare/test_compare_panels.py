@@ -161,7 +161,7 @@ def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(ui,
         expected = np.broadcast_to(100 * np.pi * value.mean(axis=0), 3)
         found = np.broadcast_to([float(part) for part in albedo.split()], 3)
         np.testing.assert_allclose(found, expected, atol=0.8)
-    assert {"divide", "flipped", "theta", "pinned"} <= set(shown.fields)
+    assert {"divide", "theta", "pinned"} <= set(shown.fields)
 
 
 def values_of(texts, name):
@@ -214,8 +214,6 @@ def test_a_test_render_is_shown_when_it_is_there(ui, material, other, monkeypatc
     given = []
     monkeypatch.setattr(ui.compare_with.icons, "at_once", lambda _key, draw: given.append(draw()) or 1)
     monkeypatch.setattr(ui.compare_with, "_swatch", lambda _color: 1)
-    for flipped, left in ((False, 1), (True, 0)):
-        ui.comparison.of(scene).flipped = flipped
-        draw(panel, material=material)
-        assert given[-1][:, :120].min() == given[-1][:, :120].max() == left
-        assert given[-1][:, 140:].min() == given[-1][:, 140:].max() == 1 - left
+    draw(panel, material=material)
+    assert given[-1][:, :120].min() == given[-1][:, :120].max() == 1
+    assert given[-1][:, 140:].min() == given[-1][:, 140:].max() == 0

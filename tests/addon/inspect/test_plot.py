@@ -16,7 +16,7 @@ def plot(extension):
 @pytest.mark.parametrize("scale", [1.0, 1.25, 2.0])
 @pytest.mark.parametrize("side", ["LEFT", "RIGHT"])
 def test_a_plot_is_large_and_inside_of_its_region(plot, side, scale):
-    made = plot.placed((40, 0, 1400 * scale, 800 * scale), side, scale, 2)
+    made = plot.placed((40, 0, 1400 * scale, 800 * scale), side, scale)
     assert 400 * scale <= made.width
     assert 300 * scale <= made.height
     assert made.x >= 40
@@ -30,14 +30,14 @@ def test_a_plot_is_large_and_inside_of_its_region(plot, side, scale):
 
 
 def test_a_small_region_has_a_smaller_plot(plot):
-    made = plot.placed((0, 0, 420, 360), "LEFT", 1.0, 1)
+    made = plot.placed((0, 0, 420, 360), "LEFT", 1.0)
     assert made.width <= 420 - 20
     assert made.height <= 360
-    assert plot.placed((0, 0, 50, 20), "LEFT", 1.0, 1).radius > 0
+    assert plot.placed((0, 0, 50, 20), "LEFT", 1.0).radius > 0
 
 
 def test_angles_of_points_are_those_they_were_made_of(plot):
-    made = plot.placed((0, 0, 900, 700), "RIGHT", 1.0, 1)
+    made = plot.placed((0, 0, 900, 700), "RIGHT", 1.0)
     for theta in (-1.5, -0.4, 0.0, 0.9, 1.5):
         for length in (0.2, 1.0):
             at = made.points(theta, length)
