@@ -50,7 +50,6 @@ class MEASUREDBRDF_OT_pin(bpy.types.Operator):
 
 
 def _write(folder: Path, scene: bpy.types.Scene, wanted: list[bpy.types.Material], chosen: looks.Key) -> None:
-    """Write what another Blender renders into a folder."""
     worlds = [scene.world] if chosen.lighting == look.WORLD else []
     if None in worlds:
         raise ValueError("The scene has no world: choose another light")

@@ -101,7 +101,6 @@ class MEASUREDBRDF_PT_look(MeasuredPanel, bpy.types.Panel):
 
 
 def _side_by_side(pictures: list[SingleArray], at: float) -> SingleArray:
-    """One picture, or two with a line between them."""
     return split(pictures[0], pictures[1], at) if len(pictures) > 1 else pictures[0]
 
 
@@ -112,7 +111,6 @@ def _draw_names(layout: bpy.types.UILayout, material: bpy.types.Material, other:
 
 
 def _swatch(color: Color) -> int:
-    """The icon of a plain colour."""
     return icons.at_once(("swatch", color), lambda: np.full((16, 16, 4), (*color, 1), dtype=np.float32))
 
 

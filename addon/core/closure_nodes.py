@@ -226,7 +226,6 @@ def _lobe(build: _Builder, kind: Kind, stops: FloatArray, colour: FloatArray, sh
 
 
 def _fill_lobe(tree: bpy.types.NodeTree, kind: Kind, names: tuple[str, ...]) -> None:
-    """Fill the group of a lobe with these inputs."""
     types = {"Seen": "Color", "Below": "Shader"}
     inputs = _group_inputs(tree, {name: types.get(name, "Vector") for name in dict.fromkeys((*names, "Below"))})
     build = _Builder(tree, 0, 0)

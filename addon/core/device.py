@@ -64,9 +64,9 @@ def _found(kind: str) -> frozenset[str]:
 def _requested(arguments: tuple[str, ...]) -> str:
     """The type of device that the command line asks for, if any."""
     own = arguments[arguments.index(_OWN_ARGUMENTS) + 1:] if _OWN_ARGUMENTS in arguments else ()
-    found = ""
+    kind = ""
     for argument, following in zip(own, (*own[1:], ""), strict=False):
         name, is_given, value = argument.partition("=")
         if name == _OPTION:
-            found = value if is_given else following
-    return found.upper()
+            kind = value if is_given else following
+    return kind.upper()

@@ -57,8 +57,8 @@ def _names(path: Path) -> dict[str, list[str]] | None:
     """The names of the data-blocks in a .blend, by kind; None for any other file. Nothing is loaded."""
     try:
         with bpy.data.libraries.load(str(path), link=False) as (source, _):
-            found = {kind: getattr(source, kind) for kind in dir(source)}
-            return {kind: of_kind for kind, of_kind in found.items() if isinstance(of_kind, list)}
+            lists = {kind: getattr(source, kind) for kind in dir(source)}
+            return {kind: of_kind for kind, of_kind in lists.items() if isinstance(of_kind, list)}
     except OSError:
         return None
 
@@ -185,8 +185,8 @@ def save_part(path: str | Path, opened: _DiskVersion | None) -> None:
 
 def _version_on_disk(path: Path) -> _DiskVersion:
     """Changes whenever the file is saved."""
-    found = path.stat()
-    return found.st_mtime_ns, found.st_size, found.st_ino
+    status = path.stat()
+    return status.st_mtime_ns, status.st_size, status.st_ino
 
 
 def merge(source: str | Path, path: str | Path, force: bool) -> list[str]:

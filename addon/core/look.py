@@ -22,6 +22,7 @@ from mathutils import Matrix, Vector
 from ...fitter.arrays import FloatArray, SingleArray
 from . import osl_support
 from .annotations import Report, Vector3, present
+from .previews import picture_of
 
 SPHERE, BALL = "SPHERE", "BALL"
 STUDIO, SKY, WORLD = "STUDIO", "SKY", "WORLD"
@@ -142,20 +143,18 @@ def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path,
     if not path.read_bytes().endswith(_END):        # Blender does not tell
         raise OSError(errno.EIO, "it could not be written whole; the disk may be full", str(path))
     image = bpy.data.images.load(str(path))
-    picture = np.empty((image.size[1], image.size[0], 4), dtype=np.float32)
-    present(image.pixels).foreach_get(picture.ravel())
+    picture = picture_of(image)
     bpy.data.images.remove(image)
     return picture
 
 
 @contextmanager
 def _reported(report: Report) -> Iterator[None]:
-    """Report the progress of renders."""
     @persistent
     def on_stats(statistics: Any, *_: object) -> None:
-        found = _SAMPLE.search(str(statistics))
-        if found is not None:
-            report(int(found[1]) / int(found[2]), "Rendering")
+        sample = _SAMPLE.search(str(statistics))
+        if sample is not None:
+            report(int(sample[1]) / int(sample[2]), "Rendering")
 
     report(0.0, "Rendering")
     bpy.app.handlers.render_stats.append(on_stats)

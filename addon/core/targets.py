@@ -109,9 +109,9 @@ def _along(context: bpy.types.Context, origin: Vector, direction: Vector) -> Ite
     """The objects, and their faces, that a ray hits one after the other."""
     start = origin.copy()
     for _ in range(_MOST_SEEN_THROUGH):
-        found, place, _, face, item, _ = present(context.scene).ray_cast(context.evaluated_depsgraph_get(), start,
+        is_hit, place, _, face, item, _ = present(context.scene).ray_cast(context.evaluated_depsgraph_get(), start,
                                                                        direction)
-        if not found:
+        if not is_hit:
             return
         yield item.original, face
         start = place + direction * (_STEP * (place - origin).length)

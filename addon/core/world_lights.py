@@ -42,15 +42,15 @@ def bright_spots(world: bpy.types.World | None) -> list[Spot]:
         return []
     strength = max((node.inputs["Strength"].default_value for node in tree.nodes if node.type == "BACKGROUND"),
                    default=0.0)
-    found: list[Spot] = []
+    bright: list[Spot] = []
     outputs = [link for link in tree.links if link.to_node.type == "OUTPUT_WORLD"]
     for node in _upstream_nodes(outputs, tree.links):
         if node.type == "TEX_SKY" and getattr(node, "sun_disc", False):
-            found.append(Spot(_to_world(node, _sun(node)), max(node.sun_size / 2, 1e-4), math.pi * strength))
+            bright.append(Spot(_to_world(node, _sun(node)), max(node.sun_size / 2, 1e-4), math.pi * strength))
         elif node.type == "TEX_ENVIRONMENT" and node.projection == "EQUIRECTANGULAR" and node.image is not None:
-            found += [Spot(_to_world(node, direction), radius, light * strength)
+            bright += [Spot(_to_world(node, direction), radius, light * strength)
                       for direction, radius, light in _in_image(node.image.original)]
-    return found
+    return bright
 
 
 def _upstream_nodes(links: Iterable[bpy.types.NodeLink], every: Iterable[bpy.types.NodeLink]) -> list[bpy.types.Node]:
@@ -115,7 +115,7 @@ def spots(image: FloatArray | SingleArray) -> list[Spot]:
     solid_angle = np.cos(latitude) * (2 * np.pi**2 / radiance.size)
     total = (radiance * solid_angle).sum()
     left = radiance.copy()
-    found: list[Spot] = []
+    brightest: list[Spot] = []
     for _ in range(_MAX_SPOTS):
         direction = unit[np.unravel_index(left.argmax(), left.shape)]
         for _ in range(2):                      # first around the brightest pixel, then around the centroid
@@ -125,7 +125,7 @@ def spots(image: FloatArray | SingleArray) -> list[Spot]:
             excess = np.where(inside, np.maximum(left - np.median(left[ring]), 0), 0) * solid_angle
             light = excess.sum()
             if not light > _MIN_SHARE * total:
-                return found
+                return brightest
             centroid = np.einsum("ij,ijk", excess, unit)
             direction = centroid / np.linalg.norm(centroid)
         angle = np.arccos(np.clip(unit @ direction, -1, 1))
@@ -133,6 +133,6 @@ def spots(image: FloatArray | SingleArray) -> list[Spot]:
         last = min(np.searchsorted(np.cumsum(excess[inside][order]), _ENCLOSED * light), len(order) - 1)
         pixel = np.pi / len(radiance)
         x, y, z = direction
-        found.append(Spot((x, y, z), float(angle[inside][order][last] + pixel / 2), float(light)))
+        brightest.append(Spot((x, y, z), float(angle[inside][order][last] + pixel / 2), float(light)))
         left[inside] = np.median(left[ring])
-    return found
+    return brightest

@@ -11,7 +11,6 @@ from . import (
     curves,
     details,
     fit,
-    folders,
     import_data,
     measurements,
     relink,
@@ -19,7 +18,7 @@ from . import (
 )
 
 _ENTRIES = menu.entries((import_data.MEASUREDBRDF_OT_import_data, "Import Measured BRDF..."),
-                        (folders.MEASUREDBRDF_OT_import_folder, "Import Folder of Measured BRDFs..."),
+                        (import_data.MEASUREDBRDF_OT_import_folder, "Import Folder of Measured BRDFs..."),
                         (fit.MEASUREDBRDF_OT_fit, "Fit Measured BRDF Again"),
                         (relink.MEASUREDBRDF_OT_find_missing, "Find Missing Files of Measured BRDFs..."))
 _TOPICS = (*manual.over_operators("manual#get-data-in", "import_data", "import_folder", "choose_sample"),
@@ -35,7 +34,7 @@ def _draw_import(layout: bpy.types.UILayout) -> None:
 def _in_file_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
     menu.layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname,
                          text="Measured BRDF (MERL, RGL, CURET, table...)")
-    menu.layout.operator(folders.MEASUREDBRDF_OT_import_folder.bl_idname, text="Measured BRDFs (folder)")
+    menu.layout.operator(import_data.MEASUREDBRDF_OT_import_folder.bl_idname, text="Measured BRDFs (folder)")
 
 
 def _in_external_data_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
@@ -47,7 +46,7 @@ def _in_add_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
 
 
 _slice = Registration(
-    import_data, samples, folders, fit, relink, curves, measurements, compared_presets, details, additions=(
+    import_data, samples, fit, relink, curves, measurements, compared_presets, details, additions=(
         (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _in_file_menu),
         ("TOPBAR_MT_file_external_data", _in_external_data_menu), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
         (nodes.MEASUREDBRDF_MT_add_node, _in_add_menu), (main.beginnings, _draw_import),

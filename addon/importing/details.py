@@ -10,7 +10,7 @@ from ..core import node_group
 from ..core.annotations import present
 from ..core.outcomes import Data
 from ..core.properties import NO_SPECULAR_LEVEL, ORIGINAL, fitted_arguments, is_preset, worth
-from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, wrapped
+from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, name_beside_value, wrapped
 from ..work import queries
 from . import fit
 
@@ -26,8 +26,7 @@ class MEASUREDBRDF_PT_settings(MaterialPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, settings = present(self.layout), present(context.material).measured_brdf
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        name_beside_value(layout)
         column = layout.column(align=True)
         levels = column.column(align=True)
         levels.active = not settings.use_tolerance
@@ -59,8 +58,8 @@ class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = present(self.layout), present(context.material)
-        if (found := worth(material.measured_brdf)).whole:
-            draw_wrapped(layout, found.whole, "CHECKMARK" if found.is_well else "INFO")
+        if (judged := worth(material.measured_brdf)).whole:
+            draw_wrapped(layout, judged.whole, "CHECKMARK" if judged.is_well else "INFO")
         column = layout.column(align=True)
         for name, value in rows(material):
             draw_value(column, name, value)
@@ -81,20 +80,20 @@ def compression_in_words(settings: Any) -> str:
 def rows(material: bpy.types.Material) -> list[tuple[str, str]]:
     """Names and values of what is known of a material's fit."""
     settings, tree = material.measured_brdf, present(materials.group_node(material)).node_tree
-    found = [("Levels", settings.fitted_levels),
+    known = [("Levels", settings.fitted_levels),
              ("RMSE", f"{settings.rmse:.3g} / sr"),
              ("MRE", f"{settings.mre:.2%} of the peak" if not math.isnan(settings.mre) else "all values are 0"),
              ("Error at Unseen Angles", _at_unseen_angles(material)),
              ("Coefficients", f"{settings.coefficients:,}"),
              ("Storage", f"{settings.bytes:,} bytes")]
     if size := node_group.bytes_in_file(tree):
-        found.append(("In the .blend", f"about {size / 1000:,.0f} kB"))
+        known.append(("In the .blend", f"about {size / 1000:,.0f} kB"))
     if errors := [f"{name} {tree[error]:.1%}" for name, error in _ERRORS if error in tree]:
-        found.append(("Highlight Error", ", ".join(errors)))
-    found.append(("Fitted in", f"{settings.seconds:.2f} s"))
+        known.append(("Highlight Error", ", ".join(errors)))
+    known.append(("Fitted in", f"{settings.seconds:.2f} s"))
     if materials.tangent_input(material) is not None:
-        found.append(("Direction", "Tangent, Rotation"))
-    return found
+        known.append(("Direction", "Tangent, Rotation"))
+    return known
 
 
 def _at_unseen_angles(material: bpy.types.Material) -> str:

@@ -1,4 +1,4 @@
-"""Imports files of measurements as materials: with File > Import, and by drag and drop."""
+"""Imports files and folders of measurements as materials: with File > Import, and files by drag and drop."""
 
 import textwrap
 from functools import partial
@@ -14,10 +14,11 @@ from ..core import preferences
 from ..core.annotations import OperatorResult, present
 from ..core.properties import CHOICES, LEVELS, FitChoices, draw_presets, draw_rendering, fit_arguments
 from ..core.reading import draw_reading, load_arguments
+from ..panel.layout import name_beside_value
 from ..work import process, tasks
-from ..work.discovery import GLOB
-from ..work.making import MakesMaterials, begin_with_preference
-from ..work.modal import AsksForPath, errors_reported
+from ..work.discovery import GLOB, sources_in
+from ..work.making import FromFolder, MakesMaterials, Outcomes, begin_with_preference
+from ..work.modal import AsksForPath, Steps, errors_reported
 
 _DIALOG, _CHARACTER = 480, 7       # pixels: the width of a dialog, and of a character on average
 _EDITORS = {"VIEW_3D", "PROPERTIES", "OUTLINER", "NODE_EDITOR", "FILE_BROWSER"}
@@ -59,8 +60,7 @@ or else to all selected ones"""
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = present(self.layout)
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        name_beside_value(layout)
         if self.complaint:
             _draw_question(layout, self)
             return
@@ -105,6 +105,26 @@ or else to all selected ones"""
             bpy.path.abspath(self.filepath)]
 
 
+class MEASUREDBRDF_OT_import_folder(FromFolder, MakesMaterials, bpy.types.Operator):
+    """Make a material of every measurement in a folder. A CURET file gives one for each sample"""
+
+    bl_idname = "measured_brdf.import_folder"
+    bl_label = "Import Folder of Measured BRDFs"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
+        self.remember_target(context)
+        return super().invoke(context, event)
+
+    def work(self, context: bpy.types.Context) -> process.Calculation:
+        self.remember_target(context)
+        sources, self._failures = sources_in([self.checked_folder()])
+        return process.Calculation(partial(tasks.outcomes, sources, fit_arguments(self), how=load_arguments(self)))
+
+    def prepare(self, outcomes: Outcomes) -> Steps:
+        return super().prepare([*self._failures, *outcomes])
+
+
 class MEASUREDBRDF_FH_measurements(bpy.types.FileHandler):
     """Imports files of measured reflectance that are dropped onto the window."""
 
@@ -127,7 +147,6 @@ def _draw_question(layout: bpy.types.UILayout, operator: Any) -> None:
 
 
 def _draw_choices(layout: bpy.types.UILayout, operator: Any) -> None:
-    """Draw the choices for an import."""
     path = next((item.name for item in operator.files if item.name), operator.filepath)
     draw_presets(layout, operator)
     if "sample" in choices_of(path):
@@ -148,4 +167,4 @@ def choices_and_target(operator: Any) -> dict[str, Any]:
     return {name: getattr(operator, name) for name in (*CHOICES, "target", "slot", "others")}
 
 
-classes = (MEASUREDBRDF_OT_import_data, MEASUREDBRDF_FH_measurements)
+classes = (MEASUREDBRDF_OT_import_data, MEASUREDBRDF_OT_import_folder, MEASUREDBRDF_FH_measurements)

@@ -14,7 +14,7 @@ from ..core.annotations import present
 from ..core.outcomes import Data
 from ..core.properties import OFFERED, is_as_fitted, is_preset
 from ..core.reading import draw_reading, other_colours, scene_colours
-from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped, has_data
+from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped, has_data, name_beside_value
 from ..work import modal, queries
 from ..work.job import Job
 from . import fit, relink, samples
@@ -35,8 +35,7 @@ class MEASUREDBRDF_PT_data(MaterialPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = present(self.layout), present(context.material)
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        name_beside_value(layout)
         parts = [*_parts(material)]
         if not parts:
             draw_source(layout, material)

@@ -73,8 +73,8 @@ Fits stay as they are"""
                   for item in missing if (settings := item.measured_brdf)]
         return process.Calculation(partial(tasks.found_again, wanted, bpy.path.abspath(self.directory)))
 
-    def apply(self, _context: bpy.types.Context, found: list[str]) -> None:
-        for uid, path in zip(self._missing, found, strict=True):
+    def apply(self, _context: bpy.types.Context, paths: list[str]) -> None:
+        for uid, path in zip(self._missing, paths, strict=True):
             target = by_session_uid(bpy.data.materials, uid)
             if target is None or not target.is_editable:
                 continue
@@ -82,7 +82,7 @@ Fits stay as they are"""
                 target.measured_brdf.filepath = path
             else:
                 self.report({"WARNING"}, f"{target.name}: {Path(_path(target)).name} is not in {self.directory}")
-        self.report({"INFO"}, f"{sum(map(bool, found))} of {len(found)} materials relinked")
+        self.report({"INFO"}, f"{sum(map(bool, paths))} of {len(paths)} materials relinked")
 
 
 def _path(material: bpy.types.Material) -> str:

@@ -138,14 +138,14 @@ class Inspecting(OperatorMixIn):
         if event.type == "LEFTMOUSE" and pressed and plain:
             return inspection.press(view, frame, plot, at)
         if event.type == "LEFTMOUSE" and pressed and event.ctrl:
-            found = None
+            spot = None
             with suppress(RuntimeError):        # Blender has no evaluated mesh
-                found = surface.under_ray(present(self._session.item()), context.evaluated_depsgraph_get(),
+                spot = surface.under_ray(present(self._session.item()), context.evaluated_depsgraph_get(),
                                           *view.ray(at))
-            if found is not None:
-                inspection.spot = found
+            if spot is not None:
+                inspection.spot = spot
                 self._session.refresh()
-            return found is not None
+            return spot is not None
         return pressed and plain and inspection.key(event.type)
 
 
@@ -161,8 +161,8 @@ class MEASUREDBRDF_OT_inspect(Inspecting, bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         item = context.object
-        found = item.active_material if item is not None else None
-        if found is None or materials.group_node(found) is None:
+        material = item.active_material if item is not None else None
+        if material is None or materials.group_node(material) is None:
             cls.poll_message_set("The active object has no measured material")
             return False
         return True
@@ -184,7 +184,6 @@ def _region(area: bpy.types.Area, event: bpy.types.Event) -> bpy.types.Region | 
 
 
 def _region_of(area: bpy.types.Area) -> bpy.types.Region:
-    """The largest region of the view."""
     return max((region for region in area.regions if region.type == "WINDOW"), key=lambda region: region.width)
 
 

@@ -249,7 +249,6 @@ def colors_of(values: FloatArray) -> Sequence[Color]:
 
 
 def _rounded(plot: Plot) -> FloatArray:
-    """The outline of the box, with round corners."""
     radius = 0.4 * LINE * plot.scale
     turn = np.linspace(0, np.pi / 2, 7)
     arc = radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)

@@ -109,13 +109,13 @@ def lengths(values: FloatArray, largest: float, radius: Radius) -> FloatArray:
 def rings(largest: float, radius: Radius) -> list[tuple[float, float]]:
     """Values of one digit, 1/sr, and the radii of their circles, the largest first, for a plot whose outer circle is
     `largest`."""
-    found: list[tuple[float, float]] = []
+    circles: list[tuple[float, float]] = []
     for ring in _RINGS:
         value = _of_one_digit(largest * (ring ** 3 if radius == "cube root" else ring))
         length = float(lengths(np.array(value), largest, radius))
-        if not found or length < found[-1][1] - _APART:
-            found.append((value, length))
-    return found
+        if not circles or length < circles[-1][1] - _APART:
+            circles.append((value, length))
+    return circles
 
 
 def dashes(points: FloatArray, dash: float, gap: float) -> FloatArray:

@@ -97,8 +97,8 @@ class Session:
 
     def material(self) -> bpy.types.Material | None:
         """The material, if it is still there and measured."""
-        found = by_session_uid(bpy.data.materials, self.inspection.spot.material)
-        return None if found is None or materials.group_node(found) is None else found
+        material = by_session_uid(bpy.data.materials, self.inspection.spot.material)
+        return None if material is None or materials.group_node(material) is None else material
 
     def redraw(self) -> None:
         """Have the area drawn again."""

@@ -127,12 +127,12 @@ def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Seq
 def _entries_in(part: Path) -> list[_Entry]:
     """The materials in a part that `convert` made."""
     library_file.open_part(part)
-    found = [_Entry(part, item.name, item.measured_brdf.asset_key, item.measured_brdf.filepath,
+    entries = [_Entry(part, item.name, item.measured_brdf.asset_key, item.measured_brdf.filepath,
                     item.measured_brdf.sample, item.users > item.use_fake_user, item.asset_data is not None,
                     _is_named_after_data(item), edit_arguments(item), row(item, "up to date"))
              for item in library_file.measured() if item.measured_brdf.asset_key]
     library_file.close()
-    return found
+    return entries
 
 
 def _plan(sources: Sequence[Source], how: Arguments, arguments: Arguments, entries: Sequence[_Entry],
@@ -161,11 +161,11 @@ def _plan(sources: Sequence[Source], how: Arguments, arguments: Arguments, entri
     for same in (_is_same_file, _has_same_name):
         for task in todo[:]:
             # users may have made copies: prefer an asset, and one that has not been renamed
-            found = max((entry for entry in left if same(task, entry)), key=_is_original, default=None)
-            if found is not None:
-                left.remove(found)
+            outdated = max((entry for entry in left if same(task, entry)), key=_is_original, default=None)
+            if outdated is not None:
+                left.remove(outdated)
                 todo.remove(task)
-                planned[found.part].append(task._replace(replaced=found.name, edit=found.edit))
+                planned[outdated.part].append(task._replace(replaced=outdated.name, edit=outdated.edit))
     planned[None] = todo
     return planned, left
 

@@ -98,7 +98,6 @@ def _shard(text: str) -> tuple[int, int]:
 
 
 def _choices(options: argparse.Namespace) -> Choices:
-    """The choices that the options ask for."""
     choices: Choices = SimpleNamespace(**dict.fromkeys(CHOICES))
     use_preset(choices, options.preset)
     for name in LEVELS:

@@ -237,7 +237,6 @@ def _connect(tree: bpy.types.NodeTree) -> None:
 
 
 def _sockets(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTreeInterfaceSocket]:
-    """The inputs and outputs of a group."""
     return [cast(bpy.types.NodeTreeInterfaceSocket, item) for item in present(tree.interface).items_tree
             if item.item_type == "SOCKET"]
 

@@ -40,6 +40,12 @@ def has_data(context: bpy.types.Context) -> bool:
     return material is not None and (bool(material.measured_brdf.filepath) or materials.is_shown(material))
 
 
+def name_beside_value(layout: bpy.types.UILayout) -> None:
+    """Draw properties as Blender's panels do, without the dots of keyframes."""
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+
+
 def draw_row(layout: bpy.types.UILayout, *texts: str) -> None:
     """Draw texts beside one another, in columns of equal width."""
     row = layout.row()
@@ -92,7 +98,6 @@ def _lines(text: str, width: int, size: float, breaks_words: bool) -> tuple[str,
 
 @lru_cache(maxsize=4096)
 def _broken(text: str, characters: int, breaks_words: bool) -> tuple[str, ...]:
-    """Text in lines of at most so many characters."""
     return tuple(textwrap.wrap(text, characters, break_long_words=breaks_words))
 
 

@@ -15,7 +15,7 @@ from ..core.edits import edit_arguments
 from ..core.properties import label_of_fit, worth
 from ..work import modal, queries
 from . import rendering
-from .layout import MaterialPanel, draw_warning, draw_wrapped, has_data, picture_scale
+from .layout import MaterialPanel, draw_warning, draw_wrapped, has_data, name_beside_value, picture_scale
 from .local import MEASUREDBRDF_OT_make_local
 from .update import MEASUREDBRDF_OT_update_materials
 
@@ -56,8 +56,7 @@ class MEASUREDBRDF_PT_sidebar(_Main, bpy.types.Panel):
 
 def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """Draw what the material looks like, how well it was fitted, how it is rendered, and what can be done with it."""
-    layout.use_property_split = True
-    layout.use_property_decorate = False
+    name_beside_value(layout)
     material = active_material(context)
     if material is not None and materials.is_shown(material):
         _draw_look(layout, context, material)
@@ -114,8 +113,8 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
         adjusted = ", adjusted" if edit_arguments(material) else ""
         name = f"{settings.name_of_data}: {label_of_fit(settings)}{adjusted}"
     draw_wrapped(column, name, "MATERIAL")
-    if (found := worth(settings)).line:
-        draw_wrapped(column, found.line, "CHECKMARK" if found.is_well else "INFO")
+    if (value := worth(settings)).line:
+        draw_wrapped(column, value.line, "CHECKMARK" if value.is_well else "INFO")
     rendering.draw_words(column, context, material)
 
 

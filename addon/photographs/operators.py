@@ -3,7 +3,6 @@
 import math
 from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import bpy
@@ -16,7 +15,7 @@ from ...fitter.files import replacing
 from ...fitter.photographs.setup import Resolved
 from ..core import compiler, material, osl_support, targets
 from ..core.annotations import present
-from ..core.properties import CHOICES, fit_arguments, use_preset, worth
+from ..core.properties import default_choices, fit_arguments, use_preset, worth
 from ..core.reading import load_arguments, scene_colours
 from ..core.transaction import by_session_uid
 from ..work import process
@@ -48,10 +47,10 @@ class HasPhotographs(InBackground):
 
     def scene(self) -> bpy.types.Scene:
         """The scene that was remembered. ValueError if it, or its ball, has been removed meanwhile."""
-        found = by_session_uid(bpy.data.scenes, self._scene)
-        if found is None or photographs.of(found).ball is None:
+        scene = by_session_uid(bpy.data.scenes, self._scene)
+        if scene is None or photographs.of(scene).ball is None:
             raise ValueError("The scene of the photographs has been removed meanwhile")
-        return found
+        return scene
 
 
 class MEASUREDBRDF_OT_measure_photographs(AsksForPath, bpy.types.Operator):
@@ -92,11 +91,11 @@ description (.toml)"""
             return process.Calculation(partial(measuring.opened, paths[0]))
         return process.Calculation(partial(measuring.described, paths, self.radius, self.distance, self.exposures))
 
-    def apply(self, context: bpy.types.Context, found: Resolved) -> None:
+    def apply(self, context: bpy.types.Context, described: Resolved) -> None:
         if self.to_scene:
-            self._add(found)
+            self._add(described)
             return
-        made = stage.make(found)
+        made = stage.make(described)
         count = len(photographs.of(made).photographs)
         self.report({"INFO"}, f"{made.name}: {count} photograph{'s' * (count > 1)}")
         # last, because it is not taken back on an error
@@ -105,12 +104,12 @@ description (.toml)"""
             if not bpy.app.background:
                 _look_through(context)
 
-    def _add(self, found: Resolved) -> None:
+    def _add(self, described: Resolved) -> None:
         scene = by_session_uid(bpy.data.scenes, self._scene)
         known = [] if scene is None else list(photographs.lamps(photographs.of(scene)))
         if scene is None or not known:
             raise ValueError("This scene has no photographs of a ball")
-        stage.add(scene, found.description["photograph"], known[0].data)
+        stage.add(scene, described.description["photograph"], known[0].data)
         photographs.of(scene).active = len(photographs.of(scene).photographs) - 1
 
 
@@ -178,10 +177,8 @@ them"""
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
-        settings, defaults = photographs.of(scene), bpy.types.Material.bl_rna.properties["measured_brdf"]
-        known: Any = defaults
-        choices = {name: known.fixed_type.properties[name].default for name in CHOICES}
-        self._choices = SimpleNamespace(**choices | {"filepath": settings.samples})
+        settings = photographs.of(scene)
+        self._choices = default_choices(settings.samples)
         use_preset(self._choices, settings.preset or "Standard")
         path = Path(bpy.path.abspath(settings.samples))
         if not settings.samples or not path.parent.is_dir():
@@ -191,9 +188,9 @@ them"""
             measuring.measured, stage.description_of(scene), scene.name, str(path), fit_arguments(self._choices),
             load_arguments(self._choices)))
 
-    def prepare(self, found: measuring.Result) -> Steps:
+    def prepare(self, result: measuring.Result) -> Steps:
         yield 0.95, "Compiling"
-        return found, compiler.compile_surface(found.outcome.surface)
+        return result, compiler.compile_surface(result.outcome.surface)
 
     def apply(self, context: bpy.types.Context, prepared: tuple[measuring.Result, compiler.Shader]) -> None:
         (outcome, content, centre, intensity, told), shader = prepared
@@ -240,19 +237,19 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
         return Command("photograph", self._folder.name)
 
     def prepare(self, _result: Any) -> Steps:
-        found = comparison.compared(Path(self._folder.name))
+        pair = comparison.compared(Path(self._folder.name))
         self._folder.cleanup()
-        return found
+        return pair
         yield
 
-    def apply(self, _context: bpy.types.Context, found: comparison.Compared) -> None:
+    def apply(self, _context: bpy.types.Context, pair: comparison.Compared) -> None:
         settings = photographs.of(self.scene())
         shot = next((each for each in settings.photographs
                      if each.lamp is not None and each.lamp.session_uid == self._lamp), None)
         if shot is None:
             raise ValueError("The photograph has been removed meanwhile")
-        before, difference = shot.comparison, found.difference
-        shot.comparison = comparison.stored(f"{shot.name} compared", comparison.sheet(found))
+        before, difference = shot.comparison, pair.difference
+        shot.comparison = comparison.stored(f"{shot.name} compared", comparison.sheet(pair))
         shot.difference = difference
         if before is not None:
             bpy.data.images.remove(before)

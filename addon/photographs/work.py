@@ -56,19 +56,19 @@ def described(paths: Sequence[str], radius: float, distance: float, count: int,
     0: as the files say.
     """
     paths = sorted(paths, key=_in_order)
-    found: list[About] = []
+    abouts: list[About] = []
     for number, path in enumerate(paths):
         report(number / len(paths), f"Looking at {Path(path).name}")
-        found.append(about(path))
-    sizes = dict.fromkeys(each.size for each in found)
+        abouts.append(about(path))
+    sizes = dict.fromkeys(each.size for each in abouts)
     if len(sizes) > 1:
         raise DatasetError("photographs of several sizes found: " + ", ".join(
             f"{width} x {height}" for height, width in sizes), Path(paths[0]).parent)
-    groups = _groups(paths, [each.exposure for each in found], count)
+    groups = _groups(paths, [each.exposure for each in abouts], count)
     return setup.Resolved(
-        {"name": Path(paths[0]).parent.name, "camera": {"position": [0.0, -distance, 0.0], **_lens(found[0])},
+        {"name": Path(paths[0]).parent.name, "camera": {"position": [0.0, -distance, 0.0], **_lens(abouts[0])},
          "ball": {"centre": [0.0, 0.0, 0.0], "radius": radius}, "scale": {"albedo": ALBEDO},
-         "photograph": [{"files": group, "lamp": list(START)} for group in groups]}, found[0].size)
+         "photograph": [{"files": group, "lamp": list(START)} for group in groups]}, abouts[0].size)
 
 
 def _in_order(path: str) -> list[tuple[int, str]]:

@@ -47,10 +47,10 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: Any) -> str:
         try:
-            found = find(properties.name)
+            material = find(properties.name)
         except DatasetError as error:
             return str(error)
-        return f"{found.label}, assigned to all selected objects. {found.description}"
+        return f"{material.label}, assigned to all selected objects. {material.description}"
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
         return self.run(context) if work.is_quick(self.name, scene_colours()) else self.start(context)
@@ -94,10 +94,10 @@ there yet, it is made first, which takes half a minute; some minutes in a checko
         return self.execute(context) if starter.folder() is not None else self.start(context)
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        found = starter.folder()
-        if found is None:
+        folder = starter.folder()
+        if folder is None:
             return self.run(context)
-        self.apply(context, {"path": str(found)})
+        self.apply(context, {"path": str(folder)})
         return {"FINISHED"}
 
     def work(self, context: bpy.types.Context) -> Command:

@@ -108,16 +108,16 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> N
     kind = row.row(align=True)
     kind.active = not choices.search        # which is in all kinds
     kind.prop(choices, "tag", text="")
-    found = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
-    if not found:
+    offered = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
+    if not offered:
         draw_wrapped(layout, "No material has these words in its name or kind", "INFO")
     grid = _grid(layout)
-    for each in found[:_MOST]:
+    for each in offered[:_MOST]:
         cell = grid.column(align=True)
         for button in _draw_buttons(cell, each.label, library.MEASUREDBRDF_OT_use_published.bl_idname,
                                     shelf.swatch_icon(each.name)):
             button.name = each.name
-    _draw_rest(layout, len(found), "materials")
+    _draw_rest(layout, len(offered), "materials")
     draw_wrapped(layout, "Published fits of MERL's materials (Low et al. 2012), not measurements", "INFO")
     if not starter.is_offered(context):
         layout.operator(library.MEASUREDBRDF_OT_add_starter_library.bl_idname, icon="ASSET_MANAGER")
@@ -140,14 +140,14 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
     choices = context.window_manager.measured_brdf_shelf
     layout.prop(choices, "data_search", text="", icon="VIEWZOOM")
     words = choices.data_search.lower().split()
-    found = [each for each in job.result if all(word in f"{each.label} {each.path}".lower() for word in words)]
-    if not found:
+    wanted = [each for each in job.result if all(word in f"{each.label} {each.path}".lower() for word in words)]
+    if not wanted:
         draw_wrapped(layout, "No measurements" + (" of that name" if words else " in this folder"), "INFO")
     grid, how = _grid(layout), {"colours": scene_colours() or "Rec.709"}
-    broken = [each for each in found if each.error]
-    for each in [each for each in found if not each.error][:_MOST]:
+    broken = [each for each in wanted if each.error]
+    for each in [each for each in wanted if not each.error][:_MOST]:
         _draw_measurement(grid.column(align=True), each, how)
-    _draw_rest(layout, len(found) - len(broken), "measurements")
+    _draw_rest(layout, len(wanted) - len(broken), "measurements")
     if broken:
         header, body = layout.panel("MEASUREDBRDF_unreadable", default_closed=True)
         header.label(text=f"{len(broken)} files cannot be read" if len(broken) > 1 else "One file cannot be read")
@@ -155,11 +155,11 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
             draw_wrapped(body, each.error, "DOT")
 
 
-def _draw_measurement(cell: bpy.types.UILayout, found: thumbnails.Found, how: dict[str, str]) -> None:
-    icon, error = shelf.measurement_icon(found, how) if found.has_picture else (0, None)
-    meanwhile = "ERROR" if error is not None else "FILE" if not found.has_picture else "TIME"
-    for button in _draw_buttons(cell, found.label, _IMPORT, icon, meanwhile):
-        button.filepath, button.sample = found.path, found.sample
+def _draw_measurement(cell: bpy.types.UILayout, measurement: thumbnails.Found, how: dict[str, str]) -> None:
+    icon, error = shelf.measurement_icon(measurement, how) if measurement.has_picture else (0, None)
+    meanwhile = "ERROR" if error is not None else "FILE" if not measurement.has_picture else "TIME"
+    for button in _draw_buttons(cell, measurement.label, _IMPORT, icon, meanwhile):
+        button.filepath, button.sample = measurement.path, measurement.sample
 
 
 def _draw_buttons(cell: bpy.types.UILayout, label: str, operator: str, icon_id: int,

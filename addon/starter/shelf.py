@@ -71,10 +71,10 @@ def watched(folder: str) -> Job[list[thumbnails.Found]]:
     return queue.ask(("watched", folder), partial(thumbnails.scan, folder), "read", max_age=_RECHECK)
 
 
-def measurement_icon(found: thumbnails.Found, how: Arguments) -> tuple[int, Exception | None]:
+def measurement_icon(measurement: thumbnails.Found, how: Arguments) -> tuple[int, Exception | None]:
     """The icon of a measurement, 0 until it has been drawn; and why it cannot be drawn, else None."""
-    return _icon(("watched", *found, tasks.freeze(how)),
-                 lambda folder: partial(thumbnails.of_measurement, found, folder, how), "slow")
+    return _icon(("watched", *measurement, tasks.freeze(how)),
+                 lambda folder: partial(thumbnails.of_measurement, measurement, folder, how), "slow")
 
 
 def _icon(key: icons.Key, work: Callable[[str], Callable[[Report], SingleArray]],

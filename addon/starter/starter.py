@@ -8,7 +8,6 @@ there is none, or where this Blender is too old to read it.
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 
 import bpy
 
@@ -19,7 +18,7 @@ from ..core import assets, library_file, previews
 from ..core import material as materials
 from ..core.annotations import present
 from ..core.compiler import Shader
-from ..core.properties import CHOICES, LEVELS, MeasuredMaterial, use_preset
+from ..core.properties import LEVELS, Choices, default_choices, use_preset
 from . import shelf, work
 
 NAME = "Measured BRDF Starter Library"
@@ -80,10 +79,9 @@ def build(out: Path) -> Iterator[tuple[float, str]]:
             json.dump({"blender": bpy.app.version[:2], "revision": _REVISION}, stream)
 
 
-def choices_of(wanted: published.Published) -> SimpleNamespace:
-    """The choices (`properties.Choices`) of a material with the fit of the library."""
-    defaults = MeasuredMaterial.bl_rna.properties
-    choices = SimpleNamespace(**{name: defaults[name].default for name in CHOICES} | {"filepath": wanted.path})
+def choices_of(wanted: published.Published) -> Choices:
+    """The choices of a material with the fit of the library."""
+    choices = default_choices(wanted.path)
     use_preset(choices, ready.PRESET)
     for level in LEVELS:
         setattr(choices, level, ready.ARGUMENTS[level])

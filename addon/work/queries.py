@@ -74,8 +74,8 @@ def of_material(material: bpy.types.Material) -> Job[Fit] | None:
 
     It needs no measurements, and fits nothing. The job fails with ValueError where the fit has been damaged.
     """
-    found = kept(material)
-    return None if found is None else queue.ask(("kept fit", found.digest), partial(tasks.kept_fit, found))
+    stored = kept(material)
+    return None if stored is None else queue.ask(("kept fit", stored.digest), partial(tasks.kept_fit, stored))
 
 
 def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
@@ -84,17 +84,17 @@ def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
     Where the material is being adjusted, it is drawn as it will be. Until it is drawn, the icon is that of the small
     picture in the material's settings, or of its previous fit.
     """
-    kept_there = cast(Kept | KeptMix, shown(material))
-    as_it_is = isinstance(kept_there, KeptMix) or edits.is_as_wanted(material)
-    icon, job = lit_sphere(material.session_uid, kept_there, None if as_it_is else edits.edit_arguments(material))
+    stored = cast(Kept | KeptMix, shown(material))
+    as_it_is = isinstance(stored, KeptMix) or edits.is_as_wanted(material)
+    icon, job = lit_sphere(material.session_uid, stored, None if as_it_is else edits.edit_arguments(material))
     return icon or _small_sphere(material), job
 
 
 def shown(material: bpy.types.Material) -> Kept | KeptMix | None:
     """What a material keeps: its fit, or those that it mixes; None where there is none left."""
-    found: Kept | KeptMix | None = kept(material)
-    if found is not None or (node := materials.mix_node(material)) is None:
-        return found
+    own: Kept | KeptMix | None = kept(material)
+    if own is not None or (node := materials.mix_node(material)) is None:
+        return own
     first, second, share = mixing.mixes.parts(node)
     base, on_top = (None if part is None else shown(part) for part in (first, second))
     if base is None or on_top is None:

@@ -61,9 +61,9 @@ def read(path: str, sample: str | None, report: Report = silent, how: Arguments 
     samples, measured = _load(path, sample, how)
     if measured in _described and _stamp(path) is not None:
         return _described[measured]
-    found = Data(measured, describe.describe(samples, formats.overflowed(path, sample or None)))
-    _described[measured] = found
-    return found
+    data = Data(measured, describe.describe(samples, formats.overflowed(path, sample or None)))
+    _described[measured] = data
+    return data
 
 
 def found_again(wanted: Sequence[tuple[str, str, Arguments, str]], folder: str, report: Report = silent) -> list[str]:
@@ -77,13 +77,13 @@ def found_again(wanted: Sequence[tuple[str, str, Arguments, str]], folder: str, 
     for entry in discovery.files_below(folder):
         if entry.name in there:
             there[entry.name].append(entry.path)
-    found = []
+    answers = []
     for number, (path, sample, how, key) in enumerate(wanted):
         report(number / len(wanted), f"Comparing {Path(path).name}")
         paths = there[Path(path).name]
         same = (each for each in paths if len(paths) > 1 and _has_digest(each, sample, how, key))
-        found.append(next(same, paths[0] if paths else ""))
-    return found
+        answers.append(next(same, paths[0] if paths else ""))
+    return answers
 
 
 def _has_digest(path: str, sample: str, how: Arguments, key: str) -> bool:
@@ -100,10 +100,10 @@ def _load(path: str, sample: str | None, how: Arguments | None) -> tuple[fitter.
     if stamp is not None and (asked, stamp) in _loaded:
         return _loaded[asked, stamp]
     samples = fitter.load(path, sample or None, **(how or {}))
-    found = samples, Measured(*asked, samples.name, samples.channels, samples.colours, digest(samples))
+    loaded = samples, Measured(*asked, samples.name, samples.channels, samples.colours, digest(samples))
     if stamp is not None:
-        _loaded[asked, stamp] = found
-    return found
+        _loaded[asked, stamp] = loaded
+    return loaded
 
 
 def samples_of(data: Data) -> fitter.Samples:
@@ -118,10 +118,10 @@ def samples_of(data: Data) -> fitter.Samples:
 def _stamp(path: str) -> tuple[int, int] | None:
     """Tells whether a large file has changed; None for others, which may be read together with files beside them."""
     try:
-        found = os.stat(path)
+        status = os.stat(path)
     except (OSError, ValueError):
         return None
-    return (found.st_mtime_ns, found.st_size) if found.st_size > _SMALL else None
+    return (status.st_mtime_ns, status.st_size) if status.st_size > _SMALL else None
 
 
 def outcome(path: str, sample: str | None, arguments: Arguments, report: Report = silent,
@@ -143,7 +143,7 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
 def outcome_of(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
     """What a material is made from, of a fit that was made beforehand, and where its measurements are."""
     samples, measured = _load(path, None, how)
-    return Outcome(measured, found := assess(samples, made.fit, 0.0), verdict.of(samples, made.fit, found.unseen),
+    return Outcome(measured, fitting := assess(samples, made.fit, 0.0), verdict.of(samples, made.fit, fitting.unseen),
                    _assembled(made, measured.colours, {}))
 
 
@@ -183,13 +183,13 @@ def asset(path: str, sample: str | None, arguments: Arguments, folder: str, repo
     samples, measured = _load(path, sample, how)
     keep = Path(folder) / f"{fit_key(samples.name, measured.digest, arguments)}.npz"
     if keep.is_file():
-        found = assess(samples, fitter.Fit.load(keep), 0.0)
+        fitting = assess(samples, fitter.Fit.load(keep), 0.0)
     else:
-        found = fitted(samples, measured.digest, arguments)
+        fitting = fitted(samples, measured.digest, arguments)
         keep.parent.mkdir(parents=True, exist_ok=True)
-        found.fit.save(keep)
-    made = fitter.edited(found.fit, **(edit or {}))
-    return (_finish(samples, measured, found, made, edit or {}, report),
+        fitting.fit.save(keep)
+    made = fitter.edited(fitting.fit, **(edit or {}))
+    return (_finish(samples, measured, fitting, made, edit or {}, report),
             pictures.lit_sphere(made, colours=samples.colours))
 
 
@@ -218,10 +218,10 @@ def rebake(fits: Sequence[Kept], report: Report = silent) -> list[Rebaked | Valu
     return done
 
 
-def _finish(samples: fitter.Samples, measured: Measured, found: Fitted, made: fitter.Fit, edit: Arguments,
+def _finish(samples: fitter.Samples, measured: Measured, fitting: Fitted, made: fitter.Fit, edit: Arguments,
             report: Report) -> Outcome:
     """Add to a fit what else a material needs; `made` is the fit as `edit` has changed it."""
-    return Outcome(measured, found, verdict.of(samples, found.fit, found.unseen),
+    return Outcome(measured, fitting, verdict.of(samples, fitting.fit, fitting.unseen),
                    _surface(made, measured.colours, edit, report))
 
 
@@ -262,12 +262,12 @@ def _fitted(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
         prepared = _prepared(samples, key, arguments)
     with progress.part(share if prepared else 0.0, 0.95):
         made = fit(samples, arguments, prepared)
-    found = assess(samples, made, time.perf_counter() - start)
+    fitting = assess(samples, made, time.perf_counter() - start)
     with progress.part(0.95, 1.0):
-        return found._replace(unseen=_unseen(samples, found, arguments, prepared))
+        return fitting._replace(unseen=_unseen(samples, fitting, arguments, prepared))
 
 
-def _unseen(samples: fitter.Samples, found: Fitted, arguments: Arguments, prepared: Arguments) -> float:
+def _unseen(samples: fitter.Samples, fitting: Fitted, arguments: Arguments, prepared: Arguments) -> float:
     """`verdict.steps` at samples that the fit had not seen, where that takes no longer than the fit; else UNKNOWN.
 
     Kriging predicts each sample from the others in passing; a fit that does not follow its samples does no better.
@@ -278,11 +278,11 @@ def _unseen(samples: fitter.Samples, found: Fitted, arguments: Arguments, prepar
         if left_out is None:
             return verdict.UNKNOWN
         return math.hypot(verdict.steps(samples, left_out[:, columns]),
-                          verdict.steps(samples, found.fit.evaluate(*samples.directions)))
+                          verdict.steps(samples, fitting.fit.evaluate(*samples.directions)))
     if len(samples) > _QUICK:
         return verdict.UNKNOWN
     if "tolerance" in arguments:
-        arguments = tolerance.arguments_of(found.fit)
+        arguments = tolerance.arguments_of(fitting.fit)
     return verdict.unseen(samples, lambda part: fit(part, arguments))
 
 

@@ -64,7 +64,7 @@ def lamps(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object], c
 def search(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object]) -> None:
     """Search all instances for lights that are not in `shining`."""
     known = {item.session_uid for item in shining}
-    found: list[lamp.Lamp] = []
+    instanced: list[lamp.Lamp] = []
     parents: dict[int, bool] = {}
     for instance in depsgraph.object_instances:
         item = present(instance.object)
@@ -72,10 +72,10 @@ def search(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object]) 
             continue
         light = light_of(item)
         if light.energy > 0:
-            found.append(lamp.of(light, instance.matrix_world))
+            instanced.append(lamp.of(light, instance.matrix_world))
         parent = instance.parent.original if instance.is_instance else item.original
         parents[parent.session_uid] = parents.get(parent.session_uid) or drivers.can_move(parent)
-    _last.lamps, _last.parents = found, parents
+    _last.lamps, _last.parents = instanced, parents
 
 
 def are_possible() -> bool:
