@@ -131,10 +131,11 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
     _draw_picture(column, *icons.icon(("split", (first.digest, second.digest), at),
                                       partial(comparisons.split_sphere, first, second, at)), scale)
     _draw_line(column, chosen)
-    column, theta = grid.column(), round(chosen.theta, 3)
+    column, settings = grid.column(), material.measured_brdf
+    theta = round(settings.shown_theta, 3)
     _draw_picture(column, *icons.icon(("polar of two", (first.digest, second.digest), theta),
                                       partial(comparisons.polar, first, second, theta)), scale)
-    column.prop(chosen, "theta", slider=True)
+    column.prop(settings, "shown_theta", slider=True)
 
 
 def _draw_picture(layout: bpy.types.UILayout, icon: int, job: Job[Any], scale: float) -> None:

@@ -76,11 +76,6 @@ def url(topic: str = "manual") -> str:
     return (HTML / REDIRECTS / f"{file_name(topic)}.html" if anchor else HTML / f"{page}.html").as_uri()
 
 
-def draw_link(layout: bpy.types.UILayout) -> None:
-    """Draw a button that opens the manual."""
-    layout.operator("wm.url_open", text="Manual", icon="HELP").url = url()
-
-
 def manual_map() -> tuple[str, tuple[tuple[str, str], ...]]:
     """What F1 opens over operators and settings of the add-on, as `bpy.utils.register_manual_map` takes it."""
     return "", tuple((pattern, url(topic)) for pattern, topic in all_topics())

@@ -1,6 +1,5 @@
-"""Preferences: the preset of new materials, the folders of measurements and assets, and where to get data."""
+"""Preferences: the preset of new materials, and the folders of measurements and assets."""
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import bpy
@@ -11,10 +10,6 @@ from .annotations import present
 from .properties import PRESET_ITEMS, draw_presets
 
 _PACKAGE = __package__.rpartition(".addon")[0]
-
-
-sections: list[Callable[[bpy.types.UILayout], None]] = []
-"""What slices draw below the preferences."""
 
 
 class _Defaults(NamedTuple):
@@ -47,9 +42,7 @@ class MeasuredPreferences(bpy.types.AddonPreferences):
         draw_presets(column, self)
         for name in ("data_folder", "asset_library"):
             column.prop(self, name)
-        for section in sections:
-            section(layout)
-        manual.draw_link(layout)
+        layout.operator("wm.url_open", text="Manual", icon="HELP").url = manual.url()
 
 
 def get(context: bpy.types.Context) -> Any:

@@ -14,7 +14,7 @@ from ..core.annotations import present
 from . import drawing
 from .drawing import Color
 from .inspection import HANDLE, Inspection, direction
-from .plot import LINE, Plot, dashes, lengths, rings, shown_value
+from .plot import Plot, lengths, rings, shown_value
 from .view import View
 
 _INK, _DIM, _FAINT = (0.92, 0.92, 0.92, 1.0), (0.62, 0.62, 0.62, 1.0), (0.75, 0.75, 0.75, 0.35)
@@ -152,7 +152,7 @@ def draw_plot(inspection: Inspection, plot: Plot, waiting: str) -> None:
     """Draw the plane of incidence, or say what is waited for where there is no fit yet."""
     scale = plot.scale
     try:
-        drawing.fan(_rounded(plot), _BOX)
+        drawing.fan(plot.corners, _BOX)
         _draw_grid(plot)
         if inspection.shown is None:
             drawing.text(waiting, plot.line(0), _TEXT * scale, _INK)
@@ -194,8 +194,7 @@ def _draw_light(inspection: Inspection, plot: Plot) -> None:
     theta = -inspection.theta_i
     drawing.line(plot.points([theta, theta], [0.0, 1.0]), _LIGHT, 2.0, plot.scale)
     drawing.discs(plot.points([theta], [1.0]), 7 * plot.scale, _LIGHT, 24)
-    mirror = plot.points([-theta, -theta], [0.0, 1.0])
-    drawing.strokes(dashes(mirror, 3 * plot.scale, 5 * plot.scale), (*_LIGHT[:3], 0.45), 1.2, plot.scale)
+    drawing.line(plot.points([-theta, -theta], [0.0, 1.0]), (*_LIGHT[:3], 0.45), 1.2, plot.scale)
 
 
 def _draw_curves(inspection: Inspection, plot: Plot) -> None:
@@ -246,16 +245,3 @@ def _draw_values(inspection: Inspection, plot: Plot) -> None:
 def colors_of(values: FloatArray) -> Sequence[Color]:
     """A colour for each channel: (k, channels)."""
     return _RGB if values.shape[1] == len(_RGB) else _GREY
-
-
-def _rounded(plot: Plot) -> FloatArray:
-    radius = 0.4 * LINE * plot.scale
-    turn = np.linspace(0, np.pi / 2, 7)
-    arc = radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    corners = []
-    for quarter, (x, y) in enumerate(((plot.x + plot.width, plot.y + plot.height), (plot.x, plot.y + plot.height),
-                                      (plot.x, plot.y), (plot.x + plot.width, plot.y))):
-        inward = np.array([x, y]) + radius * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])[quarter]
-        cos, sin = ((1, 0), (0, 1), (-1, 0), (0, -1))[quarter]
-        corners.append(inward + arc @ np.array([[cos, sin], [-sin, cos]]))
-    return np.concatenate(corners)

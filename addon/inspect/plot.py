@@ -40,6 +40,12 @@ class Plot:
         """Of the half disc."""
         return np.array([self.x + self.width / 2, self.y + (_PAD + LINE + _BELOW) * self.scale])
 
+    @property
+    def corners(self) -> FloatArray:
+        """Of the box, (4, 2)."""
+        right, top = self.x + self.width, self.y + self.height
+        return np.array([(self.x, self.y), (right, self.y), (right, top), (self.x, top)])
+
     def line(self, number: int) -> tuple[float, float]:
         """Where a line of text begins: 0 is the topmost, -1 the lowest."""
         inside = self.x + _PAD * self.scale
@@ -116,17 +122,6 @@ def rings(largest: float, radius: Radius) -> list[tuple[float, float]]:
         if not circles or length < circles[-1][1] - _APART:
             circles.append((value, length))
     return circles
-
-
-def dashes(points: FloatArray, dash: float, gap: float) -> FloatArray:
-    """The dashes of a polyline, as pairs of ends: (n, 2) and pixels to (2 m, 2)."""
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    along = np.concatenate([[0.0], np.cumsum(steps)])
-    starts = np.arange(0, along[-1], dash + gap)
-    cuts = np.sort(np.concatenate([along, starts, np.minimum(starts + dash, along[-1])]))
-    at = np.stack([np.interp(cuts, along, points[:, axis]) for axis in range(points.shape[1])], axis=-1)
-    drawn = (((cuts[:-1] + cuts[1:]) / 2) % (dash + gap) < dash) & (np.diff(cuts) > 0)
-    return np.stack([at[:-1][drawn], at[1:][drawn]], axis=1).reshape(-1, points.shape[1])
 
 
 def shown_value(value: float) -> str:

@@ -80,25 +80,11 @@ class MEASUREDBRDF_PT_sources(_BeginPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, _context: bpy.types.Context) -> None:
-        _draw_sources(present(self.layout))
-
-
-def draw_preferences(layout: bpy.types.UILayout) -> None:
-    """Draw what the preferences of the extension show of this slice."""
-    layout.operator(library.MEASUREDBRDF_OT_add_starter_library.bl_idname,
-                    text="Add the Starter Library to the Asset Browser", icon="ASSET_MANAGER")
-    header, body = layout.panel("MEASUREDBRDF_sources", default_closed=True)
-    header.label(text="Where to Get Data")
-    if body is not None:
-        _draw_sources(body)
-
-
-def _draw_sources(layout: bpy.types.UILayout) -> None:
-    for source in SOURCES:
-        column = layout.column(align=True)
-        column.operator("wm.url_open", text=source.name, icon="URL").url = source.url
-        for text in source.facts:
-            draw_wrapped(column, text, "DOT")
+        for source in SOURCES:
+            column = present(self.layout).column(align=True)
+            column.operator("wm.url_open", text=source.name, icon="URL").url = source.url
+            for text in source.facts:
+                draw_wrapped(column, text, "DOT")
 
 
 def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:

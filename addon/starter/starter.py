@@ -74,7 +74,8 @@ def build(out: Path) -> Iterator[tuple[float, str]]:
             _mark(_create(wanted), wanted)
         yield 1.0, "Writing the library"
         library_file.save_part(path, opened)
-        assets.write_catalogue(out, [assets.CATALOGUE, _CATALOGUE, *sorted(map(_catalogue, _kinds()))])
+        kinds = {_catalogue(each.tags[0]) for each in everything}
+        assets.write_catalogue(out, [assets.CATALOGUE, _CATALOGUE, *sorted(kinds)])
         with replacing(out / _VERSION, "w") as stream:
             json.dump({"blender": bpy.app.version[:2], "revision": _REVISION}, stream)
 
@@ -107,11 +108,6 @@ def _mark(material: bpy.types.Material, wanted: published.Published) -> None:
     step = _STEP / 255
     picture[..., :3] = (picture[..., :3] / step).round() * step
     previews.fill(present(material.preview_ensure()), picture)
-
-
-def _kinds() -> set[str]:
-    """The first tags of the materials."""
-    return {each.tags[0] for each in published.offered()}
 
 
 def _catalogue(kind: str) -> str:

@@ -161,7 +161,7 @@ def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(ui,
         expected = np.broadcast_to(100 * np.pi * value.mean(axis=0), 3)
         found = np.broadcast_to([float(part) for part in albedo.split()], 3)
         np.testing.assert_allclose(found, expected, atol=0.8)
-    assert {"divide", "theta", "pinned"} <= set(shown.fields)
+    assert {"divide", "shown_theta", "pinned"} <= set(shown.fields)
 
 
 def values_of(texts, name):

@@ -81,21 +81,6 @@ def test_values_are_shown_with_three_digits(plot, value, shown):
     assert plot.shown_value(value) == shown
 
 
-def test_dashes_cover_their_share_of_a_line_and_lie_on_it(plot):
-    turn = np.linspace(0, math.pi, 400)
-    arc = 50 * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    ends = plot.dashes(arc, 7, 5)
-    assert len(ends) % 2 == 0
-    length = np.linalg.norm(ends[1::2] - ends[::2], axis=1)
-    assert length.sum() == pytest.approx(50 * math.pi * 7 / 12, rel=0.03)
-    np.testing.assert_allclose(np.linalg.norm(ends, axis=1), 50, atol=0.01)
-    assert length.max() <= 7
-
-
-def test_a_line_of_one_place_has_no_dashes(plot):
-    assert len(plot.dashes(np.zeros((5, 2)), 7, 5)) == 0
-
-
 def test_the_lobe_has_the_hue_of_its_values_and_is_brighter_where_they_are_larger(extension):
     from measured_brdf.addon.inspect.overlay import lobe_colors
 

@@ -35,15 +35,14 @@ def test_an_unknown_name_is_refused_and_nothing_changes(cube):
     assert state() == before
 
 
-@pytest.mark.parametrize("use", ["use_published", "search_published"])
-def test_a_material_of_the_library_is_that_of_an_import_with_its_levels(cube, use, tmp_path, monkeypatch):
+def test_a_material_of_the_library_is_that_of_an_import_with_its_levels(cube, tmp_path, monkeypatch):
     from measured_brdf.addon.core import material, node_group
     from measured_brdf.addon.core.properties import name_of_fit
     from measured_brdf.fitter import ready
 
     monkeypatch.setattr(ready, "FOLDER", tmp_path)      # the fits that were built last may be of other code
     ready.write(ready.make("pink-felt"), tmp_path / "pink-felt.npz")
-    assert getattr(bpy.ops.measured_brdf, use)(name="pink-felt") == {"FINISHED"}
+    assert bpy.ops.measured_brdf.use_published(name="pink-felt") == {"FINISHED"}
     item = cube.active_material
     levels = {name: ready.ARGUMENTS[name] for name in ("diffuse_level", "specular_level", "compression")}
     bpy.ops.measured_brdf.import_data(filepath="published:pink-felt", preset="Standard", **levels)
