@@ -4,13 +4,12 @@ from typing import Any
 
 import bpy
 
-from ..core import preferences
+from ..core import manual, preferences
 from ..core.annotations import present
 from ..core.reading import scene_colours
 from ..panel.layout import draw_warning, draw_wrapped, has_data, on_buttons, room
 from . import operators as library
 from . import shelf, starter, thumbnails
-from .data_sources import SOURCES
 
 _CELL = 16                  # characters: the width of a cell with a thumbnail
 _SCALE = 4.5                # of thumbnails
@@ -70,21 +69,9 @@ class MEASUREDBRDF_PT_folder(_BeginPanel, bpy.types.Panel):
         return hasattr(bpy.types, "MEASUREDBRDF_PT_data")       # of the slice that imports; operators are no such types
 
     def draw(self, context: bpy.types.Context) -> None:
-        _draw_folder(present(self.layout), context)
-
-
-class MEASUREDBRDF_PT_sources(_BeginPanel, bpy.types.Panel):
-    """Databases of measured reflectance that can be downloaded"""
-
-    bl_label = "Where to Get Data"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    def draw(self, _context: bpy.types.Context) -> None:
-        for source in SOURCES:
-            column = present(self.layout).column(align=True)
-            column.operator("wm.url_open", text=source.name, icon="URL").url = source.url
-            for text in source.facts:
-                draw_wrapped(column, text, "DOT")
+        layout = present(self.layout)
+        _draw_folder(layout, context)
+        layout.operator("wm.url_open", text="Where to Get Data", icon="URL").url = manual.url(manual.DATA)
 
 
 def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
@@ -177,4 +164,4 @@ def _columns() -> int:
     return max(room() // _CELL, 2)
 
 
-classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_library, MEASUREDBRDF_PT_folder, MEASUREDBRDF_PT_sources)
+classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_library, MEASUREDBRDF_PT_folder)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from support.blend_state import state
+from support.checkout import ROOT
 from support.drawn import Layout
 
 
@@ -221,3 +222,14 @@ def test_a_picture_and_its_name_are_buttons_of_the_same_material(cube, monkeypat
     pressed = [entry[4].name for entry in layout.drawn if entry[0] == "button" and hasattr(entry[4], "name")]
     assert pressed == ["teflon", "teflon"]
     assert ("picture", 7) in [(entry[0], entry[2]) for entry in layout.drawn]
+
+
+def test_the_files_that_the_manual_says_where_to_get_are_read(extension):
+    from measured_brdf.fitter.formats import EXTENSIONS
+
+    text = (ROOT / "docs" / "manual.md").read_text("utf-8")
+    table = text[text.index("## Where to get data"):text.index("## What the panel says")]
+    rows = [line.split("|") for line in table.splitlines() if line.startswith("| [")]
+    assert len(rows) == 5
+    for row in rows:
+        assert all(name.strip(" `").endswith(EXTENSIONS) for name in row[4].split(",")), row
