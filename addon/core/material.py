@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -51,7 +51,9 @@ def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, con
         _store(material.measured_brdf, choices, outcome)
         use_rendering(material, rendering)
         unused, names = _replaced(material, before, present(node.node_tree), context)
-    _end(unused, names)
+    bpy.data.batch_remove(unused)
+    for item, name in names:
+        item.name = name
 
 
 def edit(material: bpy.types.Material, surface: Surface, context: bpy.types.Context, shader: Shader) -> None:
@@ -61,7 +63,9 @@ def edit(material: bpy.types.Material, surface: Surface, context: bpy.types.Cont
         settings = material.measured_brdf
         settings.sphere, settings.adjusted, settings.version = surface.sphere, as_text(surface.edit), versions.CURRENT
         unused, names = _replaced(material, before, present(node.node_tree), context)
-    _end(unused, names)
+    bpy.data.batch_remove(unused)
+    for item, name in names:
+        item.name = name
 
 
 def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, context: bpy.types.Context) -> None:
@@ -79,7 +83,9 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
         lamps.update(context.evaluated_depsgraph_get())
         unused = {item for before in replaced for item in node_group.unused(before)}
         names = _names(tree, materials)
-    _end(unused, names)
+    bpy.data.batch_remove(unused)
+    for item, name in names:
+        item.name = name
 
 
 def remove(material: bpy.types.Material) -> None:
@@ -269,13 +275,6 @@ def _replaced(material: bpy.types.Material, before: bpy.types.NodeTree | None, a
         unused = node_group.unused(before)
         mixing.mixes.changed(material)
         return unused, _names(after, [material])
-
-
-def _end(unused: Iterable[bpy.types.ID], names: Iterable[tuple[bpy.types.ID, str]]) -> None:
-    """Remove what nothing uses any more, and give names that it had; nothing of this fails."""
-    bpy.data.batch_remove(unused)
-    for item, name in names:
-        item.name = name
 
 
 def _names(tree: bpy.types.NodeTree, materials: Sequence[bpy.types.Material]) -> list[tuple[bpy.types.ID, str]]:

@@ -90,7 +90,7 @@ def test_before_the_first_sub_panel_there_are_six_controls_and_all_but_adjust_ar
     bpy.context.scene.cycles.shading_system = False
     assert len(controls(drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material))) == 7, "and Enable OSL"
     below = [cls for cls in bpy.types.Panel.__subclasses__()
-             if getattr(cls, "bl_parent_id", "") == "MEASUREDBRDF_PT_material" and cls.bl_label != "Mix"]
+             if getattr(cls, "bl_parent_id", "") == "MEASUREDBRDF_PT_material" and cls.bl_label not in {"Mix", "Material Library"}]
     assert [cls.bl_label for cls in below if "DEFAULT_CLOSED" not in getattr(cls, "bl_options", ())] == ["Adjust"]
     assert min(below, key=lambda cls: cls.bl_order).bl_label == "Adjust"
 
