@@ -35,7 +35,7 @@ def effective_device(scene: bpy.types.Scene) -> str:
     if kind in _NONE:
         return CPU
     used = {device.id for device in preferences.devices if device.use}
-    return CPU if used.isdisjoint(_found(kind)) else str(kind)
+    return CPU if used.isdisjoint(_available(kind)) else str(kind)
 
 
 def renders_on_gpu(scene: bpy.types.Scene) -> bool:
@@ -53,7 +53,7 @@ def osl_runs(scene: bpy.types.Scene) -> bool:
 
 
 @functools.cache
-def _found(kind: str) -> frozenset[str]:
+def _available(kind: str) -> frozenset[str]:
     """The identifiers of the devices of a type that this machine has."""
     import _cycles
 

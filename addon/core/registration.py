@@ -23,19 +23,19 @@ class Registration:
                 bpy.utils.register_class(cls)
             getattr(module, "register", _nothing)()
         for place, item in self._additions:
-            _found(place).append(item)
+            _list_of(place).append(item)
 
     def unregister(self) -> None:
         """Take all back."""
         for place, item in reversed(self._additions):
-            _found(place).remove(item)
+            _list_of(place).remove(item)
         for module in reversed(self._modules):
             getattr(module, "unregister", _nothing)()
             for cls in reversed(getattr(module, "classes", ())):
                 bpy.utils.unregister_class(cls)
 
 
-def _found(place: Any) -> Any:
+def _list_of(place: Any) -> Any:
     return getattr(bpy.types, place) if isinstance(place, str) else place
 
 

@@ -65,7 +65,7 @@ def wire(tree: bpy.types.NodeTree, sources: Mapping[Place, tuple[str, bpy.types.
     Numbers and indices are those of `group.store`. Returns the places that had the right driver already, and so have
     their values.
     """
-    before = _present(tree)
+    before = _existing(tree)
     after: dict[str, _Driver] = {
         _path(*place): (expression, {name: _target(name, item) for name in _variables(expression)})
         for place, (expression, item) in sources.items()}
@@ -91,7 +91,7 @@ def _target(name: str, item: bpy.types.Object) -> str:
     return f'objects["{bpy.utils.escape_identifier(item.name)}"].{lamp.VARIABLES[name]}'
 
 
-def _present(tree: bpy.types.NodeTree) -> dict[str, _Driver]:
+def _existing(tree: bpy.types.NodeTree) -> dict[str, _Driver]:
     """The drivers that a group has, by the data path of the driven property."""
     animation = tree.animation_data
     return {} if animation is None else {

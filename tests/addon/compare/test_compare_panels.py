@@ -159,8 +159,8 @@ def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(ui,
         theta, phi = np.arcsin(np.sqrt(random.random(200_000))), random.random(200_000) * 2 * np.pi
         value = np.maximum(made.evaluate(theta, phi, np.zeros(200_000), np.zeros(200_000)), 0)
         expected = np.broadcast_to(100 * np.pi * value.mean(axis=0), 3)
-        found = np.broadcast_to([float(part) for part in albedo.split()], 3)
-        np.testing.assert_allclose(found, expected, atol=0.8)
+        shown_albedo = np.broadcast_to([float(part) for part in albedo.split()], 3)
+        np.testing.assert_allclose(shown_albedo, expected, atol=0.8)
     assert {"divide", "shown_theta", "pinned"} <= set(shown.fields)
 
 

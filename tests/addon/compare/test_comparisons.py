@@ -44,10 +44,10 @@ def test_figures_are_counted_and_integrated(comparisons, kept, fits, random):
     n = 400_000
     theta, phi = np.arcsin(np.sqrt(random.random(n))), random.random(n) * 2 * np.pi     # cosine-weighted
     for each, fit in zip(kept, fits, strict=True):
-        found = comparisons.figures(each)
-        assert (found.coefficients, found.nbytes) == (fit.coefficient_count, fit.nbytes)
+        figures = comparisons.figures(each)
+        assert (figures.coefficients, figures.nbytes) == (fit.coefficient_count, fit.nbytes)
         brute = np.pi * np.maximum(fit.evaluate(theta, phi, np.zeros(n), np.zeros(n)), 0).mean(axis=0)
-        np.testing.assert_allclose(found.albedo, brute, rtol=0.01)
+        np.testing.assert_allclose(figures.albedo, brute, rtol=0.01)
 
 
 def test_a_grey_fit_has_one_albedo_three_times(comparisons, glossy):

@@ -196,15 +196,15 @@ def test_a_material_of_another_space_is_told_and_mended(blender, cube, file, gre
     material = cube.active_material
     assert not findings(blender)
     use_space(blender, "ACEScg")
-    (found,) = findings(blender)
-    assert "was fitted for colours in Rec.709; those of this file are in ACEScg" in found.message
-    assert blender.ops.measured_brdf.fix_setting(key=found.key) == {"FINISHED"}
+    (finding,) = findings(blender)
+    assert "was fitted for colours in Rec.709; those of this file are in ACEScg" in finding.message
+    assert blender.ops.measured_brdf.fix_setting(key=finding.key) == {"FINISHED"}
     assert material.measured_brdf.colours == "ACEScg"
     assert not findings(blender)
     material.measured_brdf.filepath = "gone.csv"
     use_space(blender, "Linear Rec.709")
-    (found,) = findings(blender)
-    assert (found.fix, "its measurements are" in found.message) == (None, True)
+    (finding,) = findings(blender)
+    assert (finding.fix, "its measurements are" in finding.message) == (None, True)
     blender.data.materials.remove(material)
     blender.ops.measured_brdf.import_data(filepath=grey, **CHEAP, **HOW)
     assert cube.active_material.measured_brdf.colours == "grey"
@@ -218,8 +218,8 @@ def test_a_file_of_a_space_that_nobody_knows_is_told(blender, cube, file, extens
     monkeypatch.setattr(reading, "Color", lambda axis: SimpleNamespace(
         from_scene_linear_to_xyz_d65=lambda: SimpleNamespace(r=axis[0], g=axis[1], b=axis[2])))
     assert reading.scene_colours() == ""
-    (found,) = findings(blender)
-    assert "none of Rec.709, Rec.2020, ACEScg" in found.message
+    (finding,) = findings(blender)
+    assert "none of Rec.709, Rec.2020, ACEScg" in finding.message
     assert blender.ops.measured_brdf.fit() == {"FINISHED"}
     assert cube.active_material.measured_brdf.colours == "Rec.709"
 

@@ -63,15 +63,15 @@ def test_sidebars_and_headers_are_left_free(plot):
 @pytest.mark.parametrize(("radius", "root"), [("cube root", 3), ("linear", 1)])
 @pytest.mark.parametrize("largest", [0.0313, 0.9999, 1.0, 47.3, 8123.0])
 def test_rings_have_values_of_one_digit_and_lie_where_such_values_do(plot, radius, root, largest):
-    found = plot.rings(largest, radius)
-    assert len(found) >= 2
-    for value, length in found:
+    circles = plot.rings(largest, radius)
+    assert len(circles) >= 2
+    for value, length in circles:
         digits = value / 10 ** math.floor(math.log10(value) + 1e-9)
         assert digits == pytest.approx(round(digits))
         assert value <= largest * (1 + 1e-9)
         assert length ** root == pytest.approx(value / largest)
-    assert found[0][1] <= 1 + 1e-9
-    assert max(np.diff([length for _, length in found])) < -0.1, "their labels do not overlap"
+    assert circles[0][1] <= 1 + 1e-9
+    assert max(np.diff([length for _, length in circles])) < -0.1, "their labels do not overlap"
 
 
 @pytest.mark.parametrize(("value", "shown"), [
@@ -85,10 +85,10 @@ def test_the_lobe_has_the_hue_of_its_values_and_is_brighter_where_they_are_large
     from measured_brdf.addon.inspect.overlay import lobe_colors
 
     values = np.array([[8.0, 4.0, 2.0], [0.08, 0.04, 0.02], [0.0, 0.0, 0.0]])
-    found = lobe_colors(values, "Rec.709")
-    np.testing.assert_allclose(found[0], (1, 0.5, 0.25))
-    np.testing.assert_allclose(found[1] / found[1].max(), (1, 0.5, 0.25))
-    assert found[0].max() > found[1].max() > found[2].max() > 0
+    colours = lobe_colors(values, "Rec.709")
+    np.testing.assert_allclose(colours[0], (1, 0.5, 0.25))
+    np.testing.assert_allclose(colours[1] / colours[1].max(), (1, 0.5, 0.25))
+    assert colours[0].max() > colours[1].max() > colours[2].max() > 0
     grey = lobe_colors(np.array([[3.0]]), "ACEScg")
     np.testing.assert_allclose(grey, np.ones((1, 3)), atol=1e-6)
     assert np.isfinite(lobe_colors(np.zeros((4, 3)), "Rec.709")).all()

@@ -89,8 +89,9 @@ def test_before_the_first_sub_panel_there_are_six_controls_and_all_but_adjust_ar
     assert controls(shown) == ["Import File...", "MEASUREDBRDF_PT_library", "", "Mix...", "Inspect", "Save..."]
     bpy.context.scene.cycles.shading_system = False
     assert len(controls(drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material))) == 7, "and Enable OSL"
+    others = "Mix", "Material Library"          # of mixes, and of materials that are not measured
     below = [cls for cls in bpy.types.Panel.__subclasses__()
-             if getattr(cls, "bl_parent_id", "") == "MEASUREDBRDF_PT_material" and cls.bl_label not in {"Mix", "Material Library"}]
+             if getattr(cls, "bl_parent_id", "") == "MEASUREDBRDF_PT_material" and cls.bl_label not in others]
     assert [cls.bl_label for cls in below if "DEFAULT_CLOSED" not in getattr(cls, "bl_options", ())] == ["Adjust"]
     assert min(below, key=lambda cls: cls.bl_order).bl_label == "Adjust"
 
@@ -130,8 +131,8 @@ def test_a_dialog_has_the_choices_of_the_format_at_hand(ui, material, monkeypatc
 def test_one_line_tells_how_many_files_of_the_data_folder_cannot_be_read(ui, extension, monkeypatch):
     from measured_brdf.addon.starter import panel, shelf, thumbnails
 
-    found = [thumbnails.Found(f"{name}.csv", "", (1, 2), f"{name}.csv: broken") for name in "ab"]
-    monkeypatch.setattr(shelf, "watched", lambda folder: SimpleNamespace(error=None, result=found))
+    unreadable = [thumbnails.Found(f"{name}.csv", "", (1, 2), f"{name}.csv: broken") for name in "ab"]
+    monkeypatch.setattr(shelf, "watched", lambda folder: SimpleNamespace(error=None, result=unreadable))
     monkeypatch.setattr(panel.preferences, "get", lambda context: SimpleNamespace(data_folder="/data"))
     assert panel.MEASUREDBRDF_PT_folder.poll(bpy.context)
     shown = draw(panel.MEASUREDBRDF_PT_folder)
@@ -391,9 +392,9 @@ def test_the_sidebar_has_what_can_be_adjusted(ui, material):
 def test_searching_finds_what_can_be_done(ui, word):
     """F3 finds what is in the menus of the editors that are open, and no INTERNAL operator."""
     listed = [entry for entry in draw(ui.menu.MEASUREDBRDF_MT_menu).drawn if entry[0] == "button"]
-    found = [entry for entry in listed if word in entry[2] and "Measured BRDF" in entry[2]]
-    assert found
-    for entry in found:
+    entries = [entry for entry in listed if word in entry[2] and "Measured BRDF" in entry[2]]
+    assert entries
+    for entry in entries:
         operator = next(cls for cls in bpy.types.Operator.__subclasses__() if cls.bl_idname == entry[3])
         assert "INTERNAL" not in getattr(operator, "bl_options", ())
 

@@ -125,11 +125,11 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
     job = shelf.watched(str(folder))
     assert job.finished is None
     queue.answer_all()
-    found, = shelf.watched(str(folder)).result
-    assert found.label == "a.astm"
+    measurement, = shelf.watched(str(folder)).result
+    assert measurement.label == "a.astm"
     kept = []
     monkeypatch.setattr(shelf._icons, "add", lambda key, picture: kept.append(picture.shape))
-    assert shelf.measurement_icon(found, {"colours": "Rec.709"}) == (0, None)
+    assert shelf.measurement_icon(measurement, {"colours": "Rec.709"}) == (0, None)
     assert shelf.swatch_icon("chrome") == 0
     queue.answer_all()
     assert kept == [(128, 128, 4)] * 2

@@ -60,10 +60,10 @@ def answered(jobs, question, *arguments):
 
 def test_the_fit_of_a_material_comes_out_of_its_shader(jobs, imported, glossy, no_fits):
     material, expected = imported
-    found = answered(jobs, jobs.queries.of_material, material).result
-    np.testing.assert_allclose(found.evaluate(*glossy.directions), expected.evaluate(*glossy.directions), rtol=1e-5,
+    fit = answered(jobs, jobs.queries.of_material, material).result
+    np.testing.assert_allclose(fit.evaluate(*glossy.directions), expected.evaluate(*glossy.directions), rtol=1e-5,
                                atol=1e-7)
-    assert (found.name, found.compression, found.notation) == ("glossy", 80.0, "(2,4,80)")
+    assert (fit.name, fit.compression, fit.notation) == ("glossy", 80.0, "(2,4,80)")
 
 
 def test_after_a_file_is_opened_the_pictures_are_those_of_the_fit(jobs, imported, tmp_path, blender, no_fits):

@@ -109,8 +109,8 @@ def test_a_worker_that_is_killed_leaves_its_work_to_others(process, file):
     while first.doing == "Starting":
         assert not first.poll()
     first.cancel()
-    found, = wait(begun(process, "operator", partial(tasks.fitted_of, data, STANDARD)))
-    assert found.errors.rmse > 0
+    fitting, = wait(begun(process, "operator", partial(tasks.fitted_of, data, STANDARD)))
+    assert fitting.errors.rmse > 0
 
 
 _BLENDER = """
