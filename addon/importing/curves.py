@@ -29,7 +29,7 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
         is_kept = materials.is_measured(material) and (data is None or is_as_fitted(settings))
         if data is None and not is_kept:
             return
-        about = material.session_uid
+        about = is_kept, material.session_uid       # neither's picture stands for the other's
         if is_kept or data is None:
             anisotropic = materials.tangent_input(material) is not None
             shown: Shown = present(queries.kept(material))
