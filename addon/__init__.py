@@ -6,11 +6,10 @@ add. A slice is what users do: it imports these three and no other slice, and ev
 
 from . import adjust, compare, importing, inspect, library, mix, panel, photographs, starter
 from .core import lamps, manual, preferences, properties, rendered
-from .core.annotations import Registrable
 from .work import command, icons, process, queue
 
-_CORE: tuple[Registrable, ...] = (properties, preferences, icons, lamps, rendered, manual, command, panel)
-_SLICES: tuple[Registrable, ...] = (adjust, mix, importing, compare, inspect, library, photographs, starter)
+_CORE = (properties, preferences, icons, lamps, rendered, manual, command, panel)
+_SLICES = (adjust, mix, importing, compare, inspect, library, photographs, starter)
 
 
 def register() -> None:

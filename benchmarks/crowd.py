@@ -7,6 +7,7 @@ material, but for redraw and load.
 """
 
 import contextlib
+import functools
 import io
 import statistics
 import sys
@@ -86,11 +87,17 @@ def redrawn():
     shown = {"material": bpy.context.object.active_material}
     context = SimpleNamespace(object=bpy.context.object, scene=bpy.context.scene, preferences=bpy.context.preferences,
                               **shown)
-    for panel in bpy.types.Panel.__subclasses__():
-        if (panel.__module__.startswith("measured_brdf.") and getattr(panel, "bl_context", "") == "material"
-                and getattr(panel, "poll", lambda _: True)(context)):
+    for panel in panels():
+        if getattr(panel, "poll", lambda _: True)(context):
             drawn.draw(panel, **shown)
     queue.answer_all()
+
+
+@functools.cache
+def panels():
+    """The panels of the extension in the material tab: Blender has a thousand others."""
+    return [panel for panel in bpy.types.Panel.__subclasses__()
+            if panel.__module__.startswith("measured_brdf.") and getattr(panel, "bl_context", "") == "material"]
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from bpy.props import BoolProperty
 from ..core import compiler, edits
 from ..core import material as materials
 from ..core.active_material import active_material, is_editable
-from ..core.annotations import OperatorResult, present
+from ..core.annotations import present
 from ..core.outcomes import Surface
 from ..core.transaction import by_session_uid
 from ..work import modal, process, queries, tasks
@@ -42,12 +42,6 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         target = active_material(context)
         return target is not None and materials.is_measured(target) and is_editable(cls, context)
-
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        return self.start(context)
-
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        return self.run(context)
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
         target = present(active_material(context))

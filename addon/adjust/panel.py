@@ -6,7 +6,7 @@ from ..core import edits
 from ..core import material as materials
 from ..core.active_material import active_material
 from ..core.annotations import present
-from ..panel.layout import MaterialPanel
+from ..panel.layout import MaterialPanel, name_beside_value
 from .operators import MEASUREDBRDF_OT_adjust
 from .settings import edit_arguments, of
 
@@ -25,8 +25,7 @@ class _Adjust:
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = present(self.layout), present(active_material(context))
         settings = of(material)
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        name_beside_value(layout)
         layout.enabled = material.is_editable
         for names in (("diffuse_gain", "diffuse_tint"), ("highlight_gain", "highlight_tint", "highlight_width"),
                       ("coat",)):

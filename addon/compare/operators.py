@@ -5,7 +5,6 @@ from typing import Any
 
 import bpy
 
-from ...fitter.arrays import SingleArray
 from ..core import look
 from ..core import material as materials
 from ..core.active_material import active_material
@@ -16,7 +15,6 @@ from ..work.job import Work
 from ..work.modal import InBackground
 from . import looks
 from . import settings as comparison
-from . import work as comparisons
 
 SIZE, _SAMPLES = 256, 64    # of renders: pixels on a side, and samples per pixel
 
@@ -51,31 +49,7 @@ class MEASUREDBRDF_OT_pin(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class Look:
-    """Renders of materials: the work of an operator, in another Blender, and its pictures. What is kept is not rendered
-    again."""
-
-    def __init__(self, scene: bpy.types.Scene, wanted: list[bpy.types.Material], size: int) -> None:
-        self._keys = [looks.key(scene, material, size) for material in wanted]
-        missing = {key: material for key, material in zip(self._keys, wanted, strict=True) if looks.known(key) is None}
-        self._missing = list(missing)
-        self._folder = process.temporary()
-        self.work: Work = process.Calculation(comparisons.nothing)
-        if missing:
-            _write(Path(self._folder.name), scene, list(missing.values()), self._missing[0])
-            self.work = Command("look", self._folder.name)
-
-    def store(self) -> list[SingleArray]:
-        """Keep what the finished work has rendered, and return all pictures that were wanted."""
-        rendered = look.pictures(Path(self._folder.name), len(self._missing))
-        for key, picture in zip(self._missing, rendered, strict=True):
-            looks.store(key, picture)
-        self._folder.cleanup()
-        return [present(looks.known(key)) for key in self._keys]
-
-
 def _write(folder: Path, scene: bpy.types.Scene, wanted: list[bpy.types.Material], chosen: looks.Key) -> None:
-    """Write what another Blender renders into a folder."""
     worlds = [scene.world] if chosen.lighting == look.WORLD else []
     if None in worlds:
         raise ValueError("The scene has no world: choose another light")
@@ -87,8 +61,8 @@ def _write(folder: Path, scene: bpy.types.Scene, wanted: list[bpy.types.Material
         names, view = [copy.name for copy in copies], scene.view_settings
         bpy.data.libraries.write(str(folder / look.SOURCE), set(copies), path_remap="ABSOLUTE", fake_user=True)
         look.write_request(folder, look.Request(
-            names[:len(wanted)], "".join(names[len(wanted):]), chosen.shape, chosen.lighting, chosen.size,
-            _SAMPLES, view.view_transform, view.exposure))
+            names[:len(wanted)], "".join(names[len(wanted):]), chosen.shape, chosen.lighting, SIZE, _SAMPLES,
+            view.view_transform, view.exposure))
     finally:
         bpy.data.batch_remove(copies)
 
@@ -105,20 +79,19 @@ Nothing changes in this file"""
     def poll(cls, context: bpy.types.Context) -> bool:
         return has_measured(cls, context)
 
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        return self.start(context)
-
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        return self.run(context)
-
     def work(self, context: bpy.types.Context) -> Work:
         scene, target = present(context.scene), present(active_material(context))
         other = comparison.pinned(scene, target)
-        self._look = Look(scene, [target] if other is None else [target, other], SIZE)
-        return self._look.work
+        wanted = [target] if other is None else [target, other]
+        self._keys, self._folder = [looks.key(scene, each) for each in wanted], process.temporary()
+        _write(Path(self._folder.name), scene, wanted, self._keys[0])
+        return Command("look", self._folder.name)
 
     def apply(self, _context: bpy.types.Context, _result: Any) -> None:
-        self._look.store()
+        pictures = look.pictures(Path(self._folder.name), len(self._keys))
+        for key, picture in zip(self._keys, pictures, strict=True):
+            looks.store(key, picture)
+        self._folder.cleanup()
 
 
 classes = (MEASUREDBRDF_OT_pin, MEASUREDBRDF_OT_render_look)

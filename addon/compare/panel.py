@@ -1,22 +1,26 @@
 """A material beside the pinned one: a split sphere, two curves, and numbers side by side; and renders of both."""
 
 import math
+from functools import partial
 from typing import Any
 
 import bpy
+import numpy as np
 
+from ...fitter.arrays import SingleArray
+from ...fitter.drawing import Color
 from ...fitter.pictures import PAIR, split
 from ...fitter.quality import verdict
 from ..core import material as materials
 from ..core import rendered
 from ..core.annotations import present
 from ..panel.layout import MaterialPanel, draw_row, draw_wrapped, is_narrow, picture_scale
-from ..work import modal
+from ..work import icons, modal, queries, queue
 from ..work.job import Job
 from . import looks
-from . import questions as compared
 from . import settings as comparison
-from .operators import SIZE, MEASUREDBRDF_OT_pin, MEASUREDBRDF_OT_render_look
+from . import work as comparisons
+from .operators import MEASUREDBRDF_OT_pin, MEASUREDBRDF_OT_render_look
 
 _HEADINGS = "", "A", "B"
 _TWO_ABREAST = 36           # characters that two pictures, or two columns of numbers, need beside one another
@@ -81,36 +85,39 @@ class MEASUREDBRDF_PT_look(MeasuredPanel, bpy.types.Panel):
         layout.row().prop(chosen, "lighting", expand=True)
         other = comparison.pinned(scene, material)
         wanted = [material] if other is None else [material, other]
-        keys = tuple(looks.key(scene, each, SIZE) for each in wanted)
-        pictures = [looks.known(key) for key in keys]
-        known = [picture for picture in pictures if picture is not None]
+        renders = [render for each in wanted if (render := looks.known(looks.key(scene, each))) is not None]
         row = layout.row()
         row.enabled = modal.running is None
         row.operator(MEASUREDBRDF_OT_render_look.bl_idname, text="Render Both" if other is not None else "Render",
                      icon="RENDER_STILL")
-        if len(known) < len(wanted):
+        if len(renders) < len(wanted):
             return
-        picture = known[0]
-        if other is not None:
-            picture = split(*((known[1], picture) if chosen.flipped else (picture, known[1])), chosen.divide)
-        name = "look" if other is None else f"looks {chosen.flipped} {chosen.divide:.2f}"
-        layout.template_icon(icon_value=looks.icon(name, keys, picture), scale=picture_scale(context, 1, 16))
+        key = ("look", *(render.number for render in renders), round(chosen.divide, 2))
+        icon = icons.at_once(key, lambda: _side_by_side([render.picture for render in renders], chosen.divide))
+        layout.template_icon(icon_value=icon, scale=picture_scale(context, 1, 16))
         if other is not None:
             _draw_line(layout, chosen)
             _draw_names(layout, material, other)
 
 
+def _side_by_side(pictures: list[SingleArray], at: float) -> SingleArray:
+    return split(pictures[0], pictures[1], at) if len(pictures) > 1 else pictures[0]
+
+
 def _draw_names(layout: bpy.types.UILayout, material: bpy.types.Material, other: bpy.types.Material) -> None:
     column = layout.column(align=True)
     for letter, each, color in zip("AB", (material, other), PAIR, strict=True):
-        column.label(text=f"{letter}: {each.name}", icon_value=compared.swatch(color))
+        column.label(text=f"{letter}: {each.name}", icon_value=_swatch(color))
+
+
+def _swatch(color: Color) -> int:
+    return icons.at_once(("swatch", color), lambda: np.full((16, 16, 4), (*color, 1), dtype=np.float32))
 
 
 def _draw_line(layout: bpy.types.UILayout, chosen: Any) -> None:
     row = layout.row(align=True)
-    row.label(text="B | A" if chosen.flipped else "A | B")
+    row.label(text="A | B")
     row.prop(chosen, "divide", text="", slider=True)
-    row.prop(chosen, "flipped", text="", icon="ARROW_LEFTRIGHT")
 
 
 def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material,
@@ -119,13 +126,16 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
     columns = 1 if is_narrow(_TWO_ABREAST) else 2
     scale = picture_scale(context, columns)
     grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True)
-    left, right = (other, material) if chosen.flipped else (material, other)
-    column = grid.column()
-    _draw_picture(column, *compared.split_sphere(left, right, chosen.divide), scale)
+    first, second = present(queries.kept(material)), present(queries.kept(other))
+    column, at = grid.column(), round(chosen.divide, 2)
+    _draw_picture(column, *icons.icon(("split", (first.digest, second.digest), at),
+                                      partial(comparisons.split_sphere, first, second, at)), scale)
     _draw_line(column, chosen)
-    column = grid.column()
-    _draw_picture(column, *compared.polar(material, other, chosen.theta), scale)
-    column.prop(chosen, "theta", slider=True)
+    column, settings = grid.column(), material.measured_brdf
+    theta = round(settings.shown_theta, 3)
+    _draw_picture(column, *icons.icon(("polar of two", (first.digest, second.digest), theta),
+                                      partial(comparisons.polar, first, second, theta)), scale)
+    column.prop(settings, "shown_theta", slider=True)
 
 
 def _draw_picture(layout: bpy.types.UILayout, icon: int, job: Job[Any], scale: float) -> None:
@@ -139,17 +149,17 @@ def _draw_picture(layout: bpy.types.UILayout, icon: int, job: Job[Any], scale: f
 
 def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> dict[str, str]:
     """The numbers of a material as text, by name, as far as they are known."""
-    settings, figures = material.measured_brdf, compared.figures(material)
+    settings, kept = material.measured_brdf, present(queries.kept(material))
+    figures: Job[comparisons.Figures] = queue.ask(("figures", kept.digest), partial(comparisons.figures, kept))
     error = f"{rendered.in_scene(material, scene).error:.1%}"
     wait = "..." if figures.finished is None else "-"
-    found = figures.result
-    fitted = settings.coefficients > 0
+    fitted, known = settings.coefficients > 0, figures.result
     return {"Match": verdict.grade(settings.match, verdict.MATCH_LIMITS) if settings.match >= 0 else "-",
             "Between Angles": verdict.grade(settings.between, verdict.BETWEEN_LIMITS) if settings.between >= 0 else "-",
-            "Coefficients": f"{found.coefficients:,}" if found is not None else wait,
-            "Bytes": f"{found.nbytes:,}" if found is not None else wait,
+            "Coefficients": f"{known.coefficients:,}" if known is not None else wait,
+            "Bytes": f"{known.nbytes:,}" if known is not None else wait,
             "RMSE": f"{settings.rmse:.3g}" if fitted and math.isfinite(settings.rmse) else "-",
-            "Albedo %": _percent(found.albedo) if found is not None else wait,
+            "Albedo %": _percent(known.albedo) if known is not None else wait,
             "Highlight Error": error}
 
 

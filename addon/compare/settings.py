@@ -4,11 +4,10 @@ The pinned material belongs to the scene, so that it stays when another material
 does not take it along. Blender clears the pointer when the material is deleted.
 """
 
-import math
 from typing import Any
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty
+from bpy.props import EnumProperty, FloatProperty, PointerProperty
 
 from ..core import material as materials
 from ..core.look import BALL, LIGHTINGS, SHAPES, STUDIO
@@ -27,12 +26,6 @@ class MeasuredComparison(bpy.types.PropertyGroup):
     divide: FloatProperty(
         name="Line", default=0.5, min=0, max=1, subtype="FACTOR",
         description="Where the line between the two materials is. Does not change the materials")
-    flipped: BoolProperty(
-        name="Flip", default=False,
-        description="Show the pinned material at the left. Does not change the materials")
-    theta: FloatProperty(
-        name="Incidence", default=math.radians(40), min=0, max=math.radians(85), subtype="ANGLE",
-        description="Angle of incidence in the polar plot. Does not change the materials")
     shape: EnumProperty(name="Shape", items=SHAPES, default=BALL, description="What is rendered of the material")
     lighting: EnumProperty(name="Light", items=LIGHTINGS, default=STUDIO, description="The light that it is seen in")
 

@@ -12,9 +12,9 @@ from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.quality import physics
 from ..core.annotations import Report
 from ..work.recent import Recent
-from ..work.tasks import Kept, kept_fit, silent
+from ..work.tasks import Kept, kept_fit, lit_sphere, silent
 
-_spheres: Recent[tuple[str, int], SingleArray] = Recent(8)       # by digest and size
+_spheres: Recent[str, SingleArray] = Recent(8)       # by digest
 
 
 class Figures(NamedTuple):
@@ -25,10 +25,6 @@ class Figures(NamedTuple):
     albedo: FloatArray
 
 
-def nothing(_report: Report = silent) -> None:
-    """The work where all has been done before."""
-
-
 def figures(kept: Kept, report: Report = silent) -> Figures:
     """The numbers of the fit in a material's shader. Raises ValueError if there is none."""
     report(0.0, "Albedo")
@@ -37,25 +33,21 @@ def figures(kept: Kept, report: Report = silent) -> Figures:
     return Figures(fit.coefficient_count, fit.nbytes, np.array(albedo))
 
 
-def sphere(kept: Kept, size: int, report: Report = silent) -> SingleArray:
-    """The lit sphere of the fit in a material's shader: (size, size, 4). Raises ValueError if there is none."""
+def _sphere(kept: Kept) -> SingleArray:
+    """The lit sphere of the fit in a material's shader: (size, size, 4)."""
+    if kept.digest not in _spheres:
+        _spheres[kept.digest] = lit_sphere(kept, None)
+    return _spheres[kept.digest]
+
+
+def split_sphere(left: Kept, right: Kept, at: float, report: Report = silent) -> SingleArray:
+    """A sphere of two materials, with a line between them: (size, size, 4). Raises ValueError if one has no fit."""
     report(0.0, "Drawing")
-    key = kept.digest, size
-    if key not in _spheres:
-        _spheres[key] = pictures.lit_sphere(kept_fit(kept), size, colours=kept.colours, with_tangent=True)
-    return _spheres[key]
+    return pictures.split(_sphere(left), _sphere(right), at)
 
 
-def split_sphere(left: Kept, right: Kept, at: float, size: int, report: Report = silent) -> SingleArray:
-    """A sphere of two materials, with a line between them: (size, size, 4). Raises as `sphere` does."""
-    return pictures.split(sphere(left, size, report), sphere(right, size, report), at)
-
-
-def polar(first: Kept, second: Kept | None, theta_i: float, size: int,
-          report: Report = silent) -> SingleArray:
-    """The polar plot of one material, or of two: (size, size, 4). Raises as `sphere` does."""
+def polar(first: Kept, second: Kept, theta_i: float, report: Report = silent) -> SingleArray:
+    """The polar plot of two materials: (size, size, 4). Raises as `split_sphere` does."""
     report(0.0, "Drawing")
-    if second is None:
-        return pictures.polar_plot(kept_fit(first), None, theta_i, size)[0]
-    return pictures.polar_comparison(kept_fit(first), kept_fit(second), theta_i, size,
+    return pictures.polar_comparison(kept_fit(first), kept_fit(second), theta_i,
                                      colours=(first.colours, second.colours))

@@ -1,7 +1,7 @@
 """Names for types that annotations share."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 if TYPE_CHECKING:
     import bpy
@@ -26,11 +26,3 @@ _T = TypeVar("_T")
 def present(value: _T | None) -> _T:
     """A value that Blender's type stubs call optional, and that is never None where this is called."""
     return cast(_T, value)
-
-
-class Registrable(Protocol):
-    """A module that registers itself with Blender."""
-
-    def register(self) -> None: ...
-
-    def unregister(self) -> None: ...

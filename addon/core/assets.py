@@ -30,13 +30,8 @@ class Remembered(NamedTuple):
 
 
 def mark(material: bpy.types.Material, picture: SingleArray | None = None) -> None:
-    """Make a measured material an asset, with a description and tags.
-
-    Parameters
-    ----------
-    material : bpy.types.Material
-    picture : (size, size, 4) float32, optional
-        The thumbnail; without it Blender renders one.
+    """Make a measured material an asset, with a description, tags, and a thumbnail, (size, size, 4) float32, or
+    Blender's.
     """
     settings = material.measured_brdf
     material.asset_mark()

@@ -10,7 +10,7 @@ _NOT_NEEDED = re.compile(r'^[ \t]*#.*\n|[ \t]*%(?:filename\{"[^"]*"\}|(?:line|re
                          re.MULTILINE)
 _TABLE = re.compile(r"^const\tfloat\[\d{3,}\]\t\S+\t(.*)$", re.MULTILINE)
 _FIGURES = 7                # of the numbers in tables: single precision has 6 to 9
-_OWN = re.compile(r"^(?:temp|local|const)\t[^\t]+\t((?:\$|___\d)[\w$]*)(?!.*%)", re.MULTILINE)
+_VARIABLE = re.compile(r"^(?:temp|local|const)\t[^\t]+\t((?:\$|___\d)[\w$]*)(?!.*%)", re.MULTILINE)
 _WORD = re.compile(r'"(?:[^"\\]|\\.)*"|[\w$.]*[A-Za-z_$][\w$.]*')
 _DIGITS = "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
@@ -22,8 +22,8 @@ def compact(text: str) -> str:
     Numbers of tables are rounded to _FIGURES figures, which is an error of at most 5e-7.
     """
     text = _TABLE.sub(lambda table: table[0].replace(table[1], _rounded(table[1])), _NOT_NEEDED.sub("", text))
-    own = set(_OWN.findall(text))
-    counts = Counter(word for word in _WORD.findall(text) if word in own)
+    variables = set(_VARIABLE.findall(text))
+    counts = Counter(word for word in _WORD.findall(text) if word in variables)
     names = {word: f"${_number(place)}" for place, (word, _) in enumerate(counts.most_common())}
     return re.sub(r"[ \t]+$", "", _WORD.sub(lambda word: names.get(word[0], word[0]), text), flags=re.MULTILINE)
 

@@ -3,7 +3,7 @@
 Cycles treats most of the reflection of a measured material as glossy, so every setting for glossy paths affects it.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import bpy
@@ -16,17 +16,8 @@ from .properties import AUTOMATIC, EXACT, NODES
 
 
 class Finding(NamedTuple):
-    """A setting that changes the picture.
-
-    Attributes
-    ----------
-    key : str
-        Identifies the setting, for the operator that fixes it.
-    message : str
-        The setting, and its effect on the picture.
-    change : str
-        What the fix does; empty if there is no fix.
-    fix : callable, or None
+    """A setting that changes the picture: the key by which an operator fixes it, the setting with its effect in a
+    message, what the fix does (empty if there is none), and the fix.
     """
 
     key: str
@@ -35,30 +26,37 @@ class Finding(NamedTuple):
     fix: Callable[[], object] | None = None
 
 
-others: list[Callable[[bpy.types.Scene], Iterator[Finding]]] = []
-"""What slices find."""
+others: list[Callable[[Sequence[bpy.types.Material]], Iterator[Finding]]] = []
+"""What slices find of materials."""
 
 
-def check(scene: bpy.types.Scene) -> list[Finding]:
-    """The settings of a scene that change how measured materials look, worst first."""
+def check(scene: bpy.types.Scene, material: bpy.types.Material | None = None) -> list[Finding]:
+    """The settings of a scene that change how measured materials look, worst first.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+    material : bpy.types.Material, optional
+        A measured one whose own settings are looked at, and no others'; by default, those of all in the file are.
+    """
+    looked_at, used = ([*bpy.data.materials], rendered.used()) if material is None else ([material], [material])
     of_cycles = [] if rendered.in_eevee(scene) else [*_light_paths(scene), *_lamps(scene)]
-    return [*_outputs(scene), *_osl(scene), *of_cycles, *(finding for other in others for finding in other(scene)),
-            *_materials(), *_tangents(scene)]
+    return [*_outputs(scene, used), *_osl(scene, used), *of_cycles,
+            *(finding for other in others for finding in other(looked_at)), *_materials(looked_at), *_tangents(scene)]
 
 
-def _outputs(scene: bpy.types.Scene) -> Iterator[Finding]:
+def _outputs(scene: bpy.types.Scene, used: Sequence[bpy.types.Material]) -> Iterator[Finding]:
     """Materials whose output for the engine has another surface."""
     engine = "EEVEE" if rendered.in_eevee(scene) else "Cycles"
-    for item in rendered.used():
+    for item in used:
         if rendered.in_scene(item, scene).how == rendered.OTHER:
             yield Finding(f"output:{item.name}", f"{item.name} does not show the measurements: the output for {engine} "
                           f"has another surface. Connect the node group to one whose Target is {engine}")
 
 
-def _osl(scene: bpy.types.Scene) -> Iterator[Finding]:
+def _osl(scene: bpy.types.Scene, used: Sequence[bpy.types.Material]) -> Iterator[Finding]:
     """Materials that are to be rendered with OSL, and are not."""
     why = rendered.without_osl(scene)
-    used = rendered.used()
     if not why:
         yield from _optix(scene, used)
         return
@@ -70,23 +68,27 @@ def _osl(scene: bpy.types.Scene) -> Iterator[Finding]:
     chosen = [item for item in used if materials.rendering_of(item) == EXACT and item not in black]
     if not chosen:
         return
-    found = f"{len(chosen)} materials are to be rendered Exact; because {why}, nodes are shown instead"
+    message = f"Exact was chosen for {_called(chosen)}; because {why}, nodes are shown instead"
     if osl_support.missing() or rendered.in_eevee(scene):
-        yield Finding("osl", found, "Choose Automatic for them",
+        yield Finding("osl", message, "Choose Automatic for them",
                       lambda: [materials.use_rendering(item, AUTOMATIC) for item in chosen if item.is_editable])
     elif device.effective_device(scene) not in device.WITH_OSL:
-        yield Finding("osl", found, "Render with OSL on the CPU", lambda: _on_cpu(scene))
+        yield Finding("osl", message, "Render with OSL on the CPU", lambda: _on_cpu(scene))
     else:
-        yield Finding("osl", found, "Render with Cycles and OSL", lambda: osl_support.enable(scene))
+        yield Finding("osl", message, "Render with Cycles and OSL", lambda: osl_support.enable(scene))
 
 
-def _optix(scene: bpy.types.Scene, used: list[bpy.types.Material]) -> Iterator[Finding]:
+def _called(named: Sequence[bpy.types.Material]) -> str:
+    return named[0].name if len(named) == 1 else f"{len(named)} measured materials"
+
+
+def _optix(scene: bpy.types.Scene, used: Sequence[bpy.types.Material]) -> Iterator[Finding]:
     """Cycles has 1024 bytes for the closures of a material there, and does not check where they end."""
     by_osl = [item for item in used if materials.rendering_of(item) != NODES]
     if device.effective_device(scene) != device.OPTIX or not by_osl:
         return
-    yield Finding("optix", f"Cycles renders {len(by_osl)} measured materials with OSL on OptiX, which has not been "
-                  "tested, and has no room for another shader that is mixed in", "Choose Nodes for them",
+    yield Finding("optix", f"Cycles renders {_called(by_osl)} with OSL on OptiX, which has not been tested, and has no "
+                  "room for another shader that is mixed in", "Choose Nodes for them",
                   lambda: [materials.use_rendering(item, NODES) for item in by_osl if item.is_editable])
 
 
@@ -138,20 +140,20 @@ def _lamps(scene: bpy.types.Scene) -> Iterator[Finding]:
                       lambda: setattr(scene.render, "use_lock_interface", True))
 
 
-def _materials() -> Iterator[Finding]:
-    for material in bpy.data.materials:
+def _materials(looked_at: Sequence[bpy.types.Material]) -> Iterator[Finding]:
+    for material in looked_at:
         if material.users > material.use_fake_user and (count := materials.mixed(material.node_tree)) > MOST_MIXED:
             yield Finding(f"mixed:{material.name}", f"{material.name} mixes {count} measured materials: Cycles has "
                           f"room for the closures of {MOST_MIXED}, and where there are several lamps, light of the "
                           "others is lost. Mix them by Mix Measured BRDFs, which renders some of them at a time")
-    outdated = [material.name for material in bpy.data.materials if material.measured_brdf.coefficients
+    outdated = [material for material in looked_at if material.measured_brdf.coefficients
                 and material.is_editable and versions.made_by(material) != versions.CURRENT
                 and materials.is_outdated(material)]
     if outdated:
-        yield Finding("version", f"An older version made {len(outdated)} of the measured materials: they render as "
-                      "before, without the improvements of this one", "Update them and keep their fits",
+        yield Finding("version", f"An older version made {_called(outdated)}: rendered as before, without the "
+                      "improvements of this one", "Update them and keep their fits",
                       lambda: bpy.ops.measured_brdf.update_materials())
-    for material in bpy.data.materials:
+    for material in looked_at:
         if material.measured_brdf.coefficients and material.cycles.use_bump_map_correction and material.is_editable:
             yield Finding(f"bump:{material.name}", f"Bump Map Correction is on for {material.name}: it shifts the "
                           "highlights", "Turn Bump Map Correction off for this material",
@@ -166,24 +168,24 @@ def _tangents(scene: bpy.types.Scene) -> Iterator[Finding]:
     for material in tangents.anisotropic(item):
         node, key = tangents.node_of(material), f"tangent:{material.name}"
         if node is None and not tangents.is_turned(item.data):
-            found = (f"The direction of {material.name} runs around the Z axis of {item.name}, as a lathe leaves it, "
-                     "and the object has another shape")
+            message = (f"The direction of {material.name} runs around the Z axis of {item.name}, as a lathe leaves it, "
+                       "and the object has another shape")
             if not tangents.has_uv(item.data):
                 what = "has no area" if item.data.uv_layers else "is missing"
-                yield Finding(key, f"{found}. Its UV map, which could give another direction, {what}: unwrap it")
+                yield Finding(key, f"{message}. Its UV map, which could give another direction, {what}: unwrap it")
             elif material.is_editable:
-                yield Finding(key, found, "Use the UV map's tangent",
+                yield Finding(key, message, "Use the UV map's tangent",
                               lambda material=material: tangents.take_from_uv(material))
             else:
-                yield Finding(key, f"{found}. Connect a Tangent node in the file that {material.name} belongs to")
+                yield Finding(key, f"{message}. Connect a Tangent node in the file that {material.name} belongs to")
         elif node is not None and _of_missing_uv(node, item.data):
-            found = (f"The tangent of {material.name} is that of a UV map that {item.name} does not have, or that has "
-                     "no area")
+            message = (f"The tangent of {material.name} is that of a UV map that {item.name} does not have, or that "
+                       "has no area")
             if material.is_editable:
-                yield Finding(key, found, "Use the tangent around the Z axis",
+                yield Finding(key, message, "Use the tangent around the Z axis",
                               lambda material=material: tangents.take_around_axis(material))
             else:
-                yield Finding(key, f"{found}. Unwrap it")
+                yield Finding(key, f"{message}. Unwrap it")
 
 
 def _of_missing_uv(node: bpy.types.Node, mesh: bpy.types.Mesh) -> bool:

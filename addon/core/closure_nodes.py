@@ -121,16 +121,7 @@ class _Builder:
 
 
 def add_frame(tree: bpy.types.NodeTree, inputs: Inputs, turn: float | None, x: float, y: float) -> Frame:
-    """Add the node of the group that all lobes share.
-
-    Parameters
-    ----------
-    tree : bpy.types.NodeTree
-    inputs : Inputs
-    turn : float, or None
-        As `NodeMixture` has it.
-    x, y : float
-        Where the node is drawn.
+    """Add the node of the group that all lobes share, at a place of the node editor; `turn` is as `NodeMixture` has it.
     """
     build = _Builder(tree, x, y)
     given: dict[str, _Value] = {"Tint": inputs.tint, "Strength": inputs.strength, "Normal": inputs.normal}
@@ -235,7 +226,6 @@ def _lobe(build: _Builder, kind: Kind, stops: FloatArray, colour: FloatArray, sh
 
 
 def _fill_lobe(tree: bpy.types.NodeTree, kind: Kind, names: tuple[str, ...]) -> None:
-    """Fill the group of a lobe with these inputs."""
     types = {"Seen": "Color", "Below": "Shader"}
     inputs = _group_inputs(tree, {name: types.get(name, "Vector") for name in dict.fromkeys((*names, "Below"))})
     build = _Builder(tree, 0, 0)

@@ -35,7 +35,7 @@ def effective_device(scene: bpy.types.Scene) -> str:
     if kind in _NONE:
         return CPU
     used = {device.id for device in preferences.devices if device.use}
-    return CPU if used.isdisjoint(_found(kind)) else str(kind)
+    return CPU if used.isdisjoint(_available(kind)) else str(kind)
 
 
 def renders_on_gpu(scene: bpy.types.Scene) -> bool:
@@ -53,7 +53,7 @@ def osl_runs(scene: bpy.types.Scene) -> bool:
 
 
 @functools.cache
-def _found(kind: str) -> frozenset[str]:
+def _available(kind: str) -> frozenset[str]:
     """The identifiers of the devices of a type that this machine has."""
     import _cycles
 
@@ -64,9 +64,9 @@ def _found(kind: str) -> frozenset[str]:
 def _requested(arguments: tuple[str, ...]) -> str:
     """The type of device that the command line asks for, if any."""
     own = arguments[arguments.index(_OWN_ARGUMENTS) + 1:] if _OWN_ARGUMENTS in arguments else ()
-    found = ""
+    kind = ""
     for argument, following in zip(own, (*own[1:], ""), strict=False):
         name, is_given, value = argument.partition("=")
         if name == _OPTION:
-            found = value if is_given else following
-    return found.upper()
+            kind = value if is_given else following
+    return kind.upper()

@@ -57,8 +57,8 @@ def _names(path: Path) -> dict[str, list[str]] | None:
     """The names of the data-blocks in a .blend, by kind; None for any other file. Nothing is loaded."""
     try:
         with bpy.data.libraries.load(str(path), link=False) as (source, _):
-            found = {kind: getattr(source, kind) for kind in dir(source)}
-            return {kind: of_kind for kind, of_kind in found.items() if isinstance(of_kind, list)}
+            lists = {kind: getattr(source, kind) for kind in dir(source)}
+            return {kind: of_kind for kind, of_kind in lists.items() if isinstance(of_kind, list)}
     except OSError:
         return None
 
@@ -106,17 +106,9 @@ def next_part(path: str | Path) -> Path:
 
 @contextmanager
 def writing(path: str | Path, force: bool) -> Iterator[None]:
-    """Lock a library for writing, and check that it may be written.
+    """Lock a library for writing, and check that it may be written. Raises LibraryError or OSError.
 
-    Parameters
-    ----------
-    path : path-like
-    force : bool
-        Keep a file that is not a library under another name (`kept_name`), instead of raising an error.
-
-    Raises
-    ------
-    LibraryError, OSError
+    With `force`, a file that is not a library is kept under another name (`kept_name`).
     """
     path = Path(path)
     if path.suffix != ".blend":
@@ -159,16 +151,8 @@ def close() -> None:
 def save_part(path: str | Path, opened: _DiskVersion | None) -> None:
     """Save the open file as a part of a library, and close it. The old file is replaced only by a complete new one.
 
-    Parameters
-    ----------
-    path : path-like
-    opened
-        What `open_part` returned; None for a new part.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written, is write-protected, or another process has saved it meanwhile.
+    `opened` is what `open_part` returned; None for a new part. Raises OSError if it cannot be written, is
+    write-protected, or another process has saved it meanwhile.
     """
     path = Path(path)
     marker = bpy.data.texts.get(_MARKER) or bpy.data.texts.new(_MARKER)
@@ -201,8 +185,8 @@ def save_part(path: str | Path, opened: _DiskVersion | None) -> None:
 
 def _version_on_disk(path: Path) -> _DiskVersion:
     """Changes whenever the file is saved."""
-    found = path.stat()
-    return found.st_mtime_ns, found.st_size, found.st_ino
+    status = path.stat()
+    return status.st_mtime_ns, status.st_size, status.st_ino
 
 
 def merge(source: str | Path, path: str | Path, force: bool) -> list[str]:

@@ -22,6 +22,7 @@ from mathutils import Matrix, Vector
 from ...fitter.arrays import FloatArray, SingleArray
 from . import osl_support
 from .annotations import Report, Vector3, present
+from .previews import picture_of
 
 SPHERE, BALL = "SPHERE", "BALL"
 STUDIO, SKY, WORLD = "STUDIO", "SKY", "WORLD"
@@ -52,22 +53,10 @@ _SAMPLE = re.compile(r"Sample (\d+)/(\d+)")
 
 
 class Request(NamedTuple):
-    """What is rendered of the materials in a .blend.
+    """What is rendered of the materials in a .blend that are named.
 
-    Attributes
-    ----------
-    materials : list of str
-        Their names; each is rendered.
-    world : str
-        Name of the world that gives the light; empty where `lighting` is not WORLD.
-    shape, lighting : str
-        Of `SHAPES` and `LIGHTINGS`.
-    size, samples : int
-        Pixels on a side, and samples per pixel.
-    transform : str
-        View transform in that world.
-    exposure : float
-        Stops, in that world.
+    `world` is the name of the one that gives the light, empty where `lighting` is not WORLD; transform and exposure
+    (stops) are those of its view. `size` is in pixels on a side, `samples` per pixel.
     """
 
     materials: list[str]
@@ -112,21 +101,10 @@ def pictures(folder: Path, count: int) -> list[SingleArray]:
 
 
 def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: int, samples: int) -> bpy.types.Scene:
-    """Make a scene to look at materials in.
+    """Make a scene to look at materials in, for `render`.
 
-    Parameters
-    ----------
-    shape, lighting : str
-        Of `SHAPES` and `LIGHTINGS`.
-    world : bpy.types.World, or None
-        What gives the light where `lighting` is WORLD.
-    size, samples : int
-        Pixels on a side, and samples per pixel.
-
-    Returns
-    -------
-    bpy.types.Scene
-        `render` renders it.
+    Shape and lighting are of `SHAPES` and `LIGHTINGS`, of which WORLD takes a world; `size` is in pixels on a side,
+    `samples` per pixel.
     """
     scene = bpy.data.scenes.new(_NAME)
     osl_support.enable(scene)
@@ -153,15 +131,8 @@ def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: in
 
 def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path,
            report: Report) -> SingleArray:
-    """Render a material in a scene of `scene_for`: (size, size, 4), sRGB, the bottom row first. OSError if the picture
-    cannot be written.
-
-    Parameters
-    ----------
-    path : Path
-        A .png to write.
-    report : callable
-        Receives the progress.
+    """Render a material in a scene of `scene_for` into a .png: (size, size, 4), sRGB, the bottom row first. OSError if
+    the picture cannot be written.
     """
     for item in scene.objects:
         if item.name.startswith(_SUBJECT):
@@ -172,20 +143,18 @@ def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path,
     if not path.read_bytes().endswith(_END):        # Blender does not tell
         raise OSError(errno.EIO, "it could not be written whole; the disk may be full", str(path))
     image = bpy.data.images.load(str(path))
-    picture = np.empty((image.size[1], image.size[0], 4), dtype=np.float32)
-    present(image.pixels).foreach_get(picture.ravel())
+    picture = picture_of(image)
     bpy.data.images.remove(image)
     return picture
 
 
 @contextmanager
 def _reported(report: Report) -> Iterator[None]:
-    """Report the progress of renders."""
     @persistent
     def on_stats(statistics: Any, *_: object) -> None:
-        found = _SAMPLE.search(str(statistics))
-        if found is not None:
-            report(int(found[1]) / int(found[2]), "Rendering")
+        sample = _SAMPLE.search(str(statistics))
+        if sample is not None:
+            report(int(sample[1]) / int(sample[2]), "Rendering")
 
     report(0.0, "Rendering")
     bpy.app.handlers.render_stats.append(on_stats)

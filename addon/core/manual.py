@@ -15,6 +15,7 @@ MARKDOWN = _ROOT / "docs" / "manual.md"
 REDIRECTS = "f1"            # pages that lead to an anchor: what opens a file in a browser drops `#...`
 WEBSITE: str = tomllib.loads((_ROOT / "blender_manifest.toml").read_text("utf-8")).get("website", "").rstrip("/")
 
+DATA = "manual#where-to-get-data"
 _OPERATORS = "bpy.ops.measured_brdf."
 _READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
 
@@ -57,8 +58,8 @@ def all_topics() -> Topics:
 
 
 def topics() -> list[str]:
-    """The headings that F1 leads to, as ``page#anchor``, each once."""
-    return sorted({topic for _, topic in all_topics() if "#" in topic})
+    """The headings that F1 and buttons lead to, as ``page#anchor``, each once."""
+    return sorted({DATA, *(topic for _, topic in all_topics() if "#" in topic)})
 
 
 def file_name(topic: str) -> str:
@@ -74,11 +75,6 @@ def url(topic: str = "manual") -> str:
     if not HTML.is_dir():
         return MARKDOWN.as_uri()
     return (HTML / REDIRECTS / f"{file_name(topic)}.html" if anchor else HTML / f"{page}.html").as_uri()
-
-
-def draw_link(layout: bpy.types.UILayout) -> None:
-    """Draw a button that opens the manual."""
-    layout.operator("wm.url_open", text="Manual", icon="HELP").url = url()
 
 
 def manual_map() -> tuple[str, tuple[tuple[str, str], ...]]:

@@ -24,24 +24,9 @@ _FORMER = "Measured BRDF Fallback"       # the Principled BSDF that version 0.1.
 
 def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
            shader: Shader | None = None) -> bpy.types.Material:
-    """Make a new material; if that fails, the file stays as it was.
+    """Make a new material; if that fails, the file stays as it was. `shader` is the outcome's, if it has been compiled.
 
-    Parameters
-    ----------
-    outcome : outcomes.Outcome
-    choices : properties.Choices
-    context : bpy.types.Context
-    shader : compiler.Shader, optional
-        The outcome's source, if it has been compiled already.
-
-    Returns
-    -------
-    bpy.types.Material
-
-    Raises
-    ------
-    compiler.CompileError
-        If this Blender cannot compile the shader.
+    Raises CompileError if this Blender cannot compile the shader.
     """
     with new_data_removed_on_error():
         material = bpy.data.materials.new(outcome.measured.name)
@@ -220,16 +205,10 @@ def use_nodes(material: bpy.types.Material) -> None:
 
 def show(material: bpy.types.Material,
           tree: bpy.types.NodeTree) -> tuple[bpy.types.Node, bpy.types.NodeTree | None]:
-    """Replace the measured group of a material, or connect a new one to its surface.
+    """Replace the measured group of a material, or connect a new one to its surface: the node, and the former group or
+    None.
 
     What was connected to the surface stays, unconnected. A material whose output has been deleted gets a new one.
-
-    Returns
-    -------
-    node : bpy.types.Node
-        The group node.
-    before : bpy.types.NodeTree, or None
-        The group that it had before.
     """
     own_tree = present(material.node_tree)
     nodes = own_tree.nodes

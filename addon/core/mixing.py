@@ -8,11 +8,13 @@ import bpy
 class Mixes:
     """What is known of mixes where there are none."""
 
-    def is_mix(self, _tree: bpy.types.NodeTree | None) -> bool:
+    @staticmethod
+    def is_mix(_tree: bpy.types.NodeTree | None, /) -> bool:
         """Whether a node group is a mix."""
         return False
 
-    def count(self, _tree: bpy.types.NodeTree) -> int:
+    @staticmethod
+    def count(_tree: bpy.types.NodeTree, /) -> int:
         """How many measured BRDFs a mix holds."""
         return 0
 
@@ -20,8 +22,9 @@ class Mixes:
         """What the node of a mix mixes, None for what has been deleted; the share of the second, None with a mask."""
         return None, None, None
 
-    def following(self, _material: bpy.types.Material, _before: bpy.types.NodeTree | None,
-                  _after: bpy.types.NodeTree) -> AbstractContextManager[None]:
+    @staticmethod
+    def following(_material: bpy.types.Material, _before: bpy.types.NodeTree | None,
+                  _after: bpy.types.NodeTree, /) -> AbstractContextManager[None]:
         """Give mixes of a material its new group in the place of the former; if the block raises, the former again."""
         return nullcontext()
 

@@ -57,17 +57,13 @@ def shared(shader: Shader, name: str, unlike: bpy.types.NodeTree | None = None) 
     One in which a user has compiled another shader, or has added or removed something, is not shared. Raises as
     `create` does.
     """
-    found = (tree for tree in bpy.data.node_groups if tree.library is None and tree != unlike and _is_of(tree, shader))
-    return next(found, None) or create(shader, name)
+    alike = (tree for tree in bpy.data.node_groups if tree.library is None and tree != unlike and _is_of(tree, shader))
+    return next(alike, None) or create(shader, name)
 
 
 def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
-    """Make a node group of a name that renders with a shader.
-
-    Raises
-    ------
-    CompileError
-        If this Blender cannot compile the shader; the file then stays as it was.
+    """Make a node group of a name that renders with a shader. Raises CompileError if this Blender cannot compile it;
+    the file then stays as it was.
     """
     with new_data_removed_on_error():
         tree = bpy.data.node_groups.new(name, "ShaderNodeTree")

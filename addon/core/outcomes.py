@@ -1,6 +1,7 @@
 """The results of the background processes, which materials are made from. Nothing here imports bpy."""
 
 import hashlib
+import json
 from typing import NamedTuple
 
 from ...fitter import ErrorMetrics, Fit
@@ -15,15 +16,8 @@ from .annotations import Arguments
 class Measured(NamedTuple):
     """Measurements in a file. Between processes go these few words; each reads the file, once while it stays the same.
 
-    Attributes
-    ----------
-    path, sample : str
-    how : str
-        Keyword arguments of `fitter.load`, as JSON.
-    name, channels, colours
-        Of the samples.
-    digest : str
-        Identifies them.
+    `how` are keyword arguments of `fitter.load`, as JSON; name, channels and colours are those of the samples, which
+    `digest` identifies.
     """
 
     path: str
@@ -57,19 +51,10 @@ class Fitted(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """A fit that a material keeps.
+    """A fit that a material keeps, as `Fit.to_bytes` returns it.
 
-    Attributes
-    ----------
-    fit : bytes
-        As `Fit.to_bytes` returns it. Empty for a material of a version before 0.3.0, whose fit is in its shader:
-    source : str
-        OSL source that `bake` made; else empty.
-    name : str
-    compression : float
-        Percent.
-    colours : str
-        One of `colours.COLOURS`.
+    In materials of versions before 0.3.0 it is in the shader instead: `source` is OSL that `bake` made, and `fit`
+    empty. The compression is in percent.
     """
 
     fit: bytes
@@ -85,6 +70,23 @@ class Kept(NamedTuple):
         return hashlib.blake2b(whole + b"\n" + self.fit, digest_size=16).hexdigest()
 
 
+class Wanted(NamedTuple):
+    """The fit that measurements have with some arguments; nobody need have made it yet."""
+
+    data: Data
+    arguments: Arguments
+
+    @property
+    def digest(self) -> str:
+        """Identifies the fit."""
+        return f"{self.data.digest} {json.dumps(self.arguments, sort_keys=True)}"
+
+    @property
+    def colours(self) -> str:
+        """One of `colours.COLOURS`."""
+        return self.data.measured.colours
+
+
 class KeptMix(NamedTuple):
     """The fits that a mix keeps, each of a material or of a mix; and the share of the second, None with a mask."""
 
@@ -97,20 +99,25 @@ class KeptMix(NamedTuple):
         """Identifies the mix."""
         return f"{self.first.digest} {self.second.digest} {self.share}"
 
+    @property
+    def colours(self) -> str:
+        """One of `colours.COLOURS`."""
+        return self.first.colours
+
+
+Shown = Kept | KeptMix | Wanted
+"""A fit that pictures are made of."""
+
 
 class Surface(NamedTuple):
     """What a material shows.
 
     Attributes
     ----------
-    colours : str
-        One of `colours.COLOURS`.
     kept : bytes
         The fit, as `Fit.to_bytes` has it.
     source : str
         The OSL shader that `bake` made of it.
-    nodes : Nodes
-        Its closure nodes.
     albedo : (3,)
         Linear.
     principled : Principled

@@ -1,10 +1,9 @@
-"""Preferences: the preset of new materials, the folders of measurements and assets, and where to get data."""
+"""Preferences: the preset of new materials, and the folders of measurements and assets."""
 
-from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, StringProperty
+from bpy.props import EnumProperty, StringProperty
 
 from . import manual
 from .annotations import present
@@ -13,31 +12,10 @@ from .properties import PRESET_ITEMS, draw_presets
 _PACKAGE = __package__.rpartition(".addon")[0]
 
 
-sections: list[Callable[[bpy.types.UILayout], None]] = []
-"""What slices draw below the preferences."""
-
-
-class Preferences(Protocol):
-    """The settings of `MeasuredPreferences`."""
-
-    @property
-    def preset(self) -> str: ...
-
-    @property
-    def data_folder(self) -> str: ...
-
-    @property
-    def asset_library(self) -> str: ...
-
-    @property
-    def offer_library(self) -> bool: ...
-
-
 class _Defaults(NamedTuple):
     preset: str = "Standard"
     data_folder: str = ""
     asset_library: str = ""
-    offer_library: bool = True
 
 
 _DEFAULTS = _Defaults()
@@ -56,24 +34,19 @@ class MeasuredPreferences(bpy.types.AddonPreferences):
     asset_library: StringProperty(name="Asset Library", subtype="DIR_PATH",
                                   description="Folder into which Save to Asset Library writes. Empty: materials become "
                                               "assets of the open file")
-    offer_library: BoolProperty(name="Offer the Starter Library", default=_DEFAULTS.offer_library,
-                                description="Open Material Library in the Material tab of files that have no measured "
-                                            "material yet")
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = present(self.layout)
         column = layout.column()
         column.use_property_split = True
         draw_presets(column, self)
-        for name in ("data_folder", "asset_library", "offer_library"):
+        for name in ("data_folder", "asset_library"):
             column.prop(self, name)
-        for section in sections:
-            section(layout)
-        manual.draw_link(layout)
+        layout.operator("wm.url_open", text="Manual", icon="HELP").url = manual.url()
 
 
-def get(context: bpy.types.Context) -> Preferences:
-    """The preferences; the defaults if the add-on runs without being installed."""
+def get(context: bpy.types.Context) -> Any:
+    """The `MeasuredPreferences`; the defaults if the add-on runs without being installed."""
     addon = context.preferences.addons.get(_PACKAGE)
     return addon.preferences if addon is not None and addon.preferences is not None else _DEFAULTS
 

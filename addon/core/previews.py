@@ -1,11 +1,20 @@
-"""Pictures of Blender's previews and icons."""
+"""Pictures of Blender's previews, icons and images."""
 
 import bpy
+import numpy as np
 
 from ...fitter.arrays import SingleArray
+from .annotations import present
 
 
 def fill(preview: bpy.types.ImagePreview, picture: SingleArray) -> None:
     """Make an `ImagePreview` show a picture: (height, width, 4) float32."""
     preview.image_size = picture.shape[1::-1]
     preview.image_pixels_float.foreach_set(picture.ravel())
+
+
+def picture_of(image: bpy.types.Image) -> SingleArray:
+    """The picture that an image holds: (height, width, 4), the bottom row first."""
+    picture = np.empty((image.size[1], image.size[0], 4), dtype=np.float32)
+    present(image.pixels).foreach_get(picture.ravel())
+    return picture

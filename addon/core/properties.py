@@ -2,7 +2,8 @@
 
 import json
 import math
-from typing import Any, NamedTuple, Protocol, cast
+from types import SimpleNamespace
+from typing import Any, NamedTuple, cast
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
@@ -70,24 +71,7 @@ _ENCODINGS = ((ENCODINGS[0], "As Stored", "The BRDF"),
               ("srgb140", "sRGB times 140", "A hundredth of the BRDF, encoded as sRGB, times 140"))
 
 
-class Choices(Protocol):
-    """The choices for a fit: `FitChoices`, or a SimpleNamespace that copies one."""
-
-    filepath: str
-    sample: str
-    preset: str
-    diffuse_level: int
-    specular_level: int
-    compression: float
-    use_tolerance: bool
-    tolerance: float
-    rendering: str
-    angles: str
-    quantity: str
-    illuminant: str
-    isotropic: str
-    symmetry: str
-    encoding: str
+Choices = Any               # `FitChoices`, or a SimpleNamespace that copies one
 
 
 def _use_levels_of_preset(choices: Any, _context: bpy.types.Context) -> None:
@@ -211,10 +195,10 @@ def as_text(arguments: Arguments) -> str:
 def fitted_arguments(settings: Any) -> Arguments | None:
     """The arguments that a material was fitted with; None where it does not know them."""
     try:
-        found = json.loads(settings.fitted_as)
+        arguments = json.loads(settings.fitted_as)
     except ValueError:
         return None
-    return found if isinstance(found, dict) else None
+    return arguments if isinstance(arguments, dict) else None
 
 
 def is_as_fitted(settings: Any) -> bool:
@@ -257,13 +241,13 @@ def worth(settings: Any) -> Worth:
         return Worth(text, text, False)
     if settings.match < 0:
         return Worth("", "", False)
-    found = verdict.Verdict(*(getattr(settings, field) for field in verdict.Verdict._fields))
+    judged = verdict.Verdict(*(getattr(settings, field) for field in verdict.Verdict._fields))
     is_adjusted = settings.adjusted not in ("", as_text({}))
     before, after = "Before it was adjusted: " if is_adjusted else "", ""
-    if verdict.is_poor(found):
+    if verdict.is_poor(judged):
         after = _OF_THE_BEST if name_of_fit(settings) == _BEST else _OF_OTHERS
-    line, whole = (f"{before}{text}{after}" for text in (verdict.line(found), verdict.sentence(found)))
-    return Worth(line, whole, verdict.is_well(found) and not is_adjusted)
+    line, whole = (f"{before}{text}{after}" for text in (verdict.line(judged), verdict.sentence(judged)))
+    return Worth(line, whole, verdict.is_well(judged) and not is_adjusted)
 
 
 def is_preset(choices: Choices, name: str) -> bool:
@@ -303,6 +287,12 @@ class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
         name="Light's Azimuth", default=0, min=0, max=math.radians(360), subtype="ANGLE",
         description="Where the light is in the polar plot, counter-clockwise from the tangent. Does not change the "
                     "material")
+
+
+def default_choices(path: str) -> Choices:
+    """The choices of a new material for a file."""
+    defaults = MeasuredMaterial.bl_rna.properties
+    return SimpleNamespace(**{name: defaults[name].default for name in CHOICES} | {"filepath": path})
 
 
 def register() -> None:

@@ -9,12 +9,8 @@ import bpy
 class Registration:
     """Modules and additions, which are registered in their order and unregistered in the opposite one.
 
-    Parameters
-    ----------
-    modules : module
-        With `classes`, with `register` and `unregister`, or with some of these.
-    additions : (place, item)
-        What is appended: to a list, to a menu, or to the menu of Blender's with this name.
+    Modules have `classes`, `register` and `unregister`, or some of these. Additions are (place, item): what is appended
+    to a list, to a menu, or to the menu of Blender's with this name.
     """
 
     def __init__(self, *modules: ModuleType, additions: tuple[tuple[Any, Any], ...] = ()) -> None:
@@ -27,19 +23,19 @@ class Registration:
                 bpy.utils.register_class(cls)
             getattr(module, "register", _nothing)()
         for place, item in self._additions:
-            _found(place).append(item)
+            _list_of(place).append(item)
 
     def unregister(self) -> None:
         """Take all back."""
         for place, item in reversed(self._additions):
-            _found(place).remove(item)
+            _list_of(place).remove(item)
         for module in reversed(self._modules):
             getattr(module, "unregister", _nothing)()
             for cls in reversed(getattr(module, "classes", ())):
                 bpy.utils.unregister_class(cls)
 
 
-def _found(place: Any) -> Any:
+def _list_of(place: Any) -> Any:
     return getattr(bpy.types, place) if isinstance(place, str) else place
 
 

@@ -17,8 +17,8 @@ _DIGEST = "measured_brdf_digest"        # of the group as it was made
 
 def shared_group(kind: str, fill: Callable[[bpy.types.NodeTree], None]) -> bpy.types.NodeTree:
     """The group of this file of a kind; made and filled if there is none yet."""
-    found = next((tree for tree in _local() if tree[_KIND] == kind and is_unchanged(tree)), None)
-    return found or _create(kind, fill)
+    same = next((tree for tree in _local() if tree[_KIND] == kind and is_unchanged(tree)), None)
+    return same or _create(kind, fill)
 
 
 def is_unchanged(tree: bpy.types.NodeTree | None) -> bool:
@@ -37,9 +37,9 @@ def merge() -> None:
     """Put one group in the place of all that are the same: appending and making local bring more."""
     first: dict[tuple[str, str], bpy.types.NodeTree] = {}
     for tree in _local():
-        kept = first.setdefault((tree[_KIND], tree[_DIGEST]), tree)
-        if kept != tree and is_unchanged(kept) and is_unchanged(tree):
-            tree.user_remap(kept)
+        shared = first.setdefault((tree[_KIND], tree[_DIGEST]), tree)
+        if shared != tree and is_unchanged(shared) and is_unchanged(tree):
+            tree.user_remap(shared)
             bpy.data.node_groups.remove(tree)
 
 

@@ -27,8 +27,8 @@ _MAKES_MESHES = {"NODES", "SCREW", "SKIN", "REMESH", "BUILD", "OCEAN", "FLUID"} 
 
 def anisotropic(item: bpy.types.Object) -> Iterator[bpy.types.Material]:
     """The anisotropic measured materials of an object."""
-    found = dict.fromkeys(slot.material for slot in item.material_slots if slot.material is not None)
-    yield from (material for material in found if materials.tangent_input(material) is not None)
+    shown = dict.fromkeys(slot.material for slot in item.material_slots if slot.material is not None)
+    yield from (material for material in shown if materials.tangent_input(material) is not None)
 
 
 def node_of(material: bpy.types.Material) -> bpy.types.Node | None:
@@ -88,6 +88,5 @@ def _some(mesh: bpy.types.Mesh) -> list[bpy.types.MeshPolygon]:
 
 
 def _area(corners: FloatArray) -> float:
-    """The area of a polygon, (n, 2)."""
     x, y = corners.T
     return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2

@@ -19,14 +19,7 @@ _STEP = 1e-4                # beyond an object that is seen through, relative to
 
 
 class Target(NamedTuple):
-    """An object and its slot, as they can be remembered while users undo and delete.
-
-    Attributes
-    ----------
-    item : int
-        `session_uid` of the object.
-    slot : int
-        From 0, or `ACTIVE_SLOT`.
+    """An object, by its `session_uid`, and its slot, from 0 or `ACTIVE_SLOT`: as users may undo and delete meanwhile.
     """
 
     item: int
@@ -116,9 +109,9 @@ def _along(context: bpy.types.Context, origin: Vector, direction: Vector) -> Ite
     """The objects, and their faces, that a ray hits one after the other."""
     start = origin.copy()
     for _ in range(_MOST_SEEN_THROUGH):
-        found, place, _, face, item, _ = present(context.scene).ray_cast(context.evaluated_depsgraph_get(), start,
+        is_hit, place, _, face, item, _ = present(context.scene).ray_cast(context.evaluated_depsgraph_get(), start,
                                                                        direction)
-        if not found:
+        if not is_hit:
             return
         yield item.original, face
         start = place + direction * (_STEP * (place - origin).length)

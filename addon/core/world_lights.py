@@ -28,16 +28,7 @@ _MAX_IMAGES = 16                # whose spots are cached
 
 
 class Spot(NamedTuple):
-    """A bright place.
-
-    Attributes
-    ----------
-    direction : (x, y, z)
-        Unit vector toward it.
-    radius : float
-        Angular, radians.
-    irradiance : float
-    """
+    """A bright place: a unit vector toward it, its angular radius in radians, and its irradiance."""
 
     direction: Vector3
     radius: float
@@ -51,15 +42,15 @@ def bright_spots(world: bpy.types.World | None) -> list[Spot]:
         return []
     strength = max((node.inputs["Strength"].default_value for node in tree.nodes if node.type == "BACKGROUND"),
                    default=0.0)
-    found: list[Spot] = []
+    bright: list[Spot] = []
     outputs = [link for link in tree.links if link.to_node.type == "OUTPUT_WORLD"]
     for node in _upstream_nodes(outputs, tree.links):
         if node.type == "TEX_SKY" and getattr(node, "sun_disc", False):
-            found.append(Spot(_to_world(node, _sun(node)), max(node.sun_size / 2, 1e-4), math.pi * strength))
+            bright.append(Spot(_to_world(node, _sun(node)), max(node.sun_size / 2, 1e-4), math.pi * strength))
         elif node.type == "TEX_ENVIRONMENT" and node.projection == "EQUIRECTANGULAR" and node.image is not None:
-            found += [Spot(_to_world(node, direction), radius, light * strength)
+            bright += [Spot(_to_world(node, direction), radius, light * strength)
                       for direction, radius, light in _in_image(node.image.original)]
-    return found
+    return bright
 
 
 def _upstream_nodes(links: Iterable[bpy.types.NodeLink], every: Iterable[bpy.types.NodeLink]) -> list[bpy.types.Node]:
@@ -108,17 +99,8 @@ def _searched(session_uid: int, _path: str, width: int, height: int) -> list[Spo
 
 
 def spots(image: FloatArray | SingleArray) -> list[Spot]:
-    """The bright spots of an equirectangular image.
-
-    Parameters
-    ----------
-    image : (height, width) array
-        Radiance, the lowest row first, as Blender stores it.
-
-    Returns
-    -------
-    list of Spot
-        The brightest first.
+    """The bright spots of an equirectangular image of radiance, (height, width), the lowest row first; the brightest
+    first.
     """
     step = max(image.shape[0] // _ROWS, 1)
     height, width = (size // step * step for size in image.shape)
@@ -133,7 +115,7 @@ def spots(image: FloatArray | SingleArray) -> list[Spot]:
     solid_angle = np.cos(latitude) * (2 * np.pi**2 / radiance.size)
     total = (radiance * solid_angle).sum()
     left = radiance.copy()
-    found: list[Spot] = []
+    brightest: list[Spot] = []
     for _ in range(_MAX_SPOTS):
         direction = unit[np.unravel_index(left.argmax(), left.shape)]
         for _ in range(2):                      # first around the brightest pixel, then around the centroid
@@ -143,7 +125,7 @@ def spots(image: FloatArray | SingleArray) -> list[Spot]:
             excess = np.where(inside, np.maximum(left - np.median(left[ring]), 0), 0) * solid_angle
             light = excess.sum()
             if not light > _MIN_SHARE * total:
-                return found
+                return brightest
             centroid = np.einsum("ij,ijk", excess, unit)
             direction = centroid / np.linalg.norm(centroid)
         angle = np.arccos(np.clip(unit @ direction, -1, 1))
@@ -151,6 +133,6 @@ def spots(image: FloatArray | SingleArray) -> list[Spot]:
         last = min(np.searchsorted(np.cumsum(excess[inside][order]), _ENCLOSED * light), len(order) - 1)
         pixel = np.pi / len(radiance)
         x, y, z = direction
-        found.append(Spot((x, y, z), float(angle[inside][order][last] + pixel / 2), float(light)))
+        brightest.append(Spot((x, y, z), float(angle[inside][order][last] + pixel / 2), float(light)))
         left[inside] = np.median(left[ring])
-    return found
+    return brightest

@@ -5,26 +5,18 @@ import bpy
 from ..core import checks, manual
 from ..core.registration import Registration
 from ..panel import main, menu, nodes
-from . import (
-    colours,
-    compared_presets,
-    curves,
-    details,
-    fit,
-    folders,
-    import_data,
-    measurements,
-    presets,
-    relink,
-    samples,
-)
+from . import colours, compared_presets, curves, details, fit, import_data, measurements, relink, samples
 
-_ENTRIES = menu.entries((import_data.MEASUREDBRDF_OT_browse, "Import Measured BRDF..."),
-                        (folders.MEASUREDBRDF_OT_import_folder, "Import Folder of Measured BRDFs..."),
+_ENTRIES = menu.entries((import_data.MEASUREDBRDF_OT_import_data, "Import Measured BRDF..."),
+                        (import_data.MEASUREDBRDF_OT_import_folder, "Import Folder of Measured BRDFs..."),
                         (fit.MEASUREDBRDF_OT_fit, "Fit Measured BRDF Again"),
                         (relink.MEASUREDBRDF_OT_find_missing, "Find Missing Files of Measured BRDFs..."))
-_TOPICS = (*manual.over_operators("manual#get-data-in", "browse", "import_data", "import_folder", "choose_sample"),
-           *manual.over_operators("formats#units-and-conventions", "say_units"),
+_IN_FILE_MENU = menu.entries(
+    (import_data.MEASUREDBRDF_OT_import_data, "Measured BRDF (MERL, RGL, CURET, table...)"),
+    (import_data.MEASUREDBRDF_OT_import_folder, "Measured BRDFs (folder)"))
+_IN_DATA_MENU = menu.entries((relink.MEASUREDBRDF_OT_find_missing, "Find Missing Measurements (BRDF)"))
+_IN_ADD_MENU = menu.entries((import_data.MEASUREDBRDF_OT_import_data, "Import..."))
+_TOPICS = (*manual.over_operators("manual#get-data-in", "import_data", "import_folder", "choose_sample"),
            *manual.over_operators("manual#fit", "fit"),
            *manual.over_operators("manual#choose-what-it-may-cost", "use_preset"),
            *manual.over_operators("manual#keep-and-reuse", "find_file", "find_missing"))
@@ -34,24 +26,10 @@ def _draw_import(layout: bpy.types.UILayout) -> None:
     layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, text="Import File...", icon="IMPORT")
 
 
-def _in_file_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    menu.layout.operator(import_data.MEASUREDBRDF_OT_browse.bl_idname,
-                         text="Measured BRDF (MERL, RGL, CURET, table...)")
-    menu.layout.operator(folders.MEASUREDBRDF_OT_import_folder.bl_idname, text="Measured BRDFs (folder)")
-
-
-def _in_external_data_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    menu.layout.operator(relink.MEASUREDBRDF_OT_find_missing.bl_idname, text="Find Missing Measurements (BRDF)")
-
-
-def _in_add_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    menu.layout.operator(import_data.MEASUREDBRDF_OT_browse.bl_idname, text="Import...", icon="IMPORT")
-
-
 _slice = Registration(
-    import_data, samples, folders, fit, relink, presets, curves, measurements, compared_presets, details, additions=(
-        (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _in_file_menu),
-        ("TOPBAR_MT_file_external_data", _in_external_data_menu), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
-        (nodes.MEASUREDBRDF_MT_add_node, _in_add_menu), (main.beginnings, _draw_import),
+    import_data, samples, fit, relink, curves, measurements, compared_presets, details, additions=(
+        (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU),
+        ("TOPBAR_MT_file_external_data", _IN_DATA_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
+        (nodes.MEASUREDBRDF_MT_add_node, _IN_ADD_MENU), (main.beginnings, _draw_import),
         (main.unfitted, measurements.draw_source), (checks.others, colours.check)))
 register, unregister = _slice.register, _slice.unregister

@@ -6,7 +6,7 @@ import bpy
 
 from ...fitter import PRESETS, Fit
 from ..core.annotations import Arguments, present
-from ..core.outcomes import Data, Fitted
+from ..core.outcomes import Data, Fitted, Wanted
 from ..core.properties import OFFERED, ORIGINAL, PRESET_ITEMS, fit_arguments, name_of_fit
 from ..panel.layout import MaterialPanel, draw_value, draw_warning, is_narrow, picture_scale, wrapped
 from ..work import modal, queries
@@ -65,9 +65,10 @@ def _shown(material: bpy.types.Material, data: Data, kept: Job[Fit] | None, name
         icon, job = queries.material_sphere(material)
         numbers = _texts(settings.coefficients, settings.bytes, settings.rmse)
         return _Shown(icon, job, (*numbers, _held_out(queries.held_out(data, arguments))), True)
-    found, held = queries.cost(data, arguments)
-    icon, job = queries.preset_sphere(data, arguments)
-    return _Shown(icon, job, _numbers(found, held), is_chosen)
+    fitting, held = queries.cost(data, arguments)
+    wanted = Wanted(data, arguments)
+    icon, job = queries.lit_sphere(wanted.digest, wanted)
+    return _Shown(icon, job, _numbers(fitting, held), is_chosen)
 
 
 def _draw_preset(layout: bpy.types.UILayout, name: str, shown: _Shown, scale: float, can_choose: bool) -> None:
@@ -94,21 +95,21 @@ def draw_cost(layout: bpy.types.UILayout, settings: Any, data: Data | None) -> N
     column = layout.column(align=True)
     if data is None:
         return
-    found, held = queries.cost(data, fit_arguments(settings))
-    if found.error is not None:
-        draw_warning(layout, str(found.error))
+    fitting, held = queries.cost(data, fit_arguments(settings))
+    if fitting.error is not None:
+        draw_warning(layout, str(fitting.error))
         return
-    for name, text in zip(_HEADINGS, _numbers(found, held), strict=True):
+    for name, text in zip(_HEADINGS, _numbers(fitting, held), strict=True):
         draw_value(column, name, text)
 
 
-def _numbers(found: Job[Fitted], held: Job[float]) -> tuple[str, ...]:
+def _numbers(fitting: Job[Fitted], held: Job[float]) -> tuple[str, ...]:
     """Coefficients, kilobytes, RMSE and held-out RMSE as text, as far as they are known."""
-    if found.error is not None:
+    if fitting.error is not None:
         return _FAILED
-    if found.result is None:
+    if fitting.result is None:
         return _UNKNOWN
-    made, errors, *_ = found.result
+    made, errors, *_ = fitting.result
     return *_texts(made.coefficient_count, made.nbytes, errors.rmse), _held_out(held)
 
 

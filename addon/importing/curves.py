@@ -7,6 +7,7 @@ import bpy
 
 from ..core import material as materials
 from ..core.annotations import present
+from ..core.outcomes import Shown, Wanted
 from ..core.properties import fit_arguments, is_as_fitted
 from ..panel.layout import MaterialPanel
 from ..work import queries
@@ -14,7 +15,7 @@ from ..work.job import Job
 
 
 class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
-    """The material's fit; where the settings have been changed since, what they would give, and every level"""
+    """The material's fit; where the settings have been changed since, what they would give"""
 
     bl_label = "Curves"
     bl_parent_id = "MEASUREDBRDF_PT_material"
@@ -28,24 +29,21 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
         is_kept = materials.is_measured(material) and (data is None or is_as_fitted(settings))
         if data is None and not is_kept:
             return
-        anisotropic = (materials.tangent_input(material) is not None if is_kept or data is None
-                       else data.description.rotations is not None)
-        theta, azimuth = settings.shown_theta, settings.shown_phi if anisotropic else 0.0
-        pictures = self.layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
+        about = is_kept, material.session_uid       # neither's picture stands for the other's
         if is_kept or data is None:
-            _draw_picture(pictures, "Lit sphere", *queries.material_sphere(material))
-            polar = queries.material_polar(material, theta, azimuth, data)
-            turned = queries.material_turned(material, theta) if anisotropic else None
+            anisotropic = materials.tangent_input(material) is not None
+            shown: Shown = present(queries.kept(material))
+            sphere = queries.material_sphere(material)
         else:
-            arguments = fit_arguments(settings)
-            _draw_picture(pictures, "Lit sphere", *queries.lit_sphere(data, arguments))
-            polar = queries.polar_plot(data, arguments, theta, azimuth)
-            turned = queries.turned_plane(data, arguments, theta) if anisotropic else None
-        job = _draw_picture(pictures, "Plane of incidence", *polar)
-        if turned is not None:
-            _draw_picture(pictures, "Plane, turned", *turned)
-        if data is not None and not is_kept:
-            _draw_picture(pictures, "RMSE by level", *queries.errors_by_level(data, fit_arguments(settings)))
+            anisotropic = data.description.rotations is not None
+            shown = Wanted(data, fit_arguments(settings))
+            sphere = queries.lit_sphere(about, shown)
+        pictures = self.layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
+        _draw_picture(pictures, "Lit sphere", *sphere)
+        theta, azimuth = settings.shown_theta, settings.shown_phi if anisotropic else 0.0
+        job = _draw_picture(pictures, "Plane of incidence", *queries.polar_plot(about, shown, data, theta, azimuth))
+        if anisotropic:
+            _draw_picture(pictures, "Plane, turned", *queries.turned_plane(about, shown, theta))
         column = pictures.column()
         column.label(text="Incidence")
         column.prop(settings, "shown_theta", text="")

@@ -5,18 +5,15 @@ from typing import Any
 
 import bpy
 
-from ...fitter import PRESETS
 from ..core import material as materials
 from ..core import node_group
 from ..core.annotations import present
 from ..core.outcomes import Data
 from ..core.properties import NO_SPECULAR_LEVEL, ORIGINAL, fitted_arguments, is_preset, worth
-from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, wrapped
+from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, name_beside_value, wrapped
 from ..work import queries
-from . import presets
+from . import fit
 
-_MOST = 100_000             # samples with which the method of 2002 takes some ten seconds
-_WORSE = 1.5                # times the error: a method that is not worth it
 _ERRORS = ("Nodes", node_group.NODES_ERROR), ("EEVEE", node_group.EEVEE_ERROR)
 
 
@@ -29,8 +26,7 @@ class MEASUREDBRDF_PT_settings(MaterialPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, settings = present(self.layout), present(context.material).measured_brdf
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        name_beside_value(layout)
         column = layout.column(align=True)
         levels = column.column(align=True)
         levels.active = not settings.use_tolerance
@@ -45,7 +41,8 @@ class MEASUREDBRDF_PT_settings(MaterialPanel, bpy.types.Panel):
         row.active = settings.use_tolerance
         row.prop(settings, "tolerance", text="")
         draw_wrapped(layout, compression_in_words(settings), "INFO")
-        _draw_original(layout, present(context.material))
+        layout.operator(fit.MEASUREDBRDF_OT_use_preset.bl_idname, text="Original 2002 Method",
+                        depress=is_preset(settings, ORIGINAL)).preset = ORIGINAL
 
 
 class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
@@ -61,35 +58,13 @@ class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = present(self.layout), present(context.material)
-        if (found := worth(material.measured_brdf)).whole:
-            draw_wrapped(layout, found.whole, "CHECKMARK" if found.is_well else "INFO")
+        if (judged := worth(material.measured_brdf)).whole:
+            draw_wrapped(layout, judged.whole, "CHECKMARK" if judged.is_well else "INFO")
         column = layout.column(align=True)
         for name, value in rows(material):
             draw_value(column, name, value)
         for line in wrapped(material.measured_brdf.changes):
             layout.label(text=line)
-
-
-def _draw_original(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
-    """Draw the choice of the method of 2002, with its error before it is taken."""
-    settings, data = material.measured_brdf, queries.data(material).result
-    is_chosen = is_preset(settings, ORIGINAL)
-    layout.operator(presets.MEASUREDBRDF_OT_use_preset.bl_idname, text="Original 2002 Method",
-                    depress=is_chosen).preset = ORIGINAL
-    if data is None or is_chosen:
-        return
-    if data.description.count > _MOST:
-        draw_wrapped(layout, f"Not tried: it takes long with {data.description.count:,} samples", "INFO")
-        return
-    job = queries.fitted(data, {**PRESETS[ORIGINAL]})
-    if job.error is not None:
-        draw_wrapped(layout, str(job.error), "INFO")
-    elif job.result is None:
-        layout.progress(factor=job.fraction, text=job.doing)
-    else:
-        rmse, mine = job.result.errors.rmse, settings.rmse
-        times = f", {rmse / mine:.1f} times that of this fit" if settings.coefficients and mine > 0 else ""
-        draw_wrapped(layout, f"RMSE {rmse:.3g} / sr{times}", "ERROR" if rmse > _WORSE * mine > 0 else "INFO")
 
 
 def compression_in_words(settings: Any) -> str:
@@ -105,20 +80,20 @@ def compression_in_words(settings: Any) -> str:
 def rows(material: bpy.types.Material) -> list[tuple[str, str]]:
     """Names and values of what is known of a material's fit."""
     settings, tree = material.measured_brdf, present(materials.group_node(material)).node_tree
-    found = [("Levels", settings.fitted_levels),
+    known = [("Levels", settings.fitted_levels),
              ("RMSE", f"{settings.rmse:.3g} / sr"),
              ("MRE", f"{settings.mre:.2%} of the peak" if not math.isnan(settings.mre) else "all values are 0"),
              ("Error at Unseen Angles", _at_unseen_angles(material)),
              ("Coefficients", f"{settings.coefficients:,}"),
              ("Storage", f"{settings.bytes:,} bytes")]
     if size := node_group.bytes_in_file(tree):
-        found.append(("In the .blend", f"about {size / 1000:,.0f} kB"))
+        known.append(("In the .blend", f"about {size / 1000:,.0f} kB"))
     if errors := [f"{name} {tree[error]:.1%}" for name, error in _ERRORS if error in tree]:
-        found.append(("Highlight Error", ", ".join(errors)))
-    found.append(("Fitted in", f"{settings.seconds:.2f} s"))
+        known.append(("Highlight Error", ", ".join(errors)))
+    known.append(("Fitted in", f"{settings.seconds:.2f} s"))
     if materials.tangent_input(material) is not None:
-        found.append(("Direction", "Tangent, Rotation"))
-    return found
+        known.append(("Direction", "Tangent, Rotation"))
+    return known
 
 
 def _at_unseen_angles(material: bpy.types.Material) -> str:

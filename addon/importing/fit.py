@@ -1,4 +1,4 @@
-"""Fits the data of a material again, with the material's settings."""
+"""Fits the data of a material again, with the material's settings, which presets set."""
 
 from functools import partial
 from types import SimpleNamespace
@@ -8,6 +8,7 @@ from bpy.props import EnumProperty, StringProperty
 
 from ...fitter import SampleUnknownError
 from ...fitter.formats import is_there
+from ...fitter.presets import PRESET_DESCRIPTIONS
 from ..core import compiler, material, rendered
 from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, present
@@ -16,7 +17,7 @@ from ..core.outcomes import Outcome
 from ..core.properties import CHOICES, PRESET_ITEMS, READING, fit_arguments, use_preset, worth
 from ..core.reading import load_arguments
 from ..core.transaction import by_session_uid
-from ..work import process, queries, tasks
+from ..work import process, tasks
 from ..work.modal import InBackground, Steps, errors_reported
 
 AS_CHOSEN = "AS_CHOSEN"    # in the place of a preset
@@ -46,7 +47,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: "MEASUREDBRDF_OT_fit") -> str:
-        text = next((text for name, _, text in PRESET_ITEMS if name == properties.preset), "")
+        text = PRESET_DESCRIPTIONS.get(properties.preset, "")
         return f"Fit with {properties.preset}. {text}" if text else ""
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
@@ -56,9 +57,6 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
                 bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT", preset=self.preset, refit=True)
             return {"CANCELLED"}
         return self.start(context)
-
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        return self.run(context)
 
     def _failed(self, error: Exception) -> OperatorResult:
         if isinstance(error, SampleUnknownError) and self.options.is_invoke and not bpy.app.background:
@@ -83,12 +81,9 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         self._choices.filepath = self.filepath or settings.filepath
         if self.preset != AS_CHOSEN:
             use_preset(self._choices, self.preset)
-        path, sample = bpy.path.abspath(self._choices.filepath), settings.sample
-        arguments = fit_arguments(self._choices)
-        how = load_arguments(settings)
-        known = queries.known_fit(path, sample, how, arguments)
-        return process.Calculation(partial(tasks.outcome, path, sample, arguments, known=known, how=how,
-                                           edit=edit_arguments(target)))
+        path = bpy.path.abspath(self._choices.filepath)
+        return process.Calculation(partial(tasks.outcome, path, settings.sample, fit_arguments(self._choices),
+                                           how=load_arguments(settings), edit=edit_arguments(target)))
 
     def prepare(self, outcome: Outcome) -> Steps:
         yield 0.95, "Compiling"
@@ -100,7 +95,6 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         if target is None or not target.is_editable:
             raise ValueError("The material has been removed meanwhile")
         before, space = target.measured_brdf.digest, target.measured_brdf.colours
-        queries.tell_fit(outcome.measured, fit_arguments(self._choices), outcome.fitted)
         how = rendered.advice(target, present(context.scene)) if material.is_measured(target) else ""
         material.assign(target, outcome, self._choices, context, shader)
         told = worth(target.measured_brdf).whole
@@ -109,4 +103,26 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         self.report({"INFO"}, f"{target.name}: {told}. {how}" if how else f"{target.name}: {told}")
 
 
-classes = (MEASUREDBRDF_OT_fit,)
+class MEASUREDBRDF_OT_use_preset(bpy.types.Operator):
+    """Use the method and the levels of a preset. Fit applies them"""
+
+    bl_idname = "measured_brdf.use_preset"
+    bl_label = "Use Preset"
+    bl_options = {"UNDO", "INTERNAL"}
+
+    preset: EnumProperty(items=PRESET_ITEMS)
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return is_editable(cls, context)
+
+    @classmethod
+    def description(cls, _context: bpy.types.Context, properties: "MEASUREDBRDF_OT_use_preset") -> str:
+        return PRESET_DESCRIPTIONS[properties.preset]
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        use_preset(present(active_material(context)).measured_brdf, self.preset)
+        return {"FINISHED"}
+
+
+classes = (MEASUREDBRDF_OT_fit, MEASUREDBRDF_OT_use_preset)

@@ -14,10 +14,10 @@ from ..core.annotations import present
 from ..core.outcomes import Data
 from ..core.properties import OFFERED, is_as_fitted, is_preset
 from ..core.reading import draw_reading, other_colours, scene_colours
-from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped, has_data
+from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped, has_data, name_beside_value
 from ..work import modal, queries
 from ..work.job import Job
-from . import fit, presets, relink, samples
+from . import fit, relink, samples
 from .compared_presets import draw_cost
 
 
@@ -35,8 +35,7 @@ class MEASUREDBRDF_PT_data(MaterialPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = present(self.layout), present(context.material)
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        name_beside_value(layout)
         parts = [*_parts(material)]
         if not parts:
             draw_source(layout, material)
@@ -123,7 +122,7 @@ def _draw_fit(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitted
     """Draw the presets, and the button that fits; what a fit costs, if the material does not have it."""
     buttons = choices(layout, OFFERED)
     for name in OFFERED:
-        buttons.operator(presets.MEASUREDBRDF_OT_use_preset.bl_idname, text=name,
+        buttons.operator(fit.MEASUREDBRDF_OT_use_preset.bl_idname, text=name,
                          depress=is_preset(settings, name)).preset = name
     row = layout.row(align=True)
     row.scale_y = 1.3

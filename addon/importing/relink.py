@@ -14,7 +14,7 @@ from ..core.reading import load_arguments
 from ..core.transaction import by_session_uid
 from ..work import process, tasks
 from ..work.discovery import GLOB
-from ..work.modal import InBackground, errors_reported
+from ..work.modal import AsksForPath, errors_reported
 from .fit import FitsWithPreset
 
 
@@ -53,7 +53,7 @@ class MEASUREDBRDF_OT_find_file(FitsWithPreset, bpy.types.Operator, ImportHelper
         return {"FINISHED"}
 
 
-class MEASUREDBRDF_OT_find_missing(InBackground, bpy.types.Operator):
+class MEASUREDBRDF_OT_find_missing(AsksForPath, bpy.types.Operator):
     """Search a folder, and those in it, for the missing files of all measured materials of this file, by their names. \
 Fits stay as they are"""
 
@@ -62,20 +62,6 @@ Fits stay as they are"""
     bl_options = {"REGISTER", "UNDO"}
 
     directory: StringProperty(name="Folder", subtype="DIR_PATH", options={"SKIP_SAVE"})
-
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        if self.directory:
-            return self.start(context)
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        # the file browser calls this; start anew as a modal operator, so that the window stays responsive
-        if self.options.is_invoke and not bpy.app.background:
-            with errors_reported(self):
-                bpy.ops.measured_brdf.find_missing("INVOKE_DEFAULT", directory=self.directory)
-            return {"CANCELLED"}
-        return self.run(context)
 
     def work(self, _context: bpy.types.Context) -> process.Calculation:
         missing = [item for item in bpy.data.materials if item.measured_brdf.filepath and can_change(item)
@@ -87,8 +73,8 @@ Fits stay as they are"""
                   for item in missing if (settings := item.measured_brdf)]
         return process.Calculation(partial(tasks.found_again, wanted, bpy.path.abspath(self.directory)))
 
-    def apply(self, _context: bpy.types.Context, found: list[str]) -> None:
-        for uid, path in zip(self._missing, found, strict=True):
+    def apply(self, _context: bpy.types.Context, paths: list[str]) -> None:
+        for uid, path in zip(self._missing, paths, strict=True):
             target = by_session_uid(bpy.data.materials, uid)
             if target is None or not target.is_editable:
                 continue
@@ -96,7 +82,7 @@ Fits stay as they are"""
                 target.measured_brdf.filepath = path
             else:
                 self.report({"WARNING"}, f"{target.name}: {Path(_path(target)).name} is not in {self.directory}")
-        self.report({"INFO"}, f"{sum(map(bool, found))} of {len(found)} materials relinked")
+        self.report({"INFO"}, f"{sum(map(bool, paths))} of {len(paths)} materials relinked")
 
 
 def _path(material: bpy.types.Material) -> str:

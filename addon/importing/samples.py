@@ -10,7 +10,7 @@ from ..core.annotations import OperatorResult, present
 from ..core.properties import FitChoices
 from ..work.making import HasTarget, begin_with_preference
 from ..work.modal import errors_reported
-from .import_data import given
+from .import_data import choices_and_target
 
 _items: list[tuple[str, str, str]] = []     # Blender keeps no reference to the strings that an items function returns
 
@@ -55,7 +55,7 @@ class MEASUREDBRDF_OT_choose_sample(FitChoices, HasTarget, bpy.types.Operator):
             return {"CANCELLED"}
         with errors_reported(self):
             if not self.for_material:
-                bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **given(self) | {"sample": self.item})
+                bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **choices_and_target(self) | {"sample": self.item})
                 return {"FINISHED"}
             present(active_material(context)).measured_brdf.sample = self.item
             if self.refit:

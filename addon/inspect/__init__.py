@@ -7,6 +7,6 @@ from . import operators, panel, session
 
 _ENTRY = menu.entries((operators.MEASUREDBRDF_OT_inspect, "Inspect Reflectance of Measured BRDF"))
 _TOPICS = manual.over_operators("manual#look-at-the-lobe", "inspect")
-_slice = Registration(operators, session, panel, additions=(
+_slice = Registration(operators, session, additions=(
     (manual.of_slices, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRY), (main.measured, panel.draw_button)))
 register, unregister = _slice.register, _slice.unregister

@@ -60,18 +60,8 @@ def fill(vertices: ArrayLike, faces: IntArray, color: Color) -> None:
 
 
 def text(string: str, at: Sequence[float], size: float, color: Color, align: float = 0.0) -> float:
-    """Draw text: its width.
-
-    Parameters
-    ----------
-    string : str
-    at : (2,)
-        Pixels, of the left end of the base line.
-    size : float
-        Pixels.
-    color : (r, g, b, a)
-    align : float
-        How much of the width lies left of `at`.
+    """Draw text: its width. `at` is the left end of the base line, (2,), and the size in pixels; `align` is how much of
+    the width lies left of it.
     """
     blf.size(_FONT, size)
     width = float(blf.dimensions(_FONT, string)[0])

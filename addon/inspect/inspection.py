@@ -10,6 +10,7 @@ import numpy as np
 from ...fitter import Fit
 from ...fitter.arrays import ArrayLike, FloatArray
 from ...fitter.lobe import RADII, Lobe, Radius, at_angle, lobe_surface, plane_curve
+from ..core.annotations import present
 from .plot import Plot
 from .surface import Spot
 from .view import View, dragged, limited
@@ -44,22 +45,16 @@ class Inspection:
 
     Attributes
     ----------
-    spot : Spot
     size : float
         The longest radius of the lobe, in the world.
     theta_i, phi_i : float
         Of the light, radians; the azimuth counts from the tangent.
     side : {"LEFT", "RIGHT"}
         Where the plot is.
-    radius : {"cube root", "linear"}
-    with_plot : bool
-    first, second : Shown, or None
-        The material's fit, once it is known, and the one that it is compared with.
-    lobe : Lobe, or None
-        That of the first.
-    curves : list of (theta, values)
-        Of both, in the plane of incidence: (k,) radians, (k, channels) 1/sr.
-    samples : Measurements, or None
+    shown : Shown, or None
+        The material's fit, once it is known.
+    lobe, curve : Lobe, (theta, values), or None
+        Of the fit; in the plane of incidence, (k,) radians and (k, channels) 1/sr.
     drag : {"", "LOBE", "PLOT"}
         What the mouse drags the light on.
     mouse : (2,) float64, or None
@@ -72,19 +67,18 @@ class Inspection:
         self.theta_i, self.phi_i = limited(theta_i), phi_i
         self.radius: Radius = "cube root"
         self.with_plot = True
-        self.first: Shown | None = None
-        self.second: Shown | None = None
+        self.shown: Shown | None = None
         self.lobe: Lobe | None = None
-        self.curves: list[tuple[FloatArray, FloatArray]] = []
+        self.curve: tuple[FloatArray, FloatArray] | None = None
         self.samples: Measurements | None = None
         self.drag: Literal["", "LOBE", "PLOT"] = ""
         self.mouse: FloatArray | None = None
 
-    def show(self, first: Shown | None, second: Shown | None) -> bool:
-        """Show these fits: whether they are others than before."""
-        if first == self.first and second == self.second:
+    def show(self, shown: Shown | None) -> bool:
+        """Show a fit: whether it is another one than before."""
+        if shown == self.shown:
             return False
-        self.first, self.second = first, second
+        self.shown = shown
         self._evaluate()
         return True
 
@@ -131,11 +125,6 @@ class Inspection:
         return True
 
     @property
-    def fits(self) -> list[Shown]:
-        """Those that are shown."""
-        return [each for each in (self.first, self.second) if each is not None]
-
-    @property
     def longest(self) -> float:
         """The longest radius of the lobe as it is, at least above 0."""
         return 0.0 if self.lobe is None else max(float(np.linalg.norm(self.lobe.vertices, axis=1).max()), 1e-9)
@@ -143,7 +132,7 @@ class Inspection:
     @property
     def largest(self) -> float:
         """The largest value in the plot, 1/sr, at least above 0."""
-        values = [values for _, values in self.curves]
+        values = [] if self.curve is None else [self.curve[1]]
         if self.samples is not None:
             values.append(self.samples.values)
         return max((float(each.max(initial=0)) for each in values), default=0.0) or 1e-9
@@ -154,22 +143,21 @@ class Inspection:
 
     def ridge(self) -> FloatArray:
         """The lobe in the plane of incidence: (k, 3) in the frame of the surface, 1 at its longest."""
-        theta, values = self.curves[0]
+        theta, values = present(self.curve)
         radii = RADII[self.radius](np.maximum(values.mean(axis=1), 0)) / self.longest
         # negative angles are on the light's side
         return radii[:, None] * direction(-theta, self.phi_i)
 
-    def read(self, theta: float) -> list[FloatArray]:
-        """The values of the shown fits at an angle in the plane of incidence: (channels,) each, 1/sr."""
-        return [at_angle(shown.fit, self.theta_i, self.phi_i, np.array([theta]))[0] for shown in self.fits]
+    def read(self, theta: float) -> FloatArray:
+        """The values of the fit at an angle in the plane of incidence: (channels,), 1/sr."""
+        return at_angle(present(self.shown).fit, self.theta_i, self.phi_i, np.array([theta]))[0]
 
     def _evaluate(self, detail: tuple[int, int] = _FINE) -> None:
-        if self.first is None:
-            self.lobe, self.curves = None, []
+        if self.shown is None:
+            self.lobe = self.curve = None
             return
-        rows, columns = detail
-        self.lobe = lobe_surface(self.first.fit, self.theta_i, self.phi_i, rows, columns, self.radius)
-        self.curves = [plane_curve(shown.fit, self.theta_i, self.phi_i) for shown in self.fits]
+        self.lobe = lobe_surface(self.shown.fit, self.theta_i, self.phi_i, *detail, self.radius)
+        self.curve = plane_curve(self.shown.fit, self.theta_i, self.phi_i)
 
 
 def direction(theta: ArrayLike, phi: ArrayLike) -> FloatArray:

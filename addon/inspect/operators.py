@@ -19,8 +19,7 @@ _SIZE = 0.19                # longest radius of the lobe, over the smaller side 
 _LARGEST = 0.5              # bound of that radius, over the longest side of the object
 _PLACES = (("MOUSE", "Under the Mouse", "The surface under the mouse or, where there is none, in the middle of the "
                                         "object as it is seen"),
-           ("CURSOR", "At the 3D Cursor", "The surface nearest to the 3D cursor"),
-           ("ORIGIN", "At the Origin", "The surface before the object's origin, as it is seen"))
+           ("CURSOR", "At the 3D Cursor", "The surface nearest to the 3D cursor"))
 
 
 class Inspecting(OperatorMixIn):
@@ -84,12 +83,9 @@ class Inspecting(OperatorMixIn):
             return surface.nearest(item, depsgraph, point, view.toward(point))
         origin = np.array(item.matrix_world.translation)
         middle = (np.array(item.matrix_world) @ np.append(np.mean(np.array(item.bound_box), axis=0), 1))[:3]
-        places = [view.project(origin), view.project(middle)]
-        for at in places if self.place == "ORIGIN" else [_mouse(region, event), *reversed(places)]:
-            if np.isfinite(at).all():
-                found = surface.under_ray(item, depsgraph, *view.ray(at))
-                if found is not None:
-                    return found
+        for at in (_mouse(region, event), view.project(middle), view.project(origin)):
+            if np.isfinite(at).all() and (spot := surface.under_ray(item, depsgraph, *view.ray(at))) is not None:
+                return spot
         return surface.nearest(item, depsgraph, middle, view.toward(middle))
 
     def _begin(self, context: bpy.types.Context, area: bpy.types.Area, region: bpy.types.Region,
@@ -142,14 +138,14 @@ class Inspecting(OperatorMixIn):
         if event.type == "LEFTMOUSE" and pressed and plain:
             return inspection.press(view, frame, plot, at)
         if event.type == "LEFTMOUSE" and pressed and event.ctrl:
-            found = None
+            spot = None
             with suppress(RuntimeError):        # Blender has no evaluated mesh
-                found = surface.under_ray(present(self._session.item()), context.evaluated_depsgraph_get(),
+                spot = surface.under_ray(present(self._session.item()), context.evaluated_depsgraph_get(),
                                           *view.ray(at))
-            if found is not None:
-                inspection.spot = found
+            if spot is not None:
+                inspection.spot = spot
                 self._session.refresh()
-            return found is not None
+            return spot is not None
         return pressed and plain and inspection.key(event.type)
 
 
@@ -165,8 +161,8 @@ class MEASUREDBRDF_OT_inspect(Inspecting, bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         item = context.object
-        found = item.active_material if item is not None else None
-        if found is None or materials.group_node(found) is None:
+        material = item.active_material if item is not None else None
+        if material is None or materials.group_node(material) is None:
             cls.poll_message_set("The active object has no measured material")
             return False
         return True
@@ -188,7 +184,6 @@ def _region(area: bpy.types.Area, event: bpy.types.Event) -> bpy.types.Region | 
 
 
 def _region_of(area: bpy.types.Area) -> bpy.types.Region:
-    """The largest region of the view."""
     return max((region for region in area.regions if region.type == "WINDOW"), key=lambda region: region.width)
 
 

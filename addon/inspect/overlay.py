@@ -10,10 +10,11 @@ from mathutils import Matrix
 from ...fitter.arrays import BoolArray, FloatArray
 from ...fitter.colours import DEFAULT, conversion
 from ...fitter.pictures import srgb
+from ..core.annotations import present
 from . import drawing
 from .drawing import Color
 from .inspection import HANDLE, Inspection, direction
-from .plot import LINE, Plot, dashes, lengths, rings, shown_value
+from .plot import Plot, lengths, rings, shown_value
 from .view import View
 
 _INK, _DIM, _FAINT = (0.92, 0.92, 0.92, 1.0), (0.62, 0.62, 0.62, 1.0), (0.75, 0.75, 0.75, 0.35)
@@ -23,22 +24,15 @@ _GREY: Sequence[Color] = ((0.9, 0.9, 0.9, 1.0),)
 _RGB: Sequence[Color] = ((1.0, 0.38, 0.34, 1.0), (0.45, 0.85, 0.4, 1.0), (0.42, 0.62, 1.0, 1.0))
 _KEY = np.array([-0.42, 0.58, 0.7])         # direction of the light on the lobe: right, up, toward the viewer
 _TEXT, _SMALL = 13.0, 11.0                  # pixels at a scale of 1
-_LONGEST = 44               # name, characters; of two, each half as long
+_LONGEST = 44               # name, characters
 _HIDDEN = 0.3               # opacity of lines behind something
 
 
 def draw_lobe(inspection: Inspection, frame: FloatArray, axes: FloatArray, scale: float) -> None:
     """Draw the lobe, the light and the normal into the scene.
 
-    Parameters
-    ----------
-    inspection : Inspection
-    frame : (4, 4) float64
-        Of the surface, in the world.
-    axes : (3, 3) float64
-        Right, up and toward the viewer, in the world.
-    scale : float
-        Of the interface.
+    The frame is that of the surface in the world, (4, 4); axes are right, up and toward the viewer, (3, 3); `scale` is
+    that of the interface.
     """
     matrix = frame.copy()
     matrix[:3, :3] *= inspection.size
@@ -61,10 +55,10 @@ def draw_lobe(inspection: Inspection, frame: FloatArray, axes: FloatArray, scale
 
 
 def _draw_surface(inspection: Inspection, axes: FloatArray) -> None:
-    lobe, first = inspection.lobe, inspection.first
-    if lobe is None or first is None:
+    lobe, shown = inspection.lobe, inspection.shown
+    if lobe is None or shown is None:
         return
-    colors = lobe_colors(np.maximum(lobe.values, 0), first.space) * shading(lobe.normals, axes)[:, None]
+    colors = lobe_colors(np.maximum(lobe.values, 0), shown.space) * shading(lobe.normals, axes)[:, None]
     drawing.surface(lobe.vertices / inspection.longest, lobe.faces, srgb(colors))
 
 
@@ -96,10 +90,10 @@ def _draw_lines(inspection: Inspection, scale: float, opacity: float) -> None:
     drawing.line(_arrow(np.array([0, 0, 1.0]), HANDLE, outward=True), faded(_INK), 1.6, scale)
     drawing.line([0 * light, HANDLE * light], faded(_LIGHT), 2.4, scale)
     drawing.line(_arrow(light, 0.62 * HANDLE, outward=False), faded(_LIGHT), 2.4, scale)
-    if inspection.first is not None and not inspection.first.fit.isotropic:
+    if inspection.shown is not None and not inspection.shown.fit.isotropic:
         drawing.line([(-HANDLE, 0, 0), (HANDLE, 0, 0)], faded(_TANGENT), 2.4, scale)
         drawing.line(_arrow(np.array([1.0, 0, 0]), HANDLE, outward=True), faded(_TANGENT), 2.4, scale)
-    if inspection.curves:
+    if inspection.curve is not None:
         drawing.line(1.004 * inspection.ridge(), faded((0.05, 0.05, 0.05, 0.8)), 1.6, scale)
 
 
@@ -138,7 +132,7 @@ def draw_labels(inspection: Inspection, frame: FloatArray, view: View, scale: fl
     """Write angles beside the light and the normal."""
     labels = [(HANDLE * inspection.light(), f"{math.degrees(inspection.theta_i):.1f}\u00b0", _LIGHT),
               (np.array([0, 0, HANDLE]), "Normal", _INK)]
-    if inspection.first is not None and not inspection.first.fit.isotropic:
+    if inspection.shown is not None and not inspection.shown.fit.isotropic:
         labels.append((np.array([HANDLE, 0, 0]), f"Tangent, {inspection.spot.origin}", _TANGENT))
     for place, string, color in labels:
         at = view.project(frame[:3, 3] + frame[:3, :3] @ (inspection.size * place))
@@ -155,20 +149,12 @@ def shadowed(string: str, at: tuple[float, float], size: float, color: Color) ->
 
 
 def draw_plot(inspection: Inspection, plot: Plot, waiting: str) -> None:
-    """Draw the plane of incidence.
-
-    Parameters
-    ----------
-    inspection : Inspection
-    plot : Plot
-    waiting : str
-        What is written where there is no fit yet.
-    """
+    """Draw the plane of incidence, or say what is waited for where there is no fit yet."""
     scale = plot.scale
     try:
-        drawing.fan(_rounded(plot), _BOX)
+        drawing.fan(plot.corners, _BOX)
         _draw_grid(plot)
-        if inspection.first is None:
+        if inspection.shown is None:
             drawing.text(waiting, plot.line(0), _TEXT * scale, _INK)
             return
         _draw_scale(inspection, plot)
@@ -208,19 +194,14 @@ def _draw_light(inspection: Inspection, plot: Plot) -> None:
     theta = -inspection.theta_i
     drawing.line(plot.points([theta, theta], [0.0, 1.0]), _LIGHT, 2.0, plot.scale)
     drawing.discs(plot.points([theta], [1.0]), 7 * plot.scale, _LIGHT, 24)
-    mirror = plot.points([-theta, -theta], [0.0, 1.0])
-    drawing.strokes(dashes(mirror, 3 * plot.scale, 5 * plot.scale), (*_LIGHT[:3], 0.45), 1.2, plot.scale)
+    drawing.line(plot.points([-theta, -theta], [0.0, 1.0]), (*_LIGHT[:3], 0.45), 1.2, plot.scale)
 
 
 def _draw_curves(inspection: Inspection, plot: Plot) -> None:
     scale, largest, radius = plot.scale, inspection.largest, inspection.radius
-    for number, (theta, values) in reversed(list(enumerate(inspection.curves))):
-        for channel, color in enumerate(colors_of(values)):
-            points = plot.points(theta, lengths(values[:, channel], largest, radius))
-            if number == 0:
-                drawing.line(points, color, 2.2, scale)
-            else:
-                drawing.strokes(dashes(points, 7 * scale, 5 * scale), color, 1.6, scale)
+    theta, values = present(inspection.curve)
+    for channel, color in enumerate(colors_of(values)):
+        drawing.line(plot.points(theta, lengths(values[:, channel], largest, radius)), color, 2.2, scale)
     if inspection.samples is not None:
         theta, values = inspection.samples[:2]
         for channel, color in enumerate(colors_of(values)):
@@ -230,16 +211,12 @@ def _draw_curves(inspection: Inspection, plot: Plot) -> None:
 
 
 def _draw_titles(inspection: Inspection, plot: Plot) -> None:
-    scale, (first, *others) = plot.scale, inspection.fits
-    x, y = plot.line(0)
-    longest = _LONGEST // (1 + len(others))
-    width = drawing.text(_short(first.name, longest), (x, y), _TEXT * scale, _INK)
-    if others:
-        drawing.text(f"   dashed: {_short(others[0].name, longest)}", (x + width, y), _TEXT * scale, _DIM)
-    parts = [f"Light {math.degrees(inspection.theta_i):.1f}\u00b0"]
-    if not first.fit.isotropic:
+    scale, shown = plot.scale, present(inspection.shown)
+    name = shown.name if len(shown.name) <= _LONGEST else f"{shown.name[:_LONGEST - 1]}\u2026"
+    drawing.text(name, plot.line(0), _TEXT * scale, _INK)
+    parts = [f"Light {math.degrees(inspection.theta_i):.1f}\u00b0", f"radius: {inspection.radius}"]
+    if not shown.fit.isotropic:
         parts[0] += f", azimuth {math.degrees(inspection.phi_i) % 360:.0f}\u00b0"
-    parts.append(f"radius: {'cube root' if inspection.radius == 'cube root' else 'linear'}")
     if inspection.samples is not None and len(inspection.samples.theta_o):
         parts.append(f"dots: {inspection.samples.source} at {math.degrees(inspection.samples.theta_i):.1f}\u00b0")
     drawing.text("   ".join(parts), plot.line(1), _SMALL * scale, _DIM)
@@ -248,45 +225,23 @@ def _draw_titles(inspection: Inspection, plot: Plot) -> None:
 def _draw_values(inspection: Inspection, plot: Plot) -> None:
     """The values at the angle under the mouse, or in the mirror direction."""
     scale, mouse = plot.scale, inspection.mouse
-    at_mouse = mouse is not None and plot.is_read(mouse) and not inspection.drag
-    theta = plot.angle(mouse) if at_mouse and mouse is not None else inspection.theta_i
-    read = inspection.read(theta)
-    if at_mouse:
+    theta, label = inspection.theta_i, "Mirror "
+    if mouse is not None and plot.is_read(mouse) and not inspection.drag:
+        theta, label = plot.angle(mouse), ""
         drawing.line(plot.points([theta, theta], [0.0, 1.0]), _INK, 1.0, scale)
-    for number, values in enumerate(read):
-        own = colors_of(values[None])
-        for color, value in zip(own, values, strict=True):
-            place = plot.points([theta], lengths(np.array([value]), inspection.largest, inspection.radius))
-            drawing.discs(place, 4 * scale, color if number == 0 else _DIM, 16)
-        x, y = plot.line(number - len(read))
-        where = f"{abs(math.degrees(theta)):.1f}\u00b0" + (" light's side" if theta < 0 else "")
-        label = (where if at_mouse else f"Mirror {where}") if number == 0 else "dashed"
-        drawing.text(label, (x, y), _TEXT * scale, _INK if number == 0 else _DIM)
-        for channel, (color, value) in enumerate(zip(own, values, strict=True)):
-            name = "RGB"[channel] + " " if len(own) > 1 else ""
-            drawing.text(name + shown_value(float(value)), (x + (0.34 + 0.19 * channel) * plot.width, y),
-                         _TEXT * scale, color)
-        drawing.text("1/sr", (2 * plot.center[0] - x, y), _TEXT * scale, _DIM, 1.0)
-
-
-def _short(name: str, longest: int) -> str:
-    return name if len(name) <= longest else f"{name[:longest - 1]}\u2026"
+    values = inspection.read(theta)
+    x, y = plot.line(-1)
+    label += f"{abs(math.degrees(theta)):.1f}\u00b0" + (" light's side" if theta < 0 else "")
+    drawing.text(label, (x, y), _TEXT * scale, _INK)
+    for channel, (color, value) in enumerate(zip(colors_of(values[None]), values, strict=True)):
+        place = plot.points([theta], lengths(np.array([value]), inspection.largest, inspection.radius))
+        drawing.discs(place, 4 * scale, color, 16)
+        name = "RGB"[channel] + " " if len(values) > 1 else ""
+        drawing.text(name + shown_value(float(value)), (x + (0.34 + 0.19 * channel) * plot.width, y), _TEXT * scale,
+                     color)
+    drawing.text("1/sr", (2 * plot.center[0] - x, y), _TEXT * scale, _DIM, 1.0)
 
 
 def colors_of(values: FloatArray) -> Sequence[Color]:
     """A colour for each channel: (k, channels)."""
     return _RGB if values.shape[1] == len(_RGB) else _GREY
-
-
-def _rounded(plot: Plot) -> FloatArray:
-    """The outline of the box, with round corners."""
-    radius = 0.4 * LINE * plot.scale
-    turn = np.linspace(0, np.pi / 2, 7)
-    arc = radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    corners = []
-    for quarter, (x, y) in enumerate(((plot.x + plot.width, plot.y + plot.height), (plot.x, plot.y + plot.height),
-                                      (plot.x, plot.y), (plot.x + plot.width, plot.y))):
-        inward = np.array([x, y]) + radius * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])[quarter]
-        cos, sin = ((1, 0), (0, 1), (-1, 0), (0, -1))[quarter]
-        corners.append(inward + arc @ np.array([[cos, sin], [-sin, cos]]))
-    return np.concatenate(corners)

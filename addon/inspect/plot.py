@@ -24,18 +24,8 @@ Rectangle = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Plot:
-    """A box with half a disc: up is the normal, left is the light.
-
-    Attributes
-    ----------
-    x, y, width, height : float
-        Of the box, pixels from the bottom left of the region.
-    radius : float
-        Of the half disc.
-    scale : float
-        Of the interface.
-    lines : int
-        Lines of text below.
+    """A box with half a disc: up is the normal, left is the light. All in pixels, from the bottom left of the region,
+    but the scale of the interface.
     """
 
     x: float
@@ -44,12 +34,17 @@ class Plot:
     height: float
     radius: float
     scale: float
-    lines: int
 
     @property
     def center(self) -> FloatArray:
         """Of the half disc."""
-        return np.array([self.x + self.width / 2, self.y + (_PAD + LINE * self.lines + _BELOW) * self.scale])
+        return np.array([self.x + self.width / 2, self.y + (_PAD + LINE + _BELOW) * self.scale])
+
+    @property
+    def corners(self) -> FloatArray:
+        """Of the box, (4, 2)."""
+        right, top = self.x + self.width, self.y + self.height
+        return np.array([(self.x, self.y), (right, self.y), (right, top), (self.x, top)])
 
     def line(self, number: int) -> tuple[float, float]:
         """Where a line of text begins: 0 is the topmost, -1 the lowest."""
@@ -79,34 +74,20 @@ class Plot:
         return self.center + self.radius * length[..., None] * np.stack([np.sin(theta), np.cos(theta)], axis=-1)
 
 
-def placed(free: Rectangle, side: str, scale: float, lines: int) -> Plot:
-    """A plot in a lower corner of the free part of a region.
-
-    Parameters
-    ----------
-    free : Rectangle
-    side : {"LEFT", "RIGHT"}
-    scale : float
-        Of the interface.
-    lines : int
-        Lines of text below.
-    """
+def placed(free: Rectangle, side: str, scale: float) -> Plot:
+    """A plot in the lower "LEFT" or "RIGHT" corner of the free part of a region, at a scale of the interface."""
     x, y, width, height = free
-    around = (2 * _PAD + LINE * (lines + _TITLES) + _ABOVE + _BELOW) * scale
+    around = (2 * _PAD + LINE * (1 + _TITLES) + _ABOVE + _BELOW) * scale
     wide = min(np.clip(_SHARE * width, _WIDTH[0] * scale, _WIDTH[1] * scale), width - 2 * _MARGIN * scale)
     radius = max(min(float(wide) / 2 - _BESIDE * scale, height - 2 * _MARGIN * scale - around), _LEAST * scale)
     wide = 2 * (radius + _BESIDE * scale)
     left = x + _MARGIN * scale if side == "LEFT" else x + width - wide - _MARGIN * scale
-    return Plot(left, y + _MARGIN * scale, wide, radius + around, radius, scale, lines)
+    return Plot(left, y + _MARGIN * scale, wide, radius + around, radius, scale)
 
 
 def free_part(region: Rectangle, others: Sequence[Rectangle]) -> Rectangle:
-    """The part of a region that others, which lie over its edges, leave free; all in pixels of the window.
-
-    Returns
-    -------
-    Rectangle
-        In pixels of the region.
+    """The part of a region that others, which lie over its edges, leave free: in pixels of the region; the rest, of the
+    window.
     """
     x, y, width, height = region
     left, bottom, right, top = x, y, x + width, y + height
@@ -134,24 +115,13 @@ def lengths(values: FloatArray, largest: float, radius: Radius) -> FloatArray:
 def rings(largest: float, radius: Radius) -> list[tuple[float, float]]:
     """Values of one digit, 1/sr, and the radii of their circles, the largest first, for a plot whose outer circle is
     `largest`."""
-    found: list[tuple[float, float]] = []
+    circles: list[tuple[float, float]] = []
     for ring in _RINGS:
         value = _of_one_digit(largest * (ring ** 3 if radius == "cube root" else ring))
         length = float(lengths(np.array(value), largest, radius))
-        if not found or length < found[-1][1] - _APART:
-            found.append((value, length))
-    return found
-
-
-def dashes(points: FloatArray, dash: float, gap: float) -> FloatArray:
-    """The dashes of a polyline, as pairs of ends: (n, 2) and pixels to (2 m, 2)."""
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    along = np.concatenate([[0.0], np.cumsum(steps)])
-    starts = np.arange(0, along[-1], dash + gap)
-    cuts = np.sort(np.concatenate([along, starts, np.minimum(starts + dash, along[-1])]))
-    at = np.stack([np.interp(cuts, along, points[:, axis]) for axis in range(points.shape[1])], axis=-1)
-    drawn = (((cuts[:-1] + cuts[1:]) / 2) % (dash + gap) < dash) & (np.diff(cuts) > 0)
-    return np.stack([at[:-1][drawn], at[1:][drawn]], axis=1).reshape(-1, points.shape[1])
+        if not circles or length < circles[-1][1] - _APART:
+            circles.append((value, length))
+    return circles
 
 
 def shown_value(value: float) -> str:

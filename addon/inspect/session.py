@@ -17,7 +17,6 @@ from ...fitter.arrays import FloatArray
 from ...fitter.colours import COLOURS, DEFAULT
 from ..core import material as materials
 from ..core.annotations import present
-from ..core.beside import beside
 from ..core.transaction import by_session_uid
 from ..work import queries
 from ..work.job import Job
@@ -98,8 +97,8 @@ class Session:
 
     def material(self) -> bpy.types.Material | None:
         """The material, if it is still there and measured."""
-        found = by_session_uid(bpy.data.materials, self.inspection.spot.material)
-        return None if found is None or materials.group_node(found) is None else found
+        material = by_session_uid(bpy.data.materials, self.inspection.spot.material)
+        return None if material is None or materials.group_node(material) is None else material
 
     def redraw(self) -> None:
         """Have the area drawn again."""
@@ -115,15 +114,13 @@ class Session:
         job = queries.of_material(material)
         if job is not None and job.error is not None:
             self._waiting = str(job.error)
-        other = beside(present(bpy.context.scene), material)
-        changed = inspection.show(_shown(material, job),
-                                  None if other is None else _shown(other, queries.of_material(other)))
+        changed = inspection.show(_shown(material, job))
         samples = queries.near_plane(material, inspection.theta_i, inspection.phi_i)
         if samples is not None and samples.finished is not None:
             source = "measured" if published.name_in(material.measured_brdf.filepath) is None else "published fit"
-            found = None if samples.result is None else Measurements(*samples.result, source)
-            changed |= found is not inspection.samples and not _same(found, inspection.samples)
-            inspection.samples = found
+            measured = None if samples.result is None else Measurements(*samples.result, source)
+            changed |= measured is not inspection.samples and not _same(measured, inspection.samples)
+            inspection.samples = measured
         if changed:
             self.redraw()
 
@@ -132,7 +129,7 @@ class Session:
         others = [_rectangle(each) for each in area.regions
                   if each.type != "WINDOW" and min(each.width, each.height) > 1]
         return placed(free_part(_rectangle(region), others), self.inspection.side,
-                      bpy.context.preferences.system.ui_scale, len(self.inspection.fits) or 1)
+                      bpy.context.preferences.system.ui_scale)
 
     def frame(self) -> FloatArray | None:
         """The frame of the surface in the world; None without the object."""

@@ -46,16 +46,9 @@ class Spot:
     origin: str
 
     def frame(self, world: ArrayLike) -> FloatArray:
-        """The frame of the surface in the world: x is the tangent, z the normal, and the last column the spot.
+        """The frame of the surface in the world, (4, 4): x is the tangent, z the normal, and the last column the spot.
 
-        Parameters
-        ----------
-        world : (4, 4) array_like
-            From the object to the world.
-
-        Returns
-        -------
-        (4, 4) float64
+        `world` leads there from the object, (4, 4).
         """
         matrix = np.array(world, dtype=float)
         of_normals = np.linalg.pinv(matrix[:3, :3]).T
@@ -78,27 +71,21 @@ def under_ray(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Fl
     evaluated = item.evaluated_get(depsgraph)
     inverse = np.linalg.pinv(np.array(evaluated.matrix_world))
     local = (inverse @ np.append(origin, 1))[:3], inverse[:3, :3] @ direction
-    found, location, _, face = evaluated.ray_cast(*(Vector(each.tolist()) for each in local))
-    return _spot(item, evaluated, np.array(location), face, -direction) if found else None
+    is_hit, location, _, face = evaluated.ray_cast(*(Vector(each.tolist()) for each in local))
+    return _spot(item, evaluated, np.array(location), face, -direction) if is_hit else None
 
 
 def nearest(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph, point: ArrayLike,
             toward: FloatArray) -> Spot | None:
-    """The spot of an object's surface that is nearest to a point in the world; None if it has no surface.
+    """The spot of an object's surface that is nearest to a point in the world, (3,); None if it has no surface.
 
-    Parameters
-    ----------
-    item : bpy.types.Object
-    depsgraph : bpy.types.Depsgraph
-    point : (3,) array_like
-    toward : (3,) float64
-        To the viewer, whose side of the surface is taken.
+    The side of the surface is taken that the viewer sees, in the direction `toward`, (3,).
     """
     evaluated = item.evaluated_get(depsgraph)
     inverse = np.linalg.pinv(np.array(evaluated.matrix_world))
     local = (inverse @ np.append(point, 1))[:3]
-    found, location, _, face = evaluated.closest_point_on_mesh(Vector(local.tolist()))
-    return _spot(item, evaluated, np.array(location), face, toward) if found else None
+    is_there, location, _, face = evaluated.closest_point_on_mesh(Vector(local.tolist()))
+    return _spot(item, evaluated, np.array(location), face, toward) if is_there else None
 
 
 def _spot(item: bpy.types.Object, evaluated: bpy.types.Object, location: FloatArray, face: int,
@@ -114,10 +101,10 @@ def _spot(item: bpy.types.Object, evaluated: bpy.types.Object, location: FloatAr
     if np.array(mesh.polygons[face].normal) @ seen < 0:
         normal = -normal                    # as a renderer does that sees the back
     slots = evaluated.material_slots
-    found = slots[min(mesh.polygons[face].material_index, len(slots) - 1)].material if len(slots) else None
-    if found is None or materials.group_node(found) is None:
-        found = item.active_material
-    material = present(present(found).original)
+    there = slots[min(mesh.polygons[face].material_index, len(slots) - 1)].material if len(slots) else None
+    if there is None or materials.group_node(there) is None:
+        there = item.active_material
+    material = present(present(there).original)
     tangent, as_normal, origin = _tangent(material, evaluated, corners, weights)
     return Spot(item.session_uid, material.session_uid, location, normal, tangent, as_normal, _turn(material), origin)
 
@@ -127,14 +114,14 @@ def _triangle(mesh: bpy.types.Mesh, face: int, location: FloatArray) -> tuple[li
     mesh.calc_loop_triangles()
     of_face = np.empty(len(mesh.loop_triangles), dtype=np.int32)
     mesh.loop_triangles.foreach_get("polygon_index", of_face)
-    found: list[tuple[float, list[int], FloatArray]] = []
+    triangles: list[tuple[float, list[int], FloatArray]] = []
     for index in np.flatnonzero(of_face == face).tolist():
         triangle = mesh.loop_triangles[index]
         a, b, c = (np.array(mesh.vertices[vertex].co) for vertex in triangle.vertices)
         (u, v), *_ = np.linalg.lstsq(np.stack([b - a, c - a], axis=-1), location - a, rcond=None)
         weights = np.array([1 - u - v, u, v])
-        found.append((float(weights.min()), list(triangle.loops), weights))
-    _, corners, weights = max(found, key=lambda each: each[0])
+        triangles.append((float(weights.min()), list(triangle.loops), weights))
+    _, corners, weights = max(triangles, key=lambda each: each[0])
     weights = np.maximum(weights, 0)
     return corners, weights / weights.sum()
 

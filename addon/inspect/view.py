@@ -12,15 +12,7 @@ _STEEPEST = np.radians(89)      # of the incident direction
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A view.
-
-    Attributes
-    ----------
-    matrix : (4, 4) float64
-        From the world to clip coordinates.
-    width, height : float
-        Pixels.
-    """
+    """A view: a matrix from the world to clip coordinates, (4, 4), and a width and a height in pixels."""
 
     matrix: FloatArray
     width: float
@@ -57,22 +49,10 @@ class View:
 
 
 def dragged(view: View, at: ArrayLike, frame: FloatArray, radius: float) -> tuple[float, float]:
-    """The direction of a hemisphere that is seen at a pixel.
+    """The direction of a hemisphere that is seen at a pixel: theta and phi, radians.
 
-    Parameters
-    ----------
-    view : View
-    at : (2,) array_like
-        Pixels.
-    frame : (4, 4) float64
-        Of the surface: tangent, bitangent, normal, and the hemisphere's center, in the world.
-    radius : float
-
-    Returns
-    -------
-    theta, phi : float
-        Radians. Beside the hemisphere, the direction on its outline; below the horizon, the one above it on the
-        horizon.
+    The frame has tangent, bitangent, normal and the hemisphere's center, (4, 4), in the world. Beside the hemisphere it
+    is the direction on its outline; below the horizon, the one above it on the horizon.
     """
     origin, direction = view.ray(at)
     to_center = frame[:3, 3] - origin

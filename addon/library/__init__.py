@@ -13,6 +13,7 @@ from . import command, folders, operators
 
 _ENTRIES = menu.entries((folders.MEASUREDBRDF_OT_convert_folder, "Convert Folder to Measured BRDF Library..."),
                         (operators.MEASUREDBRDF_OT_save_asset, "Save Measured BRDF to Asset Library"))
+_IN_FILE_MENU = menu.entries((folders.MEASUREDBRDF_OT_convert_folder, "Measured BRDFs (folder to asset library)"))
 _TOPICS = (*manual.over_operators("manual#keep-and-reuse", "save_asset"),
            *manual.over_operators("manual#a-folder-into-an-asset-library", "convert_folder"))
 
@@ -21,12 +22,7 @@ def _draw_save(layout: bpy.types.UILayout, _material: bpy.types.Material) -> Non
     layout.operator(operators.MEASUREDBRDF_OT_save_asset.bl_idname, text="Save...", icon="ASSET_MANAGER")
 
 
-def _in_file_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    menu.layout.operator(folders.MEASUREDBRDF_OT_convert_folder.bl_idname,
-                         text="Measured BRDFs (folder to asset library)")
-
-
 _slice = Registration(operators, folders, additions=(
-    (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _in_file_menu), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
+    (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
     (main.measured, _draw_save), (commands.commands, command.add)))
 register, unregister = _slice.register, _slice.unregister

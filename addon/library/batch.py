@@ -77,17 +77,14 @@ def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Seq
 
     Parameters
     ----------
-    context : bpy.types.Context
-    sources : list of (path, sample)
-    failures : list of (path, sample, exception)
-        Files that could not be read: their materials in the library are kept.
+    sources, failures
+        As `sources_in` returns them; materials of files that could not be read are kept.
     choices : properties.Choices
         `filepath` and `sample` are set to those of each material.
     path : path-like
-        The .blend to write, the first part of the library. Outdated materials in it are fitted again in place, new
-        ones are added, and everything else stays. Fits are saved in a folder beside it, so that an interrupted run can
+        The .blend to write, the first part of the library. Outdated materials in it are fitted again in place, new ones
+        are added, and everything else stays. Fits are saved in a folder beside it, so that an interrupted run can
         continue.
-    processes : int
     force : bool
         Keep a file that is not a library under another name, instead of raising an error.
     prune : bool
@@ -130,12 +127,12 @@ def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Seq
 def _entries_in(part: Path) -> list[_Entry]:
     """The materials in a part that `convert` made."""
     library_file.open_part(part)
-    found = [_Entry(part, item.name, item.measured_brdf.asset_key, item.measured_brdf.filepath,
+    entries = [_Entry(part, item.name, item.measured_brdf.asset_key, item.measured_brdf.filepath,
                     item.measured_brdf.sample, item.users > item.use_fake_user, item.asset_data is not None,
                     _is_named_after_data(item), edit_arguments(item), row(item, "up to date"))
              for item in library_file.measured() if item.measured_brdf.asset_key]
     library_file.close()
-    return found
+    return entries
 
 
 def _plan(sources: Sequence[Source], how: Arguments, arguments: Arguments, entries: Sequence[_Entry],
@@ -164,11 +161,11 @@ def _plan(sources: Sequence[Source], how: Arguments, arguments: Arguments, entri
     for same in (_is_same_file, _has_same_name):
         for task in todo[:]:
             # users may have made copies: prefer an asset, and one that has not been renamed
-            found = max((entry for entry in left if same(task, entry)), key=_is_original, default=None)
-            if found is not None:
-                left.remove(found)
+            outdated = max((entry for entry in left if same(task, entry)), key=_is_original, default=None)
+            if outdated is not None:
+                left.remove(outdated)
                 todo.remove(task)
-                planned[found.part].append(task._replace(replaced=found.name, edit=found.edit))
+                planned[outdated.part].append(task._replace(replaced=outdated.name, edit=outdated.edit))
     planned[None] = todo
     return planned, left
 

@@ -1,4 +1,4 @@
-"""Commands for measurements in folders: an asset library of them, renders of them, and what they are."""
+"""Commands for measurements in folders: an asset library of them, and renders of them."""
 
 import argparse
 import sys
@@ -63,11 +63,6 @@ def add(commands: Any) -> None:
     save.add_argument("--force", action="store_true")
     save.set_defaults(run=_save, opens_files=True)
 
-    info = commands.add_parser("info", help="describe measurements")
-    info.add_argument("paths", nargs="+", metavar="PATH", help="files or folders")
-    cli.add_reading(info)
-    info.set_defaults(run=_info)
-
 
 def _add_inputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("paths", nargs="+", metavar="PATH", help="files or folders of measurements")
@@ -103,7 +98,6 @@ def _shard(text: str) -> tuple[int, int]:
 
 
 def _choices(options: argparse.Namespace) -> Choices:
-    """The choices that the options ask for."""
     choices: Choices = SimpleNamespace(**dict.fromkeys(CHOICES))
     use_preset(choices, options.preset)
     for name in LEVELS:
@@ -183,16 +177,6 @@ def _render(options: argparse.Namespace) -> int:
             materials.remove(item)
     cli.show_progress(len(sources), max(len(sources), 1), "")
     return summary(rows, out)
-
-
-def _info(options: argparse.Namespace) -> int:
-    sources, failures = sources_in(options.paths)
-    for path in dict.fromkeys(path for path, _ in sources):
-        how = [f"--{name}={value}" for name, value in cli.reading_of(options).items() if value is not None]
-        cli.main(["info", path, *how])
-    for _, _, error in failures:
-        print(f"error: {error}", file=sys.stderr)
-    return int(bool(failures))
 
 
 def _say_without_osl() -> None:

@@ -1,7 +1,7 @@
 """Saves a measured material as an asset, for use in other files."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
@@ -12,6 +12,7 @@ from ..core import assets, library_file, preferences
 from ..core import material as materials
 from ..core.active_material import active_material
 from ..core.annotations import OperatorMixIn, OperatorResult, present
+from ..core.outcomes import Shown
 from ..work import process, queries, tasks
 from ..work.blender_process import Command
 from ..work.modal import InBackground, errors_reported
@@ -57,11 +58,11 @@ def _libraries(_operator: object, context: bpy.types.Context | None) -> list[tup
     if context is None:
         return []
     own, extensions = preferences.get(context).asset_library, real(bpy.utils.user_resource("EXTENSIONS"))
-    found = [(own, "Measured BRDF")] if own else []
-    found += [(each.path, each.name) for each in context.preferences.filepaths.asset_libraries
+    libraries = [(own, "Measured BRDF")] if own else []
+    libraries += [(each.path, each.name) for each in context.preferences.filepaths.asset_libraries
               if each.path and extensions not in real(bpy.path.abspath(each.path)).parents
               and _ROOT not in real(bpy.path.abspath(each.path)).parents]
-    _items[:] = [(path, name, f"Save into {path}") for path, name in dict(found).items()]
+    _items[:] = [(path, name, f"Save into {path}") for path, name in dict(libraries).items()]
     _items.append((_THIS_FILE, "Current File", "Make the material an asset of the open file"))
     return _items
 
@@ -112,7 +113,6 @@ in other files"""
         return self._mark_here(context) if self._path(context) is None else self.run(context)
 
     def _mark_here(self, context: bpy.types.Context) -> OperatorResult:
-        """Make the material an asset of the open file."""
         target = present(active_material(context))
         try:
             picture = _thumbnail(target)
@@ -157,13 +157,12 @@ in other files"""
 def _thumbnail(target: bpy.types.Material) -> SingleArray | None:
     """The lit sphere of the fit in a material's shader; None if that is damaged, so that Blender renders a preview."""
     try:
-        return tasks.kept_sphere(present(queries.shown(target)))
+        return tasks.lit_sphere(cast(Shown, queries.shown(target)), None)
     except ValueError:
         return None
 
 
 def _add_library(context: bpy.types.Context, folder: Path) -> None:
-    """Add the folder to the asset libraries of Blender's preferences."""
     libraries = context.preferences.filepaths.asset_libraries
     if not any(real(bpy.path.abspath(known.path)) == real(folder) for known in libraries):
         libraries.new(name="Measured BRDF", directory=str(folder))

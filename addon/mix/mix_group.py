@@ -33,14 +33,9 @@ def create(first: bpy.types.Material, first_node: bpy.types.Node, second: bpy.ty
            second_node: bpy.types.Node, factor: float) -> bpy.types.NodeTree:
     """Make a node group that mixes what two materials show: the nodes of their measured groups, or of mixes.
 
-    Of the nodes' inputs it takes the factor of a mix; the others are inputs of the new group.
-
-    Raises
-    ------
-    ValueError
-        If the mix would hold more than `MOST` measured BRDFs.
-    CompileError
-        If this Blender cannot compile its shader; the file then stays as it was.
+    Of the nodes' inputs it takes the factor of a mix; the others are inputs of the new group. Raises ValueError if the
+    mix would hold more than `MOST` measured BRDFs, CompileError if this Blender cannot compile its shader; the file
+    then stays as it was.
     """
     first_tree, second_tree = present(first_node.node_tree), present(second_node.node_tree)
     held = count(first_tree) + count(second_tree)
@@ -242,7 +237,6 @@ def _connect(tree: bpy.types.NodeTree) -> None:
 
 
 def _sockets(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTreeInterfaceSocket]:
-    """The inputs and outputs of a group."""
     return [cast(bpy.types.NodeTreeInterfaceSocket, item) for item in present(tree.interface).items_tree
             if item.item_type == "SOCKET"]
 

@@ -1,7 +1,6 @@
 """Materials that mix two measured ones, and what the rest of the extension asks about them."""
 
 from collections.abc import Iterator
-from contextlib import AbstractContextManager
 
 import bpy
 import numpy as np
@@ -17,12 +16,8 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
         context: bpy.types.Context) -> bpy.types.Material:
     """Make a material that mixes two that show measured BRDFs, by a factor or by the brightness of an image.
 
-    Raises
-    ------
-    ValueError
-        If there would be too many in it; the file then stays as it was.
-    compiler.CompileError
-        If this Blender cannot compile the shader of their shares; likewise.
+    Raises ValueError if there would be too many in it, CompileError if this Blender cannot compile the shader of their
+    shares; the file then stays as it was.
     """
     with new_data_removed_on_error():
         nodes = [present(materials.surface_node(item)) for item in (first, second)]
@@ -52,20 +47,14 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
 class Mixes(mixing.Mixes):
     """What `core.mixing` asks."""
 
-    def is_mix(self, tree: bpy.types.NodeTree | None) -> bool:
-        return mix_group.is_mix(tree)
-
-    def count(self, tree: bpy.types.NodeTree) -> int:
-        return mix_group.count(tree)
+    is_mix = staticmethod(mix_group.is_mix)
+    count = staticmethod(mix_group.count)
+    following = staticmethod(mix_group.following)
 
     def parts(self, node: bpy.types.Node) -> tuple[bpy.types.Material | None, bpy.types.Material | None, float | None]:
         factor = node.inputs[mix_group.FACTOR]
         first, second = mix_group.parts(present(node.node_tree))
         return first, second, None if factor.is_linked else factor.default_value
-
-    def following(self, material: bpy.types.Material, before: bpy.types.NodeTree | None,
-                  after: bpy.types.NodeTree) -> AbstractContextManager[None]:
-        return mix_group.following(material, before, after)
 
     def changed(self, material: bpy.types.Material) -> None:
         waiting, seen = [material], {material}

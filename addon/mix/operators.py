@@ -8,6 +8,7 @@ from ..core import material as materials
 from ..core.active_material import active_material
 from ..core.annotations import OperatorResult, present
 from ..core.transaction import new_data_removed_on_error
+from ..panel.layout import name_beside_value
 from . import mix_group
 from .mixed import mix
 
@@ -46,8 +47,7 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = present(self.layout)
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        name_beside_value(layout)
         for name in ("first", "second"):
             layout.prop_search(self, name, bpy.data, "materials")
         layout.prop_search(self, "mask", bpy.data, "images")
@@ -56,8 +56,8 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
         row.prop(self, "factor")
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        found = [bpy.data.materials.get(name) for name in (self.first, self.second)]
-        for name, item in zip((self.first, self.second), found, strict=True):
+        chosen = [bpy.data.materials.get(name) for name in (self.first, self.second)]
+        for name, item in zip((self.first, self.second), chosen, strict=True):
             if item is None or not materials.is_shown(item):
                 self.report({"ERROR"}, f"{name or 'No name'!r} is not a measured material of this file")
                 return {"CANCELLED"}
@@ -65,8 +65,8 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
         if self.mask and mask is None:
             self.report({"ERROR"}, f"{self.mask!r} is not an image of this file")
             return {"CANCELLED"}
-        first: bpy.types.Material = present(found[0])
-        second: bpy.types.Material = present(found[1])
+        first: bpy.types.Material = present(chosen[0])
+        second: bpy.types.Material = present(chosen[1])
         left = {item.name: mix_group.left_behind(present(materials.surface_node(item))) for item in (first, second)}
         try:
             with new_data_removed_on_error():

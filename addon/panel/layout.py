@@ -36,8 +36,14 @@ class MaterialPanel:
 
 def has_data(context: bpy.types.Context) -> bool:
     """Whether the material of the context has a file of measurements, or a measured BRDF to show."""
-    return context.material is not None and (bool(context.material.measured_brdf.filepath)
-                                             or materials.is_shown(context.material))
+    material = getattr(context, "material", None)
+    return material is not None and (bool(material.measured_brdf.filepath) or materials.is_shown(material))
+
+
+def name_beside_value(layout: bpy.types.UILayout) -> None:
+    """Draw properties as Blender's panels do, without the dots of keyframes."""
+    layout.use_property_split = True
+    layout.use_property_decorate = False
 
 
 def draw_row(layout: bpy.types.UILayout, *texts: str) -> None:
@@ -68,7 +74,7 @@ def _wrap(text: str, columns: int, margin: int, beside: int, breaks_words: bool)
     """Text in lines as wide as a column: of the region without a margin, and each without what is beside the text."""
     region, preferences = bpy.context.region, bpy.context.preferences
     if region is None:
-        return tuple(textwrap.wrap(text, _SHORTEST))
+        return _broken(text, _SHORTEST, True)
     scale = preferences.system.ui_scale
     width = (region.width - scale * (margin + _tabs(region))) / columns - scale * beside
     return _lines(text, int(width), scale * preferences.ui_styles[0].widget.points, breaks_words)
@@ -84,10 +90,15 @@ def _lines(text: str, width: int, size: float, breaks_words: bool) -> tuple[str,
     """Text in lines of so many pixels, by the font of the interface; the longest lines of equally many characters."""
     blf.size(0, size)
     for characters in range(min(len(text), int(width / size / _NARROWEST)), _LEAST, -1):
-        lines = textwrap.wrap(text, characters, break_long_words=breaks_words)
+        lines = _broken(text, characters, breaks_words)
         if all(blf.dimensions(0, line)[0] <= width for line in lines):
-            return tuple(lines)
-    return tuple(textwrap.wrap(text, _LEAST, break_long_words=breaks_words))
+            return lines
+    return _broken(text, _LEAST, breaks_words)
+
+
+@lru_cache(maxsize=4096)
+def _broken(text: str, characters: int, breaks_words: bool) -> tuple[str, ...]:
+    return tuple(textwrap.wrap(text, characters, break_long_words=breaks_words))
 
 
 def draw_warning(layout: bpy.types.UILayout, text: str) -> None:

@@ -15,7 +15,7 @@ from ..core.edits import edit_arguments
 from ..core.properties import label_of_fit, worth
 from ..work import modal, queries
 from . import rendering
-from .layout import MaterialPanel, draw_warning, draw_wrapped, has_data, picture_scale
+from .layout import MaterialPanel, draw_warning, draw_wrapped, has_data, name_beside_value, picture_scale
 from .local import MEASUREDBRDF_OT_make_local
 from .update import MEASUREDBRDF_OT_update_materials
 
@@ -28,9 +28,13 @@ measured: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
 
 
 class _Main:
-    """What the panels in the material tab and the one in the sidebar share."""
+    """What the panels in the material tab and in the sidebar share: what is measured, or how to begin."""
 
     bl_label = "Measured BRDF"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return has_data(context) or (context.object is not None and hasattr(context.object.data, "materials"))
 
     def draw(self, context: bpy.types.Context) -> None:
         draw(present(self.layout), context)
@@ -41,20 +45,6 @@ class MEASUREDBRDF_PT_material(_Main, MaterialPanel, bpy.types.Panel):
 
     bl_options = {"HIDE_HEADER"}            # panels without a header come first, below the list of materials
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return has_data(context)
-
-
-class MEASUREDBRDF_PT_begin(_Main, MaterialPanel, bpy.types.Panel):
-    """How to begin, where there is no measured material yet"""
-
-    bl_options = {"HIDE_HEADER"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return _can_have_material(context) and not has_data(context)
-
 
 class MEASUREDBRDF_PT_sidebar(_Main, bpy.types.Panel):
     """The measured material of the active object"""
@@ -63,19 +53,10 @@ class MEASUREDBRDF_PT_sidebar(_Main, bpy.types.Panel):
     bl_region_type = "UI"
     bl_category = "Measured BRDF"
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return _can_have_material(context)
-
-
-def _can_have_material(context: bpy.types.Context) -> bool:
-    return context.object is not None and hasattr(context.object.data, "materials")
-
 
 def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """Draw what the material looks like, how well it was fitted, how it is rendered, and what can be done with it."""
-    layout.use_property_split = True
-    layout.use_property_decorate = False
+    name_beside_value(layout)
     material = active_material(context)
     if material is not None and materials.is_shown(material):
         _draw_look(layout, context, material)
@@ -132,8 +113,8 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
         adjusted = ", adjusted" if edit_arguments(material) else ""
         name = f"{settings.name_of_data}: {label_of_fit(settings)}{adjusted}"
     draw_wrapped(column, name, "MATERIAL")
-    if (found := worth(settings)).line:
-        draw_wrapped(column, found.line, "CHECKMARK" if found.is_well else "INFO")
+    if (value := worth(settings)).line:
+        draw_wrapped(column, value.line, "CHECKMARK" if value.is_well else "INFO")
     rendering.draw_words(column, context, material)
 
 
@@ -149,4 +130,4 @@ def _draw_version(layout: bpy.types.UILayout, material: bpy.types.Material) -> N
         column.operator(MEASUREDBRDF_OT_update_materials.bl_idname, icon="FILE_REFRESH")
 
 
-classes = (MEASUREDBRDF_PT_begin, MEASUREDBRDF_PT_material, MEASUREDBRDF_PT_sidebar)
+classes = (MEASUREDBRDF_PT_material, MEASUREDBRDF_PT_sidebar)

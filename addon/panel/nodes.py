@@ -29,8 +29,8 @@ class MEASUREDBRDF_OT_add_node(bpy.types.Operator):
         return done
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        found = bpy.data.materials.get(self.material)
-        surface = materials.surface_node(found) if found is not None else None
+        material = bpy.data.materials.get(self.material)
+        surface = materials.surface_node(material) if material is not None else None
         tree = context.space_data.edit_tree
         if surface is None:
             self.report({"ERROR"}, f"{self.material!r} is not a measured material of this file")
@@ -42,7 +42,7 @@ class MEASUREDBRDF_OT_add_node(bpy.types.Operator):
         for node in tree.nodes:
             node.select = False
         node = tree.nodes.new("ShaderNodeGroup")
-        node.node_tree, node.width, node.label = group, surface.width, found.name
+        node.node_tree, node.width, node.label = group, surface.width, material.name
         node.location = context.space_data.cursor_location
         tree.nodes.active = node
         return {"FINISHED"}

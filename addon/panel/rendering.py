@@ -69,12 +69,12 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
         buttons = choices(layout, [label for _, label, _ in RENDERINGS])
         for key, label, _ in RENDERINGS:
             buttons.operator(MEASUREDBRDF_OT_use_method.bl_idname, text=label, depress=chosen == key).method = key
-        found = rendered.in_scene(material, scene)
-        as_chosen = found.how == chosen or (chosen == AUTOMATIC and found.how != rendered.BLACK)
-        draw_wrapped(layout, rendered.sentence(found, chosen), "INFO" if as_chosen else "ERROR")
-        if found.can_enable:
+        now = rendered.in_scene(material, scene)
+        as_chosen = now.how == chosen or (chosen == AUTOMATIC and now.how != rendered.BLACK)
+        draw_wrapped(layout, rendered.sentence(now, chosen), "INFO" if as_chosen else "ERROR")
+        if now.can_enable:
             layout.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
-        findings = checks.check(scene)
+        findings = checks.check(scene, material)
         if not findings:
             draw_wrapped(layout, "No setting of this scene changes the look", "CHECKMARK")
         for finding in findings:
@@ -90,10 +90,10 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
 
 def draw_words(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
     """Say in a line how a material is rendered, and offer OSL where that helps."""
-    found = rendered.in_scene(material, present(context.scene))
+    now = rendered.in_scene(material, present(context.scene))
     row = layout.row(align=True)
-    row.label(text=rendered.in_words(found, _is_previewed(context)), icon="SHADING_RENDERED")
-    if found.can_enable:
+    row.label(text=rendered.in_words(now, _is_previewed(context)), icon="SHADING_RENDERED")
+    if now.can_enable:
         row.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
 
 

@@ -6,13 +6,11 @@ from functools import partial
 import bpy
 
 from ..core import compiler, material
-from ..core.annotations import OperatorResult, present
+from ..core.annotations import present
 from ..core.outcomes import Kept
 from ..core.transaction import by_session_uid
 from ..work import process, queries, tasks
 from ..work.modal import InBackground, Steps
-
-_Users = list[int]          # session_uid of the materials that share a shader
 
 
 class MEASUREDBRDF_OT_update_materials(InBackground, bpy.types.Operator):
@@ -23,42 +21,36 @@ The fits do not change, and the measurements are not needed"""
     bl_label = "Update Measured Materials"
     bl_options = {"REGISTER", "UNDO"}
 
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        return self.start(context)
-
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        return self.run(context)
-
     def work(self, _context: bpy.types.Context) -> process.Calculation:
         outdated = [item for item in bpy.data.materials if item.is_editable and material.is_outdated(item)]
         if not outdated:
             raise ValueError("All measured materials of this file are up to date")
-        fits: dict[int, tuple[Kept, _Users]] = {}
+        fits: dict[int, tuple[Kept, list[int]]] = {}
         for item in outdated:           # copies of a material, and materials of one fit, share a shader
             tree = present(material.group_node(item)).node_tree
             if tree.session_uid not in fits:
                 fits[tree.session_uid] = present(queries.kept(item)), []
             fits[tree.session_uid][1].append(item.session_uid)
-        return process.Calculation(partial(tasks.rebake, list(fits.values())))
+        self._users = [users for _, users in fits.values()]
+        return process.Calculation(partial(tasks.rebake, [kept for kept, _ in fits.values()]))
 
-    def prepare(self, rebaked: Sequence[tuple[tasks.Rebaked | ValueError, _Users]]) -> Steps:
-        prepared: list[tuple[compiler.Shader | ValueError, _Users]] = []
-        for number, (made, users) in enumerate(rebaked):
+    def prepare(self, rebaked: Sequence[tasks.Rebaked | ValueError]) -> Steps:
+        prepared: list[compiler.Shader | ValueError] = []
+        for number, made in enumerate(rebaked):
             yield number / len(rebaked), "Compiling"
-            prepared.append((made if isinstance(made, Exception) else compiler.compile_shader(*made), users))
+            prepared.append(made if isinstance(made, Exception) else compiler.compile_shader(*made))
         return prepared
 
-    def apply(self, context: bpy.types.Context,
-              prepared: Sequence[tuple[compiler.Shader | ValueError, _Users]]) -> None:
+    def apply(self, context: bpy.types.Context, prepared: Sequence[compiler.Shader | ValueError]) -> None:
         updated = 0
         failed: list[str] = []
-        for shader, users in prepared:
-            found = [item for uid in users if (item := by_session_uid(bpy.data.materials, uid)) is not None]
+        for shader, uids in zip(prepared, self._users, strict=True):
+            users = [item for uid in uids if (item := by_session_uid(bpy.data.materials, uid)) is not None]
             if isinstance(shader, Exception):
-                failed += [f"{item.name}: {shader}. Refit it instead" for item in found]
-            elif found:
-                material.replace_shader(found, shader, context)
-                updated += len(found)
+                failed += [f"{item.name}: {shader}. Refit it instead" for item in users]
+            elif users:
+                material.replace_shader(users, shader, context)
+                updated += len(users)
         if failed and not updated:
             raise ValueError("; ".join(failed))
         for message in failed:

@@ -1,26 +1,20 @@
 """Photographs of a painted ball become its material: in a scene that stands for the dark room."""
 
-import bpy
-
 from ..core import manual
 from ..core.registration import Registration
 from ..panel import menu
-from ..work import command as commands
-from . import command, operators, panel, settings
+from ..work import command
+from . import comparison, operators, panel, settings
 
 _ENTRY = menu.entries((operators.MEASUREDBRDF_OT_measure_photographs, "Measure Photographs of a Ball..."))
+_IN_FILE_MENU = menu.entries((operators.MEASUREDBRDF_OT_measure_photographs, "Photographs of a Ball (measured BRDF)"))
 _PAGE = "manual/measure-your-own"
 _TOPICS = (*manual.over_operators(f"{_PAGE}#in-blender", "measure_photographs", "fit_outline", "place_lamp",
                                   "measure_ball", "compare_photograph"),
            *manual.over_settings(f"{_PAGE}#in-blender", "measuredphotographs", "*"))
 
 
-def _in_file_menu(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    menu.layout.operator(operators.MEASUREDBRDF_OT_measure_photographs.bl_idname,
-                         text="Photographs of a Ball (measured BRDF)")
-
-
 _slice = Registration(settings, operators, panel, additions=(
-    (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _in_file_menu), (menu.MEASUREDBRDF_MT_menu, _ENTRY),
-    (commands.commands, command.add)))
+    (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRY),
+    (command.commands, command.answering("photograph", comparison.answer))))
 register, unregister = _slice.register, _slice.unregister

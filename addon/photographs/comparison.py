@@ -14,6 +14,7 @@ from ...fitter.photographs.compared import Part, part_of_ball, reduced, relative
 from ...fitter.pictures import srgb
 from ..core import osl_support
 from ..core.annotations import Report, present
+from ..core.previews import picture_of
 from ..core.reading import scene_colours
 
 SOURCE = "scene.blend"
@@ -78,28 +79,25 @@ def _rendered(scene: Any, part: Part, shape: tuple[int, ...], size: int, path: P
     settings.file_format, settings.color_depth, settings.color_mode = "OPEN_EXR", "32", "RGBA"
     scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True, scene=scene.name)
-    image = bpy.data.images.load(str(path))
-    picture = np.empty((size, size, 4), dtype=np.float32)
-    present(image.pixels).foreach_get(picture.ravel())
-    return picture[::-1]
+    return picture_of(bpy.data.images.load(str(path)))[::-1]
 
 
 def compared(folder: Path) -> Compared:
     """What `answer` has found."""
-    with np.load(folder / _ANSWER, allow_pickle=False) as found:
-        return Compared(found["photograph"], found["rendered"], found["counted"])
+    with np.load(folder / _ANSWER, allow_pickle=False) as stored:
+        return Compared(stored["photograph"], stored["rendered"], stored["counted"])
 
 
-def sheet(found: Compared) -> SingleArray:
+def sheet(pair: Compared) -> SingleArray:
     """The photograph beside the render, and below them half of each beside what differs, enlarged `TIMES`.
 
     Returns (2 size, 2 size, 4) float32, sRGB, the bottom row first.
     """
-    brightest = found.photograph[found.counted].max(axis=1) if found.counted.any() else np.ones(1)
+    brightest = pair.photograph[pair.counted].max(axis=1) if pair.counted.any() else np.ones(1)
     white = max(float(np.percentile(brightest, _PERCENTILE)), np.finfo(float).tiny)
-    seen, shown = (srgb(each / white * _SHOWN) for each in (found.photograph, found.rendered))
+    seen, shown = (srgb(each / white * _SHOWN) for each in (pair.photograph, pair.rendered))
     left = np.arange(seen.shape[1]) < seen.shape[1] // 2
-    differing = np.clip(TIMES * np.abs(seen - shown), 0, 1) * found.counted[..., None]
+    differing = np.clip(TIMES * np.abs(seen - shown), 0, 1) * pair.counted[..., None]
     rows = np.concatenate([np.concatenate([seen, shown], axis=1),
                            np.concatenate([np.where(left[:, None], seen, shown), differing], axis=1)])
     whole = np.ones((*rows.shape[:2], 4), dtype=np.float32)
@@ -114,10 +112,3 @@ def stored(name: str, picture: SingleArray) -> bpy.types.Image:
     present(image.pixels).foreach_set(picture.ravel())
     image.pack()
     return image
-
-
-def stored_picture(image: bpy.types.Image) -> SingleArray:
-    """The picture that an image holds: (height, width, 4), sRGB, the bottom row first."""
-    picture = np.empty((image.size[1], image.size[0], 4), dtype=np.float32)
-    present(image.pixels).foreach_get(picture.ravel())
-    return picture

@@ -3,7 +3,6 @@
 import math
 from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import bpy
@@ -15,14 +14,14 @@ from ...fitter.colours import DEFAULT, conversion
 from ...fitter.files import replacing
 from ...fitter.photographs.setup import Resolved
 from ..core import compiler, material, osl_support, targets
-from ..core.annotations import OperatorMixIn, OperatorResult, present
-from ..core.properties import CHOICES, fit_arguments, use_preset, worth
+from ..core.annotations import present
+from ..core.properties import default_choices, fit_arguments, use_preset, worth
 from ..core.reading import load_arguments, scene_colours
 from ..core.transaction import by_session_uid
-from ..work import process, queries
+from ..work import process
 from ..work.blender_process import Command
 from ..work.job import Work
-from ..work.modal import InBackground, Steps, is_started_anew
+from ..work.modal import AsksForPath, InBackground, Steps
 from . import comparison, stage
 from . import settings as photographs
 from . import work as measuring
@@ -40,12 +39,6 @@ class HasPhotographs(InBackground):
             return False
         return bool(context.scene.is_editable)
 
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        return self.start(context)
-
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        return self.run(context)
-
     def remember(self, context: bpy.types.Context) -> bpy.types.Scene:
         """The scene of the context, which `scene` finds again."""
         osl_support.make_importable("OpenImageIO")
@@ -54,34 +47,13 @@ class HasPhotographs(InBackground):
 
     def scene(self) -> bpy.types.Scene:
         """The scene that was remembered. ValueError if it, or its ball, has been removed meanwhile."""
-        found = by_session_uid(bpy.data.scenes, self._scene)
-        if found is None or photographs.of(found).ball is None:
+        scene = by_session_uid(bpy.data.scenes, self._scene)
+        if scene is None or photographs.of(scene).ball is None:
             raise ValueError("The scene of the photographs has been removed meanwhile")
-        return found
+        return scene
 
 
-class ChoosesFiles(OperatorMixIn):
-    """A mix-in for operators that ask for files. It precedes `InBackground` among the bases."""
-
-    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        if self.filepath:
-            return self.start(context)
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        if is_started_anew(self, self.given()):
-            return {"CANCELLED"}
-        return self.run(context)
-
-    def given(self) -> dict[str, Any]:
-        """What the operator was given, for another that goes on with it."""
-        return present(self.as_keywords(ignore=("filter_glob",)))
-
-
-class MEASUREDBRDF_OT_measure_photographs(ChoosesFiles, InBackground, bpy.types.Operator):
+class MEASUREDBRDF_OT_measure_photographs(AsksForPath, bpy.types.Operator):
     """Make a scene of photographs of a painted ball, in which its material is measured: choose all of them, or a \
 description (.toml)"""
 
@@ -89,6 +61,8 @@ description (.toml)"""
     bl_label = "Measure Photographs"
     bl_options = {"REGISTER", "UNDO"}
 
+    path_name = "filepath"
+    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default=f"{_PICTURES};*.toml", options={"HIDDEN"})
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
@@ -108,10 +82,6 @@ description (.toml)"""
         for name in ("exposures",) if self.to_scene else ("radius", "distance", "exposures"):
             layout.prop(self, name)
 
-    def given(self) -> dict[str, Any]:
-        return {**present(self.as_keywords(ignore=("filter_glob", "files"))),
-                "files": [{"name": item.name} for item in self.files]}
-
     def work(self, context: bpy.types.Context) -> Work:
         osl_support.make_importable("OpenImageIO")
         self._scene = present(context.scene).session_uid
@@ -121,11 +91,11 @@ description (.toml)"""
             return process.Calculation(partial(measuring.opened, paths[0]))
         return process.Calculation(partial(measuring.described, paths, self.radius, self.distance, self.exposures))
 
-    def apply(self, context: bpy.types.Context, found: Resolved) -> None:
+    def apply(self, context: bpy.types.Context, described: Resolved) -> None:
         if self.to_scene:
-            self._add(found)
+            self._add(described)
             return
-        made = stage.make(found)
+        made = stage.make(described)
         count = len(photographs.of(made).photographs)
         self.report({"INFO"}, f"{made.name}: {count} photograph{'s' * (count > 1)}")
         # last, because it is not taken back on an error
@@ -134,12 +104,12 @@ description (.toml)"""
             if not bpy.app.background:
                 _look_through(context)
 
-    def _add(self, found: Resolved) -> None:
+    def _add(self, described: Resolved) -> None:
         scene = by_session_uid(bpy.data.scenes, self._scene)
         known = [] if scene is None else list(photographs.lamps(photographs.of(scene)))
         if scene is None or not known:
             raise ValueError("This scene has no photographs of a ball")
-        stage.add(scene, found.description["photograph"], known[0].data)
+        stage.add(scene, described.description["photograph"], known[0].data)
         photographs.of(scene).active = len(photographs.of(scene).photographs) - 1
 
 
@@ -168,13 +138,15 @@ class MEASUREDBRDF_OT_fit_outline(HasPhotographs, bpy.types.Operator):
         self.report({"INFO"}, "The ball is at {:.4f}, {:.4f}, {:.4f} m".format(*centre))
 
 
-class MEASUREDBRDF_OT_place_lamp(ChoosesFiles, HasPhotographs, bpy.types.Operator):
+class MEASUREDBRDF_OT_place_lamp(AsksForPath, HasPhotographs, bpy.types.Operator):
     """Place the lamp of this photograph by another one, of a chrome ball in the place of the painted one"""
 
     bl_idname = "measured_brdf.place_lamp"
     bl_label = "Place Lamp by Chrome Ball"
     bl_options = {"REGISTER", "UNDO"}
 
+    path_name = "filepath"
+    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default=_PICTURES, options={"HIDDEN"})
     distance: FloatProperty(name="Lamp Distance", default=1.0, min=1e-4, subtype="DISTANCE",
                             description="From the lamp to the middle of the ball")
@@ -205,10 +177,8 @@ them"""
 
     def work(self, context: bpy.types.Context) -> Work:
         scene = self.remember(context)
-        settings, defaults = photographs.of(scene), bpy.types.Material.bl_rna.properties["measured_brdf"]
-        known: Any = defaults
-        choices = {name: known.fixed_type.properties[name].default for name in CHOICES}
-        self._choices = SimpleNamespace(**choices | {"filepath": settings.samples})
+        settings = photographs.of(scene)
+        self._choices = default_choices(settings.samples)
         use_preset(self._choices, settings.preset or "Standard")
         path = Path(bpy.path.abspath(settings.samples))
         if not settings.samples or not path.parent.is_dir():
@@ -218,9 +188,9 @@ them"""
             measuring.measured, stage.description_of(scene), scene.name, str(path), fit_arguments(self._choices),
             load_arguments(self._choices)))
 
-    def prepare(self, found: measuring.Result) -> Steps:
+    def prepare(self, result: measuring.Result) -> Steps:
         yield 0.95, "Compiling"
-        return found, compiler.compile_surface(found.outcome.surface)
+        return result, compiler.compile_surface(result.outcome.surface)
 
     def apply(self, context: bpy.types.Context, prepared: tuple[measuring.Result, compiler.Shader]) -> None:
         (outcome, content, centre, intensity, told), shader = prepared
@@ -230,7 +200,6 @@ them"""
         lights: list[Any] = [lamp.data for lamp in photographs.lamps(settings)]
         with replacing(outcome.measured.path) as stream:
             stream.write(content)
-        queries.tell_fit(outcome.measured, fit_arguments(self._choices), outcome.fitted)
         made = ball.active_material
         if made is not None and made.is_editable and material.is_measured(made):
             material.assign(made, outcome, self._choices, context, shader)
@@ -268,19 +237,19 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
         return Command("photograph", self._folder.name)
 
     def prepare(self, _result: Any) -> Steps:
-        found = comparison.compared(Path(self._folder.name))
+        pair = comparison.compared(Path(self._folder.name))
         self._folder.cleanup()
-        return found
+        return pair
         yield
 
-    def apply(self, _context: bpy.types.Context, found: comparison.Compared) -> None:
+    def apply(self, _context: bpy.types.Context, pair: comparison.Compared) -> None:
         settings = photographs.of(self.scene())
         shot = next((each for each in settings.photographs
                      if each.lamp is not None and each.lamp.session_uid == self._lamp), None)
         if shot is None:
             raise ValueError("The photograph has been removed meanwhile")
-        before, difference = shot.comparison, found.difference
-        shot.comparison = comparison.stored(f"{shot.name} compared", comparison.sheet(found))
+        before, difference = shot.comparison, pair.difference
+        shot.comparison = comparison.stored(f"{shot.name} compared", comparison.sheet(pair))
         shot.difference = difference
         if before is not None:
             bpy.data.images.remove(before)

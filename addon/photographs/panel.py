@@ -7,12 +7,13 @@ from typing import Any
 import bpy
 
 from ..core.annotations import present
-from ..panel.layout import draw_warning, draw_wrapped, picture_scale
+from ..core.previews import picture_of
+from ..panel.layout import draw_warning, draw_wrapped, name_beside_value, picture_scale
 from ..panel.main import draw_running
 from ..work import icons, modal
 from . import settings as photographs
 from . import stage
-from .comparison import TIMES, stored_picture
+from .comparison import TIMES
 from .operators import (
     MEASUREDBRDF_OT_compare_photograph,
     MEASUREDBRDF_OT_fit_outline,
@@ -71,8 +72,7 @@ class MEASUREDBRDF_PT_photographs(_Sidebar, bpy.types.Panel):
 
 def _layout(panel: Any) -> bpy.types.UILayout:
     layout = present(panel.layout)
-    layout.use_property_split = True
-    layout.use_property_decorate = False
+    name_beside_value(layout)
     return layout
 
 
@@ -178,16 +178,12 @@ class MEASUREDBRDF_PT_photographs_comparison(_Sidebar, bpy.types.Panel):
         row.operator(MEASUREDBRDF_OT_compare_photograph.bl_idname, icon="RENDER_STILL")
         if shot.comparison is None:
             return
-        layout.template_icon(icon_value=_icon(shot), scale=picture_scale(context, 1, 16))
+        icon = icons.at_once(("photograph", shot.comparison.session_uid, shot.difference),
+                             partial(picture_of, shot.comparison))
+        layout.template_icon(icon_value=icon, scale=picture_scale(context, 1, 16))
         column = layout.column(align=True)
         draw_wrapped(column, f"{shot.name}: the render differs by {shot.difference:.1%}", "DOT")
         draw_wrapped(column, f"Photograph and render; half of each, and what differs, {TIMES} times as bright", "DOT")
-
-
-def _icon(shot: Any) -> int:
-    """The icon of the comparison of a photograph."""
-    return icons.at_once(("photograph", shot.comparison.session_uid, shot.difference), partial(stored_picture,
-                                                                                              shot.comparison))
 
 
 classes = (MEASUREDBRDF_UL_photographs, MEASUREDBRDF_PT_photographs, MEASUREDBRDF_PT_photographs_scale,

@@ -29,15 +29,11 @@ _PREVIEW = 0.2, 0.2         # albedo and roughness of the ball until it is measu
 _HALF = 0.5                 # opacity of the photograph before the ball
 
 
-def make(found: Resolved) -> bpy.types.Scene:
-    """Make a scene of a description whose places are numbers.
-
-    Raises
-    ------
-    DatasetError
-        If the description has what the settings of a scene cannot hold: several files of a card, say.
+def make(resolved: Resolved) -> bpy.types.Scene:
+    """Make a scene of a description whose places are numbers. Raises DatasetError if it has what the settings of a
+    scene cannot hold: several files of a card, say.
     """
-    description, (height, width) = found
+    description, (height, width) = resolved
     scene = bpy.data.scenes.new(description["name"])
     osl_support.enable(scene)
     scene.cycles.samples, scene.cycles.preview_samples = _SAMPLES, _IN_VIEW
@@ -157,17 +153,8 @@ def _three(value: float | Sequence[float]) -> tuple[float, ...]:
 def description_of(scene: bpy.types.Scene, shots: Sequence[Any] = (), whole: bool = True) -> Description:
     """The description of some photographs of a scene; by default of those that are used.
 
-    Parameters
-    ----------
-    scene : bpy.types.Scene
-    shots : sequence of MeasuredPhotograph, optional
-    whole : bool
-        What is to be measured. Else nobody need have placed the lamps, and their intensity is 1.
-
-    Raises
-    ------
-    ValueError
-        If an object has been deleted, or the whole is not there.
+    By default it is `whole`: what is to be measured. Else nobody need have placed the lamps, and their intensity is 1.
+    Raises ValueError if an object has been deleted, or the whole is not there.
     """
     settings = photographs.of(scene)
     shots = shots or [each for each in settings.photographs if each.used]
@@ -232,11 +219,11 @@ def _shot(scene: bpy.types.Scene, shot: Any, whole: bool) -> Description:
     lamp = _there(scene, shot.lamp, f"lamp of {shot.name}")
     if whole and not is_placed(lamp):
         raise ValueError(f"{shot.name}: say where the lamp stood, by its location, by moving it, or by a chrome ball")
-    found: Description = {"files": [bpy.path.abspath(each.filepath) for each in shot.files],
+    described: Description = {"files": [bpy.path.abspath(each.filepath) for each in shot.files],
                           "lamp": _place(lamp).tolist()}
     if any(each.exposure for each in shot.files):
-        found["exposures"] = [each.exposure for each in shot.files]
-    return found
+        described["exposures"] = [each.exposure for each in shot.files]
+    return described
 
 
 def _scale(scene: bpy.types.Scene, settings: Any) -> Any:
@@ -246,13 +233,13 @@ def _scale(scene: bpy.types.Scene, settings: Any) -> Any:
         return _same_or_three(settings.intensity)
     if not settings.known:
         raise ValueError("Scale: choose the photograph of the card or the white ball")
-    found = {"file": bpy.path.abspath(settings.known), "albedo": _same_or_three(settings.known_albedo),
+    described = {"file": bpy.path.abspath(settings.known), "albedo": _same_or_three(settings.known_albedo),
              "lamp": _place(_there(scene, settings.known_lamp, "lamp of the card or the white ball")).tolist()}
     if settings.known_exposure:
-        found["exposures"] = [settings.known_exposure]
+        described["exposures"] = [settings.known_exposure]
     if settings.scale == BALL:
-        return found
-    return found | {"normal": list(settings.normal), "region": list(settings.region)}
+        return described
+    return described | {"normal": list(settings.normal), "region": list(settings.region)}
 
 
 def _same_or_three(values: Sequence[float]) -> float | list[float]:

@@ -52,28 +52,23 @@ def described(paths: Sequence[str], radius: float, distance: float, count: int,
               report: Report = tasks.silent) -> setup.Resolved:
     """A description of pictures of a ball at the origin, whose lamps nobody has placed yet.
 
-    Parameters
-    ----------
-    paths : sequence of str
-    radius, distance : float
-        Of the ball and of the camera from it, metres.
-    count : int
-        Of exposures under each lamp; 0: as the files say.
+    Radius of the ball, and distance of the camera from it, are in metres; `count` is that of exposures under each lamp,
+    0: as the files say.
     """
     paths = sorted(paths, key=_in_order)
-    found: list[About] = []
+    abouts: list[About] = []
     for number, path in enumerate(paths):
         report(number / len(paths), f"Looking at {Path(path).name}")
-        found.append(about(path))
-    sizes = dict.fromkeys(each.size for each in found)
+        abouts.append(about(path))
+    sizes = dict.fromkeys(each.size for each in abouts)
     if len(sizes) > 1:
         raise DatasetError("photographs of several sizes found: " + ", ".join(
             f"{width} x {height}" for height, width in sizes), Path(paths[0]).parent)
-    groups = _groups(paths, [each.exposure for each in found], count)
+    groups = _groups(paths, [each.exposure for each in abouts], count)
     return setup.Resolved(
-        {"name": Path(paths[0]).parent.name, "camera": {"position": [0.0, -distance, 0.0], **_lens(found[0])},
+        {"name": Path(paths[0]).parent.name, "camera": {"position": [0.0, -distance, 0.0], **_lens(abouts[0])},
          "ball": {"centre": [0.0, 0.0, 0.0], "radius": radius}, "scale": {"albedo": ALBEDO},
-         "photograph": [{"files": group, "lamp": list(START)} for group in groups]}, found[0].size)
+         "photograph": [{"files": group, "lamp": list(START)} for group in groups]}, abouts[0].size)
 
 
 def _in_order(path: str) -> list[tuple[int, str]]:
@@ -137,16 +132,9 @@ def lamp_by_chrome(description: setup.Description, name: str, chrome: str, dista
 
 def measured(description: setup.Description, name: str, path: str, arguments: Arguments, how: Arguments,
              report: Report = tasks.silent) -> Result:
-    """Measure, and fit what was measured.
+    """Measure, and fit what was measured, as `setup.measured` and `tasks.outcome` do.
 
-    Parameters
-    ----------
-    description, name
-        As `setup.measured` takes them.
-    path : str
-        Where the file of the samples will be; it is not written.
-    arguments, how : dict
-        As `tasks.outcome` takes them.
+    The file of the samples is not written; `path` is where it will be.
     """
     with progress.part(0.0, 0.4, "Measuring"):
         samples, photographs = setup.measured(description, name)

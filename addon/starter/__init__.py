@@ -1,20 +1,17 @@
 """What to begin with: published fits, the measurements of a folder, and where to get more."""
 
-from ..core import manual, preferences
+from ..core import manual
 from ..core.registration import Registration
 from ..panel import main, menu
 from ..work import command as commands
 from . import command, compiling, operators, panel
 
-_ENTRIES = menu.entries(
-    (operators.MEASUREDBRDF_OT_search_published, "Measured BRDF from the Starter Library..."),
+_ENTRY = menu.entries(
     (operators.MEASUREDBRDF_OT_add_starter_library, "Starter Library of Measured BRDFs to the Asset Browser"))
-_TOPICS = (*manual.over_operators("manual#start-from-the-library", "use_published", "search_published",
-                                  "add_starter_library"),
+_TOPICS = (*manual.over_operators("manual#start-from-the-library", "use_published", "add_starter_library"),
            *manual.over_settings("manual#your-data-folder", "measuredshelf", "data_search"),
            *manual.over_settings("manual#start-from-the-library", "measuredshelf", "*"))
 _slice = Registration(operators, panel, compiling, additions=(
-    (manual.of_slices, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRIES), (commands.commands, command.add),
-    (main.beginnings, panel.draw_button),
-    (preferences.sections, panel.draw_preferences)))
+    (manual.of_slices, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRY), (commands.commands, command.add),
+    (main.beginnings, panel.draw_button)))
 register, unregister = _slice.register, _slice.unregister

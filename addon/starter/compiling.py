@@ -30,9 +30,9 @@ def compile_used() -> int:
     for tree, users in waiting.items():
         name = present(name_in(users[0].measured_brdf.filepath))
         try:
-            found = ready.find(name)
-            if tasks.kept_bytes(found.fit) == node_group.kept_fit(tree):
-                shader = compiler.compile_shader(bake(found.fit, mixture=found.nodes.cycles), found.nodes,
+            made = ready.find(name)
+            if tasks.kept_bytes(made.fit) == node_group.kept_fit(tree):
+                shader = compiler.compile_shader(bake(made.fit, mixture=made.nodes.cycles), made.nodes,
                                                  node_group.kept_fit(tree))
                 materials.replace_shader(users, shader, bpy.context)
                 continue
@@ -52,7 +52,6 @@ def _is_waiting(material: bpy.types.Material) -> bool:
 
 
 def _is_used(material: bpy.types.Material) -> bool:
-    """Whether an object shows a material."""
     return any(slot.material == material for item in bpy.context.scene.objects for slot in item.material_slots)
 
 

@@ -1,6 +1,5 @@
-"""Starting from published fits: picking one by picture or name, and the asset library of all."""
+"""Starting from published fits: picking one by its picture, and the asset library of all."""
 
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -9,19 +8,17 @@ import bpy
 from bpy.props import EnumProperty, PointerProperty, StringProperty
 
 from ...fitter import DatasetError
-from ...fitter.published import find, offered
+from ...fitter.published import find
 from ..core.annotations import OperatorResult
 from ..core.reading import load_arguments, scene_colours
 from ..work import process
 from ..work.blender_process import Command
 from ..work.making import MakesMaterials
-from ..work.modal import InBackground, errors_reported
+from ..work.modal import InBackground
 from . import shelf, starter, work
 
 _TAG_ITEMS = ((shelf.ALL, "All", "All materials"), *((tag, tag.capitalize(), f"Materials with the tag {tag}")
                                                      for tag in shelf.tags()))
-_MATERIAL_ITEMS = tuple((each.name, f"{each.label}  ({', '.join(each.tags)})", each.description)
-                        for each in sorted(offered()))
 
 
 class MeasuredShelf(bpy.types.PropertyGroup):
@@ -47,16 +44,13 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: Any) -> str:
         try:
-            found = find(properties.name)
+            material = find(properties.name)
         except DatasetError as error:
             return str(error)
-        return f"{found.label}, assigned to all selected objects. {found.description}"
+        return f"{material.label}, assigned to all selected objects. {material.description}"
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
         return self.run(context) if work.is_quick(self.name, scene_colours()) else self.start(context)
-
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        return self.run(context)
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
         choices = starter.choices_of(find(self.name))
@@ -64,25 +58,6 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
             setattr(self, name, value)
         self.remember_target(context)
         return process.Calculation(partial(work.outcomes, self.name, load_arguments(choices)))
-
-
-class MEASUREDBRDF_OT_search_published(bpy.types.Operator):
-    """Find a published fit by name, make a material of it, and assign it to all selected objects"""
-
-    bl_idname = "measured_brdf.search_published"
-    bl_label = "New Material from Published Fit"
-    bl_property = "name"
-
-    name: EnumProperty(name="Material", items=_MATERIAL_ITEMS, options={"SKIP_SAVE"})
-
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        context.window_manager.invoke_search_popup(self)
-        return {"RUNNING_MODAL"}
-
-    def execute(self, _context: bpy.types.Context) -> OperatorResult:
-        with errors_reported(self):
-            bpy.ops.measured_brdf.use_published("INVOKE_DEFAULT", name=self.name)
-        return {"FINISHED"}
 
 
 class MEASUREDBRDF_OT_add_starter_library(InBackground, bpy.types.Operator):
@@ -97,10 +72,10 @@ there yet, it is made first, which takes half a minute; some minutes in a checko
         return self.execute(context) if starter.folder() is not None else self.start(context)
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        found = starter.folder()
-        if found is None:
+        folder = starter.folder()
+        if folder is None:
             return self.run(context)
-        self.apply(context, {"path": str(found)})
+        self.apply(context, {"path": str(folder)})
         return {"FINISHED"}
 
     def work(self, context: bpy.types.Context) -> Command:
@@ -111,8 +86,7 @@ there yet, it is made first, which takes half a minute; some minutes in a checko
         self.report({"INFO"}, f"The Asset Browser has the library {starter.NAME}")
 
 
-classes: Sequence[type] = (MeasuredShelf, MEASUREDBRDF_OT_use_published, MEASUREDBRDF_OT_search_published,
-                           MEASUREDBRDF_OT_add_starter_library)
+classes = (MeasuredShelf, MEASUREDBRDF_OT_use_published, MEASUREDBRDF_OT_add_starter_library)
 
 
 def register() -> None:

@@ -4,14 +4,12 @@ from typing import Any
 
 import bpy
 
-from ..core import material as materials
-from ..core import preferences
+from ..core import manual, preferences
 from ..core.annotations import present
 from ..core.reading import scene_colours
-from ..panel.layout import draw_warning, draw_wrapped, on_buttons, room
+from ..panel.layout import draw_warning, draw_wrapped, has_data, on_buttons, room
 from . import operators as library
 from . import shelf, starter, thumbnails
-from .data_sources import SOURCES
 
 _CELL = 16                  # characters: the width of a cell with a thumbnail
 _SCALE = 4.5                # of thumbnails
@@ -19,8 +17,8 @@ _MOST = 60                  # cells
 _IMPORT = "measured_brdf.import_data"
 
 
-class _StartPanel:
-    """A mix-in for panels that are shown without a material, too."""
+class _BeginPanel:
+    """A mix-in for panels in the material tab that are shown without a measured material, too."""
 
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
@@ -29,32 +27,17 @@ class _StartPanel:
     bl_order = 70
 
 
-class _Start(_StartPanel):
+class MEASUREDBRDF_PT_start(_BeginPanel, bpy.types.Panel):
+    """Materials that come with the extension: published fits of materials of MERL"""
+
     bl_label = "Material Library"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return not has_data(context)
 
     def draw(self, context: bpy.types.Context) -> None:
         _draw_published(present(self.layout), context)
-
-
-class MEASUREDBRDF_PT_start(_Start, bpy.types.Panel):
-    """Materials that come with the extension: published fits of materials of MERL"""
-
-    bl_parent_id = "MEASUREDBRDF_PT_begin"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return _is_offered(context)
-
-
-class MEASUREDBRDF_PT_start_first(_Start, bpy.types.Panel):
-    """Materials that come with the extension: published fits of materials of MERL"""
-
-    bl_parent_id = "MEASUREDBRDF_PT_begin"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return not _is_offered(context)
 
 
 class MEASUREDBRDF_PT_library(bpy.types.Panel):
@@ -75,13 +58,9 @@ def draw_button(layout: bpy.types.UILayout) -> None:
     layout.popover(MEASUREDBRDF_PT_library.__name__, text="Library", icon="ASSET_MANAGER")
 
 
-def _is_offered(context: bpy.types.Context) -> bool:
-    """Whether the starter library is open above materials that are not measured: in files that have no measured one,
-    unless the preferences say otherwise."""
-    return preferences.get(context).offer_library and not any(map(materials.is_shown, bpy.data.materials))
+class MEASUREDBRDF_PT_folder(_BeginPanel, bpy.types.Panel):
+    """The measurements in the data folder of the preferences"""
 
-
-class _Folder(_StartPanel):
     bl_label = "Data Folder"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -90,53 +69,9 @@ class _Folder(_StartPanel):
         return hasattr(bpy.types, "MEASUREDBRDF_PT_data")       # of the slice that imports; operators are no such types
 
     def draw(self, context: bpy.types.Context) -> None:
-        _draw_folder(present(self.layout), context)
-
-
-class MEASUREDBRDF_PT_folder(_Folder, bpy.types.Panel):
-    """The measurements in the data folder of the preferences"""
-
-
-class MEASUREDBRDF_PT_folder_first(_Folder, bpy.types.Panel):
-    """The measurements in the data folder of the preferences"""
-
-    bl_parent_id = "MEASUREDBRDF_PT_begin"
-
-
-class _Sources(_StartPanel):
-    bl_label = "Where to Get Data"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    def draw(self, _context: bpy.types.Context) -> None:
-        _draw_sources(present(self.layout))
-
-
-class MEASUREDBRDF_PT_sources(_Sources, bpy.types.Panel):
-    """Databases of measured reflectance that can be downloaded"""
-
-
-class MEASUREDBRDF_PT_sources_first(_Sources, bpy.types.Panel):
-    """Databases of measured reflectance that can be downloaded"""
-
-    bl_parent_id = "MEASUREDBRDF_PT_begin"
-
-
-def draw_preferences(layout: bpy.types.UILayout) -> None:
-    """Draw what the preferences of the extension show of this slice."""
-    layout.operator(library.MEASUREDBRDF_OT_add_starter_library.bl_idname,
-                    text="Add the Starter Library to the Asset Browser", icon="ASSET_MANAGER")
-    header, body = layout.panel("MEASUREDBRDF_sources", default_closed=True)
-    header.label(text="Where to Get Data")
-    if body is not None:
-        _draw_sources(body)
-
-
-def _draw_sources(layout: bpy.types.UILayout) -> None:
-    for source in SOURCES:
-        column = layout.column(align=True)
-        column.operator("wm.url_open", text=source.name, icon="URL").url = source.url
-        for text in source.facts:
-            draw_wrapped(column, text, "DOT")
+        layout = present(self.layout)
+        _draw_folder(layout, context)
+        layout.operator("wm.url_open", text="Where to Get Data", icon="URL").url = manual.url(manual.DATA)
 
 
 def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
@@ -146,16 +81,16 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> N
     kind = row.row(align=True)
     kind.active = not choices.search        # which is in all kinds
     kind.prop(choices, "tag", text="")
-    found = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
-    if not found:
+    offered = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
+    if not offered:
         draw_wrapped(layout, "No material has these words in its name or kind", "INFO")
     grid = _grid(layout)
-    for each in found[:_MOST]:
+    for each in offered[:_MOST]:
         cell = grid.column(align=True)
         for button in _draw_buttons(cell, each.label, library.MEASUREDBRDF_OT_use_published.bl_idname,
                                     shelf.swatch_icon(each.name)):
             button.name = each.name
-    _draw_rest(layout, len(found), "materials")
+    _draw_rest(layout, len(offered), "materials")
     draw_wrapped(layout, "Published fits of MERL's materials (Low et al. 2012), not measurements", "INFO")
     if not starter.is_offered(context):
         layout.operator(library.MEASUREDBRDF_OT_add_starter_library.bl_idname, icon="ASSET_MANAGER")
@@ -178,14 +113,14 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
     choices = context.window_manager.measured_brdf_shelf
     layout.prop(choices, "data_search", text="", icon="VIEWZOOM")
     words = choices.data_search.lower().split()
-    found = [each for each in job.result if all(word in f"{each.label} {each.path}".lower() for word in words)]
-    if not found:
+    wanted = [each for each in job.result if all(word in f"{each.label} {each.path}".lower() for word in words)]
+    if not wanted:
         draw_wrapped(layout, "No measurements" + (" of that name" if words else " in this folder"), "INFO")
     grid, how = _grid(layout), {"colours": scene_colours() or "Rec.709"}
-    broken = [each for each in found if each.error]
-    for each in [each for each in found if not each.error][:_MOST]:
+    broken = [each for each in wanted if each.error]
+    for each in [each for each in wanted if not each.error][:_MOST]:
         _draw_measurement(grid.column(align=True), each, how)
-    _draw_rest(layout, len(found) - len(broken), "measurements")
+    _draw_rest(layout, len(wanted) - len(broken), "measurements")
     if broken:
         header, body = layout.panel("MEASUREDBRDF_unreadable", default_closed=True)
         header.label(text=f"{len(broken)} files cannot be read" if len(broken) > 1 else "One file cannot be read")
@@ -193,11 +128,11 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
             draw_wrapped(body, each.error, "DOT")
 
 
-def _draw_measurement(cell: bpy.types.UILayout, found: thumbnails.Found, how: dict[str, str]) -> None:
-    icon, error = shelf.measurement_icon(found, how) if found.has_picture else (0, None)
-    meanwhile = "ERROR" if error is not None else "FILE" if not found.has_picture else "TIME"
-    for button in _draw_buttons(cell, found.label, _IMPORT, icon, meanwhile):
-        button.filepath, button.sample = found.path, found.sample
+def _draw_measurement(cell: bpy.types.UILayout, measurement: thumbnails.Found, how: dict[str, str]) -> None:
+    icon, error = shelf.measurement_icon(measurement, how) if measurement.has_picture else (0, None)
+    meanwhile = "ERROR" if error is not None else "FILE" if not measurement.has_picture else "TIME"
+    for button in _draw_buttons(cell, measurement.label, _IMPORT, icon, meanwhile):
+        button.filepath, button.sample = measurement.path, measurement.sample
 
 
 def _draw_buttons(cell: bpy.types.UILayout, label: str, operator: str, icon_id: int,
@@ -229,6 +164,4 @@ def _columns() -> int:
     return max(room() // _CELL, 2)
 
 
-classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_start_first, MEASUREDBRDF_PT_folder_first,
-           MEASUREDBRDF_PT_sources_first,
-           MEASUREDBRDF_PT_library, MEASUREDBRDF_PT_folder, MEASUREDBRDF_PT_sources)
+classes = (MEASUREDBRDF_PT_start, MEASUREDBRDF_PT_library, MEASUREDBRDF_PT_folder)

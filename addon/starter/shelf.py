@@ -8,16 +8,13 @@ from contextlib import suppress
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 import bpy
-import bpy.utils.previews
 
 from ...fitter import published
 from ...fitter.arrays import SingleArray
-from ..core import previews
 from ..core.annotations import Arguments, Report, present
-from ..work import queue, tasks
+from ..work import icons, queue, tasks
 from ..work.job import Job
 from ..work.recent import Recent
 from . import thumbnails
@@ -28,9 +25,8 @@ _RECHECK = 2.0              # s, after which a folder is scanned again
 _TICK = 2.5                 # s, between two redraws of a panel that shows a folder
 _KEPT = 600                 # icons
 _AT_ONCE = 6                # icons that are asked for at a redraw before they are seen
-_icon_ids: Recent[tuple[Any, ...], int] = Recent(_KEPT, lambda key: present(_collection).__delitem__(repr(key)))
-_failed: Recent[tuple[Any, ...], Exception] = Recent(_KEPT)     # the queue forgets: they would be tried for ever
-_collection: "bpy.utils.previews.ImagePreviewCollection | None" = None
+_icons = icons.Icons(_KEPT)
+_failed: Recent[icons.Key, Exception] = Recent(_KEPT)     # the queue forgets: they would be tried for ever
 _was_drawn = False
 
 
@@ -54,16 +50,16 @@ def offered(search: str, tag: str) -> list[published.Published]:
             and all(word in f"{each.name} {each.label} {' '.join(each.tags)}".lower() for word in words)]
 
 
-def swatch_icon(name: str) -> int:
+def swatch_icon(name: str, lane: str = "fit") -> int:
     """The icon of a published material; 0 until it has been drawn."""
-    return _icon(("published", name), partial(thumbnails.of_published, name, str(user_folder("thumbnails"))), "fit")[0]
+    return _icon(("published", name), lambda folder: partial(thumbnails.of_published, name, folder), lane)[0]
 
 
 def prepare() -> None:
     """Draw the icons of the library in the background: a popover does not notice what comes later."""
-    missing = (each.name for each in published.offered() if ("published", each.name) not in _icon_ids)
+    missing = (each.name for each in published.offered() if ("published", each.name) not in _icons)
     for name in islice(missing, _AT_ONCE):
-        _icon(("published", name), partial(thumbnails.of_published, name, str(user_folder("thumbnails"))), "slow")
+        swatch_icon(name, "slow")
 
 
 def watched(folder: str) -> Job[list[thumbnails.Found]]:
@@ -75,29 +71,24 @@ def watched(folder: str) -> Job[list[thumbnails.Found]]:
     return queue.ask(("watched", folder), partial(thumbnails.scan, folder), "read", max_age=_RECHECK)
 
 
-def measurement_icon(found: thumbnails.Found, how: Arguments) -> tuple[int, Exception | None]:
+def measurement_icon(measurement: thumbnails.Found, how: Arguments) -> tuple[int, Exception | None]:
     """The icon of a measurement, 0 until it has been drawn; and why it cannot be drawn, else None."""
-    work = partial(thumbnails.of_measurement, found, str(user_folder("thumbnails")), how)
-    return _icon(("watched", *found, tasks.freeze(how)), work, "slow")
+    return _icon(("watched", *measurement, tasks.freeze(how)),
+                 lambda folder: partial(thumbnails.of_measurement, measurement, folder, how), "slow")
 
 
-def _icon(key: tuple[Any, ...], work: Callable[[Report], SingleArray], lane: str) -> tuple[int, Exception | None]:
-    if key in _icon_ids:
-        return _icon_ids[key], None
+def _icon(key: icons.Key, work: Callable[[str], Callable[[Report], SingleArray]],
+          lane: str) -> tuple[int, Exception | None]:
+    """An icon, 0 until it has been drawn, by what `work` makes of the folder of thumbnails; and why it cannot be."""
+    if key in _icons:
+        return _icons.known(key), None
     if key in _failed:
         return 0, _failed[key]
-    job = queue.ask(("thumbnail", *key), work, lane, then=lambda done: _keep(key, present(done.result)))
+    job = queue.ask(("thumbnail", *key), work(str(user_folder("thumbnails"))), lane,
+                    then=lambda done: _icons.add(key, present(done.result)))
     if isinstance(job.error, ValueError):       # of the file; that a worker was killed says nothing of it
         _failed[key] = job.error
-    return _icon_ids.get(key, 0), job.error
-
-
-def _keep(key: tuple[Any, ...], picture: SingleArray) -> None:
-    if _collection is None:
-        return
-    preview = _collection.new(repr(key)) if repr(key) not in _collection else _collection[repr(key)]
-    previews.fill(preview, picture)
-    _icon_ids[key] = preview.icon_id
+    return _icons.known(key), job.error
 
 
 def _tick() -> float | None:
@@ -110,17 +101,11 @@ def _tick() -> float | None:
     return _TICK
 
 
-def register() -> None:
-    global _collection
-    _collection = bpy.utils.previews.new()
+register = _icons.register
 
 
 def unregister() -> None:
-    global _collection
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
-    _icon_ids.clear()
+    _icons.unregister()
     _failed.clear()
-    if _collection is not None:
-        bpy.utils.previews.remove(_collection)
-    _collection = None

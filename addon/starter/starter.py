@@ -8,7 +8,6 @@ there is none, or where this Blender is too old to read it.
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 
 import bpy
 
@@ -19,7 +18,7 @@ from ..core import assets, library_file, previews
 from ..core import material as materials
 from ..core.annotations import present
 from ..core.compiler import Shader
-from ..core.properties import CHOICES, LEVELS, MeasuredMaterial, use_preset
+from ..core.properties import LEVELS, Choices, default_choices, use_preset
 from . import shelf, work
 
 NAME = "Measured BRDF Starter Library"
@@ -63,10 +62,7 @@ def offer(context: bpy.types.Context, path: Path) -> None:
 def build(out: Path) -> Iterator[tuple[float, str]]:
     """Write the library into a folder, in this Blender, which must have no other file open: yields (fraction, doing).
 
-    Raises
-    ------
-    library_file.LibraryError, OSError
-        If it cannot be written, or another file has its name.
+    Raises LibraryError or OSError if it cannot be written, or another file has its name.
     """
     path = out / FILE
     with library_file.writing(path, force=False):
@@ -78,15 +74,15 @@ def build(out: Path) -> Iterator[tuple[float, str]]:
             _mark(_create(wanted), wanted)
         yield 1.0, "Writing the library"
         library_file.save_part(path, opened)
-        assets.write_catalogue(out, [assets.CATALOGUE, _CATALOGUE, *sorted(map(_catalogue, _kinds()))])
+        kinds = {_catalogue(each.tags[0]) for each in everything}
+        assets.write_catalogue(out, [assets.CATALOGUE, _CATALOGUE, *sorted(kinds)])
         with replacing(out / _VERSION, "w") as stream:
             json.dump({"blender": bpy.app.version[:2], "revision": _REVISION}, stream)
 
 
-def choices_of(wanted: published.Published) -> SimpleNamespace:
-    """The choices (`properties.Choices`) of a material with the fit of the library."""
-    defaults = MeasuredMaterial.bl_rna.properties
-    choices = SimpleNamespace(**{name: defaults[name].default for name in CHOICES} | {"filepath": wanted.path})
+def choices_of(wanted: published.Published) -> Choices:
+    """The choices of a material with the fit of the library."""
+    choices = default_choices(wanted.path)
     use_preset(choices, ready.PRESET)
     for level in LEVELS:
         setattr(choices, level, ready.ARGUMENTS[level])
@@ -112,11 +108,6 @@ def _mark(material: bpy.types.Material, wanted: published.Published) -> None:
     step = _STEP / 255
     picture[..., :3] = (picture[..., :3] / step).round() * step
     previews.fill(present(material.preview_ensure()), picture)
-
-
-def _kinds() -> set[str]:
-    """The first tags of the materials."""
-    return {each.tags[0] for each in published.offered()}
 
 
 def _catalogue(kind: str) -> str:

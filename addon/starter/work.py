@@ -16,10 +16,7 @@ def is_quick(name: str, colours: str) -> bool:
 def outcome(name: str, how: Arguments, report: Report = silent) -> Outcome:
     """What a material is made from, of a published fit; where the file has other colours, it is fitted for them.
 
-    Raises
-    ------
-    DatasetError
-        If there is none of this name, or its fit is damaged.
+    Raises DatasetError if there is none of this name, or its fit is damaged.
     """
     path = published.find(name).path
     if how["colours"] != DEFAULT:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import bpy
 
+from ..core import annotations
 from ..core.reading import scene_colours
 from .blender_process import Command, CommandError, Report
 
@@ -65,6 +66,24 @@ def build_parser() -> argparse.ArgumentParser:
 def report_of(options: argparse.Namespace) -> Report | None:
     """Where a command tells its progress and its result, if another Blender has started it."""
     return None if options.report_to is None else Report(options.report_to)
+
+
+def answering(name: str, answer: Callable[[Path, annotations.Report], None]) -> Callable[[Any], None]:
+    """What adds a command by which another Blender answers a request: `answer` takes the folder that holds it, and
+    writes the answer there."""
+    def run(options: argparse.Namespace) -> int:
+        report = Report(options.report_to)
+        with quiet():
+            answer(Path(options.folder), report.progress)
+        report.result({})
+        return 0
+
+    def add(subparsers: Any) -> None:
+        parser = subparsers.add_parser(name)
+        parser.add_argument("folder")
+        parser.set_defaults(run=run)
+
+    return add
 
 
 def summary(rows: Iterable[Row], out: str | Path, may_be_empty: bool = False) -> int:

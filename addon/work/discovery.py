@@ -75,13 +75,9 @@ def files_below(folder: str) -> Iterator["os.DirEntry[str]"]:
 
 
 def sources_in(paths: Iterable[str | Path]) -> tuple[list[Source], list[Failure]]:
-    """The measurements in files and folders.
+    """The measurements in files and folders, and those that could not be read.
 
-    Returns
-    -------
-    sources : list of Source
-        One for each sample of a CURET file; one for red, green and blue files side by side.
-    failures : list of Failure
+    A CURET file has one for each sample; red, green and blue files side by side are one.
     """
     files = files_in(paths)
     sources: list[Source] = []

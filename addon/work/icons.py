@@ -14,65 +14,73 @@ from .recent import Recent
 
 Key = tuple[Any, ...]
 _Picture = SingleArray | tuple[SingleArray, Any]
-_icon_ids: Recent[Key, int] = Recent(48, lambda key: present(_collection).__delitem__(repr(key)))
-_collection: "bpy.utils.previews.ImagePreviewCollection | None" = None
+
+
+class Icons:
+    """Icons of pictures, by what they show; at most `most`, of which those used longest ago go first."""
+
+    def __init__(self, most: int) -> None:
+        self._ids: Recent[Key, int] = Recent(most, lambda key: present(self._previews).__delitem__(repr(key)))
+        self._previews: bpy.utils.previews.ImagePreviewCollection | None = None
+
+    def __contains__(self, key: Key) -> bool:
+        return key in self._ids
+
+    def known(self, key: Key) -> int:
+        """The icon of a picture; 0 where there is none."""
+        if key not in self._ids:
+            return 0
+        return self._ids[key]           # used last
+
+    def earlier(self, key: Key) -> int:
+        """The icon that was made last of the same kind and subject, the first two parts of a key; else 0."""
+        return next((icon for other, icon in reversed(self._ids.items()) if other[:2] == key[:2]), 0)
+
+    def add(self, key: Key, picture: SingleArray) -> None:
+        """Make an icon, unless there is one: a forgotten question may be asked again."""
+        if self._previews is not None and key not in self._ids:
+            preview = self._previews.new(repr(key))
+            previews.fill(preview, picture)
+            self._ids[key] = preview.icon_id
+
+    def register(self) -> None:
+        """Begin to keep icons."""
+        self._previews = bpy.utils.previews.new()
+
+    def unregister(self) -> None:
+        """Forget all icons."""
+        self._ids.clear()
+        if self._previews is not None:
+            bpy.utils.previews.remove(self._previews)
+        self._previews = None
+
+
+_icons = Icons(48)
+register, unregister = _icons.register, _icons.unregister
 
 
 def icon(key: Key, function: Callable[[Report], Any], lane: str = "fit",
          latest: bool = False) -> tuple[int, Job[Any]]:
-    """The icon of a picture, which is drawn in the background when first asked for.
+    """The icon of a picture, which is drawn in the background when first asked for, and its job.
 
-    Parameters
-    ----------
-    key : tuple
-        What the picture shows: its kind, the measurements, and everything else that it depends on.
-    function : callable
-        As `Job` takes it; returns (size, size, 4) float32, or a tuple that begins with it.
-    lane : str
-        As `queue.ask` takes it.
-    latest : bool
-        Whether earlier pictures of this kind and these measurements that wait to be drawn are not wanted any more.
-
-    Returns
-    -------
-    icon_id : int
-        Until there is one, that of an earlier picture of this kind and these measurements, or 0.
-    job : process.Job
+    Until there is one, the icon is that of an earlier picture of this kind and subject, the first two parts of the key,
+    or 0. The function returns (size, size, 4) float32, or a tuple that begins with it; it and the lane are as
+    `queue.ask` takes them. With `latest`, earlier pictures of this kind and subject that wait to be drawn are not
+    wanted any more.
     """
     if latest:
         queue.forget(lambda other: isinstance(other, tuple) and other[:2] == key[:2] and other != key)
     job = queue.ask(key, function, lane, then=lambda done: _make_icon(key, done))
-    if key in _icon_ids:
-        return _icon_ids[key], job
-    return next((icon for other, icon in reversed(_icon_ids.items()) if other[:2] == key[:2]), 0), job
+    return _icons.known(key) or _icons.earlier(key), job
 
 
 def at_once(key: Key, draw: Callable[[], SingleArray | None]) -> int:
     """The icon of a picture that takes no time to draw; 0 where there is none."""
-    if key not in _icon_ids:
-        _add(key, draw())
-    return _icon_ids.get(key, 0)
+    if key not in _icons and (picture := draw()) is not None:
+        _icons.add(key, picture)
+    return _icons.known(key)
 
 
 def _make_icon(key: Key, job: Job[_Picture]) -> None:
-    _add(key, job.result[0] if isinstance(job.result, tuple) else job.result)
-
-
-def _add(key: Key, picture: SingleArray | None) -> None:
-    if _collection is None or picture is None or key in _icon_ids:      # a forgotten question may be asked again
-        return
-    preview = _collection.new(repr(key))
-    previews.fill(preview, picture)
-    _icon_ids[key] = preview.icon_id
-
-
-def register() -> None:
-    global _collection
-    _collection = bpy.utils.previews.new()
-
-
-def unregister() -> None:
-    global _collection
-    _icon_ids.clear()
-    bpy.utils.previews.remove(_collection)
-    _collection = None
+    picture: Any = job.result
+    _icons.add(key, picture[0] if isinstance(picture, tuple) else picture)

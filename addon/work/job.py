@@ -18,11 +18,9 @@ _Result = TypeVar("_Result")
 class AnyWorker(Protocol):
     """Where a job runs: a `process.Worker`, or a `blender_process.BlenderProcess`."""
 
-    def poll(self, job: "Job[Any]") -> None:
-        """Update the job's progress, and its result once it has one."""
+    def poll(self, job: "Job[Any]") -> None: ...
 
-    def kill(self) -> None:
-        """End the process."""
+    def kill(self) -> None: ...
 
 
 class Job(Generic[_Result]):
@@ -71,11 +69,9 @@ class Job(Generic[_Result]):
 class Work(Protocol):
     """What an operator does in another process: a `process.Calculation`, or a `blender_process.Command`."""
 
-    def start(self) -> Job[Any]:
-        """Begin in another process."""
+    def start(self) -> Job[Any]: ...
 
-    def run(self) -> Any:
-        """Wait for the result, or raise the error."""
+    def run(self) -> Any: ...
 
 
 def read_progress(path: Path, job: Job[Any]) -> None:

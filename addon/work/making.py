@@ -10,12 +10,11 @@ import bpy
 from bpy.props import IntProperty, StringProperty
 
 from ..core import compiler, material, preferences, rendered, targets
-from ..core.annotations import OperatorMixIn, OperatorResult, present
+from ..core.annotations import OperatorResult, present
 from ..core.outcomes import Outcome
-from ..core.properties import CHOICES, LEVELS, FitChoices, fit_arguments, use_preset, worth
-from . import queries
+from ..core.properties import CHOICES, LEVELS, FitChoices, use_preset, worth
 from .discovery import GLOB, files_in
-from .modal import InBackground, Steps, is_started_anew
+from .modal import AsksForPath, InBackground, Steps
 
 Outcomes = Sequence[tuple[str, str, Outcome | ValueError]]
 """As `tasks.outcomes` returns them."""
@@ -65,7 +64,6 @@ class MakesMaterials(HasTarget, InBackground):
 
     def apply(self, context: bpy.types.Context, prepared: _Prepared) -> None:
         made: list[bpy.types.Material] = []
-        outcomes = [outcome for _, _, outcome, _ in prepared if not isinstance(outcome, Exception)]
         failed = [outcome for _, _, outcome, _ in prepared if isinstance(outcome, Exception)]
         if len(failed) == len(prepared):
             raise failed[0]
@@ -76,7 +74,6 @@ class MakesMaterials(HasTarget, InBackground):
                 made.append(material.create(outcome, choices, context, shader))
         for item in made[1:]:
             item.use_fake_user = True           # without a user, Blender does not save it
-        queries.tell_fit(outcomes[0].measured, fit_arguments(choices), outcomes[0].fitted)
         told = f"{len(made)} materials; {len(failed)} files failed"
         if len(made) == 1:
             told = f"{made[0].name}: {worth(made[0].measured_brdf).whole}"
@@ -92,26 +89,14 @@ class MakesMaterials(HasTarget, InBackground):
             show_first(context, made)
 
 
-class FromFolder(FitChoices, OperatorMixIn):
-    """A mix-in for operators that ask for a folder. It precedes `InBackground` among the bases."""
+class FromFolder(FitChoices, AsksForPath):
+    """A mix-in for operators that fit the measurements of a folder."""
 
     directory: StringProperty(name="Folder", subtype="DIR_PATH", options={"SKIP_SAVE"})
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         begin_with_preference(self, context)
-        if self.directory:
-            return self.begin(context, event)
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    def execute(self, context: bpy.types.Context) -> OperatorResult:
-        if is_started_anew(self, present(self.as_keywords(ignore=("filepath",)))):
-            return {"CANCELLED"}
-        return self.run(context)
-
-    def begin(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        """Continue with the chosen folder: what `invoke` returns."""
-        return self.start(context)
+        return super().invoke(context, event)
 
     def checked_folder(self) -> str:
         """The path of the folder; an error if it has no files that may hold measurements."""

@@ -17,7 +17,7 @@ from bpy.app.handlers import persistent
 
 from ...fitter import DatasetError
 from ..core import compiler, transaction
-from ..core.annotations import OperatorMixIn, OperatorResult
+from ..core.annotations import OperatorMixIn, OperatorResult, present
 from . import blender_process, process, queue
 from .job import Job, Work
 
@@ -36,6 +36,17 @@ class InBackground(OperatorMixIn):
 
     An operator defines `work` and `apply`, and `prepare` if there is something to prepare.
     """
+
+    _work: Work | None = None
+    _job: Job[Any] | None = None
+    _steps: Steps | None = None
+    _timer: bpy.types.Timer | None = None
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        return self.start(context)
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        return self.run(context)
 
     def work(self, context: bpy.types.Context) -> Work:
         """What to do in another process."""
@@ -108,13 +119,12 @@ class InBackground(OperatorMixIn):
 
     def _begin(self, work: Work) -> None:
         global running
-        self._steps: Steps | None = None
-        self._work, self._job = work, None
+        self._work, self._job, self._steps = work, None, None
         self._job = running = work.start()
 
     def _wait(self, work: Work) -> None:
         """Begin when all that was started before has ended."""
-        self._steps, self._job, self._work = None, None, work
+        self._work, self._job, self._steps = work, None, None
         waiting.append(work)
         self.report({"INFO"}, "Queued: it begins when what is running has ended")
 
@@ -130,17 +140,18 @@ class InBackground(OperatorMixIn):
 
     def _step(self, context: bpy.types.Context) -> bool:
         """Do the next piece: whether all is done."""
-        if not self._job.poll():
+        job = present(self._job)
+        if not job.poll():
             return False
-        if self._job.error is not None:
-            raise self._job.error
+        if job.error is not None:
+            raise job.error
         if self._steps is None:
-            self._steps = self.prepare(self._job.result)
+            self._steps = self.prepare(job.result)
         progress = self._prepare_next(self._steps)
         if progress is None:
             self._apply(context)
             return True
-        self._job.fraction, self._job.doing = progress
+        job.fraction, job.doing = progress
         return False
 
     def _prepare_next(self, steps: Steps) -> tuple[float, str] | None:
@@ -174,7 +185,9 @@ class InBackground(OperatorMixIn):
             self._job.cancel()
         if self._steps is not None:
             self._steps.close()
-        context.window_manager.event_timer_remove(self._timer)
+        if self._timer is not None:
+            context.window_manager.event_timer_remove(self._timer)
+            self._timer = None
         if context.workspace is not None:
             context.workspace.status_text_set(None)
         queue.redraw()
@@ -189,15 +202,35 @@ def errors_reported(operator: bpy.types.Operator) -> Iterator[None]:
         operator.report({"ERROR"}, str(error).strip().removeprefix("Error: "))
 
 
-def is_started_anew(operator: bpy.types.Operator, given: dict[str, Any]) -> bool:
-    """Whether the file browser has called an operator, which then starts anew with what it was given, as a modal one:
-    so the window stays responsive."""
-    if not operator.options.is_invoke or operator.options.is_repeat or bpy.app.background:
-        return False
-    again = getattr(bpy.ops.measured_brdf, type(operator).__name__.partition("_OT_")[2])
-    with errors_reported(operator):
-        again("INVOKE_DEFAULT", **given)
-    return True
+class AsksForPath(InBackground):
+    """A mix-in for operators that ask for files or a folder, unless they are given them."""
+
+    path_name = "directory"         # the property that holds what is asked for
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
+        if getattr(self, self.path_name):
+            return self.begin(context, event)
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def begin(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
+        """Continue with what was chosen: what `invoke` returns."""
+        return self.start(context)
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        # called by the file browser or a dialog, it starts anew as a modal operator: the window stays responsive
+        if not self.options.is_invoke or self.options.is_repeat or bpy.app.background:
+            return self.run(context)
+        again = getattr(bpy.ops.measured_brdf, type(self).__name__.partition("_OT_")[2])
+        with errors_reported(self):
+            again("INVOKE_DEFAULT", **self.given())
+        return {"CANCELLED"}
+
+    def given(self) -> dict[str, Any]:
+        """What the operator was given, for another that goes on with it."""
+        properties: dict[str, Any] = present(self.as_keywords(ignore=("filter_glob",)))
+        return {name: [{"name": item.name} for item in value] if name == "files" else value
+                for name, value in properties.items()}
 
 
 class MEASUREDBRDF_OT_cancel(bpy.types.Operator):

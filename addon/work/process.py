@@ -136,8 +136,8 @@ def temporary() -> "tempfile.TemporaryDirectory[str]":
 def unregister() -> None:
     """End all workers."""
     global _folder
-    for found in _workers.values():
-        found.kill()
+    for each in _workers.values():
+        each.kill()
     _workers.clear()
     if _folder is not None:
         _folder.cleanup()

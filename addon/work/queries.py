@@ -1,5 +1,6 @@
 """What panels ask about measurements and fits. Every answer comes from a worker."""
 
+from collections.abc import Hashable
 from functools import partial
 from typing import Any, cast
 
@@ -12,7 +13,7 @@ from ...fitter.packed_picture import unpacked
 from ..core import edits, mixing, node_group
 from ..core import material as materials
 from ..core.annotations import Arguments, present
-from ..core.outcomes import Data, Fitted, Kept, KeptMix, Measured
+from ..core.outcomes import Data, Fitted, Kept, KeptMix, Shown
 from ..core.reading import load_arguments
 from . import icons, queue, tasks
 from .job import Job
@@ -25,14 +26,13 @@ def data(material: bpy.types.Material) -> Job[Data]:
     settings = material.measured_brdf
     path = bpy.path.abspath(settings.filepath, library=material.library)
     how = load_arguments(settings)
-    return queue.ask(_data_key(path, settings.sample, how), partial(tasks.read, path, settings.sample, how=how), "read",
-                     max_age=_RECHECK)
+    return queue.ask(("data", path, settings.sample, tasks.freeze(how)),
+                     partial(tasks.read, path, settings.sample, how=how), "read", max_age=_RECHECK)
 
 
 def cost(measured: Data, arguments: Arguments) -> tuple[Job[Fitted], Job[float]]:
     """The job that fits, and the one that finds the RMSE at held-out samples."""
-    held = held_out(measured, arguments)
-    return fitted(measured, arguments), held
+    return fitted(measured, arguments), held_out(measured, arguments)
 
 
 def fitted(measured: Data, arguments: Arguments) -> Job[Fitted]:
@@ -42,46 +42,31 @@ def fitted(measured: Data, arguments: Arguments) -> Job[Fitted]:
 
 def held_out(measured: Data, arguments: Arguments) -> Job[float]:
     """The job that finds the RMSE at held-out samples."""
-    return queue.ask(_key("held out", measured, arguments), partial(tasks.held_out_of, measured, arguments), "slow")
+    return queue.ask(_key("held out", measured, arguments), partial(tasks.held_out, measured, arguments), "slow")
 
 
-def tell_fit(measured: Measured, arguments: Arguments, found: Fitted) -> None:
-    """Answer the question for a fit that an operator has made."""
-    queue.tell(_key("fit", measured, arguments), found)
+def lit_sphere(about: Hashable, shown: Shown, edit: Arguments | None = None) -> tuple[int, Job[Any]]:
+    """The icon of the lit sphere of a fit as it is edited, and the job that draws it.
+
+    `about` says what earlier picture may stand for it until it is drawn.
+    """
+    key = "sphere", about, shown.digest, "" if edit is None else tasks.freeze(edit)
+    return icons.icon(key, partial(tasks.lit_sphere, shown, edit), latest=True)
 
 
-def known_fit(path: str, sample: str, how: Arguments, arguments: Arguments) -> tuple[str, Fitted] | None:
-    """A fit that a panel has asked for before, with the digest of its measurements; else None."""
-    measured = queue.known(_data_key(path, sample, how))
-    found = None if measured is None else queue.known(_key("fit", measured, arguments))
-    return None if found is None else (measured.digest, found)
-
-
-def lit_sphere(measured: Data, arguments: Arguments) -> tuple[int, Job[Any]]:
-    """The icon of the lit sphere, and the job that draws it."""
-    return icons.icon(_key("sphere", measured, arguments), partial(tasks.lit_sphere, measured, arguments))
-
-
-def preset_sphere(measured: Data, arguments: Arguments) -> tuple[int, Job[Any]]:
-    """As `lit_sphere`, without another fit's picture until it is drawn."""
-    kind, *rest = _key("preset sphere", measured, arguments)
-    return icons.icon((kind, tuple(rest)), partial(tasks.lit_sphere, measured, arguments))
-
-
-def polar_plot(measured: Data, arguments: Arguments, theta_i: float,
+def polar_plot(about: Hashable, shown: Shown, data: Data | None, theta_i: float,
                phi_i: float = 0.0) -> tuple[int, Job[Any]]:
     """The icon of the polar plot at an angle of incidence and an azimuth of the light (radians), and the job that draws
-    it."""
+    it; with the samples if they are given. `about` is as in `lit_sphere`."""
     theta_i, phi_i = round(theta_i, 3), round(phi_i, 3)
-    return icons.icon((*_key("polar", measured, arguments), theta_i, phi_i),
-                      partial(tasks.polar_plot, measured, arguments, theta_i, phi_i))
+    return icons.icon(("polar", about, shown.digest, None if data is None else data.digest, theta_i, phi_i),
+                      partial(tasks.polar_plot, shown, data, theta_i, phi_i))
 
 
-def turned_plane(measured: Data, arguments: Arguments, theta_i: float) -> tuple[int, Job[Any]]:
+def turned_plane(about: Hashable, shown: Shown, theta_i: float) -> tuple[int, Job[Any]]:
     """The icon of the plane of incidence, turned, at an angle of incidence (radians), and the job that draws it."""
     theta_i = round(theta_i, 3)
-    return icons.icon((*_key("turned", measured, arguments), theta_i),
-                      partial(tasks.turned_plane, measured, arguments, theta_i))
+    return icons.icon(("turned", about, shown.digest, theta_i), partial(tasks.turned_plane, shown, theta_i))
 
 
 def of_material(material: bpy.types.Material) -> Job[Fit] | None:
@@ -89,8 +74,8 @@ def of_material(material: bpy.types.Material) -> Job[Fit] | None:
 
     It needs no measurements, and fits nothing. The job fails with ValueError where the fit has been damaged.
     """
-    found = kept(material)
-    return None if found is None else queue.ask(("kept fit", found.digest), partial(tasks.kept_fit, found))
+    stored = kept(material)
+    return None if stored is None else queue.ask(("kept fit", stored.digest), partial(tasks.kept_fit, stored))
 
 
 def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
@@ -99,42 +84,22 @@ def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
     Where the material is being adjusted, it is drawn as it will be. Until it is drawn, the icon is that of the small
     picture in the material's settings, or of its previous fit.
     """
-    found = cast(Kept | KeptMix, shown(material))
-    key: tuple[Any, ...] = "kept sphere", material.session_uid, found.digest
-    if isinstance(found, KeptMix) or edits.is_as_wanted(material):
-        icon, job = icons.icon(key, partial(tasks.kept_sphere, found), latest=True)
-    else:
-        edit = edits.edit_arguments(material)
-        icon, job = icons.icon((*key, tasks.freeze(edit)), partial(tasks.adjusted_sphere, found, edit), latest=True)
+    stored = cast(Kept | KeptMix, shown(material))
+    as_it_is = isinstance(stored, KeptMix) or edits.is_as_wanted(material)
+    icon, job = lit_sphere(material.session_uid, stored, None if as_it_is else edits.edit_arguments(material))
     return icon or _small_sphere(material), job
 
 
 def shown(material: bpy.types.Material) -> Kept | KeptMix | None:
     """What a material keeps: its fit, or those that it mixes; None where there is none left."""
-    found: Kept | KeptMix | None = kept(material)
-    if found is not None or (node := materials.mix_node(material)) is None:
-        return found
+    own: Kept | KeptMix | None = kept(material)
+    if own is not None or (node := materials.mix_node(material)) is None:
+        return own
     first, second, share = mixing.mixes.parts(node)
     base, on_top = (None if part is None else shown(part) for part in (first, second))
     if base is None or on_top is None:
         return base or on_top
     return KeptMix(base, on_top, share)
-
-
-def material_polar(material: bpy.types.Material, theta_i: float, phi_i: float = 0.0,
-                   measured: Data | None = None) -> tuple[int, Job[Any]]:
-    """As `polar_plot`, from the fit that a measured material keeps; the samples are shown if they are given."""
-    found, theta_i, phi_i = present(kept(material)), round(theta_i, 3), round(phi_i, 3)
-    key = ("kept polar", material.session_uid, found.digest, None if measured is None else measured.digest, theta_i,
-           phi_i)
-    return icons.icon(key, partial(tasks.kept_polar, found, measured, theta_i, phi_i))
-
-
-def material_turned(material: bpy.types.Material, theta_i: float) -> tuple[int, Job[Any]]:
-    """As `turned_plane`, from the fit that a measured material keeps."""
-    found, theta_i = present(kept(material)), round(theta_i, 3)
-    return icons.icon(("kept turned", material.session_uid, found.digest, theta_i),
-                      partial(tasks.kept_turned, found, theta_i))
 
 
 def near_plane(material: bpy.types.Material, theta_i: float,
@@ -176,14 +141,5 @@ def _small_sphere(material: bpy.types.Material) -> int:
     return icons.at_once(("small sphere", hash(text)), lambda: unpacked(text)) if text else 0
 
 
-def errors_by_level(measured: Data, arguments: Arguments) -> tuple[int, Job[Any]]:
-    """The icon of the plot of errors, and the job that draws it."""
-    return icons.icon(_key("levels", measured, arguments), partial(tasks.errors_by_level, measured, arguments), "slow")
-
-
-def _data_key(path: str, sample: str, how: Arguments) -> tuple[str, ...]:
-    return "data", path, sample, tasks.freeze(how)
-
-
-def _key(kind: str, measured: Data | Measured, arguments: Arguments) -> tuple[str, str, str]:
+def _key(kind: str, measured: Data, arguments: Arguments) -> tuple[str, str, str]:
     return kind, measured.digest, tasks.freeze(arguments)

@@ -78,18 +78,8 @@ def ask(key: Hashable, function: Callable[[Report], _Answer], lane: str = "fit",
         max_age: float | None = None) -> Job[_Answer]:
     """The job that answers a question, finished or not. Callers ask again until there is an answer.
 
-    Parameters
-    ----------
-    key : hashable
-        Identifies the question.
-    function : callable
-        As `Job` takes it.
-    lane : {"read", "fit", "slow"}
-        Questions wait only for others of their lane.
-    then : callable, optional
-        Called with the finished job.
-    max_age : float, optional
-        Seconds after which the question is asked again; the old answer is returned until there is a new one.
+    Questions wait only for others of their lane: "read", "fit" or "slow". `then` is called with the finished job. After
+    `max_age` seconds the question is asked again; the old answer is returned until there is a new one.
     """
     chosen, now = _lanes[lane], time.monotonic()
     job = _answers.get(key)
@@ -118,18 +108,6 @@ def forget(is_unwanted: Callable[[Hashable], bool]) -> None:
             lane.queue.remove(question)
             if _answers.get(question.key) is question.job:
                 del _answers[question.key]
-
-
-def tell(key: Hashable, answer: Any) -> None:
-    """Answer a question before it is asked."""
-    job = Job[Any](None)
-    job.result, job.finished = answer, time.monotonic()
-    _keep(_Question(key, job, None))
-
-
-def known(key: Hashable) -> Any:
-    """The answer to a question; None if there is none yet."""
-    return _answers[key].result if key in _answers else None
 
 
 def answer_all() -> None:

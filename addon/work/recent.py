@@ -10,11 +10,7 @@ _Value = TypeVar("_Value")
 class Recent(dict[_Key, _Value]):
     """At most `most` values, of which the one used longest ago goes first. `get` and `in` are no use of a value.
 
-    Parameters
-    ----------
-    most : int
-    forgotten : callable, optional
-        Called with the key of a value that went.
+    `forgotten` is called with the key of a value that went.
     """
 
     def __init__(self, most: int, forgotten: Callable[[_Key], object] = lambda _key: None) -> None:

@@ -11,7 +11,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -30,19 +30,13 @@ from ...fitter.quality import cross_validation, describe, verdict
 from ...fitter.ready import Ready
 from ...fitter.samples import distinct_channels
 from ..core.annotations import Arguments, Report
-from ..core.outcomes import Data, Fitted, Kept, KeptMix, Measured, Outcome, Surface
+from ..core.outcomes import Data, Fitted, Kept, KeptMix, Measured, Outcome, Shown, Surface, Wanted
 from . import discovery, shared
 from .recent import Recent
-
-_PassedOn = TypeVar("_PassedOn")
 
 Rebaked = tuple[str, Nodes, bytes]
 """OSL source and closure nodes of a fit, and the fit as materials keep it."""
 
-_LEVELS = range(8)          # in the plot of errors; level 8 would take longer than all others together
-# likewise of anisotropic samples: of a sparse lattice, and of a dense one alone. Level 0 is fitted as level 1 or close
-# to it, and a finer lattice of four axes takes minutes or is more than a shader holds
-_SPARSE_OF_FOUR_AXES, _DENSE_OF_FOUR_AXES = range(1, 7), range(1, 5)
 _CHUNK = 1 << 16            # rows hashed at a time
 _FINE = 7                   # level of a sparse lattice
 _KEPT = 12                  # fits in the cache, a few MB each
@@ -67,36 +61,29 @@ def read(path: str, sample: str | None, report: Report = silent, how: Arguments 
     samples, measured = _load(path, sample, how)
     if measured in _described and _stamp(path) is not None:
         return _described[measured]
-    found = Data(measured, describe.describe(samples, formats.overflowed(path, sample or None)))
-    _described[measured] = found
-    return found
+    data = Data(measured, describe.describe(samples, formats.overflowed(path, sample or None)))
+    _described[measured] = data
+    return data
 
 
 def found_again(wanted: Sequence[tuple[str, str, Arguments, str]], folder: str, report: Report = silent) -> list[str]:
-    """Files in a folder, or below it, that have the names of files that are missing.
+    """The paths of files in a folder, or below it, that have the names of missing files; empty where there is none.
 
-    Parameters
-    ----------
-    wanted : list of (path, sample, how, digest)
-        How a missing file was read, and the digest of its measurements: of files of one name, that which has it.
-
-    Returns
-    -------
-    list of str
-        Their paths; empty where there is none.
+    Of each missing file it is told how it was read, and the digest of its measurements: among files of one name, that
+    which has it is taken.
     """
     report(0.0, "Searching")
     there: dict[str, list[str]] = {Path(path).name: [] for path, *_ in wanted}
     for entry in discovery.files_below(folder):
         if entry.name in there:
             there[entry.name].append(entry.path)
-    found = []
+    answers = []
     for number, (path, sample, how, key) in enumerate(wanted):
         report(number / len(wanted), f"Comparing {Path(path).name}")
         paths = there[Path(path).name]
         same = (each for each in paths if len(paths) > 1 and _has_digest(each, sample, how, key))
-        found.append(next(same, paths[0] if paths else ""))
-    return found
+        answers.append(next(same, paths[0] if paths else ""))
+    return answers
 
 
 def _has_digest(path: str, sample: str, how: Arguments, key: str) -> bool:
@@ -113,10 +100,10 @@ def _load(path: str, sample: str | None, how: Arguments | None) -> tuple[fitter.
     if stamp is not None and (asked, stamp) in _loaded:
         return _loaded[asked, stamp]
     samples = fitter.load(path, sample or None, **(how or {}))
-    found = samples, Measured(*asked, samples.name, samples.channels, samples.colours, digest(samples))
+    loaded = samples, Measured(*asked, samples.name, samples.channels, samples.colours, digest(samples))
     if stamp is not None:
-        _loaded[asked, stamp] = found
-    return found
+        _loaded[asked, stamp] = loaded
+    return loaded
 
 
 def samples_of(data: Data) -> fitter.Samples:
@@ -131,70 +118,38 @@ def samples_of(data: Data) -> fitter.Samples:
 def _stamp(path: str) -> tuple[int, int] | None:
     """Tells whether a large file has changed; None for others, which may be read together with files beside them."""
     try:
-        found = os.stat(path)
+        status = os.stat(path)
     except (OSError, ValueError):
         return None
-    return (found.st_mtime_ns, found.st_size) if found.st_size > _SMALL else None
+    return (status.st_mtime_ns, status.st_size) if status.st_size > _SMALL else None
 
 
 def outcome(path: str, sample: str | None, arguments: Arguments, report: Report = silent,
-            known: tuple[str, Fitted] | None = None, how: Arguments | None = None,
-            edit: Arguments | None = None) -> Outcome:
+            how: Arguments | None = None, edit: Arguments | None = None) -> Outcome:
     """Read measurements, fit them, and bake the shader's source.
 
-    Parameters
-    ----------
-    path, sample
-        The measurements.
-    arguments
-        Of the fit.
-    known : (str, Fitted), optional
-        The fit, if it has been made before, with the digest of its measurements.
-    how : dict, optional
-        Of reading: keyword arguments of `fitter.load`.
-    edit : dict, optional
-        Keyword arguments of `fitter.edited`.
-
-    Returns
-    -------
-    Outcome
-
-    Raises
-    ------
-    DatasetError, ValueError
-        If the measurements or the arguments are invalid.
+    `arguments` are of the fit, `how` keyword arguments of `fitter.load`, and `edit` of `fitter.edited`. Raises
+    ValueError, of which DatasetError is one, if the measurements or the arguments are invalid.
     """
     report(0.0, "Reading")
     samples, measured = _load(path, sample, how)
-    key = measured.digest
-    is_known = known is not None and known[0] == key
-    share = 0.0 if is_known else _share_of_fit(samples, arguments)
+    share = _share_of_fit(samples, arguments)
     with progress.part(0.0, share, "Fitting"):
-        found = known[1] if known is not None and is_known else fitted(samples, key, arguments)
+        made = fitted(samples, measured.digest, arguments)
     with progress.part(share, 1.0):
-        return _finish(samples, measured, found, fitter.edited(found.fit, **(edit or {})), edit or {}, report)
+        return _finish(samples, measured, made, fitter.edited(made.fit, **(edit or {})), edit or {}, report)
 
 
 def outcome_of(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
     """What a material is made from, of a fit that was made beforehand, and where its measurements are."""
     samples, measured = _load(path, None, how)
-    return Outcome(measured, found := assess(samples, made.fit, 0.0), verdict.of(samples, made.fit, found.unseen),
+    return Outcome(measured, fitting := assess(samples, made.fit, 0.0), verdict.of(samples, made.fit, fitting.unseen),
                    _assembled(made, measured.colours, {}))
 
 
 def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: Report = silent,
              how: Arguments | None = None) -> list[tuple[str, str, Outcome | ValueError]]:
-    """Outcomes of several measurements; for those that failed, the error.
-
-    Parameters
-    ----------
-    sources : list of (path, sample)
-    arguments, how : dict
-        As `outcome` takes them.
-
-    Returns
-    -------
-    list of (path, sample, Outcome or ValueError)
+    """Outcomes of several measurements, (path, sample) each, as `outcome` makes them; for those that failed, the error.
     """
     done: list[tuple[str, str, Outcome | ValueError]] = []
     for number, (path, sample) in enumerate(sources):
@@ -228,13 +183,13 @@ def asset(path: str, sample: str | None, arguments: Arguments, folder: str, repo
     samples, measured = _load(path, sample, how)
     keep = Path(folder) / f"{fit_key(samples.name, measured.digest, arguments)}.npz"
     if keep.is_file():
-        found = assess(samples, fitter.Fit.load(keep), 0.0)
+        fitting = assess(samples, fitter.Fit.load(keep), 0.0)
     else:
-        found = fitted(samples, measured.digest, arguments)
+        fitting = fitted(samples, measured.digest, arguments)
         keep.parent.mkdir(parents=True, exist_ok=True)
-        found.fit.save(keep)
-    made = fitter.edited(found.fit, **(edit or {}))
-    return (_finish(samples, measured, found, made, edit or {}, report),
+        fitting.fit.save(keep)
+    made = fitter.edited(fitting.fit, **(edit or {}))
+    return (_finish(samples, measured, fitting, made, edit or {}, report),
             pictures.lit_sphere(made, colours=samples.colours))
 
 
@@ -249,36 +204,24 @@ def asset_key(key_of_fit: str) -> str:
     return hashlib.sha256(f"{key_of_fit}\n{SHADER_VERSION}".encode()).hexdigest()[:24]
 
 
-def rebake(fits: Sequence[tuple[Kept, _PassedOn]],
-           report: Report = silent) -> list[tuple[Rebaked | ValueError, _PassedOn]]:
-    """Make the shaders of this version for fits of materials.
-
-    Parameters
-    ----------
-    fits : list of (Kept, any)
-        Each with anything to return with it.
-
-    Returns
-    -------
-    list of (Rebaked or ValueError, any)
-        What this version makes of the same fit, or the error.
-    """
-    done: list[tuple[Rebaked | ValueError, _PassedOn]] = []
-    for number, (kept, passed_on) in enumerate(fits):
+def rebake(fits: Sequence[Kept], report: Report = silent) -> list[Rebaked | ValueError]:
+    """The shaders of this version for fits of materials; for those that have been damaged, the error."""
+    done: list[Rebaked | ValueError] = []
+    for number, kept in enumerate(fits):
         report(number / len(fits), f"Updating {number + 1} of {len(fits)}")
         try:
             fit = kept_fit(kept)
             nodes = node_mixtures(fit)
-            done.append(((bake(fit, mixture=nodes.cycles), nodes, kept_bytes(fit)), passed_on))
+            done.append((bake(fit, mixture=nodes.cycles), nodes, kept_bytes(fit)))
         except ValueError as error:
-            done.append((error, passed_on))
+            done.append(error)
     return done
 
 
-def _finish(samples: fitter.Samples, measured: Measured, found: Fitted, made: fitter.Fit, edit: Arguments,
+def _finish(samples: fitter.Samples, measured: Measured, fitting: Fitted, made: fitter.Fit, edit: Arguments,
             report: Report) -> Outcome:
     """Add to a fit what else a material needs; `made` is the fit as `edit` has changed it."""
-    return Outcome(measured, found, verdict.of(samples, found.fit, found.unseen),
+    return Outcome(measured, fitting, verdict.of(samples, fitting.fit, fitting.unseen),
                    _surface(made, measured.colours, edit, report))
 
 
@@ -304,7 +247,7 @@ def _assembled(made: Ready, space: str, edit: Arguments) -> Surface:
                    made.principled, packed(pictures.lit_sphere(fit, SIZE, colours=space)), edit)
 
 
-def fitted(samples: fitter.Samples, key: str, arguments: Arguments, _report: Report = silent) -> Fitted:
+def fitted(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
     """Fit samples with this digest, unless a worker has done it before. Raises ValueError."""
     whole = key, freeze(arguments)
     if whole not in _fits:
@@ -319,12 +262,12 @@ def _fitted(samples: fitter.Samples, key: str, arguments: Arguments) -> Fitted:
         prepared = _prepared(samples, key, arguments)
     with progress.part(share if prepared else 0.0, 0.95):
         made = fit(samples, arguments, prepared)
-    found = assess(samples, made, time.perf_counter() - start)
+    fitting = assess(samples, made, time.perf_counter() - start)
     with progress.part(0.95, 1.0):
-        return found._replace(unseen=_unseen(samples, found, arguments, prepared))
+        return fitting._replace(unseen=_unseen(samples, fitting, arguments, prepared))
 
 
-def _unseen(samples: fitter.Samples, found: Fitted, arguments: Arguments, prepared: Arguments) -> float:
+def _unseen(samples: fitter.Samples, fitting: Fitted, arguments: Arguments, prepared: Arguments) -> float:
     """`verdict.steps` at samples that the fit had not seen, where that takes no longer than the fit; else UNKNOWN.
 
     Kriging predicts each sample from the others in passing; a fit that does not follow its samples does no better.
@@ -335,11 +278,11 @@ def _unseen(samples: fitter.Samples, found: Fitted, arguments: Arguments, prepar
         if left_out is None:
             return verdict.UNKNOWN
         return math.hypot(verdict.steps(samples, left_out[:, columns]),
-                          verdict.steps(samples, found.fit.evaluate(*samples.directions)))
+                          verdict.steps(samples, fitting.fit.evaluate(*samples.directions)))
     if len(samples) > _QUICK:
         return verdict.UNKNOWN
     if "tolerance" in arguments:
-        arguments = tolerance.arguments_of(found.fit)
+        arguments = tolerance.arguments_of(fitting.fit)
     return verdict.unseen(samples, lambda part: fit(part, arguments))
 
 
@@ -372,17 +315,12 @@ def fitted_of(data: Data, arguments: Arguments, _report: Report = silent) -> Fit
     return fitted(samples_of(data), data.digest, arguments)
 
 
-def held_out_of(data: Data, arguments: Arguments, report: Report = silent) -> float:
-    """As `held_out`."""
-    return held_out(samples_of(data), arguments, report)
-
-
-def held_out(samples: fitter.Samples, arguments: Arguments, report: Report = silent) -> float:
+def held_out(data: Data, arguments: Arguments, report: Report = silent) -> float:
     """RMSE at held-out samples, 1/sr. A tolerance gives the levels from all samples."""
-    folds = iter(range(cross_validation.FOLDS))
+    samples, folds = samples_of(data), iter(range(cross_validation.FOLDS))
     if "tolerance" in arguments:
         report(0.0, "Fitting")
-        arguments = tolerance.arguments_of(fitted(samples, digest(samples), arguments).fit)
+        arguments = tolerance.arguments_of(fitted(samples, data.digest, arguments).fit)
 
     def reported_fit(part: fitter.Samples) -> fitter.Fit:
         fold = next(folds)
@@ -393,52 +331,29 @@ def held_out(samples: fitter.Samples, arguments: Arguments, report: Report = sil
     return cross_validation.held_out(samples, reported_fit).rmse
 
 
-def errors_by_level(data: Data, arguments: Arguments, report: Report = silent) -> SingleArray:
-    """The plot of RMSE at the samples against level, with the present choice marked: (size, size, 4).
+def lit_sphere(shown: Shown, edit: Arguments | None, _report: Report = silent) -> SingleArray:
+    """A lit sphere, with the tangent of an anisotropic fit: (size, size, 4); of a mix by a mask, the half of each.
 
-    Levels are those of the settings: an anisotropic fit of the same settings may have lower ones.
+    `edit` are keyword arguments of `fitter.edited`, by which a fit is changed first, or None. Raises ValueError if
+    there is no fit, or an argument is wrong.
     """
-    samples = samples_of(data)
-    current = fitted(samples, data.digest, arguments)
-    if "tolerance" in arguments:
-        arguments = tolerance.arguments_of(current.fit)
-    varied = "diffuse_level" if arguments["specular_level"] is None else "specular_level"
-    chosen, levels = arguments[varied], _levels(samples, varied)
-    errors, first = {chosen: current.errors.rmse}, {_levels_of(current.fit): chosen}
-    for number, level in enumerate(levels):
-        with progress.part(number / len(levels), (number + 1) / len(levels), "Fitting every level"):
-            found = fitted(samples, data.digest, {**arguments, varied: level})
-        if samples.isotropic or first.setdefault(_levels_of(found.fit), level) == level:
-            errors[level] = found.errors.rmse
-    shown = list(levels) if samples.isotropic else sorted(errors)
-    return pictures.error_plot(shown, [errors[level] for level in shown], (chosen, current.errors.rmse))
+    if isinstance(shown, KeptMix) and shown.share is None:
+        return pictures.split(lit_sphere(shown.first, None), lit_sphere(shown.second, None))
+    made = fit_of(shown)
+    if edit is not None and isinstance(made, fitter.Fit):
+        made = fitter.edited(made, **edit)
+    return pictures.lit_sphere(made, colours=shown.colours, with_tangent=True)
 
 
-def _levels(samples: fitter.Samples, varied: str) -> range:
-    """The levels that the plot of errors shows."""
-    if samples.isotropic:
-        return _LEVELS
-    return _DENSE_OF_FOUR_AXES if varied == "diffuse_level" else _SPARSE_OF_FOUR_AXES
-
-
-def _levels_of(found: fitter.Fit) -> tuple[int, int | None]:
-    return found.diffuse_level, found.specular_level
-
-
-def lit_sphere(data: Data, arguments: Arguments, _report: Report = silent) -> SingleArray:
-    """The picture of a lit sphere, with the tangent of an anisotropic fit: (size, size, 4)."""
-    return pictures.lit_sphere(fitted_of(data, arguments).fit, colours=data.measured.colours, with_tangent=True)
-
-
-def polar_plot(data: Data, arguments: Arguments, theta_i: float, phi_i: float = 0.0,
+def polar_plot(shown: Shown, data: Data | None, theta_i: float, phi_i: float = 0.0,
                _report: Report = silent) -> tuple[SingleArray, float]:
-    """The polar plot, and the angle of incidence of the samples in it (radians)."""
-    return pictures.polar_plot(fitted_of(data, arguments).fit, samples_of(data), theta_i, phi_i=phi_i)
+    """The polar plot, and the angle of incidence of the samples in it (radians), nan without measurements."""
+    return pictures.polar_plot(fit_of(shown), None if data is None else samples_of(data), theta_i, phi_i=phi_i)
 
 
-def turned_plane(data: Data, arguments: Arguments, theta_i: float, _report: Report = silent) -> SingleArray:
+def turned_plane(shown: Shown, theta_i: float, _report: Report = silent) -> SingleArray:
     """The picture of the plane of incidence as it turns about the normal: (size, size, 4)."""
-    return pictures.turned_plane(fitted_of(data, arguments).fit, theta_i, colours=data.measured.colours)
+    return pictures.turned_plane(fit_of(shown), theta_i, colours=shown.colours)
 
 
 def near_plane(data: Data, theta_i: float, phi_i: float = 0.0,
@@ -461,38 +376,13 @@ def kept_bytes(fit: fitter.Fit) -> bytes:
     return replace(fit, name="", source="").to_bytes()
 
 
-def kept_sphere(kept: Kept | KeptMix, _report: Report = silent) -> SingleArray:
-    """As `lit_sphere`, of the fit of a material; of a mix by a mask, the half of each."""
-    if isinstance(kept, KeptMix) and kept.share is None:
-        return pictures.split(kept_sphere(kept.first), kept_sphere(kept.second))
-    return pictures.lit_sphere(_reflectance(kept), colours=_colours(kept), with_tangent=True)
-
-
-def adjusted_sphere(kept: Kept, edit: Arguments, _report: Report = silent) -> SingleArray:
-    """As `kept_sphere`, as `adjusted` would edit the fit. Raises ValueError if an argument is wrong."""
-    return pictures.lit_sphere(fitter.edited(kept_fit(kept), **edit), colours=kept.colours, with_tangent=True)
-
-
-def _reflectance(kept: Kept | KeptMix) -> fitter.Fit | Mix:
-    if isinstance(kept, Kept):
-        return kept_fit(kept)
-    return Mix(_reflectance(kept.first), _reflectance(kept.second), 0.5 if kept.share is None else kept.share)
-
-
-def _colours(kept: Kept | KeptMix) -> str:
-    return kept.colours if isinstance(kept, Kept) else _colours(kept.first)
-
-
-def kept_polar(kept: Kept, data: Data | None, theta_i: float, phi_i: float = 0.0,
-               _report: Report = silent) -> tuple[SingleArray, float]:
-    """As `polar_plot`, of the fit of a material; without measurements it has no samples, and their angle is nan."""
-    samples = None if data is None else samples_of(data)
-    return pictures.polar_plot(kept_fit(kept), samples, theta_i, phi_i=phi_i)
-
-
-def kept_turned(kept: Kept, theta_i: float, _report: Report = silent) -> SingleArray:
-    """As `turned_plane`, of the fit of a material."""
-    return pictures.turned_plane(kept_fit(kept), theta_i, colours=kept.colours)
+def fit_of(shown: Shown) -> fitter.Fit | Mix:
+    """The reflectance that is shown. Raises ValueError if there is none."""
+    if isinstance(shown, Wanted):
+        return fitted_of(*shown).fit
+    if isinstance(shown, Kept):
+        return kept_fit(shown)
+    return Mix(fit_of(shown.first), fit_of(shown.second), 0.5 if shown.share is None else shown.share)
 
 
 def digest(samples: fitter.Samples) -> str:

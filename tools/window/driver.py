@@ -182,9 +182,6 @@ def lobe(h):
     stage(h)
     import_sample("", STEEL)
     steel = bpy.context.object.active_material
-    import_sample()
-    bpy.context.scene.measured_brdf_comparison.pinned = bpy.context.object.active_material
-    bpy.context.object.active_material = steel
     view = h.area("VIEW_3D").spaces.active
     view.region_3d.view_distance, view.shading.type = 8.5, "SOLID"
     steel.measured_brdf.shown_phi = 0.7

@@ -32,7 +32,7 @@ from .light_objects import light_of
 
 __all__ = ["NAME", "in_scene", "node_tree", "register", "sky_moves", "store", "unregister", "update"]
 
-_Found = list[tuple[Lamp, bpy.types.Object | None]]
+_Listed = list[tuple[Lamp, bpy.types.Object | None]]
 """Lamps, each with its evaluated object; None for instances and bright spots."""
 
 _RETRY_INTERVAL = 0.5       # s, between two attempts of a postponed update
@@ -46,8 +46,8 @@ def in_scene(depsgraph: bpy.types.Depsgraph) -> list[Lamp]:
     At most as many as the shader of this version takes. Bright places of the world count as suns.
     """
     _forget()
-    found = [known for known, _ in _lamps(depsgraph, changes.EVERYTHING) if known.strength > 0]
-    return sorted(found, key=lambda known: known.rank)[:group.MAX_LAMPS]
+    shining = [known for known, _ in _lamps(depsgraph, changes.EVERYTHING) if known.strength > 0]
+    return sorted(shining, key=lambda known: known.rank)[:group.MAX_LAMPS]
 
 
 def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], frugal: bool = False) -> None:
@@ -84,48 +84,47 @@ def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
     if not trees:
         return
     frugal = renders_on_gpu(present(depsgraph.scene))
-    found = sorted(_lamps(depsgraph, changed), key=lambda pair: pair[0].rank)
+    ranked = sorted(_lamps(depsgraph, changed), key=lambda pair: pair[0].rank)
     for tree in trees:
-        _write(tree, found[:group.capacity(tree)], frugal, present(depsgraph.view_layer))
+        _write(tree, ranked[:group.capacity(tree)], frugal, present(depsgraph.view_layer))
 
 
-def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Found:
-    """All lamps of a scene."""
+def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Listed:
     shining = light_objects.shining(present(depsgraph.view_layer))
     lights = [item.evaluated_get(depsgraph) for item in shining]
     # an animated lamp stays listed while it is dark: it may be lit at another frame
-    found: _Found = [(lamp.of(light, item.matrix_world), item) for item in lights
+    listed: _Listed = [(lamp.of(light, item.matrix_world), item) for item in lights
                      if (light := light_of(item)).energy > 0 or drivers.is_animated(present(light.original))]
-    found += [(known, None) for known in instances.lamps(depsgraph, shining, changed)]
-    found += [(Lamp(spot.direction, -spot.radius, spot.irradiance), None)
+    listed += [(known, None) for known in instances.lamps(depsgraph, shining, changed)]
+    listed += [(Lamp(spot.direction, -spot.radius, spot.irradiance), None)
               for spot in bright_spots(depsgraph.scene_eval.world) if spot.irradiance > 0]
-    return found
+    return listed
 
 
-def _write(tree: bpy.types.NodeTree, found: _Found, frugal: bool, layer: bpy.types.ViewLayer) -> None:
+def _write(tree: bpy.types.NodeTree, listed: _Listed, frugal: bool, layer: bpy.types.ViewLayer) -> None:
     """Write lamps into a group, with drivers for those that need them."""
-    names = Counter(item.name for _, item in found if item is not None)
+    names = Counter(item.name for _, item in listed if item is not None)
     # drivers cannot tell a local object from a linked one of the same name
-    wanted = {_identity(item): drivers.wanted(present(item.original), layer) for _, item in found
+    wanted = {_identity(item): drivers.wanted(present(item.original), layer) for _, item in listed
               if item is not None and names[item.name] == 1}
     if any(wanted.values()):
-        found = _in_order_of(_object_order.get(tree.session_uid, []), found)
-    _object_order[tree.session_uid] = [_identity(item) for _, item in found]
-    sources = {(number, index): (expression, item) for number, (_, item) in enumerate(found, 1) if item is not None
+        listed = _in_order_of(_object_order.get(tree.session_uid, []), listed)
+    _object_order[tree.session_uid] = [_identity(item) for _, item in listed]
+    sources = {(number, index): (expression, item) for number, (_, item) in enumerate(listed, 1) if item is not None
                for index, expression in wanted.get(_identity(item), {}).items()}
     driven = drivers.wire(tree, sources)
-    group.store(tree, [known for known, _ in found], frugal, driven)
+    group.store(tree, [known for known, _ in listed], frugal, driven)
 
 
-def _in_order_of(before: list[int | None], found: _Found) -> _Found:
+def _in_order_of(before: list[int | None], listed: _Listed) -> _Listed:
     """The lamps in the order of the last write, if they are the same ones.
 
     Exchanging drivers because one lamp is now brighter than another would make Blender rebuild its relations.
     """
-    if Counter(before) != Counter(_identity(item) for _, item in found):
-        return found
-    others = iter([pair for pair in found if pair[1] is None])
-    objects = {_identity(pair[1]): pair for pair in found}
+    if Counter(before) != Counter(_identity(item) for _, item in listed):
+        return listed
+    others = iter([pair for pair in listed if pair[1] is None])
+    objects = {_identity(pair[1]): pair for pair in listed}
     return [next(others) if identity is None else objects[identity] for identity in before]
 
 

@@ -14,14 +14,9 @@ _MAX_UPDATES = 100
 class Changed(NamedTuple):
     """What may have changed since the last evaluation.
 
-    Attributes
-    ----------
-    structure : bool
-        Objects may have been added, removed, shown, hidden, linked to something, or given other data. Blender marks
-        the scene whenever it rebuilds the relations of the dependency graph.
-    materials : bool
-    others : bool
-        Properties of lights, of the world, or of objects.
+    Structure: objects may have been added, removed, shown, hidden, linked to something, or given other data; Blender
+    marks the scene whenever it rebuilds the relations of the dependency graph. Others: properties of lights, of the
+    world, or of objects.
     """
 
     structure: bool
@@ -35,12 +30,8 @@ EVERYTHING = Changed(True, True, True)
 def changes(depsgraph: bpy.types.Depsgraph, exact: bool) -> Changed:
     """Read the changes from a dependency graph, in one of its handlers.
 
-    Parameters
-    ----------
-    depsgraph : bpy.types.Depsgraph
-    exact : bool
-        Whether to list the updates to find out that only nodes were edited. Blender then marks every type of data that
-        may have nodes, and a scene is one.
+    If they are to be exact, the updates are listed to find out that only nodes were edited: Blender then marks every
+    type of data that may have nodes, and a scene is one.
     """
     updated = depsgraph.id_type_updated
     structure = updated("SCENE")

@@ -28,11 +28,7 @@ _POSITION, _SIZE, _STRENGTH = range(3), 3, 4
 def wanted(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> dict[int, str]:
     """The sockets of a lamp that need drivers, because their values can change without an edit: {index: expression}.
 
-    Parameters
-    ----------
-    item : bpy.types.Object
-        A light of the view layer, not evaluated.
-    layer : bpy.types.ViewLayer
+    The lamp is a light of the view layer, not evaluated.
     """
     # the matrix of an object that is hidden in the viewport is not evaluated there
     moves = can_move(item) or not item.visible_get(view_layer=layer)
@@ -64,20 +60,12 @@ def is_animated(data: bpy.types.ID) -> bool:
 
 
 def wire(tree: bpy.types.NodeTree, sources: Mapping[Place, tuple[str, bpy.types.Object]]) -> set[Place]:
-    """Give a lamp group these drivers, and remove all others.
+    """Give a lamp group these drivers, {(number, index): (expression, evaluated object)}, and remove all others.
 
-    Parameters
-    ----------
-    tree : bpy.types.ShaderNodeTree
-    sources : dict
-        {(number, index): (expression, evaluated object)}, with the numbers and indices of `group.store`.
-
-    Returns
-    -------
-    set of (number, index)
-        The sockets that had the right driver already, and so have their values.
+    Numbers and indices are those of `group.store`. Returns the places that had the right driver already, and so have
+    their values.
     """
-    before = _present(tree)
+    before = _existing(tree)
     after: dict[str, _Driver] = {
         _path(*place): (expression, {name: _target(name, item) for name in _variables(expression)})
         for place, (expression, item) in sources.items()}
@@ -103,7 +91,7 @@ def _target(name: str, item: bpy.types.Object) -> str:
     return f'objects["{bpy.utils.escape_identifier(item.name)}"].{lamp.VARIABLES[name]}'
 
 
-def _present(tree: bpy.types.NodeTree) -> dict[str, _Driver]:
+def _existing(tree: bpy.types.NodeTree) -> dict[str, _Driver]:
     """The drivers that a group has, by the data path of the driven property."""
     animation = tree.animation_data
     return {} if animation is None else {

@@ -41,9 +41,9 @@ def merge() -> None:
     local = _local()
     same = [(tree, local[0]) for tree in local[1:]]
     same += [(tree, tree.override_library.reference) for tree in trees() if tree.override_library is not None]
-    for tree, kept in same:
-        if _outputs(tree) == _outputs(kept):
-            tree.user_remap(kept)
+    for tree, instead in same:
+        if _outputs(tree) == _outputs(instead):
+            tree.user_remap(instead)
             bpy.data.node_groups.remove(tree)
 
 
@@ -62,8 +62,8 @@ def capacity(tree: bpy.types.NodeTree) -> int:
         return 0
     numbers: dict[str, set[int]] = {"Lamp": set(), "Extent": set()}
     for node in tree.nodes:
-        if found := _NUMBERED.fullmatch(node.name):
-            numbers[found[1]].add(int(found[2]))
+        if numbered := _NUMBERED.fullmatch(node.name):
+            numbers[numbered[1]].add(int(numbered[2]))
     count = len(numbers["Lamp"])
     return count if numbers["Lamp"] == numbers["Extent"] == set(range(1, count + 1)) else 0
 
@@ -81,15 +81,8 @@ def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], frugal: bool,
     values are written in blocks, and the group alone is marked as changed: its users are evaluated anew, not copied.
     Blender takes no blocks for linked groups.
 
-    Parameters
-    ----------
-    tree : bpy.types.ShaderNodeTree
-    lamps : sequence of ((x, y, z), size, strength)
-        At most `capacity(tree)`.
-    frugal : bool
-        Whether few closures fit. Groups of older versions have no place for it.
-    driven : set of (number, index)
-        Lamps, from 1, and indices into their `sockets`, that have a driver and are skipped.
+    Frugal is whether few closures fit; groups of older versions have no place for it. Sockets that are driven, by lamps
+    from 1 and indices into their `sockets`, are skipped.
     """
     # what is not known to be even costs shaders of older versions noise only
     single = {LAMPS: float(len(lamps)), _EVEN: 0.0, FRUGAL: float(frugal)}

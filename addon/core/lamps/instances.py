@@ -20,14 +20,8 @@ _Key = tuple[int, str, str]         # scene, view layer, and mode of the depende
 
 @dataclass
 class _Search:
-    """The last search.
-
-    Attributes
-    ----------
-    key : where it was made; None before the first
-    possible : whether something may instance a light
-    lamps : the lamps found
-    parents : session_uid of each object that brings lamps along, and whether it can move
+    """The last search: where it was made (None before the first), whether something may instance a light, the lamps
+    found, and by the session_uid of each object that brings lamps along whether it can move.
     """
 
     key: _Key | None = None
@@ -53,15 +47,7 @@ def forget_collections() -> None:
 
 
 def lamps(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object], changed: Changed) -> list[lamp.Lamp]:
-    """The lamps that are instanced, without the objects in `shining`.
-
-    Parameters
-    ----------
-    depsgraph : bpy.types.Depsgraph
-    shining : list of bpy.types.Object
-        The lights that are objects of the scene.
-    changed : changes.Changed
-    """
+    """The lamps that are instanced, without those in `shining`, the lights that are objects of the scene."""
     global _last
     key = depsgraph.scene.session_uid, depsgraph.view_layer.name, depsgraph.mode
     if _last.key != key or changed.structure:
@@ -78,7 +64,7 @@ def lamps(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object], c
 def search(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object]) -> None:
     """Search all instances for lights that are not in `shining`."""
     known = {item.session_uid for item in shining}
-    found: list[lamp.Lamp] = []
+    instanced: list[lamp.Lamp] = []
     parents: dict[int, bool] = {}
     for instance in depsgraph.object_instances:
         item = present(instance.object)
@@ -86,10 +72,10 @@ def search(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object]) 
             continue
         light = light_of(item)
         if light.energy > 0:
-            found.append(lamp.of(light, instance.matrix_world))
+            instanced.append(lamp.of(light, instance.matrix_world))
         parent = instance.parent.original if instance.is_instance else item.original
         parents[parent.session_uid] = parents.get(parent.session_uid) or drivers.can_move(parent)
-    _last.lamps, _last.parents = found, parents
+    _last.lamps, _last.parents = instanced, parents
 
 
 def are_possible() -> bool:

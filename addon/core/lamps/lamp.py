@@ -33,16 +33,8 @@ _AREA = {"SQUARE": _DIAGONAL.format("width", "width"), "RECTANGLE": _DIAGONAL.fo
 
 
 class Lamp(NamedTuple):
-    """What the shader knows of a lamp.
-
-    Attributes
-    ----------
-    position : (x, y, z)
-        For a sun, the direction toward it.
-    size : float
-        Radius of a ball around the lamp (m); for a sun, its angular radius (radians) with a minus sign.
-    strength : float
-        Irradiance at 1 m; for a sun, its irradiance.
+    """What the shader knows of a lamp: its position, or for a sun the direction toward it; the radius of a ball around
+    it (m), or for a sun its angular radius (radians) with a minus sign; and its irradiance, at 1 m, or that of a sun.
     """
 
     position: Vector3

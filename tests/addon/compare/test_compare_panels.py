@@ -69,7 +69,7 @@ def drawn(ui, panel, material, rounds=3):
 def quick_held_out(monkeypatch):
     from measured_brdf.addon.work import tasks
 
-    monkeypatch.setattr(tasks, "held_out_of", lambda *_arguments: 0.25)
+    monkeypatch.setattr(tasks, "held_out", lambda *_arguments: 0.25)
 
 
 def test_each_preset_has_its_own_numbers_whatever_the_settings_are(ui, material, fits, monkeypatch):
@@ -159,9 +159,9 @@ def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(ui,
         theta, phi = np.arcsin(np.sqrt(random.random(200_000))), random.random(200_000) * 2 * np.pi
         value = np.maximum(made.evaluate(theta, phi, np.zeros(200_000), np.zeros(200_000)), 0)
         expected = np.broadcast_to(100 * np.pi * value.mean(axis=0), 3)
-        found = np.broadcast_to([float(part) for part in albedo.split()], 3)
-        np.testing.assert_allclose(found, expected, atol=0.8)
-    assert {"divide", "flipped", "theta", "pinned"} <= set(shown.fields)
+        shown_albedo = np.broadcast_to([float(part) for part in albedo.split()], 3)
+        np.testing.assert_allclose(shown_albedo, expected, atol=0.8)
+    assert {"divide", "shown_theta", "pinned"} <= set(shown.fields)
 
 
 def values_of(texts, name):
@@ -201,7 +201,7 @@ def test_the_panels_are_shown_where_a_material_is_measured(ui, material):
 def test_a_test_render_is_shown_when_it_is_there(ui, material, other, monkeypatch):
     panel, scene = ui.compare_with.MEASUREDBRDF_PT_look, bpy.context.scene
     assert "picture" not in draw(panel, material=material).kinds
-    key = ui.looks.key(scene, material, 256)
+    key = ui.looks.key(scene, material)
     ui.looks.store(key, np.ones((256, 256, 4), np.float32))
     shown = draw(panel, material=material)
     assert "picture" in shown.kinds
@@ -210,11 +210,10 @@ def test_a_test_render_is_shown_when_it_is_there(ui, material, other, monkeypatc
     shown = draw(panel, material=material)
     assert "picture" not in shown.kinds, "the pinned one has not been rendered"
     assert shown.button("Render Both") is not None
-    ui.looks.store(ui.looks.key(scene, other, 256), np.zeros((256, 256, 4), np.float32))
+    ui.looks.store(ui.looks.key(scene, other), np.zeros((256, 256, 4), np.float32))
     given = []
-    monkeypatch.setattr(ui.looks, "icon", lambda _name, _keys, picture: given.append(picture) or 1)
-    for flipped, left in ((False, 1), (True, 0)):
-        ui.comparison.of(scene).flipped = flipped
-        draw(panel, material=material)
-        assert given[-1][:, :120].min() == given[-1][:, :120].max() == left
-        assert given[-1][:, 140:].min() == given[-1][:, 140:].max() == 1 - left
+    monkeypatch.setattr(ui.compare_with.icons, "at_once", lambda _key, draw: given.append(draw()) or 1)
+    monkeypatch.setattr(ui.compare_with, "_swatch", lambda _color: 1)
+    draw(panel, material=material)
+    assert given[-1][:, :120].min() == given[-1][:, :120].max() == 1
+    assert given[-1][:, 140:].min() == given[-1][:, 140:].max() == 0

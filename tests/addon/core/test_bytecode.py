@@ -38,5 +38,5 @@ def test_names_of_variables_are_short_and_those_that_are_seen_stay(compact):
 def test_tables_are_rounded_to_single_precision(compact):
     numbers = [(-1) ** n / (n + 1) ** 3 for n in range(200)]
     line = f"const\tfloat[200]\t$const1\t{' '.join(f'{number:.9g}' for number in numbers)} \n"
-    found = list(map(float, compact(line).split("\t")[3].split()))
-    assert max(abs(one / other - 1) for one, other in zip(found, numbers, strict=True)) < 5.1e-7
+    rounded = list(map(float, compact(line).split("\t")[3].split()))
+    assert max(abs(one / other - 1) for one, other in zip(rounded, numbers, strict=True)) < 5.1e-7

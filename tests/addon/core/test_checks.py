@@ -27,9 +27,9 @@ def test_each_setting_is_found_and_fixed_by_itself(blender, scene):
     cycles.sample_clamp_indirect, cycles.sample_clamp_direct, cycles.blur_glossy = 10, 5, 1
     lamp.visible_glossy = False
     lamp.data.cycles.use_multiple_importance_sampling = False
-    found = ["caustics", "clamp_indirect", "clamp_direct", "filter_glossy", "glossy:Area", "importance:Area"]
-    assert keys(scene) == found
-    for key in found:
+    wrong = ["caustics", "clamp_indirect", "clamp_direct", "filter_glossy", "glossy:Area", "importance:Area"]
+    assert keys(scene) == wrong
+    for key in wrong:
         assert blender.ops.measured_brdf.fix_setting(key=key) == {"FINISHED"}
         assert key not in keys(scene)
     assert cycles.caustics_reflective

@@ -14,9 +14,9 @@ def device(extension):
     """The module, which has listed no device yet."""
     from measured_brdf.addon.core import device
 
-    device._found.cache_clear()
+    device._available.cache_clear()
     yield device
-    device._found.cache_clear()
+    device._available.cache_clear()
 
 
 @pytest.fixture
@@ -68,7 +68,7 @@ def test_the_device_is_the_one_that_cycles_takes(device, asked, monkeypatch, kin
 ])
 def test_the_command_line_overrides_scene_and_preferences(device, monkeypatch, arguments, found):
     prefer(device, monkeypatch, "CUDA", ("CUDA_1",))
-    monkeypatch.setattr(device, "_found", lambda kind: {"CUDA_1"})
+    monkeypatch.setattr(device, "_available", lambda kind: {"CUDA_1"})
     monkeypatch.setattr(sys, "argv", arguments)
     assert device.effective_device(scene()) == found
 
@@ -78,7 +78,7 @@ def test_osl_runs_on_the_cpu_and_with_optix_where_it_is_switched_on(device, aske
     assert device.osl_runs(scene())
     assert not device.osl_runs(scene(osl=False))
     assert not device.osl_runs(scene(engine="BLENDER_EEVEE"))
-    monkeypatch.setattr(device, "_found", lambda kind: {"CUDA_1"})
+    monkeypatch.setattr(device, "_available", lambda kind: {"CUDA_1"})
     prefer(device, monkeypatch, "CUDA", ("CUDA_1",))
     assert not device.osl_runs(scene())
     assert device.osl_runs(scene("CPU"))

@@ -77,18 +77,18 @@ def test_gltf_has_the_fitted_principled(blender, gltf, material, tmp_path, name)
     close = FIT[name]
     update(material, close)
     blender.ops.export_scene.gltf(filepath=str(tmp_path / "a.glb"))
-    found = imported(blender, blender.ops.import_scene.gltf, tmp_path / "a.glb")
-    assert found["Base Color"] == pytest.approx(close.base_color, abs=EXACT)
-    assert found["Metallic"] == pytest.approx(close.metallic, abs=EXACT)
-    assert found["Roughness"] == pytest.approx(close.roughness, abs=EXACT)
-    assert found["Specular IOR Level"] == pytest.approx(close.specular_level, abs=EXACT)
-    assert found["Sheen Weight"] == close.sheen_weight
+    surface = imported(blender, blender.ops.import_scene.gltf, tmp_path / "a.glb")
+    assert surface["Base Color"] == pytest.approx(close.base_color, abs=EXACT)
+    assert surface["Metallic"] == pytest.approx(close.metallic, abs=EXACT)
+    assert surface["Roughness"] == pytest.approx(close.roughness, abs=EXACT)
+    assert surface["Specular IOR Level"] == pytest.approx(close.specular_level, abs=EXACT)
+    assert surface["Sheen Weight"] == close.sheen_weight
     if close.sheen_weight:
-        assert found["Sheen Tint"] == pytest.approx(close.sheen_tint, abs=EXACT)
-        assert found["Sheen Roughness"] == pytest.approx(close.sheen_roughness, abs=EXACT)
-    assert found["Coat Weight"] == pytest.approx(close.coat_weight, abs=EXACT)
+        assert surface["Sheen Tint"] == pytest.approx(close.sheen_tint, abs=EXACT)
+        assert surface["Sheen Roughness"] == pytest.approx(close.sheen_roughness, abs=EXACT)
+    assert surface["Coat Weight"] == pytest.approx(close.coat_weight, abs=EXACT)
     if close.coat_weight:
-        assert found["Coat Roughness"] == pytest.approx(close.coat_roughness, abs=EXACT)
+        assert surface["Coat Roughness"] == pytest.approx(close.coat_roughness, abs=EXACT)
 
 
 def test_gltf_is_as_other_programs_read_it(blender, gltf, material, tmp_path):
@@ -108,13 +108,13 @@ def test_usd_has_the_fitted_preview_surface(blender, material, tmp_path, name):
     update(material, close)
     blender.ops.wm.usd_export(filepath=str(tmp_path / "a.usda"))
     assert 'info:id = "UsdPreviewSurface"' in (tmp_path / "a.usda").read_text()
-    found = imported(blender, blender.ops.wm.usd_import, tmp_path / "a.usda")
-    assert found["Base Color"] == pytest.approx(close.base_color, abs=EXACT)
-    assert found["Metallic"] == pytest.approx(close.metallic, abs=EXACT)
-    assert found["Roughness"] == pytest.approx(close.roughness, abs=EXACT)
-    assert found["Coat Weight"] == pytest.approx(close.coat_weight, abs=EXACT)
+    surface = imported(blender, blender.ops.wm.usd_import, tmp_path / "a.usda")
+    assert surface["Base Color"] == pytest.approx(close.base_color, abs=EXACT)
+    assert surface["Metallic"] == pytest.approx(close.metallic, abs=EXACT)
+    assert surface["Roughness"] == pytest.approx(close.roughness, abs=EXACT)
+    assert surface["Coat Weight"] == pytest.approx(close.coat_weight, abs=EXACT)
     if close.coat_weight:
-        assert found["Coat Roughness"] == pytest.approx(close.coat_roughness, abs=EXACT)
+        assert surface["Coat Roughness"] == pytest.approx(close.coat_roughness, abs=EXACT)
 
 
 @pytest.mark.parametrize("name", FIT)
@@ -166,9 +166,9 @@ def test_a_mix_is_exported_between_its_materials_and_follows_them(blender, gltf,
         blender.context.object.material_slots[0].material = material
         path = tmp_path / "a.gltf"
         blender.ops.export_scene.gltf(filepath=str(path), export_format="GLTF_SEPARATE")
-        found = json.loads(path.read_text())["materials"][0]["pbrMetallicRoughness"]
-        return np.array([*found.get("baseColorFactor", (1, 1, 1, 1)), found.get("metallicFactor", 1),
-                         found.get("roughnessFactor", 1)])
+        written = json.loads(path.read_text())["materials"][0]["pbrMetallicRoughness"]
+        return np.array([*written.get("baseColorFactor", (1, 1, 1, 1)), written.get("metallicFactor", 1),
+                         written.get("roughnessFactor", 1)])
 
     mixed = blender.data.materials[f"{first.name} + {second.name}"]
     before = exported(mixed)
@@ -250,7 +250,7 @@ def test_an_imported_measurement_is_exported(blender, gltf, write_astm, glossy, 
     color = list(made.inputs["Base Color"].default_value)
     assert max(color[:3]) > 0.05
     blender.ops.export_scene.gltf(filepath=str(tmp_path / "made.glb"))
-    found = imported(blender, blender.ops.import_scene.gltf, tmp_path / "made.glb")
+    surface = imported(blender, blender.ops.import_scene.gltf, tmp_path / "made.glb")
     for name, value in expected.items():
-        assert found[name] == pytest.approx(value, abs=1e-5)
-    assert found["Base Color"] == pytest.approx(color[:3], abs=1e-5)
+        assert surface[name] == pytest.approx(value, abs=1e-5)
+    assert surface["Base Color"] == pytest.approx(color[:3], abs=1e-5)

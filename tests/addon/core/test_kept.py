@@ -128,12 +128,12 @@ def test_an_rgb_material_is_light(imported, cornell, tmp_path):
     path = cornell("krylon_blue_RGB").source
     assert bpy.ops.measured_brdf.import_data(filepath=path, preset="Standard") == {"FINISHED"}
     tree = group(bpy.context.object.active_material)
-    found = {"source": len(bake(fitter.Fit.from_bytes(kept(bpy.context.object.active_material)))),
+    sizes = {"source": len(bake(fitter.Fit.from_bytes(kept(bpy.context.object.active_material)))),
              "bytecode": len(tree.nodes["Measured BRDF Shader"].bytecode), ".blend": size(tmp_path) - before}
-    print(found)
-    assert found["source"] < 200_000
-    assert found["bytecode"] < 255_000
-    assert found[".blend"] < 560_000
+    print(sizes)
+    assert sizes["source"] < 200_000
+    assert sizes["bytecode"] < 255_000
+    assert sizes[".blend"] < 560_000
 
 
 def test_appended_materials_share_the_groups_of_their_lobes_with_those_of_the_file(imported, tmp_path):

@@ -21,9 +21,9 @@ def closed(mesh):
 
     shape = bmesh.new()
     shape.from_mesh(mesh)
-    found = all(len(edge.link_faces) == 2 for edge in shape.edges)
+    is_closed = all(len(edge.link_faces) == 2 for edge in shape.edges)
     shape.free()
-    return found
+    return is_closed
 
 
 def places(mesh):

@@ -61,9 +61,9 @@ def test_a_checkout_opens_its_markdown(blender, without_site):
 
 
 def test_f1_finds_a_page_over_every_control(blender, with_html):
-    found = list(controls(blender))
-    assert len(found) > 30
-    for name in found:
+    names = list(controls(blender))
+    assert len(names) > 30
+    for name in names:
         path = opened(blender, name)
         assert path is not None, name
         assert path.is_relative_to(with_html), name

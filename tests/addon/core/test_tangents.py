@@ -43,9 +43,9 @@ def test_the_direction_around_the_axis_suits_turned_parts_only(blender, material
 
 def test_the_fix_takes_the_tangent_of_the_uv_map_and_then_there_is_nothing_to_fix(blender, material):
     show(blender, "monkey", material)
-    found, = findings(blender)
-    assert found.change == "Use the UV map's tangent"
-    assert blender.ops.measured_brdf.fix_setting(key=found.key) == {"FINISHED"}
+    finding, = findings(blender)
+    assert finding.change == "Use the UV map's tangent"
+    assert blender.ops.measured_brdf.fix_setting(key=finding.key) == {"FINISHED"}
     node = tangent(material).links[0].from_node
     assert (node.type, node.direction_type, node.uv_map) == ("TANGENT", "UV_MAP", "")
     assert findings(blender) == []
@@ -69,11 +69,11 @@ def test_without_a_uv_map_of_any_area_there_is_a_hint_and_no_fix(blender, materi
     mesh = show(blender, "cube", material).data
     for corner in mesh.uv_layers[0].uv:
         corner.vector = (0.5, 0.5)
-    found, = findings(blender)
-    assert (found.fix, "has no area: unwrap it" in found.message) == (None, True)
+    finding, = findings(blender)
+    assert (finding.fix, "has no area: unwrap it" in finding.message) == (None, True)
     mesh.uv_layers.remove(mesh.uv_layers[0])
-    found, = findings(blender)
-    assert (found.fix, "is missing: unwrap it" in found.message) == (None, True)
+    finding, = findings(blender)
+    assert (finding.fix, "is missing: unwrap it" in finding.message) == (None, True)
 
 
 @pytest.mark.parametrize("name", ["", "Another"])
@@ -87,9 +87,9 @@ def test_a_tangent_node_of_a_uv_map_that_is_not_there_is_found(blender, material
     if not name:
         assert findings(blender) == []
         mesh.uv_layers.remove(mesh.uv_layers[0])
-    found, = findings(blender)
-    assert found.change == "Use the tangent around the Z axis"
-    assert blender.ops.measured_brdf.fix_setting(key=found.key) == {"FINISHED"}
+    finding, = findings(blender)
+    assert finding.change == "Use the tangent around the Z axis"
+    assert blender.ops.measured_brdf.fix_setting(key=finding.key) == {"FINISHED"}
     assert not tangent(material).is_linked
     assert findings(blender) == []
 

@@ -35,9 +35,9 @@ def test_a_disk_in_an_image_is_found_with_its_size_and_light(extension, place):
 
 def test_several_disks_are_found_and_even_skies_have_none(extension):
     places = (1, 0, 0.5), (0, 1, 0.2), (-1, -1, 1)
-    found = [direction for direction, *_ in extension.addon.core.world_lights.spots(panorama(places))]
-    assert len(found) == 3
-    assert all(min(apart(place, direction) for direction in found) < math.radians(0.4) for place in places)
+    directions = [direction for direction, *_ in extension.addon.core.world_lights.spots(panorama(places))]
+    assert len(directions) == 3
+    assert all(min(apart(place, direction) for direction in directions) < math.radians(0.4) for place in places)
     spots = extension.addon.core.world_lights.spots
     assert spots(np.full((128, 256), 0.7)) == []
     assert spots(np.zeros((64, 128))) == []

@@ -109,9 +109,7 @@ def test_a_failed_import_leaves_the_blend_as_it_was(blender, cube, tmp_path, con
     assert cube.active_material is None
 
 
-BAD_FILE = {"browse": {"filepath": "{path}", "directory": "{folder}", "files": [{"name": "bad.astm"}]},
-            "say_units": {"filepath": "{path}", "directory": "{folder}", "files": [{"name": "bad.astm"}]},
-            "choose_sample": {"filepath": "{path}", "item": "a"},
+BAD_FILE = {"choose_sample": {"filepath": "{path}", "item": "a"},
             "find_file": {"filepath": "{path}", "refit": True}}
 
 
@@ -160,10 +158,10 @@ def test_a_blender_without_osl_gets_closure_nodes(blender, cube, file, monkeypat
 
     monkeypatch.setattr(osl_support, "missing", lambda: osl_support.NO_OSL)
     import_file(blender, file)
-    found = rendered.in_scene(cube.active_material, blender.context.scene)
-    assert found.how == "NODES"
-    assert 0 < found.error < 0.5
-    assert not found.can_enable
+    now = rendered.in_scene(cube.active_material, blender.context.scene)
+    assert now.how == "NODES"
+    assert 0 < now.error < 0.5
+    assert not now.can_enable
 
 
 def test_fitting_again_replaces_the_shader_and_leaves_no_rest(blender, cube, file):

@@ -39,10 +39,9 @@ def cube(blender):
     return blender.context.object
 
 
-@pytest.mark.parametrize("operator", ["import_data", "browse", "say_units"])
 @pytest.mark.parametrize("name", PRESETS)
-def test_every_preset_is_fitted_as_it_is_defined(blender, cube, file, asked, name, operator):
-    getattr(blender.ops.measured_brdf, operator)(filepath=file, preset=name)
+def test_every_preset_is_fitted_as_it_is_defined(blender, cube, file, asked, name):
+    blender.ops.measured_brdf.import_data(filepath=file, preset=name)
     assert asked == [pytest.approx(PRESETS[name])]
     settings = cube.active_material.measured_brdf
     assert (settings.preset, settings.use_tolerance) == (name, False)
@@ -64,7 +63,7 @@ def test_a_tolerance_beside_a_preset_is_followed(blender, cube, file, asked):
 
 def test_a_preset_that_is_chosen_in_a_dialog_shows_its_levels_and_ends_auto(blender, extension):
     """What the buttons of a dialog do: they assign to the properties of its operator, one after the other."""
-    dialog = blender.context.window_manager.operator_properties_last("measured_brdf.browse")
+    dialog = blender.context.window_manager.operator_properties_last("measured_brdf.import_data")
     for name, preset in PRESETS.items():
         dialog.use_tolerance, dialog.diffuse_level = True, 7
         dialog.preset = name
@@ -81,7 +80,7 @@ def test_a_dialog_begins_with_the_preference_and_not_with_the_last_use(blender, 
     from measured_brdf.addon.importing import import_data
 
     monkeypatch.setattr(preferences, "get", lambda context: SimpleNamespace(preset="Draft"))
-    last = blender.context.window_manager.operator_properties_last("measured_brdf.browse")
+    last = blender.context.window_manager.operator_properties_last("measured_brdf.import_data")
     last.preset, last.use_tolerance, last.sample, last.angles = "Reference", True, "felt", "radians"
 
     class Ghost:

@@ -121,7 +121,7 @@ class Window:
 
     def __init__(self, bpy):
         self.called = []
-        operators = SimpleNamespace(say_units=lambda *arguments, **options: self.called.append((arguments, options)))
+        operators = SimpleNamespace(import_data=lambda *arguments, **options: self.called.append((arguments, options)))
         self.ops = SimpleNamespace(measured_brdf=operators)
         self.app = SimpleNamespace(background=False)
         self.types, self.data, self.path = bpy.types, bpy.data, bpy.path
@@ -138,6 +138,7 @@ def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, exten
                                use_tolerance=False, tolerance=1.0, rendering="AUTO", angles="auto", quantity="auto",
                                illuminant="D65", isotropic="auto", symmetry="auto", encoding="raw", target=7, slot=1,
                                others="8", report=lambda kind, text: reports.append(text))
+    operator.given = lambda: {"filepath": file, "target": 7, "slot": 1, "others": "8"}
     with pytest.raises(ValueError, match="degrees or radians") as raised:
         extension.fitter.load(file)
     assert module.MEASUREDBRDF_OT_import_data._failed(operator, raised.value) == {"CANCELLED"}
@@ -151,23 +152,16 @@ def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, exten
         assert "degrees or radians" in reports[0]
 
 
-def test_the_dialog_imports_with_what_was_chosen(blender, cube, file):
-    assert blender.ops.measured_brdf.say_units(filepath=file, preset="Paper", **CHEAP, **HOW) == {"FINISHED"}
-    assert cube.active_material.measured_brdf.quantity == "brdf_cos"
-
-
 def test_the_dialogs_draw_the_options(extension):
     module = extension.addon.importing.import_data
-    for cls, expected in ((module.MEASUREDBRDF_OT_browse, {"angles", "quantity", "illuminant", "isotropic",
-                                                            "symmetry", "encoding", "sample",
-                                                            "diffuse_level", "specular_level", "compression",
-                                                            "use_tolerance", "tolerance"}),
-                          (module.MEASUREDBRDF_OT_say_units, {"angles", "quantity"})):
+    for complaint, expected in (("", {"angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding", "sample",
+                                      "diffuse_level", "specular_level", "compression", "use_tolerance", "tolerance"}),
+                                ("the angles may be degrees or radians " * 5, {"angles", "quantity"})):
         layout, body = MagicMock(), MagicMock()
         layout.panel.return_value = (MagicMock(), body)
         operator = SimpleNamespace(layout=layout, use_tolerance=False, filepath="", files=[],
-                                   complaint="the angles may be degrees or radians " * 5)
-        cls.draw(operator, None)
+                                   complaint=complaint)
+        module.MEASUREDBRDF_OT_import_data.draw(operator, SimpleNamespace(area=SimpleNamespace(type="FILE_BROWSER")))
         drawn = [call.args[1] for part in (layout, body, body.row.return_value) for call in part.prop.call_args_list]
         assert expected <= set(drawn)
         assert len(drawn) == len(set(drawn))
@@ -202,15 +196,15 @@ def test_a_material_of_another_space_is_told_and_mended(blender, cube, file, gre
     material = cube.active_material
     assert not findings(blender)
     use_space(blender, "ACEScg")
-    (found,) = findings(blender)
-    assert "was fitted for colours in Rec.709; those of this file are in ACEScg" in found.message
-    assert blender.ops.measured_brdf.fix_setting(key=found.key) == {"FINISHED"}
+    (finding,) = findings(blender)
+    assert "was fitted for colours in Rec.709; those of this file are in ACEScg" in finding.message
+    assert blender.ops.measured_brdf.fix_setting(key=finding.key) == {"FINISHED"}
     assert material.measured_brdf.colours == "ACEScg"
     assert not findings(blender)
     material.measured_brdf.filepath = "gone.csv"
     use_space(blender, "Linear Rec.709")
-    (found,) = findings(blender)
-    assert (found.fix, "its measurements are" in found.message) == (None, True)
+    (finding,) = findings(blender)
+    assert (finding.fix, "its measurements are" in finding.message) == (None, True)
     blender.data.materials.remove(material)
     blender.ops.measured_brdf.import_data(filepath=grey, **CHEAP, **HOW)
     assert cube.active_material.measured_brdf.colours == "grey"
@@ -224,8 +218,8 @@ def test_a_file_of_a_space_that_nobody_knows_is_told(blender, cube, file, extens
     monkeypatch.setattr(reading, "Color", lambda axis: SimpleNamespace(
         from_scene_linear_to_xyz_d65=lambda: SimpleNamespace(r=axis[0], g=axis[1], b=axis[2])))
     assert reading.scene_colours() == ""
-    (found,) = findings(blender)
-    assert "none of Rec.709, Rec.2020, ACEScg" in found.message
+    (finding,) = findings(blender)
+    assert "none of Rec.709, Rec.2020, ACEScg" in finding.message
     assert blender.ops.measured_brdf.fit() == {"FINISHED"}
     assert cube.active_material.measured_brdf.colours == "Rec.709"
 

@@ -39,13 +39,13 @@ def above(parts):
 def inspected(parts):
     spot = parts.surface.Spot(1, 2, np.zeros(3), np.array([0, 0, 1.0]), np.array([1.0, 0, 0]), True, 0.0, "around Z")
     made = parts.inspection.Inspection(spot, 0.5, math.radians(40), 0.3)
-    made.show(parts.inspection.Shown(FIT, "steel", "Rec.709"), None)
+    made.show(parts.inspection.Shown(FIT, "steel", "Rec.709"))
     return made
 
 
 @pytest.fixture
 def disc(parts):
-    return parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0, 1)
+    return parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0)
 
 
 FRAME = np.eye(4)
@@ -56,8 +56,8 @@ def test_what_is_shown_is_the_fit_at_the_direction_of_the_light(inspected):
     expected = FIT.evaluate(math.radians(40), 0.3, math.acos(z), math.atan2(y, x))
     np.testing.assert_allclose(inspected.lobe.values[777], expected, rtol=1e-6)
     assert inspected.longest == pytest.approx(np.cbrt(inspected.lobe.values.mean(axis=1).max()))
-    np.testing.assert_allclose(inspected.read(-0.7)[0], FIT.evaluate(math.radians(40), 0.3, 0.7, 0.3))
-    np.testing.assert_allclose(inspected.read(0.7)[0], FIT.evaluate(math.radians(40), 0.3, 0.7, 0.3 + math.pi))
+    np.testing.assert_allclose(inspected.read(-0.7), FIT.evaluate(math.radians(40), 0.3, 0.7, 0.3))
+    np.testing.assert_allclose(inspected.read(0.7), FIT.evaluate(math.radians(40), 0.3, 0.7, 0.3 + math.pi))
 
 
 def test_the_ridge_lies_on_the_lobe(inspected):
@@ -122,17 +122,15 @@ def test_keys_switch_the_radius_and_the_plot_and_move_the_light(inspected):
     assert not inspected.key("G")
 
 
-def test_a_second_fit_has_a_curve_and_values_of_its_own(inspected, parts):
-    other = prior.lambertian(np.array([[0.2]]))
-    assert inspected.show(inspected.first, parts.inspection.Shown(other, "paper", "Rec.709"))
-    assert not inspected.show(inspected.first, inspected.second)
-    (_, first), (_, second) = inspected.curves
-    assert first.shape[1] == 3
-    np.testing.assert_allclose(second, 0.2)
-    assert inspected.largest == pytest.approx(first.max())
-    np.testing.assert_allclose(inspected.read(0.1)[1], [0.2])
-    inspected.show(None, None)
-    assert (inspected.lobe, inspected.curves) == (None, [])
+def test_another_fit_has_another_curve_and_other_values(inspected, parts):
+    other = parts.inspection.Shown(prior.lambertian(np.array([[0.2]])), "paper", "Rec.709")
+    assert inspected.show(other)
+    assert not inspected.show(other)
+    np.testing.assert_allclose(inspected.curve[1], 0.2)
+    assert inspected.largest == pytest.approx(0.2)
+    np.testing.assert_allclose(inspected.read(0.1), [0.2])
+    inspected.show(None)
+    assert (inspected.lobe, inspected.curve) == (None, None)
 
 
 # -- in Blender, without a window ------------------------------------------------------------------------------------
@@ -219,7 +217,7 @@ def test_it_begins_at_the_spot_under_the_mouse_and_takes_the_fit_of_its_material
     assert running.lobe is None
     answer()
     assert stage.send("TIMER") == {"PASS_THROUGH"}
-    np.testing.assert_allclose(running.read(0.4)[0], FIT.evaluate(running.theta_i, running.phi_i, 0.4, math.pi),
+    np.testing.assert_allclose(running.read(0.4), FIT.evaluate(running.theta_i, running.phi_i, 0.4, math.pi),
                                rtol=1e-5)
 
 
@@ -235,7 +233,7 @@ def test_the_dots_of_a_published_fit_are_not_called_measured(stage, parts, monke
     stage.send("TIMER")
     said = []
     monkeypatch.setattr(overlay.drawing, "text", lambda text, *_: said.append(text) or 0)
-    overlay._draw_titles(inspection_of(parts), parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0, 1))
+    overlay._draw_titles(inspection_of(parts), parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0))
     assert f"dots: {source} at 40.1\u00b0" in said[-1]
 
 
@@ -412,7 +410,7 @@ def test_an_undone_material_is_followed(stage, parts):
     stage.begin()
     answer()
     stage.send("TIMER")
-    first = inspection_of(parts).first
+    before = inspection_of(parts).shown
     other = material_for(brushed_fit(0.3, 0.5))
     group, its = (next(node for node in each.node_tree.nodes if node.type == "GROUP")
                   for each in (stage.item.active_material, other))
@@ -420,7 +418,7 @@ def test_an_undone_material_is_followed(stage, parts):
     stage.send("TIMER")
     answer()
     stage.send("TIMER")
-    assert inspection_of(parts).first.fit is not first.fit
+    assert inspection_of(parts).shown.fit is not before.fit
 
 
 def test_without_a_window_it_says_so_and_does_nothing(blender):

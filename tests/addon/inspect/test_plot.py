@@ -16,7 +16,7 @@ def plot(extension):
 @pytest.mark.parametrize("scale", [1.0, 1.25, 2.0])
 @pytest.mark.parametrize("side", ["LEFT", "RIGHT"])
 def test_a_plot_is_large_and_inside_of_its_region(plot, side, scale):
-    made = plot.placed((40, 0, 1400 * scale, 800 * scale), side, scale, 2)
+    made = plot.placed((40, 0, 1400 * scale, 800 * scale), side, scale)
     assert 400 * scale <= made.width
     assert 300 * scale <= made.height
     assert made.x >= 40
@@ -30,14 +30,14 @@ def test_a_plot_is_large_and_inside_of_its_region(plot, side, scale):
 
 
 def test_a_small_region_has_a_smaller_plot(plot):
-    made = plot.placed((0, 0, 420, 360), "LEFT", 1.0, 1)
+    made = plot.placed((0, 0, 420, 360), "LEFT", 1.0)
     assert made.width <= 420 - 20
     assert made.height <= 360
-    assert plot.placed((0, 0, 50, 20), "LEFT", 1.0, 1).radius > 0
+    assert plot.placed((0, 0, 50, 20), "LEFT", 1.0).radius > 0
 
 
 def test_angles_of_points_are_those_they_were_made_of(plot):
-    made = plot.placed((0, 0, 900, 700), "RIGHT", 1.0, 1)
+    made = plot.placed((0, 0, 900, 700), "RIGHT", 1.0)
     for theta in (-1.5, -0.4, 0.0, 0.9, 1.5):
         for length in (0.2, 1.0):
             at = made.points(theta, length)
@@ -63,15 +63,15 @@ def test_sidebars_and_headers_are_left_free(plot):
 @pytest.mark.parametrize(("radius", "root"), [("cube root", 3), ("linear", 1)])
 @pytest.mark.parametrize("largest", [0.0313, 0.9999, 1.0, 47.3, 8123.0])
 def test_rings_have_values_of_one_digit_and_lie_where_such_values_do(plot, radius, root, largest):
-    found = plot.rings(largest, radius)
-    assert len(found) >= 2
-    for value, length in found:
+    circles = plot.rings(largest, radius)
+    assert len(circles) >= 2
+    for value, length in circles:
         digits = value / 10 ** math.floor(math.log10(value) + 1e-9)
         assert digits == pytest.approx(round(digits))
         assert value <= largest * (1 + 1e-9)
         assert length ** root == pytest.approx(value / largest)
-    assert found[0][1] <= 1 + 1e-9
-    assert max(np.diff([length for _, length in found])) < -0.1, "their labels do not overlap"
+    assert circles[0][1] <= 1 + 1e-9
+    assert max(np.diff([length for _, length in circles])) < -0.1, "their labels do not overlap"
 
 
 @pytest.mark.parametrize(("value", "shown"), [
@@ -81,29 +81,14 @@ def test_values_are_shown_with_three_digits(plot, value, shown):
     assert plot.shown_value(value) == shown
 
 
-def test_dashes_cover_their_share_of_a_line_and_lie_on_it(plot):
-    turn = np.linspace(0, math.pi, 400)
-    arc = 50 * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    ends = plot.dashes(arc, 7, 5)
-    assert len(ends) % 2 == 0
-    length = np.linalg.norm(ends[1::2] - ends[::2], axis=1)
-    assert length.sum() == pytest.approx(50 * math.pi * 7 / 12, rel=0.03)
-    np.testing.assert_allclose(np.linalg.norm(ends, axis=1), 50, atol=0.01)
-    assert length.max() <= 7
-
-
-def test_a_line_of_one_place_has_no_dashes(plot):
-    assert len(plot.dashes(np.zeros((5, 2)), 7, 5)) == 0
-
-
 def test_the_lobe_has_the_hue_of_its_values_and_is_brighter_where_they_are_larger(extension):
     from measured_brdf.addon.inspect.overlay import lobe_colors
 
     values = np.array([[8.0, 4.0, 2.0], [0.08, 0.04, 0.02], [0.0, 0.0, 0.0]])
-    found = lobe_colors(values, "Rec.709")
-    np.testing.assert_allclose(found[0], (1, 0.5, 0.25))
-    np.testing.assert_allclose(found[1] / found[1].max(), (1, 0.5, 0.25))
-    assert found[0].max() > found[1].max() > found[2].max() > 0
+    colours = lobe_colors(values, "Rec.709")
+    np.testing.assert_allclose(colours[0], (1, 0.5, 0.25))
+    np.testing.assert_allclose(colours[1] / colours[1].max(), (1, 0.5, 0.25))
+    assert colours[0].max() > colours[1].max() > colours[2].max() > 0
     grey = lobe_colors(np.array([[3.0]]), "ACEScg")
     np.testing.assert_allclose(grey, np.ones((1, 3)), atol=1e-6)
     assert np.isfinite(lobe_colors(np.zeros((4, 3)), "Rec.709")).all()

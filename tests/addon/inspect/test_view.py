@@ -89,8 +89,8 @@ def test_dragging_finds_the_direction_whose_point_is_under_the_mouse(view, frame
     for theta, phi in ((0.1, 2.0), (0.5, -1.0), (0.9, 0.4), (0.3, 3.0)):
         point = np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
         at = seen.project(frame[:3, 3] + radius * frame[:3, :3] @ point)
-        found = dragged(seen, at, frame, radius)
-        assert found == pytest.approx((theta, phi), abs=1e-5)
+        angles = dragged(seen, at, frame, radius)
+        assert angles == pytest.approx((theta, phi), abs=1e-5)
 
 
 @pytest.fixture

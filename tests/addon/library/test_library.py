@@ -532,13 +532,13 @@ def test_a_mix_is_saved_with_its_parts_and_its_packed_mask_and_replaces_itself(b
     with bpy.data.libraries.load(str(path), assets_only=True) as (source, target):
         assert source.materials == ["a + b"]
         target.materials = ["a + b"]
-    found = target.materials[0]
+    mix = target.materials[0]
     from measured_brdf.addon.core import material as materials
     from measured_brdf.addon.core import mixing
 
-    node = materials.mix_node(found)
+    node = materials.mix_node(mix)
     assert [part.name for part in mixing.mixes.parts(node)[:2]] == ["a", "b"]
     image = node.inputs["Factor"].links[0].from_node.image
     assert image.packed_file is not None
     assert image.pixels[0] == pytest.approx(0.25, abs=0.01)
-    assert found.asset_data.description == "a + b: a mix of measured reflectance"
+    assert mix.asset_data.description == "a + b: a mix of measured reflectance"

@@ -1,5 +1,7 @@
 """Shift+A > Measured BRDF, and what is inside of the groups."""
 
+from types import SimpleNamespace
+
 import bpy
 import pytest
 
@@ -38,15 +40,11 @@ def test_the_menu_adds_the_node_of_a_material(editor):
     assert {"BSDF", "EEVEE"} <= set(added.outputs.keys())
 
 
-def test_the_starter_library_is_offered_until_a_file_has_a_measured_material(editor, extension, monkeypatch):
-    library, preferences = extension.addon.starter.panel, extension.addon.core.preferences
-    offered, closed = library.MEASUREDBRDF_PT_start, library.MEASUREDBRDF_PT_start_first
-    assert (offered.poll(bpy.context), closed.poll(bpy.context)) == (False, True)
-    for item in [*bpy.data.materials]:
-        bpy.data.materials.remove(item)
-    assert (offered.poll(bpy.context), closed.poll(bpy.context)) == (True, False)
-    monkeypatch.setattr(preferences, "get", lambda _context: preferences._Defaults(offer_library=False))
-    assert (offered.poll(bpy.context), closed.poll(bpy.context)) == (False, True)
+def test_the_starter_library_is_offered_where_a_material_is_not_measured(editor, extension):
+    offered = extension.addon.starter.panel.MEASUREDBRDF_PT_start
+    plain = bpy.data.materials.new("plain")
+    for material, is_offered in ((None, True), (plain, True), (bpy.data.materials['a"b'], False)):
+        assert offered.poll(SimpleNamespace(material=material)) == is_offered
 
 
 def test_a_name_that_is_not_there_is_refused(editor):

@@ -113,18 +113,18 @@ def test_a_description_becomes_a_scene_that_shows_what_was_photographed(opened, 
 
 def test_the_scene_is_described_as_the_file_is(opened, written, made):
     """In the single precision that Blender's objects have; the ball's centre is that of the outline."""
-    told, found = setup.read(written), made.description_of(bpy.context.scene)
+    told, described = setup.read(written), made.description_of(bpy.context.scene)
     place = made.description_of(bpy.context.scene)["ball"].pop("centre")
     told["ball"]["centre"] = place
     for each in told["photograph"]:
         each["files"] = [str(written.parent / name) for name in each["files"]]
     told["scale"]["card"]["file"] = str(written.parent / told["scale"]["card"]["file"])
-    np.testing.assert_allclose(found["camera"].pop("look_at"), np.add(
+    np.testing.assert_allclose(described["camera"].pop("look_at"), np.add(
         PLACE["camera"], np.subtract(PLACE["target"], PLACE["camera"]) / np.linalg.norm(
             np.subtract(PLACE["target"], PLACE["camera"]))), atol=1e-6)
-    found["camera"].pop("up")
+    described["camera"].pop("up")
     told["camera"].pop("look_at")
-    assert rounded(found) == rounded(told)
+    assert rounded(described) == rounded(told)
 
 
 def rounded(value):
@@ -246,10 +246,10 @@ def test_a_lamp_stands_where_a_chrome_ball_shows_it(opened, scenes, tmp_path):
     opened.active = 1
     opened.photographs[1].lamp.location = (0, -2, 0)
     assert bpy.ops.measured_brdf.place_lamp(filepath=str(tmp_path / "chrome.exr"), distance=1.2) == {"FINISHED"}
-    found, truth = (np.subtract(place, scenes[1].centre)
+    direction, truth = (np.subtract(place, scenes[1].centre)
                     for place in (opened.photographs[1].lamp.location, scenes[1].lamp))
-    assert np.degrees(np.arccos(found @ truth / np.linalg.norm(found) / np.linalg.norm(truth))) < 4        # a pixel
-    assert np.linalg.norm(found) == pytest.approx(1.2, abs=0.01)
+    assert np.degrees(np.arccos(direction @ truth / np.linalg.norm(direction) / np.linalg.norm(truth))) < 4    # a pixel
+    assert np.linalg.norm(direction) == pytest.approx(1.2, abs=0.01)
 
 
 @pytest.fixture
@@ -403,12 +403,12 @@ def test_what_is_deleted_while_it_is_measured_is_not_missed(opened, monkeypatch,
     measured = work.measured
 
     def meanwhile(*arguments, **options):
-        found = measured(*arguments, **options)
+        result = measured(*arguments, **options)
         if removed == "ball":
             bpy.data.objects.remove(opened.ball)
         else:
             bpy.data.scenes.remove(bpy.context.scene)
-        return found
+        return result
 
     monkeypatch.setattr(work, "measured", meanwhile)
     before = sorted(item.name for item in bpy.data.materials)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from support.blend_state import state
+from support.checkout import ROOT
 from support.drawn import Layout
 
 
@@ -35,15 +36,14 @@ def test_an_unknown_name_is_refused_and_nothing_changes(cube):
     assert state() == before
 
 
-@pytest.mark.parametrize("use", ["use_published", "search_published"])
-def test_a_material_of_the_library_is_that_of_an_import_with_its_levels(cube, use, tmp_path, monkeypatch):
+def test_a_material_of_the_library_is_that_of_an_import_with_its_levels(cube, tmp_path, monkeypatch):
     from measured_brdf.addon.core import material, node_group
     from measured_brdf.addon.core.properties import name_of_fit
     from measured_brdf.fitter import ready
 
     monkeypatch.setattr(ready, "FOLDER", tmp_path)      # the fits that were built last may be of other code
     ready.write(ready.make("pink-felt"), tmp_path / "pink-felt.npz")
-    assert getattr(bpy.ops.measured_brdf, use)(name="pink-felt") == {"FINISHED"}
+    assert bpy.ops.measured_brdf.use_published(name="pink-felt") == {"FINISHED"}
     item = cube.active_material
     levels = {name: ready.ARGUMENTS[name] for name in ("diffuse_level", "specular_level", "compression")}
     bpy.ops.measured_brdf.import_data(filepath="published:pink-felt", preset="Standard", **levels)
@@ -117,7 +117,7 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
     from measured_brdf.addon.work import queue
 
     queue.unregister()                  # what panels have asked for before
-    shelf._icon_ids.clear()
+    shelf._icons._ids.clear()
     monkeypatch.setattr(shelf, "user_folder", lambda name: tmp_path / "user" / name)
     folder = tmp_path / "data"
     folder.mkdir()
@@ -125,11 +125,11 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
     job = shelf.watched(str(folder))
     assert job.finished is None
     queue.answer_all()
-    found, = shelf.watched(str(folder)).result
-    assert found.label == "a.astm"
+    measurement, = shelf.watched(str(folder)).result
+    assert measurement.label == "a.astm"
     kept = []
-    monkeypatch.setattr(shelf, "_keep", lambda key, picture: kept.append(picture.shape))
-    assert shelf.measurement_icon(found, {"colours": "Rec.709"}) == (0, None)
+    monkeypatch.setattr(shelf._icons, "add", lambda key, picture: kept.append(picture.shape))
+    assert shelf.measurement_icon(measurement, {"colours": "Rec.709"}) == (0, None)
     assert shelf.swatch_icon("chrome") == 0
     queue.answer_all()
     assert kept == [(128, 128, 4)] * 2
@@ -222,3 +222,14 @@ def test_a_picture_and_its_name_are_buttons_of_the_same_material(cube, monkeypat
     pressed = [entry[4].name for entry in layout.drawn if entry[0] == "button" and hasattr(entry[4], "name")]
     assert pressed == ["teflon", "teflon"]
     assert ("picture", 7) in [(entry[0], entry[2]) for entry in layout.drawn]
+
+
+def test_the_files_that_the_manual_says_where_to_get_are_read(extension):
+    from measured_brdf.fitter.formats import EXTENSIONS
+
+    text = (ROOT / "docs" / "manual.md").read_text("utf-8")
+    table = text[text.index("## Where to get data"):text.index("## What the panel says")]
+    rows = [line.split("|") for line in table.splitlines() if line.startswith("| [")]
+    assert len(rows) == 5
+    for row in rows:
+        assert all(name.strip(" `").endswith(EXTENSIONS) for name in row[4].split(",")), row

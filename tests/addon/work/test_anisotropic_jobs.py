@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import fitter
 from support.anisotropic import brushed_fit
 from support.anisotropic_tables import STEEL, few, write
 from support.cases import release
@@ -25,14 +24,6 @@ def data(tasks, tmp_path):
     return tasks.read(str(path), None)
 
 
-@pytest.fixture
-def plotted(tasks, monkeypatch):
-    """What the plots of errors show: (levels, errors, current)."""
-    found = []
-    monkeypatch.setattr(tasks.pictures, "error_plot", lambda *arguments: found.append(arguments))
-    return found
-
-
 def test_the_digest_tells_whether_samples_are_isotropic_and_that_of_isotropic_ones_stays(tasks, glossy):
     def digest(**more):
         return tasks.digest(tasks.fitter.Samples(*glossy.directions, glossy.values, glossy.channels, **more))
@@ -48,36 +39,11 @@ def test_a_file_that_is_read_as_isotropic_is_other_measurements(tasks, data):
     assert (again.description.rotations, data.description.rotations.count) == (None, 6)
 
 
-@pytest.mark.parametrize(("preset", "chosen"), [("Standard", 5), ("Reference", 6)])
-def test_the_plot_of_errors_marks_the_level_of_the_settings_and_leaves_out_equal_fits(tasks, data, plotted, monkeypatch,
-                                                                                   preset, chosen):
-    fit = tasks.fit                 # quick ones, of the levels that those of the settings become
-    monkeypatch.setattr(tasks, "fit", lambda samples, arguments, _: fit(samples, {
-        "diffuse_level": 1, "specular_level": min(arguments["specular_level"] - 1, 4), "compression": 99.99}))
-    tasks.errors_by_level(data, fitter.PRESETS[preset])
-    (levels, errors, current), = plotted
-    assert levels == [1, 2, 3, 4, chosen]
-    assert current == (chosen, errors[levels.index(chosen)])
-    assert len(errors) == len(levels)
-
-
-def test_without_a_sparse_lattice_the_levels_of_the_dense_one_are_plotted(tasks, data, plotted):
-    tasks.errors_by_level(data, {"diffuse_level": 2, "specular_level": None, "compression": 0.0, "method": "mba"})
-    (levels, errors, current), = plotted
-    assert (levels, current) == ([1, 2, 3, 4], (2, errors[1]))
-    assert errors == sorted(errors, reverse=True)
-
-
-def test_isotropic_measurements_have_all_levels(tasks, tmp_path, glossy, write_astm, plotted):
-    data = tasks.read(str(write_astm(tmp_path / "glossy.astm", glossy)), None)
-    tasks.errors_by_level(data, {"diffuse_level": 2, "specular_level": 3, "compression": 90.0})
-    (levels, errors, current), = plotted
-    assert (levels, current) == (list(range(8)), (3, errors[3]))
-
-
 @release
 def test_the_panel_draws_the_tangent_and_thumbnails_do_not(tasks, data, tmp_path):
-    drawn = tasks.lit_sphere(data, CHEAP)
+    from measured_brdf.addon.core.outcomes import Wanted
+
+    drawn = tasks.lit_sphere(Wanted(data, CHEAP), None)
     thumbnail = tasks.asset(data.measured.path, None, CHEAP, str(tmp_path / "fits"))[1]
     assert drawn.shape == thumbnail.shape
     differ = (drawn != thumbnail).any(axis=-1).mean()
@@ -85,31 +51,35 @@ def test_the_panel_draws_the_tangent_and_thumbnails_do_not(tasks, data, tmp_path
 
 
 def test_the_polar_plot_turns_with_the_light(tasks, data):
-    there, shown = tasks.polar_plot(data, CHEAP, np.radians(30), 0.0)
-    turned, shown_turned = tasks.polar_plot(data, CHEAP, np.radians(30), np.radians(60))
+    from measured_brdf.addon.core.outcomes import Wanted
+
+    there, shown = tasks.polar_plot(Wanted(data, CHEAP), data, np.radians(30), 0.0)
+    turned, shown_turned = tasks.polar_plot(Wanted(data, CHEAP), data, np.radians(30), np.radians(60))
     assert shown == shown_turned == pytest.approx(np.radians(30))
     assert (there != turned).any()
 
 
 def test_the_turned_plane_shows_which_way_the_grooves_run(tasks, data, monkeypatch):
-    from measured_brdf.addon.core.outcomes import Fitted
+    from measured_brdf.addon.core.outcomes import Fitted, Wanted
 
     monkeypatch.setattr(tasks, "fitted_of", lambda *_: Fitted(brushed_fit(0.12, 0.45, 0.0), None, 0.0))
-    picture = tasks.turned_plane(data, CHEAP, np.radians(30)).mean(axis=-1)
+    picture = tasks.turned_plane(Wanted(data, CHEAP), np.radians(30)).mean(axis=-1)
     mirror = picture[int((0.5 + 60 / 180) * len(picture))]        # 30 degrees beyond the mirror direction
     along, across = mirror[[0, 128]].mean(), mirror[[64, 192]].mean()
     assert across > 1.3 * along
 
 
 def test_panels_ask_for_each_azimuth_and_incidence_once(data, monkeypatch):
+    from measured_brdf.addon.core.outcomes import Wanted
     from measured_brdf.addon.work import icons, queries
 
     keys = []
     monkeypatch.setattr(icons, "icon", lambda key, function, lane="fit": keys.append((key, function.args)))
-    queries.polar_plot(data, CHEAP, 0.5, 1.23456)
-    queries.polar_plot(data, CHEAP, 0.5, 1.2346)
-    queries.polar_plot(data, CHEAP, 0.5)
-    queries.turned_plane(data, CHEAP, 0.50001)
+    wanted = Wanted(data, CHEAP)
+    queries.polar_plot("mine", wanted, data, 0.5, 1.23456)
+    queries.polar_plot("mine", wanted, data, 0.5, 1.2346)
+    queries.polar_plot("mine", wanted, data, 0.5)
+    queries.turned_plane("mine", wanted, 0.50001)
     assert keys[0] == keys[1] != keys[2]
     assert keys[0][0][-2:] == (0.5, 1.235)
-    assert keys[3][0] == ("turned", data.digest, queries.tasks.freeze(CHEAP), 0.5)
+    assert keys[3][0] == ("turned", "mine", wanted.digest, 0.5)

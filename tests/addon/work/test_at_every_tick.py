@@ -179,13 +179,13 @@ def test_the_material_goes_to_the_object_that_was_active_when_it_began(blender, 
 @release
 def test_a_conversion_touches_nothing_of_the_open_file(blender, folder, tmp_path):
     """Not even while it works: its Blender is another one."""
-    from measured_brdf.addon.importing import folders
+    from measured_brdf.addon.library import folders
     from measured_brdf.addon.library import operators as assets
-    from measured_brdf.addon.work import modal
+    from measured_brdf.addon.work import making
 
     scene(folder)
     before = state()
-    base = type("Base", (folders._FromFolder, assets.ReplacesFile, modal.InBackground), {})
+    base = type("Base", (making.FromFolder, assets.ReplacesFile), {})
     operator = driven(folders.MEASUREDBRDF_OT_convert_folder, base, directory=str(folder), force=False,
                       library=str(tmp_path / "library.blend"))
     operator._begin(operator.work(bpy.context))

@@ -24,9 +24,8 @@ def file(tmp_path, glossy, write_astm):
 def long_work(extension, file):
     """Work that takes minutes."""
     from measured_brdf.addon.work import tasks
-    from measured_brdf.fitter import load
 
-    return partial(tasks.held_out, load(file), {"diffuse_level": 7, "specular_level": 8})
+    return partial(tasks.held_out, tasks.read(str(file), ""), {"diffuse_level": 7, "specular_level": 8})
 
 
 @pytest.fixture
@@ -109,7 +108,7 @@ def test_a_large_file_is_read_once_and_never_sent(extension, tmp_path, monkeypat
     assert len(tasks.samples_of(data)) == data.description.count > 10_000
     assert len(pickle.dumps(data)) < 10_000 < 0.01 * file.stat().st_size
     assert tasks.samples_of(pickle.loads(pickle.dumps(data))) is tasks.samples_of(data)
-    tasks.lit_sphere(data, {"diffuse_level": 1, "specular_level": None})
+    tasks.fitted_of(data, {"diffuse_level": 1, "specular_level": None})
     assert tasks.read(str(file), "") is data
     outcome = tasks.outcome(str(file), "", {"diffuse_level": 1, "specular_level": None})
     assert len(pickle.dumps(outcome._replace(surface=outcome.surface._replace(source="")))) < 100_000
@@ -132,10 +131,9 @@ def test_a_process_that_dies_is_an_error_not_a_wait_without_end(process, long_wo
 def test_an_answer_that_does_not_fit_onto_the_disk_is_an_error_that_says_so(process, file):
     import resource
 
-    from measured_brdf.addon.compare import work as comparisons
     from measured_brdf.addon.work import tasks
 
-    worker = process.worker("operator")
+    worker, nothing = process.worker("operator"), partial(tasks.rebake, [])
     large = partial(tasks.outcome, str(file), "", {"diffuse_level": 1, "specular_level": None})
 
     def done(function):
@@ -144,22 +142,23 @@ def test_an_answer_that_does_not_fit_onto_the_disk_is_an_error_that_says_so(proc
         return wait(job)
 
     # before, because Python would leave half of its bytecode on a full disk
-    assert [done(work).error for work in (large, comparisons.nothing)] == [None, None]
+    assert [done(work).error for work in (large, nothing)] == [None, None]
     resource.prlimit(worker._process.pid, resource.RLIMIT_FSIZE, (1000, 1000))
     failed = done(large).error
     assert isinstance(failed, OSError)
     assert worker._folder.name in str(failed)
-    assert done(comparisons.nothing).error is None
+    assert done(nothing).error is None
 
 
-def test_held_out_errors_are_those_of_cross_validation(extension, glossy):
+def test_held_out_errors_are_those_of_cross_validation(extension, glossy, write_astm, tmp_path):
     from measured_brdf.addon.work import tasks
 
     from fitter.quality import cross_validation
 
     arguments = fitter.PRESETS["Paper"]
     expected = cross_validation.held_out(glossy, lambda part: fitter.fit(part, **arguments)).rmse
-    assert tasks.held_out(glossy, arguments) == pytest.approx(expected)
+    data = tasks.read(str(write_astm(tmp_path / "glossy.astm", glossy)), "")
+    assert tasks.held_out(data, arguments) == pytest.approx(expected)
 
 
 def test_answers_are_kept_and_stale_ones_asked_for_again(queue):
@@ -190,8 +189,8 @@ def test_questions_that_no_panel_asks_again_are_dropped(queue):
     lane.drop_unwanted(kept.asked)
     assert [key for key, *_ in lane.queue] == [1]
     queue.answer_all()
-    assert queue.known(1) == 1
-    assert queue.known(0) is None
+    assert kept.result == 1
+    assert 0 not in queue._answers
 
 
 def test_slow_questions_do_not_hold_up_others(queue, long_work, file):

@@ -34,10 +34,10 @@ def shown(jobs, monkeypatch):
 
     def add(key, picture):
         pictures_shown[len(pictures_shown) + 1] = picture
-        jobs.icons._icon_ids[key] = len(pictures_shown)
+        jobs.icons._icons._ids[key] = len(pictures_shown)
 
-    monkeypatch.setattr(jobs.icons, "_icon_ids", {})
-    monkeypatch.setattr(jobs.icons, "_add", add)
+    monkeypatch.setattr(jobs.icons._icons, "_ids", {})
+    monkeypatch.setattr(jobs.icons._icons, "add", add)
     return pictures_shown
 
 
@@ -60,10 +60,10 @@ def answered(jobs, question, *arguments):
 
 def test_the_fit_of_a_material_comes_out_of_its_shader(jobs, imported, glossy, no_fits):
     material, expected = imported
-    found = answered(jobs, jobs.queries.of_material, material).result
-    np.testing.assert_allclose(found.evaluate(*glossy.directions), expected.evaluate(*glossy.directions), rtol=1e-5,
+    fit = answered(jobs, jobs.queries.of_material, material).result
+    np.testing.assert_allclose(fit.evaluate(*glossy.directions), expected.evaluate(*glossy.directions), rtol=1e-5,
                                atol=1e-7)
-    assert (found.name, found.compression, found.notation) == ("glossy", 80.0, "(2,4,80)")
+    assert (fit.name, fit.compression, fit.notation) == ("glossy", 80.0, "(2,4,80)")
 
 
 def test_after_a_file_is_opened_the_pictures_are_those_of_the_fit(jobs, imported, tmp_path, blender, no_fits):
@@ -75,7 +75,7 @@ def test_after_a_file_is_opened_the_pictures_are_those_of_the_fit(jobs, imported
     material = blender.data.materials[name]
     _, sphere = answered(jobs, jobs.queries.material_sphere, material)
     np.testing.assert_allclose(sphere.result, pictures.lit_sphere(expected), atol=1e-3)
-    _, polar = answered(jobs, jobs.queries.material_polar, material, 0.6)
+    _, polar = answered(jobs, jobs.queries.polar_plot, "", jobs.queries.kept(material), None, 0.6)
     picture, shown = polar.result
     assert np.isnan(shown)                                          # no samples, and so none of their dots
     np.testing.assert_allclose(picture, pictures.polar_plot(expected, None, 0.6)[0], atol=0.01)

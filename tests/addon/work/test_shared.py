@@ -68,6 +68,7 @@ STANDARD, DRAFT = dict(fitter.PRESETS["Standard"]), dict(fitter.PRESETS["Draft"]
 
 def test_after_an_import_no_worker_fits_the_same_again(process, making, file):
     """The time that a fit took is another one every time that it is made."""
+    from measured_brdf.addon.core.outcomes import Wanted
     from measured_brdf.addon.work import tasks
 
     (imported,), = wait(begun(process, "operator", partial(tasks.outcomes, [(file, "")], STANDARD)))
@@ -76,8 +77,8 @@ def test_after_an_import_no_worker_fits_the_same_again(process, making, file):
     before = results(process)
     data, = wait(begun(process, "read", partial(tasks.read, file, "")))
     shown, _, _ = wait(begun(process, "fit", partial(tasks.fitted_of, data, STANDARD)),
-                       begun(process, "slow", partial(tasks.polar_plot, data, STANDARD, 0.7, 0.0)),
-                       begun(process, "draw", partial(tasks.lit_sphere, data, STANDARD)))
+                       begun(process, "slow", partial(tasks.polar_plot, Wanted(data, STANDARD), data, 0.7, 0.0)),
+                       begun(process, "draw", partial(tasks.lit_sphere, Wanted(data, STANDARD), None)))
     assert shown.seconds == outcome.fitted.seconds
     assert shown.errors == outcome.fitted.errors
     assert results(process) == before
@@ -108,8 +109,8 @@ def test_a_worker_that_is_killed_leaves_its_work_to_others(process, file):
     while first.doing == "Starting":
         assert not first.poll()
     first.cancel()
-    found, = wait(begun(process, "operator", partial(tasks.fitted_of, data, STANDARD)))
-    assert found.errors.rmse > 0
+    fitting, = wait(begun(process, "operator", partial(tasks.fitted_of, data, STANDARD)))
+    assert fitting.errors.rmse > 0
 
 
 _BLENDER = """
@@ -122,7 +123,7 @@ from measured_brdf.addon.work import blender_process
 from measured_brdf.addon.work import process
 from measured_brdf.addon.work import tasks
 from measured_brdf.fitter import load
-worker = process.start(partial(tasks.held_out, load(sys.argv[1]), {"diffuse_level": 7, "specular_level": 8}))
+worker = process.start(partial(tasks.held_out, tasks.read(sys.argv[1], ""), {"diffuse_level": 7, "specular_level": 8}))
 other = blender_process.Command("starter", "-o", sys.argv[2]).start()
 while "Starting" in (worker.doing, other.doing):
     assert not worker.poll() and not other.poll(), (worker.error, other.error)
