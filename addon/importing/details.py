@@ -5,6 +5,7 @@ from typing import Any
 
 import bpy
 
+from ...fitter import PRESETS
 from ..core import material as materials
 from ..core import node_group
 from ..core.annotations import present
@@ -41,8 +42,7 @@ class MEASUREDBRDF_PT_settings(MaterialPanel, bpy.types.Panel):
         row.active = settings.use_tolerance
         row.prop(settings, "tolerance", text="")
         draw_wrapped(layout, compression_in_words(settings), "INFO")
-        layout.operator(fit.MEASUREDBRDF_OT_use_preset.bl_idname, text="Original 2002 Method",
-                        depress=is_preset(settings, ORIGINAL)).preset = ORIGINAL
+        _draw_original(layout, present(context.material))
 
 
 class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
@@ -65,6 +65,25 @@ class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
             draw_value(column, name, value)
         for line in wrapped(material.measured_brdf.changes):
             layout.label(text=line)
+
+
+def _draw_original(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
+    """Draw the choice of the method of 2002, with its error before it is taken."""
+    settings, data = material.measured_brdf, queries.data(material).result
+    is_chosen = is_preset(settings, ORIGINAL)
+    layout.operator(fit.MEASUREDBRDF_OT_use_preset.bl_idname, text="Original 2002 Method",
+                    depress=is_chosen).preset = ORIGINAL
+    if data is None or is_chosen:
+        return
+    job = queries.fitted(data, {**PRESETS[ORIGINAL]})
+    if job.result is not None:
+        rmse = job.result.errors.rmse
+        times = f", {rmse / settings.rmse:.1f} times that of this fit" if settings.rmse > 0 else ""
+        draw_wrapped(layout, f"RMSE {rmse:.3g} / sr{times}", "INFO")
+    elif job.error is not None:
+        draw_wrapped(layout, str(job.error), "INFO")
+    else:
+        layout.progress(factor=job.fraction, text=job.doing)
 
 
 def compression_in_words(settings: Any) -> str:
