@@ -144,8 +144,8 @@ REMAINDER_EXPONENT = 1e6
 LEAST_COLOUR = 0.01
 # The closure weight of a sampled direction in what it carries, where that is more than its usual share.
 CARRIED_WEIGHT = 0.5
-# What it carries at most, in the mixture's albedo. Only fits of which the mixture misplaces half of the light have more,
-# at grazing angles, where single samples would be dots.
+# What it carries at most, in the mixture's albedo. Fits of which the mixture misplaces half of the light have more at
+# grazing angles, where single samples would be dots.
 MOST_CARRIED = 4.0
 # Exponent of the directions that are sampled about a lamp, in that of its lobe: three quarters of them are within the
 # lamp, and those beyond its edge are no rarer than the lobe is low.
