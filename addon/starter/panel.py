@@ -153,7 +153,7 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> N
     for each in found[:_MOST]:
         cell = grid.column(align=True)
         for button in _draw_buttons(cell, each.label, library.MEASUREDBRDF_OT_use_published.bl_idname,
-                                    shelf.swatch_icon(each.name)):
+                                    shelf.published_icon(each.name)):
             button.name = each.name
     _draw_rest(layout, len(found), "materials")
     draw_wrapped(layout, "Published fits of MERL's materials (Low et al. 2012), not measurements", "INFO")

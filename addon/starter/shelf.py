@@ -54,16 +54,16 @@ def offered(search: str, tag: str) -> list[published.Published]:
             and all(word in f"{each.name} {each.label} {' '.join(each.tags)}".lower() for word in words)]
 
 
-def swatch_icon(name: str) -> int:
+def published_icon(name: str) -> int:
     """The icon of a published material; 0 until it has been drawn."""
-    return _icon(("published", name), partial(thumbnails.of_published, name, str(user_folder("thumbnails"))), "fit")[0]
+    return _icon(("published", name), partial(thumbnails.of_published, name), "fit")[0]
 
 
 def prepare() -> None:
     """Draw the icons of the library in the background: a popover does not notice what comes later."""
     missing = (each.name for each in published.offered() if ("published", each.name) not in _icon_ids)
     for name in islice(missing, _AT_ONCE):
-        _icon(("published", name), partial(thumbnails.of_published, name, str(user_folder("thumbnails"))), "slow")
+        _icon(("published", name), partial(thumbnails.of_published, name), "slow")
 
 
 def watched(folder: str) -> Job[list[thumbnails.Found]]:

@@ -130,10 +130,10 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
     kept = []
     monkeypatch.setattr(shelf, "_keep", lambda key, picture: kept.append(picture.shape))
     assert shelf.measurement_icon(found, {"colours": "Rec.709"}) == (0, None)
-    assert shelf.swatch_icon("chrome") == 0
+    assert shelf.published_icon("chrome") == 0
     queue.answer_all()
     assert kept == [(128, 128, 4)] * 2
-    assert len(list((tmp_path / "user" / "thumbnails").iterdir())) == 2
+    assert len(list((tmp_path / "user" / "thumbnails").iterdir())) == 1
 
 
 def test_a_folder_is_looked_at_for_as_long_as_it_is_drawn(extension, tmp_path, monkeypatch):
@@ -214,7 +214,7 @@ def test_a_click_in_a_file_of_other_colours_is_fitted_for_them(cube, monkeypatch
 def test_a_picture_and_its_name_are_buttons_of_the_same_material(cube, monkeypatch):
     from measured_brdf.addon.starter import panel, shelf
 
-    monkeypatch.setattr(shelf, "swatch_icon", lambda _name: 7)
+    monkeypatch.setattr(shelf, "published_icon", lambda _name: 7)
     layout = Layout()
     choices = SimpleNamespace(search="teflon", tag="plastic")
     panel._draw_published(layout, SimpleNamespace(window_manager=SimpleNamespace(measured_brdf_shelf=choices),
