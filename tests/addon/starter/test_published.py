@@ -194,7 +194,7 @@ def test_a_file_that_has_a_published_fit_by_its_former_name_keeps_it(cube, tmp_p
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
     item = bpy.data.materials["Chrome (published fit)"]
     assert material.is_measured(item)
-    assert "Published fit of MERL's chrome" in worth(item.measured_brdf)[0]
+    assert "Published fit of MERL's chrome" in worth(item.measured_brdf).whole
     bpy.context.object.active_material = item
     assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
     assert item.measured_brdf.name_of_data == "Chrome"
