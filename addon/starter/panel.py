@@ -4,6 +4,7 @@ from typing import Any
 
 import bpy
 
+from ...fitter import published
 from ..core import material as materials
 from ..core import preferences
 from ..core.annotations import present
@@ -71,7 +72,7 @@ class MEASUREDBRDF_PT_library(bpy.types.Panel):
 
 def draw_button(layout: bpy.types.UILayout) -> None:
     """Draw the button that opens the library."""
-    shelf.prepare()
+    shelf.published_icon(published.offered()[0].name)       # a popover does not notice what comes later
     layout.popover(MEASUREDBRDF_PT_library.__name__, text="Library", icon="ASSET_MANAGER")
 
 

@@ -6,7 +6,6 @@ Everything is asked of workers (`jobs.queue`); what is drawn meanwhile is what i
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,6 @@ _PACKAGE = __package__.rpartition(".addon")[0]
 _RECHECK = 2.0              # s, after which a folder is scanned again
 _TICK = 2.5                 # s, between two redraws of a panel that shows a folder
 _KEPT = 600                 # icons
-_AT_ONCE = 6                # icons that are asked for at a redraw before they are seen
 _icon_ids: Recent[tuple[Any, ...], int] = Recent(_KEPT, lambda key: present(_collection).__delitem__(repr(key)))
 _failed: Recent[tuple[Any, ...], Exception] = Recent(_KEPT)     # the queue forgets: they would be tried for ever
 _collection: "bpy.utils.previews.ImagePreviewCollection | None" = None
@@ -56,14 +54,10 @@ def offered(search: str, tag: str) -> list[published.Published]:
 
 def published_icon(name: str) -> int:
     """The icon of a published material; 0 until it has been drawn."""
-    return _icon(("published", name), partial(thumbnails.of_published, name), "fit")[0]
-
-
-def prepare() -> None:
-    """Draw the icons of the library in the background: a popover does not notice what comes later."""
-    missing = (each.name for each in published.offered() if ("published", each.name) not in _icon_ids)
-    for name in islice(missing, _AT_ONCE):
-        _icon(("published", name), partial(thumbnails.of_published, name), "slow")
+    key = "published", name
+    if key not in _icon_ids:
+        queue.ask("library", thumbnails.of_library, "read", then=_keep_library)
+    return _icon_ids.get(key, 0)
 
 
 def watched(folder: str) -> Job[list[thumbnails.Found]]:
@@ -98,6 +92,11 @@ def _keep(key: tuple[Any, ...], picture: SingleArray) -> None:
     preview = _collection.new(repr(key)) if repr(key) not in _collection else _collection[repr(key)]
     previews.fill(preview, picture)
     _icon_ids[key] = preview.icon_id
+
+
+def _keep_library(job: Job[dict[str, SingleArray]]) -> None:
+    for name, picture in present(job.result).items():
+        _keep(("published", name), picture)
 
 
 def _tick() -> float | None:

@@ -105,9 +105,9 @@ def _as_unicode(text: str) -> str:
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def of_published(name: str, _report: Report = silent) -> SingleArray:
-    """The picture of a material of the starter library: (SIZE, SIZE, 4) float32."""
-    return lit_sphere(published.find(name).model, SIZE)
+def of_library(_report: Report = silent) -> dict[str, SingleArray]:
+    """The pictures of the starter library by name: (SIZE, SIZE, 4) float32 each."""
+    return {each.name: lit_sphere(each.model, SIZE) for each in published.offered()}
 
 
 def of_measurement(found: Found, cache: str, how: Arguments, _report: Report = silent) -> SingleArray:
