@@ -21,6 +21,8 @@ from support.checkout import ROOT, measurements
 
 BALL = ROOT / "build" / "demo" / "ball"
 DRIVER = Path(__file__).with_name("driver.py")
+_POINTER = (0, 0), (0, 17), (4, 13), (7, 20), (10, 19), (7, 12), (12, 12)
+_FRAME, _LAST, _QUALITY = 120, 1500, 60         # ms of a frame, and of the last; of a WebP
 _MARK = 'PICTURE = "panel"'
 
 
@@ -53,7 +55,8 @@ def main():
 def copy_data(folder):
     """Put the measurements where the driver finds them."""
     folder.mkdir(exist_ok=True)
-    for path in (measurements() / "curet" / "abrdf.dat", ROOT / "build" / "synthetic" / "brushed_steel.csv"):
+    for path in (measurements() / "curet" / "abrdf.dat", *(measurements() / "cornell").glob("*.astm"),
+                 ROOT / "build" / "synthetic" / "brushed_steel.csv"):
         if path.is_file() and not (folder / path.name).exists():
             shutil.copy(path, folder)
     if BALL.is_dir() and not (folder / BALL.name).exists():
@@ -71,10 +74,34 @@ def take(name, options):
         if done.returncode or not picture.is_file():
             print(done.stdout[-3000:], done.stderr[-1000:], file=sys.stderr)
             return False
+        for line in done.stdout.splitlines():
+            if line.startswith("TIME|"):
+                print(*line.split("|")[1:], sep=": ")
         popup = picture.with_name("picture-popup.png")
         trim(popup if popup.is_file() else picture, options.folder / f"{name}.png")
+        frames = sorted(picture.parent.glob("picture-frame-*.png"))
+        if frames:
+            animate(frames, options.folder / f"{name}.webp")
     print(options.folder / f"{name}.png")
     return True
+
+
+def animate(frames, out):
+    """Write frames as an animated WebP, without those that are like the one before, and with the pointer."""
+    try:
+        from PIL import Image, ImageDraw
+    except ImportError:
+        raise SystemExit("an animation needs Pillow: pip install pillow") from None
+    shown = []
+    for path in frames:
+        x, y = map(int, path.stem.split("-")[-2:])
+        image = Image.open(path).convert("RGB")
+        ImageDraw.Draw(image).polygon([(x + a, y + b) for a, b in _POINTER], fill="white", outline="black")
+        if not shown or image.tobytes() != shown[-1].tobytes():
+            shown.append(image)
+    times = [_FRAME] * (len(shown) - 1) + [_LAST]
+    shown[0].save(out, save_all=True, append_images=shown[1:], duration=times, loop=0, quality=_QUALITY, method=6)
+    print(f"{out}: {len(shown)} frames, {out.stat().st_size / 1000:.0f} KB")
 
 
 def trim(picture, out):

@@ -6,14 +6,18 @@
 # ruff: noqa: D103 (the functions are the pictures)
 
 import importlib
+import subprocess
 import sys
+import time
 from types import SimpleNamespace
 
 import bpy
 
 PICTURE = "panel"           # ``python -m tools.window`` puts another name here
 CURET, STEEL, BALL = "/data/abrdf.dat", "/data/brushed_steel.csv", "/data/ball/setup.toml"
+GARNET, KRYLON = "/data/garnet_red.astm", "/data/krylon_blue.astm"
 WIDTH = 380                 # of the column of properties
+FRAMES = "/share/extra-frame"
 
 
 def stage(h, *opened):
@@ -58,7 +62,7 @@ def settle(h):
     """Wait until what the panels have asked for is there, and they are drawn with it."""
     queue = next(module for name, module in sys.modules.items() if name.endswith("measured_brdf.addon.work.queue"))
     h.wait(2)
-    if any(queue._lanes[name].pending() for name in ("read", "fit")):
+    if any(lane.pending() for lane in queue._lanes.values()):
         h.later.append(settle)
 
 
@@ -84,6 +88,7 @@ def panel(h):
 
 def compare(h):
     stage(h, "data", "compare")
+    h.properties_column(width=520)          # three spheres beside one another
     import_sample()
     h.wait(4)
 
@@ -144,6 +149,10 @@ def fitting(h):
 
 def samples(h):
     stage(h)
+    h.area("VIEW_3D").spaces.active.shading.type = "SOLID"      # EEVEE would draw the popup late
+
+
+def point(h):
     area = h.area("VIEW_3D")
     h.window.cursor_warp(area.x + 330, area.y + area.height - 240)
     h.wait(2)
@@ -158,7 +167,7 @@ def choose_sample(h):
 def shoot_popup(h):
     """A popup closes when the pointer leaves it, as it does before the picture of an area is taken."""
     area = h.area("VIEW_3D")
-    around = SimpleNamespace(x=area.x + 120, y=area.y + area.height - 520, width=420, height=440)
+    around = SimpleNamespace(x=area.x + 320, y=area.y + area.height - 510, width=282, height=285)
     h.shoot("/share/extra-popup.png", around)
 
 
@@ -242,6 +251,112 @@ def sidebar(h):
     return h.region(h.area("VIEW_3D"), "UI")
 
 
+def first_material(h):
+    """The steps of docs/start.md on an empty profile, each with the seconds that it takes."""
+    bpy.data.materials.remove(bpy.data.materials["Material"])       # EEVEE would first compile its icon
+    places = [repository.module for repository in bpy.context.preferences.extensions.repos]
+    bpy.ops.extensions.package_uninstall(repo_index=places.index("user_default"), pkg_id="measured_brdf")
+    h.wait(1)
+
+
+def install(h):
+    start = time.monotonic()
+    bpy.ops.extensions.package_install_files(filepath="/share/ext.zip", repo="user_default", enable_on_install=True)
+    tell("Install from Disk", start)
+    h.wait(1)
+
+
+def open_tab(h):
+    h.properties_tab("MATERIAL")
+    began["tab"] = time.monotonic()
+    h.wait(0.2)
+
+
+def until_there(h):
+    shelf = importlib.import_module("bl_ext.user_default.measured_brdf.addon.starter.shelf")
+    if not shelf._icon_ids:
+        h.later.append(until_there)
+        h.wait(0.2)
+        return
+    tell("Open the material tab, until all pictures are there", began["tab"])
+    area = h.area("PROPERTIES")
+    press(h, area.x + 110, area.y + area.height - 330)
+
+
+def press(h, x, y):
+    subprocess.run(["xdotool", "mousemove", str(x), str(h.window.height - y), "sleep", "0.2", "click", "1"], check=True)
+    began["click"] = time.monotonic()
+
+
+def until_made(h):
+    if bpy.context.object.active_material is None:
+        h.later.append(until_made)
+        h.wait(0.1)
+        return
+    tell("Click a picture, until the object has the material", began["click"])
+    h.wait(1)
+
+
+def tell(what, start):
+    print("TIME", what, f"{time.monotonic() - start:.1f} s", sep="|", flush=True)
+
+
+began = {}                  # what is timed, and when it began
+
+
+def film(h, seconds, around):
+    """Take pictures of a part of the window for some seconds, as fast as they come, each named after the pointer."""
+    left, top = around.x, h.window.height - around.y - around.height
+    subprocess.Popen(["bash", "-c", f"""
+        end=$(($(date +%s) + {seconds})); number=1000
+        while [ $(date +%s) -lt $end ]; do
+            eval $(xdotool getmouselocation --shell)
+            import -silent -window root -crop {around.width}x{around.height}+{left}+{top} +repage \
+                {FRAMES}-$((number++))-$((X - {left}))-$((Y - {top})).png
+        done"""])
+    h.wait(seconds + 2)
+
+
+def drag(places, pause=0.25, hold=1.0):
+    """Press at the first place, move through the others, and release; in pixels from the top left of the window."""
+    (x, y), *others = ([str(round(each)) for each in place] for place in places)
+    moves = [word for place in others for word in ("mousemove", *place, "sleep", str(pause))]
+    subprocess.Popen(["xdotool", "mousemove", x, y, "sleep", str(hold), "mousedown", "1", "sleep", str(hold), *moves,
+                      "sleep", str(hold), "mouseup", "1"])
+
+
+def between(first, last, count=16):
+    """Places on the way from one to another."""
+    return [[a + step / count * (b - a) for a, b in zip(first, last, strict=True)] for step in range(count + 1)]
+
+
+def screen(h):
+    return SimpleNamespace(x=0, y=0, width=h.window.width, height=h.window.height)
+
+
+def beside_view(h, *opened):
+    """As `stage`, with a view that is drawn quickly, and drags that end at the edge of the window."""
+    stage(h, *opened)
+    bpy.context.preferences.inputs.use_mouse_continuous = False
+    h.area("VIEW_3D").spaces.active.region_3d.view_distance = 9
+
+
+def film_adjust(h):
+    beside_view(h, "adjust")
+    import_sample("", GARNET)
+    h.wait(60)
+
+
+def drag_sliders(h):
+    area = h.area("PROPERTIES")
+    at = area.x + 240, h.window.height - area.y - area.height + SLIDER
+    drag(between(at, (at[0] + 110, at[1]), 24))
+    film(h, 24, screen(h))
+
+
+SLIDER = 648                # below the top of the panel: Highlight Width
+
+
 def whole(h):
     return max(h.window.screen.areas, key=lambda area: area.width * area.height)
 
@@ -249,6 +364,8 @@ def whole(h):
 # what arranges the picture, what follows a redraw later, and the area that is shown
 PICTURES = {
     "library": (library, (), column),
+    "adjust": (film_adjust, (settle, drag_sliders), screen),
+    "start": (first_material, (install, open_tab, until_there, until_made), column),
     "panel": (panel, (settle,), column),
     "compare": (compare, (settle, to_the_end), column),
     "compare_with": (compare_with, (settle, to_the_end), column),
@@ -258,7 +375,7 @@ PICTURES = {
     "rendering": (rendering, (to_the_end,), column),
     "moved": (moved, (to_the_end,), column),
     "fitting": (fitting, (), column),
-    "samples": (samples, (choose_sample, shoot_popup), whole),
+    "samples": (samples, (point, choose_sample, shoot_popup), whole),
     "anisotropy_panel": (anisotropy, (settle, to_the_end), column),
     "assets": (assets, (of_this_file,), whole),
     "lobe": (lobe, (inspect,), whole),
