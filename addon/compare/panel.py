@@ -10,9 +10,8 @@ from ...fitter.quality import verdict
 from ..core import material as materials
 from ..core import rendered
 from ..core.annotations import present
-from ..panel.layout import MaterialPanel, draw_row, draw_wrapped, is_narrow, picture_scale
+from ..panel.layout import MaterialPanel, draw_picture, draw_row, draw_wrapped, is_narrow, picture_scale
 from ..work import modal
-from ..work.job import Job
 from . import looks
 from . import questions as compared
 from . import settings as comparison
@@ -121,20 +120,11 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
     grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True)
     left, right = (other, material) if chosen.flipped else (material, other)
     column = grid.column()
-    _draw_picture(column, *compared.split_sphere(left, right, chosen.divide), scale)
+    draw_picture(column, *compared.split_sphere(left, right, chosen.divide), scale)
     _draw_line(column, chosen)
     column = grid.column()
-    _draw_picture(column, *compared.polar(material, other, chosen.theta), scale)
+    draw_picture(column, *compared.polar(material, other, chosen.theta), scale)
     column.prop(chosen, "theta", slider=True)
-
-
-def _draw_picture(layout: bpy.types.UILayout, icon: int, job: Job[Any], scale: float) -> None:
-    if icon:
-        layout.template_icon(icon_value=icon, scale=scale)
-    if job.finished is None:
-        layout.progress(factor=job.fraction, text=job.doing)
-    elif job.error is not None:
-        draw_wrapped(layout, str(job.error))
 
 
 def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> dict[str, str]:

@@ -294,6 +294,18 @@ def until_made(h):
         h.wait(0.1)
         return
     tell("Click a picture, until the object has the material", began["click"])
+    began["file"] = time.monotonic()
+    with h.override(h.area("VIEW_3D")):
+        bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", filepath=GARNET)       # as a drop does
+    h.wait(0.2)
+
+
+def until_fitted(h):
+    if not bpy.context.object.active_material.name.startswith("Garnet"):
+        h.later.append(until_fitted)
+        h.wait(0.2)
+        return
+    tell("Drop a file of 1,439 measurements, until the object has the material", began["file"])
     h.wait(1)
 
 
@@ -334,27 +346,78 @@ def screen(h):
     return SimpleNamespace(x=0, y=0, width=h.window.width, height=h.window.height)
 
 
-def beside_view(h, *opened):
-    """As `stage`, with a view that is drawn quickly, and drags that end at the edge of the window."""
+def film_stage(h, *opened):
+    """As `stage`, with a view that is drawn quickly, and drags as far as the pointer goes."""
     stage(h, *opened)
     bpy.context.preferences.inputs.use_mouse_continuous = False
-    h.area("VIEW_3D").spaces.active.region_3d.view_distance = 9
+    view = h.area("VIEW_3D").spaces.active
+    view.region_3d.view_distance, view.shading.type = 8.5, "SOLID"
 
 
 def film_adjust(h):
-    beside_view(h, "adjust")
+    film_stage(h, "adjust")
     import_sample("", GARNET)
+    h.wait(4)
+
+
+def drag_slider(h):
+    """Highlight Width, to the right and back."""
+    area = h.area("PROPERTIES")
+    left, right = ((area.x + x, h.window.height - area.y - area.height + 652) for x in (240, 300))
+    drag(between(left, right) + between(right, (left[0] - 15, left[1])), 0.4)
+    film(h, 24, area)
+
+
+def film_compare(h):
+    film_stage(h, "compare_with")
+    import_sample("", KRYLON)
+    bpy.ops.measured_brdf.pin()
+    import_sample("", GARNET)
+    h.wait(10)
+
+
+def drag_line(h):
+    area = h.area("PROPERTIES")
+    middle, left, right = ((area.x + x, h.window.height - area.y - 322) for x in (125, 85, 165))
+    drag([*between(middle, right), *between(right, left), *between(left, middle)])
+    film(h, 24, area)
+
+
+def film_inspect(h):
+    film_stage(h)
+    import_sample("", GARNET)
+    bpy.context.scene.cursor.location = 0.9, -0.2, 1.4
+    h.wait(4)
+
+
+def drag_light(h):
+    area = h.area("VIEW_3D")
+    at = area.x + area.width // 2, h.window.height - area.y - area.height // 2 - 120
+    drag(between(at, (at[0] + 150, at[1])) + between((at[0] + 150, at[1]), (at[0] - 60, at[1] - 80)))
+    film(h, 24, area)
+
+
+def film_drop(h):
+    film_stage(h)
+    h.area("VIEW_3D").spaces.active.shading.type = "MATERIAL"
+    area = h.area("DOPESHEET_EDITOR")
+    h.move_edge(lambda h: (area.x + area.width // 2, area.y + area.height), lambda h: 180)
+    h.set_area(area, "FILES")
     h.wait(60)
 
 
-def drag_sliders(h):
-    area = h.area("PROPERTIES")
-    at = area.x + 240, h.window.height - area.y - area.height + SLIDER
-    drag(between(at, (at[0] + 110, at[1]), 24))
-    film(h, 24, screen(h))
+def open_folder(h):
+    params = h.area("FILE_BROWSER").spaces.active.params
+    params.directory, params.display_type, params.filter_search = b"/data", "THUMBNAIL", "garnet_red.a"
+    h.wait(6)
 
 
-SLIDER = 648                # below the top of the panel: Highlight Width
+def drag_file(h):
+    files, view = (h.region(h.area(kind)) for kind in ("FILE_BROWSER", "VIEW_3D"))
+    start = files.x + 62, h.window.height - (files.y + files.height - 64)
+    end = view.x + view.width // 2, h.window.height - (view.y + view.height // 2)
+    drag(between(start, end, 10), 0.5)
+    film(h, 60, screen(h))
 
 
 def whole(h):
@@ -364,8 +427,11 @@ def whole(h):
 # what arranges the picture, what follows a redraw later, and the area that is shown
 PICTURES = {
     "library": (library, (), column),
-    "adjust": (film_adjust, (settle, drag_sliders), screen),
-    "start": (first_material, (install, open_tab, until_there, until_made), column),
+    "adjust": (film_adjust, (settle, drag_slider), column),
+    "compare_drag": (film_compare, (settle, to_the_end, drag_line), column),
+    "inspect": (film_inspect, (inspect, drag_light), whole),
+    "drop": (film_drop, (open_folder, drag_file), screen),
+    "start": (first_material, (install, open_tab, until_there, until_made, until_fitted), column),
     "panel": (panel, (settle,), column),
     "compare": (compare, (settle, to_the_end), column),
     "compare_with": (compare_with, (settle, to_the_end), column),
