@@ -30,12 +30,12 @@ MATERIALS = {
     "silk_blue": ("rgl/vch_silk_blue_rgb.bsdf", ""),
     "green_malachite": ("rgl/cc_green_malachite_rgb.bsdf", ""),
     "mint": ("rgl/chm_mint_rgb.bsdf", ""),
-    "irid_flake": ("rgl/irid_flake_paint1_rgb.bsdf", ""),
     "military_green": ("rgl/cm_military_green_rgb.bsdf", ""),
     "carpaint_blue": ("goniometer/carpaint_blue.mbsdf", ""),
     "lighttec_gold": ("goniometer/lighttec_C9_Gold.astm", ""),
     "gold_paint": ("published:gold-metallic-paint", ""),
     "black_phenolic": ("published:black-phenolic", ""),
+    "violet_phenolic": ("published:specular-violet-phenolic", ""),
     "cherry": ("published:cherry-235", ""),
     "red_fabric": ("published:red-fabric", ""),
 }

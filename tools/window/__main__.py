@@ -1,4 +1,4 @@
-"""``python -m tools.window FOLDER [NAME ...]``: pictures of Blender's window for the manual.
+"""``python -m tools.window FOLDER [NAME ...]``: pictures of Blender's window for the manual, and films of it.
 
 Each opens a real Blender on a screen of its own (Xvfb), installs the extension's zip into an empty profile, and runs
 `driver.py` inside of it. The scripts that do this, and a folder with such a Blender, are not part of the repository:
@@ -26,17 +26,18 @@ _FRAME, _LAST, _QUALITY = 120, 1500, 60         # ms of a frame, and of the last
 _MARK = 'PICTURE = "panel"'
 
 
-def names():
-    """The pictures that the driver knows."""
-    table = DRIVER.read_text("utf-8").partition("PICTURES = {")[2].partition("}")[0]
+def names(table="PICTURES"):
+    """The pictures that the driver knows, or its OTHERS: films, and the steps of docs/start.md with their times."""
+    table = DRIVER.read_text("utf-8").partition(f"{table} = {{")[2].partition("}")[0]
     return [line.split('"')[1] for line in table.splitlines() if '"' in line]
 
 
 def main():
     """Take the named pictures, or all. The exit code is 1 where one fails."""
     parser = argparse.ArgumentParser(prog="python -m tools.window", description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path, help="where to write NAME.png")
-    parser.add_argument("names", nargs="*", help=f"of {', '.join(names())}; by default all")
+    parser.add_argument("folder", type=Path, help="where to write NAME.png, or NAME.webp of a film")
+    parser.add_argument("names", nargs="*", help=f"of {', '.join(names())}, by default all of these; "
+                                                       f"{', '.join(names('OTHERS'))}")
     parser.add_argument("--zip", type=Path, help="the extension; by default what `make zip` wrote")
     parser.add_argument("--scripts", type=Path, default=ROOT.parent / "shared" / "tools" / "blender_gui")
     parser.add_argument("--root", type=Path, default=Path("/tmp/gui"), help="the folder that holds a Blender")
@@ -64,7 +65,7 @@ def copy_data(folder):
 
 
 def take(name, options):
-    """Take one picture; whether it could be taken."""
+    """Take one picture or film; whether it could be taken."""
     with tempfile.TemporaryDirectory() as folder:
         driver, picture = Path(folder) / "driver.py", Path(folder) / "picture.png"
         driver.write_text(DRIVER.read_text("utf-8").replace(_MARK, f'PICTURE = "{name}"'), "utf-8")
@@ -77,11 +78,12 @@ def take(name, options):
         for line in done.stdout.splitlines():
             if line.startswith("TIME|"):
                 print(*line.split("|")[1:], sep=": ")
-        popup = picture.with_name("picture-popup.png")
-        trim(popup if popup.is_file() else picture, options.folder / f"{name}.png")
         frames = sorted(picture.parent.glob("picture-frame-*.png"))
         if frames:
             animate(frames, options.folder / f"{name}.webp")
+            return True
+        popup = picture.with_name("picture-popup.png")
+        trim(popup if popup.is_file() else picture, options.folder / f"{name}.png")
     print(options.folder / f"{name}.png")
     return True
 
@@ -100,6 +102,7 @@ def animate(frames, out):
         if not shown or image.tobytes() != shown[-1].tobytes():
             shown.append(image)
     times = [_FRAME] * (len(shown) - 1) + [_LAST]
+    out.parent.mkdir(parents=True, exist_ok=True)
     shown[0].save(out, save_all=True, append_images=shown[1:], duration=times, loop=0, quality=_QUALITY, method=6)
     print(f"{out}: {len(shown)} frames, {out.stat().st_size / 1000:.0f} KB")
 

@@ -417,7 +417,7 @@ def drag_file(h):
     start = files.x + 62, h.window.height - (files.y + files.height - 64)
     end = view.x + view.width // 2, h.window.height - (view.y + view.height // 2)
     drag(between(start, end, 10), 0.5)
-    film(h, 60, screen(h))
+    film(h, 110, screen(h))
 
 
 def whole(h):
@@ -427,11 +427,6 @@ def whole(h):
 # what arranges the picture, what follows a redraw later, and the area that is shown
 PICTURES = {
     "library": (library, (), column),
-    "adjust": (film_adjust, (settle, drag_slider), column),
-    "compare_drag": (film_compare, (settle, to_the_end, drag_line), column),
-    "inspect": (film_inspect, (inspect, drag_light), whole),
-    "drop": (film_drop, (open_folder, drag_file), screen),
-    "start": (first_material, (install, open_tab, until_there, until_made, until_fitted), column),
     "panel": (panel, (settle,), column),
     "compare": (compare, (settle, to_the_end), column),
     "compare_with": (compare_with, (settle, to_the_end), column),
@@ -448,5 +443,13 @@ PICTURES = {
     "photographs": (photographs, (open_photographs,), whole),
     "photographs_measured": (photographs, (open_photographs, measure, compare_photograph, sidebar_to_the_end), sidebar),
 }
-setup, steps, crop = PICTURES[PICTURE]
+# likewise: films, and what is timed
+OTHERS = {
+    "adjust": (film_adjust, (settle, drag_slider), column),
+    "compare_drag": (film_compare, (settle, to_the_end, drag_line), column),
+    "inspect": (film_inspect, (inspect, drag_light), whole),
+    "drop": (film_drop, (open_folder, drag_file), screen),
+    "start": (first_material, (install, open_tab, until_there, until_made, until_fitted), column),
+}
+setup, steps, crop = (PICTURES | OTHERS)[PICTURE]
 steps = list(steps)
