@@ -44,7 +44,7 @@ The fits do not change, and the measurements are not needed"""
     def prepare(self, rebaked: Sequence[tuple[tasks.Rebaked | ValueError, _Users]]) -> Steps:
         prepared: list[tuple[compiler.Shader | ValueError, _Users]] = []
         for number, (made, users) in enumerate(rebaked):
-            yield number / len(rebaked), "Compiling"
+            yield 0.95 + 0.05 * number / len(rebaked), "Compiling"
             prepared.append((made if isinstance(made, Exception) else compiler.compile_shader(*made), users))
         return prepared
 
