@@ -17,6 +17,7 @@ from .data_sources import SOURCES
 _CELL = 16                  # characters: the width of a cell with a thumbnail
 _SCALE = 4.5                # of thumbnails
 _MOST = 60                  # cells
+_ABREAST = 5                # cells of the popover, which is not as wide as the region that it is opened from
 _IMPORT = "measured_brdf.import_data"
 
 
@@ -34,7 +35,7 @@ class _Start(_StartPanel):
     bl_label = "Material Library"
 
     def draw(self, context: bpy.types.Context) -> None:
-        _draw_published(present(self.layout), context)
+        _draw_published(present(self.layout), context, _columns())
 
 
 class MEASUREDBRDF_PT_start(_Start, bpy.types.Panel):
@@ -64,10 +65,10 @@ class MEASUREDBRDF_PT_library(bpy.types.Panel):
     bl_space_type = "PROPERTIES"
     bl_region_type = "HEADER"               # of no editor: a popover
     bl_label = "Material Library"
-    bl_ui_units_x = 19
+    bl_ui_units_x = 8 * _ABREAST
 
     def draw(self, context: bpy.types.Context) -> None:
-        _draw_published(present(self.layout), context)
+        _draw_published(present(self.layout), context, _ABREAST)
 
 
 def draw_button(layout: bpy.types.UILayout) -> None:
@@ -140,7 +141,7 @@ def _draw_sources(layout: bpy.types.UILayout) -> None:
             draw_wrapped(column, text, "DOT")
 
 
-def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, columns: int) -> None:
     choices = context.window_manager.measured_brdf_shelf
     row = layout.row(align=True)
     row.prop(choices, "search", text="", icon="VIEWZOOM")
@@ -150,7 +151,7 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> N
     found = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
     if not found:
         draw_wrapped(layout, "No material has these words in its name or kind", "INFO")
-    grid = _grid(layout)
+    grid = _grid(layout, columns)
     for each in found[:_MOST]:
         cell = grid.column(align=True)
         for button in _draw_buttons(cell, each.label, library.MEASUREDBRDF_OT_use_published.bl_idname,
@@ -182,7 +183,7 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
     found = [each for each in job.result if all(word in f"{each.label} {each.path}".lower() for word in words)]
     if not found:
         draw_wrapped(layout, "No measurements" + (" of that name" if words else " in this folder"), "INFO")
-    grid, how = _grid(layout), {"colours": scene_colours() or "Rec.709"}
+    grid, how = _grid(layout, _columns()), {"colours": scene_colours() or "Rec.709"}
     broken = [each for each in found if each.error]
     for each in [each for each in found if not each.error][:_MOST]:
         _draw_measurement(grid.column(align=True), each, how)
@@ -222,8 +223,8 @@ def _draw_rest(layout: bpy.types.UILayout, count: int, what: str) -> None:
         layout.label(text=f"{count - _MOST} more {what}: search by name")
 
 
-def _grid(layout: bpy.types.UILayout) -> bpy.types.UILayout:
-    return layout.grid_flow(row_major=True, columns=_columns(), even_columns=True, align=False)
+def _grid(layout: bpy.types.UILayout, columns: int) -> bpy.types.UILayout:
+    return layout.grid_flow(row_major=True, columns=columns, even_columns=True, align=False)
 
 
 def _columns() -> int:
