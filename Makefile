@@ -116,7 +116,7 @@ release: lint test-all zip contact
 	cp $(EXTENSION) build/release/
 	awk '/^## /{on = $$2 == "$(RELEASE)"} on' CHANGELOG.md > build/release/notes.md
 	$(RUN) -m demo_scenes.title --out build/release/featured --width 1920 --height 1080
-	$(RUN) -m demo_scenes.gallery build/release ibiza_sunset --size 256
+	$(RUN) -m demo_scenes.gallery build/release ibiza_sunset --size 256 --format PNG
 	mv build/release/ibiza_sunset.png build/release/icon.png
 
 # the documentation as a site: open build/site/index.html

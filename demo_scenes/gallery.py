@@ -1,7 +1,7 @@
 """``make gallery``: the pictures of the site's first page, a ball of each material under the same sky and lamps.
 
-``python -m demo_scenes.gallery FOLDER [NAME ...] [--size PIXELS]``. Measurements that are not at hand are left out,
-and named.
+``python -m demo_scenes.gallery FOLDER [NAME ...] [--size PIXELS] [--format PNG]``. Measurements that are not at
+hand are left out, and named.
 """
 
 import argparse
@@ -23,7 +23,6 @@ SIZE, SAMPLES = 320, 64
 # the name of the picture, the file, and the sample in it
 MATERIALS = {
     "garnet_red": ("cornell/garnet_red.astm", ""),
-    "krylon_blue": ("cornell/krylon_blue.astm", ""),
     "cayman": ("cornell/cayman.astm", ""),
     "foil": ("curet/abrdf.dat", "aluminum foil"),
     "velvet": ("curet/abrdf.dat", "velvet"),
@@ -31,11 +30,12 @@ MATERIALS = {
     "silk_blue": ("rgl/vch_silk_blue_rgb.bsdf", ""),
     "green_malachite": ("rgl/cc_green_malachite_rgb.bsdf", ""),
     "mint": ("rgl/chm_mint_rgb.bsdf", ""),
+    "military_green": ("rgl/cm_military_green_rgb.bsdf", ""),
     "carpaint_blue": ("goniometer/carpaint_blue.mbsdf", ""),
     "lighttec_gold": ("goniometer/lighttec_C9_Gold.astm", ""),
-    "chrome": ("published:chrome", ""),
     "gold_paint": ("published:gold-metallic-paint", ""),
-    "brass": ("published:brass", ""),
+    "black_phenolic": ("published:black-phenolic", ""),
+    "violet_phenolic": ("published:specular-violet-phenolic", ""),
     "cherry": ("published:cherry-235", ""),
     "red_fabric": ("published:red-fabric", ""),
 }
@@ -89,7 +89,7 @@ def source(data, file, sample):
     return str(path)
 
 
-def draw(folder, names, size=SIZE):
+def draw(folder, names, size=SIZE, file_format="JPEG"):
     """Render the named materials, each to a picture of its own."""
     for name in names:
         file, sample = MATERIALS[name]
@@ -101,10 +101,10 @@ def draw(folder, names, size=SIZE):
         scene = stage(size)
         bpy.ops.measured_brdf.import_data(filepath=found, sample=sample, preset="Standard")
         image = scene.render.image_settings
-        image.file_format, image.color_mode, image.compression = "PNG", "RGB", 100
-        scene.render.filepath = str(folder / f"{name}.png")
+        image.file_format, image.color_mode, image.quality, image.compression = file_format, "RGB", 85, 100
+        scene.render.filepath = str(folder / name)
         bpy.ops.render.render(write_still=True)
-        print(f"{scene.render.filepath}, {time.perf_counter() - start:.0f} s")
+        print(f"{folder / name}, {time.perf_counter() - start:.0f} s")
 
 
 def main():
@@ -113,11 +113,12 @@ def main():
     parser.add_argument("folder", type=Path, nargs="?", default=OUT)
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(MATERIALS))
     parser.add_argument("--size", type=int, default=SIZE)
+    parser.add_argument("--format", default="JPEG", choices=("JPEG", "PNG"))
     options = parser.parse_args()
     extension().register()
     folder = options.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    draw(folder, options.names or MATERIALS, options.size)
+    draw(folder, options.names or MATERIALS, options.size, options.format)
 
 
 if __name__ == "__main__":

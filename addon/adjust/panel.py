@@ -31,10 +31,10 @@ class _Adjust:
                       ("coat",)):
             column = layout.column(align=True)
             for name in names:
-                column.prop(settings, name)
+                column.prop(settings, name, slider=True)
         row = layout.row()
         row.active = settings.coat > 0
-        row.prop(settings, "coat_roughness")
+        row.prop(settings, "coat_roughness", slider=True)
         row = layout.row(align=True)
         apply = row.row(align=True)
         apply.enabled = not edits.is_as_wanted(material)

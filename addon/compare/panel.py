@@ -14,7 +14,7 @@ from ...fitter.quality import verdict
 from ..core import material as materials
 from ..core import rendered
 from ..core.annotations import present
-from ..panel.layout import MaterialPanel, draw_row, draw_wrapped, is_narrow, picture_scale
+from ..panel.layout import MaterialPanel, draw_picture, draw_row, draw_wrapped, is_narrow, picture_scale
 from ..work import icons, modal, queries, queue
 from ..work.job import Job
 from . import looks
@@ -128,23 +128,14 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
     grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True)
     first, second = present(queries.kept(material)), present(queries.kept(other))
     column, at = grid.column(), round(chosen.divide, 2)
-    _draw_picture(column, *icons.icon(("split", (first.digest, second.digest), at),
-                                      partial(comparisons.split_sphere, first, second, at)), scale)
+    draw_picture(column, *icons.icon(("split", (first.digest, second.digest), at),
+                                     partial(comparisons.split_sphere, first, second, at)), scale)
     _draw_line(column, chosen)
     column, settings = grid.column(), material.measured_brdf
     theta = round(settings.shown_theta, 3)
-    _draw_picture(column, *icons.icon(("polar of two", (first.digest, second.digest), theta),
-                                      partial(comparisons.polar, first, second, theta)), scale)
+    draw_picture(column, *icons.icon(("polar of two", (first.digest, second.digest), theta),
+                                     partial(comparisons.polar, first, second, theta)), scale)
     column.prop(settings, "shown_theta", slider=True)
-
-
-def _draw_picture(layout: bpy.types.UILayout, icon: int, job: Job[Any], scale: float) -> None:
-    if icon:
-        layout.template_icon(icon_value=icon, scale=scale)
-    if job.finished is None:
-        layout.progress(factor=job.fraction, text=job.doing)
-    elif job.error is not None:
-        draw_wrapped(layout, str(job.error))
 
 
 def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> dict[str, str]:

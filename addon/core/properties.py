@@ -235,19 +235,20 @@ def worth(settings: Any) -> Worth:
     name = published.name_in(settings.filepath)
     if name is not None:
         try:
-            text = published.find(name).brief
+            return Worth("Published fit, not a measurement", published.find(name).brief, False)
         except DatasetError as error:
-            text = str(error)
-        return Worth(text, text, False)
+            return Worth(str(error), str(error), False)
     if settings.match < 0:
         return Worth("", "", False)
     judged = verdict.Verdict(*(getattr(settings, field) for field in verdict.Verdict._fields))
     is_adjusted = settings.adjusted not in ("", as_text({}))
-    before, after = "Before it was adjusted: " if is_adjusted else "", ""
+    line, whole, after = verdict.line(judged), verdict.sentence(judged), ""
+    if is_adjusted:
+        line = f"Match before adjusting: {verdict.grade(judged.match, verdict.MATCH_LIMITS)}"
+        whole = f"Before it was adjusted: {whole}"
     if verdict.is_poor(judged):
         after = _OF_THE_BEST if name_of_fit(settings) == _BEST else _OF_OTHERS
-    line, whole = (f"{before}{text}{after}" for text in (verdict.line(judged), verdict.sentence(judged)))
-    return Worth(line, whole, verdict.is_well(judged) and not is_adjusted)
+    return Worth(f"{line}{after}", f"{whole}{after}", verdict.is_well(judged) and not is_adjusted)
 
 
 def is_preset(choices: Choices, name: str) -> bool:

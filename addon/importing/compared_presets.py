@@ -8,7 +8,7 @@ from ...fitter import PRESETS, Fit
 from ..core.annotations import Arguments, present
 from ..core.outcomes import Data, Fitted, Wanted
 from ..core.properties import OFFERED, ORIGINAL, PRESET_ITEMS, fit_arguments, name_of_fit
-from ..panel.layout import MaterialPanel, draw_value, draw_warning, is_narrow, picture_scale, wrapped
+from ..panel.layout import MaterialPanel, draw_picture, draw_value, draw_warning, is_narrow, picture_scale, wrapped
 from ..work import modal, queries
 from ..work.job import Job
 from . import fit
@@ -73,12 +73,7 @@ def _shown(material: bpy.types.Material, data: Data, kept: Job[Fit] | None, name
 
 def _draw_preset(layout: bpy.types.UILayout, name: str, shown: _Shown, scale: float, can_choose: bool) -> None:
     column = layout.column(align=True)
-    if shown.icon:
-        column.template_icon(icon_value=shown.icon, scale=scale)
-    if shown.job.finished is None:
-        column.progress(factor=shown.job.fraction, text=shown.job.doing)
-    elif shown.job.error is not None:
-        column.label(text=str(shown.job.error), icon="ERROR")
+    draw_picture(column, shown.icon, shown.job, scale)
     if can_choose:
         row = column.row()
         row.enabled = modal.running is None

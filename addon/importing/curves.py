@@ -9,7 +9,7 @@ from ..core import material as materials
 from ..core.annotations import present
 from ..core.outcomes import Shown, Wanted
 from ..core.properties import fit_arguments, is_as_fitted
-from ..panel.layout import MaterialPanel
+from ..panel.layout import MaterialPanel, draw_picture
 from ..work import queries
 from ..work.job import Job
 
@@ -61,12 +61,7 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
 def _draw_picture(layout: bpy.types.UILayout, title: str, icon: int, job: Job[Any]) -> Job[Any]:
     column = layout.column()
     column.label(text=title)
-    if icon:
-        column.template_icon(icon_value=icon, scale=9)
-    if job.finished is None:
-        column.progress(factor=job.fraction, text=job.doing)
-    elif job.error is not None:
-        column.label(text=str(job.error), icon="ERROR")
+    draw_picture(column, icon, job, 9)
     return job
 
 

@@ -3,12 +3,13 @@
 import textwrap
 from collections.abc import Collection
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import blf
 import bpy
 
 from ..core import material as materials
+from ..work.job import Job
 
 _Icon = Literal["CHECKMARK", "DOT", "ERROR", "INFO", "MATERIAL"]
 _CHARACTER, _MARGIN = 5.9, 60       # pixels at a scale of 1: of a character on average, and beside texts with an icon
@@ -106,6 +107,16 @@ def draw_warning(layout: bpy.types.UILayout, text: str) -> None:
     column = layout.box().column(align=True)
     column.alert = True
     draw_wrapped(column, text)
+
+
+def draw_picture(layout: bpy.types.UILayout, icon: int, job: Job[Any], scale: float) -> None:
+    """Draw a picture, or until there is one how far it is: a slider below stays in its place while it is dragged."""
+    if icon:
+        layout.template_icon(icon_value=icon, scale=scale)
+    elif job.finished is None:
+        layout.progress(factor=job.fraction, text=job.doing)
+    if job.error is not None:
+        draw_warning(layout, str(job.error))
 
 
 def room() -> int:

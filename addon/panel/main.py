@@ -15,7 +15,7 @@ from ..core.edits import edit_arguments
 from ..core.properties import label_of_fit, worth
 from ..work import modal, queries
 from . import rendering
-from .layout import MaterialPanel, draw_warning, draw_wrapped, has_data, name_beside_value, picture_scale
+from .layout import MaterialPanel, draw_picture, draw_wrapped, has_data, name_beside_value, picture_scale
 from .local import MEASUREDBRDF_OT_make_local
 from .update import MEASUREDBRDF_OT_update_materials
 
@@ -100,13 +100,7 @@ def draw_running(row: bpy.types.UILayout) -> bool:
 def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
     settings = material.measured_brdf
     if queries.shown(material) is not None:
-        icon, job = queries.material_sphere(material)
-        if icon:
-            layout.template_icon(icon_value=icon, scale=picture_scale(context, 1))
-        elif job.finished is None:
-            layout.progress(factor=job.fraction, text=job.doing)
-        if job.error is not None:
-            draw_warning(layout, str(job.error))
+        draw_picture(layout, *queries.material_sphere(material), picture_scale(context, 1))
     column = layout.column(align=True)
     name = f"{material.name}: Mix"
     if materials.is_measured(material):

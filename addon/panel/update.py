@@ -37,7 +37,7 @@ The fits do not change, and the measurements are not needed"""
     def prepare(self, rebaked: Sequence[tasks.Rebaked | ValueError]) -> Steps:
         prepared: list[compiler.Shader | ValueError] = []
         for number, made in enumerate(rebaked):
-            yield number / len(rebaked), "Compiling"
+            yield 0.95 + 0.05 * number / len(rebaked), "Compiling"
             prepared.append(made if isinstance(made, Exception) else compiler.compile_shader(*made))
         return prepared
 

@@ -4,6 +4,7 @@ from typing import Any
 
 import bpy
 
+from ...fitter import published
 from ..core import manual, preferences
 from ..core.annotations import present
 from ..core.reading import scene_colours
@@ -14,6 +15,7 @@ from . import shelf, starter, thumbnails
 _CELL = 16                  # characters: the width of a cell with a thumbnail
 _SCALE = 4.5                # of thumbnails
 _MOST = 60                  # cells
+_ABREAST = 5                # cells of the popover, which is not as wide as the region that it is opened from
 _IMPORT = "measured_brdf.import_data"
 
 
@@ -37,7 +39,7 @@ class MEASUREDBRDF_PT_start(_BeginPanel, bpy.types.Panel):
         return not has_data(context)
 
     def draw(self, context: bpy.types.Context) -> None:
-        _draw_published(present(self.layout), context)
+        _draw_published(present(self.layout), context, _columns())
 
 
 class MEASUREDBRDF_PT_library(bpy.types.Panel):
@@ -46,15 +48,15 @@ class MEASUREDBRDF_PT_library(bpy.types.Panel):
     bl_space_type = "PROPERTIES"
     bl_region_type = "HEADER"               # of no editor: a popover
     bl_label = "Material Library"
-    bl_ui_units_x = 19
+    bl_ui_units_x = 8 * _ABREAST
 
     def draw(self, context: bpy.types.Context) -> None:
-        _draw_published(present(self.layout), context)
+        _draw_published(present(self.layout), context, _ABREAST)
 
 
 def draw_button(layout: bpy.types.UILayout) -> None:
     """Draw the button that opens the library."""
-    shelf.prepare()
+    shelf.published_icon(published.offered()[0].name)       # a popover does not notice what comes later
     layout.popover(MEASUREDBRDF_PT_library.__name__, text="Library", icon="ASSET_MANAGER")
 
 
@@ -74,7 +76,7 @@ class MEASUREDBRDF_PT_folder(_BeginPanel, bpy.types.Panel):
         layout.operator("wm.url_open", text="Where to Get Data", icon="URL").url = manual.url(manual.DATA)
 
 
-def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, columns: int) -> None:
     choices = context.window_manager.measured_brdf_shelf
     row = layout.row(align=True)
     row.prop(choices, "search", text="", icon="VIEWZOOM")
@@ -84,11 +86,11 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context) -> N
     offered = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
     if not offered:
         draw_wrapped(layout, "No material has these words in its name or kind", "INFO")
-    grid = _grid(layout)
+    grid = _grid(layout, columns)
     for each in offered[:_MOST]:
         cell = grid.column(align=True)
         for button in _draw_buttons(cell, each.label, library.MEASUREDBRDF_OT_use_published.bl_idname,
-                                    shelf.swatch_icon(each.name)):
+                                    shelf.published_icon(each.name)):
             button.name = each.name
     _draw_rest(layout, len(offered), "materials")
     draw_wrapped(layout, "Published fits of MERL's materials (Low et al. 2012), not measurements", "INFO")
@@ -116,7 +118,7 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
     wanted = [each for each in job.result if all(word in f"{each.label} {each.path}".lower() for word in words)]
     if not wanted:
         draw_wrapped(layout, "No measurements" + (" of that name" if words else " in this folder"), "INFO")
-    grid, how = _grid(layout), {"colours": scene_colours() or "Rec.709"}
+    grid, how = _grid(layout, _columns()), {"colours": scene_colours() or "Rec.709"}
     broken = [each for each in wanted if each.error]
     for each in [each for each in wanted if not each.error][:_MOST]:
         _draw_measurement(grid.column(align=True), each, how)
@@ -156,8 +158,8 @@ def _draw_rest(layout: bpy.types.UILayout, count: int, what: str) -> None:
         layout.label(text=f"{count - _MOST} more {what}: search by name")
 
 
-def _grid(layout: bpy.types.UILayout) -> bpy.types.UILayout:
-    return layout.grid_flow(row_major=True, columns=_columns(), even_columns=True, align=False)
+def _grid(layout: bpy.types.UILayout, columns: int) -> bpy.types.UILayout:
+    return layout.grid_flow(row_major=True, columns=columns, even_columns=True, align=False)
 
 
 def _columns() -> int:

@@ -6,7 +6,6 @@ Everything is asked of workers (`jobs.queue`); what is drawn meanwhile is what i
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from itertools import islice
 from pathlib import Path
 
 import bpy
@@ -24,7 +23,6 @@ _PACKAGE = __package__.rpartition(".addon")[0]
 _RECHECK = 2.0              # s, after which a folder is scanned again
 _TICK = 2.5                 # s, between two redraws of a panel that shows a folder
 _KEPT = 600                 # icons
-_AT_ONCE = 6                # icons that are asked for at a redraw before they are seen
 _icons = icons.Icons(_KEPT)
 _failed: Recent[icons.Key, Exception] = Recent(_KEPT)     # the queue forgets: they would be tried for ever
 _was_drawn = False
@@ -50,16 +48,12 @@ def offered(search: str, tag: str) -> list[published.Published]:
             and all(word in f"{each.name} {each.label} {' '.join(each.tags)}".lower() for word in words)]
 
 
-def swatch_icon(name: str, lane: str = "fit") -> int:
+def published_icon(name: str) -> int:
     """The icon of a published material; 0 until it has been drawn."""
-    return _icon(("published", name), lambda folder: partial(thumbnails.of_published, name, folder), lane)[0]
-
-
-def prepare() -> None:
-    """Draw the icons of the library in the background: a popover does not notice what comes later."""
-    missing = (each.name for each in published.offered() if ("published", each.name) not in _icons)
-    for name in islice(missing, _AT_ONCE):
-        swatch_icon(name, "slow")
+    key = "published", name
+    if key not in _icons:
+        queue.ask("library", thumbnails.of_library, "read", then=_keep_library)
+    return _icons.known(key)
 
 
 def watched(folder: str) -> Job[list[thumbnails.Found]]:
@@ -89,6 +83,11 @@ def _icon(key: icons.Key, work: Callable[[str], Callable[[Report], SingleArray]]
     if isinstance(job.error, ValueError):       # of the file; that a worker was killed says nothing of it
         _failed[key] = job.error
     return _icons.known(key), job.error
+
+
+def _keep_library(job: Job[dict[str, SingleArray]]) -> None:
+    for name, picture in present(job.result).items():
+        _icons.add(("published", name), picture)
 
 
 def _tick() -> float | None:

@@ -11,9 +11,10 @@ from pathlib import Path
 
 import bpy
 
-from ...fitter import published, ready, swatch
+from ...fitter import published, ready
 from ...fitter.colours import DEFAULT
 from ...fitter.files import replacing
+from ...fitter.packed_picture import unpacked
 from ..core import assets, library_file, previews
 from ..core import material as materials
 from ..core.annotations import present
@@ -26,9 +27,8 @@ SHIPPED = Path(__file__).parents[2] / "starter_library"
 FILE = "starter.blend"
 LICENSE = "CC0-1.0"         # of the assets; the figures are facts, whose source each asset names
 _VERSION = "version.json"   # which Blender wrote the library, and of which version of the table
-_REVISION = 2               # a new one makes users' libraries anew
+_REVISION = 3               # a new one makes users' libraries anew
 _CATALOGUE = f"{assets.CATALOGUE}/Starter"
-_SIZE = 128                 # pixels of thumbnails
 _STEP = 4                   # of 255: colours of thumbnails are rounded to it, so that they compress well
 
 
@@ -104,7 +104,7 @@ def _mark(material: bpy.types.Material, wanted: published.Published) -> None:
     data.catalog_id = str(assets.catalogue_id(_catalogue(wanted.tags[0])))
     for tag in (*wanted.tags, "published fit", "MERL", wanted.name):
         data.tags.new(tag, skip_if_exists=True)
-    picture = swatch.swatch(wanted.model, _SIZE)
+    picture = present(unpacked(material.measured_brdf.sphere))
     step = _STEP / 255
     picture[..., :3] = (picture[..., :3] / step).round() * step
     previews.fill(present(material.preview_ensure()), picture)

@@ -1,6 +1,6 @@
 """Pictures of the starter library and of measurements in a folder, and what the folder holds: work for a worker.
 
-Nothing here imports bpy. Pictures are cached on disk, by the content that they were made of.
+Nothing here imports bpy. Pictures of measurements are cached on disk, by the content that they were made of.
 """
 
 import hashlib
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ... import fitter
-from ...fitter import published, swatch
+from ...fitter import published
 from ...fitter.arrays import SingleArray
 from ...fitter.files import replacing
 from ...fitter.formats import EXTENSIONS, PLAIN
@@ -105,10 +105,9 @@ def _as_unicode(text: str) -> str:
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def of_published(name: str, cache: str, _report: Report = silent) -> SingleArray:
-    """The picture of a material of the starter library: (SIZE, SIZE, 4) float32."""
-    model = published.find(name).model
-    return _cached(Path(cache), ("published", repr(model)), lambda: swatch.swatch(model, SIZE))
+def of_library(_report: Report = silent) -> dict[str, SingleArray]:
+    """The pictures of the starter library by name: (SIZE, SIZE, 4) float32 each."""
+    return {each.name: lit_sphere(each.model, SIZE) for each in published.offered()}
 
 
 def of_measurement(found: Found, cache: str, how: Arguments, _report: Report = silent) -> SingleArray:

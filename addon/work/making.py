@@ -57,7 +57,7 @@ class MakesMaterials(HasTarget, InBackground):
             if isinstance(outcome, Exception):
                 prepared.append((path, sample, outcome, None))
             else:
-                yield number / len(outcomes), f"Compiling {outcome.measured.name}"
+                yield 0.95 + 0.05 * number / len(outcomes), f"Compiling {outcome.measured.name}"
                 prepared.append((path, sample, outcome,
                                  compiler.compile_surface(outcome.surface)))
         return prepared

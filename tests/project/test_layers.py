@@ -10,7 +10,7 @@ from support.checkout import ROOT
 FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files", "npz", "progress"), ("samples",),
           ("coordinates", "lattice"), ("model",), ("quality", "published"), ("methods",),
           ("editing", "presets", "tolerance"), ("cycles", "formats", "lobe", "photographs", "pictures"),
-          ("packed_picture", "ready", "swatch"),
+          ("packed_picture", "ready"),
           ("__init__",), ("report",), ("cli",), ("__main__",))
 ADDON = (("core",), ("work",), ("panel",),
          ("adjust", "compare", "importing", "inspect", "library", "mix", "photographs", "starter"),

@@ -6,14 +6,18 @@
 # ruff: noqa: D103 (the functions are the pictures)
 
 import importlib
+import subprocess
 import sys
+import time
 from types import SimpleNamespace
 
 import bpy
 
 PICTURE = "panel"           # ``python -m tools.window`` puts another name here
 CURET, STEEL, BALL = "/data/abrdf.dat", "/data/brushed_steel.csv", "/data/ball/setup.toml"
+GARNET, KRYLON = "/data/garnet_red.astm", "/data/krylon_blue.astm"
 WIDTH = 380                 # of the column of properties
+FRAMES = "/share/extra-frame"
 
 
 def stage(h, *opened):
@@ -58,7 +62,7 @@ def settle(h):
     """Wait until what the panels have asked for is there, and they are drawn with it."""
     queue = next(module for name, module in sys.modules.items() if name.endswith("measured_brdf.addon.work.queue"))
     h.wait(2)
-    if any(queue._lanes[name].pending() for name in ("read", "fit")):
+    if any(lane.pending() for lane in queue._lanes.values()):
         h.later.append(settle)
 
 
@@ -84,6 +88,7 @@ def panel(h):
 
 def compare(h):
     stage(h, "data", "compare")
+    h.properties_column(width=520)          # three spheres beside one another
     import_sample()
     h.wait(4)
 
@@ -144,6 +149,10 @@ def fitting(h):
 
 def samples(h):
     stage(h)
+    h.area("VIEW_3D").spaces.active.shading.type = "SOLID"      # EEVEE would draw the popup late
+
+
+def point(h):
     area = h.area("VIEW_3D")
     h.window.cursor_warp(area.x + 330, area.y + area.height - 240)
     h.wait(2)
@@ -158,7 +167,7 @@ def choose_sample(h):
 def shoot_popup(h):
     """A popup closes when the pointer leaves it, as it does before the picture of an area is taken."""
     area = h.area("VIEW_3D")
-    around = SimpleNamespace(x=area.x + 120, y=area.y + area.height - 520, width=420, height=440)
+    around = SimpleNamespace(x=area.x + 320, y=area.y + area.height - 510, width=282, height=285)
     h.shoot("/share/extra-popup.png", around)
 
 
@@ -239,6 +248,175 @@ def sidebar(h):
     return h.region(h.area("VIEW_3D"), "UI")
 
 
+def first_material(h):
+    """The steps of docs/start.md on an empty profile, each with the seconds that it takes."""
+    bpy.data.materials.remove(bpy.data.materials["Material"])       # EEVEE would first compile its icon
+    places = [repository.module for repository in bpy.context.preferences.extensions.repos]
+    bpy.ops.extensions.package_uninstall(repo_index=places.index("user_default"), pkg_id="measured_brdf")
+    h.wait(1)
+
+
+def install(h):
+    start = time.monotonic()
+    bpy.ops.extensions.package_install_files(filepath="/share/ext.zip", repo="user_default", enable_on_install=True)
+    tell("Install from Disk", start)
+    h.wait(1)
+
+
+def open_tab(h):
+    h.properties_tab("MATERIAL")
+    began["tab"] = time.monotonic()
+    h.wait(0.2)
+
+
+def until_there(h):
+    shelf = importlib.import_module("bl_ext.user_default.measured_brdf.addon.starter.shelf")
+    if not shelf._icon_ids:
+        h.later.append(until_there)
+        h.wait(0.2)
+        return
+    tell("Open the material tab, until all pictures are there", began["tab"])
+    area = h.area("PROPERTIES")
+    press(h, area.x + 110, area.y + area.height - 330)
+
+
+def press(h, x, y):
+    subprocess.run(["xdotool", "mousemove", str(x), str(h.window.height - y), "sleep", "0.2", "click", "1"], check=True)
+    began["click"] = time.monotonic()
+
+
+def until_made(h):
+    if bpy.context.object.active_material is None:
+        h.later.append(until_made)
+        h.wait(0.1)
+        return
+    tell("Click a picture, until the object has the material", began["click"])
+    began["file"] = time.monotonic()
+    with h.override(h.area("VIEW_3D")):
+        bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", filepath=GARNET)       # as a drop does
+    h.wait(0.2)
+
+
+def until_fitted(h):
+    if not bpy.context.object.active_material.name.startswith("Garnet"):
+        h.later.append(until_fitted)
+        h.wait(0.2)
+        return
+    tell("Drop a file of 1,439 measurements, until the object has the material", began["file"])
+    h.wait(1)
+
+
+def tell(what, start):
+    print("TIME", what, f"{time.monotonic() - start:.1f} s", sep="|", flush=True)
+
+
+began = {}                  # what is timed, and when it began
+
+
+def film(h, seconds, around):
+    """Take pictures of a part of the window for some seconds, as fast as they come, each named after the pointer."""
+    left, top = around.x, h.window.height - around.y - around.height
+    subprocess.Popen(["bash", "-c", f"""
+        end=$(($(date +%s) + {seconds})); number=1000
+        while [ $(date +%s) -lt $end ]; do
+            eval $(xdotool getmouselocation --shell)
+            import -silent -window root -crop {around.width}x{around.height}+{left}+{top} +repage \
+                {FRAMES}-$((number++))-$((X - {left}))-$((Y - {top})).png
+        done"""])
+    h.wait(seconds + 2)
+
+
+def drag(places, pause=0.25, hold=1.0):
+    """Press at the first place, move through the others, and release; in pixels from the top left of the window."""
+    (x, y), *others = ([str(round(each)) for each in place] for place in places)
+    moves = [word for place in others for word in ("mousemove", *place, "sleep", str(pause))]
+    subprocess.Popen(["xdotool", "mousemove", x, y, "sleep", str(hold), "mousedown", "1", "sleep", str(hold), *moves,
+                      "sleep", str(hold), "mouseup", "1"])
+
+
+def between(first, last, count=16):
+    """Places on the way from one to another."""
+    return [[a + step / count * (b - a) for a, b in zip(first, last, strict=True)] for step in range(count + 1)]
+
+
+def screen(h):
+    return SimpleNamespace(x=0, y=0, width=h.window.width, height=h.window.height)
+
+
+def film_stage(h, *opened):
+    """As `stage`, with a view that is drawn quickly, and drags as far as the pointer goes."""
+    stage(h, *opened)
+    bpy.context.preferences.inputs.use_mouse_continuous = False
+    view = h.area("VIEW_3D").spaces.active
+    view.region_3d.view_distance, view.shading.type = 8.5, "SOLID"
+
+
+def film_adjust(h):
+    film_stage(h, "adjust")
+    import_sample("", GARNET)
+    h.wait(4)
+
+
+def drag_slider(h):
+    """Highlight Width, to the right and back."""
+    area = h.area("PROPERTIES")
+    left, right = ((area.x + x, h.window.height - area.y - area.height + 652) for x in (240, 300))
+    drag(between(left, right) + between(right, (left[0] - 15, left[1])), 0.4)
+    film(h, 24, area)
+
+
+def film_compare(h):
+    film_stage(h, "compare_with")
+    import_sample("", KRYLON)
+    bpy.ops.measured_brdf.pin()
+    import_sample("", GARNET)
+    h.wait(10)
+
+
+def drag_line(h):
+    area = h.area("PROPERTIES")
+    middle, left, right = ((area.x + x, h.window.height - area.y - 322) for x in (125, 85, 165))
+    drag([*between(middle, right), *between(right, left), *between(left, middle)])
+    film(h, 24, area)
+
+
+def film_inspect(h):
+    film_stage(h)
+    import_sample("", GARNET)
+    bpy.context.scene.cursor.location = 0.9, -0.2, 1.4
+    h.wait(4)
+
+
+def drag_light(h):
+    area = h.area("VIEW_3D")
+    at = area.x + area.width // 2, h.window.height - area.y - area.height // 2 - 120
+    drag(between(at, (at[0] + 150, at[1])) + between((at[0] + 150, at[1]), (at[0] - 60, at[1] - 80)))
+    film(h, 24, area)
+
+
+def film_drop(h):
+    film_stage(h)
+    h.area("VIEW_3D").spaces.active.shading.type = "MATERIAL"
+    area = h.area("DOPESHEET_EDITOR")
+    h.move_edge(lambda h: (area.x + area.width // 2, area.y + area.height), lambda h: 180)
+    h.set_area(area, "FILES")
+    h.wait(60)
+
+
+def open_folder(h):
+    params = h.area("FILE_BROWSER").spaces.active.params
+    params.directory, params.display_type, params.filter_search = b"/data", "THUMBNAIL", "garnet_red.a"
+    h.wait(6)
+
+
+def drag_file(h):
+    files, view = (h.region(h.area(kind)) for kind in ("FILE_BROWSER", "VIEW_3D"))
+    start = files.x + 62, h.window.height - (files.y + files.height - 64)
+    end = view.x + view.width // 2, h.window.height - (view.y + view.height // 2)
+    drag(between(start, end, 10), 0.5)
+    film(h, 110, screen(h))
+
+
 def whole(h):
     return max(h.window.screen.areas, key=lambda area: area.width * area.height)
 
@@ -255,12 +433,20 @@ PICTURES = {
     "rendering": (rendering, (to_the_end,), column),
     "moved": (moved, (to_the_end,), column),
     "fitting": (fitting, (), column),
-    "samples": (samples, (choose_sample, shoot_popup), whole),
+    "samples": (samples, (point, choose_sample, shoot_popup), whole),
     "anisotropy_panel": (anisotropy, (settle, to_the_end), column),
     "assets": (assets, (of_this_file,), whole),
     "lobe": (lobe, (inspect,), whole),
     "photographs": (photographs, (open_photographs,), whole),
     "photographs_measured": (photographs, (open_photographs, measure, compare_photograph, sidebar_to_the_end), sidebar),
 }
-setup, steps, crop = PICTURES[PICTURE]
+# likewise: films, and what is timed
+OTHERS = {
+    "adjust": (film_adjust, (settle, drag_slider), column),
+    "compare_drag": (film_compare, (settle, to_the_end, drag_line), column),
+    "inspect": (film_inspect, (inspect, drag_light), whole),
+    "drop": (film_drop, (open_folder, drag_file), screen),
+    "start": (first_material, (install, open_tab, until_there, until_made, until_fitted), column),
+}
+setup, steps, crop = (PICTURES | OTHERS)[PICTURE]
 steps = list(steps)

@@ -512,3 +512,16 @@ def test_look_shows_the_fit_that_the_material_has_and_fits_only_for_other_settin
     material.measured_brdf.filepath = "/nowhere/file.astm"
     draw(look, material=material)
     assert set(asked) == {("material_sphere",), ("polar_plot", "Kept")}
+
+
+def test_a_picture_that_is_drawn_anew_moves_nothing_below_it(extension):
+    """A slider under it would leave the pointer that drags it."""
+    from types import SimpleNamespace as Answer
+
+    rows = []
+    for icon, finished in ((7, 1.0), (7, None), (0, None)):
+        layout = Layout()
+        extension.addon.panel.layout.draw_picture(
+            layout, icon, Answer(error=None, finished=finished, fraction=0.1, doing="Starting"), 3)
+        rows.append([entry[0] for entry in layout.drawn])
+    assert rows == [["picture"], ["picture"], ["text"]]

@@ -130,10 +130,10 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
     kept = []
     monkeypatch.setattr(shelf._icons, "add", lambda key, picture: kept.append(picture.shape))
     assert shelf.measurement_icon(measurement, {"colours": "Rec.709"}) == (0, None)
-    assert shelf.swatch_icon("chrome") == 0
+    assert shelf.published_icon("chrome") == 0
     queue.answer_all()
-    assert kept == [(128, 128, 4)] * 2
-    assert len(list((tmp_path / "user" / "thumbnails").iterdir())) == 2
+    assert kept == [(128, 128, 4)] * 90         # all 89 of the library at once
+    assert len(list((tmp_path / "user" / "thumbnails").iterdir())) == 1
 
 
 def test_a_folder_is_looked_at_for_as_long_as_it_is_drawn(extension, tmp_path, monkeypatch):
@@ -194,7 +194,7 @@ def test_a_file_that_has_a_published_fit_by_its_former_name_keeps_it(cube, tmp_p
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
     item = bpy.data.materials["Chrome (published fit)"]
     assert material.is_measured(item)
-    assert "Published fit of MERL's chrome" in worth(item.measured_brdf)[0]
+    assert "Published fit of MERL's chrome" in worth(item.measured_brdf).whole
     bpy.context.object.active_material = item
     assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
     assert item.measured_brdf.name_of_data == "Chrome"
@@ -214,11 +214,11 @@ def test_a_click_in_a_file_of_other_colours_is_fitted_for_them(cube, monkeypatch
 def test_a_picture_and_its_name_are_buttons_of_the_same_material(cube, monkeypatch):
     from measured_brdf.addon.starter import panel, shelf
 
-    monkeypatch.setattr(shelf, "swatch_icon", lambda _name: 7)
+    monkeypatch.setattr(shelf, "published_icon", lambda _name: 7)
     layout = Layout()
     choices = SimpleNamespace(search="teflon", tag="plastic")
     panel._draw_published(layout, SimpleNamespace(window_manager=SimpleNamespace(measured_brdf_shelf=choices),
-                                                  preferences=bpy.context.preferences, region=None))
+                                                  preferences=bpy.context.preferences, region=None), 2)
     pressed = [entry[4].name for entry in layout.drawn if entry[0] == "button" and hasattr(entry[4], "name")]
     assert pressed == ["teflon", "teflon"]
     assert ("picture", 7) in [(entry[0], entry[2]) for entry in layout.drawn]

@@ -157,17 +157,18 @@ def test_a_picture_of_a_measurement_is_drawn_once(thumbnails, folder, tmp_path, 
     np.testing.assert_array_equal(thumbnails.of_measurement(found, str(cache), how), drawn)
 
 
-def test_a_cache_that_cannot_be_written_is_done_without(thumbnails, tmp_path):
+def test_a_cache_that_cannot_be_written_is_done_without(thumbnails, folder, tmp_path):
     (tmp_path / "cache").write_text("a file, where the folder should be")
-    picture = thumbnails.of_published("gold-paint", str(tmp_path / "cache"))
-    assert picture[64, 64, 0] > picture[64, 64, 2]
+    picture = thumbnails.of_measurement(thumbnails.scan(str(folder))[0], str(tmp_path / "cache"), {})
+    assert picture[64, 64, 2] > picture[64, 64, 0]
 
 
-def test_only_so_many_pictures_are_kept(thumbnails, tmp_path, monkeypatch):
+def test_only_so_many_pictures_are_kept(thumbnails, folder, tmp_path, monkeypatch):
     monkeypatch.setattr(thumbnails, "_KEPT", 2)
-    for name in ("chrome", "teflon", "steel"):
-        thumbnails.of_published(name, str(tmp_path))
-    assert len(list(tmp_path.glob("*.npy"))) == 2
+    found, cache = thumbnails.scan(str(folder))[0], tmp_path / "cache"
+    for stamp in ((1, 1), (2, 1), (3, 1)):
+        thumbnails.of_measurement(found._replace(stamp=stamp), str(cache), {})
+    assert len(list(cache.glob("*.npy"))) == 2
 
 
 def test_the_picture_of_an_unreadable_measurement_is_an_error(thumbnails, folder, tmp_path):
@@ -211,13 +212,13 @@ def test_a_worker_lists_a_folder(extension, folder):
 
     worker = process.Worker()
     try:
-        for work in (partial(thumbnails.scan, str(folder)), partial(thumbnails.of_published, "steel", str(folder))):
+        for work in (partial(thumbnails.scan, str(folder)), thumbnails.of_library):
             job = Job(work)
             worker.begin(job)
             while not job.poll():
                 time.sleep(0.02)
             assert job.error is None, job.error
-            assert len(job.result) in (2, thumbnails.SIZE)
+            assert len(job.result) in (2, 89)
     finally:
         worker.kill()
     assert "bpy" in sys.modules

@@ -444,3 +444,9 @@ def test_in_scripts_an_error_is_reported_in_one_line(operator, window):
     operator.work = fails
     assert operator.run(window) == {"CANCELLED"}
     assert operator.reports == [({"ERROR"}, "disk full")]
+
+
+def test_the_bar_of_an_import_goes_on_from_the_fit_when_shaders_are_compiled(extension):
+    outcomes = [(name, "", SimpleNamespace(measured=SimpleNamespace(name=name))) for name in "ab"]
+    steps = extension.addon.work.making.MakesMaterials.prepare(None, outcomes)
+    assert next(steps) == (0.95, "Compiling a")
