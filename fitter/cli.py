@@ -1,12 +1,12 @@
 """The command line: ``python -m fitter info|fit|bake|photographs|report``."""
 
 import argparse
-import os
+import importlib
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load
 from . import fit as fit_samples
@@ -22,11 +22,8 @@ from .published import name_in
 from .quality.describe import describe
 from .samples import SYMMETRIES
 
-if TYPE_CHECKING:
-    from .report import MakeSupplement
-
 NO_REPORT = "a development tool that is not included in the extension: run it in a checkout of the project"
-_REPORT = Path(__file__).parent / "report"
+_REPORT = Path(__file__).parents[1] / "benchmarks" / "report"
 _NOT_GIVEN = object()       # None means plain MBA
 
 
@@ -99,8 +96,8 @@ def build_parser() -> argparse.ArgumentParser:
                              help="where to save the samples (.npz); info describes them, fit fits them")
     photographs.set_defaults(run=_photographs)
 
-    report_on = commands.add_parser("report", help="compare fits and baselines on measurements (needs SciPy)"
-                                    if _REPORT.is_dir() else NO_REPORT)
+    report_on = commands.add_parser("report", help="compare fits and baselines on measurements (needs SciPy and "
+                                    "matplotlib)" if _REPORT.is_dir() else NO_REPORT)
     report_on.add_argument("files", nargs="+", metavar="FILE",
                            help="measurements; all samples of a file that holds several")
     report_on.add_argument("--levels", type=int, nargs="+", metavar="LEVEL",
@@ -222,25 +219,4 @@ def _photographs(options: argparse.Namespace) -> None:
 def _report(options: argparse.Namespace) -> None:
     if not _REPORT.is_dir():
         raise ImportError(f"report is {NO_REPORT}")
-    write_report(options.files, options.out, options.levels)
-
-
-def write_report(files: Sequence[str | Path], out: str | Path, levels: Sequence[int] | None = None,
-                 supplements: Sequence["MakeSupplement"] = ()) -> None:
-    """Write a report with a progress bar, and print how the paper's claim holds; arguments as for `report.write`."""
-    from . import report  # it needs SciPy, and is not in the extension
-
-    results = report.write(files, out, levels or report.LEVELS, show_progress, supplements=supplements,
-                           jobs=os.cpu_count() or 1)
-    for claim in results["claims"]:
-        print(f"{claim['material']:20} better baseline / level 6: {claim['level_6_factor']:7.2f}   "
-              f"/ level 4: {claim['level_4_factor']:5.2f}")
-    print(f"{out}/results.md, in {results['seconds']:.0f} s")
-
-
-def show_progress(done: int, total: int, name: str) -> None:
-    """Draw a progress bar on standard error, if that is a terminal."""
-    if sys.stderr.isatty():
-        bar = "#" * (30 * done // total)
-        end = "\n" if done == total else ""
-        print(f"\r[{bar:30}] {done}/{total} {name:24.24}", end=end, file=sys.stderr, flush=True)
+    importlib.import_module("benchmarks.report").run(options.files, options.out, options.levels)

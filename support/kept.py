@@ -71,7 +71,7 @@ def _code():
     known = hashlib.blake2b(f"{sys.version} {np.__version__}".encode())
     for folder in ("fitter", "osl"):
         for path in sorted((ROOT / folder).rglob("*")):
-            if path.suffix in (".py", ".csv", ".h", ".osl") and "report" not in path.parts:
+            if path.suffix in (".py", ".csv", ".h", ".osl"):
                 known.update(path.read_bytes())
     return known.digest()
 

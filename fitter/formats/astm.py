@@ -33,7 +33,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import DatasetError
 from ..samples import Samples
-from .columns import ANGLES, angle, angles_note, look_like_degrees, reflectance, wavelengths, without_cosine
+from .columns import ANGLES, angle, angles_note, look_like_degrees, reflectance, without_cosine
 from .format import Format
 from .isotropy import finished
 from .reading import BY_DEFAULT, QUANTITIES, Reading
@@ -87,20 +87,6 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     theta_i, phi_i, theta_o, phi_o = directions.T
     return finished(Samples(theta_i, phi_i, theta_o, phi_o, values, channels, name, str(path), (*notes, *more)),
                     reading)
-
-
-def read_spectrum(path: str | Path, content: bytes) -> tuple[FloatArray | None, FloatArray]:
-    """The bands of a spectral file, not converted to sRGB.
-
-    Returns
-    -------
-    wavelengths : (bands,) float64, or None
-        nm; None if the channels are not wavelengths.
-    values : (n, bands) float64
-        1/sr.
-    """
-    columns = _columns(path, content)
-    return wavelengths(columns.channels), _table(columns, path, content)[:, columns.values]
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from benchmarks.report.baselines import anisotropic
 from fitter import pictures
 from fitter.cycles.principled import albedo as albedo_of
 from fitter.quality import physics
-from fitter.report.baselines import anisotropic
 from fitter.samples import RGB, Samples, subset
 from support.anisotropic import ANISOTROPIC, brushed_fit, rotations
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import fitter
+from benchmarks.report.baselines import neural
 from fitter.cycles import principled
 from fitter.cycles.principled import Principled, albedo, error
 from fitter.quality.physics import directional_albedo
-from fitter.report.baselines import neural
 from support.cases import quick, release
 from support.checkout import measurements
 

@@ -108,12 +108,9 @@ def test_errors_on_cornell_are_those_of_the_reference(cornell, stem, channel, le
 
 
 def test_error_on_the_mean_of_caymans_bands_is_that_of_the_reference(data, cornell):
-    from fitter.formats import astm
-    from fitter.formats.text import read_bytes
-
     path = data / "cornell" / "cayman.astm"
-    wavelengths, bands = astm.read_spectrum(path, read_bytes(path))
-    assert len(wavelengths) == bands.shape[1] == 31
+    bands = np.loadtxt(path.read_text("latin-1").split("\nVARS")[1].splitlines()[1:], delimiter=",")[:, 4:]
+    assert bands.shape[1] == 31
     x = nusselt(*cornell("cayman").directions)
     for level, expected in ((4, 13.0), (6, 2.14)):
         _, residual = mba.approximate(x, bands.mean(axis=1, keepdims=True), level)

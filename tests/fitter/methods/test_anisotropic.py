@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import fitter
+from benchmarks.report.baselines import anisotropic
 from fitter import tolerance
 from fitter.quality import physics
 from fitter.quality.cross_validation import cube_root
-from fitter.report.baselines import anisotropic
 from fitter.samples import RGB, Samples, subset
 from support.anisotropic import ANISOTROPIC, between, brushed_fit, rotations
 from support.cases import quick, release

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import fitter
+from benchmarks.report import ringing
+from benchmarks.report.baselines import koenderink
 from fitter.coordinates.nusselt import directions, nusselt
 from fitter.quality import physics
-from fitter.report import ringing
-from fitter.report.baselines import koenderink
 
 
 def model(function):

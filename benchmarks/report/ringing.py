@@ -2,15 +2,16 @@
 
 Between two neighbouring samples, along a straight line in Nusselt coordinates, a fit that does not ring is monotone:
 its total variation is the difference of its values at the ends. Any variation beyond that is ringing. Neighbours are
-joined by an edge of the Delaunay tessellation of the samples, for which SciPy is needed.
+joined by an edge of the Delaunay tessellation of the samples.
 """
 
 import numpy as np
+from scipy.spatial import Delaunay
 
-from ..arrays import FloatArray
-from ..coordinates.nusselt import directions, nusselt
-from ..model import Reflectance
-from ..samples import Samples
+from fitter.arrays import FloatArray
+from fitter.coordinates.nusselt import directions, nusselt
+from fitter.model import Reflectance
+from fitter.samples import Samples
 
 Lines = tuple[FloatArray, FloatArray, FloatArray]
 """What `neighbours` returns."""
@@ -54,16 +55,7 @@ def neighbours(samples: Samples) -> Lines:
         Nusselt coordinates.
     difference : (m, channels) float64
         Absolute difference of the measured values at the ends, 1/sr.
-
-    Raises
-    ------
-    ImportError
-        If SciPy is not installed.
     """
-    try:
-        from scipy.spatial import Delaunay
-    except ImportError as error:
-        raise ImportError("ringing needs SciPy, an optional extra: pip install scipy") from error
     x, at = np.unique(nusselt(*samples.directions).round(5), axis=0, return_inverse=True)
     values = np.zeros((len(x), samples.values.shape[1]))
     np.add.at(values, at.ravel(), samples.values)
