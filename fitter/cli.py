@@ -14,7 +14,7 @@ from .colours import COLOURS
 from .colours import DEFAULT as DEFAULT_COLOURS
 from .cycles.bake import bake
 from .files import replacing
-from .formats import KNOWN_FILES, illuminants, list_samples, overflowed, reading, saved_samples
+from .formats import KNOWN_FILES, illuminants, list_samples, reading, saved_samples
 from .methods import METHODS
 from .photographs.coverage import advice, coverage
 from .photographs.setup import measure
@@ -165,7 +165,7 @@ def _is_fit(path: str) -> bool:
 def _describe_samples(path: str, sample: str | None, how: dict[str, Any]) -> None:
     samples = load(path, sample, **how)
     print(samples.name)
-    for label, text, warning in describe(samples, overflowed(path, sample)).rows():
+    for label, text, warning in describe(samples).rows():
         print(f"  {label:12} {text}{'  (!)' if warning else ''}")
 
 

@@ -6,7 +6,7 @@ ACM TOG 18(1), 1999. Owner's page: https://www.cs.columbia.edu/CAVE/software/cur
 Layout: a line for each sample, its number and 205 values in 1/sr, separated by white space. abrdf.dat has the grey
 values; rbrdf.dat, gbrdf.dat and bbrdf.dat, in one folder, have those of the channels; rover.dat, gover.dat and
 bover.dat beside them have the share of overflowed pixels of each measurement. The directions are those of the
-database's table of geometries, which comes with this project ::
+database's table of geometries, which comes with this project; `Samples.saturated` are those that overflowed ::
 
     1    0.200   0.110   0.199   0.177 ...
     2    0.204   0.145   0.144   0.274 ...
@@ -98,17 +98,13 @@ def read(path: str | Path, content: bytes, sample: str | int | None = None) -> S
                 raise DatasetError(f"no sample {number}, which {path.name} has", member)
             columns.append(_values(member, text, member_rows[number]))
     theta_v, phi_v, theta_i, phi_i = geometry().T
-    return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), channels, sample_name(number), str(path))
+    return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), channels, sample_name(number), str(path),
+                   saturated=_overflowed(path, number))
 
 
-def overflowed(path: str | Path, content: bytes, sample: str | int | None = None) -> BoolArray | None:
-    """Which measurements overflowed the camera in any channel: (205,) bool.
-
-    None if none of rover.dat, gover.dat and bover.dat, which have the share of overflowed pixels, is beside `path`.
-    """
-    path = Path(path)
-    number = _sample_number(sample, _rows(path, content), path)
-    found: BoolArray | None = None
+def _overflowed(path: Path, number: int) -> BoolArray | None:
+    """Which measurements of a sample overflowed the camera in any channel: (205,); None if no file beside says it."""
+    overflowed: BoolArray | None = None
     for letter in RGB:
         member = path.with_name(f"{letter.lower()}over.dat")
         if not member.is_file():
@@ -117,8 +113,8 @@ def overflowed(path: str | Path, content: bytes, sample: str | int | None = None
         rows = _rows(member, text)
         if number in rows:
             share = np.array(_values(member, text, rows[number]))
-            found = (share > 0) | (False if found is None else found)
-    return found
+            overflowed = (share > 0) | (False if overflowed is None else overflowed)
+    return overflowed
 
 
 def read_with(path: Path) -> Path | None:
@@ -191,4 +187,4 @@ def _color_files(path: Path) -> list[Path] | None:
 
 
 FORMAT = Format("CURET", "CURET abrdf.dat", (".dat",), recognises, read, list_samples=list_samples,
-                overflowed=overflowed, read_with=read_with)
+                read_with=read_with)

@@ -1,5 +1,7 @@
 """Symmetries of samples: what they add, beside a naive loop; and an analytic material that has them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -16,13 +18,13 @@ from fitter.samples import (
     choice,
     repeated,
     rotations,
+    subset,
 )
 from support import anisotropic_instruments as instruments
 
 
-def measured(directions, deviation=None):
-    values = instruments.ggx()(*directions)
-    return fitter.Samples(*directions, values, ("R", "G", "B"), deviation=deviation, isotropic=False)
+def measured(directions):
+    return fitter.Samples(*directions, instruments.ggx()(*directions), ("R", "G", "B"), isotropic=False)
 
 
 def naive(samples, symmetry):
@@ -77,10 +79,26 @@ def test_none_adds_nothing_and_other_words_are_refused():
         repeated(samples, "rotation")
 
 
-def test_deviations_go_with_their_samples():
-    directions = instruments.grid([15], [0, 30], [10, 20], [50])
-    found = repeated(measured(directions, np.array([0.1, 0.2, 0.3, 0.4])), "half_turn")
-    np.testing.assert_array_equal(found.deviation, [0.1, 0.2, 0.3, 0.4] * 2)
+def test_deviations_and_saturated_ones_go_with_their_samples():
+    samples = replace(measured(instruments.grid([15], [0, 30], [10, 20], [50])), deviation=[0.1, 0.2, 0.3, 0.4],
+                      saturated=[True, False, False, True])
+    repetition = repeated(samples, "half_turn")
+    np.testing.assert_array_equal(repetition.deviation, [0.1, 0.2, 0.3, 0.4] * 2)
+    np.testing.assert_array_equal(repetition.saturated, [True, False, False, True] * 2)
+    np.testing.assert_array_equal(subset(samples, slice(2, None)).saturated, [False, True])
+
+
+def test_a_mask_of_saturated_samples_has_one_entry_for_each_and_cannot_be_changed():
+    samples = measured(instruments.grid([15], [0, 30], [10, 20], [50]))
+    assert samples.saturated is None
+    with pytest.raises(DatasetError, match=r"saturated has the shape \(3,\), expected \(4,\)"):
+        replace(samples, saturated=np.zeros(3, bool))
+    mask = np.zeros(4, bool)
+    marked = replace(samples, saturated=mask)
+    mask[0] = True
+    assert not marked.saturated.any()
+    with pytest.raises(ValueError, match="read-only"):
+        marked.saturated[0] = True
 
 
 def test_more_samples_than_memory_should_hold_are_refused():

@@ -156,7 +156,7 @@ def test_negative_and_saturated_values_are_counted(glossy):
     found = describe(replace(glossy, values=values))
     assert (found.negative, found.saturated) == (7, 3)
     assert describe(glossy).saturated == 0
-    assert describe(glossy, np.arange(len(glossy)) < 5).saturated == 15
+    assert describe(replace(glossy, saturated=np.arange(len(glossy)) < 5)).saturated == 15
     assert found.count == len(glossy)
     assert found.highest[1] == pytest.approx(values.max())
     worrying = {label for label, _, worry in found.rows() if worry}
@@ -164,15 +164,15 @@ def test_negative_and_saturated_values_are_counted(glossy):
 
 
 def test_overflowed_pixels_are_known_from_the_files_beside(data, tmp_path):
-    from fitter.formats import overflowed
-
     row = (data / "curet" / "abrdf.dat").read_text().splitlines()[0]
     (tmp_path / "abrdf.dat").write_text(row)
-    assert overflowed(tmp_path / "abrdf.dat") is None
+    assert fitter.load(tmp_path / "abrdf.dat").saturated is None
     shares = np.zeros(205)
     shares[[3, 77]] = 0.2
     (tmp_path / "gover.dat").write_text("1 " + " ".join(map(str, shares)))
-    assert np.flatnonzero(overflowed(tmp_path / "abrdf.dat")).tolist() == [3, 77]
+    samples = fitter.load(tmp_path / "abrdf.dat")
+    assert np.flatnonzero(samples.saturated).tolist() == [3, 77]
+    assert describe(samples).saturated >= 2
 
 
 class Glossy:
