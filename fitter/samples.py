@@ -1,7 +1,7 @@
 """Measured reflectance as arrays: pairs of directions, and the values measured there."""
 
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -165,8 +165,8 @@ def subset(samples: Samples, which: slice | IntArray | BoolArray) -> Samples:
     """
     arrays = {name: getattr(samples, name) for name in ("theta_i", "phi_i", "theta_o", "phi_o", "values", "deviation",
                                                         "saturated")}
-    chosen = {name: None if array is None else array[which] for name, array in arrays.items()}
-    given_away(*(array for array in chosen.values() if array is not None))
+    chosen: dict[str, Any] = {name: array[which] for name, array in arrays.items() if array is not None}
+    given_away(*chosen.values())
     return replace(samples, **chosen)
 
 

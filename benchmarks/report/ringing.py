@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from fitter.arrays import FloatArray
-from fitter.coordinates.nusselt import directions, nusselt
+from fitter.coordinates.nusselt import Nusselt
 from fitter.model import Reflectance
 from fitter.samples import Samples
 
@@ -37,7 +37,7 @@ def ringing(samples: Samples, model: Reflectance, lines: Lines | None = None) ->
     """
     start, end, difference = neighbours(samples) if lines is None else lines
     t = np.linspace(0, 1, _STEPS + 1)[:, None, None]
-    value = model.evaluate(*directions((1 - t) * start + t * end))
+    value = model.evaluate(*Nusselt().decode((1 - t) * start + t * end))
     variation = np.abs(np.diff(value, axis=0)).sum(axis=0)
     excess = variation - np.abs(value[-1] - value[0])
     total = difference.sum()
@@ -56,7 +56,7 @@ def neighbours(samples: Samples) -> Lines:
     difference : (m, channels) float64
         Absolute difference of the measured values at the ends, 1/sr.
     """
-    x, at = np.unique(nusselt(*samples.directions).round(5), axis=0, return_inverse=True)
+    x, at = np.unique(Nusselt().encode(*samples.directions).round(5), axis=0, return_inverse=True)
     values = np.zeros((len(x), samples.values.shape[1]))
     np.add.at(values, at.ravel(), samples.values)
     values /= np.bincount(at.ravel(), minlength=len(x))[:, None]

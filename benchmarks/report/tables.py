@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fitter import fit
-from fitter.coordinates.nusselt import nusselt
+from fitter.coordinates.nusselt import Nusselt
 from fitter.lattice import dense
 from fitter.model.fit import notation
 from fitter.quality.metrics import error_metrics
@@ -64,7 +64,7 @@ def where(samples: Samples, level: int = 6) -> Row:
         every axis; crowded_share and bright_share, the shares of the squared error of these and of the brightest
         twentieth.
     """
-    x = nusselt(*samples.directions) * dense.cells(level)
+    x = Nusselt().encode(*samples.directions) * dense.cells(level)
     nearest, _ = cKDTree(x).query(x, k=2, p=math.inf)
     near = nearest[:, 1] < 1
     height = samples.values.max(axis=1)

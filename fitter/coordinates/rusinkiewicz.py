@@ -67,6 +67,33 @@ class Pair(NamedTuple):
         return cls(cos_i, cos_o, along2, sum2, sin2_d, sin_i * sin_o * np.sin(turn))
 
 
+def of_half_and_difference(theta_h: ArrayLike, up: FloatArray, aside: FloatArray, cos_d: FloatArray) -> Directions:
+    """The directions that have a half vector at the azimuth 0 and a difference vector: (...) each, radians.
+
+    Polar angles are up to pi.
+
+    Parameters
+    ----------
+    theta_h : (...) array_like
+        Angle of the half vector from the normal, radians.
+    up, aside, cos_d : (...) float64
+        sin theta_d cos phi_d, toward the normal; sin theta_d sin phi_d, along the surface; cos theta_d.
+    """
+    sin_h, cos_h = np.sin(theta_h), np.cos(theta_h)
+    angles: list[FloatArray] = []
+    for sign in (1, -1):
+        horizontal = sin_h * cos_d + sign * cos_h * up + 1j * sign * aside
+        angles += [np.arctan2(np.abs(horizontal), cos_h * cos_d - sign * sin_h * up), np.angle(horizontal)]
+    return angles[0], angles[1], angles[2], angles[3]
+
+
+def above_horizon(directions: Directions) -> Directions:
+    """Directions whose light comes from the azimuth 0; those below the horizon are moved to it, (...) each."""
+    theta_i, phi_i, theta_o, phi_o = directions
+    turn = np.abs((phi_o - phi_i + np.pi) % (2 * np.pi) - np.pi)
+    return np.minimum(theta_i, np.pi / 2), np.zeros_like(turn), np.minimum(theta_o, np.pi / 2), turn
+
+
 @dataclass(frozen=True)
 class Rusinkiewicz:
     """These coordinates as a `coordinates.Coordinates`.
@@ -128,16 +155,7 @@ class Rusinkiewicz:
         cos_d = np.sqrt(1 - sin_d ** 2)
         radius = np.hypot(x, y)
         theta_h = half_difference.unproject(radius)
-        sin_h, cos_h = np.sin(theta_h), np.cos(theta_h)
         # sin theta_d cos phi_d, toward the normal, and sin theta_d sin phi_d, along the surface
         up = np.clip(np.divide(x * s, radius, out=np.zeros_like(s), where=radius > 0), -sin_d, sin_d)
         side = np.sqrt(np.maximum(sin_d ** 2 - up ** 2, 0))
-        horizontal = sin_h * cos_d
-        angles = []
-        for sign in (1, -1):
-            z = cos_h * cos_d - sign * sin_h * up
-            across = horizontal + sign * cos_h * up + 1j * sign * side
-            angles += [np.arctan2(np.abs(across), np.maximum(z, 0)), np.angle(across)]
-        theta_i, phi_i, theta_o, phi_o = angles
-        turn = np.abs((phi_o - phi_i + np.pi) % (2 * np.pi) - np.pi)
-        return theta_i, np.zeros_like(turn), theta_o, turn
+        return above_horizon(of_half_and_difference(theta_h, up, side, cos_d))

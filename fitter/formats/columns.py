@@ -30,11 +30,12 @@ def angle(name: str) -> tuple[str, str | None]:
     >>> angle("theta_o[deg]"), angle("PhiIn"), angle("R")
     (('theta_s', 'deg'), ('phi_i', None), ('', None))
     """
-    found = _ANGLE.fullmatch(name)
-    if found is None:
+    match = _ANGLE.fullmatch(name)
+    if match is None:
         return "", None
-    kind = "phi" if found[1].lower() in ("phi", "azimuth") else "theta"
-    return f"{kind}_{'i' if found[2][0].lower() == 'i' else 's'}", found[3] and found[3].lower()
+    kind, side, unit = match.groups()
+    return (f"{'phi' if kind.lower() in ('phi', 'azimuth') else 'theta'}_{'i' if side[0].lower() == 'i' else 's'}",
+            unit and unit.lower())
 
 
 def look_like_degrees(angles: FloatArray) -> bool:

@@ -18,6 +18,9 @@ Limits: 3 to 1,000 wavelengths; spectra become linear sRGB.
 import re
 from pathlib import Path
 
+import numpy as np
+
+from ..arrays import mapped
 from ..errors import DatasetError
 from ..samples import RGB, Samples
 from .format import Format
@@ -65,10 +68,9 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     table = values[1 + bands:].reshape(rows, columns)
     check_thetas(table[:, [0, 2]], lambda row: line(1 + bands + row * columns), path)
     reflectance = to_linear_srgb(values[1:1 + bands], table[:, 4:], path, line(1), reading.illuminant)
-    theta_i, phi_i, theta_o, phi_o = table[:, :4].T.copy()
+    directions = mapped(np.copy, table[:, :4].T)
     del values, table           # they may take more memory than the file
-    return Samples(theta_i, phi_i, theta_o, phi_o, reflectance, RGB, Path(path).stem, str(path),
-                   reading.notes)
+    return Samples(*directions, reflectance, RGB, Path(path).stem, str(path), reading.notes)
 
 
 FORMAT = Format("pbrt-v2", "pbrt-v2 .brdf", (".brdf",), recognises, read, ("illuminant",))

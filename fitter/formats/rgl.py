@@ -38,7 +38,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, joined
 from ..errors import DatasetError
 from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, HORIZON, LARGEST_VALUE, RGB, Samples, repeated
 from . import rgl_warp, tensor_file
@@ -81,7 +81,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     """
     table = read_table(path, content, reading)
     nodes, between = table.nodes(), table.between()
-    theta_i, phi_i, theta_o, phi_o, values = (np.concatenate(pair) for pair in zip(nodes, between, strict=True))
+    directions, values = joined([nodes[:4], between[:4]]), np.concatenate([nodes[4], between[4]])
     count = len(nodes[0])
     if not count:
         raise DatasetError("no measurement above the horizon", path)
@@ -90,8 +90,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     if table.theta_i[-1] > _LAST_MEASURED:
         note += f"; beyond {np.degrees(table.theta_i[-2]):.0f} degrees it is the authors' extrapolation"
     notes = (note, *table.notes, *([] if table.isotropic else [told(nodes[0], nodes[1])]))
-    samples = Samples(theta_i, phi_i, theta_o, phi_o, values, RGB, table.name, str(path), notes,
-                      isotropic=table.isotropic)
+    samples = Samples(*directions, values, RGB, table.name, str(path), notes, isotropic=table.isotropic)
     return repeated(samples, _SYMMETRIES[table.reduction])
 
 

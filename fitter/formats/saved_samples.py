@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import files, npz
+from ..arrays import mapped
 from ..errors import DatasetError
 from ..samples import Samples
 from .format import Format
@@ -74,9 +75,8 @@ def read(path: str | Path, content: bytes) -> Samples:
         if isinstance(error, DatasetError):
             raise
         raise DatasetError(f"damaged samples: {error}", path) from error
-    theta_i, phi_i, theta_o, phi_o = numbers["directions"]
-    return Samples(theta_i, phi_i, theta_o, phi_o, numbers["values"], tuple(channels), str(header["name"]), str(path),
-                   tuple(notes), deviation=numbers.get("deviation"), isotropic=bool(header["isotropic"]))
+    return Samples(*mapped(np.asarray, numbers["directions"]), numbers["values"], tuple(channels), str(header["name"]),
+                   str(path), tuple(notes), deviation=numbers.get("deviation"), isotropic=bool(header["isotropic"]))
 
 
 FORMAT = Format("Saved samples", "samples saved by Measured BRDF (.npz)", (".npz",), recognises, read, is_text=False,

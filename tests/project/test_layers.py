@@ -82,7 +82,7 @@ def test_every_file_and_folder_has_a_layer():
 
 
 def test_formats_know_samples_and_no_fit():
-    known = {("fitter", name) for name in ("arrays", "colours", "errors", "files", "formats", "npz",
+    known = {("fitter", name) for name in ("arrays", "colours", "coordinates", "errors", "files", "formats", "npz",
                                        "published", "samples")}
     for path in SOURCES:
         if path.startswith("fitter/formats/"):

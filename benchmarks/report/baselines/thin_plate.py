@@ -23,7 +23,7 @@ import numpy as np
 from scipy.interpolate import RBFInterpolator
 
 from fitter.arrays import ArrayLike, FloatArray, IntArray
-from fitter.coordinates.half_difference import SOFTENING, half_difference
+from fitter.coordinates.half_difference import HalfDifference
 from fitter.model.transform import LEAST_OFFSET, bounded_log
 from fitter.quality.cross_validation import held_out
 from fitter.samples import Samples, choice, subset
@@ -141,7 +141,7 @@ def _offset(values: FloatArray) -> float:
 
 def _coordinates(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
     """Half and difference coordinates mu: angles broadcast to (...), radians, to (..., 3)."""
-    return 2 * half_difference(theta_i, phi_i, theta_o, phi_o, SOFTENING) - 1
+    return 2 * HalfDifference().encode(theta_i, phi_i, theta_o, phi_o) - 1
 
 
 def spread(points: FloatArray, most: int) -> IntArray:

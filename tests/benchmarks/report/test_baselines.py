@@ -8,6 +8,7 @@ import pytest
 import fitter
 from benchmarks.report.baselines import bounds, ggx, koenderink, lafortune, neural, thin_plate
 from fitter import published
+from fitter.coordinates.half_difference import HalfDifference
 from fitter.model.low2012 import Low2012
 from fitter.quality.cross_validation import held_out
 from support.cases import release
@@ -215,7 +216,7 @@ def test_a_thin_plate_spline_is_the_sum_of_its_kernels(random):
     at = directions(random, 60)
     samples = fitter.Samples(*at, smooth(*at))
     model = thin_plate.fit_smoothed(samples, 0.01)
-    mu = 2 * fitter.coordinates.half_difference.half_difference(*at, 0.01) - 1
+    mu = 2 * HalfDifference().encode(*at) - 1
 
     def kernel(r):
         return r**2 * np.log(np.maximum(r, 1e-300))
@@ -226,7 +227,7 @@ def test_a_thin_plate_spline_is_the_sum_of_its_kernels(random):
     offset = thin_plate.OFFSET * np.median(samples.values)
     solution = np.linalg.solve(system, np.append(np.log(samples.values[:, 0] + offset), np.zeros(4)))
     other = directions(random, 20)
-    nu = 2 * fitter.coordinates.half_difference.half_difference(*other, 0.01) - 1
+    nu = 2 * HalfDifference().encode(*other) - 1
     field = kernel(np.linalg.norm(nu[:, None] - mu, axis=-1)) @ solution[:60] + solution[60] + nu @ solution[61:]
     np.testing.assert_allclose(model.evaluate(*other)[:, 0], np.exp(field) - offset, rtol=1e-6)
     assert (model.coefficient_count, model.nbytes) == (64, 4 * (64 + 180))

@@ -9,7 +9,7 @@ from benchmarks.report import comparison, findings, markdown, ringing, tables, t
 from benchmarks.report.baselines import koenderink, lafortune, neural
 from benchmarks.report.methods import BASELINES, METHODS
 from fitter import cli
-from fitter.coordinates import nusselt
+from fitter.coordinates.nusselt import Nusselt
 from fitter.quality import cross_validation, physics
 from support.cases import release
 
@@ -70,7 +70,7 @@ def test_storage_is_that_of_one_channel_and_below_the_papers(glossy):
 def test_samples_within_a_cell_of_each_other_share_the_error():
     """Two samples half a cell of level 6 apart along lambda_o, which disagree, and one far away."""
     x = np.array([[0.8, 0.4, 0.6], [0.8, 0.4, 0.6 + 0.5 / 64], [0.6, 0.5, 0.7]])
-    samples = fitter.Samples(*nusselt.directions(x), np.array([[1.0], [2.0], [3.0]]))
+    samples = fitter.Samples(*Nusselt().decode(x), np.array([[1.0], [2.0], [3.0]]))
     found = tables.where(samples)
     assert (found["samples"], found["crowded"]) == (3, 2)
     assert found["crowded_share"] == pytest.approx(1)

@@ -168,8 +168,7 @@ def test_to_the_grid_and_back(tmp_path, random):
     table = table_of(written(tmp_path, tensor_files.material(seed=3)))
     s_x, s_y = random.random(7), random.random(6)
     u_x, u_y = rgl.rgl_warp.from_grid(table.warp, 2, s_x, s_y)
-    index, weight = np.full(u_x.size, 2), np.zeros(u_x.size)
-    back = rgl.rgl_warp.to_grid(table.warp, index, weight, u_x.ravel(), np.repeat(u_y, 7))
+    back = rgl.rgl_warp.to_grid(table.warp, [(np.full(u_x.size, 2), 1.0)], u_x.ravel(), np.repeat(u_y, 7))
     np.testing.assert_allclose(back, [np.tile(s_x, 6), np.repeat(s_y, 7)], atol=1e-9)
 
 

@@ -8,7 +8,7 @@ import pytest
 import fitter
 from benchmarks.report import ringing
 from benchmarks.report.baselines import koenderink
-from fitter.coordinates.nusselt import directions, nusselt
+from fitter.coordinates.nusselt import Nusselt
 from fitter.quality import physics
 
 
@@ -23,7 +23,7 @@ def model(function):
 
 def of_nusselt(function):
     """A model from a function of Nusselt coordinates (..., 3)."""
-    return model(lambda *angles: function(nusselt(*angles)))
+    return model(lambda *angles: function(Nusselt().encode(*angles)))
 
 
 def test_a_lambertian_is_physical():
@@ -59,7 +59,7 @@ def spread(random):
     """Samples of 2 kappa_o + lambda_o, at random places."""
     r, turn = np.sqrt(random.random(200)) / 2, random.random(200) * np.pi
     x = np.stack([0.5 + random.random(200) / 2, 0.5 + r * np.cos(turn), 0.5 + r * np.sin(turn)], axis=1)
-    return fitter.Samples(*directions(x), (2 * x[:, 1] + x[:, 2])[:, None])
+    return fitter.Samples(*Nusselt().decode(x), (2 * x[:, 1] + x[:, 2])[:, None])
 
 
 def test_a_function_that_is_monotone_between_samples_does_not_ring(spread):
@@ -80,7 +80,7 @@ def test_samples_with_none_between_them_are_neighbours(spread):
     """Where no third sample is in the ball over the line between two, that line is an edge of the tessellation."""
     start, end, difference = ringing.neighbours(spread)
     found = {frozenset((tuple(a), tuple(b))) for a, b in zip(start, end, strict=True)}
-    x = nusselt(*spread.directions).round(5)
+    x = Nusselt().encode(*spread.directions).round(5)
     for a in range(len(x)):
         middle = (x + x[a]) / 2
         to_others = np.linalg.norm(x - middle[:, None], axis=2)
