@@ -64,7 +64,6 @@ def replacing(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
 
     Parameters
     ----------
-    path : path-like
     mode : {"wb", "w"}
         Bytes, or text in UTF-8.
 

@@ -51,17 +51,12 @@ def lobe_surface(model: Reflectance, theta_i: float, phi_i: float = 0.0, rows: i
 
     Parameters
     ----------
-    model : Reflectance
     theta_i, phi_i : float
         Radians.
     rows, columns : int
         Of the vertices; there are ``1 + rows * columns``. Columns are a multiple of 4.
     radius : {"cube root", "linear"}
         What a vertex's distance from the origin is of its value: the mean of the channels, not below 0.
-
-    Returns
-    -------
-    Lobe
 
     Examples
     --------
@@ -92,7 +87,6 @@ def plane_curve(model: Reflectance, theta_i: float, phi_i: float = 0.0,
 
     Parameters
     ----------
-    model : Reflectance
     theta_i, phi_i : float
         Radians.
     count : int

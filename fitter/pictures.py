@@ -29,7 +29,6 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIG
 
     Parameters
     ----------
-    fit : Reflectance
     size : int
         Pixels.
     lights : sequence of (direction, strength)
@@ -134,7 +133,6 @@ def reflected(fit: Reflectance, normal: FloatArray, direction: ArrayLike) -> Flo
 
     Parameters
     ----------
-    fit : Reflectance
     normal : (n, 3) float64
         Of the surface.
     direction : (3,) array_like
@@ -179,7 +177,6 @@ def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: 
 
     Parameters
     ----------
-    fit : Reflectance
     samples : Samples, or None
     theta_i : float
         Radians.
@@ -215,7 +212,6 @@ def polar_comparison(first: Reflectance, second: Reflectance, theta_i: float, si
 
     Parameters
     ----------
-    first, second : Reflectance
     theta_i : float
         Radians.
     size : int
@@ -304,7 +300,6 @@ def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: st
 
     Parameters
     ----------
-    fit : Reflectance
     theta_i : float
         Radians.
     size : int

@@ -195,7 +195,6 @@ def repeated(samples: Samples, symmetry: str) -> Samples:
 
     Parameters
     ----------
-    samples : Samples
     symmetry : str
         One of `SYMMETRIES`. "half_turn": the surface is the same after half a turn about its normal; "mirror": the
         plane of the normal and the tangent, phi = 0, is a mirror; or both.

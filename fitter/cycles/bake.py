@@ -58,10 +58,6 @@ def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = No
     mixture : NodeMixture, optional
         That of the fit for Cycles, if the caller has it already.
 
-    Returns
-    -------
-    str
-
     Raises
     ------
     ValueError

@@ -41,7 +41,6 @@ def unbake(source: str, name: str = "untitled", compression: float = 0.0) -> Fit
 
     Parameters
     ----------
-    source : str
     name : str
         The fit's name, which the source does not hold.
     compression : float

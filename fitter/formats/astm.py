@@ -57,10 +57,6 @@ def recognises(content: bytes) -> bool:
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read an ASTM file; spectra become linear sRGB.
 
-    Returns
-    -------
-    Samples
-
     Raises
     ------
     DatasetError

@@ -98,7 +98,6 @@ def reflectance(names: Sequence[str], values: FloatArray, path: str | Path, line
     values : (n, columns) float64
     path, line
         Where the names are from, for the error.
-    reading : Reading
 
     Returns
     -------

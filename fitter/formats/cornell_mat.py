@@ -43,10 +43,6 @@ def recognises(content: bytes) -> bool:
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read the paint file; spectra become linear sRGB.
 
-    Returns
-    -------
-    Samples
-
     Raises
     ------
     DatasetError

@@ -73,10 +73,6 @@ def sample_name(number: int) -> str:
 def read(path: str | Path, content: bytes, sample: str | int | None = None) -> Samples:
     """Read one sample; in colour if `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three exist.
 
-    Returns
-    -------
-    Samples
-
     Raises
     ------
     DatasetError

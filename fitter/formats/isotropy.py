@@ -44,7 +44,6 @@ def finished(samples: Samples, reading: Reading, said: str = NO_SYMMETRY) -> Sam
 
     Parameters
     ----------
-    samples : Samples
     reading : Reading
         Its `isotropic` and `symmetry` are true, whatever the values or the file say.
     said : str
@@ -65,13 +64,8 @@ def decided(samples: Samples, isotropic: bool | None = None) -> Samples:
 
     Parameters
     ----------
-    samples : Samples
     isotropic : bool, optional
         What to take them for, whatever their values tell.
-
-    Returns
-    -------
-    Samples
     """
     if isotropic is not None:
         return as_asked(samples, isotropic)
@@ -88,10 +82,6 @@ def mirrored(samples: Samples) -> Samples:
     """Samples with a note where those of an isotropic material differ on both sides of the plane of incidence.
 
     An isotropic fit is the same on both: of a tape that returns light to one side only it is the mean.
-
-    Parameters
-    ----------
-    samples : Samples
     """
     if not samples.isotropic:
         return samples

@@ -47,10 +47,6 @@ def recognises(content: bytes) -> bool:
 def read(path: str | Path, content: bytes) -> Samples:
     """Read the reflection of an .mbsdf file.
 
-    Returns
-    -------
-    Samples
-
     Raises
     ------
     DatasetError

@@ -53,10 +53,6 @@ def recognises(content: bytes) -> bool:
 def read(path: str | Path, content: bytes) -> Samples:
     """Read a .binary file: the cells that were measured.
 
-    Returns
-    -------
-    Samples
-
     Raises
     ------
     DatasetError

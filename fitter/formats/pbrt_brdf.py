@@ -49,10 +49,6 @@ def recognises(content: bytes) -> bool:
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read a .brdf file; spectra become linear sRGB.
 
-    Returns
-    -------
-    Samples
-
     Raises
     ------
     DatasetError

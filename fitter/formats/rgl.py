@@ -70,10 +70,6 @@ def recognises(content: bytes) -> bool:
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read a .bsdf file: its values at the nodes of its grid and between; spectra become linear sRGB.
 
-    Returns
-    -------
-    Samples
-
     Raises
     ------
     DatasetError

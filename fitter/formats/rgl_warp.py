@@ -55,7 +55,6 @@ def to_grid(warp: Warp, slices: Sequence[tuple[IntArray, FloatArray]], x: FloatA
 
     Parameters
     ----------
-    warp : Warp
     slices : sequence of two (n,) arrays
         Those whose densities are blended, and with what weights, which sum to 1.
     x, y : (n,) arrays
@@ -89,8 +88,6 @@ def from_grid(warp: Warp, index: int, s_x: FloatArray, s_y: FloatArray) -> tuple
 
     Parameters
     ----------
-    warp : Warp
-    index : int
     s_x : (columns,) array
     s_y : (rows,) array
 

@@ -86,14 +86,12 @@ def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Pa
 
     Parameters
     ----------
-    content : bytes
     start : int
         Position of the first line.
     count : int
         Numbers in each line.
     what : str
         What the numbers are, for errors.
-    path : path-like
     separator : bytes, optional
     end : int
         Position after the last line.
@@ -195,8 +193,6 @@ def check_thetas(thetas: FloatArray, line: Callable[[int], int | None], path: st
         Radians, or degrees.
     line : callable
         Maps a row to its line number, or None if there is none.
-    path : path-like
-    in_degrees : bool
     """
     most, expected = (90 + 5e-4, "90 degrees") if in_degrees else (HORIZON + 1e-5, "pi/2 radians")
     bad = np.argwhere((thetas < 0) | (thetas > most))

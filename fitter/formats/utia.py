@@ -62,10 +62,6 @@ def recognises(content: bytes) -> bool:
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read a .bin file.
 
-    Returns
-    -------
-    Samples
-
     Raises
     ------
     DatasetError

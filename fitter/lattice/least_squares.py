@@ -25,13 +25,8 @@ def sparse_fit(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, co
     z : (n, channels) float64
     weights : (n,) float64
         Errors are multiplied by these.
-    level : int
     count : int
         Control points to keep at most, mirror images included.
-
-    Returns
-    -------
-    SparseLattice
 
     Examples
     --------
@@ -61,7 +56,6 @@ def largest(magnitude: FloatArray, representative: IntArray, count: int) -> tupl
         Of the control points, in the flattened box; mirror images need not have it.
     representative : (points,) int
         Of `dense.representative`.
-    count : int
 
     Returns
     -------

@@ -123,7 +123,6 @@ def approximate(x: FloatArray, z: FloatArray, level: int) -> tuple[FloatArray, F
     x : (n, axes) float64
         Coordinates in the stored part of the cube.
     z : (n, channels) float64
-    level : int, 0 to 8
 
     Returns
     -------
@@ -161,7 +160,6 @@ def largest(x: FloatArray, z: FloatArray, level: int, count: int) -> SparseLatti
     ----------
     x : (n, axes) float64
     z : (n, channels) float64
-    level : int
     count : int
         Number of control points to keep, at most.
     """

@@ -133,7 +133,6 @@ def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> Floa
     Parameters
     ----------
     x : (n, axes) float64
-    level : int
     weights : (n,) float64
     z : (n, channels) float64
         What the lattice is to approximate.

@@ -83,10 +83,6 @@ def build(keys: ArrayLike) -> PerfectHash:
     keys : (n,) int
         0 to `MAX_KEY`, in any order.
 
-    Returns
-    -------
-    PerfectHash
-
     Raises
     ------
     ValueError

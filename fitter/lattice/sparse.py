@@ -93,13 +93,8 @@ def keep_largest(control_points: FloatArray, level: int, count: int) -> SparseLa
     Parameters
     ----------
     control_points : dense.shape(level, axes) + (channels,) float64
-    level : int
     count : int
         Number to keep; fewer are kept if fewer are reachable and not 0.
-
-    Returns
-    -------
-    SparseLattice
 
     Examples
     --------

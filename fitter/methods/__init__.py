@@ -21,11 +21,6 @@ _PREPARATIONS: dict[MethodName, Callable[[Samples], dict[str, Any]]] = {"kriging
 def prepare(samples: Samples, method: MethodName = "mba") -> dict[str, Any]:
     """Do the part of a fit that does not depend on the levels, where a method has one that takes long.
 
-    Parameters
-    ----------
-    samples : Samples
-    method : one of `METHODS`
-
     Returns
     -------
     dict

@@ -61,7 +61,6 @@ def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
 
     Parameters
     ----------
-    fit : Fit
     transform : LogRelative
         That of the fit.
     samples : Samples

@@ -115,7 +115,6 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> t
     mu : (n, axes) float64
         2 x - 1 of coordinates x.
     z : (n, channels) float64
-    kernel : Kernel
     known : (n,) float64
         Variance of each sample's noise beyond that of the kernel, relative to that of the field.
 

@@ -51,11 +51,8 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
     ----------
     samples : Samples
         Those that the field was fitted to; isotropic.
-    coordinates : Coordinates
-    transform : LogRelative
     field : Field
         Over 2 x - 1 of the coordinates x.
-    levels : Levels
     """
     progress.report(0.0, "Fitting the dense lattice")
     nodes = dense.nodes(levels.diffuse)
@@ -114,9 +111,6 @@ def of_samples(samples: Samples, coordinates: Coordinates, transform: LogRelativ
     ----------
     samples : Samples
         Isotropic, or not if the coordinates have four axes.
-    coordinates : Coordinates
-    transform : LogRelative
-    kernel : Kernel
     levels : Levels
         At most `_TOGETHER` control points of each batch are kept, whatever the compression.
     """

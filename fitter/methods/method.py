@@ -20,7 +20,6 @@ class Method(Protocol):
         ----------
         samples : Samples
             No two channels are equal.
-        levels : Levels
         plausible : bool
             Make the fit physically plausible, where the method can.
         *args, **options

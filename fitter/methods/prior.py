@@ -72,17 +72,12 @@ def candidates(samples: Samples, typical: FloatArray, offset: float, most: int =
 
     Parameters
     ----------
-    samples : Samples
     typical : (m, channels) float64
         1/sr.
     offset : float
         1/sr, positive.
     most : int
         The largest number of lobes.
-
-    Returns
-    -------
-    list of Microfacet
 
     Examples
     --------

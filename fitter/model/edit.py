@@ -124,7 +124,6 @@ def narrowed(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o:
     ----------
     theta_i, phi_i, theta_o, phi_o : (n,) float64
         Radians.
-    width : float
 
     Returns
     -------

@@ -31,10 +31,6 @@ _AT_ONCE = 1024             # samples compared with all probes at a time: fits t
 def widest_hole(samples: Samples) -> tuple[float, tuple[float, ...]]:
     """The probe that is farthest from the nearest sample.
 
-    Parameters
-    ----------
-    samples : Samples
-
     Returns
     -------
     distance : float

@@ -46,7 +46,6 @@ def measure(model: Reflectance, pairs: Directions | None = None) -> Physics:
 
     Parameters
     ----------
-    model : Reflectance
     pairs : four (n,) arrays, optional
         Pairs of directions, radians; by default `direction_pairs()`, turned for an anisotropic model at random.
 
@@ -79,7 +78,6 @@ def directional_albedo(model: Reflectance, theta_o: ArrayLike, cells: int = _CEL
 
     Parameters
     ----------
-    model : Reflectance
     theta_o : (n,) array_like
         Radians.
     cells : int
