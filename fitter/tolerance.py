@@ -8,9 +8,8 @@ import numpy as np
 from . import progress
 from .arrays import FloatArray, IntArray
 from .lattice import dense
-from .methods import fit, prepare
+from .methods import MethodName, fit, prepare
 from .methods.levels import KEPT_OF_FOUR, Levels
-from .methods.method import MethodName
 from .model.fit import Fit, notation
 from .quality import cross_validation
 from .quality.metrics import error_metrics
@@ -22,7 +21,7 @@ DIFFUSE_LEVELS = (1, 2, 3, 4, 5)
 KEPT = (0, 47, 94, 188, 376, 752, 1504, 3008, 6016)     # control points of the specular lattice
 
 
-def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plausible: bool = True) -> Fit:
+def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fit:
     """Find the fit of fewest bytes whose error is within a tolerance.
 
     The candidates are fits by "kriging" with a specular lattice of level 6; of anisotropic samples, with one of level 4
@@ -37,8 +36,6 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plaus
     held_out : bool
         Measure the error at samples that were held out of the fit, in five folds (`cross_validation.held_out`),
         instead of at the fitted samples.
-    plausible : bool
-        As for `fit`.
 
     Returns
     -------
@@ -80,7 +77,7 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plaus
             compression = _compression(kept[middle])
             begin = 0.3 + 0.7 * (number + step / steps) / len(DIFFUSE_LEVELS)
             with progress.part(begin, begin + 0.7 / steps / len(DIFFUSE_LEVELS)):
-                predictions = [fold.predicted(diffuse_level, compression, plausible) for fold in progress.each(folds)]
+                predictions = [fold.predicted(diffuse_level, compression) for fold in progress.each(folds)]
             error = _rmse(samples, predictions, parts)
             step += 1
             best = min(best, (error, notation(diffuse_level, SPECULAR_LEVEL, compression)))
@@ -91,7 +88,7 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plaus
         if high < len(kept):
             end = 0.3 + 0.7 * (number + 1) / len(DIFFUSE_LEVELS)
             with progress.part(end, end):
-                fitted = whole.fit(diffuse_level, _compression(kept[high]), plausible)
+                fitted = whole.fit(diffuse_level, _compression(kept[high]))
             found = min(found or fitted, fitted, key=lambda fit: fit.nbytes)
     if found is None:
         raise ValueError(f"no fit is within {tolerance:g} 1/sr: the best, {best[1]}, has an error of {best[0]:.3g}; "
@@ -120,12 +117,11 @@ class _Fold:
         self._fitted = samples if held is None else subset(samples, np.setdiff1d(np.arange(len(samples)), held))
         self._prepared = prepare(self._fitted, METHOD)
 
-    def fit(self, diffuse_level: int, compression: float, plausible: bool) -> Fit:
-        return fit(self._fitted, diffuse_level, SPECULAR_LEVEL, compression, METHOD, plausible,
-                   **self._prepared)
+    def fit(self, diffuse_level: int, compression: float) -> Fit:
+        return fit(self._fitted, diffuse_level, SPECULAR_LEVEL, compression, METHOD, **self._prepared)
 
-    def predicted(self, diffuse_level: int, compression: float, plausible: bool) -> FloatArray:
-        return self.fit(diffuse_level, compression, plausible).evaluate(*self._predicted.directions)
+    def predicted(self, diffuse_level: int, compression: float) -> FloatArray:
+        return self.fit(diffuse_level, compression).evaluate(*self._predicted.directions)
 
 
 def _dense_size(samples: Samples, diffuse_level: int) -> int:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 import fitter
-from fitter.coordinates.nusselt import nusselt
+from fitter.coordinates.nusselt import Nusselt
 from fitter.lattice import dense
 from fitter.model.transform import IDENTITY
 from support.hard_cases import BOUND, ERROR, hard_cases, many, probe
@@ -40,7 +40,7 @@ def errors_by_level(samples, levels=range(8)):
 
 def single_precision(fit, directions):
     """The lattices of a fit evaluated in float32 throughout: (n, channels) float32."""
-    x = nusselt(*directions).astype(np.float32)
+    x = Nusselt().encode(*directions).astype(np.float32)
     total = _lattice_in_single(fit.diffuse.control_points, fit.diffuse_level, x)
     if fit.specular is not None:
         total = total + _lattice_in_single(fit.specular.dense, fit.specular_level, x)

@@ -82,8 +82,8 @@ def of_half_and_difference(theta_h: ArrayLike, up: FloatArray, aside: FloatArray
     sin_h, cos_h = np.sin(theta_h), np.cos(theta_h)
     angles: list[FloatArray] = []
     for sign in (1, -1):
-        horizontal = sin_h * cos_d + sign * cos_h * up + 1j * sign * aside
-        angles += [np.arctan2(np.abs(horizontal), cos_h * cos_d - sign * sin_h * up), np.angle(horizontal)]
+        along, across = sin_h * cos_d + sign * cos_h * up, sign * aside
+        angles += [np.arctan2(np.hypot(along, across), cos_h * cos_d - sign * sin_h * up), np.arctan2(across, along)]
     return angles[0], angles[1], angles[2], angles[3]
 
 

@@ -76,16 +76,22 @@ def basis_approximation(x: FloatArray, z: FloatArray, level: int) -> FloatArray:
     """
     points, of = mirror_images(x, level)
     box = dense.shape(level, x.shape[1])
-    omega = np.zeros(math.prod(box))
-    delta = np.zeros((len(omega), z.shape[1]))
-    chunk = _CHUNK >> 2 * x.shape[1]
+    return _means(points, z[of], level, 0, math.prod(box)).reshape(*box, -1)
+
+
+def _means(points: FloatArray, z: FloatArray, level: int, first: int, size: int) -> FloatArray:
+    """The means of the proposals of points for some control points, those from the first on in the flattened box:
+    (size, channels)."""
+    omega, delta = np.zeros(size), np.zeros((size, z.shape[1]))
+    chunk = _CHUNK >> 2 * points.shape[1]
     for start in range(0, len(points), chunk):
         tap, w, cube = _taps(points[start:start + chunk], level)
-        omega += np.bincount(tap, (w * w).ravel(), minlength=len(omega))
-        for channel, values in enumerate(z[of[start:start + chunk]].T):
-            delta[:, channel] += np.bincount(tap, (cube * values[:, None]).ravel(), minlength=len(omega))
-    inverse = np.divide(1, omega, out=np.zeros_like(omega), where=omega > 0)
-    return (delta * inverse[:, None]).reshape(*box, -1)
+        here = (tap >= first) & (tap < first + size)
+        tap = tap[here] - first
+        omega += np.bincount(tap, (w * w).ravel()[here], size)
+        for channel, values in enumerate(z[start:start + chunk].T):
+            delta[:, channel] += np.bincount(tap, (cube * values[:, None]).ravel()[here], size)
+    return np.asarray(delta * np.divide(1, omega, out=np.zeros_like(omega), where=omega > 0)[:, None])
 
 
 def _taps(points: FloatArray, level: int) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -182,11 +188,11 @@ def largest(x: FloatArray, z: FloatArray, level: int, count: int) -> SparseLatti
         fine = _refined_slab(coarse, level - 1, slab).reshape(size, channels)
         number = slab + first_point
         near = order[starts[max(number - 2, 0)]:starts[min(number + 2, dense.cells(level))]]
-        fine = fine + _slab_approximation(points[near], residual[of[near]], level, slab)
+        fine = fine + _means(points[near], residual[of[near]], level, slab * size, size)
         magnitude = np.einsum("nc,nc->n", fine, fine) * reached[slab].ravel()
-        found = np.flatnonzero(magnitude)
-        keys = np.concatenate([keys, found + slab * size])
-        values, magnitudes = np.concatenate([values, fine[found]]), np.concatenate([magnitudes, magnitude[found]])
+        nonzero = np.flatnonzero(magnitude)
+        keys = np.concatenate([keys, nonzero + slab * size])
+        values, magnitudes = np.concatenate([values, fine[nonzero]]), np.concatenate([magnitudes, magnitude[nonzero]])
         if len(keys) > count:
             best = np.argpartition(-magnitudes, count)[:count]
             keys, values, magnitudes = keys[best], values[best], magnitudes[best]
@@ -209,19 +215,3 @@ def _refined_slab(coarse: FloatArray, level: int, slab: int) -> FloatArray:
     for axis in range(1, axes):
         fine = dense.refine_along(fine[None], level, axis, axes)[0]
     return fine
-
-
-def _slab_approximation(points: FloatArray, z: FloatArray, level: int, slab: int) -> FloatArray:
-    """One slice along the first axis of `basis_approximation`, of points that may influence it: (points, channels)."""
-    axes = points.shape[1]
-    size = math.prod(dense.shape(level, axes)[1:])
-    omega, delta = np.zeros(size), np.zeros((size, z.shape[1]))
-    chunk = _CHUNK >> 2 * axes
-    for start in range(0, len(points), chunk):
-        tap, w, cube = _taps(points[start:start + chunk], level)
-        here = tap // size == slab
-        tap = tap[here] - slab * size
-        omega += np.bincount(tap, (w * w).ravel()[here], size)
-        for channel, values in enumerate(z[start:start + chunk].T):
-            delta[:, channel] += np.bincount(tap, (cube * values[:, None]).ravel()[here], size)
-    return np.asarray(delta * np.divide(1, omega, out=np.zeros_like(omega), where=omega > 0)[:, None])

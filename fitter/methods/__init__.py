@@ -1,20 +1,21 @@
 """Fitting methods: each makes a `Fit` of `Samples`; a `Fit` does not know which method made it.
 
-To add a method, write a module with a `Method`, enter it in `METHODS`, and its name in `MethodName`; CONTRIBUTING.md
-shows how.
+A method is a function that takes samples of which no two channels are equal, `Levels`, whether the fit is to be
+physically plausible, and options of its own; and returns a fit with the samples' channels, name and source. To add one,
+write a module, enter its function in `METHODS`, and its name in `MethodName`; CONTRIBUTING.md shows how.
 """
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 from ..model.fit import Fit
 from ..samples import Samples, distinct_channels
 from . import kameya_lewis, regression_kriging
 from .levels import Levels
-from .method import Method, MethodName
 
-METHODS: dict[MethodName, Method] = {"mba": kameya_lewis.fit, "kriging": regression_kriging.fit}
+MethodName = Literal["mba", "kriging"]
+METHODS: dict[MethodName, Callable[..., Fit]] = {"mba": kameya_lewis.fit, "kriging": regression_kriging.fit}
 _PREPARATIONS: dict[MethodName, Callable[[Samples], dict[str, Any]]] = {"kriging": regression_kriging.prepare}
 
 

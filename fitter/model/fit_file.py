@@ -14,17 +14,15 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from .. import files, npz
 from ..coordinates import COORDINATES, ISOTROPIC_AXES, Coordinates, stretch
-from ..coordinates.anisotropic_nusselt import AnisotropicNusselt
-from ..coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
-from ..coordinates.half_angle import HalfAngle
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
 from ..coordinates.rusinkiewicz import LEAST_SOFTENING, Rusinkiewicz
@@ -45,6 +43,9 @@ VERSION = 7
 _FIRST = 2                  # that extension 0.1.0 wrote; the versions between are those of no release
 LARGEST = 100 * LARGEST_VALUE   # of any number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
+_OF_COORDINATES = {"softening": (0.0, 0.9), "stretch": (stretch.LEAST, stretch.LARGEST),
+                   "along": (stretch.LEAST / 10, stretch.LARGEST), "across": (stretch.LEAST / 10, stretch.LARGEST),
+                   "turn": (-np.pi, np.pi)}      # parameters of coordinates, and their bounds; a stretch may be 0, too
 _PRIOR = ("kd", "ks", "alpha", "gamma", "f0")
 _ANISOTROPIC_PRIOR = ("across", "turn")
 _EDIT, _EDIT_NUMBERS = ("diffuse", "highlight", "level", "balance", "through"), ("width", "coat", "coat_width")
@@ -76,12 +77,7 @@ def to_bytes(fit: Fit) -> bytes:
         index = fit.specular.index
         header["multiplier"] = index.multiplier
         arrays |= {"coefficients": fit.specular.coefficients, "keys": index.keys, "displacement": index.displacement}
-    if isinstance(coordinates, HalfDifference | Rusinkiewicz):
-        header |= {"softening": float(coordinates.softening), "stretch": float(coordinates.stretch)}
-    if isinstance(coordinates, HalfAngle):
-        header["stretch"] = float(coordinates.stretch)
-    if isinstance(coordinates, AnisotropicRusinkiewicz):
-        header |= {name: float(getattr(coordinates, name)) for name in ("along", "across", "turn")}
+    header |= {name: float(number) for name, number in vars(coordinates).items()}
     if isinstance(transform, LogRelative):
         header |= {"offset": transform.offset, "plausible": bool(transform.floor == 0),
                    "lobes": list(transform.prior.kinds)}
@@ -175,30 +171,17 @@ def _upgraded(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
 
 
 def _coordinates(header: dict[str, Any]) -> Coordinates:
-    name = header["coordinates"]
-    if name in (Nusselt.name, AnisotropicNusselt.name):
-        return COORDINATES[name]()
-    if name == AnisotropicRusinkiewicz.name:
-        numbers = {field: header[field] for field in ("along", "across", "turn")}
-        for field, number in numbers.items():
-            low, high = (-np.pi, np.pi) if field == "turn" else (stretch.LEAST / 10, stretch.LARGEST)
-            _check(isinstance(number, float) and low <= number <= high,
-                   f"its {field} is not a number from {low:g} to {high:g}")
-        return AnisotropicRusinkiewicz(**numbers)
-    systems: dict[str, type[HalfDifference] | type[Rusinkiewicz]] = {
-        system.name: system for system in (HalfDifference, Rusinkiewicz)}
-    _check(name in systems or name == HalfAngle.name, "its coordinates are unknown")
-    stretched = header["stretch"]
-    _check(isinstance(stretched, float)
-           and (stretched == stretch.NONE or stretch.LEAST <= stretched <= stretch.LARGEST),
-           f"its stretch is not 0, nor a number from {stretch.LEAST:g} to {stretch.LARGEST:g}")
-    if name == HalfAngle.name:
-        return HalfAngle(stretched)
-    softening = header["softening"]
-    _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not a number from 0 to 1")
-    _check(softening >= LEAST_SOFTENING or name == HalfDifference.name,
-           f"its softening radius is below {LEAST_SOFTENING:g}")
-    return systems[name](softening, stretched)
+    _check(header["coordinates"] in COORDINATES, "its coordinates are unknown")
+    system: type[Any] = COORDINATES[header["coordinates"]]
+    numbers = {field.name: header[field.name] for field in fields(system)}
+    for name, number in numbers.items():
+        low, high = _OF_COORDINATES[name]
+        without = name == "stretch" and number == stretch.NONE
+        _check(isinstance(number, float) and (without or low <= number <= high),
+               f"its {name} is not a number from {low:g} to {high:g}")
+    _check(system is not Rusinkiewicz or numbers["softening"] >= LEAST_SOFTENING,
+           f"its softening is below {LEAST_SOFTENING:g}")
+    return cast(Coordinates, system(**numbers))
 
 
 def _transform(header: dict[str, Any], entries: _Arrays, stored: int) -> Transform:

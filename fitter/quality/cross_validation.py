@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, selected
 from ..model import Reflectance
 from ..samples import Samples, subset
 
@@ -75,11 +75,15 @@ def held_out_values(samples: Samples, fit: Callable[[Samples], Reflectance], par
         raise ValueError("one sample cannot be predicted from the others")
     predicted = np.empty(samples.values.shape)
     for part in folds(len(samples), parts, seed):
-        seen = np.ones(len(samples), dtype=bool)
-        seen[part] = False
-        model = fit(subset(samples, seen))
-        predicted[part] = model.evaluate(*(angle[part] for angle in samples.directions))
+        predicted[part] = from_others(samples, part, fit)
     return predicted
+
+
+def from_others(samples: Samples, part: IntArray, fit: Callable[[Samples], Reflectance]) -> FloatArray:
+    """What a fit to all samples but a part, indices (k,), predicts of the part: (k, channels), 1/sr."""
+    others = np.ones(len(samples), dtype=bool)
+    others[part] = False
+    return fit(subset(samples, others)).evaluate(*selected(samples.directions, part))
 
 
 def held_out(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
