@@ -170,7 +170,8 @@ def _describe_samples(path: str, sample: str | None, how: dict[str, Any]) -> Non
 
 
 def _describe_fit(fit: Fit) -> None:
-    form = f"{fit.transform.name} in {fit.coordinates.name} coordinates".replace("_", "-")
+    transform = "identity" if fit.transform is None else fit.transform.name
+    form = f"{transform} in {fit.coordinates.name} coordinates".replace("_", "-")
     print(f"{fit.name}: {fit.notation}, {form}, channels {' '.join(fit.channels)}, "
           f"{fit.coefficient_count:,} coefficients, {fit.nbytes:,} bytes")
 

@@ -41,13 +41,6 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIG
     Returns
     -------
     (size, size, 4) float32
-
-    Examples
-    --------
-    >>> from .methods import prior
-    >>> picture = lit_sphere(prior.lambertian(np.array([[0.3]])), 32)
-    >>> picture.shape, float(picture[0, 0, 3]), float(picture[16, 16, 3])
-    ((32, 32, 4), 0.0, 1.0)
     """
     normal, inside, cover = sphere(size)
     radiance = np.zeros((len(normal), 3))
@@ -224,13 +217,6 @@ def polar_comparison(first: Reflectance, second: Reflectance, theta_i: float, si
     Returns
     -------
     (size, size, 4) float32
-
-    Examples
-    --------
-    >>> from .methods import prior
-    >>> bright, dark = (prior.lambertian(np.array([[value]])) for value in (0.3, 0.1))
-    >>> polar_comparison(bright, dark, 0.5, 64).shape
-    (64, 64, 4)
     """
     theta, _ = in_plane(first, theta_i, phi_i)
     curves = [np.broadcast_to(in_plane(fit, theta_i, phi_i)[1], (len(theta), 3)) for fit in (first, second)]
@@ -310,13 +296,6 @@ def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: st
     Returns
     -------
     (size, size, 4) float32
-
-    Examples
-    --------
-    >>> from .methods import prior
-    >>> picture = turned_plane(prior.lambertian(np.array([[0.3]])), 0.5, 32)
-    >>> picture.shape, bool((picture[:, :1] == picture).all())
-    ((32, 32, 4), True)
     """
     step = (np.arange(size) + 0.5) / size
     phi, theta = np.meshgrid(2 * np.pi * step, np.pi * (step - 0.5))
@@ -345,11 +324,6 @@ def error_plot(levels: Sequence[int], errors: Sequence[float], current: tuple[in
     Returns
     -------
     (size, size, 4) float32
-
-    Examples
-    --------
-    >>> error_plot([2, 3, 4], [0.1, 0.05, 0.01], (3, 0.05), 64).shape
-    (64, 64, 4)
     """
     canvas = blank(size)
     logs = np.log10(np.maximum([*errors, current[1]], 1e-9))

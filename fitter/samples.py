@@ -171,15 +171,7 @@ def subset(samples: Samples, which: slice | IntArray | BoolArray) -> Samples:
 
 
 def choice(count: int, most: int) -> IntArray:
-    """Indices of `count` things: of all, or of `most` that are chosen at random, in ascending order.
-
-    Examples
-    --------
-    >>> choice(4, 10).tolist()
-    [0, 1, 2, 3]
-    >>> len(set(choice(100, 10).tolist()))
-    10
-    """
+    """Indices of `count` things: of all, or of `most` that are chosen at random, in ascending order."""
     if count <= most:
         return np.arange(count)
     return np.sort(np.random.default_rng(0).choice(count, most, replace=False))

@@ -75,12 +75,6 @@ class HalfAngle:
         """Map coordinates (..., 3) to directions, four (...) arrays, radians; theta_i is in the plane of azimuth 0.
 
         Directions below the horizon are moved to it.
-
-        Examples
-        --------
-        >>> theta_i, phi_i, theta_o, phi_o = HalfAngle().decode(HalfAngle().encode(0.3, 0, 1.2, 2.0))
-        >>> float(theta_i.round(9)), float(theta_o.round(9)), float((phi_o - phi_i).round(9))
-        (0.3, 1.2, 2.0)
         """
         h, along, across = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
         side = np.where(h < 0, -1.0, 1.0)

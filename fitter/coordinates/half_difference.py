@@ -85,12 +85,6 @@ class HalfDifference:
         """Map coordinates (..., 3) to directions, four (...) arrays, radians, up to a turn and a mirror image.
 
         Coordinates outside the image are moved to its rim: |H| is kept, |D| and H.D as far as possible.
-
-        Examples
-        --------
-        >>> theta_i, phi_i, theta_o, phi_o = HalfDifference().decode(HalfDifference().encode(0.3, 0, 1.2, np.pi))
-        >>> float(theta_i), float(theta_o), float(np.abs(phi_o - phi_i))
-        (0.3, 1.2, 3.141593)
         """
         d, along, across = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
         x, y = stretch.unstretched(along, across, self.stretch)

@@ -45,11 +45,6 @@ class Nusselt:
         ------
         ValueError
             If the coordinates lie outside the image of the hemispheres.
-
-        Examples
-        --------
-        >>> [float(np.degrees(angle)) for angle in Nusselt().decode([0.75, 0.25, 0.5])]
-        [30.0, 0.0, 30.0, 180.0]
         """
         mu_i, mu_x, mu_y = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
         radius = np.hypot(mu_x, mu_y)

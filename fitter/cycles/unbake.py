@@ -24,7 +24,7 @@ from ..lattice.sparse import SparseLattice
 from ..model import microfacet
 from ..model.edit import Edit
 from ..model.fit import Fit
-from ..model.transform import IDENTITY, LogRelative, Transform
+from ..model.transform import LogRelative
 from ..samples import RGB
 from ..shader_constants import DAMPING_KNOTS, OCCUPANCY_SHIFT
 from .bake import shader_version
@@ -75,7 +75,7 @@ def _fit(source: str, constants: dict[str, str], name: str, compression: float) 
     axes = len(coordinates.axes)
     diffuse = dense.DenseLattice(level, _table(source, "DIFFUSE", np.float32, (*dense.shape(level, axes), stored)))
     specular = _specular(source, constants, stored, axes) if int(constants["SPARSE"]) else None
-    transform: Transform = IDENTITY
+    transform = None
     if int(constants["LOG_RELATIVE"] if "LOG_RELATIVE" in constants else constants["PRIOR"]):
         transform = _log_relative(constants, stored, columns)
         if int(constants.get("DAMPED", 0)):

@@ -44,24 +44,12 @@ _KEYWORD = re.compile(rb"(?:\A|(?<=[\r\n]))[ \t]*(SAMPLE_NAME|NUM_POINTS)[ \t]([
 
 
 def recognises(content: bytes) -> bool:
-    r"""Whether a line starts with VARS.
-
-    Examples
-    --------
-    >>> recognises(b"SAMPLE_NAME Blue\nVARS theta_i,phi_i,theta_s,phi_s,R,G,B\n"), recognises(b"1 0.2 0.3")
-    (True, False)
-    """
+    """Whether a line starts with VARS."""
     return _VARS.search(content) is not None
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read an ASTM file; spectra become linear sRGB.
-
-    Raises
-    ------
-    DatasetError
-        If the file is malformed.
-    """
+    """Read an ASTM file; spectra become linear sRGB. Raises DatasetError if the file is malformed."""
     columns = _columns(path, content)
     table = _table(columns, path, content)
     if not len(table):

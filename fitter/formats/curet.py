@@ -42,13 +42,7 @@ _NUMBER = re.compile(rb"([0-9]{1,9})(?!\S)")
 
 
 def recognises(content: bytes) -> bool:
-    """Whether the first line has a sample number and at least half as many values as there are geometries.
-
-    Examples
-    --------
-    >>> recognises(b"5 " + 205 * b"0.1 "), recognises(b"5")
-    (True, False)
-    """
+    """Whether the first line has a sample number and at least half as many values as there are geometries."""
     first = next(lines(content), None)
     tokens = b"-".split() if first is None else first[0].split(None, GEOMETRIES // 2)
     return tokens[0].isdigit() and len(tokens) > GEOMETRIES // 2
@@ -60,23 +54,14 @@ def list_samples(path: str | Path, content: bytes) -> list[tuple[int, str]]:
 
 
 def sample_name(number: int) -> str:
-    """The name of a CURET sample, 1 to 61.
-
-    Examples
-    --------
-    >>> sample_name(1), sample_name(61)
-    ('felt', 'moss')
-    """
+    """The name of a CURET sample, 1 to 61."""
     return NAMES[number - 1]
 
 
 def read(path: str | Path, content: bytes, sample: str | int | None = None) -> Samples:
     """Read one sample; in colour if `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three exist.
 
-    Raises
-    ------
-    DatasetError
-        If a file is malformed, or the sample is not in it.
+    Raises DatasetError if a file is malformed, or the sample is not in it.
     """
     path = Path(path)
     rows = _rows(path, content)
@@ -123,13 +108,7 @@ def read_with(path: Path) -> Path | None:
 
 @cache
 def geometry() -> FloatArray:
-    """The directions of the measurements: (205, 4), theta_v, phi_v, theta_i, phi_i, radians.
-
-    Examples
-    --------
-    >>> geometry().shape
-    (205, 4)
-    """
+    """The directions of the measurements: (205, 4), theta_v, phi_v, theta_i, phi_i, radians."""
     table = Path(__file__).parent / "data" / "curet_geometry.csv"
     return np.loadtxt(table, delimiter=",", comments="#", skiprows=2)[:, 1:]
 

@@ -34,23 +34,14 @@ _LARGEST = 32 << 20
 
 
 def recognises(content: bytes) -> bool:
-    r"""Whether the file begins with NVIDIA's mark.
-
-    Examples
-    --------
-    >>> recognises(b"NVIDIA ARC MBSDF V1\nMBSDF_DATA=\n"), recognises(b"tensor_file\0")
-    (True, False)
-    """
+    """Whether the file begins with NVIDIA's mark."""
     return content.startswith(MAGIC)
 
 
 def read(path: str | Path, content: bytes) -> Samples:
     """Read the reflection of an .mbsdf file.
 
-    Raises
-    ------
-    DatasetError
-        If the file is damaged, or holds transmitted light only.
+    Raises DatasetError if the file is damaged, or holds transmitted light only.
     """
     starts = [content.find(block) + len(block) for block in _BLOCKS if block in content]
     if not starts:

@@ -40,24 +40,12 @@ _LARGEST = _HEADER + 3 * 8 * math.prod(CELLS)
 
 
 def recognises(content: bytes) -> bool:
-    r"""Whether the file begins with the numbers n, n, 2n, up to MERL's own; in the wrong byte order too.
-
-    Examples
-    --------
-    >>> recognises(struct.pack("<3i", 90, 90, 180)), recognises(b"# a text\n1 2")
-    (True, False)
-    """
+    """Whether the file begins with the numbers n, n, 2n, up to MERL's own; in the wrong byte order too."""
     return _is_merl(_cells(content, "<")) or _is_merl(_cells(content, ">"))
 
 
 def read(path: str | Path, content: bytes) -> Samples:
-    """Read a .binary file: the cells that were measured.
-
-    Raises
-    ------
-    DatasetError
-        If the file is damaged.
-    """
+    """Read a .binary file: the cells that were measured. Raises DatasetError if the file is damaged."""
     cells = _cells(content, "<")
     if not _is_merl(cells):
         raise DatasetError("numbers in big-endian order, expected little-endian ones, as MERL's files have them", path)

@@ -34,26 +34,14 @@ _COUNT = re.compile(rb"([0-9]{1,4})[ \t\f\v]*(?=[\r\n#]|\Z)")
 
 
 def recognises(content: bytes) -> bool:
-    r"""Whether the first line that is not a comment holds one whole number, the number of wavelengths.
-
-    Examples
-    --------
-    >>> recognises(b"# red paint\n31\n400 410"), recognises(b"31 400 410")
-    (True, False)
-    """
+    """Whether the first line that is not a comment holds one whole number, the number of wavelengths."""
     first = _FIRST.search(content)
     count = first and _COUNT.match(content, first.start(1))
     return count is not None and _FEWEST <= int(count[1]) <= _MOST
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a .brdf file; spectra become linear sRGB.
-
-    Raises
-    ------
-    DatasetError
-        If the file is malformed.
-    """
+    """Read a .brdf file; spectra become linear sRGB. Raises DatasetError if the file is malformed."""
     values, line = parse_numbers(content, path)
     bands = int(values[0])
     columns = 4 + bands

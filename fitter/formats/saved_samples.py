@@ -49,13 +49,7 @@ def recognises(content: bytes) -> bool:
 
 
 def read(path: str | Path, content: bytes) -> Samples:
-    """Read what `write` wrote.
-
-    Raises
-    ------
-    DatasetError
-        If it is damaged, or of another version.
-    """
+    """Read what `write` wrote. Raises DatasetError if it is damaged, or of another version."""
     try:
         entries = npz.read(content)
         header = json.loads(str(entries["samples"]))

@@ -78,13 +78,7 @@ _DARK = 1e-3                    # of the mean: scatter is relative to no less
 
 
 def recognises(content: bytes) -> bool:
-    r"""Whether the first line that is no comment names a polar angle, and two other columns.
-
-    Examples
-    --------
-    >>> recognises(b"# mine\ntheta_i;theta_o;phi;BRDF\n"), recognises(b"VARS theta_i,phi_i,theta_s,phi_s,R\n")
-    (True, False)
-    """
+    """Whether the first line that is no comment names a polar angle, and two other columns."""
     names, separator = _names_line(content)
     if names is None or names[0].startswith(b"VARS"):
         return False

@@ -43,13 +43,7 @@ _NOTES = {"raw": "Values as they are stored; UTIA's files are also taken as enco
 
 
 def recognises(content: bytes) -> bool:
-    """Whether a file has the size, and numbers that can be reflectances.
-
-    Examples
-    --------
-    >>> recognises(np.full(SIZE // 8, 0.3).tobytes()), recognises(bytes(SIZE)), recognises(b"0.3 0.3 0.3")
-    (True, False, False)
-    """
+    """Whether a file has the size, and numbers that can be reflectances."""
     if len(content) != SIZE:
         return False
     numbers = np.frombuffer(content, "<f8")
@@ -60,13 +54,7 @@ def recognises(content: bytes) -> bool:
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a .bin file.
-
-    Raises
-    ------
-    DatasetError
-        If the size or the numbers are no such file's.
-    """
+    """Read a .bin file. Raises DatasetError if the size or the numbers are no such file's."""
     if not recognises(content):
         raise DatasetError(f"{len(content):,} bytes, expected {SIZE:,} of reflectances", path)
     stored = np.frombuffer(content, "<f8").reshape(3, THETAS, PHIS, THETAS, PHIS)

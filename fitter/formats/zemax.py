@@ -86,13 +86,7 @@ class _Header:
 
 
 def recognises(content: bytes) -> bool:
-    r"""Whether a line starts with one of Zemax's angles.
-
-    Examples
-    --------
-    >>> recognises(b"# made\nScatterAzimuth\t19\n"), recognises(b"tensor_file\0")
-    (True, False)
-    """
+    """Whether a line starts with one of Zemax's angles."""
     return _MARK.search(content) is not None
 
 

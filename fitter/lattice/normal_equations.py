@@ -31,17 +31,6 @@ class NormalEquations:
     parts : sequence of (int, (k,) int, or None)
         The level of each lattice, and the control points that it has: positions in the flattened box of `dense.shape`,
         mirror images included; None for all of them.
-
-    Examples
-    --------
-    A cubic polynomial is a spline.
-
-    >>> x = np.random.default_rng(1).uniform([0.5, 0, 0.5], 1, (2000, 3))
-    >>> z = (2 * x[:, 1:2] - 1) ** 3 * (2 * x[:, :1] - 1)
-    >>> norm = 1e-9 * np.eye(math.prod(dense.shape(1)))
-    >>> found, = NormalEquations(x, [(1, None)]).solve(np.ones(len(x)), z, [norm])
-    >>> bool(np.allclose(dense.evaluate(found.reshape(*dense.shape(1), 1), 1, x), z, atol=1e-4))
-    True
     """
 
     def __init__(self, x: FloatArray, parts: Sequence[tuple[int, IntArray | None]]) -> None:

@@ -136,13 +136,7 @@ def occupancy(keys: ArrayLike, count: int) -> NDArray[np.int32]:
 
 
 def keys_of(table: NDArray[np.int32]) -> IntArray:
-    """The keys of an `occupancy` table, in ascending order.
-
-    Examples
-    --------
-    >>> keys_of(occupancy([2, 17], 32)).tolist()
-    [2, 17]
-    """
+    """The keys of an `occupancy` table, in ascending order."""
     return np.flatnonzero((table[:, None] >> np.arange(_WORD)) & 1)
 
 
@@ -153,12 +147,6 @@ def restored(keys: IntArray, displacement: NDArray[np.unsignedinteger[Any]], mul
     ------
     ValueError
         If they do not give each key a slot of its own.
-
-    Examples
-    --------
-    >>> found = build([300, 7, 42])
-    >>> bool((restored(np.array([7, 42, 300]), found.displacement, found.multiplier).keys == found.keys).all())
-    True
     """
     n = len(keys)
     if n == 0 or len(displacement) == 0:

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import progress
-from ..arrays import Directions, FloatArray, IntArray
+from ..arrays import Directions, FloatArray, IntArray, joined
 from ..coordinates import Coordinates
 from ..lattice import dense, least_squares, perfect_hash
 from ..lattice.dense import DenseLattice
@@ -64,8 +64,8 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
         return diffuse, None
     progress.report(0.3, "Fitting the sparse lattice")
     between = _between(samples)
-    x = np.concatenate([coordinates.encode(*directions) for directions in (samples.directions, between)])
-    directions = tuple(np.concatenate(pair) for pair in zip(samples.directions, between, strict=True))
+    directions = joined([samples.directions, between])
+    x = coordinates.encode(*directions)
     wanted = np.concatenate([field.at_samples, field.at(2 * x[len(samples):] - 1)])
     # together the directions between weigh as much as the samples
     share = np.concatenate([np.ones(len(samples)), np.full(_BETWEEN, math.sqrt(len(samples) / _BETWEEN))])
@@ -223,14 +223,6 @@ def precision(level: int, axes: int, kernel: Kernel) -> FloatArray:
     """The inverse of a kernel's covariance of the places of a dense lattice's control points: (points, points) float64.
 
     Of mirror images, which are one unknown, the first has all of it.
-
-    Examples
-    --------
-    The norm of control points that follow a straight line is that of the line.
-
-    >>> matrix = precision(1, 3, Kernel(0.8))
-    >>> matrix.shape, bool(np.ones(len(matrix)) @ matrix @ np.ones(len(matrix)) < 1 / 0.3)
-    ((80, 80), True)
     """
     shape, origin = dense.shape(level, axes), dense.origin(level, axes)
     first = np.unique(dense.representative(level, axes))

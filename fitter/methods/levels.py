@@ -61,12 +61,6 @@ class Levels:
     def of_four_axes(self) -> "Levels":
         """Levels of about the same use for an anisotropic fit: one lower, since a lattice has a fourth axis, and with
         three times as many control points kept.
-
-        Examples
-        --------
-        >>> found = Levels(4, 5, 98.2).of_four_axes()
-        >>> found.diffuse, found.specular, found.kept_of(4) == 3 * Levels(4, 5, 98.2).kept
-        (3, 4, True)
         """
         diffuse = min(max(self.diffuse - 1, 0), _FINEST_DENSE)
         if self.specular is None:

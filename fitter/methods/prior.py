@@ -78,16 +78,6 @@ def candidates(samples: Samples, typical: FloatArray, offset: float, most: int =
         1/sr, positive.
     most : int
         The largest number of lobes.
-
-    Examples
-    --------
-    >>> from ..quality.physics import direction_pairs
-    >>> glossy = Microfacet(np.array([0.1]), np.array([[2.0]]), np.array([0.2]), np.array([2.0]), np.array([0.04]))
-    >>> pairs = direction_pairs(200)
-    >>> samples = Samples(*pairs, glossy.evaluate(*pairs))
-    >>> _, found = candidates(samples, samples.values, 0.1, most=1)
-    >>> found.kinds, found.alpha.round(2).tolist(), found.kd.round(3).tolist()
-    (('mirror',), [0.2], [0.1])
     """
     found = [lambertian(typical)]
     if not np.ptp(samples.values):

@@ -33,13 +33,14 @@ from ..samples import LARGEST_VALUE
 from ..shader_constants import DAMPING_KNOTS
 from . import microfacet
 from .edit import COAT_WIDTHS, WIDTHS, Edit
-from .transform import IDENTITY, LEAST_OFFSET, LogRelative, Transform
+from .transform import LEAST_OFFSET, LogRelative
 
 if TYPE_CHECKING:
     from .fit import Fit
 
 FORMAT = "measured-brdf-fit"
 VERSION = 7
+_IDENTITY = "identity"      # what files call no transform
 _FIRST = 2                  # that extension 0.1.0 wrote; the versions between are those of no release
 LARGEST = 100 * LARGEST_VALUE   # of any number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
@@ -68,7 +69,8 @@ def to_bytes(fit: Fit) -> bytes:
     """A fit as an .npz file has it. Equal fits have equal bytes."""
     coordinates, transform = fit.coordinates, fit.transform
     header: dict[str, Any] = {
-        "format": FORMAT, "version": VERSION, "coordinates": coordinates.name, "transform": transform.name,
+        "format": FORMAT, "version": VERSION, "coordinates": coordinates.name,
+        "transform": _IDENTITY if transform is None else transform.name,
         "diffuse_level": int(fit.diffuse_level), "specular_level": fit.specular_level, "compression": fit.compression,
         "channels": list(fit.channels), "columns": list(fit.columns), "changes": list(fit.changes),
         "name": str(fit.name), "source": str(fit.source)}
@@ -78,7 +80,7 @@ def to_bytes(fit: Fit) -> bytes:
         header["multiplier"] = index.multiplier
         arrays |= {"coefficients": fit.specular.coefficients, "keys": index.keys, "displacement": index.displacement}
     header |= {name: float(number) for name, number in vars(coordinates).items()}
-    if isinstance(transform, LogRelative):
+    if transform is not None:
         header |= {"offset": transform.offset, "plausible": bool(transform.floor == 0),
                    "lobes": list(transform.prior.kinds)}
         names = _PRIOR if transform.prior.isotropic else (*_PRIOR, *_ANISOTROPIC_PRIOR)
@@ -166,7 +168,7 @@ def _upgraded(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
         return header
     log_relative = "prior_kd" in entries
     return header | {"coordinates": (HalfDifference if log_relative else Nusselt).name,
-                     "transform": (LogRelative if log_relative else IDENTITY).name, "softening": 0.0,
+                     "transform": LogRelative.name if log_relative else _IDENTITY, "softening": 0.0,
                      "stretch": stretch.NONE, "lobes": ["mirror"] * len(np.atleast_1d(entries.get("prior_ks", [])))}
 
 
@@ -184,10 +186,10 @@ def _coordinates(header: dict[str, Any]) -> Coordinates:
     return cast(Coordinates, system(**numbers))
 
 
-def _transform(header: dict[str, Any], entries: _Arrays, stored: int) -> Transform:
+def _transform(header: dict[str, Any], entries: _Arrays, stored: int) -> LogRelative | None:
     name = header["transform"]
-    _check(name in (IDENTITY.name, LogRelative.name), "its transform is unknown")
-    return IDENTITY if name == IDENTITY.name else _log_relative(header, entries, stored)
+    _check(name in (_IDENTITY, LogRelative.name), "its transform is unknown")
+    return None if name == _IDENTITY else _log_relative(header, entries, stored)
 
 
 def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogRelative:

@@ -38,14 +38,6 @@ def widest_hole(samples: Samples) -> tuple[float, tuple[float, ...]]:
     at : (float, float, float), or (float, float, float, float)
         Incident and outgoing polar angle, and the azimuth between them, degrees; of an anisotropic material, and the
         azimuth of incidence.
-
-    Examples
-    --------
-    From a sample at the normal, the farthest probes are at a polar angle of 80 degrees.
-
-    >>> distance, at = widest_hole(Samples([0], [0], [0], [0], [[1.0]]))
-    >>> distance, 80 in np.round(at[:2])
-    (80.0, True)
     """
     if not samples.isotropic:
         return _widest_of_anisotropic(samples)

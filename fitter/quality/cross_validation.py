@@ -88,18 +88,7 @@ def from_others(samples: Samples, part: IntArray, fit: Callable[[Samples], Refle
 
 def held_out(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
              seed: int = SEED) -> HeldOutErrors:
-    """Errors of `held_out_values`, over all samples and channels.
-
-    Examples
-    --------
-    A Lambertian that is fitted to samples of a Lambertian predicts the others.
-
-    >>> from ..methods import prior
-    >>> theta = np.linspace(0, 1.5, 10)
-    >>> white = Samples(theta, 0 * theta, theta, 0 * theta, np.full((10, 1), 0.3))
-    >>> held_out(white, lambda seen: prior.lambertian(seen.values)).rmse
-    0.0
-    """
+    """Errors of `held_out_values`, over all samples and channels."""
     return errors(samples, held_out_values(samples, fit, parts, seed))
 
 

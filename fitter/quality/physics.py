@@ -48,12 +48,6 @@ def measure(model: Reflectance, pairs: Directions | None = None) -> Physics:
     ----------
     pairs : four (n,) arrays, optional
         Pairs of directions, radians; by default `direction_pairs()`, turned for an anisotropic model at random.
-
-    Examples
-    --------
-    >>> from ..methods import prior
-    >>> tuple(measure(prior.lambertian(np.array([[0.3]]))))
-    (0.0, 0.0, 0.0)
     """
     if pairs is None:
         theta_i, phi_i, theta_o, phi_o = direction_pairs()

@@ -13,7 +13,7 @@ def rmse(samples, fit):
 
 
 @release
-def test_the_tolerance_is_met_on_sets_of_every_kind_and_what_it_costs_is_less_than_standard(curet, cornell, monkeypatch):
+def test_the_tolerance_is_met_on_sets_of_every_kind_for_fewer_bytes_than_standard(curet, cornell, monkeypatch):
     # of surfaces that reflect more than they receive, a plausible fit cannot be within any tolerance
     monkeypatch.setattr(fitter.tolerance, "fit", partial(fitter.fit, plausible=False))
     sets = [curet(number) for number in range(1, 62, 12)] + [cornell("garnet_red_RGB")]

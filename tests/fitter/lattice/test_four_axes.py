@@ -95,19 +95,6 @@ def test_basis_approximation_agrees_with_the_loop_over_samples(random, level):
                                atol=1e-12)
 
 
-def test_control_points_found_in_slices_are_those_of_the_whole_lattice(random, monkeypatch):
-    x, z = random_points(random, 300), random.standard_normal((300, 2))
-    for level, count in ((2, 100), (3, 2000), (4, 10 ** 9)):
-        whole = sparse.keep_largest(mba.approximate(x, z, level)[0], level, count)
-        with monkeypatch.context() as patched:
-            patched.setattr(mba, "_MOST_AT_ONCE", 0)
-            sliced = mba.largest(x, z, level, count)
-        assert np.setxor1d(whole.index.keys, sliced.index.keys).size <= 2      # those of equal magnitude
-        common = np.intersect1d(whole.index.keys, sliced.index.keys)
-        np.testing.assert_allclose(whole.coefficients[whole.index.slots(common)],
-                                   sliced.coefficients[sliced.index.slots(common)], rtol=1e-5, atol=1e-7)
-
-
 def test_a_lattice_too_large_for_memory_is_evaluated_by_its_keys(random):
     level, keys = 6, random.choice(math.prod(dense.shape(6, 4)), 4000, replace=False)
     index = perfect_hash.build(keys)
