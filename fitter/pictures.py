@@ -58,6 +58,8 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIG
 def split(left: SingleArray, right: SingleArray, at: float = 0.5) -> SingleArray:
     """The left part of one picture beside the right part of another, with a thin line between them.
 
+    Raises ValueError if the pictures have different shapes.
+
     Parameters
     ----------
     left, right : (height, width, 4) float32
@@ -67,11 +69,6 @@ def split(left: SingleArray, right: SingleArray, at: float = 0.5) -> SingleArray
     Returns
     -------
     (height, width, 4) float32
-
-    Raises
-    ------
-    ValueError
-        If the pictures have different shapes.
 
     Examples
     --------
@@ -157,9 +154,9 @@ def reflected(fit: Reflectance, normal: FloatArray, direction: ArrayLike) -> Flo
         phi_i = np.arctan2(bitangent @ toward, tangent @ toward)
         phi_o = np.arctan2(bitangent[:, 2], tangent[:, 2])
     value = fit.evaluate(np.arccos(np.minimum(cos_i[lit], 1)), phi_i, np.arccos(cos_o), phi_o)
-    found = np.zeros((len(normal), 3))
-    found[lit] = np.maximum(value, 0) * cos_i[lit, None]
-    return found
+    radiance = np.zeros((len(normal), 3))
+    radiance[lit] = np.maximum(value, 0) * cos_i[lit, None]
+    return radiance
 
 
 def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: int = SIZE,

@@ -185,6 +185,8 @@ def some(samples: Samples, most: int) -> Samples:
 def repeated(samples: Samples, symmetry: str) -> Samples:
     """Add what a symmetry of the surface says of directions that were not measured.
 
+    Raises DatasetError if it is none of these, or makes more than `MOST_REPEATED` samples.
+
     Parameters
     ----------
     symmetry : str
@@ -195,11 +197,6 @@ def repeated(samples: Samples, symmetry: str) -> Samples:
     -------
     Samples
         These first, then their images, but for those in directions that were measured. The notes say so.
-
-    Raises
-    ------
-    DatasetError
-        If it is none of these, or makes more than `MOST_REPEATED` samples.
 
     Examples
     --------

@@ -27,8 +27,8 @@ _SOFT = 0.15                # width of a box's edge
 _GROUND, _HORIZON, _SKY = 0.08, 0.25, 0.7       # radiance of what is around
 
 
-def swatch(model: Low2012, size: int = SIZE, light: Callable[[FloatArray], FloatArray] | None = None) -> SingleArray:
-    """A sphere of a material in orthographic view on a transparent background.
+def swatch(model: Low2012, size: int = SIZE) -> SingleArray:
+    """A sphere of a material in a studio, in orthographic view on a transparent background.
 
     Parameters
     ----------
@@ -36,9 +36,6 @@ def swatch(model: Low2012, size: int = SIZE, light: Callable[[FloatArray], Float
         Linear Rec.709.
     size : int
         Pixels.
-    light : callable, optional
-        Radiance of the surroundings in directions (..., 3) as (...); the view is (0, 0, 1), up is (0, 1, 0). By default
-        that of a studio.
 
     Returns
     -------
@@ -47,13 +44,16 @@ def swatch(model: Low2012, size: int = SIZE, light: Callable[[FloatArray], Float
     """
     normal, inside, cover = sphere(size)
     picture = np.zeros((size, size, 4), dtype=np.float32)
-    picture[inside, :3] = srgb(radiance(model, normal, light or studio))
+    picture[inside, :3] = srgb(radiance(model, normal, studio))
     picture[..., 3] = cover
     return picture
 
 
 def radiance(model: Low2012, normal: FloatArray, light: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """What surfaces with normals (n, 3) send to a viewer at (0, 0, 1) under some light: (n, 3) float64."""
+    """What surfaces with normals (n, 3) send to a viewer at (0, 0, 1) under some light: (n, 3) float64.
+
+    `light` is radiance from directions (..., 3), as (...); up is (0, 1, 0).
+    """
     return _irradiance(normal, light)[:, None] * model.kd / np.pi + _lobe(model, normal, light)[:, None] * model.a
 
 

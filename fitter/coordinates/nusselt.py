@@ -41,10 +41,7 @@ class Nusselt:
     def decode(self, x: ArrayLike) -> Directions:
         """Map coordinates (..., 3) to directions, four (...) arrays, radians: phi_i is 0 and phi_o in [0, pi].
 
-        Raises
-        ------
-        ValueError
-            If the coordinates lie outside the image of the hemispheres.
+        Raises ValueError if the coordinates lie outside the image of the hemispheres.
         """
         mu_i, mu_x, mu_y = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
         radius = np.hypot(mu_x, mu_y)

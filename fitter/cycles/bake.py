@@ -48,6 +48,9 @@ MAX_ARRAY = 1_500_000       # numbers of a table: the OSL compiler takes 1,000,0
 def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = None) -> str:
     """OSL source that evaluates and renders `fit`.
 
+    Raises ValueError if the fit has another number of channels, is too large for the OSL compiler, or holds a number
+    that is not finite in single precision.
+
     Parameters
     ----------
     fit : Fit
@@ -57,12 +60,6 @@ def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = No
         shader, `#include "baked_tables.h"` are replaced by what is baked; other includes are files of `osl/`.
     mixture : NodeMixture, optional
         That of the fit for Cycles, if the caller has it already.
-
-    Raises
-    ------
-    ValueError
-        If the fit has another number of channels, is too large for the OSL compiler, or holds a number that is not
-        finite in single precision.
     """
     if len(fit.channels) not in (1, len(RGB)):
         raise ValueError(f"a fit of {len(fit.channels)} channels; a shader takes 1 or 3")
@@ -98,8 +95,8 @@ def mix_source() -> str:
 
 def shader_version(source: str) -> int:
     """The `SHADER_VERSION` of the extension that baked OSL source."""
-    found = re.search(r"^#define SHADER_VERSION (\d+)$", source, re.MULTILINE)
-    return int(found[1]) if found else 1
+    match = re.search(r"^#define SHADER_VERSION (\d+)$", source, re.MULTILINE)
+    return int(match[1]) if match else 1
 
 
 def interface(source: str) -> str:

@@ -39,6 +39,8 @@ _KINDS: dict[str, microfacet.Kind] = {"LOBE": "mirror", "ANISOTROPIC_LOBE": "mir
 def unbake(source: str, name: str = "untitled", compression: float = 0.0) -> Fit:
     """Read a fit from the OSL source that `bake.bake` made of it, by any version since 0.1.0.
 
+    Raises ValueError if the source is not a baked shader, or its tables contradict each other.
+
     Parameters
     ----------
     name : str
@@ -50,11 +52,6 @@ def unbake(source: str, name: str = "untitled", compression: float = 0.0) -> Fit
     -------
     Fit
         It evaluates to what the baked fit does, to nine digits.
-
-    Raises
-    ------
-    ValueError
-        If the source is not a baked shader, or its tables contradict each other.
     """
     constants = dict(_CONSTANT.findall(source))
     try:
@@ -186,10 +183,10 @@ def _level(cells: str) -> int:
 
 
 def _table(source: str, name: str, dtype: DTypeLike, shape: tuple[int, ...]) -> NDArray[Any]:
-    found = re.search(_TABLE.format(name), source, re.MULTILINE)
-    if found is None:
+    declaration = re.search(_TABLE.format(name), source, re.MULTILINE)
+    if declaration is None:
         raise ValueError(f"the shader has no table {name}")
-    values = np.array(found[2].split(","), dtype=np.float64) if found[2].strip() else np.empty(0)
-    if len(values) != int(found[1]) or values.size != np.prod(shape) or not np.isfinite(values).all():
+    values = np.array(declaration[2].split(","), dtype=np.float64) if declaration[2].strip() else np.empty(0)
+    if len(values) != int(declaration[1]) or values.size != np.prod(shape) or not np.isfinite(values).all():
         raise ValueError(f"the table {name} of the shader has {len(values)} numbers, expected {np.prod(shape)}")
     return values.astype(dtype).reshape(shape)

@@ -56,6 +56,8 @@ def without_cosine(directions: FloatArray, values: FloatArray, cosine: str, path
                    line: int) -> tuple[FloatArray, FloatArray, str]:
     """Divide values by the cosine that is in them; those at the horizon, which hold nothing, are left out.
 
+    Raises DatasetError if no row is left.
+
     Parameters
     ----------
     directions : (n, 4) float64
@@ -71,11 +73,6 @@ def without_cosine(directions: FloatArray, values: FloatArray, cosine: str, path
     directions, values
         Of the rows that are left.
     note : str
-
-    Raises
-    ------
-    DatasetError
-        If no row is left.
     """
     factor = np.cos(directions[:, ANGLES.index(f"theta_{cosine}")])
     grazing = factor < _LEAST_COSINE
@@ -91,6 +88,8 @@ def reflectance(names: Sequence[str], values: FloatArray, path: str | Path, line
                 reading: Reading) -> tuple[tuple[str, ...], FloatArray, tuple[str, ...]]:
     """The channels, and the values converted to them; spectra become linear sRGB.
 
+    Raises DatasetError if the names are anything else.
+
     Parameters
     ----------
     names : sequence of str
@@ -104,11 +103,6 @@ def reflectance(names: Sequence[str], values: FloatArray, path: str | Path, line
     channels : tuple of str
     values : (n, channels) float64
     notes : tuple of str
-
-    Raises
-    ------
-    DatasetError
-        If the names are anything else.
     """
     upper = [name.upper() for name in names]
     if sorted(upper) == sorted(RGB):

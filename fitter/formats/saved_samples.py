@@ -27,10 +27,7 @@ LARGEST = 64 << 20          # bytes; of 200,000 samples of a ball a tenth
 def write(samples: Samples, path: str | Path) -> None:
     """Write samples, in linear Rec.709 or grey, to an .npz file.
 
-    Raises
-    ------
-    OSError
-        If the file cannot be written; a file at `path` then stays as it was.
+    Raises OSError if the file cannot be written; a file at `path` then stays as it was.
     """
     header = {"format": _FORMAT, "version": _VERSION, "name": samples.name, "source": samples.source,
               "notes": list(samples.notes), "channels": list(samples.channels), "isotropic": samples.isotropic}

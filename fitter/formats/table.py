@@ -118,15 +118,13 @@ def _is_number(cell: str | bytes) -> bool:
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read a table; spectra become linear sRGB. What `reading` says is true, whatever the table says.
 
+    Raises DatasetError if the table is malformed; `UnitsUnknownError` if it says too little, and `reading` does not
+    say it.
+
     Returns
     -------
     Samples
         Its `notes` say what was made of the table.
-
-    Raises
-    ------
-    DatasetError
-        If the table is malformed; `UnitsUnknownError` if it says too little, and `reading` does not say it.
     """
     names, separator = _names_line(content)
     if names is None:

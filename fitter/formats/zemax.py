@@ -91,17 +91,12 @@ def recognises(content: bytes) -> bool:
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a Zemax file.
+    """Read a Zemax file. Raises DatasetError if the file is malformed, or of transmitted light.
 
     Returns
     -------
     Samples
         Monochrome is grey, XYZ becomes linear sRGB.
-
-    Raises
-    ------
-    DatasetError
-        If the file is malformed, or of transmitted light.
     """
     header = _header(path, content)
     tables = _tables(path, content, header)
@@ -173,14 +168,14 @@ def _header(path: str | Path, content: bytes) -> _Header:
         raise DatasetError("no line DataBegin", path)
     words: dict[str, str] = {}
     angles: dict[str, FloatArray] = {}
-    for found in _KEYWORD.finditer(content, 0, begin.start()):
-        keyword = decode(found[1])
+    for line in _KEYWORD.finditer(content, 0, begin.start()):
+        keyword = decode(line[1])
         if keyword in words or keyword in angles:
-            raise DatasetError(f"{keyword} a second time", path, line_number(content, found.start(1)))
+            raise DatasetError(f"{keyword} a second time", path, line_number(content, line.start(1)))
         if keyword in _WORDS:
-            words[keyword] = decode(found[2])
+            words[keyword] = decode(line[2])
         else:
-            angles[keyword] = _angles(path, content, found, begin.start(), _ANGLES[keyword])
+            angles[keyword] = _angles(path, content, line, begin.start(), _ANGLES[keyword])
     missing = [keyword for keyword in (*_WORDS, *_ANGLES) if keyword not in words and keyword not in angles]
     if missing:
         raise DatasetError(f"no line {', '.join(missing)} before DataBegin", path)
@@ -188,14 +183,14 @@ def _header(path: str | Path, content: bytes) -> _Header:
     return _Header(words, angles)
 
 
-def _angles(path: str | Path, content: bytes, found: re.Match[bytes], end: int, limits: tuple[int, int]) -> FloatArray:
+def _angles(path: str | Path, content: bytes, line: re.Match[bytes], end: int, limits: tuple[int, int]) -> FloatArray:
     """The angles in degrees on the line after a keyword and their number."""
-    keyword = decode(found[1])
-    count = parse_number(found[2], path, content, found.start(2))
-    row = next(lines(content[:end], found.end()), None)
+    keyword = decode(line[1])
+    count = parse_number(line[2], path, content, line.start(2))
+    row = next(lines(content[:end], line.end()), None)
     if not 1 <= count <= len(content) or count != int(count) or row is None:
         raise DatasetError(f"{keyword} {count:g} found, expected a number of angles, and these on the next line", path,
-                           line_number(content, found.start(1)))
+                           line_number(content, line.start(1)))
     numbers = np.array(parse_row(row[0], None, int(count), f"the angles of {keyword}", path, content, row.start()))
     if numbers.min() < limits[0] or numbers.max() > limits[1]:
         raise DatasetError(f"{keyword} from {numbers.min():g} to {numbers.max():g} found, expected {limits[0]} to "
@@ -231,7 +226,7 @@ def _table(path: str | Path, content: bytes, start: int, end: int, header: _Head
     """The values between DataBegin and DataEnd."""
     incidences, azimuths, radials = (header.angles[name] for name in _TABLE)
     most = len(header.angles["SampleRotation"]) * len(incidences)
-    totals = [found.span() for found in islice(_TIS.finditer(content, start, end), most + 1)]
+    totals = [line.span() for line in islice(_TIS.finditer(content, start, end), most + 1)]
     if len(totals) != most:
         shown = f"{len(totals)}" if len(totals) < most else f"more than {most}"
         raise DatasetError(f"{shown} lines TIS found, expected {most}, one for each angle of incidence and sample "

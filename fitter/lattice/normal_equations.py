@@ -76,8 +76,8 @@ class NormalEquations:
         if not len(matrix):
             return [moment]
         matrix[np.diag_indices(len(matrix))] += max(_TINY * np.trace(matrix) / len(matrix), np.finfo(float).tiny)
-        found = np.linalg.solve(matrix, moment)[self._unknown]
-        return np.split(found, np.cumsum(self._sizes)[:-1])
+        control_points = np.linalg.solve(matrix, moment)[self._unknown]
+        return np.split(control_points, np.cumsum(self._sizes)[:-1])
 
     def reduced(self, weights: FloatArray, z: FloatArray, norms: Sequence[FloatArray] = (),
                 ) -> tuple[FloatArray, FloatArray]:
@@ -107,8 +107,8 @@ class NormalEquations:
                 part = slice(start - group[0][0], stop - group[0][0])
                 taps = np.concatenate([column[grid.taps(rows[part.start])]
                                        for grid, column in zip(self._grids, self._columns, strict=True)])
-                kept = taps >= 0
-                taps, basis = taps[kept], np.concatenate([each[part] for each in bases], axis=1)[:, kept]
+                stored = taps >= 0
+                taps, basis = taps[stored], np.concatenate([each[part] for each in bases], axis=1)[:, stored]
                 matrix[taps[:, None], taps] += basis.T @ basis
                 moment[taps] += basis.T @ wanted[part]
         return matrix, moment
@@ -139,8 +139,8 @@ def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> Floa
     diagonal = np.bincount(representative, diagonal, size).astype(float)
     moment = np.stack([np.bincount(representative, column, size) for column in moment.T], axis=1)
     # a control point at the rim of the samples would have to be huge to do anything
-    found = (moment ** 2).sum(axis=1) / (diagonal + _RIM * diagonal.mean() + np.finfo(float).tiny)
-    return np.asarray(found[representative])
+    gain = (moment ** 2).sum(axis=1) / (diagonal + _RIM * diagonal.mean() + np.finfo(float).tiny)
+    return np.asarray(gain[representative])
 
 
 def _copies(image_of: IntArray) -> list[tuple[IntArray, IntArray]]:

@@ -16,7 +16,6 @@ from .levels import Levels
 
 MethodName = Literal["mba", "kriging"]
 METHODS: dict[MethodName, Callable[..., Fit]] = {"mba": kameya_lewis.fit, "kriging": regression_kriging.fit}
-_PREPARATIONS: dict[MethodName, Callable[[Samples], dict[str, Any]]] = {"kriging": regression_kriging.prepare}
 
 
 def prepare(samples: Samples, method: MethodName = "mba") -> dict[str, Any]:
@@ -27,7 +26,7 @@ def prepare(samples: Samples, method: MethodName = "mba") -> dict[str, Any]:
     dict
         Options for `fit`, with the same samples and method and any levels; empty where there is nothing to prepare.
     """
-    return _PREPARATIONS[method](distinct_channels(samples)[0]) if method in _PREPARATIONS else {}
+    return {"estimated": regression_kriging.estimate(distinct_channels(samples)[0])} if method == "kriging" else {}
 
 
 def fit(samples: Samples, diffuse_level: int = 4, specular_level: int | None = 6, compression: float = 95.0,

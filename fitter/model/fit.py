@@ -112,7 +112,7 @@ class Fit:
                                          if part is not None)
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """Evaluate the fitted BRDF, as it was edited.
+        """Evaluate the fitted BRDF, as it was edited. Raises ValueError if an angle is not a finite number.
 
         Parameters
         ----------
@@ -123,11 +123,6 @@ class Fit:
         -------
         (..., channels) float64
             1/sr, without the cosine. A fit that was not made plausible may be negative.
-
-        Raises
-        ------
-        ValueError
-            If an angle is not a finite number.
         """
         angles = np.broadcast_arrays(*(np.asarray(angle, dtype=float) for angle in (theta_i, phi_i, theta_o, phi_o)))
         directions = [angle.ravel() for angle in angles]

@@ -56,10 +56,7 @@ _Arrays = dict[str, NDArray[Any]]
 def write(fit: Fit, path: str | Path) -> None:
     """Write a fit to an .npz file.
 
-    Raises
-    ------
-    OSError
-        If the file cannot be written; a file at `path` then stays as it was.
+    Raises OSError if the file cannot be written; a file at `path` then stays as it was.
     """
     with files.replacing(path) as stream:
         stream.write(to_bytes(fit))
@@ -95,10 +92,7 @@ def to_bytes(fit: Fit) -> bytes:
 def read(path: str | Path) -> dict[str, Any]:
     """Read a file that `write` wrote: the keyword arguments of a `Fit`.
 
-    Raises
-    ------
-    DatasetError
-        If the file is not there, is not a fit of a known version, or is damaged.
+    Raises DatasetError if the file is not there, is not a fit of a known version, or is damaged.
     """
     return from_bytes(files.read_bytes(path, npz.LARGEST), path)
 

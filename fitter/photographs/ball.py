@@ -153,10 +153,7 @@ class Seen(NamedTuple):
 def seen(photograph: BallPhotograph) -> Seen:
     """The pixels that see a point of the ball which the whole lamp lights, none of it steeper than `STEEPEST`.
 
-    Raises
-    ------
-    DatasetError
-        If there is none; the message says why.
+    Raises DatasetError if there is none; the message says why.
     """
     axis, distance, limb = photograph.sight
     rays = photograph.rays.reshape(-1, 3)
@@ -214,10 +211,7 @@ class Measured(NamedTuple):
 def measured(photograph: BallPhotograph) -> Measured:
     """The reflectance at the pixels of a photograph that are neither saturated, dark nor masked.
 
-    Raises
-    ------
-    DatasetError
-        If there is none.
+    Raises DatasetError if there is none.
     """
     lit = seen(photograph)
     radiance = photograph.radiance.reshape(-1, photograph.radiance.shape[2])

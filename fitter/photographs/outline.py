@@ -60,6 +60,8 @@ class Outline(NamedTuple):
 def find_ball(picture: FloatArray, rays: FloatArray, name: str = "picture") -> Outline:
     """Find the one ball in a picture, bright before a dark background.
 
+    Raises DatasetError if there is no ball, a part of it is beyond the frame, or there are two bright things.
+
     Parameters
     ----------
     picture : (height, width, channels) float64
@@ -68,11 +70,6 @@ def find_ball(picture: FloatArray, rays: FloatArray, name: str = "picture") -> O
         Directions through the pixels' centres.
     name : str
         For messages.
-
-    Raises
-    ------
-    DatasetError
-        If there is no ball, a part of it is beyond the frame, or there are two bright things.
     """
     grey, size = picture.mean(axis=2), pixel_angle(rays)
     border = np.concatenate([grey[0], grey[-1], grey[:, 0], grey[:, -1]])
@@ -323,10 +320,7 @@ def _across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
 def check_outline(photograph: BallPhotograph) -> None:
     """Compare the outline in a photograph, where the ball is lit there, with where the ball is said to be.
 
-    Raises
-    ------
-    DatasetError
-        If much of it is more than `MOVED` pixels off, or much that is bright is beside it.
+    Raises DatasetError if much of it is more than `MOVED` pixels off, or much that is bright is beside it.
     """
     axis, _, gamma = photograph.sight
     size, grey = pixel_angle(photograph.rays), photograph.radiance.mean(axis=2)

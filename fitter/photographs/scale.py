@@ -25,6 +25,8 @@ def intensity_of_card(radiance: ArrayLike, point: ArrayLike, normal: ArrayLike, 
                       albedo: ArrayLike) -> FloatArray:
     """The intensity of a lamp of which a card shows the light.
 
+    Raises DatasetError if the lamp does not light the card, or the card is dark.
+
     Parameters
     ----------
     radiance : (..., channels) array_like
@@ -38,11 +40,6 @@ def intensity_of_card(radiance: ArrayLike, point: ArrayLike, normal: ArrayLike, 
     -------
     (channels,) float64
         W/sr in the units of the radiance.
-
-    Raises
-    ------
-    DatasetError
-        If the lamp does not light the card, or the card is dark.
 
     Examples
     --------

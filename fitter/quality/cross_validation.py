@@ -50,7 +50,7 @@ def folds(count: int, parts: int = FOLDS, seed: int = SEED) -> list[IntArray]:
 
 def held_out_values(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
                     seed: int = SEED) -> FloatArray:
-    """Predict each sample by a fit to the other folds.
+    """Predict each sample by a fit to the other folds. Raises ValueError if there is only one sample.
 
     Parameters
     ----------
@@ -65,11 +65,6 @@ def held_out_values(samples: Samples, fit: Callable[[Samples], Reflectance], par
     -------
     (n, channels) float64
         1/sr.
-
-    Raises
-    ------
-    ValueError
-        If there is only one sample.
     """
     if len(samples) < 2:
         raise ValueError("one sample cannot be predicted from the others")

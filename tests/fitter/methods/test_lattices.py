@@ -114,7 +114,7 @@ def test_both_lattices_of_many_samples_have_the_least_errors_and_norm_together(s
     coordinates = HalfDifference(stretch=5.0)
     fitted, sparse = lattices.of_samples(samples, coordinates, transform, KERNEL, Levels(1, 3, 80.0))
     keys = np.sort(sparse.index.keys)
-    assert 200 < len(keys) <= Levels(1, 3, 80.0).kept
+    assert 200 < len(keys) <= Levels(1, 3, 80.0).kept_of(3)
     x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
     every, first = basis(x, 3)
     kept = every[:, np.isin(first, dense.representative(3).ravel()[keys])]
