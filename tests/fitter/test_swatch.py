@@ -37,8 +37,8 @@ def test_light_from_everywhere_gives_the_albedo(name, tilt):
 
 def test_a_lambertian_shows_the_irradiance_of_a_light_from_one_half():
     model = Low2012(np.array([0.5, 0.4, 0.3]), np.zeros(3), 100.0, 1.5, 1.5)
-    found = swatch.radiance(model, np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), lambda way: (way[..., 1] > 0) * 2.0)
-    np.testing.assert_allclose(found, np.outer([2.0, 1.0], model.kd), rtol=0.02)
+    radiance = swatch.radiance(model, np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), lambda way: (way[..., 1] > 0) * 2.0)
+    np.testing.assert_allclose(radiance, np.outer([2.0, 1.0], model.kd), rtol=0.02)
 
 
 def test_a_narrow_lobe_mirrors_the_surroundings():

@@ -58,8 +58,8 @@ def test_between_the_nodes_it_is_what_the_authors_reader_finds(path):
 @every_file
 def test_samples_are_the_function_at_its_nodes(path):
     table, samples = table_of(path), fitter.load(path)
-    found = table.evaluate(*samples.directions)
-    close = np.isclose(found, samples.values, rtol=1e-9, atol=1e-9).all(axis=1)
+    values = table.evaluate(*samples.directions)
+    close = np.isclose(values, samples.values, rtol=1e-9, atol=1e-9).all(axis=1)
     assert 0 < np.count_nonzero(~close) <= len(table.theta_i)       # the means of a column
     mirrored = np.abs(samples.theta_i - samples.theta_o) + np.abs(np.cos(samples.phi_o - samples.phi_i) + 1)
     assert (mirrored[~close & (samples.theta_i > 0)] < 1e-6).all()
@@ -175,8 +175,8 @@ def test_to_the_grid_and_back(tmp_path, random):
 def test_without_a_jacobian_the_table_is_f_cos(tmp_path, random):
     arrays = tensor_files.material() | {"jacobian": np.zeros(1, "u1")}
     theta_i, phi_i, theta_o, phi_o = directions(20, random)
-    found = table_of(written(tmp_path, arrays)).evaluate(theta_i, phi_i, theta_o, phi_o)
-    np.testing.assert_allclose(found[:, 2], 0.75 / np.cos(theta_o), rtol=1e-6)
+    values = table_of(written(tmp_path, arrays)).evaluate(theta_i, phi_i, theta_o, phi_o)
+    np.testing.assert_allclose(values[:, 2], 0.75 / np.cos(theta_o), rtol=1e-6)
 
 
 def test_below_the_horizon_it_is_zero(tmp_path):

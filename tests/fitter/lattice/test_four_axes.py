@@ -120,7 +120,7 @@ def test_the_step_is_that_of_least_squares(random):
     size = math.prod(dense.shape(1, 4))
     same = dense.representative(1, 4).ravel()
     root = random.standard_normal((size, size))
-    found, = NormalEquations(x, [(1, None)]).solve(weights, z, [root.T @ root])
+    control_points, = NormalEquations(x, [(1, None)]).solve(weights, z, [root.T @ root])
 
     unknowns = np.unique(same)
     design = np.stack([dense.evaluate((same == one).astype(float).reshape(*dense.shape(1, 4), 1), 1, x)[:, 0]
@@ -128,18 +128,18 @@ def test_the_step_is_that_of_least_squares(random):
     spread = np.array([[float(one == same[k]) for one in unknowns] for k in range(size)])
     rows, wanted = [weights[:, None] * design, root @ spread], [weights[:, None] * z, np.zeros((size, 2))]
     best = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=None)[0]
-    np.testing.assert_allclose(found, spread @ best, atol=1e-3 * np.abs(best).max())
+    np.testing.assert_allclose(control_points, spread @ best, atol=1e-3 * np.abs(best).max())
 
 
 def test_gains_are_those_of_one_control_point_alone(random):
     x, z = random_points(random, 500), random.standard_normal((500, 2))
     weights = random.uniform(0.1, 3, len(x))
     same = dense.representative(1, 4).ravel()
-    found = gains(x, 1, weights, z)
+    gain = gains(x, 1, weights, z)
     single, counts = np.unique(same, return_counts=True)
     for one in random.choice(single[counts == 1], 20, replace=False):
         column = weights * dense.evaluate((same == one).astype(float).reshape(*dense.shape(1, 4), 1), 1, x)[:, 0]
         expected = ((column @ (weights[:, None] * z)) ** 2).sum() / (column @ column)
-        assert found[one] <= expected * (1 + 1e-9)
+        assert gain[one] <= expected * (1 + 1e-9)
         if column @ column > 1:                 # at the rim it is held back
-            assert found[one] == pytest.approx(expected, rel=0.05)
+            assert gain[one] == pytest.approx(expected, rel=0.05)

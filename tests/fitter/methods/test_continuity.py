@@ -175,26 +175,26 @@ def test_fits_of_every_part_are_smooth_across_the_seams(name, seam):
     kinds = ("mirror", "retro", "sheen" if len(coordinates.axes) == ISOTROPIC_AXES else "fibre")
     fit = made_fit(coordinates, kinds, (0, 1, 2), damped=damped)
     fit = replace(fit, transform=replace(fit.transform, ceiling=np.full(3, 1e9)))
-    found = smooth(fit, seam)
-    assert len(found) == 3 * (len(SEAMS[seam]) - (seam == "both graze"))
-    assert found.all()
+    smoothed = smooth(fit, seam)
+    assert len(smoothed) == 3 * (len(SEAMS[seam]) - (seam == "both graze"))
+    assert smoothed.all()
 
 
 @pytest.mark.parametrize("seam", SEAMS)
 @pytest.mark.parametrize("preset", quick(KRIGED, "Standard"))
 def test_fits_of_synthetic_data_are_smooth_across_the_seams(preset, seam):
-    found = smooth(synthetic(preset), seam)
-    assert len(found) > 2.6 * len(SEAMS[seam])
-    assert found.all()
+    smoothed = smooth(synthetic(preset), seam)
+    assert len(smoothed) > 2.6 * len(SEAMS[seam])
+    assert smoothed.all()
 
 
 @pytest.mark.parametrize("seam", SEAMS)
 @pytest.mark.parametrize(("name", "preset"), REAL)
 @release
 def test_fits_of_real_data_are_smooth_across_the_seams(name, preset, seam):
-    found = smooth(real(name, preset), seam)
-    assert len(found)
-    assert found.all()
+    smoothed = smooth(real(name, preset), seam)
+    assert len(smoothed)
+    assert smoothed.all()
 
 
 @pytest.mark.parametrize("stretch", [0.0, 5.0])

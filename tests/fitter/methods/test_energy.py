@@ -37,10 +37,10 @@ def albedo(model, theta, leaving):
 
     # divided at the peaks, which adaptive cubature may not see otherwise
     peaks = [(theta, turn) for turn in (0.05, np.pi - 0.05)] if 0.01 < theta < np.pi / 2 - 0.01 else []
-    found = integrate.cubature(integrand, [0, 0], [np.pi / 2, np.pi], rtol=2e-3, atol=2e-3, points=peaks,
+    integral = integrate.cubature(integrand, [0, 0], [np.pi / 2, np.pi], rtol=2e-3, atol=2e-3, points=peaks,
                                max_subdivisions=5000)
-    assert found.status == "converged"
-    return found.estimate.max()
+    assert integral.status == "converged"
+    return integral.estimate.max()
 
 
 def smooth_albedo(model, theta, leaving, count=200):
@@ -133,20 +133,20 @@ MADE = {
 @pytest.mark.parametrize("name", quick(MADE, "a mirror", "a Lambertian of albedo 3", "a rough field"))
 def test_whatever_a_fit_is_it_conserves_energy_once_it_is_damped(name, farthest):
     fit = random_fit(*MADE[name])
-    found = conserved(fit, up_to(farthest))
+    damped = conserved(fit, up_to(farthest))
     assert albedos(fit, ANGLES[::16]).max() > 1.05
-    assert albedos(found, ANGLES[::13]).max() <= AT_MOST
-    assert found.transform.damping.shape == (DAMPING_KNOTS, 1)
-    assert ((found.transform.damping >= 0) & (found.transform.damping <= 1)).all()
-    np.testing.assert_array_equal(found.diffuse.control_points, fit.diffuse.control_points)
+    assert albedos(damped, ANGLES[::13]).max() <= AT_MOST
+    assert damped.transform.damping.shape == (DAMPING_KNOTS, 1)
+    assert ((damped.transform.damping >= 0) & (damped.transform.damping <= 1)).all()
+    np.testing.assert_array_equal(damped.diffuse.control_points, fit.diffuse.control_points)
 
 
 @pytest.mark.parametrize("kd", [0.33, 0.5, 3.0])
 def test_a_lambertian_that_is_too_bright_becomes_white(kd):
     fit = random_fit(HalfDifference(), lobes(kd), 0.0)
-    found = conserved(fit, up_to(90))
+    damped = conserved(fit, up_to(90))
     theta = np.linspace(0, np.pi / 2, 30)
-    np.testing.assert_allclose(np.pi * found.evaluate(theta, 0, theta[::-1], 2.0), 0.999, atol=2e-3)
+    np.testing.assert_allclose(np.pi * damped.evaluate(theta, 0, theta[::-1], 2.0), 0.999, atol=2e-3)
 
 
 @pytest.mark.parametrize("name", quick(MADE, "a mirror", "a Lambertian of albedo 3"))
@@ -190,17 +190,17 @@ def test_what_was_not_measured_gives_way_first():
     before = energy.albedo(grazing)[:, 0]
     assert before.max() > 1.2
     assert before[np.radians(60) >= energy.VIEWS].max() > 1.01
-    found = conserved(grazing, samples)
+    damped = conserved(grazing, samples)
     theta = np.radians(np.linspace(0, 45, 30))
     some = theta, 0, theta[::-1], 2.0
-    np.testing.assert_allclose(found.evaluate(*some), grazing.evaluate(*some), rtol=1e-12)
-    assert albedos(found, ANGLES[::8], smooth_albedo).max() <= AT_MOST
+    np.testing.assert_allclose(damped.evaluate(*some), grazing.evaluate(*some), rtol=1e-12)
+    assert albedos(damped, ANGLES[::8], smooth_albedo).max() <= AT_MOST
 
 
 def test_where_what_was_not_measured_does_not_suffice_it_is_not_made_black():
     fit = random_fit(HalfDifference(), lobes(0.5), 0.0)
-    found = conserved(fit, up_to(70))
-    assert found.evaluate(np.radians(85), 0, np.radians(85), 1.0)[0] > 0.3
+    damped = conserved(fit, up_to(70))
+    assert damped.evaluate(np.radians(85), 0, np.radians(85), 1.0)[0] > 0.3
 
 
 @pytest.mark.parametrize(("narrow", "farthest"), [(0.25, 91), (0.02, 91), (0.004, 70)])

@@ -47,12 +47,12 @@ def weights(samples, transform):
 
 def test_the_norm_is_the_inverse_of_the_covariance_of_the_control_points_places():
     mu = places(2)
-    found = lattices.precision(2, 3, KERNEL)
+    matrix = lattices.precision(2, 3, KERNEL)
     first = np.unique(dense.representative(2))
     covariance = KERNEL.covariance(mu, mu) + 1e-4 * np.eye(len(mu))
-    np.testing.assert_allclose(found[np.ix_(first, first)] @ covariance, np.eye(len(mu)), atol=1e-4)
-    others = np.setdiff1d(np.arange(len(found)), first)
-    assert not found[others].any()
+    np.testing.assert_allclose(matrix[np.ix_(first, first)] @ covariance, np.eye(len(mu)), atol=1e-4)
+    others = np.setdiff1d(np.arange(len(matrix)), first)
+    assert not matrix[others].any()
 
 
 def test_the_likelihood_of_many_samples_is_scipys(monkeypatch, samples, transform):

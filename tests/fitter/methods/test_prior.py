@@ -62,12 +62,12 @@ def test_two_lobes_are_found_one_after_the_other(directions, lobes):
 
 
 def test_each_candidate_has_one_lobe_more_and_is_closer(directions):
-    found, values, offset = models_of(model(MIRROR, COAT, RETRO), directions)
-    assert [len(each.kinds) for each in found] == list(range(MAX_LOBES + 1))
-    errors = [error(each, directions, values, offset) for each in found]
+    models, values, offset = models_of(model(MIRROR, COAT, RETRO), directions)
+    assert [len(each.kinds) for each in models] == list(range(MAX_LOBES + 1))
+    errors = [error(each, directions, values, offset) for each in models]
     assert all(after < 0.9 * before for before, after in itertools.pairwise(errors))
-    np.testing.assert_array_equal(found[0].kd, np.median(values, axis=0))
-    for each in found:                          # what a file may hold
+    np.testing.assert_array_equal(models[0].kd, np.median(values, axis=0))
+    for each in models:                          # what a file may hold
         for name, (low, high) in RANGES.items():
             numbers = getattr(each, name)
             assert ((low <= numbers) & (numbers <= high)).all()
@@ -78,17 +78,17 @@ def test_no_model_has_more_parameters_than_a_quarter_of_the_values(directions):
     truth = model(MIRROR, COAT, RETRO)
     for count, lobes in ((2, 0), (11, 0), (12, 1), (19, 1), (20, 2), (28, 3), (900, 3)):
         some = tuple(angle[:count] for angle in directions)
-        found, _, _ = models_of(truth, some)
-        assert len(found) == 1 + lobes, count
+        models, _, _ = models_of(truth, some)
+        assert len(models) == 1 + lobes, count
         # of one channel: 3 numbers of a lobe's shape, its strength and kd
-        assert all(prior.parameter_count(each) <= 3 * count / 4 for each in found[1:])
+        assert all(prior.parameter_count(each) <= 3 * count / 4 for each in models[1:])
 
 
 def test_equal_values_have_no_lobes(directions):
     values = np.full((900, 2), 0.3)
-    found = prior.candidates(Samples(*directions, values, ("a", "b")), values, 0.3)
-    assert len(found) == 1
-    np.testing.assert_array_equal(found[0].evaluate(*directions), 0.3)
+    models = prior.candidates(Samples(*directions, values, ("a", "b")), values, 0.3)
+    assert len(models) == 1
+    np.testing.assert_array_equal(models[0].evaluate(*directions), 0.3)
 
 
 def test_models_scale_with_their_samples(directions):
@@ -108,9 +108,9 @@ def test_a_coat_that_few_samples_show_is_as_white_as_they_are(random):
     directions = theta_i, 0 * theta_i, theta_o, phi
     coated = Microfacet(np.array([0.005, 0.03, 0.2]), np.array([[20.0, 20, 20]]), np.array([0.04]), np.array([2.0]),
                         np.array([0.05]))
-    found, _, _ = models_of(coated, directions)
-    coat = min(range(len(found[-1].alpha)), key=lambda k: found[-1].alpha[k])
-    strengths = found[-1].ks[coat]
+    models, _, _ = models_of(coated, directions)
+    coat = min(range(len(models[-1].alpha)), key=lambda k: models[-1].alpha[k])
+    strengths = models[-1].ks[coat]
     assert strengths.max() < 1.5 * strengths.min()
 
 

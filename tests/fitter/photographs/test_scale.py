@@ -38,9 +38,9 @@ def test_an_albedo_that_is_given_scales_the_samples_and_a_note_says_that_it_is_a
     shots = [photographed(scene, WHITE, noise=0.01) for scene in ball_scene.scenes((30, 80, 130), size=(60, 60))]
     samples = fitter.samples_from_ball(shots)
     np.testing.assert_allclose(albedo_of(samples), 0.8, rtol=0.01)
-    found = scaled(replace(samples, values=samples.values * 7), 0.4)
-    assert np.median(found.values) == pytest.approx(0.4 / np.pi, rel=0.01)
-    assert found.notes[-1] == "The scale is a guess: an albedo of 0.4 was given"
+    guessed = scaled(replace(samples, values=samples.values * 7), 0.4)
+    assert np.median(guessed.values) == pytest.approx(0.4 / np.pi, rel=0.01)
+    assert guessed.notes[-1] == "The scale is a guess: an albedo of 0.4 was given"
 
 
 def test_a_chrome_ball_shows_where_the_lamp_is():
@@ -48,12 +48,12 @@ def test_a_chrome_ball_shows_where_the_lamp_is():
     for phase, turn in ((25, 0), (70, 130), (110, 250)):
         scene = ball_scene.at_phase(phase, turn)
         picture = np.minimum(ball_scene.photograph(chrome, scene, points=3), 5.0)
-        found = lamp_of_highlight(picture, scene.rays(), scene.camera, scene.centre, scene.radius)
-        lamp = found.at(1.2)
+        highlight = lamp_of_highlight(picture, scene.rays(), scene.camera, scene.centre, scene.radius)
+        lamp = highlight.at(1.2)
         angle = np.degrees(np.arccos(lamp @ scene.lamp / 1.2 ** 2))
         assert angle < 1.0
         with pytest.raises(fitter.DatasetError, match="more than its radius"):
-            found.at(0.04)
+            highlight.at(0.04)
     both = picture + ball_scene.photograph(chrome, ball_scene.at_phase(30, 0))
     with pytest.raises(fitter.DatasetError, match="no highlight"):
         lamp_of_highlight(0 * picture, scene.rays(), scene.camera, scene.centre, scene.radius)

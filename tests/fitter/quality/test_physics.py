@@ -42,16 +42,16 @@ def test_directional_albedo_is_the_integral_over_the_hemisphere():
 
 def test_reciprocity_error_is_the_mean_difference_over_the_mean():
     """f = cos^2 theta_i has the mean 1/2 over projected solid angle, and |f - f'| that of two uniform numbers, 1/3."""
-    found = physics.measure(model(lambda theta_i, *_: np.cos(theta_i)**2))
-    assert found.reciprocity_error == pytest.approx((1 / 3) / (1 / 2), rel=0.02)
+    departures = physics.measure(model(lambda theta_i, *_: np.cos(theta_i)**2))
+    assert departures.reciprocity_error == pytest.approx((1 / 3) / (1 / 2), rel=0.02)
     assert physics.measure(koenderink.Koenderink(2, np.arange(5.0)[:, None])).reciprocity_error < 1e-12
 
 
 def test_what_is_negative_is_counted_and_weighed():
     """cos^2 theta_i - 1/4 is below 0 for a quarter; the parts are triangles of 1/4 and 3/4 a side."""
-    found = physics.measure(model(lambda theta_i, *_: np.cos(theta_i)**2 - 0.25))
-    assert found.negative_fraction == pytest.approx(0.25, abs=0.01)
-    assert found.negative_energy == pytest.approx((1 / 4)**2 / (3 / 4)**2, rel=0.05)
+    departures = physics.measure(model(lambda theta_i, *_: np.cos(theta_i)**2 - 0.25))
+    assert departures.negative_fraction == pytest.approx(0.25, abs=0.01)
+    assert departures.negative_energy == pytest.approx((1 / 4)**2 / (3 / 4)**2, rel=0.05)
 
 
 @pytest.fixture
