@@ -148,11 +148,6 @@ def principled(fit: Reflectance) -> Principled:
     return dull if _error(dull, target) < _AS_GOOD * _error(closest, target) else closest
 
 
-def error(fit: Reflectance, close: Principled) -> float:
-    """The error that `principled` makes small: the root of the mean square, relative to the mean's cube root."""
-    return _error(close, _target(fit))
-
-
 def _points() -> _Points:
     sin2 = (np.arange(_VIEWS) + 0.5) / _VIEWS
     even = (np.arange(_HALF) + 0.5) / _HALF

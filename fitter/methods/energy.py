@@ -65,15 +65,6 @@ def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
     return replace(damped, changes=(_description(fit, damped, total, farthest, samples),))
 
 
-def albedo(fit: Fit) -> FloatArray:
-    """The directional albedo of a fit at `VIEWS`: (views, channels).
-
-    The larger one of light that arrives at the angle and of light that leaves there.
-    """
-    few = reflected_light(fit, _FEW, _CELLS)
-    return np.asarray(_light_at_views(fit, few).sum(axis=2).max(axis=0))
-
-
 def _light_at_views(fit: Fit, few: FloatArray) -> FloatArray:
     """`reflected_light` at `VIEWS`, given that at a few angles."""
     azimuths: tuple[float, ...] | None = None

@@ -48,30 +48,25 @@ def folds(count: int, parts: int = FOLDS, seed: int = SEED) -> list[IntArray]:
     return [part for part in np.array_split(shuffled, parts) if len(part)]
 
 
-def held_out_values(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
-                    seed: int = SEED) -> FloatArray:
-    """Predict each sample by a fit to the other folds. Raises ValueError if there is only one sample.
+def held_out(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
+             seed: int = SEED) -> HeldOutErrors:
+    """Errors of a fit at samples, each of which is predicted by a fit to the other folds.
+
+    Raises ValueError if there is only one sample.
 
     Parameters
     ----------
-    samples : Samples
-        Two at least.
     fit : callable
         Makes a model of samples.
     parts, seed : int
         The number of folds, and the seed of the division.
-
-    Returns
-    -------
-    (n, channels) float64
-        1/sr.
     """
     if len(samples) < 2:
         raise ValueError("one sample cannot be predicted from the others")
     predicted = np.empty(samples.values.shape)
     for part in folds(len(samples), parts, seed):
         predicted[part] = from_others(samples, part, fit)
-    return predicted
+    return errors(samples, predicted)
 
 
 def from_others(samples: Samples, part: IntArray, fit: Callable[[Samples], Reflectance]) -> FloatArray:
@@ -79,12 +74,6 @@ def from_others(samples: Samples, part: IntArray, fit: Callable[[Samples], Refle
     others = np.ones(len(samples), dtype=bool)
     others[part] = False
     return fit(subset(samples, others)).evaluate(*selected(samples.directions, part))
-
-
-def held_out(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
-             seed: int = SEED) -> HeldOutErrors:
-    """Errors of `held_out_values`, over all samples and channels."""
-    return errors(samples, held_out_values(samples, fit, parts, seed))
 
 
 def errors(samples: Samples, predicted: FloatArray) -> HeldOutErrors:

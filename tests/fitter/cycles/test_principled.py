@@ -6,7 +6,7 @@ import pytest
 import fitter
 from benchmarks.report.baselines import neural
 from fitter.cycles import principled
-from fitter.cycles.principled import Principled, albedo, error
+from fitter.cycles.principled import Principled, albedo
 from fitter.quality.physics import directional_albedo
 from support.cases import quick, release
 from support.checkout import measurements
@@ -17,6 +17,11 @@ KNOWN = {"plastic": Principled(COLOR, 0.4, 0.0, 0.5), "chalk": Principled(COLOR,
          "cloth": Principled(COLOR, 0.5, 0.0, 0.5, np.array([0.5, 0.3, 0.2]), 0.4),
          "lacquer": Principled(COLOR, 0.6, 0.0, 0.5, coat_weight=0.8, coat_roughness=0.15),
          "car": Principled(COLOR, 0.5, 1.0, 0.5, coat_weight=0.8, coat_roughness=0.1)}
+
+
+def error(fit, close):
+    """The error that is made small: the root of the mean square, relative to the mean's cube root."""
+    return principled._error(close, principled._target(fit))
 
 
 @pytest.mark.parametrize("name", KNOWN)
