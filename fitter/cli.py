@@ -221,3 +221,11 @@ def _report(options: argparse.Namespace) -> None:
     if not _REPORT.is_dir():
         raise ImportError(f"report is {NO_REPORT}")
     importlib.import_module("benchmarks.report").run(options.files, options.out, options.levels)
+
+
+def show_progress(done: int, total: int, name: str) -> None:
+    """Draw a progress bar on standard error, if that is a terminal."""
+    if sys.stderr.isatty():
+        bar = "#" * (30 * done // total)
+        end = "\n" if done == total else ""
+        print(f"\r[{bar:30}] {done}/{total} {name:24.24}", end=end, file=sys.stderr, flush=True)

@@ -10,7 +10,6 @@ import multiprocessing
 import operator
 import os
 import platform
-import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -21,6 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fitter.cli import show_progress
 from fitter.files import replacing
 from fitter.formats import list_samples, load
 from fitter.samples import Samples
@@ -154,19 +154,11 @@ def write(paths: Sequence[str | Path], out: str | Path, levels: Sequence[int] = 
 def run(files: Sequence[str | Path], out: str | Path, levels: Sequence[int] | None = None,
         supplements: Sequence[MakeSupplement] = ()) -> None:
     """Write a report with a progress bar, and print how the paper's claim holds; arguments as for `write`."""
-    results = write(files, out, levels or LEVELS, _show_progress, supplements=supplements, jobs=os.cpu_count() or 1)
+    results = write(files, out, levels or LEVELS, show_progress, supplements=supplements, jobs=os.cpu_count() or 1)
     for claim in results["claims"]:
         print(f"{claim['material']:20} better baseline / level 6: {claim['level_6_factor']:7.2f}   "
               f"/ level 4: {claim['level_4_factor']:5.2f}")
     print(f"{out}/results.md, in {results['seconds']:.0f} s")
-
-
-def _show_progress(done: int, total: int, name: str) -> None:
-    """Draw a progress bar on standard error, if that is a terminal."""
-    if sys.stderr.isatty():
-        bar = "#" * (30 * done // total)
-        end = "\n" if done == total else ""
-        print(f"\r[{bar:30}] {done}/{total} {name:24.24}", end=end, file=sys.stderr, flush=True)
 
 
 def _of_each(samples: Samples, levels: Sequence[int]) -> dict[str, list[Row]]:
