@@ -130,7 +130,7 @@ $(MANUAL): $(ENV)/ready $(DOCS)/ready blender_manifest.toml addon/core/manual.py
 	$(RUN) -m tools.docs docs/html --manual --python $(DOCS)/bin/python
 
 # the fits of the starter library, and their asset library, in the extension too
-$(STARTER): $(ENV)/ready $(shell find addon/core addon/starter fitter osl -type f -not -name '*.pyc' -not -path 'fitter/report/*')
+$(STARTER): $(ENV)/ready $(shell find addon/core addon/starter fitter osl -type f -not -name '*.pyc')
 	rm -rf $(@D)
 	$(RUN) -m tools.ready_fits $(@D)/fits
 	$(RUN) . starter -o $(@D)

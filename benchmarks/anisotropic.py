@@ -19,12 +19,12 @@ import numpy as np
 
 import fitter
 from fitter.quality.cross_validation import cube_root
-from fitter.report.baselines import anisotropic
 from fitter.samples import RGB, Samples, subset
 from support.anisotropic import ANISOTROPIC, between, rotations
 from support.checkout import measurements
 
 from .harness.running import commit
+from .report.baselines import anisotropic
 
 FILES = ("rgl/synthetic_aniso_rgb.bsdf", "goniometer/IMX455.bsdf")
 PRESETS = ("Draft", "Standard", "Reference")

@@ -19,12 +19,12 @@ from pathlib import Path
 import fitter
 from fitter.cycles.bake import bake
 from fitter.cycles.node_mixture import node_mixtures
-from fitter.report.times import interleaved
 from fitter.samples import RGB, Samples
 from support import checkout
 from support.anisotropic import ANISOTROPIC, rotations
 
 from . import osl_times, rendering
+from .report.times import interleaved
 
 MATERIALS = ("brushed b", "lacquered b", "woven b", "rgl/synthetic_aniso_rgb.bsdf")
 LIGHTS = ("world", "2 m area", "sun", "0.1 m point", "32 points")

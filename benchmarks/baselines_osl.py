@@ -4,7 +4,7 @@ from math import factorial
 
 import numpy as np
 
-from fitter.report.baselines.koenderink import modes
+from .report.baselines.koenderink import modes
 
 
 def koenderink(model):

@@ -8,14 +8,14 @@ many, and that of the directions themselves from both. Times are the processor's
 from dataclasses import replace
 
 import fitter
-from fitter.report.baselines import koenderink, lafortune
-from fitter.report.methods import BASELINES
-from fitter.report.times import METHODS_TIMED, interleaved
 from support.checkout import extension, measurements
 from support.osl_probe import probe_scene
 from support.stage import render
 
 from . import baselines_osl
+from .report.baselines import koenderink, lafortune
+from .report.methods import BASELINES
+from .report.times import METHODS_TIMED, interleaved
 
 PIXELS = 128 ** 2
 FEW, MANY = 1, 401          # evaluations a pixel

@@ -1,11 +1,16 @@
-"""Names for the types of arrays. Functions take `ArrayLike` and return arrays of one type."""
+"""Names for the types of arrays, and what is done with those of pairs of directions.
 
+Functions take `ArrayLike` and return arrays of one type.
+"""
+
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["ArrayLike", "BoolArray", "ComplexArray", "Directions", "FloatArray", "IntArray", "SingleArray"]
+__all__ = ["ArrayLike", "BoolArray", "ComplexArray", "Directions", "FloatArray", "IntArray", "SingleArray", "joined",
+           "mapped", "selected"]
 
 FloatArray = NDArray[np.float64]
 SingleArray = NDArray[np.float32]
@@ -14,3 +19,19 @@ BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
 Directions = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 """theta_i, phi_i, theta_o, phi_o, radians."""
+
+
+def mapped(function: Callable[[Any], FloatArray], directions: Iterable[Any]) -> Directions:
+    """A function of each of four arrays."""
+    theta_i, phi_i, theta_o, phi_o = map(function, directions)
+    return theta_i, phi_i, theta_o, phi_o
+
+
+def selected(directions: Iterable[FloatArray], which: Any) -> Directions:
+    """Some of pairs of directions, by a slice, by indices or by a mask."""
+    return mapped(lambda angle: angle[which], directions)
+
+
+def joined(parts: Iterable[Directions]) -> Directions:
+    """Several arrays of pairs of directions as one."""
+    return mapped(np.concatenate, zip(*parts, strict=True))

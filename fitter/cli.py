@@ -1,12 +1,12 @@
 """The command line: ``python -m fitter info|fit|bake|photographs|report``."""
 
 import argparse
-import os
+import importlib
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load
 from . import fit as fit_samples
@@ -14,7 +14,7 @@ from .colours import COLOURS
 from .colours import DEFAULT as DEFAULT_COLOURS
 from .cycles.bake import bake
 from .files import replacing
-from .formats import KNOWN_FILES, illuminants, list_samples, overflowed, reading, saved_samples
+from .formats import KNOWN_FILES, illuminants, list_samples, reading, saved_samples
 from .methods import METHODS
 from .photographs.coverage import advice, coverage
 from .photographs.setup import measure
@@ -22,11 +22,8 @@ from .published import name_in
 from .quality.describe import describe
 from .samples import SYMMETRIES
 
-if TYPE_CHECKING:
-    from .report import MakeSupplement
-
 NO_REPORT = "a development tool that is not included in the extension: run it in a checkout of the project"
-_REPORT = Path(__file__).parent / "report"
+_REPORT = Path(__file__).parents[1] / "benchmarks" / "report"
 _NOT_GIVEN = object()       # None means plain MBA
 
 
@@ -99,8 +96,8 @@ def build_parser() -> argparse.ArgumentParser:
                              help="where to save the samples (.npz); info describes them, fit fits them")
     photographs.set_defaults(run=_photographs)
 
-    report_on = commands.add_parser("report", help="compare fits and baselines on measurements (needs SciPy)"
-                                    if _REPORT.is_dir() else NO_REPORT)
+    report_on = commands.add_parser("report", help="compare fits and baselines on measurements (needs SciPy and "
+                                    "matplotlib)" if _REPORT.is_dir() else NO_REPORT)
     report_on.add_argument("files", nargs="+", metavar="FILE",
                            help="measurements; all samples of a file that holds several")
     report_on.add_argument("--levels", type=int, nargs="+", metavar="LEVEL",
@@ -168,12 +165,13 @@ def _is_fit(path: str) -> bool:
 def _describe_samples(path: str, sample: str | None, how: dict[str, Any]) -> None:
     samples = load(path, sample, **how)
     print(samples.name)
-    for label, text, warning in describe(samples, overflowed(path, sample)).rows():
+    for label, text, warning in describe(samples).rows():
         print(f"  {label:12} {text}{'  (!)' if warning else ''}")
 
 
 def _describe_fit(fit: Fit) -> None:
-    form = f"{fit.transform.name} in {fit.coordinates.name} coordinates".replace("_", "-")
+    transform = "identity" if fit.transform is None else fit.transform.name
+    form = f"{transform} in {fit.coordinates.name} coordinates".replace("_", "-")
     print(f"{fit.name}: {fit.notation}, {form}, channels {' '.join(fit.channels)}, "
           f"{fit.coefficient_count:,} coefficients, {fit.nbytes:,} bytes")
 
@@ -222,20 +220,7 @@ def _photographs(options: argparse.Namespace) -> None:
 def _report(options: argparse.Namespace) -> None:
     if not _REPORT.is_dir():
         raise ImportError(f"report is {NO_REPORT}")
-    write_report(options.files, options.out, options.levels)
-
-
-def write_report(files: Sequence[str | Path], out: str | Path, levels: Sequence[int] | None = None,
-                 supplements: Sequence["MakeSupplement"] = ()) -> None:
-    """Write a report with a progress bar, and print how the paper's claim holds; arguments as for `report.write`."""
-    from . import report  # it needs SciPy, and is not in the extension
-
-    results = report.write(files, out, levels or report.LEVELS, show_progress, supplements=supplements,
-                           jobs=os.cpu_count() or 1)
-    for claim in results["claims"]:
-        print(f"{claim['material']:20} better baseline / level 6: {claim['level_6_factor']:7.2f}   "
-              f"/ level 4: {claim['level_4_factor']:5.2f}")
-    print(f"{out}/results.md, in {results['seconds']:.0f} s")
+    importlib.import_module("benchmarks.report").run(options.files, options.out, options.levels)
 
 
 def show_progress(done: int, total: int, name: str) -> None:

@@ -6,7 +6,6 @@ the Bradford transform: K. M. Lam: Metamerism and Colour Constancy, Ph.D. thesis
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,19 +17,11 @@ DEFAULT = "Rec.709"
 _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 
 
-@dataclass(frozen=True)
-class _Space:
-    """Chromaticities (x, y) of the primaries and of white."""
-
-    red: _Chromaticity
-    green: _Chromaticity
-    blue: _Chromaticity
-    white: _Chromaticity
-
-
-_SPACES = {"Rec.709": _Space((0.64, 0.33), (0.30, 0.60), (0.15, 0.06), (0.3127, 0.3290)),
-           "Rec.2020": _Space((0.708, 0.292), (0.170, 0.797), (0.131, 0.046), (0.3127, 0.3290)),
-           "ACEScg": _Space((0.713, 0.293), (0.165, 0.830), (0.128, 0.044), (0.32168, 0.33767))}
+# chromaticities (x, y) of red, green and blue, and of white
+_SPACES: dict[str, tuple[Sequence[_Chromaticity], _Chromaticity]] = {
+    "Rec.709": (((0.64, 0.33), (0.30, 0.60), (0.15, 0.06)), (0.3127, 0.3290)),
+    "Rec.2020": (((0.708, 0.292), (0.170, 0.797), (0.131, 0.046)), (0.3127, 0.3290)),
+    "ACEScg": (((0.713, 0.293), (0.165, 0.830), (0.128, 0.044)), (0.32168, 0.33767))}
 COLOURS = tuple(_SPACES)
 
 
@@ -42,10 +33,7 @@ def conversion(source: str, target: str) -> FloatArray:
     >>> conversion("Rec.709", "ACEScg").round(4).tolist()
     [[0.6131, 0.3395, 0.0474], [0.0702, 0.9164, 0.0134], [0.0206, 0.1096, 0.8698]]
     """
-    if source == target:
-        return np.eye(3)
-    space = _SPACES[source]
-    return from_primaries((space.red, space.green, space.blue), space.white, target)
+    return np.eye(3) if source == target else from_primaries(*_SPACES[source], target)
 
 
 def to_xyz(name: str) -> FloatArray:
@@ -56,8 +44,7 @@ def to_xyz(name: str) -> FloatArray:
     >>> to_xyz("Rec.709").round(4).tolist()
     [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
     """
-    space = _SPACES[name]
-    return of_primaries((space.red, space.green, space.blue), space.white)
+    return of_primaries(*_SPACES[name])
 
 
 def of_primaries(primaries: Sequence[_Chromaticity], white: _Chromaticity) -> FloatArray:
@@ -74,7 +61,7 @@ def from_primaries(primaries: Sequence[_Chromaticity], white: _Chromaticity, tar
     >>> from_primaries(((0.64, 0.33), (0.30, 0.60), (0.15, 0.06)), (0.3127, 0.3290)).round(6).tolist()
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     """
-    whites = _xyz(white), _xyz(_SPACES[target].white)
+    whites = _xyz(white), _xyz(_SPACES[target][1])
     matrix = np.linalg.solve(to_xyz(target), adaptation(*whites) @ of_primaries(primaries, white))
     return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
 

@@ -90,11 +90,9 @@ def _factor(name: str, value: ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True)
 class _Coat:
-    """A coat alone, as an `energy.Integrand`."""
+    """A coat alone."""
 
     width: float
-    isotropic: bool = True
-    columns: tuple[int, ...] = (0,)
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         angles = np.broadcast_arrays(*(np.asarray(angle, dtype=float) for angle in (theta_i, phi_i, theta_o, phi_o)))
@@ -112,12 +110,9 @@ class _Columns:
     def isotropic(self) -> bool:
         return self.fit.isotropic
 
-    @property
-    def columns(self) -> tuple[int, ...]:
-        return tuple(range(max(self.fit.columns) + 1))
-
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        measured = replace(self.fit, channels=tuple(map(str, self.columns)), columns=self.columns)
+        columns = tuple(range(max(self.fit.columns) + 1))
+        measured = replace(self.fit, channels=tuple(map(str, columns)), columns=columns)
         if self.edit is None:
             return np.maximum(measured.evaluate(theta_i, phi_i, theta_o, phi_o), 0)
         angles = np.broadcast_arrays(*(np.asarray(angle, dtype=float) for angle in (theta_i, phi_i, theta_o, phi_o)))

@@ -20,10 +20,8 @@ _INTERVAL = 0.1             # s, between two attempts to lock on Windows, which 
 def read_bytes(path: str | Path, largest: int) -> bytes:
     """Read a regular file whole.
 
-    Raises
-    ------
-    DatasetError
-        If it is not a regular file, cannot be read, has more than `largest` bytes, or changes while it is read.
+    Raises DatasetError if it is not a regular file, cannot be read, has more than `largest` bytes, or changes while it
+    is read.
     """
     path = Path(path)
     try:
@@ -62,16 +60,12 @@ def replacing(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
 
     A link is followed: the file that it names is replaced.
 
+    Raises OSError if the file cannot be written, or `path` is something else than a file; `filename` is the path.
+
     Parameters
     ----------
-    path : path-like
     mode : {"wb", "w"}
         Bytes, or text in UTF-8.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written, or `path` is something else than a file; `filename` is the path.
 
     Examples
     --------
@@ -115,17 +109,14 @@ def locked(path: str | Path, wait: bool = False) -> Iterator[None]:
     The operating system locks a file beside it, `path` with ".lock", and unlocks it when the process ends, even if it
     crashes.
 
+    Raises BlockingIOError if another process has the lock; the message names that process.
+
     Parameters
     ----------
     path : path-like
         The file need not exist; its folder must.
     wait : bool
         Wait for the lock, instead of raising an error.
-
-    Raises
-    ------
-    BlockingIOError
-        If another process has the lock; the message names that process.
 
     Examples
     --------

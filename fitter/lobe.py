@@ -17,6 +17,7 @@ Radius = Literal["cube root", "linear"]
 RADII: dict[Radius, np.ufunc] = {"cube root": np.cbrt, "linear": np.positive}
 
 _FINEST = np.radians(0.05)      # about half of the spacing next to the mirror direction
+_ON_ONE_SIDE = 120          # directions of the curve in the plane of incidence
 _EVEN = 0.5                     # share of the vertices that are spread evenly
 
 
@@ -51,17 +52,12 @@ def lobe_surface(model: Reflectance, theta_i: float, phi_i: float = 0.0, rows: i
 
     Parameters
     ----------
-    model : Reflectance
     theta_i, phi_i : float
         Radians.
     rows, columns : int
         Of the vertices; there are ``1 + rows * columns``. Columns are a multiple of 4.
     radius : {"cube root", "linear"}
         What a vertex's distance from the origin is of its value: the mean of the channels, not below 0.
-
-    Returns
-    -------
-    Lobe
 
     Examples
     --------
@@ -86,17 +82,13 @@ def lobe_surface(model: Reflectance, theta_i: float, phi_i: float = 0.0, rows: i
     return Lobe(vertices, _normals(vertices, directions, rows, columns), _faces(rows, columns), values, directions)
 
 
-def plane_curve(model: Reflectance, theta_i: float, phi_i: float = 0.0,
-                count: int = 240) -> tuple[FloatArray, FloatArray]:
+def plane_curve(model: Reflectance, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray]:
     """The values in the plane of incidence.
 
     Parameters
     ----------
-    model : Reflectance
     theta_i, phi_i : float
         Radians.
-    count : int
-        Of directions, about.
 
     Returns
     -------
@@ -105,7 +97,7 @@ def plane_curve(model: Reflectance, theta_i: float, phi_i: float = 0.0,
     values : (k, channels) float64
         1/sr.
     """
-    side = _about(theta_i, np.pi / 2, count // 2)
+    side = _about(theta_i, np.pi / 2, _ON_ONE_SIDE)
     theta = np.concatenate([-side[:0:-1], side])
     return theta, at_angle(model, theta_i, phi_i, theta)
 
@@ -131,9 +123,9 @@ def _growing(length: float, count: int, finest: float) -> FloatArray:
         return np.zeros(count + 1)
     fine = finest * np.sinh(np.linspace(0, np.arcsinh(length / finest), 2000))
     order = _EVEN * fine / length + (1 - _EVEN) * np.linspace(0, 1, 2000)
-    found = np.interp(np.linspace(0, 1, count + 1), order, fine)
-    found[-1] = length
-    return found
+    positions = np.interp(np.linspace(0, 1, count + 1), order, fine)
+    positions[-1] = length
+    return positions
 
 
 @lru_cache(maxsize=8)

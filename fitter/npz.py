@@ -51,10 +51,7 @@ def _entry(name: str) -> zipfile.ZipInfo:
 def read(content: bytes) -> dict[str, NDArray[Any]]:
     """The arrays of an .npz file, by name; they are read-only.
 
-    Raises
-    ------
-    ValueError
-        If the file is damaged, or anything else than an archive of plain arrays.
+    Raises ValueError if the file is damaged, or anything else than an archive of plain arrays.
 
     Examples
     --------
@@ -119,9 +116,9 @@ def _array(stream: IO[bytes], name: str, stated: int, allowance: int) -> NDArray
         raise ValueError(f"{name} is shorter or longer than it says")
     data = bytearray(size)
     view = memoryview(data)
-    found = sum(stream.readinto(view[place:place + _PIECE])     # type: ignore[attr-defined] # a ZipExtFile has it
+    count = sum(stream.readinto(view[place:place + _PIECE])     # type: ignore[attr-defined] # a ZipExtFile has it
                 for place in range(0, size, _PIECE))
-    if found != size or stream.read(1):
+    if count != size or stream.read(1):
         raise ValueError(f"{name} is shorter or longer than it says")
     array = np.frombuffer(data, dtype).reshape(shape, order="F" if is_fortran else "C")
     array.flags.writeable = False

@@ -29,7 +29,6 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIG
 
     Parameters
     ----------
-    fit : Reflectance
     size : int
         Pixels.
     lights : sequence of (direction, strength)
@@ -42,13 +41,6 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIG
     Returns
     -------
     (size, size, 4) float32
-
-    Examples
-    --------
-    >>> from .methods import prior
-    >>> picture = lit_sphere(prior.lambertian(np.array([[0.3]])), 32)
-    >>> picture.shape, float(picture[0, 0, 3]), float(picture[16, 16, 3])
-    ((32, 32, 4), 0.0, 1.0)
     """
     normal, inside, cover = sphere(size)
     radiance = np.zeros((len(normal), 3))
@@ -66,6 +58,8 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIG
 def split(left: SingleArray, right: SingleArray, at: float = 0.5) -> SingleArray:
     """The left part of one picture beside the right part of another, with a thin line between them.
 
+    Raises ValueError if the pictures have different shapes.
+
     Parameters
     ----------
     left, right : (height, width, 4) float32
@@ -75,11 +69,6 @@ def split(left: SingleArray, right: SingleArray, at: float = 0.5) -> SingleArray
     Returns
     -------
     (height, width, 4) float32
-
-    Raises
-    ------
-    ValueError
-        If the pictures have different shapes.
 
     Examples
     --------
@@ -134,7 +123,6 @@ def reflected(fit: Reflectance, normal: FloatArray, direction: ArrayLike) -> Flo
 
     Parameters
     ----------
-    fit : Reflectance
     normal : (n, 3) float64
         Of the surface.
     direction : (3,) array_like
@@ -166,9 +154,9 @@ def reflected(fit: Reflectance, normal: FloatArray, direction: ArrayLike) -> Flo
         phi_i = np.arctan2(bitangent @ toward, tangent @ toward)
         phi_o = np.arctan2(bitangent[:, 2], tangent[:, 2])
     value = fit.evaluate(np.arccos(np.minimum(cos_i[lit], 1)), phi_i, np.arccos(cos_o), phi_o)
-    found = np.zeros((len(normal), 3))
-    found[lit] = np.maximum(value, 0) * cos_i[lit, None]
-    return found
+    radiance = np.zeros((len(normal), 3))
+    radiance[lit] = np.maximum(value, 0) * cos_i[lit, None]
+    return radiance
 
 
 def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: int = SIZE,
@@ -179,7 +167,6 @@ def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: 
 
     Parameters
     ----------
-    fit : Reflectance
     samples : Samples, or None
     theta_i : float
         Radians.
@@ -215,7 +202,6 @@ def polar_comparison(first: Reflectance, second: Reflectance, theta_i: float, si
 
     Parameters
     ----------
-    first, second : Reflectance
     theta_i : float
         Radians.
     size : int
@@ -228,13 +214,6 @@ def polar_comparison(first: Reflectance, second: Reflectance, theta_i: float, si
     Returns
     -------
     (size, size, 4) float32
-
-    Examples
-    --------
-    >>> from .methods import prior
-    >>> bright, dark = (prior.lambertian(np.array([[value]])) for value in (0.3, 0.1))
-    >>> polar_comparison(bright, dark, 0.5, 64).shape
-    (64, 64, 4)
     """
     theta, _ = in_plane(first, theta_i, phi_i)
     curves = [np.broadcast_to(in_plane(fit, theta_i, phi_i)[1], (len(theta), 3)) for fit in (first, second)]
@@ -304,7 +283,6 @@ def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: st
 
     Parameters
     ----------
-    fit : Reflectance
     theta_i : float
         Radians.
     size : int
@@ -315,13 +293,6 @@ def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: st
     Returns
     -------
     (size, size, 4) float32
-
-    Examples
-    --------
-    >>> from .methods import prior
-    >>> picture = turned_plane(prior.lambertian(np.array([[0.3]])), 0.5, 32)
-    >>> picture.shape, bool((picture[:, :1] == picture).all())
-    ((32, 32, 4), True)
     """
     step = (np.arange(size) + 0.5) / size
     phi, theta = np.meshgrid(2 * np.pi * step, np.pi * (step - 0.5))
@@ -350,11 +321,6 @@ def error_plot(levels: Sequence[int], errors: Sequence[float], current: tuple[in
     Returns
     -------
     (size, size, 4) float32
-
-    Examples
-    --------
-    >>> error_plot([2, 3, 4], [0.1, 0.05, 0.01], (3, 0.05), 64).shape
-    (64, 64, 4)
     """
     canvas = blank(size)
     logs = np.log10(np.maximum([*errors, current[1]], 1e-9))

@@ -5,7 +5,7 @@ Lists have them in this order everywhere.
 
 from typing import TypedDict
 
-from .methods.method import MethodName
+from .methods import MethodName
 
 
 class Preset(TypedDict):

@@ -41,7 +41,6 @@ def part(begin: float, end: float, doing: str = "", about: str = "") -> Iterator
 
     Parameters
     ----------
-    begin, end : float
     doing : str
         What is being done, until something else is reported.
     about : str

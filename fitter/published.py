@@ -17,7 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .arrays import Directions, FloatArray
+from .arrays import Directions, FloatArray, selected
+from .coordinates.rusinkiewicz import of_half_and_difference
 from .errors import DatasetError
 from .model.low2012 import Low2012
 from .samples import HORIZON, RGB, Samples
@@ -111,9 +112,9 @@ def load_published(name: str) -> Samples:
     >>> chrome.name, chrome.source
     ('Chrome', 'published:chrome')
     """
-    found = find(name)
-    at = directions(found.model)
-    return Samples(*at, found.model.evaluate(*at), RGB, found.label, found.path, (found.description,))
+    material = find(name)
+    at = directions(material.model)
+    return Samples(*at, material.model.evaluate(*at), RGB, material.label, material.path, (material.description,))
 
 
 def find(name: str) -> Published:
@@ -142,13 +143,13 @@ def name_in(path: str | Path) -> str | None:
 def materials() -> dict[str, Published]:
     """All materials by name."""
     names = {row["name"]: row for row in _rows("merl_names.csv")}
-    found = {}
+    by_name = {}
     for row in _rows("low2012.csv"):
         name = row["name"]
         kd, a = ([float(row[f"{what}_{channel}"]) for channel in "rgb"] for what in ("kd", "a"))
         model = Low2012(np.array(kd), np.array(a), float(row["b"]), float(row["c"]), float(row["eta"]))
-        found[name] = Published(name, names[name]["label"], tuple(names[name]["tags"].split()), model)
-    return found
+        by_name[name] = Published(name, names[name]["label"], tuple(names[name]["tags"].split()), model)
+    return by_name
 
 
 def _rows(name: str) -> list[dict[str, str]]:
@@ -161,17 +162,11 @@ def directions(model: Low2012) -> Directions:
     theta_h, theta_d, phi_d = (grid.ravel() for grid in np.meshgrid(
         _half_angles(model), np.linspace(0, _GRAZING, _DIFFERENCE), np.linspace(0, HORIZON, _AROUND), indexing="ij"))
     at_normal = theta_h == 0                # there, phi_d turns both directions alike
-    kept = ~at_normal | (phi_d == HORIZON)
-    theta_h, theta_d, phi_d = theta_h[kept], theta_d[kept], phi_d[kept]
-    x, y, z = np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d)
-    cos_h, sin_h = np.cos(theta_h), np.sin(theta_h)
-    pair = []
-    for turned in (1.0, -1.0):              # the difference vector and its mirror image, about the half vector
-        along, across, up = z * sin_h + turned * x * cos_h, turned * y, z * cos_h - turned * x * sin_h
-        pair += [np.arctan2(np.hypot(along, across), up), np.arctan2(across, along)]
-    seen = np.maximum(pair[0], pair[2]) < _GRAZING + 1e-9
-    theta_i, phi_i, theta_o, phi_o = (angle[seen] for angle in pair)
-    return theta_i, phi_i, theta_o, phi_o
+    distinct = ~at_normal | (phi_d == HORIZON)
+    theta_h, theta_d, phi_d = theta_h[distinct], theta_d[distinct], phi_d[distinct]
+    pairs = of_half_and_difference(theta_h, np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d),
+                                   np.cos(theta_d))
+    return selected(pairs, np.maximum(pairs[0], pairs[2]) < _GRAZING + 1e-9)
 
 
 def _half_angles(model: Low2012) -> FloatArray:

@@ -46,10 +46,7 @@ def is_there(name: str) -> bool:
 def find(name: str) -> Ready:
     """The fit of a published material: read, or made where it has not been made beforehand.
 
-    Raises
-    ------
-    DatasetError
-        If there is no material of this name, or its file is damaged.
+    Raises DatasetError if there is no material of this name, or its file is damaged.
     """
     published.find(name)
     return read(_path(name)) if is_there(name) else make(name)
@@ -61,12 +58,12 @@ def make(name: str) -> Ready:
     return Ready(fit, node_mixtures(fit), principled(fit))
 
 
-def write(found: Ready, path: str | Path) -> None:
+def write(made: Ready, path: str | Path) -> None:
     """Write an isotropic fit of three channels into a file, and what belongs to it in single precision."""
     arrays: dict[str, NDArray[Any]] = {
-        "fit": np.frombuffer(found.fit.to_bytes(), np.uint8),
-        "principled": np.hstack([getattr(found.principled, name) for name in _INPUTS]).astype(np.float32)}
-    for engine, mixture in found.nodes._asdict().items():
+        "fit": np.frombuffer(made.fit.to_bytes(), np.uint8),
+        "principled": np.hstack([getattr(made.principled, name) for name in _INPUTS]).astype(np.float32)}
+    for engine, mixture in made.nodes._asdict().items():
         columns = mixture.theta, *mixture.shape, mixture.colour, *mixture.sampling
         arrays |= {f"{engine}_kinds": np.array(mixture.kinds),
                    f"{engine}_errors": np.array([mixture.error, mixture.worst, mixture.albedo_error]),

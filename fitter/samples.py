@@ -1,6 +1,7 @@
 """Measured reflectance as arrays: pairs of directions, and the values measured there."""
 
 from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -19,6 +20,7 @@ _IMAGES = {NO_SYMMETRY: (), HALF_TURN: ((1, np.pi),), MIRROR: ((-1, 0.0),),
 _ROUNDING = 1e-5            # radians: files print angles to 6 decimals, and round pi/2 up
 _AT_NORMAL = 1e-3           # radians from the normal within which a direction has no azimuth
 _STEPS = 15_000             # in a quarter turn: directions that agree so far are one
+_Array = TypeVar("_Array", FloatArray, BoolArray)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +52,8 @@ class Samples:
         follows a sample.
     isotropic : bool
         Whether the BRDF is to be taken as one that does not change when both directions turn about the normal.
+    saturated : (n,) bool, or None
+        The samples of which the files say that they overflowed the camera; None where they say nothing.
 
     Raises
     ------
@@ -81,47 +85,50 @@ class Samples:
     colours: str = DEFAULT
     deviation: FloatArray | None = None
     isotropic: bool = True
+    saturated: BoolArray | None = None
 
     def __post_init__(self) -> None:
-        values = _own(self.values)
+        values = _unchangeable(self.values)
         if values.ndim != 2 or not values.size:
-            raise DatasetError(f"values have the shape {values.shape}, expected (samples, channels) with at least "
-                               f"one sample", self.source or None)
+            raise self._error(f"values have the shape {values.shape}, expected (samples, channels) with at least one "
+                              f"sample")
         largest = max(values.max(), -values.min())
         if largest > LARGEST_VALUE:
-            raise DatasetError(f"a value of {largest:g} / sr found, expected at most {LARGEST_VALUE:g}",
-                               self.source or None)
+            raise self._error(f"a value of {largest:g} / sr found, expected at most {LARGEST_VALUE:g}")
         if len(self.channels) != values.shape[1]:
-            raise DatasetError(f"{values.shape[1]} columns of values for the channels {self.channels}",
-                               self.source or None)
+            raise self._error(f"{values.shape[1]} columns of values for the channels {self.channels}")
         if self.colours not in COLOURS:
-            raise DatasetError(f"the colour space {self.colours!r} found, expected one of {', '.join(COLOURS)}",
-                               self.source or None)
+            raise self._error(f"the colour space {self.colours!r} found, expected one of {', '.join(COLOURS)}")
         self._freeze("values", values)
         for field in ("theta_i", "phi_i", "theta_o", "phi_o"):
-            angle = _own(getattr(self, field))
-            if angle.shape != (len(values),):
-                raise DatasetError(f"{field} has the shape {angle.shape}, expected ({len(values)},)",
-                                   self.source or None)
+            angle = self._checked(field, _unchangeable(getattr(self, field)))
             if field.startswith("theta"):
                 beyond = np.flatnonzero((angle < 0) | (angle > HORIZON + _ROUNDING))
                 if len(beyond):
-                    raise DatasetError(f"{field}[{beyond[0]}] is {angle[beyond[0]]:g}, expected 0 to pi/2 radians",
-                                       self.source or None)
-                if len(angle) and angle.max() > HORIZON:
+                    raise self._error(f"{field}[{beyond[0]}] is {angle[beyond[0]]:g}, expected 0 to pi/2 radians")
+                if angle.max() > HORIZON:
                     angle = np.minimum(angle, HORIZON)
             self._freeze(field, angle)
         if self.deviation is not None:
-            deviation = _own(self.deviation)
-            if deviation.shape != (len(values),) or (deviation < 0).any():
-                raise DatasetError(f"deviation must have the shape ({len(values)},), and nothing below 0",
-                                   self.source or None)
+            deviation = self._checked("deviation", _unchangeable(self.deviation))
+            if (deviation < 0).any():
+                raise self._error("deviation holds numbers below 0")
             self._freeze("deviation", deviation)
+        if self.saturated is not None:
+            self._freeze("saturated", self._checked("saturated", np.array(self.saturated, dtype=bool)))
         object.__setattr__(self, "channels", tuple(map(str, self.channels)))
 
-    def _freeze(self, field: str, array: FloatArray) -> None:
+    def _error(self, message: str) -> DatasetError:
+        return DatasetError(message, self.source or None)
+
+    def _checked(self, field: str, array: _Array) -> _Array:
+        if array.shape != (len(self.values),):
+            raise self._error(f"{field} has the shape {array.shape}, expected ({len(self.values)},)")
+        return array
+
+    def _freeze(self, field: str, array: FloatArray | BoolArray) -> None:
         if not np.isfinite(array).all():
-            raise DatasetError(f"{field} holds numbers that are not finite", self.source or None)
+            raise self._error(f"{field} holds numbers that are not finite")
         array.flags.writeable = False
         object.__setattr__(self, field, array)
 
@@ -134,11 +141,17 @@ class Samples:
         return self.theta_i, self.phi_i, self.theta_o, self.phi_o
 
 
-def _own(array: ArrayLike) -> FloatArray:
+def _unchangeable(array: ArrayLike) -> FloatArray:
     """A copy of an array, or the array itself where nobody can change it."""
     if (isinstance(array, np.ndarray) and array.dtype == float and array.base is None and not array.flags.writeable):
         return array
     return np.array(array, dtype=float)
+
+
+def given_away(*arrays: FloatArray) -> None:
+    """Make arrays read-only that nobody else has, so that `Samples` need not copy them."""
+    for array in arrays:
+        array.flags.writeable = False
 
 
 def subset(samples: Samples, which: slice | IntArray | BoolArray) -> Samples:
@@ -150,21 +163,15 @@ def subset(samples: Samples, which: slice | IntArray | BoolArray) -> Samples:
     >>> subset(three, three.values[:, 0] > 1).theta_i.tolist()
     [0.2, 0.3]
     """
-    arrays = {name: getattr(samples, name)[which] for name in ("theta_i", "phi_i", "theta_o", "phi_o", "values")}
-    deviation = None if samples.deviation is None else samples.deviation[which]
-    return replace(samples, **arrays, deviation=deviation)
+    arrays = {name: getattr(samples, name) for name in ("theta_i", "phi_i", "theta_o", "phi_o", "values", "deviation",
+                                                        "saturated")}
+    chosen: dict[str, Any] = {name: array[which] for name, array in arrays.items() if array is not None}
+    given_away(*chosen.values())
+    return replace(samples, **chosen)
 
 
 def choice(count: int, most: int) -> IntArray:
-    """Indices of `count` things: of all, or of `most` that are chosen at random, in ascending order.
-
-    Examples
-    --------
-    >>> choice(4, 10).tolist()
-    [0, 1, 2, 3]
-    >>> len(set(choice(100, 10).tolist()))
-    10
-    """
+    """Indices of `count` things: of all, or of `most` that are chosen at random, in ascending order."""
     if count <= most:
         return np.arange(count)
     return np.sort(np.random.default_rng(0).choice(count, most, replace=False))
@@ -178,9 +185,10 @@ def some(samples: Samples, most: int) -> Samples:
 def repeated(samples: Samples, symmetry: str) -> Samples:
     """Add what a symmetry of the surface says of directions that were not measured.
 
+    Raises DatasetError if it is none of these, or makes more than `MOST_REPEATED` samples.
+
     Parameters
     ----------
-    samples : Samples
     symmetry : str
         One of `SYMMETRIES`. "half_turn": the surface is the same after half a turn about its normal; "mirror": the
         plane of the normal and the tangent, phi = 0, is a mirror; or both.
@@ -189,11 +197,6 @@ def repeated(samples: Samples, symmetry: str) -> Samples:
     -------
     Samples
         These first, then their images, but for those in directions that were measured. The notes say so.
-
-    Raises
-    ------
-    DatasetError
-        If it is none of these, or makes more than `MOST_REPEATED` samples.
 
     Examples
     --------
@@ -204,43 +207,38 @@ def repeated(samples: Samples, symmetry: str) -> Samples:
     if symmetry not in _IMAGES:
         raise DatasetError(f"symmetry {symmetry!r} found, expected {', '.join(SYMMETRIES)}", samples.source or None)
     images = _IMAGES[symmetry]
-    most = len(samples) * (1 + len(images))
     if not images:
         return samples
+    most = len(samples) * (1 + len(images))
     if most > MOST_REPEATED:
         raise DatasetError(f"{len(samples):,} samples, which the symmetry {symmetry!r} makes {most:,}, expected at "
                            f"most {MOST_REPEATED:,}", samples.source or None)
-    known = _places(*samples.directions)
-    parts: list[tuple[Directions, IntArray]] = [(samples.directions, np.arange(len(samples)))]
+    known = _numbered(*samples.directions)
+    which, factors, turns = [np.arange(len(samples))], [1.0], [0.0]
     for factor, turn in images:
-        image = (samples.theta_i, factor * samples.phi_i + turn, samples.theta_o, factor * samples.phi_o + turn)
-        places = _places(*image)
-        new = np.flatnonzero(~np.isin(places, known))
-        parts.append((_only(image, new), new))
-        known = np.concatenate([known, places[new]])
-    theta_i, phi_i, theta_o, phi_o = (np.concatenate([part[axis] for part, _ in parts]) for axis in range(4))
-    which = np.concatenate([indices for _, indices in parts])
-    values, deviation = samples.values[which], None if samples.deviation is None else samples.deviation[which]
-    for array in (theta_i, phi_i, theta_o, phi_o, values):
-        array.flags.writeable = False           # so that `Samples` need not copy them
-    note = f"Symmetry, {symmetry.replace('_', ' ')}: {len(samples):,} samples stand for {len(which):,}"
-    return replace(samples, theta_i=theta_i, phi_i=phi_i, theta_o=theta_o, phi_o=phi_o, values=values,
-                   deviation=deviation, notes=(*samples.notes, note))
+        numbers = _numbered(samples.theta_i, factor * samples.phi_i + turn,
+                            samples.theta_o, factor * samples.phi_o + turn)
+        which.append(np.flatnonzero(~np.isin(numbers, known)))
+        factors.append(factor)
+        turns.append(turn)
+        known = np.concatenate([known, numbers[which[-1]]])
+    counts = [len(indices) for indices in which]
+    factor_of, turn_of = np.repeat(factors, counts), np.repeat(turns, counts)
+    whole = subset(samples, np.concatenate(which))
+    phi_i, phi_o = factor_of * whole.phi_i + turn_of, factor_of * whole.phi_o + turn_of
+    given_away(phi_i, phi_o)
+    note = f"Symmetry, {symmetry.replace('_', ' ')}: {len(samples):,} samples stand for {len(whole):,}"
+    return replace(whole, phi_i=phi_i, phi_o=phi_o, notes=(*samples.notes, note))
 
 
-def _only(directions: Directions, which: IntArray) -> Directions:
-    theta_i, phi_i, theta_o, phi_o = (angle[which] for angle in directions)
-    return theta_i, phi_i, theta_o, phi_o
-
-
-def _places(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray) -> IntArray:
+def _numbered(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray) -> IntArray:
     """A number for each pair of directions, (n,): the same where they agree. The normal has no azimuth."""
-    place = np.zeros(len(theta_i), np.int64)
+    number = np.zeros(len(theta_i), np.int64)
     for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)):
         elevation = np.rint(theta * (_STEPS / HORIZON)).astype(np.int64)
         azimuth = np.rint(np.mod(phi, 4 * HORIZON) * (_STEPS / HORIZON)).astype(np.int64) % (4 * _STEPS)
-        place = (place * (_STEPS + 1) + elevation) * (4 * _STEPS) + azimuth * (elevation > 0)
-    return place
+        number = (number * (_STEPS + 1) + elevation) * (4 * _STEPS) + azimuth * (elevation > 0)
+    return number
 
 
 @dataclass(frozen=True)
@@ -268,13 +266,14 @@ def rotations(theta_i: FloatArray, phi_i: FloatArray) -> Rotations:
     >>> rotations(np.ones(3), np.radians([350, 10, 30]))
     Rotations(count=3, first=350.0, last=390.0)
     """
-    found = np.unique(np.rint(np.degrees(np.mod(phi_i[theta_i > _AT_NORMAL], 2 * np.pi)) * 4).astype(np.int64) % 1440)
-    if not len(found):
+    azimuths = np.degrees(np.mod(phi_i[theta_i > _AT_NORMAL], 2 * np.pi))
+    quarters = np.unique(np.rint(azimuths * 4).astype(np.int64) % 1440)         # of a degree
+    if not len(quarters):
         return Rotations(1, 0.0, 0.0)
-    gaps = np.diff(found, append=found[0] + 1440)
-    widest = len(found) - 1 if gaps[-1] >= gaps.max() - 1 else int(gaps.argmax())       # from 0 on, where all are alike
-    first = int(found[(widest + 1) % len(found)])
-    return Rotations(len(found), first / 4, (first + 1440 - int(gaps[widest])) / 4)
+    gaps = np.diff(quarters, append=quarters[0] + 1440)
+    widest = len(quarters) - 1 if gaps[-1] >= gaps.max() - 1 else int(gaps.argmax())    # from 0 on, where all are alike
+    first = int(quarters[(widest + 1) % len(quarters)])
+    return Rotations(len(quarters), first / 4, (first + 1440 - int(gaps[widest])) / 4)
 
 
 def distinct_channels(samples: Samples) -> tuple[Samples, tuple[int, ...]]:

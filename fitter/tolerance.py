@@ -8,9 +8,8 @@ import numpy as np
 from . import progress
 from .arrays import FloatArray, IntArray
 from .lattice import dense
-from .methods import fit, prepare
+from .methods import MethodName, fit, prepare
 from .methods.levels import KEPT_OF_FOUR, Levels
-from .methods.method import MethodName
 from .model.fit import Fit, notation
 from .quality import cross_validation
 from .quality.metrics import error_metrics
@@ -22,7 +21,7 @@ DIFFUSE_LEVELS = (1, 2, 3, 4, 5)
 KEPT = (0, 47, 94, 188, 376, 752, 1504, 3008, 6016)     # control points of the specular lattice
 
 
-def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plausible: bool = True) -> Fit:
+def fit_within(samples: Samples, tolerance: float, held_out: bool = False) -> Fit:
     """Find the fit of fewest bytes whose error is within a tolerance.
 
     The candidates are fits by "kriging" with a specular lattice of level 6; of anisotropic samples, with one of level 4
@@ -37,8 +36,6 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plaus
     held_out : bool
         Measure the error at samples that were held out of the fit, in five folds (`cross_validation.held_out`),
         instead of at the fitted samples.
-    plausible : bool
-        As for `fit`.
 
     Returns
     -------
@@ -67,20 +64,20 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plaus
         folds = [_Fold(samples, part) for part in progress.each(parts)]
     whole = folds[0] if not held_out else _Fold(samples, None)
 
-    kept = [count for count in KEPT if count <= 8 * len(samples)]
-    found: Fit | None = None
+    counts = [count for count in KEPT if count <= 8 * len(samples)]
+    smallest: Fit | None = None
     best = np.inf, ""
-    steps = len(kept).bit_length()
+    steps = len(counts).bit_length()
     for number, diffuse_level in enumerate(DIFFUSE_LEVELS):
-        if found is not None and 4 * _dense_size(samples, diffuse_level) * stored >= found.nbytes:
+        if smallest is not None and 4 * _dense_size(samples, diffuse_level) * stored >= smallest.nbytes:
             break
-        low, high, step = 0, len(kept), 0               # kept[high] suffices, if it exists
+        low, high, step = 0, len(counts), 0               # kept[high] suffices, if it exists
         while low < high:
             middle = (low + high) // 2
-            compression = _compression(kept[middle])
+            compression = _compression(counts[middle])
             begin = 0.3 + 0.7 * (number + step / steps) / len(DIFFUSE_LEVELS)
             with progress.part(begin, begin + 0.7 / steps / len(DIFFUSE_LEVELS)):
-                predictions = [fold.predicted(diffuse_level, compression, plausible) for fold in progress.each(folds)]
+                predictions = [fold.predicted(diffuse_level, compression) for fold in progress.each(folds)]
             error = _rmse(samples, predictions, parts)
             step += 1
             best = min(best, (error, notation(diffuse_level, SPECULAR_LEVEL, compression)))
@@ -88,23 +85,23 @@ def fit_within(samples: Samples, tolerance: float, held_out: bool = False, plaus
                 high = middle
             else:
                 low = middle + 1
-        if high < len(kept):
+        if high < len(counts):
             end = 0.3 + 0.7 * (number + 1) / len(DIFFUSE_LEVELS)
             with progress.part(end, end):
-                fitted = whole.fit(diffuse_level, _compression(kept[high]), plausible)
-            found = min(found or fitted, fitted, key=lambda fit: fit.nbytes)
-    if found is None:
+                fitted = whole.fit(diffuse_level, _compression(counts[high]))
+            smallest = min(smallest or fitted, fitted, key=lambda fit: fit.nbytes)
+    if smallest is None:
         raise ValueError(f"no fit is within {tolerance:g} 1/sr: the best, {best[1]}, has an error of {best[0]:.3g}; "
                          f"expected a larger tolerance")
-    return found
+    return smallest
 
 
-def arguments_of(found: Fit) -> dict[str, Any]:
+def arguments_of(fit: Fit) -> dict[str, Any]:
     """The keyword arguments with which `fit` makes the fit that `fit_within` found, of the same samples."""
-    diffuse_level, compression = found.diffuse_level, found.compression
-    if not found.isotropic:     # the levels whose `Levels.of_four_axes` the fit has
-        kept = Levels(found.diffuse_level, found.specular_level, compression).kept_of(4)
-        diffuse_level, compression = diffuse_level + 1, _compression(round(kept / KEPT_OF_FOUR))
+    diffuse_level, compression = fit.diffuse_level, fit.compression
+    if not fit.isotropic:     # the levels whose `Levels.of_four_axes` the fit has
+        count = Levels(fit.diffuse_level, fit.specular_level, compression).kept_of(4)
+        diffuse_level, compression = diffuse_level + 1, _compression(round(count / KEPT_OF_FOUR))
     return {"diffuse_level": diffuse_level, "specular_level": SPECULAR_LEVEL, "compression": compression,
             "method": METHOD}
 
@@ -120,12 +117,11 @@ class _Fold:
         self._fitted = samples if held is None else subset(samples, np.setdiff1d(np.arange(len(samples)), held))
         self._prepared = prepare(self._fitted, METHOD)
 
-    def fit(self, diffuse_level: int, compression: float, plausible: bool) -> Fit:
-        return fit(self._fitted, diffuse_level, SPECULAR_LEVEL, compression, METHOD, plausible,
-                   **self._prepared)
+    def fit(self, diffuse_level: int, compression: float) -> Fit:
+        return fit(self._fitted, diffuse_level, SPECULAR_LEVEL, compression, METHOD, **self._prepared)
 
-    def predicted(self, diffuse_level: int, compression: float, plausible: bool) -> FloatArray:
-        return self.fit(diffuse_level, compression, plausible).evaluate(*self._predicted.directions)
+    def predicted(self, diffuse_level: int, compression: float) -> FloatArray:
+        return self.fit(diffuse_level, compression).evaluate(*self._predicted.directions)
 
 
 def _dense_size(samples: Samples, diffuse_level: int) -> int:
@@ -135,8 +131,8 @@ def _dense_size(samples: Samples, diffuse_level: int) -> int:
     return math.prod(dense.shape(Levels(diffuse_level, None, 0.0).of_four_axes().diffuse, 4))
 
 
-def _compression(kept: int) -> float:
-    return 100 * (1 - kept / dense.full_size(SPECULAR_LEVEL))
+def _compression(count: int) -> float:
+    return 100 * (1 - count / dense.full_size(SPECULAR_LEVEL))
 
 
 def _rmse(samples: Samples, predictions: list[FloatArray], parts: list[IntArray | None]) -> float:

@@ -71,7 +71,7 @@ def _code():
     known = hashlib.blake2b(f"{sys.version} {np.__version__}".encode())
     for folder in ("fitter", "osl"):
         for path in sorted((ROOT / folder).rglob("*")):
-            if path.suffix in (".py", ".csv", ".h", ".osl") and "report" not in path.parts:
+            if path.suffix in (".py", ".csv", ".h", ".osl"):
                 known.update(path.read_bytes())
     return known.digest()
 
@@ -135,9 +135,10 @@ def replace(module, name, code=_code):
 def keep(package):
     """Have a copy of the fitter, "fitter" or "measured_brdf.fitter", make things once."""
     methods = importlib.import_module(f"{package}.methods")
-    for table in (methods.METHODS, methods._PREPARATIONS):
-        table.update({name: kept(function) for name, function in table.items() if not hasattr(function, "made_anew")})
-    for module, name in (("cycles.node_mixture", "cycles_mixture"), ("cycles.node_mixture", "node_mixtures")):
+    methods.METHODS.update({name: kept(function) for name, function in methods.METHODS.items()
+                            if not hasattr(function, "made_anew")})
+    for module, name in (("methods", "prepare"), ("cycles.node_mixture", "cycles_mixture"),
+                         ("cycles.node_mixture", "node_mixtures")):
         replace(importlib.import_module(f"{package}.{module}"), name)
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ... import fitter
-from ...fitter import colours, formats, methods, pictures, progress, tolerance
+from ...fitter import colours, methods, pictures, progress, tolerance
 from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.cycles import principled
 from ...fitter.cycles.bake import SHADER_VERSION, bake
@@ -61,7 +61,7 @@ def read(path: str, sample: str | None, report: Report = silent, how: Arguments 
     samples, measured = _load(path, sample, how)
     if measured in _described and _stamp(path) is not None:
         return _described[measured]
-    data = Data(measured, describe.describe(samples, formats.overflowed(path, sample or None)))
+    data = Data(measured, describe.describe(samples))
     _described[measured] = data
     return data
 

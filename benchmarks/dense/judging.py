@@ -23,10 +23,10 @@ import numpy as np
 
 import fitter
 from fitter.methods import prepare
-from fitter.report.baselines import ggx
 from fitter.samples import distinct_channels, subset
 
 from ..harness.judging import KINDS, are_judged, attempted, directions, errors
+from ..report.baselines import ggx
 from . import image_errors, sky, sphere
 
 OWN = ("Draft", "Standard", "Reference", "Paper")

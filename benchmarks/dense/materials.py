@@ -16,15 +16,17 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
+from fitter import published
 from fitter.formats import rgl
 from fitter.formats.merl import read
-from fitter.model import Model, Reflectance
-from fitter.report.baselines import low2012, neural
+from fitter.model import Reflectance
 from fitter.samples import Samples
 from support import merl_files
 from support.checkout import measurements
 
 from ..harness.running import named
+from ..report.baselines import neural
+from ..report.rows import Model
 
 FAMILIES = ("RGL", "MERL")
 NEURAL, TURNED, MICROFACET, TABLE = "Neural", "Neural, turned", "Microfacet", "RGL table"
@@ -136,7 +138,4 @@ def of_merl(name):
     """A material of MERL, as a file that is made of its net."""
     folder = measurements() / "merl"
     net = neural.published(folder / "nbrdf_nets.npz", name)
-    rivals = {}
-    if (folder / "low2012_microfacet.json").is_file():
-        rivals[MICROFACET] = low2012.published(folder / "low2012_microfacet.json", name)
-    return Opened(read(f"{name}.binary", merl_files.of_model(net)), net, rivals)
+    return Opened(read(f"{name}.binary", merl_files.of_model(net)), net, {MICROFACET: published.find(name).model})

@@ -3,8 +3,8 @@
 import numpy as np
 
 from fitter.pictures import sphere, srgb
-from fitter.report.plots import pyplot, save
 
+from ..report.plots import pyplot, save
 from . import image_errors
 from .judging import TRUTH
 from .materials import MICROFACET, NEURAL
@@ -24,14 +24,14 @@ def draw(results, out, into=None):
     """Draw `NAME`, of the materials SHOWN, or where none of them is there of the first six, as `Bench.draw` does."""
     records = {record["name"]: record for record in results["materials"]}
     shown = [records[name] for name in SHOWN if name in records] or list(records.values())[:len(SHOWN)]
-    if pyplot() is None or not shown:
+    if not shown:
         return []
     save(_figure([(record, np.load(pictures_of(record, out))) for record in shown]), (into or out) / NAME)
     return [NAME]
 
 
 def _figure(shown):
-    figure, axes = pyplot().subplots(len(shown), len(COLUMNS), squeeze=False, layout="constrained",
+    figure, axes = pyplot.subplots(len(shown), len(COLUMNS), squeeze=False, layout="constrained",
                                      figsize=(2.3 * len(COLUMNS), 2.55 * len(shown) + 0.6))
     figure.set_facecolor(str(_BACKGROUND))
     figure.suptitle("Spheres under a clear sky, with mean FLIP to the truth, and bytes", color=_INK, fontsize=12)

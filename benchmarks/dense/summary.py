@@ -4,9 +4,8 @@ import math
 from statistics import median
 from typing import NamedTuple
 
-from fitter.report.markdown import table
-
 from ..harness import summary
+from ..report.markdown import table
 from . import image_errors, judging, sphere
 from .materials import FAMILIES, MICROFACET, NEURAL, TURNED
 

@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 from fitter.files import replacing
-from fitter.report import Supplement
 
+from ..report import Supplement
 from . import running, summary
 
 

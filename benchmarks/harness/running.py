@@ -23,8 +23,8 @@ from support.checkout import ROOT
 
 # what the errors of all benches depend on
 _SOURCES = ("fitter/*.py", *(f"fitter/{name}/**/*.py" for name in (
-    "coordinates", "formats", "lattice", "methods", "model", "quality", "report/baselines")),
-    "fitter/report/methods.py", "benchmarks/harness/judging.py")
+    "coordinates", "formats", "lattice", "methods", "model", "quality")),
+    "benchmarks/report/baselines/*.py", "benchmarks/report/methods.py", "benchmarks/harness/judging.py")
 _NO_SOURCES = {"fitter/cli.py"}
 
 

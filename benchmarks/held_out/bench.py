@@ -2,10 +2,9 @@
 
 from functools import partial
 
-from fitter.report.methods import METHODS
-
 from ..harness import command
 from ..harness.running import Bench
+from ..report.methods import METHODS
 from . import judging, pictures, sets, summary, views
 
 

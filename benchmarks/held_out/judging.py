@@ -10,10 +10,10 @@ from functools import partial
 import numpy as np
 
 from fitter.quality import cross_validation
-from fitter.report.methods import METHODS
 from fitter.samples import distinct_channels, subset
 
 from ..harness.judging import KINDS, are_judged, attempted, directions, errors
+from ..report.methods import METHODS
 
 SMALL = 300                 # samples
 _KINDS = KINDS[:2]

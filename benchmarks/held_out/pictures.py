@@ -1,10 +1,10 @@
-"""The pictures of the held-out errors, drawn from the views with matplotlib, an optional extra."""
+"""The pictures of the held-out errors, drawn from the views."""
 
 import numpy as np
 
 from fitter.pictures import srgb
-from fitter.report.plots import COLORS, pyplot, save
 
+from ..report.plots import COLORS, pyplot, save
 from . import lamps, ridge, views
 from .summary import OWN
 
@@ -16,8 +16,6 @@ _DOT = 0.9                  # of the picture: how bright the median highlight of
 
 def draw(results, out, into=None):
     """Draw the pictures of the telling sets among the results, as `Bench.draw` does."""
-    if pyplot() is None:
-        return []
     records = {record["name"]: record for record in results["sets"]}
     shown = [(records[name], view) for name in views.TELLING if name in records and (view := views.read(out, name))]
     drawn = []
@@ -32,7 +30,7 @@ def draw(results, out, into=None):
 def _spheres(shown):
     """A row of spheres for each set: the reference, Standard and the rivals, with their errors."""
     methods = list(dict.fromkeys(name for _, view in shown for name in view.names[1:]))
-    figure, axes = pyplot().subplots(len(shown), 1 + len(methods), squeeze=False, layout="constrained",
+    figure, axes = pyplot.subplots(len(shown), 1 + len(methods), squeeze=False, layout="constrained",
                                      figsize=(1.85 * (1 + len(methods)), 2.1 * len(shown) + 0.6))
     figure.set_facecolor(_BACKGROUND)
     figure.suptitle("The truth, or where there is none Standard fitted to all samples; and fits to 80 % of the "
@@ -62,7 +60,7 @@ def _spheres(shown):
 def _lamps(shown):
     """The row-of-lamps pictures: a row for each set."""
     columns = max(len(view.lamp_names) for _, view in shown)
-    figure, axes = pyplot().subplots(len(shown), columns, squeeze=False, layout="constrained",
+    figure, axes = pyplot.subplots(len(shown), columns, squeeze=False, layout="constrained",
                                      figsize=(5.4 * columns, 5.7 * len(shown) + 0.7))
     figure.set_facecolor(_BACKGROUND)
     most = np.degrees(np.abs(lamps.INCIDENCES).max())
@@ -85,7 +83,7 @@ def _lamps(shown):
 
 def _ridge(shown):
     """Energy of each channel, and colour, along the mirror ridge: a row for each set."""
-    figure, axes = pyplot().subplots(len(shown), 4, squeeze=False, layout="constrained",
+    figure, axes = pyplot.subplots(len(shown), 4, squeeze=False, layout="constrained",
                                      figsize=(18, 3.1 * len(shown) + 0.6))
     figure.suptitle(f"Energy in the cone of {np.degrees(ridge.HALF_ANGLE):.0f} degrees about the mirror direction "
                     "(integral of f cos), against the angle of incidence in degrees; points at measured incidences. "

@@ -2,10 +2,9 @@
 
 import math
 
-from fitter.report.markdown import table
-
 from ..harness import summary
 from ..harness.judging import DIRECTIONS, STEEPEST
+from ..report.markdown import table
 from .judging import SMALL
 from .sets import FAMILIES, HALVES
 

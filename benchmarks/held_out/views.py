@@ -11,8 +11,8 @@ import numpy as np
 
 from fitter.files import replacing
 from fitter.pictures import LIGHTS, lit_sphere, reflected, sphere
-from fitter.report.methods import METHODS
 
+from ..report.methods import METHODS
 from . import lamps, ridge
 from .summary import OWN
 

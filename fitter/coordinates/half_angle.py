@@ -24,7 +24,7 @@ import numpy as np
 
 from ..arrays import ArrayLike, Directions, FloatArray
 from . import half_difference, stretch
-from .rusinkiewicz import Pair
+from .rusinkiewicz import Pair, above_horizon, of_half_and_difference
 
 SOFTENING = 0.3             # delta, times the larger of the stretch and 1
 
@@ -75,12 +75,6 @@ class HalfAngle:
         """Map coordinates (..., 3) to directions, four (...) arrays, radians; theta_i is in the plane of azimuth 0.
 
         Directions below the horizon are moved to it.
-
-        Examples
-        --------
-        >>> theta_i, phi_i, theta_o, phi_o = HalfAngle().decode(HalfAngle().encode(0.3, 0, 1.2, 2.0))
-        >>> float(theta_i.round(9)), float(theta_o.round(9)), float((phi_o - phi_i).round(9))
-        (0.3, 1.2, 2.0)
         """
         h, along, across = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
         side = np.where(h < 0, -1.0, 1.0)
@@ -89,15 +83,7 @@ class HalfAngle:
         scale = r ** 2 / (r ** 2 + self.softening ** 2)
         cosine = np.divide(side * along, d * scale, out=np.zeros_like(d), where=d * scale > 0)
         cosine = np.clip(cosine, -1, 1)
-        theta_h, theta_d = half_difference.unproject(r), half_difference.unproject(d)
-        sin_h, cos_h, sin_d, cos_d = np.sin(theta_h), np.cos(theta_h), np.sin(theta_d), np.cos(theta_d)
-        # sin theta_d cos phi_d, toward the normal, and sin theta_d sin phi_d, along the surface
-        up, aside = sin_d * cosine, sin_d * np.sqrt(1 - cosine ** 2)
-        angles = []
-        for sign in (1, -1):
-            z = cos_h * cos_d - sign * sin_h * up
-            horizontal = sin_h * cos_d + sign * cos_h * up + 1j * sign * aside
-            angles += [np.arctan2(np.abs(horizontal), np.maximum(z, 0)), np.angle(horizontal)]
-        theta_i, phi_i, theta_o, phi_o = angles
-        turn = np.abs((phi_o - phi_i + np.pi) % (2 * np.pi) - np.pi)
-        return theta_i, np.zeros_like(turn), theta_o, turn
+        theta_d = half_difference.unproject(d)
+        sin_d = np.sin(theta_d)
+        return above_horizon(of_half_and_difference(half_difference.unproject(r), sin_d * cosine,
+                                                    sin_d * np.sqrt(1 - cosine ** 2), np.cos(theta_d)))

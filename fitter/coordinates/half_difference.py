@@ -52,87 +52,51 @@ class HalfDifference:
     axes: ClassVar[tuple[str, ...]] = ("d", "x", "y")
 
     def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """Call `half_difference`, and stretch its half vector."""
-        d, x, y = np.moveaxis(2 * half_difference(theta_i, phi_i, theta_o, phi_o, self.softening) - 1, -1, 0)
-        return (np.stack([d, *stretch.stretched(x, y, self.stretch)], axis=-1) + 1) / 2
+        """Map directions, angles broadcast to (...), radians, to (mu + 1) / 2: (..., 3) float64 in [0, 1].
+
+        The first and the third are at least 1/2.
+
+        Examples
+        --------
+        A mirror pair has H = 0, at any angle of incidence; here without softening:
+
+        >>> mu = 2 * HalfDifference(0).encode([0.3, 1.2], 0, [0.3, 1.2], np.pi) - 1
+        >>> bool(np.allclose(mu[:, 0], project([0.3, 1.2]))), bool(np.allclose(mu[:, 1:], 0))
+        (True, True)
+        """
+        q_i, q_o = (project(theta) * np.exp(1j * np.asarray(phi, dtype=float))
+                    for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
+        half, difference = (q_i + q_o) / 2, (q_i - q_o) / 2
+        length = np.abs(difference)
+        delta2 = self.softening ** 2
+        d2 = np.hypot(delta2, np.sqrt(1 - delta2 ** 2) * length ** 2)
+        d = np.sqrt(d2)
+        # without softening, D has no azimuth where the directions coincide: use that of the half vector
+        divides = d > LEAST_LENGTH
+        axis = np.where(divides, difference, np.where(np.abs(half) > LEAST_LENGTH, half, 1))
+        in_frame = half * np.conj(axis) / np.where(divides, d, np.abs(axis))
+        # y^2 = |H|^2 - x^2 as a sum of two squares, without cancellation
+        over = delta2 * np.sqrt(np.maximum(1 - length ** 4, 0) / np.where(divides, d2 + length ** 2, 1))
+        rest = over * np.abs(half) / np.where(divides, d, 1)
+        x, y = stretch.stretched(in_frame.real, np.hypot(in_frame.imag, rest), self.stretch)
+        return (np.stack([d, x, y], axis=-1) + 1) / 2
 
     def decode(self, x: ArrayLike) -> Directions:
-        """Call `directions` with the half vector as it was."""
+        """Map coordinates (..., 3) to directions, four (...) arrays, radians, up to a turn and a mirror image.
+
+        Coordinates outside the image are moved to its rim: |H| is kept, |D| and H.D as far as possible.
+        """
         d, along, across = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
-        unstretched = stretch.unstretched(along, across, self.stretch)
-        return directions((np.stack([d, *unstretched], axis=-1) + 1) / 2, self.softening)
-
-
-def half_difference(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike,
-                    softening: float) -> FloatArray:
-    """Coordinates (mu + 1) / 2 of pairs of directions.
-
-    Parameters
-    ----------
-    theta_i, phi_i, theta_o, phi_o : array_like, broadcast to (...)
-        Incident and outgoing direction, radians.
-    softening : float
-        The softening radius delta, 0 to 1.
-
-    Returns
-    -------
-    (..., 3) float64
-        In [0, 1]; the first and the third are at least 1/2.
-
-    Examples
-    --------
-    A mirror pair has H = 0, at any angle of incidence; here without softening:
-
-    >>> mu = 2 * half_difference([0.3, 1.2], 0, [0.3, 1.2], np.pi, 0) - 1
-    >>> bool(np.allclose(mu[:, 0], project([0.3, 1.2]))), bool(np.allclose(mu[:, 1:], 0))
-    (True, True)
-    """
-    q_i, q_o = (project(theta) * np.exp(1j * np.asarray(phi, dtype=float))
-                for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
-    half, difference = (q_i + q_o) / 2, (q_i - q_o) / 2
-    length = np.abs(difference)
-    d2 = np.hypot(softening ** 2, np.sqrt(1 - softening ** 4) * length ** 2)
-    d = np.sqrt(d2)
-    # without softening, D has no azimuth where the directions coincide: use that of the half vector
-    divides = d > LEAST_LENGTH
-    axis = np.where(divides, difference, np.where(np.abs(half) > LEAST_LENGTH, half, 1))
-    in_frame = half * np.conj(axis) / np.where(divides, d, np.abs(axis))
-    # y^2 = |H|^2 - x^2 as a sum of two squares, without cancellation
-    over = softening ** 2 * np.sqrt(np.maximum(1 - length ** 4, 0) / np.where(divides, d2 + length ** 2, 1))
-    rest = over * np.abs(half) / np.where(divides, d, 1)
-    return (np.stack([d, in_frame.real, np.hypot(in_frame.imag, rest)], axis=-1) + 1) / 2
-
-
-def directions(coordinates: ArrayLike, softening: float) -> Directions:
-    """The inverse of `half_difference`, up to a rotation about the normal and a mirror image.
-
-    Parameters
-    ----------
-    coordinates : (..., 3) array_like
-        Those outside the image are moved to its rim: |H| is kept, |D| and H.D as far as possible.
-    softening : float
-        The softening radius delta, 0 to 1.
-
-    Returns
-    -------
-    theta_i, phi_i, theta_o, phi_o : (...) float64
-        Radians.
-
-    Examples
-    --------
-    >>> theta_i, phi_i, theta_o, phi_o = directions(half_difference(0.3, 0, 1.2, np.pi, 0.01), 0.01)
-    >>> float(theta_i), float(theta_o), float(np.abs(phi_o - phi_i))
-    (0.3, 1.2, 3.141593)
-    """
-    d, x, y = np.moveaxis(2 * np.asarray(coordinates, dtype=float) - 1, -1, 0)
-    length2 = np.sqrt(np.maximum(d ** 4 - softening ** 4, 0) / (1 - softening ** 4))
-    half2 = x * x + y * y
-    # H.D is x d; the magnitude of the cross product of H and D is `outer`
-    over2 = softening ** 4 * (1 - length2 ** 2) / np.maximum(d * d + length2, 1e-300)
-    outer = np.sqrt(np.maximum((y * d) ** 2 - half2 * over2, 0))
-    half, length = np.sqrt(half2) * np.exp(1j * np.arctan2(outer, x * d)), np.sqrt(length2)
-    q_i, q_o = half + length, half - length
-    return unproject(np.abs(q_i)), np.angle(q_i), unproject(np.abs(q_o)), np.angle(q_o)
+        x, y = stretch.unstretched(along, across, self.stretch)
+        delta4 = self.softening ** 4
+        length2 = np.sqrt(np.maximum(d ** 4 - delta4, 0) / (1 - delta4))
+        half2 = x * x + y * y
+        # H.D is x d; the magnitude of the cross product of H and D is `outer`
+        over2 = delta4 * (1 - length2 ** 2) / np.maximum(d * d + length2, 1e-300)
+        outer = np.sqrt(np.maximum((y * d) ** 2 - half2 * over2, 0))
+        half, length = np.sqrt(half2) * np.exp(1j * np.arctan2(outer, x * d)), np.sqrt(length2)
+        q_i, q_o = half + length, half - length
+        return unproject(np.abs(q_i)), np.angle(q_i), unproject(np.abs(q_o)), np.angle(q_o)
 
 
 def project(theta: ArrayLike) -> FloatArray:

@@ -22,69 +22,30 @@ class Nusselt:
     axes: ClassVar[tuple[str, ...]] = ("kappa_i", "kappa_o", "lambda_o")
 
     def encode(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """Call `nusselt`."""
-        return nusselt(theta_i, phi_i, theta_o, phi_o)
+        """Map directions, angles broadcast to (...), radians, to (..., 3) float64 (equations 5 and 6).
+
+        ``kappa_i`` is in [1/2, 1], ``kappa_o`` in [0, 1], and ``lambda_o`` in [1/2, 1], folded by bilateral symmetry.
+
+        Examples
+        --------
+        A mirror pair at 30 degrees: sin theta is 1/2 on opposite sides of the normal.
+
+        >>> Nusselt().encode(np.pi / 6, 0, np.pi / 6, np.pi).round(6).tolist()
+        [0.75, 0.25, 0.5]
+        """
+        delta_phi = np.asarray(phi_o, dtype=float) - phi_i
+        sin_i, sin_o = (np.sin(np.asarray(theta, dtype=float)) for theta in (theta_i, theta_o))
+        mu = np.broadcast_arrays(sin_i, sin_o * np.cos(delta_phi), sin_o * np.abs(np.sin(delta_phi)))
+        return (np.stack(mu, axis=-1) + 1) / 2
 
     def decode(self, x: ArrayLike) -> Directions:
-        """Call `directions`."""
-        return directions(x)
+        """Map coordinates (..., 3) to directions, four (...) arrays, radians: phi_i is 0 and phi_o in [0, pi].
 
-
-def nusselt(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-    """Nusselt coordinates of pairs of directions (Kameya and Lewis 2002, equations 5 and 6).
-
-    Parameters
-    ----------
-    theta_i, phi_i, theta_o, phi_o : array_like, broadcast to (...)
-        Incident and outgoing direction, radians.
-
-    Returns
-    -------
-    (..., 3) float64
-        ``kappa_i`` in [1/2, 1], ``kappa_o`` in [0, 1] and ``lambda_o`` in [1/2, 1], folded by bilateral symmetry.
-
-    Examples
-    --------
-    A mirror pair at 30 degrees: sin theta is 1/2 on opposite sides of the normal.
-
-    >>> nusselt(np.pi / 6, 0, np.pi / 6, np.pi).round(6).tolist()
-    [0.75, 0.25, 0.5]
-    """
-    delta_phi = np.asarray(phi_o, dtype=float) - phi_i
-    sin_o = np.sin(np.asarray(theta_o, dtype=float))
-    sin_i = np.sin(np.asarray(theta_i, dtype=float))
-    mu = np.broadcast_arrays(sin_i, sin_o * np.cos(delta_phi), sin_o * np.abs(np.sin(delta_phi)))
-    return (np.stack(mu, axis=-1) + 1) / 2
-
-
-def directions(coordinates: ArrayLike) -> Directions:
-    """The inverse of `nusselt`: directions whose incident azimuth is 0 and outgoing azimuth is in [0, pi].
-
-    Parameters
-    ----------
-    coordinates : (..., 3) array_like
-        ``kappa_i, kappa_o, lambda_o``. The pair ``(kappa_o, lambda_o)`` must lie in the disk to which the outgoing
-        hemisphere projects, up to rounding.
-
-    Returns
-    -------
-    theta_i, phi_i, theta_o, phi_o : (...) float64
-        Radians.
-
-    Raises
-    ------
-    ValueError
-        If the coordinates lie outside the image of the hemispheres.
-
-    Examples
-    --------
-    >>> [float(np.degrees(angle)) for angle in directions([0.75, 0.25, 0.5])]
-    [30.0, 0.0, 30.0, 180.0]
-    """
-    mu = 2 * np.asarray(coordinates, dtype=float) - 1
-    mu_i, mu_x, mu_y = np.moveaxis(mu, -1, 0)
-    radius = np.hypot(mu_x, mu_y)
-    if (np.abs(mu_i) > 1 + 1e-9).any() or (radius > 1 + 1e-9).any():
-        raise ValueError("Nusselt coordinates outside the image of the hemisphere")
-    phi_o = np.arctan2(np.abs(mu_y), mu_x)
-    return np.arcsin(np.clip(mu_i, 0, 1)), np.zeros_like(phi_o), np.arcsin(np.minimum(radius, 1)), phi_o
+        Raises ValueError if the coordinates lie outside the image of the hemispheres.
+        """
+        mu_i, mu_x, mu_y = np.moveaxis(2 * np.asarray(x, dtype=float) - 1, -1, 0)
+        radius = np.hypot(mu_x, mu_y)
+        if (np.abs(mu_i) > 1 + 1e-9).any() or (radius > 1 + 1e-9).any():
+            raise ValueError("Nusselt coordinates outside the image of the hemisphere")
+        phi_o = np.arctan2(np.abs(mu_y), mu_x)
+        return np.arcsin(np.clip(mu_i, 0, 1)), np.zeros_like(phi_o), np.arcsin(np.minimum(radius, 1)), phi_o

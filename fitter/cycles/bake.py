@@ -21,7 +21,7 @@ from ..coordinates.rusinkiewicz import Rusinkiewicz
 from ..lattice import dense, perfect_hash
 from ..model import microfacet
 from ..model.fit import Fit
-from ..model.transform import IDENTITY, LogRelative
+from ..model.transform import LogRelative
 from ..samples import RGB
 from ..shader_constants import KNOTS, MAX_LAMPS, shader_constants
 from .node_mixture import NodeMixture, cycles_mixture
@@ -48,6 +48,9 @@ MAX_ARRAY = 1_500_000       # numbers of a table: the OSL compiler takes 1,000,0
 def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = None) -> str:
     """OSL source that evaluates and renders `fit`.
 
+    Raises ValueError if the fit has another number of channels, is too large for the OSL compiler, or holds a number
+    that is not finite in single precision.
+
     Parameters
     ----------
     fit : Fit
@@ -57,16 +60,6 @@ def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = No
         shader, `#include "baked_tables.h"` are replaced by what is baked; other includes are files of `osl/`.
     mixture : NodeMixture, optional
         That of the fit for Cycles, if the caller has it already.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    ValueError
-        If the fit has another number of channels, is too large for the OSL compiler, or holds a number that is not
-        finite in single precision.
     """
     if len(fit.channels) not in (1, len(RGB)):
         raise ValueError(f"a fit of {len(fit.channels)} channels; a shader takes 1 or 3")
@@ -102,8 +95,8 @@ def mix_source() -> str:
 
 def shader_version(source: str) -> int:
     """The `SHADER_VERSION` of the extension that baked OSL source."""
-    found = re.search(r"^#define SHADER_VERSION (\d+)$", source, re.MULTILINE)
-    return int(found[1]) if found else 1
+    match = re.search(r"^#define SHADER_VERSION (\d+)$", source, re.MULTILINE)
+    return int(match[1]) if match else 1
 
 
 def interface(source: str) -> str:
@@ -128,17 +121,17 @@ def _fit(fit: Fit) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         tables |= {"SPECULAR": specular.coefficients, "OCCUPANCY": perfect_hash.occupancy(index.keys, count),
                    "DISPLACEMENT": index.displacement}
     constants["DAMPED"] = 0
-    if fit.transform.name == LogRelative.name and len(cast(LogRelative, fit.transform).damping):
+    if fit.transform is not None and len(fit.transform.damping):
         constants["DAMPED"] = 1
-        tables["DAMPING"] = cast(LogRelative, fit.transform).damping
+        tables["DAMPING"] = fit.transform.damping
     if fit.edit is not None and len(fit.edit.balance):
         tables["BALANCE"] = fit.edit.balance
     if fit.edit is not None and len(fit.edit.through):
         tables["THROUGH"] = np.repeat(fit.edit.through, stored, axis=1)
-    return constants | _coordinates(fit) | _transform(fit) | _edit(fit), tables
+    return constants | _coordinates(fit) | _transform(fit.transform, fit.columns) | _edit(fit), tables
 
 
-# Coordinates and transforms are told by their names, not by their classes: a script may bring a fit of its own copy of
+# Coordinates are told by their names, not by their classes: a script may bring a fit of its own copy of
 # this package to the extension's.
 
 def _coordinates(fit: Fit) -> dict[str, Any]:
@@ -164,16 +157,10 @@ def _coordinates(fit: Fit) -> dict[str, Any]:
     return constants
 
 
-def _transform(fit: Fit) -> dict[str, Any]:
+def _transform(transform: LogRelative | None, columns: tuple[int, ...]) -> dict[str, Any]:
     """What `osl/fit.h` and `osl/prior.h` read."""
-    if fit.transform.name == LogRelative.name:
-        return {"LOG_RELATIVE": 1} | _log_relative(cast(LogRelative, fit.transform), fit.columns)
-    if fit.transform.name == IDENTITY.name:
+    if transform is None:
         return {"LOG_RELATIVE": 0}
-    raise ValueError(f"the shader has no transform {fit.transform.name}")
-
-
-def _log_relative(transform: LogRelative, columns: tuple[int, ...]) -> dict[str, Any]:
     prior = transform.prior
 
     def value(stored: NDArray[np.float64]) -> str:
@@ -196,7 +183,7 @@ def _log_relative(transform: LogRelative, columns: tuple[int, ...]) -> dict[str,
         return f"LOBE({shape}, {gamma:.9g}, {f0:.9g}, {min(alpha, 1.0) ** 2:.9g})"
 
     lobes = [lobe(kind, ks, *shape) for kind, ks, shape in zip(prior.kinds, prior.ks, prior.shapes, strict=True)]
-    return {"PRIOR_LOBES": " ".join(lobes), "PRIOR_RETRO": int("retro" in prior.kinds),
+    return {"LOG_RELATIVE": 1, "PRIOR_LOBES": " ".join(lobes), "PRIOR_RETRO": int("retro" in prior.kinds),
             "PRIOR_ANISOTROPIC": int(not prior.isotropic), "PRIOR_KD": value(prior.kd),
             "PRIOR_OFFSET": f"{transform.offset:.9g}", "PRIOR_CEILING": value(transform.ceiling)}
 

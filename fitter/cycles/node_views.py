@@ -94,7 +94,6 @@ def views_of(fit: "Fit", turn: float | None, stretch: float = 1.0) -> Views:
 
     Parameters
     ----------
-    fit : Fit
     turn : float, or None
         The azimuth of the first principal axis, radians; None for an isotropic fit.
     stretch : float

@@ -142,15 +142,10 @@ def principled(fit: Reflectance) -> Principled:
     if target.metallic:
         metal = _with_coat(_plain(1.0, _METAL, target), _METAL, target)
         best = metal if metal.error < _METAL_LOSS * best.error else best
-    found = best.inputs
+    closest = best.inputs
     # without a highlight any roughness is as good; others than Blender may show one
-    dull = replace(found, roughness=1.0)
-    return dull if _error(dull, target) < _AS_GOOD * _error(found, target) else found
-
-
-def error(fit: Reflectance, close: Principled) -> float:
-    """The error that `principled` makes small: the root of the mean square, relative to the mean's cube root."""
-    return _error(close, _target(fit))
+    dull = replace(closest, roughness=1.0)
+    return dull if _error(dull, target) < _AS_GOOD * _error(closest, target) else closest
 
 
 def _points() -> _Points:
@@ -188,9 +183,9 @@ def _target(fit: Reflectance) -> _Target:
     cosine = at.cos_i[:, None]
     mean = max(float((points.share @ values).mean()) / np.pi, 1e-9)
     weight = np.concatenate([points.weight, np.full(_VIEWS, _ALBEDO_WEIGHT / _VIEWS)]) / 3
-    found = _Target(at, cosine, points.share, np.sqrt(weight)[:, None], (points.share @ values).mean(axis=0), mean,
+    target = _Target(at, cosine, points.share, np.sqrt(weight)[:, None], (points.share @ values).mean(axis=0), mean,
                     _looks_metallic(values, points), values)
-    return found._replace(seen=_seen(values, found))
+    return target._replace(seen=_seen(values, target))
 
 
 def _looks_metallic(values: FloatArray, points: _Points) -> bool:
@@ -247,8 +242,8 @@ def _with_coat(plain: _Found, names: tuple[str, ...], target: _Target) -> _Found
     return _closer(plain, _search_from(starts, (*names, *_COAT), target))
 
 
-def _best(found: list[_Found]) -> _Found:
-    return min(found, key=lambda each: each.error)
+def _best(searches: list[_Found]) -> _Found:
+    return min(searches, key=lambda each: each.error)
 
 
 def _closer(plain: _Found, layered: _Found) -> _Found:

@@ -150,8 +150,8 @@ class Principled:
 
 def angles(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray) -> Angles:
     """What the BSDF depends on: angles of (n,), radians."""
-    found = microfacet.geometry(theta_i, phi_i, theta_o, phi_o)
-    return Angles(found.cos_i, found.cos_o, 1 / (1 + found.tan2_h), found.cos_d,
+    at = microfacet.geometry(theta_i, phi_i, theta_o, phi_o)
+    return Angles(at.cos_i, at.cos_o, 1 / (1 + at.tan2_h), at.cos_d,
                   np.sin(theta_i) * np.cos(phi_i - phi_o))
 
 

@@ -24,7 +24,7 @@ from ..lattice.sparse import SparseLattice
 from ..model import microfacet
 from ..model.edit import Edit
 from ..model.fit import Fit
-from ..model.transform import IDENTITY, LogRelative, Transform
+from ..model.transform import LogRelative
 from ..samples import RGB
 from ..shader_constants import DAMPING_KNOTS, OCCUPANCY_SHIFT
 from .bake import shader_version
@@ -39,9 +39,10 @@ _KINDS: dict[str, microfacet.Kind] = {"LOBE": "mirror", "ANISOTROPIC_LOBE": "mir
 def unbake(source: str, name: str = "untitled", compression: float = 0.0) -> Fit:
     """Read a fit from the OSL source that `bake.bake` made of it, by any version since 0.1.0.
 
+    Raises ValueError if the source is not a baked shader, or its tables contradict each other.
+
     Parameters
     ----------
-    source : str
     name : str
         The fit's name, which the source does not hold.
     compression : float
@@ -51,11 +52,6 @@ def unbake(source: str, name: str = "untitled", compression: float = 0.0) -> Fit
     -------
     Fit
         It evaluates to what the baked fit does, to nine digits.
-
-    Raises
-    ------
-    ValueError
-        If the source is not a baked shader, or its tables contradict each other.
     """
     constants = dict(_CONSTANT.findall(source))
     try:
@@ -76,7 +72,7 @@ def _fit(source: str, constants: dict[str, str], name: str, compression: float) 
     axes = len(coordinates.axes)
     diffuse = dense.DenseLattice(level, _table(source, "DIFFUSE", np.float32, (*dense.shape(level, axes), stored)))
     specular = _specular(source, constants, stored, axes) if int(constants["SPARSE"]) else None
-    transform: Transform = IDENTITY
+    transform = None
     if int(constants["LOG_RELATIVE"] if "LOG_RELATIVE" in constants else constants["PRIOR"]):
         transform = _log_relative(constants, stored, columns)
         if int(constants.get("DAMPED", 0)):
@@ -187,10 +183,10 @@ def _level(cells: str) -> int:
 
 
 def _table(source: str, name: str, dtype: DTypeLike, shape: tuple[int, ...]) -> NDArray[Any]:
-    found = re.search(_TABLE.format(name), source, re.MULTILINE)
-    if found is None:
+    declaration = re.search(_TABLE.format(name), source, re.MULTILINE)
+    if declaration is None:
         raise ValueError(f"the shader has no table {name}")
-    values = np.array(found[2].split(","), dtype=np.float64) if found[2].strip() else np.empty(0)
-    if len(values) != int(found[1]) or values.size != np.prod(shape) or not np.isfinite(values).all():
+    values = np.array(declaration[2].split(","), dtype=np.float64) if declaration[2].strip() else np.empty(0)
+    if len(values) != int(declaration[1]) or values.size != np.prod(shape) or not np.isfinite(values).all():
         raise ValueError(f"the table {name} of the shader has {len(values)} numbers, expected {np.prod(shape)}")
     return values.astype(dtype).reshape(shape)

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from .. import published
-from ..arrays import BoolArray
 from ..colours import COLOURS, DEFAULT
 from ..errors import DatasetError
 from ..samples import Samples
@@ -159,14 +158,6 @@ def list_samples(path: str | Path) -> list[tuple[int, str]]:
         return []
     known, content = _recognised(path)
     return [] if known.list_samples is None else known.list_samples(path, content)
-
-
-def overflowed(path: str | Path, sample: str | int | None = None) -> BoolArray | None:
-    """Which measurements overflowed the camera: (n,) bool, or None if that is not known."""
-    if published.name_in(path) is not None:
-        return None
-    known, content = _recognised(path)
-    return None if known.overflowed is None else known.overflowed(path, content, sample)
 
 
 def is_recognised(path: str | Path) -> bool:

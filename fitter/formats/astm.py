@@ -24,16 +24,15 @@ wavelengths and grazing angles, and of unreliable mirror peaks of smooth surface
 """
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, mapped
 from ..errors import DatasetError
 from ..samples import Samples
-from .columns import ANGLES, angle, angles_note, look_like_degrees, reflectance, wavelengths, without_cosine
+from .columns import ANGLES, angle, angles_note, look_like_degrees, reflectance, without_cosine
 from .format import Format
 from .isotropy import finished
 from .reading import BY_DEFAULT, QUANTITIES, Reading
@@ -45,28 +44,12 @@ _KEYWORD = re.compile(rb"(?:\A|(?<=[\r\n]))[ \t]*(SAMPLE_NAME|NUM_POINTS)[ \t]([
 
 
 def recognises(content: bytes) -> bool:
-    r"""Whether a line starts with VARS.
-
-    Examples
-    --------
-    >>> recognises(b"SAMPLE_NAME Blue\nVARS theta_i,phi_i,theta_s,phi_s,R,G,B\n"), recognises(b"1 0.2 0.3")
-    (True, False)
-    """
+    """Whether a line starts with VARS."""
     return _VARS.search(content) is not None
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read an ASTM file; spectra become linear sRGB.
-
-    Returns
-    -------
-    Samples
-
-    Raises
-    ------
-    DatasetError
-        If the file is malformed.
-    """
+    """Read an ASTM file; spectra become linear sRGB. Raises DatasetError if the file is malformed."""
     columns = _columns(path, content)
     table = _table(columns, path, content)
     if not len(table):
@@ -84,23 +67,8 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         notes.append(f"{note}, as asked")
     channels, values, more = reflectance(columns.channels, values, path, columns.line, reading)
     name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else Path(path).stem
-    theta_i, phi_i, theta_o, phi_o = directions.T
-    return finished(Samples(theta_i, phi_i, theta_o, phi_o, values, channels, name, str(path), (*notes, *more)),
+    return finished(Samples(*mapped(np.asarray, directions.T), values, channels, name, str(path), (*notes, *more)),
                     reading)
-
-
-def read_spectrum(path: str | Path, content: bytes) -> tuple[FloatArray | None, FloatArray]:
-    """The bands of a spectral file, not converted to sRGB.
-
-    Returns
-    -------
-    wavelengths : (bands,) float64, or None
-        nm; None if the channels are not wavelengths.
-    values : (n, bands) float64
-        1/sr.
-    """
-    columns = _columns(path, content)
-    return wavelengths(columns.channels), _table(columns, path, content)[:, columns.values]
 
 
 @dataclass(frozen=True)
@@ -128,18 +96,20 @@ class _Columns:
 
 def _columns(path: str | Path, content: bytes) -> _Columns:
     """Read the VARS line."""
-    found = _VARS.search(content)
-    if found is None:
+    named = _VARS.search(content)
+    if named is None:
         raise DatasetError("no VARS line", path)
-    line = line_number(content, found.start())
-    separator = b"," if b"," in found[1] else None
-    count = found[1].count(b",") + 1 if separator else len(found[1].split(None, MOST_VARIABLES))
+    line = line_number(content, named.start())
+    separator = b"," if b"," in named[1] else None
+    count = named[1].count(b",") + 1 if separator else len(named[1].split(None, MOST_VARIABLES))
     if count > MOST_VARIABLES:
         raise DatasetError(f"{count} variables found, expected at most {MOST_VARIABLES}", path, line)
-    names = [decode(name).strip() for name in found[1].split(separator)]
+    names = [decode(name).strip() for name in named[1].split(separator)]
     kinds = [angle(name) for name in names]
     roles = [kind[0] for kind in kinds]
-    if _row_length(content, found.end()) == len(names) + 1 and _without_phi(roles):
+    first_row = next(lines(content, named.end()), None)
+    entries = 0 if first_row is None else len(first_row[0].split(_separator(content, named.end()), MOST_VARIABLES + 1))
+    if entries == len(names) + 1 and sorted(filter(None, roles)) == sorted(set(ANGLES) - {"phi_s"}):
         after = roles.index("theta_s") + 1
         names[after:after], roles[after:after] = ["phi_s"], ["phi_s"]
     units = {unit for role, unit in kinds if role}
@@ -147,18 +117,7 @@ def _columns(path: str | Path, content: bytes) -> _Columns:
         raise DatasetError(f"VARS must name {', '.join(ANGLES)} once each, in one unit, and channels", path, line)
     values = [column for column, role in enumerate(roles) if not role]
     return _Columns([roles.index(role) for role in ANGLES], values, [names[column] for column in values], units.pop(),
-                    found.end(), line)
-
-
-def _without_phi(roles: Sequence[str]) -> bool:
-    """Whether all angles but phi_s are there."""
-    return sorted(filter(None, roles)) == sorted(set(ANGLES) - {"phi_s"})
-
-
-def _row_length(content: bytes, start: int) -> int:
-    """The number of entries of the first row."""
-    row = next(lines(content, start), None)
-    return 0 if row is None else len(row[0].split(_separator(content, start), MOST_VARIABLES + 1))
+                    named.end(), line)
 
 
 def _separator(content: bytes, start: int) -> bytes | None:

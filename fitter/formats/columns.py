@@ -30,11 +30,12 @@ def angle(name: str) -> tuple[str, str | None]:
     >>> angle("theta_o[deg]"), angle("PhiIn"), angle("R")
     (('theta_s', 'deg'), ('phi_i', None), ('', None))
     """
-    found = _ANGLE.fullmatch(name)
-    if found is None:
+    match = _ANGLE.fullmatch(name)
+    if match is None:
         return "", None
-    kind = "phi" if found[1].lower() in ("phi", "azimuth") else "theta"
-    return f"{kind}_{'i' if found[2][0].lower() == 'i' else 's'}", found[3] and found[3].lower()
+    kind, side, unit = match.groups()
+    return (f"{'phi' if kind.lower() in ('phi', 'azimuth') else 'theta'}_{'i' if side[0].lower() == 'i' else 's'}",
+            unit and unit.lower())
 
 
 def look_like_degrees(angles: FloatArray) -> bool:
@@ -55,6 +56,8 @@ def without_cosine(directions: FloatArray, values: FloatArray, cosine: str, path
                    line: int) -> tuple[FloatArray, FloatArray, str]:
     """Divide values by the cosine that is in them; those at the horizon, which hold nothing, are left out.
 
+    Raises DatasetError if no row is left.
+
     Parameters
     ----------
     directions : (n, 4) float64
@@ -70,11 +73,6 @@ def without_cosine(directions: FloatArray, values: FloatArray, cosine: str, path
     directions, values
         Of the rows that are left.
     note : str
-
-    Raises
-    ------
-    DatasetError
-        If no row is left.
     """
     factor = np.cos(directions[:, ANGLES.index(f"theta_{cosine}")])
     grazing = factor < _LEAST_COSINE
@@ -90,6 +88,8 @@ def reflectance(names: Sequence[str], values: FloatArray, path: str | Path, line
                 reading: Reading) -> tuple[tuple[str, ...], FloatArray, tuple[str, ...]]:
     """The channels, and the values converted to them; spectra become linear sRGB.
 
+    Raises DatasetError if the names are anything else.
+
     Parameters
     ----------
     names : sequence of str
@@ -97,18 +97,12 @@ def reflectance(names: Sequence[str], values: FloatArray, path: str | Path, line
     values : (n, columns) float64
     path, line
         Where the names are from, for the error.
-    reading : Reading
 
     Returns
     -------
     channels : tuple of str
     values : (n, channels) float64
     notes : tuple of str
-
-    Raises
-    ------
-    DatasetError
-        If the names are anything else.
     """
     upper = [name.upper() for name in names]
     if sorted(upper) == sorted(RGB):

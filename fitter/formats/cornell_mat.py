@@ -30,27 +30,14 @@ _ARRAYS = ("dir_in", "dir_out", "fr", "wavelength")
 
 
 def recognises(content: bytes) -> bool:
-    """Whether the file begins with the header of MATLAB 5.
-
-    Examples
-    --------
-    >>> recognises(b"MATLAB 5.0 MAT-file, Platform: GLNX86"), recognises(b"VARS theta_i")
-    (True, False)
-    """
+    """Whether the file begins with the header of MATLAB 5."""
     return content.startswith(mat5.MAGIC)
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read the paint file; spectra become linear sRGB.
 
-    Returns
-    -------
-    Samples
-
-    Raises
-    ------
-    DatasetError
-        If the file is damaged, or an array is missing or has an unexpected shape.
+    Raises DatasetError if the file is damaged, or an array is missing or has an unexpected shape.
     """
     arrays = mat5.read(content, path, _ARRAYS)
     missing = [name for name in _ARRAYS if name not in arrays]

@@ -6,7 +6,7 @@ ACM TOG 18(1), 1999. Owner's page: https://www.cs.columbia.edu/CAVE/software/cur
 Layout: a line for each sample, its number and 205 values in 1/sr, separated by white space. abrdf.dat has the grey
 values; rbrdf.dat, gbrdf.dat and bbrdf.dat, in one folder, have those of the channels; rover.dat, gover.dat and
 bover.dat beside them have the share of overflowed pixels of each measurement. The directions are those of the
-database's table of geometries, which comes with this project ::
+database's table of geometries, which comes with this project; `Samples.saturated` are those that overflowed ::
 
     1    0.200   0.110   0.199   0.177 ...
     2    0.204   0.145   0.144   0.274 ...
@@ -42,13 +42,7 @@ _NUMBER = re.compile(rb"([0-9]{1,9})(?!\S)")
 
 
 def recognises(content: bytes) -> bool:
-    """Whether the first line has a sample number and at least half as many values as there are geometries.
-
-    Examples
-    --------
-    >>> recognises(b"5 " + 205 * b"0.1 "), recognises(b"5")
-    (True, False)
-    """
+    """Whether the first line has a sample number and at least half as many values as there are geometries."""
     first = next(lines(content), None)
     tokens = b"-".split() if first is None else first[0].split(None, GEOMETRIES // 2)
     return tokens[0].isdigit() and len(tokens) > GEOMETRIES // 2
@@ -60,27 +54,14 @@ def list_samples(path: str | Path, content: bytes) -> list[tuple[int, str]]:
 
 
 def sample_name(number: int) -> str:
-    """The name of a CURET sample, 1 to 61.
-
-    Examples
-    --------
-    >>> sample_name(1), sample_name(61)
-    ('felt', 'moss')
-    """
+    """The name of a CURET sample, 1 to 61."""
     return NAMES[number - 1]
 
 
 def read(path: str | Path, content: bytes, sample: str | int | None = None) -> Samples:
     """Read one sample; in colour if `path` is one of rbrdf.dat, gbrdf.dat, bbrdf.dat and all three exist.
 
-    Returns
-    -------
-    Samples
-
-    Raises
-    ------
-    DatasetError
-        If a file is malformed, or the sample is not in it.
+    Raises DatasetError if a file is malformed, or the sample is not in it.
     """
     path = Path(path)
     rows = _rows(path, content)
@@ -98,17 +79,13 @@ def read(path: str | Path, content: bytes, sample: str | int | None = None) -> S
                 raise DatasetError(f"no sample {number}, which {path.name} has", member)
             columns.append(_values(member, text, member_rows[number]))
     theta_v, phi_v, theta_i, phi_i = geometry().T
-    return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), channels, sample_name(number), str(path))
+    return Samples(theta_i, phi_i, theta_v, phi_v, np.stack(columns, axis=1), channels, sample_name(number), str(path),
+                   saturated=_overflowed(path, number))
 
 
-def overflowed(path: str | Path, content: bytes, sample: str | int | None = None) -> BoolArray | None:
-    """Which measurements overflowed the camera in any channel: (205,) bool.
-
-    None if none of rover.dat, gover.dat and bover.dat, which have the share of overflowed pixels, is beside `path`.
-    """
-    path = Path(path)
-    number = _sample_number(sample, _rows(path, content), path)
-    found: BoolArray | None = None
+def _overflowed(path: Path, number: int) -> BoolArray | None:
+    """Which measurements of a sample overflowed the camera in any channel: (205,); None if no file beside says it."""
+    overflowed: BoolArray | None = None
     for letter in RGB:
         member = path.with_name(f"{letter.lower()}over.dat")
         if not member.is_file():
@@ -117,8 +94,8 @@ def overflowed(path: str | Path, content: bytes, sample: str | int | None = None
         rows = _rows(member, text)
         if number in rows:
             share = np.array(_values(member, text, rows[number]))
-            found = (share > 0) | (False if found is None else found)
-    return found
+            overflowed = (share > 0) | (False if overflowed is None else overflowed)
+    return overflowed
 
 
 def read_with(path: Path) -> Path | None:
@@ -131,13 +108,7 @@ def read_with(path: Path) -> Path | None:
 
 @cache
 def geometry() -> FloatArray:
-    """The directions of the measurements: (205, 4), theta_v, phi_v, theta_i, phi_i, radians.
-
-    Examples
-    --------
-    >>> geometry().shape
-    (205, 4)
-    """
+    """The directions of the measurements: (205, 4), theta_v, phi_v, theta_i, phi_i, radians."""
     table = Path(__file__).parent / "data" / "curet_geometry.csv"
     return np.loadtxt(table, delimiter=",", comments="#", skiprows=2)[:, 1:]
 
@@ -191,4 +162,4 @@ def _color_files(path: Path) -> list[Path] | None:
 
 
 FORMAT = Format("CURET", "CURET abrdf.dat", (".dat",), recognises, read, list_samples=list_samples,
-                overflowed=overflowed, read_with=read_with)
+                read_with=read_with)

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..arrays import BoolArray
 from ..samples import Samples
 
 LARGEST_TEXT = 16 << 20     # bytes; published text files have at most half a million
@@ -35,8 +34,6 @@ class Format:
         Size limit in bytes; larger files are refused.
     list_samples : callable, optional
         For files with several samples: takes path and content; returns the (number, name) of each.
-    overflowed : callable, optional
-        Takes path, content and sample; returns which measurements are known to be saturated, (n,) bool, or None.
     read_with : callable, optional
         Takes the path of a file; returns the path of the file that it is read with as a part, or None.
     """
@@ -50,5 +47,4 @@ class Format:
     is_text: bool = True
     largest: int = LARGEST_TEXT
     list_samples: Callable[[str | Path, bytes], list[tuple[int, str]]] | None = None
-    overflowed: Callable[[str | Path, bytes, str | int | None], BoolArray | None] | None = None
     read_with: Callable[[Path], Path | None] | None = None

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..colours import DEFAULT, conversion, luminance
-from ..samples import RGB, Samples
+from ..samples import RGB, Samples, given_away
 
 
 def converted(samples: Samples, colours: str) -> Samples:
@@ -26,7 +26,7 @@ def converted(samples: Samples, colours: str) -> Samples:
     notes: tuple[str, ...] = ()
     if colours != DEFAULT:
         values = samples.values @ conversion(DEFAULT, colours).T
-        values.flags.writeable = False          # so that `Samples` need not copy them
+        given_away(values)
         samples, notes = replace(samples, values=values, colours=colours), (f"Colours in {colours}",)
     notes += _outside(samples)
     return replace(samples, notes=(*samples.notes, *notes)) if notes else samples
@@ -37,7 +37,6 @@ def _outside(samples: Samples) -> tuple[str, ...]:
 
     Samples of no or negative luminance, which are noise, do not count.
     """
-    # what is black but for noise has no colour
     outside = (samples.values.min(axis=1) < 0) & (luminance(samples.values, samples.colours) > 0)
     count = int(np.count_nonzero(outside))
     if not count:

@@ -44,7 +44,6 @@ def finished(samples: Samples, reading: Reading, said: str = NO_SYMMETRY) -> Sam
 
     Parameters
     ----------
-    samples : Samples
     reading : Reading
         Its `isotropic` and `symmetry` are true, whatever the values or the file say.
     said : str
@@ -65,22 +64,17 @@ def decided(samples: Samples, isotropic: bool | None = None) -> Samples:
 
     Parameters
     ----------
-    samples : Samples
     isotropic : bool, optional
         What to take them for, whatever their values tell.
-
-    Returns
-    -------
-    Samples
     """
     if isotropic is not None:
         return as_asked(samples, isotropic)
     if not np.ptp(samples.phi_i):
         return samples
-    found = _compared(samples)
-    if found.isotropic and found.note:
-        return replace(samples, notes=(*samples.notes, found.note))
-    return samples if found.isotropic else replace(samples, isotropic=False, notes=(
+    evidence = _compared(samples)
+    if evidence.isotropic and evidence.note:
+        return replace(samples, notes=(*samples.notes, evidence.note))
+    return samples if evidence.isotropic else replace(samples, isotropic=False, notes=(
         *samples.notes, told(samples.theta_i, samples.phi_i)))
 
 
@@ -88,10 +82,6 @@ def mirrored(samples: Samples) -> Samples:
     """Samples with a note where those of an isotropic material differ on both sides of the plane of incidence.
 
     An isotropic fit is the same on both: of a tape that returns light to one side only it is the mean.
-
-    Parameters
-    ----------
-    samples : Samples
     """
     if not samples.isotropic:
         return samples
@@ -100,12 +90,12 @@ def mirrored(samples: Samples) -> Samples:
     beside = (apart > _ALIKE) & (apart < np.pi - _ALIKE)
     if len({*side[beside].tolist()}) < 2:
         return samples
-    kept = np.flatnonzero(beside)
-    kept = kept[_some(subset(samples, kept), apart[kept])]
-    y = _size(samples)[kept]
-    cell = _numbered([_rounded(angle[kept]) for angle in (samples.theta_i, samples.theta_o, apart)])
+    chosen = np.flatnonzero(beside)
+    chosen = chosen[_some(subset(samples, chosen), apart[chosen])]
+    y = _size(samples)[chosen]
+    cell = _numbered([_rounded(angle[chosen]) for angle in (samples.theta_i, samples.theta_o, apart)])
     count, total = (np.stack([np.bincount(cell[each], weights, cell.max() + 1) for each, weights in (
-        (at, None if of is None else of[at]) for at in (side[kept], ~side[kept]))]) for of in (None, y))
+        (at, None if of is None else of[at]) for at in (side[chosen], ~side[chosen]))]) for of in (None, y))
     both = count.min(axis=0) > 0
     mean = total[:, both] / count[:, both]
     if mean.shape[1] < _FEWEST or np.mean((mean[0] - mean[1]) ** 2) <= _CLEAR ** 2 * np.mean((mean[0] + mean[1]) ** 2):
@@ -140,15 +130,15 @@ def _compared(samples: Samples) -> _Found:
     """What samples at several rotations tell."""
     apart = np.mod(_between(samples), _TURN)
     side, apart = apart > np.pi, np.minimum(apart, _TURN - apart)
-    kept = _some(samples, apart)
-    y = _size(samples)[kept]
-    points = _Points(samples.theta_i[kept], samples.theta_o[kept], apart[kept], side[kept],
-                     np.mod(samples.phi_i[kept], _TURN))
+    chosen = _some(samples, apart)
+    y = _size(samples)[chosen]
+    points = _Points(samples.theta_i[chosen], samples.theta_o[chosen], apart[chosen], side[chosen],
+                     np.mod(samples.phi_i[chosen], _TURN))
     rotation = _rounded(points.rotation) % int(np.rint(_TURN / _ALIKE))
     cell = _numbered([_rounded(points.theta_i), _rounded(points.theta_o), _rounded(points.apart)])
     shared = _at_several(cell, rotation)
     if 10 * np.count_nonzero(shared) < len(y):
-        return _scattered(subset(samples, kept), y)
+        return _scattered(subset(samples, chosen), y)
     count = len(np.unique(rotation[shared & (points.theta_i > _ALIKE)]))
     if count < FEWEST_ROTATIONS:
         return _Found(True, f"Measured at {count} rotations: taken as isotropic" if count > 1 else "")
@@ -157,7 +147,7 @@ def _compared(samples: Samples) -> _Found:
     size = float(np.sqrt(np.mean(y[shared] ** 2)))
     tests = [_alike(r, pairs) for pairs in (_in_direction(points), _in_rotation(points, cell[shared]))]
     if sum(count for count, _, _ in tests) < _FEWEST:
-        noise = None if samples.deviation is None else (y * samples.deviation[kept] / 3)[shared]
+        noise = None if samples.deviation is None else (y * samples.deviation[chosen] / 3)[shared]
         least = _CLEAR * size if noise is None else max(_EFFECT * size, _REPEATED * np.sqrt(np.mean(noise ** 2)))
         differs = np.sqrt(np.mean(r ** 2)) > least
     else:

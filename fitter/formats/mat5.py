@@ -28,15 +28,13 @@ _GROWTH, _FREE = 3, 1 << 20     # most bytes inflated: times the file's size, pl
 def read(content: bytes, path: str | Path, names: Collection[str]) -> dict[str, FloatArray]:
     """Read the arrays with the given names.
 
+    Raises DatasetError if the file is damaged, one of the arrays does not hold plain real numbers, or inflates too
+    much.
+
     Returns
     -------
     dict
         Arrays of float64 with two dimensions or more, by name; those that the file does not have are missing.
-
-    Raises
-    ------
-    DatasetError
-        If the file is damaged, one of the arrays does not hold plain real numbers, or inflates too much.
     """
     try:
         return _arrays(content, names)

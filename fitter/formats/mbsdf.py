@@ -21,8 +21,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ..arrays import mapped
 from ..errors import DatasetError
-from ..samples import HORIZON, RGB, Samples
+from ..samples import HORIZON, RGB, Samples, given_away
 from .format import Format
 
 MAGIC = b"NVIDIA ARC MBSDF V"
@@ -33,33 +34,20 @@ _LARGEST = 32 << 20
 
 
 def recognises(content: bytes) -> bool:
-    r"""Whether the file begins with NVIDIA's mark.
-
-    Examples
-    --------
-    >>> recognises(b"NVIDIA ARC MBSDF V1\nMBSDF_DATA=\n"), recognises(b"tensor_file\0")
-    (True, False)
-    """
+    """Whether the file begins with NVIDIA's mark."""
     return content.startswith(MAGIC)
 
 
 def read(path: str | Path, content: bytes) -> Samples:
     """Read the reflection of an .mbsdf file.
 
-    Returns
-    -------
-    Samples
-
-    Raises
-    ------
-    DatasetError
-        If the file is damaged, or holds transmitted light only.
+    Raises DatasetError if the file is damaged, or holds transmitted light only.
     """
-    found = [content.find(block) + len(block) for block in _BLOCKS if block in content]
-    if not found:
+    starts = [content.find(block) + len(block) for block in _BLOCKS if block in content]
+    if not starts:
         what = "transmitted light only" if _TRANSMISSION in content else "no line MBSDF_DATA= or MBSDF_DATA_REFLECTION="
         raise DatasetError(f"{what}, expected reflection", path)
-    start = min(found)
+    start = min(starts)
     if len(content) < start + _HEADER.size:
         raise DatasetError("it ends before the table", path)
     kind, thetas, phis = _HEADER.unpack_from(content, start)
@@ -75,19 +63,18 @@ def read(path: str | Path, content: bytes) -> Samples:
     values = np.frombuffer(content, "<f4", math.prod(shape), start).reshape(shape).astype(float)
     if not np.isfinite(values).all():
         raise DatasetError("holds numbers that are not finite", path)
-    kept = np.ones(shape[:3], dtype=bool)
-    kept[0, :, 1:] = kept[:, 0, 1:] = False
+    distinct = np.ones(shape[:3], dtype=bool)
+    distinct[0, :, 1:] = distinct[:, 0, 1:] = False
     for at_normal in (values[0], values[:, 0]):
         at_normal[:] = at_normal.mean(axis=1, keepdims=True)
     values[0, 0] = values[0, 0].mean(axis=0)
     theta = np.arange(thetas) / thetas * HORIZON
     phi = np.arange(phis) / (phis - 1) * np.pi
-    angles = [np.broadcast_to(axis, kept.shape)[kept] for axis in (theta[:, None, None], 0.0, theta[:, None], phi)]
-    values = values[kept]
-    for array in (*angles, values):
-        array.flags.writeable = False           # so that `Samples` need not copy them
-    theta_i, phi_i, theta_o, phi_o = angles
-    return Samples(theta_i, phi_i, theta_o, phi_o, values, RGB if kind else ("grey",), Path(path).stem, str(path))
+    directions = mapped(lambda axis: np.broadcast_to(axis, distinct.shape)[distinct],
+                        (theta[:, None, None], 0.0, theta[:, None], phi))
+    values = values[distinct]
+    given_away(*directions, values)
+    return Samples(*directions, values, RGB if kind else ("grey",), Path(path).stem, str(path))
 
 
 FORMAT = Format("NVIDIA", "NVIDIA .mbsdf", (".mbsdf",), recognises, read, is_text=False, largest=_LARGEST)

@@ -25,9 +25,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray
+from ..arrays import BoolArray, Directions, FloatArray, mapped
+from ..coordinates.rusinkiewicz import of_half_and_difference
 from ..errors import DatasetError
-from ..samples import HORIZON, RGB, Samples
+from ..samples import HORIZON, RGB, Samples, given_away
 from .format import Format
 
 CELLS = 90, 90, 180
@@ -39,28 +40,12 @@ _LARGEST = _HEADER + 3 * 8 * math.prod(CELLS)
 
 
 def recognises(content: bytes) -> bool:
-    r"""Whether the file begins with the numbers n, n, 2n, up to MERL's own; in the wrong byte order too.
-
-    Examples
-    --------
-    >>> recognises(struct.pack("<3i", 90, 90, 180)), recognises(b"# a text\n1 2")
-    (True, False)
-    """
+    """Whether the file begins with the numbers n, n, 2n, up to MERL's own; in the wrong byte order too."""
     return _is_merl(_cells(content, "<")) or _is_merl(_cells(content, ">"))
 
 
 def read(path: str | Path, content: bytes) -> Samples:
-    """Read a .binary file: the cells that were measured.
-
-    Returns
-    -------
-    Samples
-
-    Raises
-    ------
-    DatasetError
-        If the file is damaged.
-    """
+    """Read a .binary file: the cells that were measured. Raises DatasetError if the file is damaged."""
     cells = _cells(content, "<")
     if not _is_merl(cells):
         raise DatasetError("numbers in big-endian order, expected little-endian ones, as MERL's files have them", path)
@@ -77,18 +62,16 @@ def read(path: str | Path, content: bytes) -> Samples:
     count = sum(map(np.count_nonzero, measured))
     if not count:
         raise DatasetError("no cell was measured: all are negative or below the horizon", path)
-    angles, values = [np.empty(count) for _ in range(4)], np.empty((count, 3))
-    at = 0
-    for i, kept in enumerate(measured):         # one theta_h at a time, to save memory
-        after = at + int(np.count_nonzero(kept))
-        for angle, part in zip(angles, _directions(i, kept), strict=True):
-            angle[at:after] = part
-        values[at:after] = planes[:, i][:, kept].T * SCALE
-        at = after
-    for array in (*angles, values):
-        array.flags.writeable = False           # so that `Samples` need not copy them
-    theta_i, phi_i, theta_o, phi_o = angles
-    return Samples(theta_i, phi_i, theta_o, phi_o, values, RGB, Path(path).stem, str(path))
+    directions, values = mapped(np.empty, [count] * 4), np.empty((count, 3))
+    start = 0
+    for i, above in enumerate(measured):        # one theta_h at a time, to save memory
+        part = slice(start, start + int(np.count_nonzero(above)))
+        for angle, of_cells in zip(directions, _directions(i, above), strict=True):
+            angle[part] = of_cells
+        values[part] = planes[:, i][:, above].T * SCALE
+        start = part.stop
+    given_away(*directions, values)
+    return Samples(*directions, values, RGB, Path(path).stem, str(path))
 
 
 def _cells(content: bytes, order: str) -> tuple[int, ...]:
@@ -106,16 +89,12 @@ def _above(i: int, cells: tuple[int, ...]) -> BoolArray:
     return np.cos(theta_d) * np.cos(theta_h) > _LOWEST + np.abs(np.sin(theta_d) * np.cos(phi_d) * np.sin(theta_h))
 
 
-def _directions(i: int, kept: BoolArray) -> FloatArray:
-    """theta_i, phi_i, theta_o, phi_o of the cells of a theta_h that are kept: (4, n) radians. phi_h is 0."""
-    cells = len(kept), *kept.shape
-    theta_h, theta_d, phi_d = _edges(i, cells)
-    x, y = ((np.sin(theta_d) * across)[kept] for across in (np.cos(phi_d), np.sin(phi_d)))
-    z = np.broadcast_to(np.cos(theta_d), kept.shape)[kept]
-    out, up = z * np.sin(theta_h), z * np.cos(theta_h)
-    sideways, down = x * np.cos(theta_h), x * np.sin(theta_h)
-    return np.stack([np.arctan2(np.hypot(out + sideways, y), up - down), np.arctan2(y, out + sideways),
-                     np.arctan2(np.hypot(out - sideways, y), up + down), np.arctan2(-y, out - sideways)])
+def _directions(i: int, which: BoolArray) -> Directions:
+    """Those of some cells of a theta_h, radians. phi_h is 0."""
+    theta_h, theta_d, phi_d = _edges(i, (len(which), *which.shape))
+    theta_d, phi_d = (np.broadcast_to(angle, which.shape)[which] for angle in (theta_d, phi_d))
+    return of_half_and_difference(theta_h, np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d),
+                                  np.cos(theta_d))
 
 
 def _edges(i: int, cells: tuple[int, ...]) -> tuple[float, FloatArray, FloatArray]:

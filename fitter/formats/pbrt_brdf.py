@@ -18,6 +18,9 @@ Limits: 3 to 1,000 wavelengths; spectra become linear sRGB.
 import re
 from pathlib import Path
 
+import numpy as np
+
+from ..arrays import mapped
 from ..errors import DatasetError
 from ..samples import RGB, Samples
 from .format import Format
@@ -31,30 +34,14 @@ _COUNT = re.compile(rb"([0-9]{1,4})[ \t\f\v]*(?=[\r\n#]|\Z)")
 
 
 def recognises(content: bytes) -> bool:
-    r"""Whether the first line that is not a comment holds one whole number, the number of wavelengths.
-
-    Examples
-    --------
-    >>> recognises(b"# red paint\n31\n400 410"), recognises(b"31 400 410")
-    (True, False)
-    """
+    """Whether the first line that is not a comment holds one whole number, the number of wavelengths."""
     first = _FIRST.search(content)
     count = first and _COUNT.match(content, first.start(1))
     return count is not None and _FEWEST <= int(count[1]) <= _MOST
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a .brdf file; spectra become linear sRGB.
-
-    Returns
-    -------
-    Samples
-
-    Raises
-    ------
-    DatasetError
-        If the file is malformed.
-    """
+    """Read a .brdf file; spectra become linear sRGB. Raises DatasetError if the file is malformed."""
     values, line = parse_numbers(content, path)
     bands = int(values[0])
     columns = 4 + bands
@@ -65,10 +52,9 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     table = values[1 + bands:].reshape(rows, columns)
     check_thetas(table[:, [0, 2]], lambda row: line(1 + bands + row * columns), path)
     reflectance = to_linear_srgb(values[1:1 + bands], table[:, 4:], path, line(1), reading.illuminant)
-    theta_i, phi_i, theta_o, phi_o = table[:, :4].T.copy()
+    directions = mapped(np.copy, table[:, :4].T)
     del values, table           # they may take more memory than the file
-    return Samples(theta_i, phi_i, theta_o, phi_o, reflectance, RGB, Path(path).stem, str(path),
-                   reading.notes)
+    return Samples(*directions, reflectance, RGB, Path(path).stem, str(path), reading.notes)
 
 
 FORMAT = Format("pbrt-v2", "pbrt-v2 .brdf", (".brdf",), recognises, read, ("illuminant",))

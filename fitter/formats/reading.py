@@ -60,16 +60,12 @@ class Reading:
     encoding: str | None = None
 
     def __post_init__(self) -> None:
-        if self.angles is not None:
-            one_of("angles", self.angles, ANGLES)
-        if self.quantity is not None:
-            one_of("quantity", self.quantity, tuple(QUANTITIES))
+        for name, choices in (("angles", ANGLES), ("quantity", tuple(QUANTITIES)), ("symmetry", SYMMETRIES),
+                              ("encoding", ENCODINGS)):
+            if getattr(self, name) is not None:
+                one_of(name, getattr(self, name), choices)
         if self.isotropic not in (None, True, False):
             raise DatasetError(f"isotropic {self.isotropic!r} found, expected True, False or None")
-        if self.symmetry is not None:
-            one_of("symmetry", self.symmetry, SYMMETRIES)
-        if self.encoding is not None:
-            one_of("encoding", self.encoding, ENCODINGS)
         one_of("illuminant", self.illuminant, ILLUMINANTS)
 
     @property

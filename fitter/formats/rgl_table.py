@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..arrays import ArrayLike, BoolArray, Directions, FloatArray, IntArray
+from ..arrays import ArrayLike, BoolArray, Directions, FloatArray, IntArray, joined, mapped, selected
 from ..samples import HORIZON
 from . import rgl_warp
-from .rgl_warp import Warp, cell, sum_of
+from .rgl_warp import Warp, cell
 
 FEWEST_AZIMUTHS = 3         # of an anisotropic material
 _TURN = 2 * np.pi
@@ -81,16 +81,17 @@ class RglTable:
 
         Beyond the tabulated angles of incidence it is that of the nearest one. Values may be negative.
         """
-        theta_i, phi_i, theta_o, phi_o = (np.asarray(angle, dtype=float)
-                                          for angle in np.broadcast_arrays(theta_i, phi_i, theta_o, phi_o))
+        theta_i, phi_i, theta_o, phi_o = mapped(lambda angle: np.asarray(angle, dtype=float),
+                                                np.broadcast_arrays(theta_i, phi_i, theta_o, phi_o))
         incident, outgoing = self._tabulated(phi_i, phi_o)
         x = np.sin(theta_i) * np.cos(incident) + np.sin(theta_o) * np.cos(outgoing)
         y = np.sin(theta_i) * np.sin(incident) + np.sin(theta_o) * np.sin(outgoing)
         theta_h = np.arctan2(np.hypot(x, y), np.cos(theta_i) + np.cos(theta_o))
         u_x, u_y = _square(theta_h, np.arctan2(y, x))
         slices = self._slices(theta_i, incident)
-        s_x, s_y = rgl_warp.to_grid_of(self.warp, slices, u_x, u_y)
-        value = sum_of([weight[:, None] * _bilinear(self.values, s_x, s_y, index) for index, weight in slices])
+        s_x, s_y = rgl_warp.to_grid(self.warp, slices, u_x, u_y)
+        value = sum((weight[:, None] * _bilinear(self.values, s_x, s_y, index) for index, weight in slices),
+                    np.zeros(1))
         return value * self._factor(theta_i, incident, theta_o, u_x, u_y)[:, None]
 
     def _tabulated(self, phi_i: FloatArray, phi_o: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -135,16 +136,16 @@ class RglTable:
         values : (n, 3) float64
             1/sr.
         """
-        parts = []
+        parts, values = [], []
         for index, theta, phi in self._incidences():
             u_x, u_y = self._half_vectors(index)
             value = self.values[index, :-1].copy()
             value[:, 0] = value[:, 0].mean(axis=0)
-            *angles, kept = _above(theta, phi, u_x, u_y)
-            factor = self._factor(angles[0], angles[1], angles[2], u_x[kept], u_y[kept])
-            parts.append((*angles, value[kept] * factor[:, None]))
-        theta_i, phi_i, theta_o, phi_o, values = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return theta_i, phi_i, theta_o, phi_o, values
+            directions, which = _above(theta, phi, u_x, u_y)
+            factor = self._factor(*directions[:3], u_x[which], u_y[which])
+            parts.append(directions)
+            values.append(value[which] * factor[:, None])
+        return *joined(parts), np.concatenate(values)
 
     def between(self) -> _Points:
         """Directions between the nodes, and between the directions of incidence, and the BRDF there; as `nodes`.
@@ -154,8 +155,8 @@ class RglTable:
         spread evenly. Of an anisotropic material the grid is as coarse as keeps all samples, the nodes and what
         symmetry makes of them, below `_MOST_ANISOTROPIC`.
         """
-        theta_i, phi_i, theta_o, phi_o = self._between_isotropic() if self.isotropic else self._between_anisotropic()
-        return theta_i, phi_i, theta_o, phi_o, self.evaluate(theta_i, phi_i, theta_o, phi_o)
+        directions = self._between_isotropic() if self.isotropic else self._between_anisotropic()
+        return *directions, self.evaluate(*directions)
 
     def _between_isotropic(self) -> Directions:
         theta_i, size = np.minimum(self.theta_i, HORIZON), self.values.shape[1]
@@ -170,9 +171,9 @@ class RglTable:
                 if not step and thin == 1:
                     u_x = u_x[:, ::2]       # the others are nodes
                 theta = theta_i[index] + (step / count * (theta_i[index + 1] - theta_i[index]) if step else 0)
-                parts.append(_above(theta, 0, u_x, np.broadcast_to(u_y[:, None], u_x.shape))[:4])
+                parts.append(_above(theta, 0, u_x, np.broadcast_to(u_y[:, None], u_x.shape))[0])
                 parts.append((np.full(len(evenly[0]), theta), np.zeros(len(evenly[0])), *evenly))
-        return _joined(parts)
+        return joined(parts)
 
     def _between_anisotropic(self) -> Directions:
         theta_i, size = np.minimum(self.theta_i, HORIZON), self.values.shape[1]
@@ -195,11 +196,11 @@ class RglTable:
                 if index not in known:
                     known[index] = rgl_warp.from_grid(self.warp, index, x, y)
                 u_x, u_y = known[index]
-                parts.append(_above(theta, phi, u_x, np.broadcast_to(u_y[:, None], u_x.shape))[:4])
+                parts.append(_above(theta, phi, u_x, np.broadcast_to(u_y[:, None], u_x.shape))[0])
                 theta_o, phi_o = evenly
                 parts.append((np.full_like(theta_o, theta), np.full_like(theta_o, phi), theta_o,
                               2 * phi_o + len(parts) * _GOLDEN))
-        return _joined(parts)
+        return joined(parts)
 
     @property
     def _closes(self) -> bool:
@@ -235,23 +236,15 @@ def reduction(phi_i: FloatArray) -> int:
     return round(_TURN / covered) if covered > _SAME else 0
 
 
-def _above(theta: float, phi: float, u_x: FloatArray, u_y: FloatArray,
-           ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray]:
-    """The angles of incidence, and those into which half vectors u reflect above the horizon, (n,); and which these
-    are.
-
-    Of a column where the half vector is the normal, the first.
+def _above(theta: float, phi: float, u_x: FloatArray, u_y: FloatArray) -> tuple[Directions, BoolArray]:
+    """The light, and the directions into which half vectors u reflect it, above the horizon: (n,); and which u these
+    are. Of a column where the half vector is the normal, the first.
     """
     theta_i = np.full_like(u_x, theta)
     theta_o, phi_o = _reflected(theta_i, u_x ** 2 * HORIZON, (2 * u_y - 1) * np.pi - phi)
-    kept = np.cos(theta_o) > _LOWEST
-    kept[1:] &= u_x[1:] > 0
-    return theta_i[kept], np.full(np.count_nonzero(kept), float(phi)), theta_o[kept], phi_o[kept] + phi, kept
-
-
-def _joined(parts: list[Directions]) -> Directions:
-    theta_i, phi_i, theta_o, phi_o = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return theta_i, phi_i, theta_o, phi_o
+    which = np.cos(theta_o) > _LOWEST
+    which[1:] &= u_x[1:] > 0
+    return selected((theta_i, np.full_like(u_x, phi), theta_o, phi_o + phi), which), which
 
 
 def _between(nodes: FloatArray, at: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -269,11 +262,11 @@ def _divided(nodes: FloatArray, step: float) -> list[tuple[int, float]]:
     >>> _divided(np.array([0.0, 3.0, 4.0]), 2)
     [(0, 0.0), (0, 1.5), (1, 3.0), (2, 4.0)]
     """
-    found = []
+    divided = []
     for index, (start, gap) in enumerate(zip(nodes.tolist(), [*np.diff(nodes).tolist(), 0.0], strict=True)):
         count = max(int(np.ceil(gap / step - 1e-6)), 1)
-        found += [(index + (2 * part > count), start + gap * part / count) for part in range(count)]
-    return found
+        divided += [(index + (2 * part > count), start + gap * part / count) for part in range(count)]
+    return divided
 
 
 def _evenly_spread(count: int) -> tuple[FloatArray, FloatArray]:

@@ -40,7 +40,7 @@ def warp(density: FloatArray) -> Warp:
     Examples
     --------
     >>> uniform = warp(np.ones((2, 3, 3)))
-    >>> to_grid(uniform, np.array([0]), np.array([0.5]), np.array([0.3]), np.array([0.8]))
+    >>> to_grid(uniform, [(np.array([0]), 0.5), (np.array([1]), 0.5)], np.array([0.3]), np.array([0.8]))
     (array([0.3]), array([0.8]))
     """
     along = _integral(density)
@@ -49,35 +49,27 @@ def warp(density: FloatArray) -> Warp:
     return Warp(density / total[:, None, None], along / total[:, None, None], marginal / total[:, None])
 
 
-def to_grid(warp: Warp, index: IntArray, weight: FloatArray, x: FloatArray,
+def to_grid(warp: Warp, slices: Sequence[tuple[IntArray, FloatArray]], x: FloatArray,
             y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The place in the grid, s, of points u = (x, y); both in the unit square.
 
     Parameters
     ----------
-    warp : Warp
-    index, weight : (n,) arrays
-        The density is that of slice ``index``, blended with the next one's by ``weight``, 0 to 1.
+    slices : sequence of two (n,) arrays
+        Those whose densities are blended, and with what weights, which sum to 1.
     x, y : (n,) arrays
 
     Returns
     -------
     s_x, s_y : (n,) float64
-        0 where the density of a whole row is 0.
+        s_x is 0 where the density of a whole row is 0.
     """
-    after = np.minimum(index + 1, len(warp.density) - 1)
-    return to_grid_of(warp, [(index, 1 - weight), (after, weight)], x, y)
-
-
-def to_grid_of(warp: Warp, slices: Sequence[tuple[IntArray, FloatArray]], x: FloatArray,
-               y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """As `to_grid`, of any slices and the weights with which they are blended, (n,) each, which sum to 1."""
     rows, columns = warp.density.shape[1:]
     j, b = cell(y, rows)
     i, a = cell(x, columns)
 
     def blended(table: FloatArray, *place: IntArray) -> FloatArray:
-        return sum_of([weight * table[(index, *place)] for index, weight in slices])
+        return sum((weight * table[(index, *place)] for index, weight in slices), np.zeros(1))
 
     def between(table: FloatArray, column: IntArray) -> FloatArray:
         return (1 - b) * blended(table, j, column) + b * blended(table, j + 1, column)
@@ -96,8 +88,6 @@ def from_grid(warp: Warp, index: int, s_x: FloatArray, s_y: FloatArray) -> tuple
 
     Parameters
     ----------
-    warp : Warp
-    index : int
     s_x : (columns,) array
     s_y : (rows,) array
 
@@ -121,14 +111,6 @@ def from_grid(warp: Warp, index: int, s_x: FloatArray, s_y: FloatArray) -> tuple
     start, end, before = (np.take_along_axis(table, column, axis=1)
                           for table, column in ((density, i), (density, i + 1), (along, i)))
     return (i + _crossing(start, end, part - before)) / (along.shape[1] - 1), (j + b) / (len(marginal) - 1)
-
-
-def sum_of(arrays: Sequence[FloatArray]) -> FloatArray:
-    """The sum of arrays of one shape; there must be at least one."""
-    total = arrays[0]
-    for array in arrays[1:]:
-        total = total + array
-    return total
 
 
 def cell(x: FloatArray, nodes: int) -> tuple[IntArray, FloatArray]:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import files, npz
+from ..arrays import mapped
 from ..errors import DatasetError
 from ..samples import Samples
 from .format import Format
@@ -26,10 +27,7 @@ LARGEST = 64 << 20          # bytes; of 200,000 samples of a ball a tenth
 def write(samples: Samples, path: str | Path) -> None:
     """Write samples, in linear Rec.709 or grey, to an .npz file.
 
-    Raises
-    ------
-    OSError
-        If the file cannot be written; a file at `path` then stays as it was.
+    Raises OSError if the file cannot be written; a file at `path` then stays as it was.
     """
     header = {"format": _FORMAT, "version": _VERSION, "name": samples.name, "source": samples.source,
               "notes": list(samples.notes), "channels": list(samples.channels), "isotropic": samples.isotropic}
@@ -48,13 +46,7 @@ def recognises(content: bytes) -> bool:
 
 
 def read(path: str | Path, content: bytes) -> Samples:
-    """Read what `write` wrote.
-
-    Raises
-    ------
-    DatasetError
-        If it is damaged, or of another version.
-    """
+    """Read what `write` wrote. Raises DatasetError if it is damaged, or of another version."""
     try:
         entries = npz.read(content)
         header = json.loads(str(entries["samples"]))
@@ -74,9 +66,8 @@ def read(path: str | Path, content: bytes) -> Samples:
         if isinstance(error, DatasetError):
             raise
         raise DatasetError(f"damaged samples: {error}", path) from error
-    theta_i, phi_i, theta_o, phi_o = numbers["directions"]
-    return Samples(theta_i, phi_i, theta_o, phi_o, numbers["values"], tuple(channels), str(header["name"]), str(path),
-                   tuple(notes), deviation=numbers.get("deviation"), isotropic=bool(header["isotropic"]))
+    return Samples(*mapped(np.asarray, numbers["directions"]), numbers["values"], tuple(channels), str(header["name"]),
+                   str(path), tuple(notes), deviation=numbers.get("deviation"), isotropic=bool(header["isotropic"]))
 
 
 FORMAT = Format("Saved samples", "samples saved by Measured BRDF (.npz)", (".npz",), recognises, read, is_text=False,

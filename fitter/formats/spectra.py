@@ -47,6 +47,8 @@ def to_linear_srgb(wavelengths: ArrayLike, values: ArrayLike, path: str | Path |
                    line: int | None = None, illuminant: str = DEFAULT) -> FloatArray:
     """Convert spectra to linear sRGB under an illuminant. Saturated colours may have negative components.
 
+    Raises DatasetError if the wavelengths are not as described.
+
     Parameters
     ----------
     wavelengths : (bands,) array_like
@@ -60,11 +62,6 @@ def to_linear_srgb(wavelengths: ArrayLike, values: ArrayLike, path: str | Path |
     Returns
     -------
     (n, 3) float64
-
-    Raises
-    ------
-    DatasetError
-        If the wavelengths are not as described.
 
     Examples
     --------

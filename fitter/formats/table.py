@@ -43,7 +43,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, mapped
 from ..errors import DatasetError, UnitsUnknownError
 from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY, RGB, Samples
 from .columns import ANGLES, GREY, angle, angles_note, look_like_degrees, reflectance, without_cosine
@@ -78,13 +78,7 @@ _DARK = 1e-3                    # of the mean: scatter is relative to no less
 
 
 def recognises(content: bytes) -> bool:
-    r"""Whether the first line that is no comment names a polar angle, and two other columns.
-
-    Examples
-    --------
-    >>> recognises(b"# mine\ntheta_i;theta_o;phi;BRDF\n"), recognises(b"VARS theta_i,phi_i,theta_s,phi_s,R\n")
-    (True, False)
-    """
+    """Whether the first line that is no comment names a polar angle, and two other columns."""
     names, separator = _names_line(content)
     if names is None or names[0].startswith(b"VARS"):
         return False
@@ -124,15 +118,13 @@ def _is_number(cell: str | bytes) -> bool:
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read a table; spectra become linear sRGB. What `reading` says is true, whatever the table says.
 
+    Raises DatasetError if the table is malformed; `UnitsUnknownError` if it says too little, and `reading` does not
+    say it.
+
     Returns
     -------
     Samples
         Its `notes` say what was made of the table.
-
-    Raises
-    ------
-    DatasetError
-        If the table is malformed; `UnitsUnknownError` if it says too little, and `reading` does not say it.
     """
     names, separator = _names_line(content)
     if names is None:
@@ -169,8 +161,8 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         notes.append("Values are the BRDF" + asked)
     channels, values, more = reflectance(columns.channels, values, path, line, reading)
     directions, values, deviation, repeated = _averaged(directions, values)
-    theta_i, phi_i, theta_o, phi_o = directions.T
-    samples = Samples(theta_i, phi_i, theta_o, phi_o, values, channels, said.get("name") or Path(path).stem, str(path),
+    name = said.get("name") or Path(path).stem
+    samples = Samples(*mapped(np.asarray, directions.T), values, channels, name, str(path),
                       (*notes, *more, *repeated), deviation=deviation)
     return finished(samples, reading, symmetry)
 
@@ -209,10 +201,10 @@ class _Columns:
 
     def angles_of(self, cells: FloatArray) -> FloatArray:
         """(n, 4); azimuths that the table does not have are 0."""
-        found = np.zeros((len(cells), len(ANGLES)))
+        angles = np.zeros((len(cells), len(ANGLES)))
         for role, column in self.angles.items():
-            found[:, ANGLES.index(role)] = cells[:, column]
-        return found
+            angles[:, ANGLES.index(role)] = cells[:, column]
+        return angles
 
 
 def _names_line(content: bytes) -> tuple[re.Match[bytes] | None, bytes | None]:
@@ -244,22 +236,22 @@ def _split(line: bytes, separator: bytes | None) -> list[bytes]:
 
 def _comments(content: bytes, end: int) -> dict[str, str]:
     """What comments before the line of names say, by keyword in lower case."""
-    found = (_COMMENT.match(line[0]) for line in lines(content[:end]))
-    return {decode(match[1]).lower(): decode(match[2]).replace("\u00b0", "deg") for match in found if match}
+    matches = (_COMMENT.match(line[0]) for line in lines(content[:end]))
+    return {decode(match[1]).lower(): decode(match[2]).replace("\u00b0", "deg") for match in matches if match}
 
 
 def _symmetry(content: bytes, end: int, reading: Reading, path: str | Path) -> str:
     """The symmetry that a comment says, one of `SYMMETRIES`; of none, if `reading` says it."""
-    found = next((line for line in lines(content[:end]) if _SYMMETRY.match(line[0])), None)
-    if found is None or reading.symmetry is not None:
+    comment = next((line for line in lines(content[:end]) if _SYMMETRY.match(line[0])), None)
+    if comment is None or reading.symmetry is not None:
         return NO_SYMMETRY
-    words = set(decode(_SYMMETRY.sub(b"", found[0])).lower().replace("°", " ").replace(",", " ").split()) - _FILLERS
+    text = decode(_SYMMETRY.sub(b"", comment[0]))
+    words = set(text.lower().replace("°", " ").replace(",", " ").split()) - _FILLERS
     for symmetry, known in _SYMMETRIES:
         if words == known:
             return symmetry
-    shown = decode(_SYMMETRY.sub(b"", found[0]))[:40]
-    raise DatasetError(f"symmetry {shown!r} found, expected 180 degrees, or mirror, or 180 degrees and mirror, or none",
-                       path, line_number(content, found.start()))
+    raise DatasetError(f"symmetry {text[:40]!r} found, expected 180 degrees, or mirror, or 180 degrees and mirror, "
+                       f"or none", path, line_number(content, comment.start()))
 
 
 def _columns(names: list[str], said: dict[str, str], reading: Reading, path: str | Path, line: int) -> _Columns:
@@ -320,10 +312,10 @@ def _channel(name: str) -> tuple[str, str]:
     (('550nm', ''), ('G', ''), ('BRDF', 's'), ('R', '?'))
     """
     cosine = ""
-    found = _COSINE.fullmatch(name)
-    if found:
-        name = found[1]
-        cosine = "?" if not found[2] else "i" if found[2].lower() == "i" else "s"
+    with_cosine = _COSINE.fullmatch(name)
+    if with_cosine:
+        name, angle_name = with_cosine.groups()
+        cosine = "?" if not angle_name else "i" if angle_name.lower() == "i" else "s"
     name = _COLOURS.get(name.lower(), name)
     if name[:5].lower() == "brdf_" and name[5:].upper() in RGB:
         name = name[5:]

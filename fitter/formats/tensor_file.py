@@ -25,15 +25,12 @@ _MOST_DIMENSIONS = 8
 def read(content: bytes, path: str | Path) -> dict[str, NDArray[Any]]:
     """Read the table of arrays; the arrays look into the content, so that nothing is copied.
 
+    Raises DatasetError if the file is damaged.
+
     Returns
     -------
     dict
         Arrays of the type that the file has them in, read-only, by name.
-
-    Raises
-    ------
-    DatasetError
-        If the file is damaged.
     """
     start = len(MAGIC) + len(_VERSION)
     if content[:start] != MAGIC + _VERSION:

@@ -8,7 +8,6 @@ import math
 import re
 import sys
 from array import array
-from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
 from pathlib import Path
@@ -26,7 +25,7 @@ _LINE = re.compile(rb"\S[^\r\n]*")
 _LINES = re.compile(rb"\S%b[^\r\n]*" % _PIECE)
 _TOKENS = re.compile(rb"\S%b\S*" % _PIECE)
 _COMMENT = re.compile(rb"#[^\r\n]*")
-_COMMENT_OR_TOKEN = re.compile(rb"#[^\r\n]*|[^\s#]+")
+_TOKEN = re.compile(rb"\S+")
 
 
 def read_bytes(path: str | Path, largest: int = LARGEST_TEXT) -> bytes:
@@ -87,14 +86,12 @@ def parse_rows(content: bytes, start: int, count: int, what: str, path: str | Pa
 
     Parameters
     ----------
-    content : bytes
     start : int
         Position of the first line.
     count : int
         Numbers in each line.
     what : str
         What the numbers are, for errors.
-    path : path-like
     separator : bytes, optional
     end : int
         Position after the last line.
@@ -131,8 +128,8 @@ def parse_row(line: bytes, separator: bytes | None, count: int, what: str, path:
     """Parse one line of `count` numbers; it starts at `position` of the content."""
     tokens = line.split(separator, count)
     if len(tokens) != count:
-        found = f"{len(tokens)}" if len(tokens) < count else f"more than {count}"
-        raise DatasetError(f"{found} entries found, expected {count}: {what}", path, line_number(content, position))
+        shown = f"{len(tokens)}" if len(tokens) < count else f"more than {count}"
+        raise DatasetError(f"{shown} entries found, expected {count}: {what}", path, line_number(content, position))
     numbers = floats(line, tokens)
     if numbers is None:
         numbers = [parse_number(token, path, content, position) for token in tokens]
@@ -159,31 +156,16 @@ def parse_numbers(content: bytes, path: str | Path) -> tuple[FloatArray, Callabl
     >>> numbers.tolist(), line(2)
     ([1.0, 2.0, 3.0], 3)
     """
+    text = _COMMENT.sub(b"", content)        # the lines stay
     values = array("d")
-    counts: list[int] = []
-    starts: list[int] = []
-    for piece in _LINES.finditer(content):
-        counts.append(len(values))
-        starts.append(piece.start())
-        text = _COMMENT.sub(b"", piece[0]) if b"#" in piece[0] else piece[0]
-        for some in _TOKENS.finditer(text):
-            numbers = floats(some[0], some[0].split())
-            if numbers is None:         # parse_number raises at the token that is wrong
-                for token in _tokens(content, *piece.span()):
-                    parse_number(token[0], path, content, token.start())
-            else:
-                values.extend(numbers)
-
-    def line(index: int) -> int:
-        piece = bisect_right(counts, index) - 1
-        return line_number(content, next(islice(_tokens(content, starts[piece]), index - counts[piece], None)).start())
-
-    return np.frombuffer(values), line
-
-
-def _tokens(content: bytes, start: int, end: int = sys.maxsize) -> Iterator[re.Match[bytes]]:
-    """Matches of the numbers, without comments."""
-    return (found for found in _COMMENT_OR_TOKEN.finditer(content, start, end) if not found[0].startswith(b"#"))
+    for piece in _TOKENS.finditer(text):
+        numbers = floats(piece[0], piece[0].split())
+        if numbers is None:         # parse_number raises at the token that is wrong
+            numbers = [parse_number(token[0], path, text, token.start())
+                       for token in _TOKEN.finditer(text, *piece.span())]
+        values.extend(numbers)
+    return np.frombuffer(values), lambda index: line_number(
+        text, next(islice(_TOKEN.finditer(text), index, None)).start())
 
 
 def parse_number(token: bytes, path: str | Path, content: bytes = b"", position: int | None = None) -> float:
@@ -211,8 +193,6 @@ def check_thetas(thetas: FloatArray, line: Callable[[int], int | None], path: st
         Radians, or degrees.
     line : callable
         Maps a row to its line number, or None if there is none.
-    path : path-like
-    in_degrees : bool
     """
     most, expected = (90 + 5e-4, "90 degrees") if in_degrees else (HORIZON + 1e-5, "pi/2 radians")
     bad = np.argwhere((thetas < 0) | (thetas > most))

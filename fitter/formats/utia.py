@@ -24,10 +24,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, mapped
 from ..colours import linear_of_srgb
 from ..errors import DatasetError
-from ..samples import LARGEST_VALUE, RGB, Samples
+from ..samples import LARGEST_VALUE, RGB, Samples, given_away
 from .format import Format
 from .isotropy import finished
 from .reading import BY_DEFAULT, ENCODINGS, Reading
@@ -43,13 +43,7 @@ _NOTES = {"raw": "Values as they are stored; UTIA's files are also taken as enco
 
 
 def recognises(content: bytes) -> bool:
-    """Whether a file has the size, and numbers that can be reflectances.
-
-    Examples
-    --------
-    >>> recognises(np.full(SIZE // 8, 0.3).tobytes()), recognises(bytes(SIZE)), recognises(b"0.3 0.3 0.3")
-    (True, False, False)
-    """
+    """Whether a file has the size, and numbers that can be reflectances."""
     if len(content) != SIZE:
         return False
     numbers = np.frombuffer(content, "<f8")
@@ -60,17 +54,7 @@ def recognises(content: bytes) -> bool:
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a .bin file.
-
-    Returns
-    -------
-    Samples
-
-    Raises
-    ------
-    DatasetError
-        If the size or the numbers are no such file's.
-    """
+    """Read a .bin file. Raises DatasetError if the size or the numbers are no such file's."""
     if not recognises(content):
         raise DatasetError(f"{len(content):,} bytes, expected {SIZE:,} of reflectances", path)
     stored = np.frombuffer(content, "<f8").reshape(3, THETAS, PHIS, THETAS, PHIS)
@@ -78,16 +62,13 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     values = np.moveaxis(_decoded(stored, encoding), 0, -1).copy()      # (theta_i, phi_i, theta_o, phi_o, 3)
     values[0, 0] = values[0].mean(axis=0)
     values[:, :, 0, 0] = values[:, :, 0].mean(axis=2)
-    kept = np.ones(values.shape[:-1], dtype=bool)
-    kept[0, 1:] = kept[:, :, 0, 1:] = False
+    distinct = np.ones(values.shape[:-1], dtype=bool)
+    distinct[0, 1:] = distinct[:, :, 0, 1:] = False
     theta, phi = np.arange(THETAS) * STEPS[0], np.arange(PHIS) * STEPS[1]
     axes = np.meshgrid(theta, phi, theta, phi, indexing="ij", sparse=True)
-    theta_i, phi_i, theta_o, phi_o = (np.broadcast_to(axis, kept.shape)[kept] for axis in axes)
-    values = values[kept]
-    for array in (theta_i, phi_i, theta_o, phi_o, values):
-        array.flags.writeable = False           # so that `Samples` need not copy them
-    return finished(Samples(theta_i, phi_i, theta_o, phi_o, values, RGB, Path(path).stem, str(path),
-                            (_NOTES[encoding],)), reading)
+    directions, values = mapped(lambda axis: np.broadcast_to(axis, distinct.shape)[distinct], axes), values[distinct]
+    given_away(*directions, values)
+    return finished(Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTES[encoding],)), reading)
 
 
 def _decoded(stored: FloatArray, encoding: str) -> FloatArray:

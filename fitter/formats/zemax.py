@@ -52,9 +52,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray
+from ..arrays import BoolArray, Directions, FloatArray
 from ..errors import DatasetError
-from ..samples import HORIZON, RGB, Samples, subset
+from ..samples import HORIZON, RGB, Samples, given_away, subset
 from .format import Format
 from .isotropy import finished
 from .reading import BY_DEFAULT, Reading
@@ -86,28 +86,17 @@ class _Header:
 
 
 def recognises(content: bytes) -> bool:
-    r"""Whether a line starts with one of Zemax's angles.
-
-    Examples
-    --------
-    >>> recognises(b"# made\nScatterAzimuth\t19\n"), recognises(b"tensor_file\0")
-    (True, False)
-    """
+    """Whether a line starts with one of Zemax's angles."""
     return _MARK.search(content) is not None
 
 
 def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
-    """Read a Zemax file.
+    """Read a Zemax file. Raises DatasetError if the file is malformed, or of transmitted light.
 
     Returns
     -------
     Samples
         Monochrome is grey, XYZ becomes linear sRGB.
-
-    Raises
-    ------
-    DatasetError
-        If the file is malformed, or of transmitted light.
     """
     header = _header(path, content)
     tables = _tables(path, content, header)
@@ -117,18 +106,16 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
                            f"{header.words['SpectralContent']}", path)
     shape = [len(header.angles[name]) for name in _ANGLES]      # (rotation, incidence, azimuth, radial)
     values = (np.stack(tables, axis=-1) if expected > 1 else tables[0][..., None]).reshape(*shape, expected)
-    kept = _measured(values, header.angles["ScatterRadial"] == 0)
-    angles = _directions(header, kept)
-    if not kept.any():
+    measured = _measured(values, header.angles["ScatterRadial"] == 0)
+    directions = _directions(header, measured)
+    if not measured.any():
         raise DatasetError("no measurement above the horizon: all values are 0", path)
-    values = values[kept]
+    values = values[measured]
     channels: tuple[str, ...] = ("grey",)
     if expected == 3:
         channels, values = RGB, values @ XYZ_TO_SRGB.T
-    for array in (*angles, values):
-        array.flags.writeable = False           # so that `Samples` need not copy them
-    theta_i, phi_i, theta_o, phi_o = angles
-    samples = finished(Samples(theta_i, phi_i, theta_o, phi_o, values, channels, Path(path).stem, str(path)), reading)
+    given_away(*directions, values)
+    samples = finished(Samples(*directions, values, channels, Path(path).stem, str(path)), reading)
     symmetrical = header.words["Symmetry"].lower().startswith("planesymmetrical")
     if samples.isotropic:
         lacks = not symmetrical and not np.ptp(samples.phi_i)
@@ -150,32 +137,28 @@ def _measured(values: FloatArray, mirrored: BoolArray) -> BoolArray:
     return measured
 
 
-def _directions(header: _Header, kept: BoolArray) -> list[FloatArray]:
-    """theta_i, phi_i, theta_o and phi_o of the values that are kept, radians; those below the horizon are no longer."""
+def _directions(header: _Header, measured: BoolArray) -> Directions:
+    """Those of the values that were measured, radians; those below the horizon no longer count as measured."""
     theta, azimuth, radial = np.meshgrid(*(np.radians(header.angles[name]) for name in _TABLE), indexing="ij",
                                          sparse=True)
     z = np.cos(theta) * np.cos(radial) + np.sin(theta) * (np.sin(radial) * np.cos(azimuth))
-    kept &= z > _LOWEST
+    measured &= z > _LOWEST
     x = np.cos(theta) * (np.sin(radial) * np.cos(azimuth)) - np.sin(theta) * np.cos(radial)
-    x, y, z, theta = (np.broadcast_to(array, kept.shape)[kept] for array in
-                      (x, np.sin(radial) * np.sin(azimuth), z, np.minimum(theta, HORIZON)))
-    phi = _TURNS * np.radians(header.angles["SampleRotation"])
-    if len(phi) < 2:
-        return [theta, np.zeros_like(theta), np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)]
-    phi = np.broadcast_to(phi[:, None, None, None], kept.shape)[kept]
-    return [theta, phi, np.arctan2(np.hypot(x, y), z), np.arctan2(y, x) + phi]
+    rotation = _TURNS * np.radians(header.angles["SampleRotation"])
+    phi = rotation if len(rotation) > 1 else np.zeros(1)
+    x, y, z, theta, phi = (np.broadcast_to(array, measured.shape)[measured] for array in (
+        x, np.sin(radial) * np.sin(azimuth), z, np.minimum(theta, HORIZON), phi[:, None, None, None]))
+    return theta, phi, np.arctan2(np.hypot(x, y), z), np.arctan2(y, x) + phi
 
 
 def _both_sides(samples: Samples) -> Samples:
     """Samples on one side of the plane of incidence, and on the other as well."""
     sideways = np.flatnonzero(np.abs(np.sin(samples.phi_o - samples.phi_i)) > _LOWEST)
-    other = subset(samples, sideways)
-    theta_i, phi_i, theta_o, values = (np.concatenate([getattr(samples, name), getattr(other, name)])
-                                       for name in ("theta_i", "phi_i", "theta_o", "values"))
-    phi_o = np.concatenate([samples.phi_o, 2 * other.phi_i - other.phi_o])
+    both = subset(samples, np.concatenate([np.arange(len(samples)), sideways]))
+    phi_o = both.phi_o.copy()
+    phi_o[len(samples):] = 2 * both.phi_i[len(samples):] - phi_o[len(samples):]
     note = f"Symmetrical about the plane of incidence: {len(samples):,} samples stand for {len(phi_o):,}"
-    return replace(samples, theta_i=theta_i, phi_i=phi_i, theta_o=theta_o, phi_o=phi_o, values=values,
-                   notes=(*samples.notes, note))
+    return replace(both, phi_o=phi_o, notes=(*samples.notes, note))
 
 
 def _header(path: str | Path, content: bytes) -> _Header:
@@ -185,14 +168,14 @@ def _header(path: str | Path, content: bytes) -> _Header:
         raise DatasetError("no line DataBegin", path)
     words: dict[str, str] = {}
     angles: dict[str, FloatArray] = {}
-    for found in _KEYWORD.finditer(content, 0, begin.start()):
-        keyword = decode(found[1])
+    for line in _KEYWORD.finditer(content, 0, begin.start()):
+        keyword = decode(line[1])
         if keyword in words or keyword in angles:
-            raise DatasetError(f"{keyword} a second time", path, line_number(content, found.start(1)))
+            raise DatasetError(f"{keyword} a second time", path, line_number(content, line.start(1)))
         if keyword in _WORDS:
-            words[keyword] = decode(found[2])
+            words[keyword] = decode(line[2])
         else:
-            angles[keyword] = _angles(path, content, found, begin.start(), _ANGLES[keyword])
+            angles[keyword] = _angles(path, content, line, begin.start(), _ANGLES[keyword])
     missing = [keyword for keyword in (*_WORDS, *_ANGLES) if keyword not in words and keyword not in angles]
     if missing:
         raise DatasetError(f"no line {', '.join(missing)} before DataBegin", path)
@@ -200,14 +183,14 @@ def _header(path: str | Path, content: bytes) -> _Header:
     return _Header(words, angles)
 
 
-def _angles(path: str | Path, content: bytes, found: re.Match[bytes], end: int, limits: tuple[int, int]) -> FloatArray:
+def _angles(path: str | Path, content: bytes, line: re.Match[bytes], end: int, limits: tuple[int, int]) -> FloatArray:
     """The angles in degrees on the line after a keyword and their number."""
-    keyword = decode(found[1])
-    count = parse_number(found[2], path, content, found.start(2))
-    row = next(lines(content[:end], found.end()), None)
+    keyword = decode(line[1])
+    count = parse_number(line[2], path, content, line.start(2))
+    row = next(lines(content[:end], line.end()), None)
     if not 1 <= count <= len(content) or count != int(count) or row is None:
         raise DatasetError(f"{keyword} {count:g} found, expected a number of angles, and these on the next line", path,
-                           line_number(content, found.start(1)))
+                           line_number(content, line.start(1)))
     numbers = np.array(parse_row(row[0], None, int(count), f"the angles of {keyword}", path, content, row.start()))
     if numbers.min() < limits[0] or numbers.max() > limits[1]:
         raise DatasetError(f"{keyword} from {numbers.min():g} to {numbers.max():g} found, expected {limits[0]} to "
@@ -243,7 +226,7 @@ def _table(path: str | Path, content: bytes, start: int, end: int, header: _Head
     """The values between DataBegin and DataEnd."""
     incidences, azimuths, radials = (header.angles[name] for name in _TABLE)
     most = len(header.angles["SampleRotation"]) * len(incidences)
-    totals = [found.span() for found in islice(_TIS.finditer(content, start, end), most + 1)]
+    totals = [line.span() for line in islice(_TIS.finditer(content, start, end), most + 1)]
     if len(totals) != most:
         shown = f"{len(totals)}" if len(totals) < most else f"more than {most}"
         raise DatasetError(f"{shown} lines TIS found, expected {most}, one for each angle of incidence and sample "

@@ -12,11 +12,10 @@ from .sparse import SparseLattice
 
 RIDGE = 1e-2                # relative to the mean diagonal of the normal equations: keeps the spline from overshooting
                             # between close samples of different values
-_CHUNK = 2048               # samples at a time: bounds the memory of the design matrix
 
 
 def sparse_fit(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, count: int) -> SparseLattice:
-    """Fit weighted samples by a sparse lattice.
+    """Fit some thousands of weighted samples by a sparse lattice.
 
     Parameters
     ----------
@@ -25,20 +24,8 @@ def sparse_fit(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, co
     z : (n, channels) float64
     weights : (n,) float64
         Errors are multiplied by these.
-    level : int
     count : int
         Control points to keep at most, mirror images included.
-
-    Returns
-    -------
-    SparseLattice
-
-    Examples
-    --------
-    >>> x, z = np.array([[0.7, 0.3, 0.6]]), np.array([[2.0]])
-    >>> lattice = sparse_fit(x, z, np.ones(1), 3, 64)
-    >>> bool(np.isclose(lattice.evaluate(x)[0, 0], 2, rtol=0.02)), len(lattice) <= 64
-    (True, True)
     """
     # control points at mirror images are equal: they are kept, and fitted, as one unknown
     representative = dense.representative(level).ravel()
@@ -47,7 +34,7 @@ def sparse_fit(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, co
     unknown = np.full(len(representative), -1)
     unknown[first] = np.arange(len(first))
     unknown = unknown[representative]
-    solution = _least_squares(x, z, weights, level, unknown, len(first))
+    solution = _least_squares(_design(x, weights, level, unknown, len(first)), z * weights[:, None])
     index = perfect_hash.build(keys)
     return SparseLattice(level, index, solution[unknown[index.keys]].astype(np.float32))
 
@@ -61,7 +48,6 @@ def largest(magnitude: FloatArray, representative: IntArray, count: int) -> tupl
         Of the control points, in the flattened box; mirror images need not have it.
     representative : (points,) int
         Of `dense.representative`.
-    count : int
 
     Returns
     -------
@@ -79,32 +65,24 @@ def largest(magnitude: FloatArray, representative: IntArray, count: int) -> tupl
     return first, np.flatnonzero(chosen[representative])
 
 
-def _least_squares(x: FloatArray, z: FloatArray, weights: FloatArray, level: int, unknown: IntArray,
-                   count: int) -> FloatArray:
-    """Solve for `count` unknowns: (count, channels) float64. `unknown` holds each control point's unknown, or -1."""
-    if len(x) <= count:         # with fewer equations than unknowns, the dual system is smaller
-        design = _design(x, weights, level, unknown, count)
-        gram = design @ design.T
-        gram[np.diag_indices(len(x))] += _ridge(np.trace(gram), count)
-        return np.asarray(design.T @ np.linalg.solve(gram, z * weights[:, None]), dtype=float)
-    normal, moment = np.zeros((count, count)), np.zeros((count, z.shape[1]))
-    for start in range(0, len(x), _CHUNK):
-        part = slice(start, start + _CHUNK)
-        design = _design(x[part], weights[part], level, unknown, count)
-        normal += design.T @ design
-        moment += design.T @ (z[part] * weights[part, None])
-    normal[np.diag_indices(count)] += _ridge(np.trace(normal), count)
-    return np.asarray(np.linalg.solve(normal, moment), dtype=float)
+def _least_squares(design: FloatArray, z: FloatArray) -> FloatArray:
+    """The solution of a ridge regression, (unknowns, channels): of a design matrix (n, unknowns) and (n, channels)."""
+    samples, unknowns = design.shape
+    # with fewer equations than unknowns, the dual system is smaller
+    gram = design @ design.T if samples <= unknowns else design.T @ design
+    gram[np.diag_indices(len(gram))] += RIDGE * max(np.trace(gram) / max(unknowns, 1), np.finfo(float).tiny)
+    if samples <= unknowns:
+        return np.asarray(design.T @ np.linalg.solve(gram, z), dtype=float)
+    return np.asarray(np.linalg.solve(gram, design.T @ z), dtype=float)
 
 
 def _design(x: FloatArray, weights: FloatArray, level: int, unknown: IntArray, count: int) -> FloatArray:
-    """The design matrix, (n, count) float64: the weighted basis function of each unknown at the samples."""
+    """The design matrix, (n, count): the weighted basis function of each unknown at the samples.
+
+    `unknown` holds each control point's unknown, or -1.
+    """
     grid, samples = dense.Grid(x, level), np.arange(len(x))
     tap, basis = unknown[grid.taps(samples[:, None])], grid.basis(samples)
     at = samples[:, None] * (count + 1) + np.where(tap < 0, count, tap)
     design = np.bincount(at.ravel(), basis.ravel(), len(tap) * (count + 1)).reshape(len(tap), -1)[:, :count]
     return design * weights[:, None]
-
-
-def _ridge(trace: float, count: int) -> float:
-    return RIDGE * max(trace / max(count, 1), np.finfo(float).tiny)

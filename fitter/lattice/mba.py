@@ -11,10 +11,8 @@ import numpy as np
 
 from .. import progress
 from ..arrays import FloatArray, IntArray
-from . import dense, perfect_hash, sparse
-from .sparse import SparseLattice
+from . import dense
 
-_MOST_AT_ONCE = 1 << 21     # control points of a lattice that is formed whole
 _CHUNK = 1 << 21            # control points that are read at a time: they take 100 MB
 
 
@@ -84,8 +82,8 @@ def basis_approximation(x: FloatArray, z: FloatArray, level: int) -> FloatArray:
         omega += np.bincount(tap, (w * w).ravel(), minlength=len(omega))
         for channel, values in enumerate(z[of[start:start + chunk]].T):
             delta[:, channel] += np.bincount(tap, (cube * values[:, None]).ravel(), minlength=len(omega))
-    inverse = np.divide(1, omega, out=np.zeros_like(omega), where=omega > 0)
-    return (delta * inverse[:, None]).reshape(*box, -1)
+    delta *= np.divide(1, omega, out=np.zeros_like(omega), where=omega > 0)[:, None]
+    return delta.reshape(*box, -1)
 
 
 def _taps(points: FloatArray, level: int) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -123,7 +121,6 @@ def approximate(x: FloatArray, z: FloatArray, level: int) -> tuple[FloatArray, F
     x : (n, axes) float64
         Coordinates in the stored part of the cube.
     z : (n, channels) float64
-    level : int, 0 to 8
 
     Returns
     -------
@@ -131,15 +128,6 @@ def approximate(x: FloatArray, z: FloatArray, level: int) -> tuple[FloatArray, F
         The sum of all levels, refined to the finest.
     residual : (n, channels) float64
         z less the spline at the samples.
-
-    Examples
-    --------
-    Where no two samples share a cell of the finest level, that level leaves no residual.
-
-    >>> x, z = np.array([[0.6, 0.2, 0.6], [0.9, 0.8, 0.7]]), np.array([[1.0], [2.0]])
-    >>> control_points, residual = approximate(x, z, 5)
-    >>> bool(np.allclose(residual, 0)), bool(np.allclose(dense.evaluate(control_points, 5, x), z))
-    (True, True)
     """
     control_points = basis_approximation(x, z, 0)
     residual = np.asarray(z, dtype=float) - dense.evaluate(control_points, 0, x)
@@ -149,81 +137,3 @@ def approximate(x: FloatArray, z: FloatArray, level: int) -> tuple[FloatArray, F
         residual -= dense.evaluate(correction, h, x)
         control_points = dense.refine(control_points, h - 1) + correction
     return control_points, residual
-
-
-def largest(x: FloatArray, z: FloatArray, level: int, count: int) -> SparseLattice:
-    """The largest control points of `approximate`, as `sparse.keep_largest` keeps them.
-
-    A lattice of millions of control points is never formed: those of the finest level are found slice by slice along
-    the first axis.
-
-    Parameters
-    ----------
-    x : (n, axes) float64
-    z : (n, channels) float64
-    level : int
-    count : int
-        Number of control points to keep, at most.
-    """
-    axes, channels = x.shape[1], z.shape[1]
-    if math.prod(dense.shape(level, axes)) <= _MOST_AT_ONCE:
-        return sparse.keep_largest(approximate(x, z, level)[0], level, count)
-    with progress.part(0.0, 0.3):
-        coarse, residual = approximate(x, z, level - 1)
-    reached = dense.reachable(level, axes)
-    points, of = mirror_images(x, level)
-    cell = np.floor(np.minimum(points[:, 0], 1 - 1e-12) * dense.cells(level)).astype(int)
-    order = np.argsort(cell, kind="stable")
-    starts = np.searchsorted(cell[order], np.arange(dense.cells(level) + 1))
-    size = math.prod(dense.shape(level, axes)[1:])
-    first_point, = dense.origin(level, axes)[:1]
-    keys, values, magnitudes = np.zeros(0, int), np.zeros((0, channels)), np.zeros(0)
-    slabs = range(dense.shape(level, axes)[0])
-    for slab in slabs:
-        progress.report(0.3 + 0.7 * slab / len(slabs))
-        fine = _refined_slab(coarse, level - 1, slab).reshape(size, channels)
-        number = slab + first_point
-        near = order[starts[max(number - 2, 0)]:starts[min(number + 2, dense.cells(level))]]
-        fine = fine + _slab_approximation(points[near], residual[of[near]], level, slab)
-        magnitude = np.einsum("nc,nc->n", fine, fine) * reached[slab].ravel()
-        found = np.flatnonzero(magnitude)
-        keys = np.concatenate([keys, found + slab * size])
-        values, magnitudes = np.concatenate([values, fine[found]]), np.concatenate([magnitudes, magnitude[found]])
-        if len(keys) > count:
-            best = np.argpartition(-magnitudes, count)[:count]
-            keys, values, magnitudes = keys[best], values[best], magnitudes[best]
-    index = perfect_hash.build(keys)
-    order = np.argsort(keys)
-    coefficients = values[order[np.searchsorted(keys[order], index.keys)]]
-    return SparseLattice(level, index, coefficients.astype(np.float32), axes)
-
-
-def _refined_slab(coarse: FloatArray, level: int, slab: int) -> FloatArray:
-    """One slice along the first axis of a lattice that is refined from this level."""
-    axes = coarse.ndim - 1
-    middle = (slab + dense.origin(level + 1, axes)[0]) // 2 - dense.origin(level, axes)[0]
-    near = slice(max(middle - 1, 0), middle + 2)
-    if (slab + dense.origin(level + 1, axes)[0]) % 2:
-        fine = (coarse[middle] + coarse[middle + 1]) / 2
-    else:
-        a, b, c = coarse[near]
-        fine = (a + 6 * b + c) / 8
-    for axis in range(1, axes):
-        fine = dense.refine_along(fine[None], level, axis, axes)[0]
-    return fine
-
-
-def _slab_approximation(points: FloatArray, z: FloatArray, level: int, slab: int) -> FloatArray:
-    """One slice along the first axis of `basis_approximation`, of points that may influence it: (points, channels)."""
-    axes = points.shape[1]
-    size = math.prod(dense.shape(level, axes)[1:])
-    omega, delta = np.zeros(size), np.zeros((size, z.shape[1]))
-    chunk = _CHUNK >> 2 * axes
-    for start in range(0, len(points), chunk):
-        tap, w, cube = _taps(points[start:start + chunk], level)
-        here = tap // size == slab
-        tap = tap[here] - slab * size
-        omega += np.bincount(tap, (w * w).ravel()[here], size)
-        for channel, values in enumerate(z[start:start + chunk].T):
-            delta[:, channel] += np.bincount(tap, (cube * values[:, None]).ravel()[here], size)
-    return np.asarray(delta * np.divide(1, omega, out=np.zeros_like(omega), where=omega > 0)[:, None])

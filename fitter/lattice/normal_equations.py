@@ -31,17 +31,6 @@ class NormalEquations:
     parts : sequence of (int, (k,) int, or None)
         The level of each lattice, and the control points that it has: positions in the flattened box of `dense.shape`,
         mirror images included; None for all of them.
-
-    Examples
-    --------
-    A cubic polynomial is a spline.
-
-    >>> x = np.random.default_rng(1).uniform([0.5, 0, 0.5], 1, (2000, 3))
-    >>> z = (2 * x[:, 1:2] - 1) ** 3 * (2 * x[:, :1] - 1)
-    >>> norm = 1e-9 * np.eye(math.prod(dense.shape(1)))
-    >>> found, = NormalEquations(x, [(1, None)]).solve(np.ones(len(x)), z, [norm])
-    >>> bool(np.allclose(dense.evaluate(found.reshape(*dense.shape(1), 1), 1, x), z, atol=1e-4))
-    True
     """
 
     def __init__(self, x: FloatArray, parts: Sequence[tuple[int, IntArray | None]]) -> None:
@@ -87,8 +76,8 @@ class NormalEquations:
         if not len(matrix):
             return [moment]
         matrix[np.diag_indices(len(matrix))] += max(_TINY * np.trace(matrix) / len(matrix), np.finfo(float).tiny)
-        found = np.linalg.solve(matrix, moment)[self._unknown]
-        return np.split(found, np.cumsum(self._sizes)[:-1])
+        control_points = np.linalg.solve(matrix, moment)[self._unknown]
+        return np.split(control_points, np.cumsum(self._sizes)[:-1])
 
     def reduced(self, weights: FloatArray, z: FloatArray, norms: Sequence[FloatArray] = (),
                 ) -> tuple[FloatArray, FloatArray]:
@@ -118,8 +107,8 @@ class NormalEquations:
                 part = slice(start - group[0][0], stop - group[0][0])
                 taps = np.concatenate([column[grid.taps(rows[part.start])]
                                        for grid, column in zip(self._grids, self._columns, strict=True)])
-                kept = taps >= 0
-                taps, basis = taps[kept], np.concatenate([each[part] for each in bases], axis=1)[:, kept]
+                stored = taps >= 0
+                taps, basis = taps[stored], np.concatenate([each[part] for each in bases], axis=1)[:, stored]
                 matrix[taps[:, None], taps] += basis.T @ basis
                 moment[taps] += basis.T @ wanted[part]
         return matrix, moment
@@ -133,7 +122,6 @@ def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> Floa
     Parameters
     ----------
     x : (n, axes) float64
-    level : int
     weights : (n,) float64
     z : (n, channels) float64
         What the lattice is to approximate.
@@ -151,8 +139,8 @@ def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> Floa
     diagonal = np.bincount(representative, diagonal, size).astype(float)
     moment = np.stack([np.bincount(representative, column, size) for column in moment.T], axis=1)
     # a control point at the rim of the samples would have to be huge to do anything
-    found = (moment ** 2).sum(axis=1) / (diagonal + _RIM * diagonal.mean() + np.finfo(float).tiny)
-    return np.asarray(found[representative])
+    gain = (moment ** 2).sum(axis=1) / (diagonal + _RIM * diagonal.mean() + np.finfo(float).tiny)
+    return np.asarray(gain[representative])
 
 
 def _copies(image_of: IntArray) -> list[tuple[IntArray, IntArray]]:

@@ -76,21 +76,12 @@ class PerfectHash:
 
 
 def build(keys: ArrayLike) -> PerfectHash:
-    """Make a minimal perfect hash of keys.
+    """Make a minimal perfect hash of keys. Raises ValueError if a key is out of range.
 
     Parameters
     ----------
     keys : (n,) int
         0 to `MAX_KEY`, in any order.
-
-    Returns
-    -------
-    PerfectHash
-
-    Raises
-    ------
-    ValueError
-        If a key is out of range.
 
     Examples
     --------
@@ -114,9 +105,9 @@ def build(keys: ArrayLike) -> PerfectHash:
         if displacement is not None:
             break
         buckets += 1 + buckets // 64        # try another multiplier, with slightly more buckets
-    found = PerfectHash(np.zeros(n, np.uint32), displacement.astype(width), multiplier)
-    found.keys[(home + displacement[bucket]) % n] = keys
-    return found
+    index = PerfectHash(np.zeros(n, np.uint32), displacement.astype(width), multiplier)
+    index.keys[(home + displacement[bucket]) % n] = keys
+    return index
 
 
 def occupancy(keys: ArrayLike, count: int) -> NDArray[np.int32]:
@@ -140,29 +131,14 @@ def occupancy(keys: ArrayLike, count: int) -> NDArray[np.int32]:
 
 
 def keys_of(table: NDArray[np.int32]) -> IntArray:
-    """The keys of an `occupancy` table, in ascending order.
-
-    Examples
-    --------
-    >>> keys_of(occupancy([2, 17], 32)).tolist()
-    [2, 17]
-    """
+    """The keys of an `occupancy` table, in ascending order."""
     return np.flatnonzero((table[:, None] >> np.arange(_WORD)) & 1)
 
 
 def restored(keys: IntArray, displacement: NDArray[np.unsignedinteger[Any]], multiplier: int) -> PerfectHash:
     """The hash of keys in any order, given its displacements and multiplier.
 
-    Raises
-    ------
-    ValueError
-        If they do not give each key a slot of its own.
-
-    Examples
-    --------
-    >>> found = build([300, 7, 42])
-    >>> bool((restored(np.array([7, 42, 300]), found.displacement, found.multiplier).keys == found.keys).all())
-    True
+    Raises ValueError if they do not give each key a slot of its own.
     """
     n = len(keys)
     if n == 0 or len(displacement) == 0:
@@ -171,9 +147,9 @@ def restored(keys: IntArray, displacement: NDArray[np.unsignedinteger[Any]], mul
     slot = (home + displacement[bucket].astype(np.int64)) % n
     if len(np.unique(slot)) < n:
         raise ValueError("two keys in one slot")
-    found = PerfectHash(np.zeros(n, np.uint32), displacement, multiplier)
-    found.keys[slot] = keys
-    return found
+    index = PerfectHash(np.zeros(n, np.uint32), displacement, multiplier)
+    index.keys[slot] = keys
+    return index
 
 
 def _hash(keys: IntArray, multiplier: int, buckets: int, n: int) -> tuple[IntArray, IntArray]:

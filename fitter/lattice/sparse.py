@@ -93,13 +93,8 @@ def keep_largest(control_points: FloatArray, level: int, count: int) -> SparseLa
     Parameters
     ----------
     control_points : dense.shape(level, axes) + (channels,) float64
-    level : int
     count : int
         Number to keep; fewer are kept if fewer are reachable and not 0.
-
-    Returns
-    -------
-    SparseLattice
 
     Examples
     --------
@@ -112,6 +107,6 @@ def keep_largest(control_points: FloatArray, level: int, count: int) -> SparseLa
     flat, axes = control_points.reshape(-1, control_points.shape[-1]), control_points.ndim - 1
     magnitude = np.einsum("nc,nc->n", flat, flat) * dense.reachable(level, axes).ravel()
     count = min(count, int(np.count_nonzero(magnitude)))
-    kept = np.argpartition(-magnitude, min(count, len(magnitude) - 1))[:count]
-    index = perfect_hash.build(kept)
+    largest = np.argpartition(-magnitude, min(count, len(magnitude) - 1))[:count]
+    index = perfect_hash.build(largest)
     return SparseLattice(level, index, flat[index.keys].astype(np.float32), axes)

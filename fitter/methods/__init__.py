@@ -1,37 +1,32 @@
 """Fitting methods: each makes a `Fit` of `Samples`; a `Fit` does not know which method made it.
 
-To add a method, write a module with a `Method`, enter it in `METHODS`, and its name in `MethodName`; CONTRIBUTING.md
-shows how.
+A method is a function that takes samples of which no two channels are equal, `Levels`, whether the fit is to be
+physically plausible, and options of its own; and returns a fit with the samples' channels, name and source. To add one,
+write a module, enter its function in `METHODS`, and its name in `MethodName`; CONTRIBUTING.md shows how.
 """
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 from ..model.fit import Fit
 from ..samples import Samples, distinct_channels
 from . import kameya_lewis, regression_kriging
 from .levels import Levels
-from .method import Method, MethodName
 
-METHODS: dict[MethodName, Method] = {"mba": kameya_lewis.fit, "kriging": regression_kriging.fit}
-_PREPARATIONS: dict[MethodName, Callable[[Samples], dict[str, Any]]] = {"kriging": regression_kriging.prepare}
+MethodName = Literal["mba", "kriging"]
+METHODS: dict[MethodName, Callable[..., Fit]] = {"mba": kameya_lewis.fit, "kriging": regression_kriging.fit}
 
 
 def prepare(samples: Samples, method: MethodName = "mba") -> dict[str, Any]:
     """Do the part of a fit that does not depend on the levels, where a method has one that takes long.
-
-    Parameters
-    ----------
-    samples : Samples
-    method : one of `METHODS`
 
     Returns
     -------
     dict
         Options for `fit`, with the same samples and method and any levels; empty where there is nothing to prepare.
     """
-    return _PREPARATIONS[method](distinct_channels(samples)[0]) if method in _PREPARATIONS else {}
+    return {"estimated": regression_kriging.estimate(distinct_channels(samples)[0])} if method == "kriging" else {}
 
 
 def fit(samples: Samples, diffuse_level: int = 4, specular_level: int | None = 6, compression: float = 95.0,

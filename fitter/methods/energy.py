@@ -14,14 +14,13 @@ The factor is reciprocal, and 1 at a distance from all angles of too large an al
 """
 
 from dataclasses import replace
-from typing import Protocol
 
 import numpy as np
 
 from .. import progress
 from ..arrays import FloatArray
 from ..coordinates.half_difference import project, unproject
-from ..model import Reflectance
+from ..model import Reflectance, is_isotropic
 from ..model.fit import Fit
 from ..model.transform import LogRelative, factor_of_angle
 from ..samples import Samples, some
@@ -42,26 +41,11 @@ _ROUNDS = 30                # of the second step, each of which halves the exces
 _INFLUENCE = 2              # knots on both sides of a control point, which it has an influence on
 
 
-class Integrand(Reflectance, Protocol):
-    """What `reflected_light` needs of a fit."""
-
-    @property
-    def isotropic(self) -> bool:
-        """As `Fit.isotropic`."""
-        ...
-
-    @property
-    def columns(self) -> tuple[int, ...]:
-        """One entry for each channel."""
-        ...
-
-
 def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
     """Damp a fit where its directional albedo exceeds 1; `Fit.changes` says where, and by how much.
 
     Parameters
     ----------
-    fit : Fit
     transform : LogRelative
         That of the fit.
     samples : Samples
@@ -81,15 +65,6 @@ def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
     return replace(damped, changes=(_description(fit, damped, total, farthest, samples),))
 
 
-def albedo(fit: Fit) -> FloatArray:
-    """The directional albedo of a fit at `VIEWS`: (views, channels).
-
-    The larger one of light that arrives at the angle and of light that leaves there.
-    """
-    few = reflected_light(fit, _FEW, _CELLS)
-    return np.asarray(_light_at_views(fit, few).sum(axis=2).max(axis=0))
-
-
 def _light_at_views(fit: Fit, few: FloatArray) -> FloatArray:
     """`reflected_light` at `VIEWS`, given that at a few angles."""
     azimuths: tuple[float, ...] | None = None
@@ -104,7 +79,7 @@ def _light_at_views(fit: Fit, few: FloatArray) -> FloatArray:
     return light
 
 
-def reflected_light(fit: Integrand, theta: FloatArray, cells: tuple[int, int],
+def reflected_light(model: Reflectance, theta: FloatArray, cells: tuple[int, int],
                     azimuths: tuple[float, ...] | None = None) -> FloatArray:
     """The light that leaves at an angle, and that arrives there, by the control points of the damping that it would
     have: (2, angles, DAMPING_KNOTS, channels); the albedo is the sum over the control points.
@@ -114,25 +89,25 @@ def reflected_light(fit: Integrand, theta: FloatArray, cells: tuple[int, int],
     """
     u, v = ((np.arange(count) + 0.5) / count for count in cells)
     turn, step = np.pi / 2 * np.concatenate([v ** 3, 2 - v ** 3]), np.tile(1.5 * np.pi * v * v / cells[1], 2)
-    if fit.isotropic:
+    isotropic = is_isotropic(model)
+    if isotropic:
         azimuths = 0.0,
     else:                       # and not symmetric about the plane of incidence
         turn, step = np.concatenate([turn, -turn]), np.tile(step / 2, 2)
         azimuths = azimuths or _AZIMUTHS
-    ways = 2 if fit.isotropic else len(azimuths)
-    light = np.empty((ways, len(theta), DAMPING_KNOTS, len(fit.columns)))
+    light = []
     for number, angle in enumerate(theta):
         progress.report(number / len(theta))
         other = np.concatenate([angle - angle * u ** 3, angle + (np.pi / 2 - angle) * u ** 3])
         width = 3 * np.concatenate([angle * u * u, (np.pi / 2 - angle) * u * u]) / cells[0]
         solid_angle = (2 * np.sin(other) * np.cos(other) * width)[:, None] * step
         at_control_points = factor_of_angle(np.eye(DAMPING_KNOTS), other)
-        values = [fit.evaluate(other[:, None], azimuth + turn, angle, azimuth) for azimuth in azimuths]
-        if fit.isotropic:
-            values.append(fit.evaluate(angle, 0.0, other[:, None], turn))
-        for way, value in enumerate(values):
-            light[way, number] = at_control_points.T @ np.einsum("itc,it->ic", np.maximum(value, 0), solid_angle)
-    return light
+        values = [model.evaluate(other[:, None], azimuth + turn, angle, azimuth) for azimuth in azimuths]
+        if isotropic:
+            values.append(model.evaluate(angle, 0.0, other[:, None], turn))
+        light.append([at_control_points.T @ np.einsum("itc,it->ic", np.maximum(value, 0), solid_angle)
+                      for value in values])
+    return np.stack(light, axis=1)
 
 
 def _damping(light: FloatArray, farthest: float) -> FloatArray:
@@ -163,9 +138,9 @@ def _description(fit: Fit, damped: Fit, before: FloatArray, farthest: float, sam
     worst = np.degrees(VIEWS[before.max(axis=1).argmax()])
     over = np.degrees(VIEWS[(before > 1 + TOLERANCE).any(axis=1)])
     at = some(samples, MOST).directions
-    kept, all_of_it = (float((np.cos(at[2])[:, None] * np.abs(each.evaluate(*at))).sum())
+    after, all_of_it = (float((np.cos(at[2])[:, None] * np.abs(each.evaluate(*at))).sum())
                        for each in (damped, fit))
-    lost = 100 * (1 - kept / all_of_it) if all_of_it else 0.0
+    lost = 100 * (1 - after / all_of_it) if all_of_it else 0.0
     where = f"from {over.min():.0f} degrees" if over.max() >= 89 else f"at {over.min():.0f} to {over.max():.0f} degrees"
     measured = f"measured up to {np.degrees(farthest):.0f} degrees"
     return (f"directional albedo {where} ({measured}), at most {before.max():.3g} at {worst:.0f} degrees, "

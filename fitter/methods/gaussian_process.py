@@ -115,7 +115,6 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> t
     mu : (n, axes) float64
         2 x - 1 of coordinates x.
     z : (n, channels) float64
-    kernel : Kernel
     known : (n,) float64
         Variance of each sample's noise beyond that of the kernel, relative to that of the field.
 
@@ -188,20 +187,22 @@ class Search:
 
     def best(self, systems: Sequence[int]) -> Likeliest:
         """The likeliest that was found in systems, by changing prior, system, length and reciprocity in turn."""
-        found = self._likeliest(systems[len(systems) // 2], Kernel(), len(self.candidates) - 1)
+        likeliest = self._likeliest(systems[len(systems) // 2], Kernel(), len(self.candidates) - 1)
         for turn in range(_ROUNDS):
-            before = found
+            before = likeliest
             progress.report(turn / _ROUNDS)
-            found = max((self._likeliest(found.system, found.kernel, prior)
-                         for prior in range(len(self.candidates))), key=_value)
-            found = max((self._likeliest(system, found.kernel, found.prior) for system in systems), key=_value)
+            likeliest = max((self._likeliest(likeliest.system, likeliest.kernel, prior)
+                             for prior in range(len(self.candidates))), key=_value)
+            likeliest = max((self._likeliest(system, likeliest.kernel, likeliest.prior) for system in systems),
+                            key=_value)
             progress.report((turn + 0.5) / _ROUNDS)
             for number, choices in {"length": LENGTHS, "reciprocity": RECIPROCITIES}.items():
-                found = max((self._likeliest(found.system, replace(found.kernel, **{number: each}), found.prior)
-                             for each in choices), key=_value)
-            if found == before:
+                kernels = [replace(likeliest.kernel, **{number: each}) for each in choices]
+                likeliest = max((self._likeliest(likeliest.system, kernel, likeliest.prior) for kernel in kernels),
+                                key=_value)
+            if likeliest == before:
                 break
-        return found
+        return likeliest
 
     def _likeliest(self, system: int, kernel: Kernel, prior: int) -> Likeliest:
         """The likeliest noise, with all else given: one decomposition tries every noise."""
@@ -221,8 +222,8 @@ class Search:
         return self._bases[system, kernel]
 
 
-def _value(found: Likeliest) -> float:
-    return found.value
+def _value(each: Likeliest) -> float:
+    return each.value
 
 
 def likelihood(variances: FloatArray, squares: FloatArray) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from .. import progress
 from ..coordinates.anisotropic_nusselt import AnisotropicNusselt
 from ..coordinates.nusselt import Nusselt
-from ..lattice import mba
+from ..lattice import mba, sparse
 from ..lattice.dense import DenseLattice
 from ..model.fit import Fit
 from ..samples import Samples
@@ -30,13 +30,6 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True) -> Fit:
     Returns
     -------
     Fit
-
-    Examples
-    --------
-    >>> one = Samples([0.0], [0], [0.0], [0], [[0.3]])
-    >>> plain = fit(one, Levels(2, None, 0.0))
-    >>> float(plain.evaluate(0, 0, 0, 0)[0])
-    0.3
     """
     if not samples.isotropic:
         levels.check_four_axes()
@@ -47,6 +40,7 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True) -> Fit:
     diffuse, specular = DenseLattice(levels.diffuse, control_points.astype(np.float32)), None
     if levels.specular is not None:
         with progress.part(0.2, 1.0, "Fitting the sparse lattice"):
-            specular = mba.largest(x, residual, levels.specular, levels.kept_of(x.shape[1]))
+            control_points, _ = mba.approximate(x, residual, levels.specular)
+            specular = sparse.keep_largest(control_points, levels.specular, levels.kept_of(x.shape[1]))
     return Fit(coordinates, diffuse, specular, compression=levels.dropped, channels=samples.channels,
                name=samples.name, source=samples.source)

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import progress
-from ..arrays import Directions, FloatArray, IntArray
+from ..arrays import Directions, FloatArray, IntArray, joined
 from ..coordinates import Coordinates
 from ..lattice import dense, least_squares, perfect_hash
 from ..lattice.dense import DenseLattice
@@ -51,11 +51,8 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
     ----------
     samples : Samples
         Those that the field was fitted to; isotropic.
-    coordinates : Coordinates
-    transform : LogRelative
     field : Field
         Over 2 x - 1 of the coordinates x.
-    levels : Levels
     """
     progress.report(0.0, "Fitting the dense lattice")
     nodes = dense.nodes(levels.diffuse)
@@ -67,14 +64,14 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
         return diffuse, None
     progress.report(0.3, "Fitting the sparse lattice")
     between = _between(samples)
-    x = np.concatenate([coordinates.encode(*directions) for directions in (samples.directions, between)])
-    directions = tuple(np.concatenate(pair) for pair in zip(samples.directions, between, strict=True))
+    directions = joined([samples.directions, between])
+    x = coordinates.encode(*directions)
     wanted = np.concatenate([field.at_samples, field.at(2 * x[len(samples):] - 1)])
     # together the directions between weigh as much as the samples
     share = np.concatenate([np.ones(len(samples)), np.full(_BETWEEN, math.sqrt(len(samples) / _BETWEEN))])
     bright = np.maximum(transform.reflectance(wanted, *directions), 0).mean(axis=1) + transform.offset
     return diffuse, least_squares.sparse_fit(x, wanted - diffuse.evaluate(x), share * bright ** WEIGHT,
-                                             levels.specular, levels.kept)
+                                             levels.specular, levels.kept_of(3))
 
 
 def _mean_over_azimuths(field: Field, mu: FloatArray) -> FloatArray:
@@ -114,9 +111,6 @@ def of_samples(samples: Samples, coordinates: Coordinates, transform: LogRelativ
     ----------
     samples : Samples
         Isotropic, or not if the coordinates have four axes.
-    coordinates : Coordinates
-    transform : LogRelative
-    kernel : Kernel
     levels : Levels
         At most `_TOGETHER` control points of each batch are kept, whatever the compression.
     """
@@ -145,11 +139,11 @@ def of_samples(samples: Samples, coordinates: Coordinates, transform: LogRelativ
         keys = np.union1d(keys, chosen)
         if level == finer and len(control_points) + len(keys) <= _TOGETHER:
             equations = NormalEquations(x, [(level, None), (levels.specular, keys)])
-            control_points, found = equations.solve(weights, z, [norm, _independent(keys, kernel)])
-            box, sparse = _refined(control_points, level, finer, axes), _boxed(levels.specular, axes, keys, found)
+            control_points, of_sparse = equations.solve(weights, z, [norm, _independent(keys, kernel)])
+            box, sparse = _refined(control_points, level, finer, axes), _boxed(levels.specular, axes, keys, of_sparse)
         else:
-            found = _solved(x, levels.specular, chosen, weights, residual, kernel)
-            sparse += _boxed(levels.specular, axes, chosen, found)
+            of_sparse = _solved(x, levels.specular, chosen, weights, residual, kernel)
+            sparse += _boxed(levels.specular, axes, chosen, of_sparse)
     index = perfect_hash.build(keys)
     return (DenseLattice(finer, box.astype(np.float32)),
             SparseLattice(levels.specular, index, sparse.reshape(-1, z.shape[1])[index.keys].astype(np.float32), axes))
@@ -166,8 +160,8 @@ def _most_useful(x: FloatArray, level: int, weights: FloatArray, residual: Float
 def _solved(x: FloatArray, level: int, keys: IntArray, weights: FloatArray, residual: FloatArray, kernel: Kernel,
             ) -> FloatArray:
     """Independent control points that follow a residual: (k, channels)."""
-    found, = NormalEquations(x, [(level, keys)]).solve(weights, residual, [_independent(keys, kernel)])
-    return found
+    control_points, = NormalEquations(x, [(level, keys)]).solve(weights, residual, [_independent(keys, kernel)])
+    return control_points
 
 
 def _independent(keys: IntArray, kernel: Kernel) -> FloatArray:
@@ -201,22 +195,22 @@ def likelihoods(samples: Samples, systems: Sequence[Coordinates], transforms: Se
     first = np.unique(dense.representative(level, axes))
     inverse = precision(level, axes, kernel)[first[:, None], first]
     of_lattice = np.linalg.slogdet(inverse)[1] + len(first) * np.log(kernel.noise)
-    found = np.empty((len(systems), len(transforms)))
+    values = np.empty((len(systems), len(transforms)))
     for number, system in enumerate(systems):
         equations = NormalEquations(system.encode(*samples.directions), [(level, None)])
         matrix, moment = equations.reduced(weights, z)
         root = np.linalg.cholesky(matrix + kernel.noise * inverse)
         squares = np.maximum(total - (np.linalg.solve(root, moment) ** 2).sum(axis=0), np.finfo(float).tiny)
         logarithms = 2 * np.log(np.diag(root)).sum() - of_lattice
-        found[number] = (-0.5 * np.log(squares).reshape(len(transforms), -1).mean(axis=1)
+        values[number] = (-0.5 * np.log(squares).reshape(len(transforms), -1).mean(axis=1)
                          - 0.5 * logarithms / len(samples))
-    return found
+    return values
 
 
-def _boxed(level: int, axes: int, keys: IntArray, found: FloatArray) -> FloatArray:
+def _boxed(level: int, axes: int, keys: IntArray, control_points: FloatArray) -> FloatArray:
     """The box of control points that are the sums of some: (k,) positions and (k, channels)."""
-    box = np.zeros((math.prod(dense.shape(level, axes)), found.shape[1]))
-    np.add.at(box, keys, found)
+    box = np.zeros((math.prod(dense.shape(level, axes)), control_points.shape[1]))
+    np.add.at(box, keys, control_points)
     return box.reshape(*dense.shape(level, axes), -1)
 
 
@@ -229,14 +223,6 @@ def precision(level: int, axes: int, kernel: Kernel) -> FloatArray:
     """The inverse of a kernel's covariance of the places of a dense lattice's control points: (points, points) float64.
 
     Of mirror images, which are one unknown, the first has all of it.
-
-    Examples
-    --------
-    The norm of control points that follow a straight line is that of the line.
-
-    >>> matrix = precision(1, 3, Kernel(0.8))
-    >>> matrix.shape, bool(np.ones(len(matrix)) @ matrix @ np.ones(len(matrix)) < 1 / 0.3)
-    ((80, 80), True)
     """
     shape, origin = dense.shape(level, axes), dense.origin(level, axes)
     first = np.unique(dense.representative(level, axes))

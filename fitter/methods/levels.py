@@ -33,7 +33,7 @@ class Levels:
     --------
     95 percent of the 67^3 control points of level 6 are dropped:
 
-    >>> Levels(4, 6, 95.0).kept
+    >>> Levels(4, 6, 95.0).kept_of(3)
     15038
     """
 
@@ -48,11 +48,6 @@ class Levels:
             if not isinstance(self.compression, Real) or not 0 <= self.compression <= 100:
                 raise ValueError(f"compression is {self.compression!r}, expected a percentage from 0 to 100")
 
-    @property
-    def kept(self) -> int:
-        """How many control points of the sparse lattice of three axes are kept."""
-        return self.kept_of(3)
-
     def kept_of(self, axes: int) -> int:
         """How many control points of the sparse lattice are kept."""
         size = 0 if self.specular is None else dense.full_size(self.specular, axes)
@@ -61,18 +56,12 @@ class Levels:
     def of_four_axes(self) -> "Levels":
         """Levels of about the same use for an anisotropic fit: one lower, since a lattice has a fourth axis, and with
         three times as many control points kept.
-
-        Examples
-        --------
-        >>> found = Levels(4, 5, 98.2).of_four_axes()
-        >>> found.diffuse, found.specular, found.kept_of(4) == 3 * Levels(4, 5, 98.2).kept
-        (3, 4, True)
         """
         diffuse = min(max(self.diffuse - 1, 0), _FINEST_DENSE)
         if self.specular is None:
             return Levels(diffuse, None, self.compression)
         specular = min(max(self.specular - 1, 0), _FINEST_SPARSE)
-        kept = min(KEPT_OF_FOUR * self.kept / dense.full_size(specular, 4), 1.0)
+        kept = min(KEPT_OF_FOUR * self.kept_of(3) / dense.full_size(specular, 4), 1.0)
         return Levels(diffuse, specular, 100 * (1 - kept))
 
     def check_four_axes(self) -> None:

@@ -64,7 +64,7 @@ def parameter_count(model: Microfacet) -> int:
     return model.kd.size + model.ks.size + sum(map(len, model.shapes))
 
 
-def candidates(samples: Samples, typical: FloatArray, offset: float, most: int = _MOST) -> list[Microfacet]:
+def candidates(samples: Samples, typical: FloatArray, offset: float) -> list[Microfacet]:
     """The Lambertian of typical values, and the best models found with one lobe, two lobes, and so on.
 
     Each is a least-squares fit of log(f + offset). A model that has more parameters than a quarter of the values is
@@ -72,35 +72,18 @@ def candidates(samples: Samples, typical: FloatArray, offset: float, most: int =
 
     Parameters
     ----------
-    samples : Samples
     typical : (m, channels) float64
         1/sr.
     offset : float
         1/sr, positive.
-    most : int
-        The largest number of lobes.
-
-    Returns
-    -------
-    list of Microfacet
-
-    Examples
-    --------
-    >>> from ..quality.physics import direction_pairs
-    >>> glossy = Microfacet(np.array([0.1]), np.array([[2.0]]), np.array([0.2]), np.array([2.0]), np.array([0.04]))
-    >>> pairs = direction_pairs(200)
-    >>> samples = Samples(*pairs, glossy.evaluate(*pairs))
-    >>> _, found = candidates(samples, samples.values, 0.1, most=1)
-    >>> found.kinds, found.alpha.round(2).tolist(), found.kd.round(3).tolist()
-    (('mirror',), [0.2], [0.1])
     """
-    found = [lambertian(typical)]
+    models = [lambertian(typical)]
     if not np.ptp(samples.values):
-        return found
+        return models
     problem = _Problem(geometry(*samples.directions), samples.values / offset,
                        None if samples.isotropic else in_surface(*samples.directions))
-    current = replace(found[0], kd=np.maximum(np.quantile(problem.values, 0.3, axis=0), 1e-4))
-    for _ in range(most):
+    current = replace(models[0], kd=np.maximum(np.quantile(problem.values, 0.3, axis=0), 1e-4))
+    for _ in range(_MOST):
         starts = _STARTS if problem.in_surface is None else (*_STARTS, *_ANISOTROPIC_STARTS)
         larger = [model for start in starts for model in _with_lobe(current, problem, *start)]
         if parameter_count(larger[0]) > samples.values.size / 4:
@@ -109,14 +92,14 @@ def candidates(samples: Samples, typical: FloatArray, offset: float, most: int =
         if problem.in_surface is not None and best[0].kinds[-1] == "mirror":
             best = min(best, problem.best(_elongated(best[0])), key=_cost)
         current = best[0]
-        found.append(replace(current, kd=current.kd * offset, ks=current.ks * offset))
-    return found
+        models.append(replace(current, kd=current.kd * offset, ks=current.ks * offset))
+    return models
 
 
 def _with_lobe(model: Microfacet, problem: "_Problem", kind: Kind, alpha: float, f0: float) -> list[Microfacet]:
     """A model with another lobe, as strong as the model falls short of the samples where the lobe is brightest; with
     fibres, along several azimuths."""
-    found = []
+    models = []
     for turn in _TURNS if kind == "fibre" else (0.0,):
         across = _DIP if kind == "fibre" else alpha
         shape = lobe(kind, problem.at, problem.in_surface, alpha, NO_GAMMA, f0, across, turn)
@@ -128,8 +111,8 @@ def _with_lobe(model: Microfacet, problem: "_Problem", kind: Kind, alpha: float,
                             (*model.kinds, kind))
         if problem.in_surface is not None:
             larger = replace(larger, across=np.append(model.across, across), turn=np.append(model.turn, turn))
-        found.append(larger)
-    return found
+        models.append(larger)
+    return models
 
 
 def _elongated(model: Microfacet) -> list[Microfacet]:
@@ -198,15 +181,15 @@ class _Problem:
             slope = flat.T @ residual.ravel() + pull[0] @ (p - first) + pull[1] @ p
             for _ in range(8):
                 trial = p - np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9), slope)
-                found = at(trial)
-                after = cost(found[0], trial)
+                tried = at(trial)
+                after = cost(tried[0], trial)
                 if after < now:
                     break
                 damping *= 4
             else:
                 break
             gain, p, now, damping = now - after, trial, after, damping / 4
-            residual, total, parts, strength = found
+            residual, total, parts, strength = tried
             if gain < 1e-6 * now:
                 break
         return _unpack(p, kinds, count, channels), float((residual ** 2).sum())

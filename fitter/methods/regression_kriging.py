@@ -95,20 +95,21 @@ def estimate(samples: Samples) -> Estimate:
                            "Fitting shape"):
             trials.append(search.best(range(first, first + len(family))))
         first += len(family)
-    found = max(trials, key=lambda each: each.value)
+    likeliest = max(trials, key=lambda each: each.value)
     if not samples.isotropic or len(samples) > MOST_SAMPLES:
         progress.report(0.8)
         costs = np.array([_information_criterion(each.prior, of_lattices.values.size) for each in transforms])
-        values = lattices.likelihoods(of_lattices, systems, transforms, found.kernel) - costs
+        values = lattices.likelihoods(of_lattices, systems, transforms, likeliest.kernel) - costs
         system, number = divmod(int(values.argmax()), len(transforms))
-        return Estimate(systems[system], transforms[number], found.kernel, None, None)
+        return Estimate(systems[system], transforms[number], likeliest.kernel, None, None)
     progress.report(0.8, "Fitting shape")
-    coordinates, transform = systems[found.system], transforms[found.prior]
+    coordinates, transform = systems[likeliest.system], transforms[likeliest.prior]
     field, left_out = gaussian_process.krige(
-        _mu(coordinates, samples), transform.field(samples.values, *samples.directions), found.kernel,
+        _mu(coordinates, samples), transform.field(samples.values, *samples.directions), likeliest.kernel,
         _known_noise(samples, transform))
     plausible = replace(transform, floor=0.0)
-    return Estimate(coordinates, transform, found.kernel, field, plausible.reflectance(left_out, *samples.directions))
+    return Estimate(coordinates, transform, likeliest.kernel, field,
+                    plausible.reflectance(left_out, *samples.directions))
 
 
 def _information_criterion(model: Microfacet, values: int) -> float:
@@ -132,20 +133,15 @@ def _families(samples: Samples, model: Microfacet) -> list[list[Coordinates]]:
             return [[HalfAngle(stretch) for stretch in (0.0, 2.0, *_STRETCHES_OF_MANY)]]
         kinds: tuple[Callable[..., Coordinates], ...] = HalfDifference, Rusinkiewicz
         return [[kind(stretch=stretch) for stretch in _STRETCHES] for kind in kinds]
-    found: list[list[Coordinates]] = [[AnisotropicRusinkiewicz(each, each) for each in _STRETCHES_OF_MANY]]
+    families: list[list[Coordinates]] = [[AnisotropicRusinkiewicz(each, each) for each in _STRETCHES_OF_MANY]]
     if not model.isotropic:
         narrowest = int(np.argmin(np.where(model.across == model.alpha, np.inf, np.minimum(model.alpha, model.across))))
         alpha, across = model.alpha[narrowest], model.across[narrowest]
         least = max(min(alpha, across), max(alpha, across) / _MOST_ELONGATED)
         shares = least / max(alpha, least), least / max(across, least)      # at most 1, but for rounding
-        found.append([AnisotropicRusinkiewicz(each * min(shares[0], 1.0), each * min(shares[1], 1.0),
+        families.append([AnisotropicRusinkiewicz(each * min(shares[0], 1.0), each * min(shares[1], 1.0),
                                               float(model.turn[narrowest])) for each in _STRETCHES_OF_MANY])
-    return found
-
-
-def prepare(samples: Samples) -> dict[str, Estimate]:
-    """The options of `fit` that do not depend on the levels."""
-    return {"estimated": estimate(samples)}
+    return families
 
 
 def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Estimate | None = None) -> Fit:
@@ -159,7 +155,7 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
     plausible : bool
         Make the fit nowhere negative, with a directional albedo of at most 1. `Fit.changes` says what that changed.
     estimated : Estimate, optional
-        What `prepare` returned for these samples.
+        What `estimate` returned for these samples.
 
     Returns
     -------
@@ -181,11 +177,11 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
     transform = replace(estimated.transform, floor=0.0) if plausible else estimated.transform
     with progress.part(0.0, 0.8 if samples.isotropic else 0.5):
         if estimated.field is not None:
-            found = lattices.of_field(samples, estimated.coordinates, transform, estimated.field, levels)
+            both = lattices.of_field(samples, estimated.coordinates, transform, estimated.field, levels)
         else:
             levels = levels if samples.isotropic else levels.of_four_axes()
-            found = lattices.of_samples(samples, estimated.coordinates, transform, estimated.kernel, levels)
-    fitted = Fit(estimated.coordinates, *found, transform, levels.dropped, samples.channels, name=samples.name,
+            both = lattices.of_samples(samples, estimated.coordinates, transform, estimated.kernel, levels)
+    fitted = Fit(estimated.coordinates, *both, transform, levels.dropped, samples.channels, name=samples.name,
                  source=samples.source)
     with progress.part(0.8 if samples.isotropic else 0.5, 1.0, "Checking the energy"):
         return energy.conserved(fitted, transform, samples) if plausible else fitted

@@ -1,7 +1,4 @@
-"""What is stored of a reflectance, and what can be asked of it.
-
-`Fit` is this project's own model; the report's baselines are others.
-"""
+"""What is stored of a reflectance, and what can be asked of it."""
 
 from typing import Protocol
 
@@ -13,20 +10,6 @@ class Reflectance(Protocol):
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """The BRDF, 1/sr, without the cosine: angles broadcast to (...), radians, to (..., channels)."""
-        ...
-
-
-class Model(Reflectance, Protocol):
-    """A BRDF that was fitted to samples, and what it takes to store it: `Fit`, `Koenderink`, `Lafortune`."""
-
-    @property
-    def coefficient_count(self) -> int:
-        """Coefficients stored, counted once whatever the number of channels."""
-        ...
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes that must be stored to evaluate all channels."""
         ...
 
 

@@ -124,22 +124,12 @@ def narrowed(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o:
     ----------
     theta_i, phi_i, theta_o, phi_o : (n,) float64
         Radians.
-    width : float
 
     Returns
     -------
     directions : four (n,) float64
         The directions after the turn, radians; one that comes to lie below the horizon is moved to it.
     density : (n,) float64
-
-    Examples
-    --------
-    A mirror pair stays, a quarter as dense at twice the width:
-
-    >>> mirror = np.array([0.7]), np.zeros(1), np.array([0.7]), np.full(1, np.pi)
-    >>> directions, density = narrowed(*mirror, 2.0)
-    >>> bool(np.allclose(directions, mirror)), density.tolist()
-    (True, [0.25])
     """
     incident, outgoing = (np.sin(theta) * np.exp(1j * phi) for theta, phi in ((theta_i, phi_i), (theta_o, phi_o)))
     up_i, up_o = np.cos(theta_i), np.cos(theta_o)

@@ -18,7 +18,7 @@ from ..lattice.dense import DenseLattice
 from ..lattice.sparse import SparseLattice
 from . import fit_file
 from .edit import Edit
-from .transform import IDENTITY, Transform
+from .transform import LogRelative
 
 _CHUNK = 1 << 16            # directions evaluated at a time
 
@@ -35,8 +35,8 @@ class Fit:
         f_d; it has a column of control points for each distinct channel.
     specular : SparseLattice, or None
         f_s, or None for f_d alone.
-    transform : transform.Transform
-        Maps the field to reflectance.
+    transform : LogRelative, or None
+        Maps the field to reflectance; None where the field is the reflectance, as in the paper.
     compression : float
         Percentage of the specular control points that was dropped; 0 without a specular lattice.
     channels : tuple of str
@@ -67,7 +67,7 @@ class Fit:
     coordinates: Coordinates
     diffuse: DenseLattice
     specular: SparseLattice | None = None
-    transform: Transform = IDENTITY
+    transform: LogRelative | None = None
     compression: float = 0.0
     channels: tuple[str, ...] = ("grey",)
     columns: tuple[int, ...] = ()
@@ -83,7 +83,7 @@ class Fit:
     @property
     def isotropic(self) -> bool:
         """Whether the reflectance stays the same when both directions turn about the normal."""
-        return len(self.coordinates.axes) == ISOTROPIC_AXES and self.transform.isotropic
+        return len(self.coordinates.axes) == ISOTROPIC_AXES and (self.transform is None or self.transform.isotropic)
 
     @property
     def diffuse_level(self) -> int:
@@ -108,11 +108,11 @@ class Fit:
     @property
     def nbytes(self) -> int:
         """Bytes that must be stored to evaluate, over all channels: coefficients, keys, hash table, prior, and edit."""
-        return self.diffuse.nbytes + (0 if self.specular is None else self.specular.nbytes) + self.transform.nbytes + (
-            0 if self.edit is None else self.edit.nbytes)
+        return self.diffuse.nbytes + sum(part.nbytes for part in (self.specular, self.transform, self.edit)
+                                         if part is not None)
 
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """Evaluate the fitted BRDF, as it was edited.
+        """Evaluate the fitted BRDF, as it was edited. Raises ValueError if an angle is not a finite number.
 
         Parameters
         ----------
@@ -123,11 +123,6 @@ class Fit:
         -------
         (..., channels) float64
             1/sr, without the cosine. A fit that was not made plausible may be negative.
-
-        Raises
-        ------
-        ValueError
-            If an angle is not a finite number.
         """
         angles = np.broadcast_arrays(*(np.asarray(angle, dtype=float) for angle in (theta_i, phi_i, theta_o, phi_o)))
         directions = [angle.ravel() for angle in angles]
@@ -156,7 +151,7 @@ class Fit:
             field = self.diffuse.evaluate(x)
             if self.specular is not None:
                 field += self.specular.evaluate(x)
-        return self.transform.reflectance(field, theta_i, phi_i, theta_o, phi_o)
+        return field if self.transform is None else self.transform.reflectance(field, theta_i, phi_i, theta_o, phi_o)
 
     def save(self, path: str | Path) -> None:
         """Write the fit to an .npz file. A file at `path` is replaced once the new one is complete."""

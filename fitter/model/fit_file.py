@@ -14,17 +14,15 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from .. import files, npz
 from ..coordinates import COORDINATES, ISOTROPIC_AXES, Coordinates, stretch
-from ..coordinates.anisotropic_nusselt import AnisotropicNusselt
-from ..coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
-from ..coordinates.half_angle import HalfAngle
 from ..coordinates.half_difference import HalfDifference
 from ..coordinates.nusselt import Nusselt
 from ..coordinates.rusinkiewicz import LEAST_SOFTENING, Rusinkiewicz
@@ -35,16 +33,20 @@ from ..samples import LARGEST_VALUE
 from ..shader_constants import DAMPING_KNOTS
 from . import microfacet
 from .edit import COAT_WIDTHS, WIDTHS, Edit
-from .transform import IDENTITY, LEAST_OFFSET, LogRelative, Transform
+from .transform import LEAST_OFFSET, LogRelative
 
 if TYPE_CHECKING:
     from .fit import Fit
 
 FORMAT = "measured-brdf-fit"
 VERSION = 7
+_IDENTITY = "identity"      # what files call no transform
 _FIRST = 2                  # that extension 0.1.0 wrote; the versions between are those of no release
 LARGEST = 100 * LARGEST_VALUE   # of any number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
+_OF_COORDINATES = {"softening": (0.0, 0.9), "stretch": (stretch.LEAST, stretch.LARGEST),
+                   "along": (stretch.LEAST / 10, stretch.LARGEST), "across": (stretch.LEAST / 10, stretch.LARGEST),
+                   "turn": (-np.pi, np.pi)}      # parameters of coordinates, and their bounds; a stretch may be 0, too
 _PRIOR = ("kd", "ks", "alpha", "gamma", "f0")
 _ANISOTROPIC_PRIOR = ("across", "turn")
 _EDIT, _EDIT_NUMBERS = ("diffuse", "highlight", "level", "balance", "through"), ("width", "coat", "coat_width")
@@ -54,10 +56,7 @@ _Arrays = dict[str, NDArray[Any]]
 def write(fit: Fit, path: str | Path) -> None:
     """Write a fit to an .npz file.
 
-    Raises
-    ------
-    OSError
-        If the file cannot be written; a file at `path` then stays as it was.
+    Raises OSError if the file cannot be written; a file at `path` then stays as it was.
     """
     with files.replacing(path) as stream:
         stream.write(to_bytes(fit))
@@ -67,7 +66,8 @@ def to_bytes(fit: Fit) -> bytes:
     """A fit as an .npz file has it. Equal fits have equal bytes."""
     coordinates, transform = fit.coordinates, fit.transform
     header: dict[str, Any] = {
-        "format": FORMAT, "version": VERSION, "coordinates": coordinates.name, "transform": transform.name,
+        "format": FORMAT, "version": VERSION, "coordinates": coordinates.name,
+        "transform": _IDENTITY if transform is None else transform.name,
         "diffuse_level": int(fit.diffuse_level), "specular_level": fit.specular_level, "compression": fit.compression,
         "channels": list(fit.channels), "columns": list(fit.columns), "changes": list(fit.changes),
         "name": str(fit.name), "source": str(fit.source)}
@@ -76,13 +76,8 @@ def to_bytes(fit: Fit) -> bytes:
         index = fit.specular.index
         header["multiplier"] = index.multiplier
         arrays |= {"coefficients": fit.specular.coefficients, "keys": index.keys, "displacement": index.displacement}
-    if isinstance(coordinates, HalfDifference | Rusinkiewicz):
-        header |= {"softening": float(coordinates.softening), "stretch": float(coordinates.stretch)}
-    if isinstance(coordinates, HalfAngle):
-        header["stretch"] = float(coordinates.stretch)
-    if isinstance(coordinates, AnisotropicRusinkiewicz):
-        header |= {name: float(getattr(coordinates, name)) for name in ("along", "across", "turn")}
-    if isinstance(transform, LogRelative):
+    header |= {name: float(number) for name, number in vars(coordinates).items()}
+    if transform is not None:
         header |= {"offset": transform.offset, "plausible": bool(transform.floor == 0),
                    "lobes": list(transform.prior.kinds)}
         names = _PRIOR if transform.prior.isotropic else (*_PRIOR, *_ANISOTROPIC_PRIOR)
@@ -97,10 +92,7 @@ def to_bytes(fit: Fit) -> bytes:
 def read(path: str | Path) -> dict[str, Any]:
     """Read a file that `write` wrote: the keyword arguments of a `Fit`.
 
-    Raises
-    ------
-    DatasetError
-        If the file is not there, is not a fit of a known version, or is damaged.
+    Raises DatasetError if the file is not there, is not a fit of a known version, or is damaged.
     """
     return from_bytes(files.read_bytes(path, npz.LARGEST), path)
 
@@ -170,41 +162,28 @@ def _upgraded(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
         return header
     log_relative = "prior_kd" in entries
     return header | {"coordinates": (HalfDifference if log_relative else Nusselt).name,
-                     "transform": (LogRelative if log_relative else IDENTITY).name, "softening": 0.0,
+                     "transform": LogRelative.name if log_relative else _IDENTITY, "softening": 0.0,
                      "stretch": stretch.NONE, "lobes": ["mirror"] * len(np.atleast_1d(entries.get("prior_ks", [])))}
 
 
 def _coordinates(header: dict[str, Any]) -> Coordinates:
-    name = header["coordinates"]
-    if name in (Nusselt.name, AnisotropicNusselt.name):
-        return COORDINATES[name]()
-    if name == AnisotropicRusinkiewicz.name:
-        numbers = {field: header[field] for field in ("along", "across", "turn")}
-        for field, number in numbers.items():
-            low, high = (-np.pi, np.pi) if field == "turn" else (stretch.LEAST / 10, stretch.LARGEST)
-            _check(isinstance(number, float) and low <= number <= high,
-                   f"its {field} is not a number from {low:g} to {high:g}")
-        return AnisotropicRusinkiewicz(**numbers)
-    systems: dict[str, type[HalfDifference] | type[Rusinkiewicz]] = {
-        system.name: system for system in (HalfDifference, Rusinkiewicz)}
-    _check(name in systems or name == HalfAngle.name, "its coordinates are unknown")
-    stretched = header["stretch"]
-    _check(isinstance(stretched, float)
-           and (stretched == stretch.NONE or stretch.LEAST <= stretched <= stretch.LARGEST),
-           f"its stretch is not 0, nor a number from {stretch.LEAST:g} to {stretch.LARGEST:g}")
-    if name == HalfAngle.name:
-        return HalfAngle(stretched)
-    softening = header["softening"]
-    _check(isinstance(softening, float) and 0 <= softening < 1, "its softening radius is not a number from 0 to 1")
-    _check(softening >= LEAST_SOFTENING or name == HalfDifference.name,
-           f"its softening radius is below {LEAST_SOFTENING:g}")
-    return systems[name](softening, stretched)
+    _check(header["coordinates"] in COORDINATES, "its coordinates are unknown")
+    system: type[Any] = COORDINATES[header["coordinates"]]
+    numbers = {field.name: header[field.name] for field in fields(system)}
+    for name, number in numbers.items():
+        low, high = _OF_COORDINATES[name]
+        without = name == "stretch" and number == stretch.NONE
+        _check(isinstance(number, float) and (without or low <= number <= high),
+               f"its {name} is not a number from {low:g} to {high:g}")
+    _check(system is not Rusinkiewicz or numbers["softening"] >= LEAST_SOFTENING,
+           f"its softening is below {LEAST_SOFTENING:g}")
+    return cast(Coordinates, system(**numbers))
 
 
-def _transform(header: dict[str, Any], entries: _Arrays, stored: int) -> Transform:
+def _transform(header: dict[str, Any], entries: _Arrays, stored: int) -> LogRelative | None:
     name = header["transform"]
-    _check(name in (IDENTITY.name, LogRelative.name), "its transform is unknown")
-    return IDENTITY if name == IDENTITY.name else _log_relative(header, entries, stored)
+    _check(name in (_IDENTITY, LogRelative.name), "its transform is unknown")
+    return None if name == _IDENTITY else _log_relative(header, entries, stored)
 
 
 def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogRelative:

@@ -1,8 +1,8 @@
-"""Transforms: they map the field that the lattices hold to reflectance."""
+"""The transform that maps the field of lattices to reflectance, where the field is not the reflectance itself."""
 
 import dataclasses
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import numpy as np
 
@@ -13,52 +13,6 @@ from ..shader_constants import STEEPEST
 from .microfacet import Microfacet
 
 LEAST_OFFSET = 1e-30        # 1/sr: below any reflectance, but not 0 in single precision
-
-
-class Transform(Protocol):
-    """A transform: a frozen dataclass, whose fields are the transform's parameters."""
-
-    name: ClassVar[str]
-    """The transform's name in files and shaders."""
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of the parameters in single precision."""
-        ...
-
-    @property
-    def isotropic(self) -> bool:
-        """Whether it stays the same when both directions turn about the normal."""
-        ...
-
-    def reflectance(self, field: FloatArray, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike,
-                    phi_o: ArrayLike) -> FloatArray:
-        """Map a field at directions (n,) to reflectance: (n, channels) to (n, channels), 1/sr."""
-        ...
-
-
-@dataclass(frozen=True)
-class Identity:
-    """The field is the reflectance itself, as in Kameya and Lewis 2002."""
-
-    name: ClassVar[str] = "identity"
-
-    @property
-    def nbytes(self) -> int:
-        """0: there are no parameters."""
-        return 0
-
-    @property
-    def isotropic(self) -> bool:
-        """True."""
-        return True
-
-    def reflectance(self, field: FloatArray, *_directions: ArrayLike) -> FloatArray:
-        """Return the field."""
-        return field
-
-
-IDENTITY = Identity()
 
 
 @dataclass(frozen=True)

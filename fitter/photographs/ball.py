@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray, IntArray
+from ..arrays import BoolArray, Directions, FloatArray, IntArray, selected
 from ..errors import DatasetError
 from .camera import pixel_angle
 
@@ -123,6 +123,14 @@ class BallPhotograph:
                                self.name)
 
     @property
+    def sight(self) -> tuple[FloatArray, float, float]:
+        """The ball as the camera sees it: the direction to its centre, (3,), the distance, and the angle of its limb
+        from that direction, radians."""
+        toward = self.centre - self.camera
+        distance = float(np.linalg.norm(toward))
+        return toward / distance, distance, float(np.arcsin(self.radius / distance))
+
+    @property
     def phase_angle(self) -> float:
         """The angle between camera and lamp, seen from the ball's centre, radians."""
         toward = [(place - self.centre) / np.linalg.norm(place - self.centre) for place in (self.camera, self.lamp)]
@@ -145,23 +153,18 @@ class Seen(NamedTuple):
 def seen(photograph: BallPhotograph) -> Seen:
     """The pixels that see a point of the ball which the whole lamp lights, none of it steeper than `STEEPEST`.
 
-    Raises
-    ------
-    DatasetError
-        If there is none; the message says why.
+    Raises DatasetError if there is none; the message says why.
     """
-    axis = photograph.centre - photograph.camera
-    distance = float(np.linalg.norm(axis))
+    axis, distance, limb = photograph.sight
     rays = photograph.rays.reshape(-1, 3)
-    limb = np.arcsin(photograph.radius / distance)
     size = pixel_angle(photograph.rays)
     # of the sine, which is exact where the angle is small
-    off = np.arctan2(np.linalg.norm(np.cross(rays, axis / distance), axis=1), rays @ axis / distance)
+    off = np.arctan2(np.linalg.norm(np.cross(rays, axis), axis=1), rays @ axis)
     pixel = np.flatnonzero(off < limb - LIMB * size)
     if not len(pixel):
         raise DatasetError("no pixel sees the ball: it is not in the picture, or too small there", photograph.name)
     ray = rays[pixel]
-    nearest = ray @ axis
+    nearest = distance * (ray @ axis)
     point = photograph.camera + ray * (nearest - np.sqrt(
         np.maximum(photograph.radius ** 2 - (distance * np.sin(off[pixel])) ** 2, 0)))[:, None]
     normal = (point - photograph.centre) / photograph.radius
@@ -173,8 +176,8 @@ def seen(photograph: BallPhotograph) -> Seen:
     if not good.any():
         raise DatasetError("the lamp is behind the ball, or so far to its side that the camera sees nothing that is "
                            "lit", photograph.name)
-    theta_i, phi_i, theta_o, phi_o = (angle[good] for angle in directions)
-    return Seen(pixel[good], (theta_i, phi_i, theta_o, phi_o), np.cos(theta_i) / far[good] ** 2, float(size / limb))
+    return Seen(pixel[good], selected(directions, good), np.cos(directions[0][good]) / far[good] ** 2,
+                float(size / limb))
 
 
 def about(normal: FloatArray, light: FloatArray, view: FloatArray) -> Directions:
@@ -208,41 +211,33 @@ class Measured(NamedTuple):
 def measured(photograph: BallPhotograph) -> Measured:
     """The reflectance at the pixels of a photograph that are neither saturated, dark nor masked.
 
-    Raises
-    ------
-    DatasetError
-        If there is none.
+    Raises DatasetError if there is none.
     """
-    found = seen(photograph)
+    lit = seen(photograph)
     radiance = photograph.radiance.reshape(-1, photograph.radiance.shape[2])
-    around = _around(photograph.radiance).reshape(radiance.shape)[found.pixel]
-    noise = (_noise(photograph, found.pixel) if photograph.noise is None
-             else photograph.noise.reshape(radiance.shape)[found.pixel])
+    neighbours = _of_neighbours(photograph.radiance).reshape(radiance.shape)[lit.pixel]
+    noise = (_noise(photograph, lit.pixel) if photograph.noise is None
+             else photograph.noise.reshape(radiance.shape)[lit.pixel])
     # what a pixel's neighbours show is free of its own noise: pixels whose noise is bright are not preferred
-    good = (around.mean(axis=1) > noise.mean(axis=1)) & ~_saturated(radiance)[found.pixel]
+    good = (neighbours.mean(axis=1) > noise.mean(axis=1)) & ~_saturated(radiance)[lit.pixel]
     if photograph.mask is not None:
-        good &= photograph.mask.ravel()[found.pixel]
+        good &= photograph.mask.ravel()[lit.pixel]
     if not good.any():
         raise DatasetError("nothing of the ball is lit: all of its pixels are dark, saturated or masked",
                            photograph.name)
-    seen_well = Seen(found.pixel[good], _only(found.directions, good), found.irradiance[good], found.grain)
+    seen_well = Seen(lit.pixel[good], selected(lit.directions, good), lit.irradiance[good], lit.grain)
     value = radiance[seen_well.pixel] / (photograph.intensity * seen_well.irradiance[:, None])
-    relative = noise[good].mean(axis=1) / around[good].mean(axis=1)
+    relative = noise[good].mean(axis=1) / neighbours[good].mean(axis=1)
     return Measured(seen_well, value, np.hypot(relative, _misplaced(seen_well)), int((~good).sum()))
 
 
-def _only(directions: Directions, which: BoolArray | IntArray) -> Directions:
-    theta_i, phi_i, theta_o, phi_o = (angle[which] for angle in directions)
-    return theta_i, phi_i, theta_o, phi_o
-
-
-def _misplaced(found: Seen) -> FloatArray:
+def _misplaced(pixels: Seen) -> FloatArray:
     """What small errors of the ball's and the lamp's place do to the cosine of incidence, relative to it: (n,)."""
-    turned = _PLACED * found.grain / np.cos(found.directions[2])        # of the normal
-    return np.asarray(np.tan(found.directions[0]) * np.hypot(turned, _AIMED))
+    turned = _PLACED * pixels.grain / np.cos(pixels.directions[2])      # of the normal
+    return np.asarray(np.tan(pixels.directions[0]) * np.hypot(turned, _AIMED))
 
 
-def _around(picture: FloatArray) -> FloatArray:
+def _of_neighbours(picture: FloatArray) -> FloatArray:
     """The mean of the four neighbours of each pixel: (h, w, channels) to the same."""
     padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
     return np.asarray((padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]) / 4)
@@ -260,20 +255,13 @@ def _noise(photograph: BallPhotograph, pixel: IntArray) -> FloatArray:
     It is a share of the brightness, the median over the ball, and what the pixels beside the ball have.
     """
     channels = photograph.radiance.shape[2]
-    around = _around(photograph.radiance).reshape(-1, channels)
-    residual = np.abs(photograph.radiance.reshape(-1, channels) - around) * TO_SIGMA / np.sqrt(1.25)
-    dark = np.ones(len(around), bool)
-    dark[_disc(photograph)] = False
+    neighbours = _of_neighbours(photograph.radiance).reshape(-1, channels)
+    residual = np.abs(photograph.radiance.reshape(-1, channels) - neighbours) * TO_SIGMA / np.sqrt(1.25)
+    axis, _, limb = photograph.sight
+    beyond = min(limb + LIMB * pixel_angle(photograph.rays), np.pi)
+    dark = photograph.rays.reshape(-1, 3) @ axis <= np.cos(beyond)
     floor = np.median(residual[dark], axis=0) if dark.any() else np.zeros(channels)
-    bright = around[pixel] > 3 * floor
-    share = np.array([np.median(residual[pixel, k][bright[:, k]] / around[pixel, k][bright[:, k]])
+    bright = neighbours[pixel] > 3 * floor
+    share = np.array([np.median(residual[pixel, k][bright[:, k]] / neighbours[pixel, k][bright[:, k]])
                       if bright[:, k].any() else 0.0 for k in range(channels)])
-    return np.asarray(np.hypot(share * np.maximum(around[pixel], 0), floor))
-
-
-def _disc(photograph: BallPhotograph) -> IntArray:
-    """The pixels that see the ball, and those at its outline: (n,) indices."""
-    axis = photograph.centre - photograph.camera
-    distance = float(np.linalg.norm(axis))
-    limb = np.arcsin(photograph.radius / distance) + LIMB * pixel_angle(photograph.rays)
-    return np.flatnonzero(photograph.rays.reshape(-1, 3) @ axis > distance * np.cos(min(limb, np.pi)))
+    return np.asarray(np.hypot(share * np.maximum(neighbours[pixel], 0), floor))

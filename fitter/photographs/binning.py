@@ -45,13 +45,6 @@ def binned(directions: Directions, values: FloatArray, deviation: FloatArray, mo
     -------
     Binned
         The deviation of a cell is that of its mean: as its values are expected to scatter, or as they do.
-
-    Examples
-    --------
-    >>> twice = tuple(np.full(2, angle) for angle in (0.3, 0, 0.4, 2.0))
-    >>> mean = binned(twice, np.array([[1.0], [3.0]]), np.full(2, 0.1), 1)
-    >>> mean.values.tolist(), [round(float(angle[0]), 6) for angle in mean.directions]
-    ([[2.0]], [0.3, 0.0, 0.4, 2.0])
     """
     mu = 2 * SYSTEM.encode(*directions) - 1
     cell = _cells(mu, most)
@@ -63,10 +56,9 @@ def binned(directions: Directions, values: FloatArray, deviation: FloatArray, mo
     def mean(column: FloatArray) -> FloatArray:
         return np.asarray(np.bincount(cell, weight * column, count) / total)
 
-    place = np.stack([mean(axis) for axis in mu.T], axis=1)
-    found = np.stack([mean(column) for column in values.T], axis=1)
-    scatter = _deviation(cell, weight / total[cell], values, found, deviation)
-    return Binned(SYSTEM.decode((place + 1) / 2), found, scatter)
+    middle, means = (np.stack([mean(column) for column in columns.T], axis=1) for columns in (mu, values))
+    scatter = _deviation(cell, weight / total[cell], values, means, deviation)
+    return Binned(SYSTEM.decode((middle + 1) / 2), means, scatter)
 
 
 def _cells(mu: FloatArray, most: int) -> IntArray:

@@ -32,19 +32,13 @@ def rays(height: int, width: int, field_of_view: float, orientation: ArrayLike |
         raise DatasetError(f"a field of view of {np.degrees(field_of_view):g} degrees found, expected 0 to 180")
     step = 2 * np.tan(field_of_view / 2) / width
     x, y = np.meshgrid(step * (np.arange(width) + 0.5 - width / 2), step * (height / 2 - np.arange(height) - 0.5))
-    found = np.stack([x, y, -np.ones_like(x)], axis=-1)
-    found /= np.linalg.norm(found, axis=-1, keepdims=True)
-    return np.asarray(found if orientation is None else found @ np.asarray(orientation, dtype=float).T)
+    directions = np.stack([x, y, -np.ones_like(x)], axis=-1)
+    directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
+    return np.asarray(directions if orientation is None else directions @ np.asarray(orientation, dtype=float).T)
 
 
 def field_of_view(focal_length: float, sensor_width: float) -> float:
-    """The angle that a sensor takes behind a lens, radians; both lengths in one unit.
-
-    Examples
-    --------
-    >>> float(np.degrees(field_of_view(50, 36)).round(1))
-    39.6
-    """
+    """The angle that a sensor takes behind a lens, radians; both lengths in one unit."""
     if not (focal_length > 0 and sensor_width > 0):
         raise DatasetError(f"a focal length of {focal_length:g} and a sensor {sensor_width:g} wide found, expected "
                            f"more than 0")
@@ -52,15 +46,7 @@ def field_of_view(focal_length: float, sensor_width: float) -> float:
 
 
 def looking(position: ArrayLike, target: ArrayLike, up: ArrayLike = (0, 0, 1)) -> FloatArray:
-    """The orientation of a camera that looks from a position to a target: (3, 3), as `rays` takes it.
-
-    Examples
-    --------
-    From above, with y up in the picture, no axis turns.
-
-    >>> looking((0, 0, 2), (0, 0, 0), up=(0, 1, 0)).tolist()
-    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-    """
+    """The orientation of a camera that looks from a position to a target: (3, 3), as `rays` takes it."""
     back = np.asarray(position, dtype=float) - np.asarray(target, dtype=float)
     right = np.cross(np.asarray(up, dtype=float), back)
     lengths = np.linalg.norm(back), np.linalg.norm(right)

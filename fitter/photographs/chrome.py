@@ -24,10 +24,7 @@ class Highlight(NamedTuple):
     def at(self, distance: float) -> FloatArray:
         """The place on the line that is so far from the ball's centre, metres: (3,).
 
-        Raises
-        ------
-        DatasetError
-            If the distance is within the ball.
+        Raises DatasetError if the distance is within the ball.
         """
         from_centre = self.point - self.centre
         if not distance > np.linalg.norm(from_centre):
@@ -42,6 +39,8 @@ def lamp_of_highlight(radiance: FloatArray, rays: FloatArray, camera: ArrayLike,
                       name: str = "photograph") -> Highlight:
     """The direction to a lamp whose image a chrome ball shows.
 
+    Raises DatasetError if the ball is not in the picture, is dark, or shows more than one lamp.
+
     Parameters
     ----------
     radiance : (height, width, channels) float64
@@ -54,11 +53,6 @@ def lamp_of_highlight(radiance: FloatArray, rays: FloatArray, camera: ArrayLike,
         Of the ball, metres.
     name : str
         For messages.
-
-    Raises
-    ------
-    DatasetError
-        If the ball is not in the picture, is dark, or shows more than one lamp.
     """
     camera, centre = (np.asarray(place, dtype=float) for place in (camera, centre))
     axis = centre - camera

@@ -22,14 +22,12 @@ class Part(NamedTuple):
 
 def part_of_ball(photograph: BallPhotograph) -> Part:
     """The part of a photograph that the ball takes. DatasetError if it is not in the picture."""
-    axis = photograph.centre - photograph.camera
-    distance = float(np.linalg.norm(axis))
-    cosine = np.sqrt(1 - (photograph.radius / distance) ** 2)
-    rows, columns = np.nonzero(photograph.rays @ axis > distance * cosine)
+    axis, _, limb = photograph.sight
+    rows, columns = np.nonzero(photograph.rays @ axis > np.cos(limb))
     if not len(rows):
         raise DatasetError("no pixel sees the ball: it is not in the picture", photograph.name)
-    across = 2 * np.arcsin(photograph.radius / distance) / pixel_angle(photograph.rays)
-    side = int(np.ceil(_MARGIN * max(np.ptp(rows) + 1, np.ptp(columns) + 1, across)))
+    across = 2 * limb / pixel_angle(photograph.rays)
+    side = int(np.ceil(_MARGIN * max(float(np.ptp(rows)) + 1, float(np.ptp(columns)) + 1, across)))
     middle = (rows.min() + rows.max() + 1) / 2, (columns.min() + columns.max() + 1) / 2
     return Part(round(middle[1] - side / 2), round(middle[0] - side / 2), side)
 

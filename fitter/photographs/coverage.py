@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray, IntArray
+from ..arrays import BoolArray, Directions, FloatArray
 from ..coordinates.rusinkiewicz import Pair
-from ..quality.coverage import folded, vectors
+from ..quality.coverage import cosines, folded
 from ..quality.physics import direction_pairs
 from ..samples import Samples
 
@@ -60,15 +60,15 @@ def coverage(samples: Samples) -> Coverage:
                     _gaps(angle), float(are_covered(samples, pairs).mean()))
 
 
-def advice(found: Coverage) -> tuple[str, ...]:
+def advice(covered: Coverage) -> tuple[str, ...]:
     """The same in words, and where to put the next lamp."""
     lines = ["Incidence {:.0f}° to {:.0f}°, exitance {:.0f}° to {:.0f}°, difference angle {:.0f}° to {:.0f}°".format(
-        *found.incidence, *found.exitance, *found.difference),
-        f"{found.share:.0%} of all pairs of directions are within {np.degrees(REACH):.0f}° of a measured one; the rest "
-        f"is a guess"]
-    lines += [f"No photograph has a difference angle between {low:.0f}° and {high:.0f}°" for low, high in found.gaps]
-    if found.next_phase_angle is not None:
-        lines.append(f"Put the next lamp at {found.next_phase_angle:.0f}° from the camera, seen from the ball")
+        *covered.incidence, *covered.exitance, *covered.difference),
+        f"{covered.share:.0%} of all pairs of directions are within {np.degrees(REACH):.0f}° of a measured one; the "
+        f"rest is a guess"]
+    lines += [f"No photograph has a difference angle between {low:.0f}° and {high:.0f}°" for low, high in covered.gaps]
+    if covered.next_phase_angle is not None:
+        lines.append(f"Put the next lamp at {covered.next_phase_angle:.0f}° from the camera, seen from the ball")
     return tuple(lines)
 
 
@@ -78,7 +78,7 @@ def difference_angle(directions: Directions) -> FloatArray:
     return np.asarray(np.arctan2(2 * np.sqrt(pair.sin2_d), np.sqrt(pair.sum2)))
 
 
-def are_covered(samples: Samples, pairs: Directions, reach: float = float(REACH)) -> BoolArray:
+def are_covered(samples: Samples, pairs: Directions) -> BoolArray:
     """Which pairs of directions have a sample near, itself, mirrored, or with its directions exchanged: (n,) bool.
 
     Parameters
@@ -87,32 +87,23 @@ def are_covered(samples: Samples, pairs: Directions, reach: float = float(REACH)
         Isotropic.
     pairs : four (n,) float64
         Radians.
-    reach : float
-        Radians that both directions may be off.
     """
-    theta = np.concatenate([samples.theta_i, samples.theta_o]), np.concatenate([samples.theta_o, samples.theta_i])
-    turn = np.tile(folded(samples.phi_o - samples.phi_i), 2)
-    wanted, turned = (pairs[0], pairs[2]), folded(pairs[3] - pairs[1])
-    cells = np.stack([(angle / _CELL).astype(int) for angle in wanted], axis=1)
-    found = np.zeros(len(turned), bool)
-    order = np.argsort(theta[0])
-    theta, turn = (theta[0][order], theta[1][order]), turn[order]
+    theta_i, theta_o = (np.concatenate(both) for both in ((samples.theta_i, samples.theta_o),
+                                                          (samples.theta_o, samples.theta_i)))
+    azimuth = np.tile(folded(samples.phi_o - samples.phi_i), 2)
+    order = np.argsort(theta_i)
+    theta_i, theta_o, azimuth = theta_i[order], theta_o[order], azimuth[order]
+    probes = np.stack([pairs[0], pairs[2], folded(pairs[3] - pairs[1])], axis=1)
+    covered, cells = np.zeros(len(probes), bool), (probes[:, :2] / _CELL).astype(int)
     for cell in np.unique(cells, axis=0):
-        asked = np.flatnonzero((cells == cell).all(axis=1))
-        low, high = cell * _CELL - reach, (cell + 1) * _CELL + reach
-        part = slice(*np.searchsorted(theta[0], (low[0], high[0])))
-        near = np.flatnonzero((theta[1][part] > low[1]) & (theta[1][part] < high[1])) + part.start
+        inside = np.flatnonzero((cells == cell).all(axis=1))
+        low, high = cell * _CELL - REACH, (cell + 1) * _CELL + REACH
+        part = slice(*np.searchsorted(theta_i, (low[0], high[0])))
+        near = np.flatnonzero((theta_o[part] > low[1]) & (theta_o[part] < high[1])) + part.start
         if len(near):
-            found[asked] = (_cosines(wanted, turned, asked, theta, turn, near) > np.cos(reach)).any(axis=1)
-    return found
-
-
-def _cosines(wanted: tuple[FloatArray, FloatArray], turned: FloatArray, asked: IntArray,
-             theta: tuple[FloatArray, FloatArray], turn: FloatArray, near: IntArray) -> FloatArray:
-    """Of the larger of the two angles between pairs asked for and samples: (asked, near)."""
-    incident = np.cos(wanted[0][asked][:, None] - theta[0][near])
-    outgoing = vectors(wanted[1][asked], turned[asked]) @ vectors(theta[1][near], turn[near]).T
-    return np.minimum(incident, outgoing)
+            apart = cosines(probes[inside], theta_i[near], theta_o[near], azimuth[near])
+            covered[inside] = (apart > np.cos(REACH)).any(axis=1)
+    return covered
 
 
 def _range(angle: FloatArray) -> tuple[float, float]:

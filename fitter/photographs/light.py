@@ -66,10 +66,7 @@ def exposure_of(seconds: float, f_number: float = 1.0, iso: float = 100.0) -> fl
 def merged(exposures: Sequence[Exposure]) -> Light:
     """The light that several exposures of one scene saw, in units of white at an exposure of 1.
 
-    Raises
-    ------
-    DatasetError
-        If there is none, or their sizes differ.
+    Raises DatasetError if there is none, or their sizes differ.
 
     Examples
     --------

@@ -60,6 +60,8 @@ class Outline(NamedTuple):
 def find_ball(picture: FloatArray, rays: FloatArray, name: str = "picture") -> Outline:
     """Find the one ball in a picture, bright before a dark background.
 
+    Raises DatasetError if there is no ball, a part of it is beyond the frame, or there are two bright things.
+
     Parameters
     ----------
     picture : (height, width, channels) float64
@@ -68,11 +70,6 @@ def find_ball(picture: FloatArray, rays: FloatArray, name: str = "picture") -> O
         Directions through the pixels' centres.
     name : str
         For messages.
-
-    Raises
-    ------
-    DatasetError
-        If there is no ball, a part of it is beyond the frame, or there are two bright things.
     """
     grey, size = picture.mean(axis=2), pixel_angle(rays)
     border = np.concatenate([grey[0], grey[-1], grey[:, 0], grey[:, -1]])
@@ -110,19 +107,19 @@ def _only_region(bright: BoolArray, name: str) -> BoolArray:
     regions = sorted(_regions(coarse), key=lambda region: int(region.sum()), reverse=True)
     if not regions or np.count_nonzero(regions[0]) * step ** 2 < _LEAST ** 2:
         raise DatasetError("no ball found: nothing in the picture is large and brighter than its border", name)
-    found = regions[0]
-    if found[0].any() or found[-1].any() or found[:, 0].any() or found[:, -1].any():
+    largest = regions[0]
+    if largest[0].any() or largest[-1].any() or largest[:, 0].any() or largest[:, -1].any():
         raise DatasetError("the ball is cut by the frame, or the background is as bright as it is", name)
     second = max((np.count_nonzero(each) for each in regions[1:]), default=0)
-    if second > _SECOND * np.count_nonzero(found):
+    if second > _SECOND * np.count_nonzero(largest):
         raise DatasetError("two bright things found, expected one ball: mask the other one", name)
-    whole = np.kron(_grown(found), np.ones((step, step), bool))
+    whole = np.kron(_grown(largest), np.ones((step, step), bool))
     return np.asarray(whole[:bright.shape[0], :bright.shape[1]] & bright)
 
 
 def _regions(bright: BoolArray) -> list[BoolArray]:
     """The connected regions of a small picture, those of a single pixel left out."""
-    left, found = bright.copy(), []
+    left, regions = bright.copy(), []
     while left.any():
         region = np.zeros_like(left)
         region[np.unravel_index(int(np.argmax(left)), left.shape)] = True
@@ -131,8 +128,8 @@ def _regions(bright: BoolArray) -> list[BoolArray]:
             count, region = now, _grown(region) & left
         left &= ~region
         if count > 1:
-            found.append(region)
-    return found
+            regions.append(region)
+    return regions
 
 
 def _grown(region: BoolArray) -> BoolArray:
@@ -143,7 +140,7 @@ def _grown(region: BoolArray) -> BoolArray:
 
 def _edges(region: BoolArray, grey: FloatArray, level: float, rays: FloatArray) -> FloatArray:
     """Rays where the brightness crosses a level, at the edge of a region: (n, 3)."""
-    found = []
+    crossings = []
     for axis in (0, 1):
         here = [slice(None)] * 2
         there = [slice(None)] * 2
@@ -152,8 +149,8 @@ def _edges(region: BoolArray, grey: FloatArray, level: float, rays: FloatArray) 
         crossed = region[first] != region[second]
         a, b = grey[first][crossed], grey[second][crossed]
         share = np.clip((level - a) / np.where(a == b, 1, b - a), 0, 1)[:, None]
-        found.append((1 - share) * rays[first][crossed] + share * rays[second][crossed])
-    edges = np.concatenate(found)
+        crossings.append((1 - share) * rays[first][crossed] + share * rays[second][crossed])
+    edges = np.concatenate(crossings)
     return np.asarray(edges / np.linalg.norm(edges, axis=1, keepdims=True))
 
 
@@ -204,7 +201,7 @@ def _profile(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, mas
     off = _off(rays, v) / size
     near = np.abs(off) < window if mask is None else (np.abs(off) < window) & mask
     x, y = _across(axis)
-    sector = ((np.arctan2(rays[near] @ y, rays[near] @ x) / (2 * np.pi) + 1) * _SECTORS).astype(int) % _SECTORS
+    sector = _sector(rays[near], x, y)
     off, value = off[near], grey[near]
     edge = _steps(sector, off, value, np.arange(1 - window, window - 1 + _STEP / 2, _STEP))
     within, beyond = (_means(sector[part], value[part]) for part in (
@@ -252,8 +249,8 @@ def _refined(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, nam
     axis, gamma = v / np.linalg.norm(v), np.arccos(1 / np.linalg.norm(v))
     at = gamma + profile.edge[clear] * size
     touching = np.cos(at)[:, None] * axis + np.sin(at)[:, None] * profile.around[clear]
-    found, arc = _robust(touching, v, size)
-    return found, float(np.median(np.abs(_off(touching, found)))) / size, arc
+    v, arc = _robust(touching, v, size)
+    return v, float(np.median(np.abs(_off(touching, v)))) / size, arc
 
 
 def placed(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
@@ -263,23 +260,22 @@ def placed(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
     place a ball as well as its outline does. Where less than half of that is seen, the ball stays where it was said to
     be; where it is farther away than `MOVED` pixels, `check_outline` has refused it.
     """
-    found = list(photographs)
+    moved = list(photographs)
     together: dict[tuple[object, ...], list[int]] = {}
-    for number, each in enumerate(found):
+    for number, each in enumerate(moved):
         place = (*each.camera.tolist(), *each.centre.tolist(), each.radius, each.rays.shape, each.rays.tobytes())
         together.setdefault(place, []).append(number)
     for numbers in together.values():
-        first = found[numbers[0]]
-        toward = first.centre - first.camera
-        distance = float(np.linalg.norm(toward))
-        v = toward / distance / np.sqrt(1 - (first.radius / distance) ** 2)
-        touching = np.concatenate([_touching(v, found[number]) for number in numbers])
+        first = moved[numbers[0]]
+        axis, _, gamma = first.sight
+        v = axis / np.cos(gamma)
+        touching = np.concatenate([_touching(v, moved[number]) for number in numbers])
         v, arc = _robust(touching, v, pixel_angle(first.rays))
         if arc >= _ENOUGH and np.linalg.norm(v) > 1:
             outline = Outline(v / np.linalg.norm(v), float(np.arccos(1 / np.linalg.norm(v))), 0.0)
             for number in numbers:
-                found[number] = replace(found[number], centre=outline.centre(first.camera, first.radius))
-    return found
+                moved[number] = replace(moved[number], centre=outline.centre(first.camera, first.radius))
+    return moved
 
 
 def _touching(v: FloatArray, photograph: BallPhotograph) -> FloatArray:
@@ -298,17 +294,20 @@ def _robust(touching: FloatArray, v: FloatArray, size: float) -> tuple[FloatArra
     """The v of rays of which some are wrong, and the share of the circle about it where rays agree; v without any."""
     if len(touching) < 3:
         return v, 0.0
-    kept = np.ones(len(touching), bool)
+    near = touching
     for _ in range(_ROUNDS):
-        if np.count_nonzero(kept) < 3:
+        if len(near) < 3:
             return v, 0.0
-        v = np.asarray(np.linalg.lstsq(touching[kept], np.ones(np.count_nonzero(kept)), rcond=None)[0], dtype=float)
+        v = np.asarray(np.linalg.lstsq(near, np.ones(len(near)), rcond=None)[0], dtype=float)
         off = np.abs(_off(touching, v)) / size
-        kept = off <= 3 * TO_SIGMA * np.median(off) + 0.05        # a stand, or where the lit part ends
+        near = touching[off <= 3 * TO_SIGMA * np.median(off) + 0.05]       # not a stand, nor where the lit part ends
     x, y = _across(v / np.linalg.norm(v))
-    sectors = np.unique(((np.arctan2(touching[kept] @ y, touching[kept] @ x) / (2 * np.pi) + 1) * _SECTORS).astype(int)
-                        % _SECTORS)
-    return np.asarray(v), len(sectors) / _SECTORS
+    return np.asarray(v), len(np.unique(_sector(near, x, y))) / _SECTORS
+
+
+def _sector(rays: FloatArray, x: FloatArray, y: FloatArray) -> IntArray:
+    """In which sector of an outline rays are, (n, 3) to (n,); x and y are at right angles to its axis."""
+    return ((np.arctan2(rays @ y, rays @ x) / (2 * np.pi) + 1) * _SECTORS).astype(int) % _SECTORS
 
 
 def _across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -321,16 +320,11 @@ def _across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
 def check_outline(photograph: BallPhotograph) -> None:
     """Compare the outline in a photograph, where the ball is lit there, with where the ball is said to be.
 
-    Raises
-    ------
-    DatasetError
-        If much of it is more than `MOVED` pixels off, or much that is bright is beside it.
+    Raises DatasetError if much of it is more than `MOVED` pixels off, or much that is bright is beside it.
     """
-    toward = photograph.centre - photograph.camera
-    distance = float(np.linalg.norm(toward))
-    gamma = np.arcsin(photograph.radius / distance)
+    axis, _, gamma = photograph.sight
     size, grey = pixel_angle(photograph.rays), photograph.radiance.mean(axis=2)
-    v = toward / distance / np.cos(gamma)
+    v = axis / np.cos(gamma)
     off = _off(photograph.rays, v) / size
     if not (off < 0).any():
         raise DatasetError("no pixel sees the ball: it is not in the picture", photograph.name)
@@ -341,7 +335,7 @@ def check_outline(photograph: BallPhotograph) -> None:
     bright = counted & (grey > max(_BRIGHT * float(np.percentile(grey, 99.5)), _ABOVE_NOISE * noise))
     # the normal a few pixels within the outline, and the light that falls there
     rise = np.sqrt(min(2 * _WITHIN * size / gamma, 1.0))
-    normal = np.sqrt(1 - rise ** 2) * profile.around - rise * toward / distance
+    normal = np.sqrt(1 - rise ** 2) * profile.around - rise * axis
     away = photograph.lamp - photograph.centre - photograph.radius * normal
     lit = np.sum(normal * away, axis=1) > _LIT * np.linalg.norm(away, axis=1)
     # where only a highlight is bright, the edge of a dark and glossy ball need not be seen

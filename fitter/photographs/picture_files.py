@@ -85,10 +85,10 @@ def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
         spec = file.spec()
         if spec.width * spec.height > MOST_PIXELS:
             raise DatasetError(f"{spec.width} x {spec.height} pixels, expected at most {MOST_PIXELS:,}", path)
-        found = file.read_image(0, 0, 0, spec.nchannels, "float")
-        if found is None:
+        stored = file.read_image(0, 0, 0, spec.nchannels, "float")
+        if stored is None:
             raise DatasetError(f"cannot be read: {file.geterror() or 'damaged'}", path)
-    pixels = np.asarray(found, dtype=float).reshape(spec.height, spec.width, -1)[..., _colours(spec, path)]
+    pixels = np.asarray(stored, dtype=float).reshape(spec.height, spec.width, -1)[..., _colours(spec, path)]
     if not np.isfinite(pixels).all():
         raise DatasetError("holds numbers that are not finite", path)
     return _linear(pixels, spec, encoding, path)
@@ -172,8 +172,8 @@ def _field_of_view(spec: Any) -> float | None:
 
 
 def _matrix(spec: Any) -> FloatArray | None:
-    found = spec.getattribute("chromaticities")
-    if found is None or len(found) != 8:
+    numbers = spec.getattribute("chromaticities")
+    if numbers is None or len(numbers) != 8:
         return None
-    places = [(float(found[k]), float(found[k + 1])) for k in (0, 2, 4, 6)]
+    places = [(float(numbers[k]), float(numbers[k + 1])) for k in (0, 2, 4, 6)]
     return from_primaries(places[:3], places[3])

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..arrays import joined
 from ..errors import DatasetError
 from ..samples import LARGEST_VALUE, RGB, Samples
 from .ball import STEEPEST, BallPhotograph, Measured, measured
@@ -59,9 +60,7 @@ def in_place(photographs: Sequence[BallPhotograph], source: str) -> list[BallPho
 def gathered(photographs: Sequence[BallPhotograph], name: str, source: str) -> Samples:
     """The samples of photographs that are `in_place`; raises as `samples_from_ball` does."""
     parts = [measured(each) for each in photographs]
-    theta_i, phi_i, theta_o, phi_o = (np.concatenate([part.seen.directions[axis] for part in parts])
-                                      for axis in range(4))
-    directions = theta_i, phi_i, theta_o, phi_o
+    directions = joined(part.seen.directions for part in parts)
     values = np.concatenate([part.reflectance for part in parts])
     deviation = np.concatenate([part.deviation for part in parts])
     if np.abs(values).max() > LARGEST_VALUE:

@@ -25,6 +25,8 @@ def intensity_of_card(radiance: ArrayLike, point: ArrayLike, normal: ArrayLike, 
                       albedo: ArrayLike) -> FloatArray:
     """The intensity of a lamp of which a card shows the light.
 
+    Raises DatasetError if the lamp does not light the card, or the card is dark.
+
     Parameters
     ----------
     radiance : (..., channels) array_like
@@ -38,11 +40,6 @@ def intensity_of_card(radiance: ArrayLike, point: ArrayLike, normal: ArrayLike, 
     -------
     (channels,) float64
         W/sr in the units of the radiance.
-
-    Raises
-    ------
-    DatasetError
-        If the lamp does not light the card, or the card is dark.
 
     Examples
     --------
@@ -65,12 +62,12 @@ def intensity_of_ball(photograph: BallPhotograph, albedo: ArrayLike) -> FloatArr
 
     What each pixel shows is weighed by the light that falls there.
     """
-    found = measured(photograph)
-    upright = (found.seen.directions[0] < _UPRIGHT) & (found.seen.directions[2] < _UPRIGHT)
+    ball = measured(photograph)
+    upright = (ball.seen.directions[0] < _UPRIGHT) & (ball.seen.directions[2] < _UPRIGHT)
     if not upright.any():
         raise DatasetError("the lamp lights the ball of known albedo at grazing angles only", photograph.name)
-    weight = found.seen.irradiance[upright] / found.seen.irradiance[upright].sum()
-    return _bright(np.pi / _albedo(albedo) * photograph.intensity * (weight @ found.reflectance[upright]), "ball")
+    weight = ball.seen.irradiance[upright] / ball.seen.irradiance[upright].sum()
+    return _bright(np.pi / _albedo(albedo) * photograph.intensity * (weight @ ball.reflectance[upright]), "ball")
 
 
 def _albedo(albedo: ArrayLike) -> FloatArray:

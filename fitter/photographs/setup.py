@@ -122,17 +122,17 @@ class _Reader:
     def light(self, table: Table, key: str) -> Light:
         """The light of the files of a key, in the colours of the camera."""
         paths = table.files(key)
-        found = [read_picture(path, self.encoding) for path in paths]
-        self.pictures += found
+        pictures = [read_picture(path, self.encoding) for path in paths]
+        self.pictures += pictures
         given = table.numbers("exposures", len(paths)) if table.has("exposures") else None
         if given is not None and not (given > 0).all():
             raise table.error("exposures", "numbers above 0")
-        if given is None and len(paths) > 1 and any(each.exposure is None for each in found):
+        if given is None and len(paths) > 1 and any(each.exposure is None for each in pictures):
             raise table.error("exposures", "one for each file, for these do not say theirs")
-        exposures = [each.exposure or 1.0 for each in found] if given is None else given.tolist()
+        exposures = [each.exposure or 1.0 for each in pictures] if given is None else given.tolist()
         try:
             return merged([Exposure(each.pixels, exposure, each.step)
-                           for each, exposure in zip(found, exposures, strict=True)])
+                           for each, exposure in zip(pictures, exposures, strict=True)])
         except DatasetError as error:
             raise DatasetError(str(error), paths[0]) from error
 
@@ -179,10 +179,10 @@ def measured(description: Description, path: str | Path) -> Measured:
     scale = table.table("scale")
     if not scale.has("albedo"):
         return Measured(samples, photographs)
-    found = scaled(samples, scale.needed("albedo"))
+    guessed = scaled(samples, scale.needed("albedo"))
     # what is a guess of the samples' scale is one of the lamp's intensity
-    share = float(samples.values.sum() / found.values.sum())
-    return Measured(found, [replace(each, intensity=each.intensity * share) for each in photographs])
+    share = float(samples.values.sum() / guessed.values.sum())
+    return Measured(guessed, [replace(each, intensity=each.intensity * share) for each in photographs])
 
 
 def photographed(description: Description, path: str | Path) -> list[BallPhotograph]:
@@ -205,10 +205,10 @@ def resolved(description: Description, path: str | Path) -> Resolved:
     shots = [{key: value for key, value in given.items() if key not in ("chrome", "distance")}
              | {"lamp": _lamp(each, reader, stage).tolist()}
              for given, each in zip(description["photograph"], table.tables("photograph"), strict=True)]
-    found = {**description, "name": table.text("name", path.stem), "camera": camera, "photograph": shots,
+    places = {**description, "name": table.text("name", path.stem), "camera": camera, "photograph": shots,
              "ball": {**description["ball"], "centre": stage.centre.tolist()}}
     height, width = stage.mask.shape
-    return Resolved(_with_paths(found, path.parent), (height, width))
+    return Resolved(_with_paths(places, path.parent), (height, width))
 
 
 def _with_paths(value: Any, folder: Path) -> Any:
@@ -311,9 +311,9 @@ def _photographs(table: Table, path: Path) -> tuple[list[BallPhotograph], tuple[
 
     lamps = [_lamp(each, reader, stage) for each in tables]
     intensity, note = _intensity(table.table("scale"), reader, lights[0].radiance.shape[2], stage.centre, photograph)
-    found = [photograph(light, lamp, intensity, _name(each))
+    photographs = [photograph(light, lamp, intensity, _name(each))
              for light, lamp, each in zip(lights, lamps, tables, strict=True)]
-    return found, (*stage.notes, *note)
+    return photographs, (*stage.notes, *note)
 
 
 def _reader(camera: Table, lamp: Table) -> _Reader:
@@ -352,11 +352,11 @@ def _mask(ball: Table, size: tuple[int, int]) -> BoolArray:
     if not ball.has("mask"):
         return np.ones(size, bool)
     path, = ball.files("mask")[:1]
-    found = read_picture(path).pixels.mean(axis=2) > _MASKED
-    if found.shape != size:
-        raise DatasetError(f"{found.shape[1]} x {found.shape[0]} pixels found, expected {size[1]} x {size[0]} as the "
+    mask = read_picture(path).pixels.mean(axis=2) > _MASKED
+    if mask.shape != size:
+        raise DatasetError(f"{mask.shape[1]} x {mask.shape[0]} pixels found, expected {size[1]} x {size[0]} as the "
                            f"photographs have", path)
-    return found
+    return mask
 
 
 def _intensity(scale: Table, reader: _Reader, channels: int, centre: FloatArray,

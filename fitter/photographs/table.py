@@ -23,8 +23,8 @@ class Table:
 
     def error(self, key: str, expected: str) -> DatasetError:
         """What to raise where the value of a key is not as expected."""
-        found = f"is {self._values[key]!r}" if key in self._values else "is missing"
-        return DatasetError(f"{self._name(key)} {found}, expected {expected}", self._path)
+        value = f"is {self._values[key]!r}" if key in self._values else "is missing"
+        return DatasetError(f"{self._name(key)} {value}, expected {expected}", self._path)
 
     def has(self, key: str) -> bool:
         """Whether there is a key."""

@@ -31,10 +31,6 @@ _AT_ONCE = 1024             # samples compared with all probes at a time: fits t
 def widest_hole(samples: Samples) -> tuple[float, tuple[float, ...]]:
     """The probe that is farthest from the nearest sample.
 
-    Parameters
-    ----------
-    samples : Samples
-
     Returns
     -------
     distance : float
@@ -42,14 +38,6 @@ def widest_hole(samples: Samples) -> tuple[float, tuple[float, ...]]:
     at : (float, float, float), or (float, float, float, float)
         Incident and outgoing polar angle, and the azimuth between them, degrees; of an anisotropic material, and the
         azimuth of incidence.
-
-    Examples
-    --------
-    From a sample at the normal, the farthest probes are at a polar angle of 80 degrees.
-
-    >>> distance, at = widest_hole(Samples([0], [0], [0], [0], [[1.0]]))
-    >>> distance, 80 in np.round(at[:2])
-    (80.0, True)
     """
     if not samples.isotropic:
         return _widest_of_anisotropic(samples)
@@ -60,8 +48,9 @@ def widest_hole(samples: Samples) -> tuple[float, tuple[float, ...]]:
                                             (samples.theta_o, samples.theta_i, azimuth))]
     nearest = np.full(len(probes), -1.0)                    # cosines of distances
     for cells in sides:
-        for part in _parts(cells.first):
-            np.maximum(nearest, _cosines(probes, *cells.at(part)).max(axis=1), out=nearest)
+        for start in range(0, len(cells.first), _AT_ONCE):
+            part = cells.first[start:start + _AT_ONCE]
+            np.maximum(nearest, cosines(probes, *cells.at(part)).max(axis=1), out=nearest)
     distance = np.arccos(np.minimum(nearest, 1))
     candidates = np.flatnonzero(distance >= distance.max() - _ACROSS)
     probes, nearest = probes[candidates], nearest[candidates]
@@ -133,21 +122,19 @@ class _Cells:
         for start in range(0, len(self.first), _AT_ONCE):
             part = slice(start, start + _AT_ONCE)
             reach = np.minimum(np.arccos(np.minimum(nearest, 1)) + _ACROSS, np.pi)
-            near = _cosines(probes, *self.at(self.first[part])) >= np.cos(reach)[:, None]
+            near = cosines(probes, *self.at(self.first[part])) >= np.cos(reach)[:, None]
             more = near.any(axis=0) & (self._stops[part] - self._starts[part] > 1)
             for run in np.flatnonzero(more):
                 which = np.flatnonzero(near[:, run])
                 inside = self._order[self._starts[start + run]:self._stops[start + run]]
-                found = _cosines(probes[which], *self.at(inside)).max(axis=1)
-                nearest[which] = np.maximum(nearest[which], found)
+                nearest[which] = np.maximum(nearest[which], cosines(probes[which], *self.at(inside)).max(axis=1))
 
 
-def _parts(indices: IntArray) -> Iterator[IntArray]:
-    return (indices[start:start + _AT_ONCE] for start in range(0, len(indices), _AT_ONCE))
+def cosines(probes: FloatArray, theta_i: FloatArray, theta_o: FloatArray, azimuth: FloatArray) -> FloatArray:
+    """Cosines of the distances from probes to samples: (p, 3) and three (n,) radians to (p, n).
 
-
-def _cosines(probes: FloatArray, theta_i: FloatArray, theta_o: FloatArray, azimuth: FloatArray) -> FloatArray:
-    """Cosines of the distances from probes to samples: (p, 3) and three (n,) to (p, n)."""
+    The azimuth is that between the directions, `folded`.
+    """
     incident = np.cos(theta_i), np.sin(theta_i)
     between = np.outer(np.cos(probes[:, 0]), incident[0]) + np.outer(np.sin(probes[:, 0]), incident[1])
     outgoing = vectors(probes[:, 1], probes[:, 2]) @ vectors(theta_o, azimuth).T

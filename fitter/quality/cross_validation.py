@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, selected
 from ..model import Reflectance
 from ..samples import Samples, subset
 
@@ -48,55 +48,32 @@ def folds(count: int, parts: int = FOLDS, seed: int = SEED) -> list[IntArray]:
     return [part for part in np.array_split(shuffled, parts) if len(part)]
 
 
-def held_out_values(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
-                    seed: int = SEED) -> FloatArray:
-    """Predict each sample by a fit to the other folds.
+def held_out(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
+             seed: int = SEED) -> HeldOutErrors:
+    """Errors of a fit at samples, each of which is predicted by a fit to the other folds.
+
+    Raises ValueError if there is only one sample.
 
     Parameters
     ----------
-    samples : Samples
-        Two at least.
     fit : callable
         Makes a model of samples.
     parts, seed : int
         The number of folds, and the seed of the division.
-
-    Returns
-    -------
-    (n, channels) float64
-        1/sr.
-
-    Raises
-    ------
-    ValueError
-        If there is only one sample.
     """
     if len(samples) < 2:
         raise ValueError("one sample cannot be predicted from the others")
     predicted = np.empty(samples.values.shape)
     for part in folds(len(samples), parts, seed):
-        seen = np.ones(len(samples), dtype=bool)
-        seen[part] = False
-        model = fit(subset(samples, seen))
-        predicted[part] = model.evaluate(*(angle[part] for angle in samples.directions))
-    return predicted
+        predicted[part] = from_others(samples, part, fit)
+    return errors(samples, predicted)
 
 
-def held_out(samples: Samples, fit: Callable[[Samples], Reflectance], parts: int = FOLDS,
-             seed: int = SEED) -> HeldOutErrors:
-    """Errors of `held_out_values`, over all samples and channels.
-
-    Examples
-    --------
-    A Lambertian that is fitted to samples of a Lambertian predicts the others.
-
-    >>> from ..methods import prior
-    >>> theta = np.linspace(0, 1.5, 10)
-    >>> white = Samples(theta, 0 * theta, theta, 0 * theta, np.full((10, 1), 0.3))
-    >>> held_out(white, lambda seen: prior.lambertian(seen.values)).rmse
-    0.0
-    """
-    return errors(samples, held_out_values(samples, fit, parts, seed))
+def from_others(samples: Samples, part: IntArray, fit: Callable[[Samples], Reflectance]) -> FloatArray:
+    """What a fit to all samples but a part, indices (k,), predicts of the part: (k, channels), 1/sr."""
+    others = np.ones(len(samples), dtype=bool)
+    others[part] = False
+    return fit(subset(samples, others)).evaluate(*selected(samples.directions, part))
 
 
 def errors(samples: Samples, predicted: FloatArray) -> HeldOutErrors:

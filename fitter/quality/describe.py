@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray
+from ..arrays import FloatArray
 from ..samples import Rotations, Samples, rotations
 from ..shader_constants import GRAZING
 from .coverage import widest_hole
@@ -32,8 +32,7 @@ class Description:
     negative : int
         Values below 0, over all channels.
     saturated : int
-        Values that share their channel's maximum, as a saturated detector makes them, or that were marked as
-        overflowed.
+        Values that share their channel's maximum, as a saturated detector makes them, or of `Samples.saturated`.
     lowest, mean, highest : (channels,) tuple of float
         1/sr.
     notes : tuple of str
@@ -86,18 +85,8 @@ class Description:
         return rows + [("Read", note, False) for note in self.notes]
 
 
-def describe(samples: Samples, overflowed: BoolArray | None = None) -> Description:
+def describe(samples: Samples) -> Description:
     """Describe measurements.
-
-    Parameters
-    ----------
-    samples : Samples
-    overflowed : (n,) bool array, optional
-        Samples that are known to be saturated.
-
-    Returns
-    -------
-    Description
 
     Examples
     --------
@@ -108,7 +97,7 @@ def describe(samples: Samples, overflowed: BoolArray | None = None) -> Descripti
     values = samples.values
     gap, at = widest_hole(samples)
     return Description(samples.name, samples.channels, len(samples), _range(samples.theta_i), _range(samples.theta_o),
-                       gap, at, int(np.count_nonzero(values < 0)), _saturated(values, overflowed),
+                       gap, at, int(np.count_nonzero(values < 0)), _saturated(samples),
                        _floats(values.min(0)), _floats(values.mean(0)), _floats(values.max(0)), samples.notes,
                        None if samples.isotropic else rotations(samples.theta_i, samples.phi_i))
 
@@ -122,10 +111,10 @@ def _range(theta: FloatArray) -> tuple[float, float]:
     return float(np.degrees(theta.min())), float(np.degrees(theta.max()))
 
 
-def _saturated(values: FloatArray, overflowed: BoolArray | None) -> int:
-    """The number of values at their channel's maximum, if several are, or marked as overflowed."""
-    plateau = (values == values.max(axis=0)) & (values > 0)
+def _saturated(samples: Samples) -> int:
+    """The number of values at their channel's maximum, if several are, or of saturated samples."""
+    plateau = (samples.values == samples.values.max(axis=0)) & (samples.values > 0)
     plateau &= plateau.sum(axis=0) > 1
-    if overflowed is not None:
-        plateau |= np.asarray(overflowed)[:, None]
+    if samples.saturated is not None:
+        plateau |= samples.saturated[:, None]
     return int(np.count_nonzero(plateau))

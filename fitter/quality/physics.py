@@ -23,7 +23,7 @@ class Physics(NamedTuple):
     """Sum of the negative values over that of the positive ones: the relative energy that clipping adds."""
 
 
-def direction_pairs(count: int = PAIRS, seed: int = SEED) -> Directions:
+def direction_pairs(count: int = PAIRS) -> Directions:
     """Random pairs of directions with uniform density in projected solid angle: four (count,) arrays, radians.
 
     All light comes from the azimuth 0.
@@ -36,7 +36,7 @@ def direction_pairs(count: int = PAIRS, seed: int = SEED) -> Directions:
     >>> float(np.mean(np.cos(theta_i) ** 2))
     0.50
     """
-    u = np.random.default_rng(seed).random((3, count))
+    u = np.random.default_rng(SEED).random((3, count))
     theta_i, theta_o = np.arcsin(np.sqrt(u[:2]))
     return theta_i, np.zeros(count), theta_o, np.pi * u[2]
 
@@ -46,15 +46,8 @@ def measure(model: Reflectance, pairs: Directions | None = None) -> Physics:
 
     Parameters
     ----------
-    model : Reflectance
     pairs : four (n,) arrays, optional
         Pairs of directions, radians; by default `direction_pairs()`, turned for an anisotropic model at random.
-
-    Examples
-    --------
-    >>> from ..methods import prior
-    >>> tuple(measure(prior.lambertian(np.array([[0.3]]))))
-    (0.0, 0.0, 0.0)
     """
     if pairs is None:
         theta_i, phi_i, theta_o, phi_o = direction_pairs()
@@ -70,8 +63,7 @@ def measure(model: Reflectance, pairs: Directions | None = None) -> Physics:
                    float(np.maximum(-value, 0).mean() / above) if above else 0.0)
 
 
-def directional_albedo(model: Reflectance, theta_o: ArrayLike, cells: int = _CELLS,
-                       phi_o: float = 0.0) -> FloatArray:
+def directional_albedo(model: Reflectance, theta_o: ArrayLike, phi_o: float = 0.0) -> FloatArray:
     """The directional albedo of a model: the share of light from one direction that is reflected.
 
     The integral of f cos(theta_i) over the incident hemisphere, by the midpoint rule over the disk to which that
@@ -79,11 +71,8 @@ def directional_albedo(model: Reflectance, theta_o: ArrayLike, cells: int = _CEL
 
     Parameters
     ----------
-    model : Reflectance
     theta_o : (n,) array_like
         Radians.
-    cells : int
-        Steps of the integral, along radius and azimuth.
     phi_o : float
         Radians; of an isotropic model it does not matter.
 
@@ -99,10 +88,10 @@ def directional_albedo(model: Reflectance, theta_o: ArrayLike, cells: int = _CEL
     >>> directional_albedo(prior.lambertian(np.array([[0.3]])), [0, 1.5]).round(4).tolist()
     [[0.9425], [0.9425]]
     """
-    steps = (np.arange(cells) + 0.5) / cells
+    steps = (np.arange(_CELLS) + 0.5) / _CELLS
     turns = np.pi * steps if is_isotropic(model) else np.concatenate([np.pi * steps, -np.pi * steps])
     theta_i, delta_phi = (grid.ravel() for grid in np.meshgrid(np.arcsin(steps), turns))
-    area = 2 * np.pi * np.sin(theta_i) / (cells * len(turns))       # with the mirror images where there is half a turn
+    area = 2 * np.pi * np.sin(theta_i) / (_CELLS * len(turns))       # with the mirror images where there is half a turn
     phi_i = phi_o + delta_phi
     return np.stack([area @ np.maximum(model.evaluate(theta_i, phi_i, np.full_like(theta_i, angle), phi_o), 0)
                      for angle in np.atleast_1d(theta_o)])

@@ -20,7 +20,7 @@ from ..model import Reflectance
 from ..samples import Samples, subset
 from ..shader_constants import GRAZING
 from .coverage import widest_hole
-from .cross_validation import cube_root, folds
+from .cross_validation import cube_root, folds, from_others
 from .describe import WIDE_GAP
 
 GRADES = ("excellent", "good", "fair", "poor")
@@ -59,9 +59,9 @@ def steps(samples: Samples, predicted: FloatArray) -> float:
     >>> round(steps(grey, np.array([[0.216 / np.pi]])), 9)
     10.0
     """
-    measured, found = (np.clip(np.cbrt(np.pi) * cube_root(samples.theta_o, values), 0, _BRIGHTEST)
-                       for values in (samples.values, predicted))
-    return 100 * float(np.sqrt(np.mean((found - measured) ** 2)))
+    measured, fitted = (np.clip(np.cbrt(np.pi) * cube_root(samples.theta_o, values), 0, _BRIGHTEST)
+                        for values in (samples.values, predicted))
+    return 100 * float(np.sqrt(np.mean((fitted - measured) ** 2)))
 
 
 def of(samples: Samples, fit: Reflectance, unseen: float = UNKNOWN) -> Verdict:
@@ -83,10 +83,7 @@ def unseen(samples: Samples, fit: Callable[[Samples], Reflectance]) -> float:
     if len(samples) < 2:
         return UNKNOWN
     part = folds(len(samples))[0]
-    seen = np.ones(len(samples), dtype=bool)
-    seen[part] = False
-    there = subset(samples, part)
-    return steps(there, fit(subset(samples, seen)).evaluate(*there.directions))
+    return steps(subset(samples, part), from_others(samples, part, fit))
 
 
 def grade(error: float, limits: tuple[float, ...]) -> str:

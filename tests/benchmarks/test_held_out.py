@@ -7,8 +7,8 @@ import pytest
 
 from benchmarks.harness import running
 from benchmarks.held_out import bench, judging, lamps, pictures, ridge, sets, summary, views
+from benchmarks.report.methods import METHODS
 from fitter.quality import cross_validation
-from fitter.report.methods import METHODS
 from fitter.samples import subset
 from support.truths import TRUTHS
 
@@ -139,7 +139,6 @@ def test_without_measurements_the_synthetic_sets_are_left_and_it_says_why(monkey
 
 
 def test_a_telling_set_is_drawn_and_judged_again_where_its_view_is_lost(tmp_path, monkeypatch):
-    pytest.importorskip("matplotlib")
     monkeypatch.setattr(views, "SIZE", 16)
     monkeypatch.setattr(views.lamps, "row_of_lamps", lambda model: np.full((16, 16, 3), 0.5, np.float32))
     monkeypatch.setitem(views.TELLING, "matte b, CURET", views.Telling(with_ridge=True, with_lamps=True))
@@ -155,11 +154,6 @@ def test_a_telling_set_is_drawn_and_judged_again_where_its_view_is_lost(tmp_path
     assert not bench.of(QUICK).is_whole(record, tmp_path)               # of other methods
     views.path(tmp_path, found[0].name).unlink()
     assert not quick.is_whole(record, tmp_path)
-
-
-def test_without_matplotlib_there_are_no_pictures(tmp_path, monkeypatch):
-    monkeypatch.setattr(pictures, "pyplot", lambda: None)
-    assert pictures.draw(results(*THREE), tmp_path) == []
 
 
 class Lobe:

@@ -19,10 +19,10 @@ def folder(tmp_path_factory):
 def test_synthetic_files_are_read_as_the_real_ones_and_say_that_they_are_not(folder):
     paint = fitter.load(folder / "cornell" / "krylon_blue.astm")
     assert "synthetic" in paint.name
-    expected = synthetic.BLUE_HOUSE_PAINT.evaluate(*paint.directions)
+    expected = synthetic.blue_house_paint(*paint.directions)
     np.testing.assert_allclose(paint.values, expected, rtol=2e-4, atol=2e-5)
     foil = fitter.load(folder / "curet" / "abrdf.dat", "aluminum foil")
-    expected = synthetic.BLUE_HOUSE_PAINT.evaluate(*foil.directions)[:, [2]]
+    expected = synthetic.blue_house_paint(*foil.directions)[:, [2]]
     np.testing.assert_allclose(foil.values, expected, atol=6e-4)
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from benchmarks.report.baselines import anisotropic
 from fitter import pictures
 from fitter.cycles.principled import albedo as albedo_of
 from fitter.quality import physics
-from fitter.report.baselines import anisotropic
 from fitter.samples import RGB, Samples, subset
 from support.anisotropic import ANISOTROPIC, brushed_fit, rotations
 
@@ -20,8 +20,8 @@ def test_a_lit_sphere_has_its_tangent_about_the_vertical_axis():
     normals = random.standard_normal((40, 3))
     normals[:, 2] = np.abs(normals[:, 2])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    found = pictures.reflected(FIT, normals, light)
-    for n, value in zip(normals, found, strict=True):
+    radiance = pictures.reflected(FIT, normals, light)
+    for n, value in zip(normals, radiance, strict=True):
         t = np.cross([0, 1, 0], n)
         t /= np.linalg.norm(t)
         b = np.cross(n, t)
@@ -82,14 +82,14 @@ def test_one_anisotropic_lobe_is_found_by_least_squares(kind, name):
     directions = rotations(8)
     samples = Samples(*directions, truth.evaluate(*directions), RGB, isotropic=False)
     samples = subset(samples, np.random.default_rng(1).permutation(len(samples))[:2000])
-    found = anisotropic.fit(samples, kind)
-    axes = sorted((found.along, found.across))
+    fitted = anisotropic.fit(samples, kind)
+    axes = sorted((fitted.along, fitted.across))
     wanted = {"brushed b": (0.06, 0.3, np.radians(-35)), "ward b": (0.08, 0.2, np.radians(45))}[name]
     np.testing.assert_allclose(axes, wanted[:2], rtol=0.05 if kind == "GGX" else 0.4)
-    wide = found.turn + (np.pi / 2 if found.across > found.along else 0)
+    wide = fitted.turn + (np.pi / 2 if fitted.across > fitted.along else 0)
     # the wider axis of the truths is the one along their turn
     assert abs((wide - wanted[2] + np.pi / 2) % np.pi - np.pi / 2) < 0.05
     if kind == "GGX":
         kept = np.maximum(samples.theta_i, samples.theta_o) < 1.4
-        np.testing.assert_allclose(found.evaluate(*samples.directions)[kept], samples.values[kept], rtol=0.02,
+        np.testing.assert_allclose(fitted.evaluate(*samples.directions)[kept], samples.values[kept], rtol=0.02,
                                    atol=1e-3)

@@ -27,18 +27,18 @@ RED, BLUE = Lobe(9, 0.4, 0.1, 0.1), Lobe(30, 0.1, 0.2, 0.3)
 @pytest.mark.parametrize(("at", "line"), [(0.5, 32), (0.25, 16), (0.8, 51)])
 def test_each_side_of_a_split_sphere_is_that_of_a_sphere_alone(at, line):
     left, right = pictures.lit_sphere(RED, 64), pictures.lit_sphere(BLUE, 64)
-    found = pictures.split(left, right, at)
-    np.testing.assert_array_equal(found[:, :line], left[:, :line])
-    np.testing.assert_array_equal(found[:, line + 1:], right[:, line + 1:])
-    np.testing.assert_allclose(found[:, line], np.tile((*INK, 1), (64, 1)), atol=1e-6)
+    picture = pictures.split(left, right, at)
+    np.testing.assert_array_equal(picture[:, :line], left[:, :line])
+    np.testing.assert_array_equal(picture[:, line + 1:], right[:, line + 1:])
+    np.testing.assert_allclose(picture[:, line], np.tile((*INK, 1), (64, 1)), atol=1e-6)
     assert np.abs(left - right).max() > 0.2
 
 
 @pytest.mark.parametrize("at", [0.0, 1.0])
 def test_a_line_at_the_edge_leaves_one_picture(at):
     left, right = np.zeros((40, 40, 4), np.float32), np.ones((40, 40, 4), np.float32)
-    found = pictures.split(left, right, at)
-    np.testing.assert_array_equal(found[:, 1:-1], (right if at == 0 else left)[:, 1:-1])
+    picture = pictures.split(left, right, at)
+    np.testing.assert_array_equal(picture[:, 1:-1], (right if at == 0 else left)[:, 1:-1])
     assert left.max() == 0, "the pictures themselves stay as they were"
 
 

@@ -39,34 +39,34 @@ def solid_angles(directions, faces):
 
 @pytest.mark.parametrize("theta_i", INCIDENCES)
 def test_the_mesh_covers_the_hemisphere_once(theta_i):
-    found = lobe.lobe_surface(Tilted(), theta_i, 0.7)
-    np.testing.assert_allclose(np.linalg.norm(found.directions, axis=1), 1)
-    sizes = solid_angles(found.directions, found.faces)
+    surface = lobe.lobe_surface(Tilted(), theta_i, 0.7)
+    np.testing.assert_allclose(np.linalg.norm(surface.directions, axis=1), 1)
+    sizes = solid_angles(surface.directions, surface.faces)
     assert sizes.min() > -1e-9, "no face is turned over"
     assert sizes.sum() == pytest.approx(2 * np.pi, rel=1e-2), "the horizon is a polygon"
-    assert found.directions[0].tolist() == [0, 0, 1]
-    np.testing.assert_allclose(found.directions[-128:, 2], 0, atol=1e-15)
-    gaps = solid_angles(found.directions, found.faces).max()
+    assert surface.directions[0].tolist() == [0, 0, 1]
+    np.testing.assert_allclose(surface.directions[-128:, 2], 0, atol=1e-15)
+    gaps = solid_angles(surface.directions, surface.faces).max()
     assert gaps < 0.01, "nowhere more than six degrees apart"
 
 
 @pytest.mark.parametrize(("radius", "root"), [("cube root", 1 / 3), ("linear", 1.0)])
 def test_a_vertex_is_as_far_out_as_the_mean_of_its_channels_says(radius, root):
-    found = lobe.lobe_surface(Tilted(), 0.5, 0.2, radius=radius)
-    theta, phi = angles(found.directions)
+    surface = lobe.lobe_surface(Tilted(), 0.5, 0.2, radius=radius)
+    theta, phi = angles(surface.directions)
     expected = 1.5 * (1 + np.sin(theta) * np.cos(phi - 1))
-    np.testing.assert_allclose(found.values[:, 1], 2 * found.values[:, 0])
-    np.testing.assert_allclose(np.linalg.norm(found.vertices, axis=1), expected ** root, rtol=1e-6)
+    np.testing.assert_allclose(surface.values[:, 1], 2 * surface.values[:, 0])
+    np.testing.assert_allclose(np.linalg.norm(surface.vertices, axis=1), expected ** root, rtol=1e-6)
 
 
 def test_values_of_an_anisotropic_fit_are_those_in_the_directions_of_the_vertices():
     fit = brushed_fit()
-    found = lobe.lobe_surface(fit, 0.6, 1.1)
-    some = np.random.default_rng(1).integers(len(found.directions), size=30)
+    surface = lobe.lobe_surface(fit, 0.6, 1.1)
+    some = np.random.default_rng(1).integers(len(surface.directions), size=30)
     for number in some:
-        x, y, z = found.directions[number]
+        x, y, z = surface.directions[number]
         expected = fit.evaluate(0.6, 1.1, np.arccos(z), np.arctan2(y, x))
-        np.testing.assert_allclose(found.values[number], expected, rtol=1e-5)
+        np.testing.assert_allclose(surface.values[number], expected, rtol=1e-5)
 
 
 def test_values_below_zero_have_no_radius():
@@ -74,18 +74,18 @@ def test_values_below_zero_have_no_radius():
         def evaluate(self, theta_i, phi_i, theta_o, phi_o):
             return np.cos(2 * theta_o)[..., None]
 
-    found = lobe.lobe_surface(Negative(), 0.5)
-    low = found.directions[:, 2] < 0.7
-    assert np.abs(found.vertices[low]).max() == 0
-    np.testing.assert_allclose(found.normals[-1], found.directions[-1])
-    assert np.isfinite(found.normals).all()
+    surface = lobe.lobe_surface(Negative(), 0.5)
+    low = surface.directions[:, 2] < 0.7
+    assert np.abs(surface.vertices[low]).max() == 0
+    np.testing.assert_allclose(surface.normals[-1], surface.directions[-1])
+    assert np.isfinite(surface.normals).all()
 
 
 @pytest.mark.parametrize("theta_i", INCIDENCES)
 def test_the_albedo_of_a_lambertian_is_the_integral_over_the_mesh(theta_i):
-    found = lobe.lobe_surface(prior.lambertian(np.array([[0.6 / np.pi]])), theta_i)
-    sizes = solid_angles(found.directions, found.faces)
-    there = (found.values[:, 0] * found.directions[:, 2])[found.faces].mean(axis=1)
+    surface = lobe.lobe_surface(prior.lambertian(np.array([[0.6 / np.pi]])), theta_i)
+    sizes = solid_angles(surface.directions, surface.faces)
+    there = (surface.values[:, 0] * surface.directions[:, 2])[surface.faces].mean(axis=1)
     assert there @ sizes == pytest.approx(0.6, rel=0.01)
 
 
@@ -93,14 +93,14 @@ def test_the_albedo_of_a_lambertian_is_the_integral_over_the_mesh(theta_i):
 @pytest.mark.parametrize("theta_i", INCIDENCES[:-1])
 def test_a_narrow_highlight_is_met_and_has_its_energy(alpha, theta_i):
     model = one_lobe(alpha)
-    found = lobe.lobe_surface(model, theta_i, 2.0)
+    surface = lobe.lobe_surface(model, theta_i, 2.0)
     near = theta_i + np.linspace(-5, 5, 4001) * alpha
     near = near[(near >= 0) & (near < np.pi / 2)]
     peak = model.evaluate(np.full(len(near), theta_i), 0 * near, near, np.full(len(near), np.pi)).max()
-    assert found.values.max() > 0.98 * peak
+    assert surface.values.max() > 0.98 * peak
     # the same integral, over half vectors: theta_h on a grid that knows the roughness
-    sizes = solid_angles(found.directions, found.faces)
-    there = (found.values[:, 0] * found.directions[:, 2])[found.faces].mean(axis=1)
+    sizes = solid_angles(surface.directions, surface.faces)
+    there = (surface.values[:, 0] * surface.directions[:, 2])[surface.faces].mean(axis=1)
     assert there @ sizes == pytest.approx(albedo_by_half_vectors(model, alpha, theta_i), rel=0.06)
 
 
@@ -123,16 +123,16 @@ def albedo_by_half_vectors(model, alpha, theta_i):
 
 @pytest.mark.parametrize("theta_i", [0.0, 0.6, 1.4])
 def test_normals_are_those_of_the_faces_and_point_outward(theta_i):
-    found = lobe.lobe_surface(one_lobe(0.3), theta_i, -1.0)
-    a, b, c = (found.vertices[found.faces[:, k]] for k in range(3))
+    surface = lobe.lobe_surface(one_lobe(0.3), theta_i, -1.0)
+    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
     faces = np.cross(b - a, c - a)
     area = np.linalg.norm(faces, axis=1)
     large = area > 1e-3 * area.max()
     faces = faces[large] / area[large, None]
-    corners = found.normals[found.faces[large]]
-    np.testing.assert_allclose(np.linalg.norm(found.normals, axis=1), 1)
+    corners = surface.normals[surface.faces[large]]
+    np.testing.assert_allclose(np.linalg.norm(surface.normals, axis=1), 1)
     assert np.einsum("ij,ikj->ik", faces, corners).min() > 0.8
-    assert np.einsum("ij,ij->i", found.normals, found.directions).min() > 0
+    assert np.einsum("ij,ij->i", surface.normals, surface.directions).min() > 0
 
 
 def test_the_plane_of_incidence_has_the_light_on_its_negative_side():

@@ -13,9 +13,9 @@ from fitter.methods import prior
 def test_a_sphere_comes_back_to_eight_bits():
     sphere = pictures.lit_sphere(prior.lambertian(np.array([[0.3, 0.2, 0.6]])), packed_picture.SIZE)
     text = packed_picture.packed(sphere)
-    found = packed_picture.unpacked(text)
-    np.testing.assert_allclose(found[..., :3], np.clip(sphere[..., :3], 0, 1), atol=0.5 / 255 + 1e-6)
-    np.testing.assert_allclose(found[..., 3], sphere[..., 3], atol=1e-6)
+    picture = packed_picture.unpacked(text)
+    np.testing.assert_allclose(picture[..., :3], np.clip(sphere[..., :3], 0, 1), atol=0.5 / 255 + 1e-6)
+    np.testing.assert_allclose(picture[..., 3], sphere[..., 3], atol=1e-6)
     assert len(text) < 30_000
 
 

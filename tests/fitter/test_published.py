@@ -8,7 +8,7 @@ import pytest
 
 import fitter
 from fitter import cli, published
-from fitter.formats import is_there, list_samples, overflowed
+from fitter.formats import is_there, list_samples
 from fitter.pictures import lit_sphere
 from support.cases import quick
 from support.checkout import measurements
@@ -101,7 +101,6 @@ def test_a_virtual_path_is_read_like_a_file(capsys, tmp_path):
     samples = fitter.load("published:chrome")
     np.testing.assert_array_equal(samples.values, fitter.load_published("chrome").values)
     assert list_samples("published:chrome") == []
-    assert overflowed("published:chrome") is None
     assert is_there("published:chrome")
     wide = fitter.load("published:chrome", colours="ACEScg")
     assert wide.colours == "ACEScg"

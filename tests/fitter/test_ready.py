@@ -39,10 +39,10 @@ def test_a_ready_fit_is_close_to_the_published_formula_where_it_has_no_samples(n
 def test_what_is_read_is_what_was_written(made, tmp_path):
     path = tmp_path / "a.npz"
     ready.write(made, path)
-    found = ready.read(path)
-    assert found.fit.to_bytes() == made.fit.to_bytes()
+    back = ready.read(path)
+    assert back.fit.to_bytes() == made.fit.to_bytes()
     assert path.stat().st_size < 17_000
-    for engine, mixture in found.nodes._asdict().items():
+    for engine, mixture in back.nodes._asdict().items():
         before = getattr(made.nodes, engine)
         assert mixture.kinds == before.kinds
         assert mixture.turn is before.turn is None
@@ -53,8 +53,8 @@ def test_what_is_read_is_what_was_written(made, tmp_path):
                 assert one.shape == two.shape
                 np.testing.assert_allclose(one, two, rtol=1e-6)
     at = 0.3, 0, np.linspace(0, 1.4, 8), np.pi
-    np.testing.assert_allclose(found.principled.evaluate(*at), made.principled.evaluate(*at), rtol=1e-5)
-    assert type(found.principled.roughness) is float
+    np.testing.assert_allclose(back.principled.evaluate(*at), made.principled.evaluate(*at), rtol=1e-5)
+    assert type(back.principled.roughness) is float
 
 
 def test_a_fit_that_is_there_is_read_and_another_is_made(made, tmp_path, monkeypatch):

@@ -1,5 +1,7 @@
 """Symmetries of samples: what they add, beside a naive loop; and an analytic material that has them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -16,13 +18,13 @@ from fitter.samples import (
     choice,
     repeated,
     rotations,
+    subset,
 )
 from support import anisotropic_instruments as instruments
 
 
-def measured(directions, deviation=None):
-    values = instruments.ggx()(*directions)
-    return fitter.Samples(*directions, values, ("R", "G", "B"), deviation=deviation, isotropic=False)
+def measured(directions):
+    return fitter.Samples(*directions, instruments.ggx()(*directions), ("R", "G", "B"), isotropic=False)
 
 
 def naive(samples, symmetry):
@@ -43,14 +45,14 @@ def naive(samples, symmetry):
 @pytest.mark.parametrize("rotations", [range(0, 91, 30), range(0, 181, 45), [10, 40]])
 def test_what_a_symmetry_adds_is_what_a_loop_adds(symmetry, rotations):
     samples = measured(instruments.grid([10, 20, 50], rotations, [15, 30, 60], range(0, 360, 60)))
-    found = repeated(samples, symmetry)
+    repetition = repeated(samples, symmetry)
     expected = naive(samples, symmetry)
-    seen = naive(found, NO_SYMMETRY)
+    seen = naive(repetition, NO_SYMMETRY)
     assert seen.keys() == expected.keys()
-    assert len(found) == len(expected)
+    assert len(repetition) == len(expected)
     for key, value in expected.items():
         np.testing.assert_array_equal(seen[key], value)
-    np.testing.assert_array_equal(found.theta_i[:len(samples)], samples.theta_i)
+    np.testing.assert_array_equal(repetition.theta_i[:len(samples)], samples.theta_i)
 
 
 def test_the_normal_has_no_azimuth():
@@ -63,11 +65,11 @@ def test_the_normal_has_no_azimuth():
                                                      (HALF_TURN_AND_MIRROR, range(0, 91, 15))])
 def test_a_material_of_this_symmetry_has_the_values_that_it_adds(symmetry, rotations):
     samples = measured(instruments.grid([15, 45], rotations, [10, 40, 70], range(5, 360, 50)))
-    found = repeated(samples, symmetry)
-    assert len(found) > 1.7 * len(samples)
-    np.testing.assert_allclose(found.values, instruments.ggx()(*found.directions), rtol=1e-9)
+    repetition = repeated(samples, symmetry)
+    assert len(repetition) > 1.7 * len(samples)
+    np.testing.assert_allclose(repetition.values, instruments.ggx()(*repetition.directions), rtol=1e-9)
     shown = symmetry.replace("_", " ")
-    assert found.notes == (f"Symmetry, {shown}: {len(samples):,} samples stand for {len(found):,}",)
+    assert repetition.notes == (f"Symmetry, {shown}: {len(samples):,} samples stand for {len(repetition):,}",)
 
 
 def test_none_adds_nothing_and_other_words_are_refused():
@@ -77,10 +79,26 @@ def test_none_adds_nothing_and_other_words_are_refused():
         repeated(samples, "rotation")
 
 
-def test_deviations_go_with_their_samples():
-    directions = instruments.grid([15], [0, 30], [10, 20], [50])
-    found = repeated(measured(directions, np.array([0.1, 0.2, 0.3, 0.4])), "half_turn")
-    np.testing.assert_array_equal(found.deviation, [0.1, 0.2, 0.3, 0.4] * 2)
+def test_deviations_and_saturated_ones_go_with_their_samples():
+    samples = replace(measured(instruments.grid([15], [0, 30], [10, 20], [50])), deviation=[0.1, 0.2, 0.3, 0.4],
+                      saturated=[True, False, False, True])
+    repetition = repeated(samples, "half_turn")
+    np.testing.assert_array_equal(repetition.deviation, [0.1, 0.2, 0.3, 0.4] * 2)
+    np.testing.assert_array_equal(repetition.saturated, [True, False, False, True] * 2)
+    np.testing.assert_array_equal(subset(samples, slice(2, None)).saturated, [False, True])
+
+
+def test_a_mask_of_saturated_samples_has_one_entry_for_each_and_cannot_be_changed():
+    samples = measured(instruments.grid([15], [0, 30], [10, 20], [50]))
+    assert samples.saturated is None
+    with pytest.raises(DatasetError, match=r"saturated has the shape \(3,\), expected \(4,\)"):
+        replace(samples, saturated=np.zeros(3, bool))
+    mask = np.zeros(4, bool)
+    marked = replace(samples, saturated=mask)
+    mask[0] = True
+    assert not marked.saturated.any()
+    with pytest.raises(ValueError, match="read-only"):
+        marked.saturated[0] = True
 
 
 def test_more_samples_than_memory_should_hold_are_refused():
@@ -93,8 +111,8 @@ def test_more_samples_than_memory_should_hold_are_refused():
 
 def test_the_range_of_rotations_is_the_complement_of_the_widest_gap():
     def at(*degrees):
-        found = rotations(np.ones(len(degrees)), np.radians(degrees))
-        return found.count, found.first, found.last
+        turns = rotations(np.ones(len(degrees)), np.radians(degrees))
+        return turns.count, turns.first, turns.last
 
     assert at(0, 45, 90) == (3, 0, 90)
     assert at(350, 370, 20, -360) == (4, 350, 380)

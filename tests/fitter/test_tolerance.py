@@ -1,3 +1,5 @@
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -11,12 +13,14 @@ def rmse(samples, fit):
 
 
 @release
-def test_the_tolerance_is_met_on_sets_of_every_kind_and_what_it_costs_is_less_than_standard(curet, cornell):
+def test_the_tolerance_is_met_on_sets_of_every_kind_for_fewer_bytes_than_standard(curet, cornell, monkeypatch):
+    # of surfaces that reflect more than they receive, a plausible fit cannot be within any tolerance
+    monkeypatch.setattr(fitter.tolerance, "fit", partial(fitter.fit, plausible=False))
     sets = [curet(number) for number in range(1, 62, 12)] + [cornell("garnet_red_RGB")]
     sets += [truth.measured("CURET") for truth in truths.TRUTHS.values()]
     for samples in sets:
         tolerance = 0.05 * float(np.sqrt(np.mean(np.maximum(samples.values, 0) ** 2)))
-        fit = fitter.fit_within(samples, tolerance, plausible=False)
+        fit = fitter.fit_within(samples, tolerance)
         assert rmse(samples, fit) <= tolerance, samples.name
         assert fit.nbytes <= 16384 * len(samples.channels), samples.name
 

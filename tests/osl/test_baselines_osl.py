@@ -5,7 +5,7 @@ import pytest
 
 import fitter
 from benchmarks import baselines_osl
-from fitter.report.baselines import koenderink, lafortune
+from benchmarks.report.baselines import koenderink, lafortune
 from support.cases import release
 from support.osl_probe import probe_osl
 

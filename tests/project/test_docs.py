@@ -15,7 +15,7 @@ from tools.window.__main__ import names
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "manual").glob("*.md")])
 SHADER = sorted((ROOT / "osl").iterdir())
 TOP = {"addon", "benchmarks", "demo_scenes", "docs", "fitter", "osl", "support", "tests", "tools"}
-GENERATED = {"baked_constants.h", "baked_tables.h", "lamp_parameters.h", "tables.md"}      # by the baker, the report
+GENERATED = {"baked_constants.h", "baked_tables.h", "lamp_parameters.h"}      # by the baker
 # files of users, of Blender, of Cycles' source and of the build, and examples of names
 NOT_OURS = re.compile(r"(build|docs/html|shared|\.\.|/tmp|src|intern|curet|cornell)/|.*[*{<]|(.*/)?(test_)?NAME(\W|$)"
                       r"|.*LIBRARY|(?i:setup)\.toml")

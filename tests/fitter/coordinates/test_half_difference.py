@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from fitter.coordinates.half_difference import SOFTENING, directions, half_difference, project
+from fitter.coordinates.half_difference import SOFTENING, HalfDifference, project
 
 softened = pytest.mark.parametrize("softening", [0, SOFTENING, 0.3])
 
@@ -16,7 +16,7 @@ def pairs(random):
 @softened
 def test_directions_is_the_inverse_but_for_a_turn_about_the_normal(pairs, softening):
     theta_i, phi_i, theta_o, phi_o = pairs
-    back = directions(half_difference(*pairs, softening), softening)
+    back = HalfDifference(softening).decode(HalfDifference(softening).encode(*pairs))
     np.testing.assert_allclose(back[0], theta_i, atol=1e-9)
     np.testing.assert_allclose(back[2], theta_o, atol=1e-9)
     np.testing.assert_allclose(np.cos(back[3] - back[1]), np.cos(phi_o - phi_i), atol=1e-9)
@@ -25,28 +25,28 @@ def test_directions_is_the_inverse_but_for_a_turn_about_the_normal(pairs, soften
 @softened
 def test_the_mirror_direction_has_no_half_vector_and_exchange_turns_it(pairs, softening):
     theta_i, phi_i, theta_o, phi_o = pairs
-    mirror = 2 * half_difference(theta_i, phi_i, theta_i, phi_i + np.pi, softening) - 1
+    mirror = 2 * HalfDifference(softening).encode(theta_i, phi_i, theta_i, phi_i + np.pi) - 1
     np.testing.assert_allclose(mirror[:, 0] ** 4, softening ** 4 + (1 - softening ** 4) * project(theta_i) ** 4,
                                atol=1e-12)
     np.testing.assert_allclose(mirror[:, 1:], 0, atol=1e-12)
-    np.testing.assert_allclose(2 * half_difference(theta_o, phi_o, theta_i, phi_i, softening) - 1,
-                               (2 * half_difference(*pairs, softening) - 1) * [1, -1, 1], atol=1e-12)
+    np.testing.assert_allclose(2 * HalfDifference(softening).encode(theta_o, phi_o, theta_i, phi_i) - 1,
+                               (2 * HalfDifference(softening).encode(*pairs) - 1) * [1, -1, 1], atol=1e-12)
 
 
 @softened
 def test_turning_and_mirroring_both_directions_change_nothing(pairs, softening):
     theta_i, phi_i, theta_o, phi_o = pairs
-    expected = half_difference(*pairs, softening)
-    np.testing.assert_allclose(half_difference(theta_i, phi_i + 1, theta_o, phi_o + 1, softening), expected,
+    expected = HalfDifference(softening).encode(*pairs)
+    np.testing.assert_allclose(HalfDifference(softening).encode(theta_i, phi_i + 1, theta_o, phi_o + 1), expected,
                                atol=1e-12)
-    np.testing.assert_allclose(half_difference(theta_i, -phi_i, theta_o, -phi_o, softening), expected, atol=1e-12)
+    np.testing.assert_allclose(HalfDifference(softening).encode(theta_i, -phi_i, theta_o, -phi_o), expected, atol=1e-12)
 
 
 @softened
 @pytest.mark.parametrize("theta", [0, 0.4, 1.5, np.pi / 2])
 def test_the_same_direction_twice_is_a_point_of_its_own(theta, softening):
     expected = [softening, 0, project(theta)] if softening else [0, project(theta), 0]
-    np.testing.assert_allclose(2 * half_difference(theta, 0.3, theta, 0.3, softening) - 1, expected, atol=1e-12)
+    np.testing.assert_allclose(2 * HalfDifference(softening).encode(theta, 0.3, theta, 0.3) - 1, expected, atol=1e-12)
 
 
 @softened
@@ -59,7 +59,7 @@ def test_the_coordinates_are_their_definition(pairs, softening):
     d = (softening ** 4 + (1 - softening ** 4) * (difference ** 2).sum(axis=0) ** 2) ** 0.25
     x = (half * difference).sum(axis=0) / d
     y = np.sqrt(np.maximum((half ** 2).sum(axis=0) - x * x, 0))
-    found = 2 * half_difference(*pairs, softening) - 1
+    found = 2 * HalfDifference(softening).encode(*pairs) - 1
     np.testing.assert_allclose(found[:, :2], np.stack([d, x], axis=1), atol=1e-12)
     np.testing.assert_allclose(found[:, 2] ** 2, y ** 2, atol=1e-12)
     if not softening:
@@ -70,7 +70,7 @@ def test_the_coordinates_are_their_definition(pairs, softening):
 @softened
 def test_coordinates_that_no_directions_have_are_taken_for_some_that_are_near(softening, random):
     mu = random.random((500, 3)) * [1, 2, 1] - [0, 1, 0]
-    back = 2 * half_difference(*directions((mu + 1) / 2, softening), softening) - 1
+    back = 2 * HalfDifference(softening).encode(*HalfDifference(softening).decode((mu + 1) / 2)) - 1
     assert np.isfinite(back).all()
     inside = (np.hypot(mu[:, 1], mu[:, 2]) + mu[:, 0] < 1) & (mu[:, 0] > 1.5 * softening)
     kept = np.hypot(mu[:, 1], mu[:, 2]) - np.hypot(back[:, 1], back[:, 2])

@@ -100,5 +100,5 @@ def test_coordinates_that_no_directions_have_are_taken_for_some_that_are_near(so
 
 def test_grazing_pairs_that_mirror_each_other_are_finite():
     for gap in (0, 1e-12, 1e-6, 1e-3):
-        found = Rusinkiewicz(stretch=33.0).encode(np.pi / 2, 0, np.pi / 2, np.pi - gap)
-        assert ((found >= 0) & (found <= 1 + 1e-9)).all()
+        coordinates = Rusinkiewicz(stretch=33.0).encode(np.pi / 2, 0, np.pi / 2, np.pi - gap)
+        assert ((coordinates >= 0) & (coordinates <= 1 + 1e-9)).all()

@@ -47,8 +47,8 @@ def test_masking_is_what_the_distribution_of_microfacets_implies(random, kind, a
     masking_o = wo[2] / seen                                # G1, by the visible area of the microfacets
     wi = 2 * (half @ wo)[:, None] * half - wo
     above = (wi[:, 2] > 0.1) & (half @ wo > 0) & (density > 1e-3)
-    found = value(kind, form, wo, wi[above])
-    masking = found * 4 * wo[2] / density[above]
+    values = value(kind, form, wo, wi[above])
+    masking = values * 4 * wo[2] / density[above]
     masking_i = 1 / (1 / masking - 1 / masking_o + 1)
     for number in np.linspace(0, len(masking_i) - 1, 5).astype(int):
         light = wi[above][number]
@@ -66,8 +66,8 @@ def test_a_diffuse_lobe_stands_on_its_tilted_normal(random):
 @pytest.mark.parametrize("kind", node_lobes.FACETS)
 def test_a_lobe_that_is_tilted_to_the_viewer_looks_back(random, kind):
     wo, wi = direction(0.8), hemisphere(random, 20_000)
-    found = value(kind, shape(0.4, tilt=1.0), wo, wi)
-    assert wi[found.argmax()] @ wo > 0.99
+    values = value(kind, shape(0.4, tilt=1.0), wo, wi)
+    assert wi[values.argmax()] @ wo > 0.99
 
 
 def test_anisotropy_turns_with_the_tangent(random):
@@ -81,8 +81,8 @@ def test_anisotropy_turns_with_the_tangent(random):
 @pytest.mark.parametrize("sigma", [0.1, 0.4, 1.0])
 def test_sheen_is_that_of_its_formula(random, sigma):
     wo, wi = direction(1.0), hemisphere(random, 200)
-    found = value("sheen", shape(sigma), wo, wi)
-    for light, each in zip(wi, found, strict=True):
+    values = value("sheen", shape(sigma), wo, wi)
+    for light, each in zip(wi, values, strict=True):
         half = (light + wo) / np.linalg.norm(light + wo)
         cotangent2 = half[2] ** 2 / (1 - half[2] ** 2)
         density = np.exp(-cotangent2 / sigma ** 2) / (np.pi * sigma ** 2 * (1 - half[2] ** 2) ** 2)

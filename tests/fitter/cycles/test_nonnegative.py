@@ -12,8 +12,8 @@ LEAST = 0.01                    # share of any density
 def test_the_coordinate_descent_finds_the_least_squares_without_negatives(random):
     for _ in range(20):
         matrix, target = random.standard_normal((30, 5)), random.standard_normal(30)
-        found = coordinate_descent(matrix.T @ matrix, matrix.T @ target, None, 300)
-        np.testing.assert_allclose(found, scipy.optimize.nnls(matrix, target)[0], atol=1e-6)
+        solution = coordinate_descent(matrix.T @ matrix, matrix.T @ target, None, 300)
+        np.testing.assert_allclose(solution, scipy.optimize.nnls(matrix, target)[0], atol=1e-6)
 
 
 def second_moment(share, magnitude, density, solid_angle):

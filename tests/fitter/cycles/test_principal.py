@@ -12,10 +12,10 @@ TRUTHS = {truth.name: truth for truth in ANISOTROPIC}
 @pytest.mark.parametrize(("name", "degrees"), [("brushed a", 20 + 90), ("brushed b", -35), ("ward b", 45),
                                                ("ward a", 90)])
 def test_the_first_axis_is_the_one_along_which_the_highlight_is_longest(name, degrees):
-    found = principal(TRUTHS[name])
-    off = np.degrees(found.turn) - degrees
+    axes = principal(TRUTHS[name])
+    off = np.degrees(axes.turn) - degrees
     assert abs((off + 90) % 180 - 90) < 2
-    assert found.stretch > 1.1
+    assert axes.stretch > 1.1
 
 
 def test_a_round_highlight_is_not_stretched():

@@ -58,8 +58,8 @@ def test_between_the_nodes_it_is_what_the_authors_reader_finds(path):
 @every_file
 def test_samples_are_the_function_at_its_nodes(path):
     table, samples = table_of(path), fitter.load(path)
-    found = table.evaluate(*samples.directions)
-    close = np.isclose(found, samples.values, rtol=1e-9, atol=1e-9).all(axis=1)
+    values = table.evaluate(*samples.directions)
+    close = np.isclose(values, samples.values, rtol=1e-9, atol=1e-9).all(axis=1)
     assert 0 < np.count_nonzero(~close) <= len(table.theta_i)       # the means of a column
     mirrored = np.abs(samples.theta_i - samples.theta_o) + np.abs(np.cos(samples.phi_o - samples.phi_i) + 1)
     assert (mirrored[~close & (samples.theta_i > 0)] < 1e-6).all()
@@ -168,16 +168,15 @@ def test_to_the_grid_and_back(tmp_path, random):
     table = table_of(written(tmp_path, tensor_files.material(seed=3)))
     s_x, s_y = random.random(7), random.random(6)
     u_x, u_y = rgl.rgl_warp.from_grid(table.warp, 2, s_x, s_y)
-    index, weight = np.full(u_x.size, 2), np.zeros(u_x.size)
-    back = rgl.rgl_warp.to_grid(table.warp, index, weight, u_x.ravel(), np.repeat(u_y, 7))
+    back = rgl.rgl_warp.to_grid(table.warp, [(np.full(u_x.size, 2), 1.0)], u_x.ravel(), np.repeat(u_y, 7))
     np.testing.assert_allclose(back, [np.tile(s_x, 6), np.repeat(s_y, 7)], atol=1e-9)
 
 
 def test_without_a_jacobian_the_table_is_f_cos(tmp_path, random):
     arrays = tensor_files.material() | {"jacobian": np.zeros(1, "u1")}
     theta_i, phi_i, theta_o, phi_o = directions(20, random)
-    found = table_of(written(tmp_path, arrays)).evaluate(theta_i, phi_i, theta_o, phi_o)
-    np.testing.assert_allclose(found[:, 2], 0.75 / np.cos(theta_o), rtol=1e-6)
+    values = table_of(written(tmp_path, arrays)).evaluate(theta_i, phi_i, theta_o, phi_o)
+    np.testing.assert_allclose(values[:, 2], 0.75 / np.cos(theta_o), rtol=1e-6)
 
 
 def test_below_the_horizon_it_is_zero(tmp_path):

@@ -75,8 +75,8 @@ def test_samples_are_the_function_at_its_nodes_and_between(golden):
     assert samples.notes[0].startswith("110,645 nodes at 8 angles of incidence and 17 azimuths, ")
     assert samples.notes[1] == "Anisotropic, measured at 16 rotations from 0 to 337.5 degrees"
     some = np.random.default_rng(0).choice(len(samples), 20_000, replace=False)
-    found = table.evaluate(*(angle[some] for angle in samples.directions))
-    differs = ~np.isclose(found, samples.values[some], rtol=1e-6, atol=1e-9).all(axis=1)
+    values = table.evaluate(*(angle[some] for angle in samples.directions))
+    differs = ~np.isclose(values, samples.values[some], rtol=1e-6, atol=1e-9).all(axis=1)
     normal = np.abs(samples.theta_i - samples.theta_o) + np.abs(np.cos(samples.phi_o - samples.phi_i) + 1) < 1e-6
     assert (normal[some] | ~differs).all()          # of a column where the half vector is the normal, the mean
     steps = np.unique(np.degrees(samples.phi_i).round(3))
@@ -164,8 +164,8 @@ def test_a_quarter_of_a_turn_is_mirrored(tmp_path, random):
     phi_i, phi_o = random.uniform(-np.pi, np.pi, (2, 400))
     expected = table.evaluate(theta_i, phi_i, theta_o, phi_o)
     for factor, turn in ((-1, 0), (1, np.pi), (-1, np.pi)):
-        found = table.evaluate(theta_i, factor * phi_i + turn, theta_o, factor * phi_o + turn)
-        np.testing.assert_allclose(found, expected, rtol=1e-5)      # azimuths are stored in single precision
+        values = table.evaluate(theta_i, factor * phi_i + turn, theta_o, factor * phi_o + turn)
+        np.testing.assert_allclose(values, expected, rtol=1e-5)      # azimuths are stored in single precision
     samples = fitter.load(written(tmp_path, mirrored()))
     assert "Symmetry, half turn and mirror" in samples.notes[-1]
     np.testing.assert_allclose(np.unique(np.floor(np.mod(samples.phi_i + 0.01, 2 * np.pi) / (np.pi / 2))), range(4))

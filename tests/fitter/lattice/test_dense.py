@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline, NdBSpline
 
-from fitter.coordinates.nusselt import nusselt
+from fitter.coordinates.nusselt import Nusselt
 from fitter.lattice import dense
 
 
 def random_points(random, count):
     theta_i, theta_o, delta_phi = random.random((3, count)) * np.array([[np.pi / 2], [np.pi / 2], [np.pi]])
-    return nusselt(theta_i, 0, theta_o, delta_phi)
+    return Nusselt().encode(theta_i, 0, theta_o, delta_phi)
 
 
 def random_lattice(random, level, channels=2):

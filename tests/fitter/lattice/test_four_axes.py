@@ -95,19 +95,6 @@ def test_basis_approximation_agrees_with_the_loop_over_samples(random, level):
                                atol=1e-12)
 
 
-def test_control_points_found_in_slices_are_those_of_the_whole_lattice(random, monkeypatch):
-    x, z = random_points(random, 300), random.standard_normal((300, 2))
-    for level, count in ((2, 100), (3, 2000), (4, 10 ** 9)):
-        whole = sparse.keep_largest(mba.approximate(x, z, level)[0], level, count)
-        with monkeypatch.context() as patched:
-            patched.setattr(mba, "_MOST_AT_ONCE", 0)
-            sliced = mba.largest(x, z, level, count)
-        assert np.setxor1d(whole.index.keys, sliced.index.keys).size <= 2      # those of equal magnitude
-        common = np.intersect1d(whole.index.keys, sliced.index.keys)
-        np.testing.assert_allclose(whole.coefficients[whole.index.slots(common)],
-                                   sliced.coefficients[sliced.index.slots(common)], rtol=1e-5, atol=1e-7)
-
-
 def test_a_lattice_too_large_for_memory_is_evaluated_by_its_keys(random):
     level, keys = 6, random.choice(math.prod(dense.shape(6, 4)), 4000, replace=False)
     index = perfect_hash.build(keys)
@@ -133,7 +120,7 @@ def test_the_step_is_that_of_least_squares(random):
     size = math.prod(dense.shape(1, 4))
     same = dense.representative(1, 4).ravel()
     root = random.standard_normal((size, size))
-    found, = NormalEquations(x, [(1, None)]).solve(weights, z, [root.T @ root])
+    control_points, = NormalEquations(x, [(1, None)]).solve(weights, z, [root.T @ root])
 
     unknowns = np.unique(same)
     design = np.stack([dense.evaluate((same == one).astype(float).reshape(*dense.shape(1, 4), 1), 1, x)[:, 0]
@@ -141,18 +128,18 @@ def test_the_step_is_that_of_least_squares(random):
     spread = np.array([[float(one == same[k]) for one in unknowns] for k in range(size)])
     rows, wanted = [weights[:, None] * design, root @ spread], [weights[:, None] * z, np.zeros((size, 2))]
     best = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=None)[0]
-    np.testing.assert_allclose(found, spread @ best, atol=1e-3 * np.abs(best).max())
+    np.testing.assert_allclose(control_points, spread @ best, atol=1e-3 * np.abs(best).max())
 
 
 def test_gains_are_those_of_one_control_point_alone(random):
     x, z = random_points(random, 500), random.standard_normal((500, 2))
     weights = random.uniform(0.1, 3, len(x))
     same = dense.representative(1, 4).ravel()
-    found = gains(x, 1, weights, z)
+    gain = gains(x, 1, weights, z)
     single, counts = np.unique(same, return_counts=True)
     for one in random.choice(single[counts == 1], 20, replace=False):
         column = weights * dense.evaluate((same == one).astype(float).reshape(*dense.shape(1, 4), 1), 1, x)[:, 0]
         expected = ((column @ (weights[:, None] * z)) ** 2).sum() / (column @ column)
-        assert found[one] <= expected * (1 + 1e-9)
+        assert gain[one] <= expected * (1 + 1e-9)
         if column @ column > 1:                 # at the rim it is held back
-            assert found[one] == pytest.approx(expected, rel=0.05)
+            assert gain[one] == pytest.approx(expected, rel=0.05)

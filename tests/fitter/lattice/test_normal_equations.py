@@ -42,7 +42,7 @@ def test_the_control_points_are_those_of_least_squares(x, keys, random):
     z, weights = random.standard_normal((len(x), 2)), random.uniform(0.1, 3, len(x))
     size = math.prod(dense.shape(2))
     roots = random.standard_normal((size, size)), 0.5 * random.standard_normal((len(keys), len(keys)))
-    found = NormalEquations(x, [(2, None), (3, keys)]).solve(weights, z, [root.T @ root for root in roots])
+    control_points = NormalEquations(x, [(2, None), (3, keys)]).solve(weights, z, [root.T @ root for root in roots])
 
     # one row for a sample and for each of a norm, one column for each unknown
     groups = [*((2, group) for group in images(2)), *((3, group) for group in images(3) if np.isin(group, keys).any())]
@@ -53,7 +53,7 @@ def test_the_control_points_are_those_of_least_squares(x, keys, random):
     wanted = np.concatenate([weights[:, None] * z, np.zeros((len(roots[0]) + len(roots[1]), 2))])
     expected = np.linalg.lstsq(np.concatenate(rows), wanted, rcond=None)[0]
     for (level, group), value in zip(groups, expected, strict=True):
-        mine = found[0][group] if level == 2 else found[1][np.isin(keys, group)]
+        mine = control_points[0][group] if level == 2 else control_points[1][np.isin(keys, group)]
         assert mine == pytest.approx(np.broadcast_to(value, mine.shape), abs=1e-6)
 
 
@@ -70,7 +70,7 @@ def test_the_order_of_the_lattices_does_not_matter(x, keys, random):
 
 def test_a_gain_is_what_one_control_point_can_do(x, random):
     z, weights = random.standard_normal((len(x), 2)), random.uniform(0.1, 3, len(x))
-    found = gains(x, 3, weights, z)
+    gain = gains(x, 3, weights, z)
     whole = ((weights[:, None] * z) ** 2).sum()
     compared = 0
     for group in images(3):
@@ -82,6 +82,6 @@ def test_a_gain_is_what_one_control_point_can_do(x, random):
             continue
         best = np.linalg.lstsq(design[:, None], weights[:, None] * z, rcond=None)[0]
         left = ((weights[:, None] * z - design[:, None] * best) ** 2).sum()
-        assert found[group] == pytest.approx(whole - left, rel=0.02)
+        assert gain[group] == pytest.approx(whole - left, rel=0.02)
         compared += 1
     assert compared > 20

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import fitter
+from benchmarks.report.baselines import anisotropic
 from fitter import tolerance
 from fitter.quality import physics
 from fitter.quality.cross_validation import cube_root
-from fitter.report.baselines import anisotropic
 from fitter.samples import RGB, Samples, subset
 from support.anisotropic import ANISOTROPIC, between, brushed_fit, rotations
 from support.cases import quick, release
@@ -59,9 +59,9 @@ def test_it_is_reciprocal_and_physical_and_small():
     fit = standard("lacquered b")
     assert not fit.isotropic
     assert fit.nbytes <= 3 * 64 * 1024
-    found = physics.measure(fit)
-    assert found.negative_fraction == 0
-    assert found.reciprocity_error < 1e-9
+    departures = physics.measure(fit)
+    assert departures.negative_fraction == 0
+    assert departures.reciprocity_error < 1e-9
     for phi_o in (0.0, 0.8, 2.0):
         assert physics.directional_albedo(fit, np.radians([0, 40, 75, 88]), phi_o=phi_o).max() <= 1.01
 
@@ -72,9 +72,9 @@ def test_a_frame_that_is_turned_turns_the_fit():
     held = samples("woven b")
     turned = replace(held, phi_i=held.phi_i + np.pi / 4, phi_o=held.phi_o + np.pi / 4)
     a, b, c, d = unseen = between(COUNT)
-    found = fitter.fit(turned, **fitter.PRESETS["Draft"]).evaluate(a, b + np.pi / 4, c, d + np.pi / 4)
+    values = fitter.fit(turned, **fitter.PRESETS["Draft"]).evaluate(a, b + np.pi / 4, c, d + np.pi / 4)
     true = cube_root(c, TRUTHS["woven b"].evaluate(*unseen))
-    assert np.sqrt(np.mean((cube_root(c, found) - true) ** 2) / np.mean(true ** 2)) < 0.03
+    assert np.sqrt(np.mean((cube_root(c, values) - true) ** 2) / np.mean(true ** 2)) < 0.03
 
 
 @release
@@ -85,10 +85,10 @@ def test_noise_and_holes_leave_a_smooth_fit(random):
     azimuth = (noisy.phi_o - noisy.phi_i) % (2 * np.pi)
     hole = (np.abs(noisy.theta_o - 0.7) < 0.2) & (np.abs(azimuth - 2) < 0.4)
     kept = subset(noisy, ~hole)
-    found = fitter.fit(kept, **STANDARD)
+    fitted = fitter.fit(kept, **STANDARD)
     assert hole.sum() > 300
-    assert error(found, truth, kept.directions) < 0.85 * error(Measured(kept), truth, kept.directions)
-    assert error(found, truth, subset(noisy, hole).directions) < 0.03
+    assert error(fitted, truth, kept.directions) < 0.85 * error(Measured(kept), truth, kept.directions)
+    assert error(fitted, truth, subset(noisy, hole).directions) < 0.03
 
 
 class Measured:
@@ -108,22 +108,22 @@ def test_half_of_the_values_may_be_zero():
     dark = full.values.max(axis=1) < np.median(full.values.max(axis=1))
     cut = replace(full, values=np.where(dark[:, None], 0.0, full.values))
     fit = fitter.fit(cut, **STANDARD)
-    found = fit.evaluate(*cut.directions)
-    assert np.isfinite(found).all()
-    assert (found >= 0).all()
-    assert np.median(found[dark].max(axis=1)) < 0.2 * np.median(full.values[dark].max(axis=1))
+    values = fit.evaluate(*cut.directions)
+    assert np.isfinite(values).all()
+    assert (values >= 0).all()
+    assert np.median(values[dark].max(axis=1)) < 0.2 * np.median(full.values[dark].max(axis=1))
     bright = full.values.max(axis=1) > np.quantile(full.values.max(axis=1), 0.9)
-    np.testing.assert_allclose(np.cbrt(found[bright]), np.cbrt(full.values[bright]), rtol=0.1)
+    np.testing.assert_allclose(np.cbrt(values[bright]), np.cbrt(full.values[bright]), rtol=0.1)
 
 
 @release
 def test_isotropic_samples_fitted_as_anisotropic_give_the_isotropic_reflectance():
     """A fit of four axes to a reflectance of three: it is the same at all rotations."""
     truth = replace(TRUTHS["brushed a"], function=lambda *directions: brushed_fit(0.2, 0.2).evaluate(*directions))
-    found = fitter.fit(measured(truth, rotations(8)), **fitter.PRESETS["Draft"])
+    fitted = fitter.fit(measured(truth, rotations(8)), **fitter.PRESETS["Draft"])
     theta_i, phi_i, theta_o, phi_o = unseen = between(COUNT)
-    assert error(found, truth, unseen) < 0.01
-    here, there = (cube_root(theta_o, found.evaluate(theta_i, phi_i + turn, theta_o, phi_o + turn))
+    assert error(fitted, truth, unseen) < 0.01
+    here, there = (cube_root(theta_o, fitted.evaluate(theta_i, phi_i + turn, theta_o, phi_o + turn))
                    for turn in (0, 1.3))
     assert np.sqrt(np.mean((here - there) ** 2) / np.mean(here ** 2)) < 0.01
 
@@ -166,8 +166,8 @@ def test_the_smallest_fit_within_a_tolerance_is_found_again(monkeypatch):
     monkeypatch.setattr(tolerance, "DIFFUSE_LEVELS", (2,))
     monkeypatch.setattr(tolerance, "KEPT", (0, 188))
     some = subset(samples("woven b"), np.random.default_rng(5).permutation(len(samples("woven b")))[:500])
-    found = fitter.fit_within(some, 0.05)
-    assert np.sqrt(np.mean((found.evaluate(*some.directions) - some.values) ** 2)) <= 0.05
-    again = fitter.fit(some, **tolerance.arguments_of(found))
-    assert again.notation == found.notation
-    np.testing.assert_array_equal(again.evaluate(*some.directions), found.evaluate(*some.directions))
+    fitted = fitter.fit_within(some, 0.05)
+    assert np.sqrt(np.mean((fitted.evaluate(*some.directions) - some.values) ** 2)) <= 0.05
+    again = fitter.fit(some, **tolerance.arguments_of(fitted))
+    assert again.notation == fitted.notation
+    np.testing.assert_array_equal(again.evaluate(*some.directions), fitted.evaluate(*some.directions))

@@ -20,7 +20,7 @@ from fitter.coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
 from fitter.coordinates.half_angle import HalfAngle
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.coordinates.rusinkiewicz import Rusinkiewicz
-from fitter.model.transform import IDENTITY, STEEPEST
+from fitter.model.transform import STEEPEST
 from fitter.samples import subset
 from support import checkout
 from support.cases import quick, release
@@ -94,7 +94,7 @@ def values(fit, pairs):
 def clipped(fit, pairs):
     """Where the floor, the ceiling or the steepest field holds: (..., channels) bool."""
     f, columns = values(fit, pairs), list(fit.columns)
-    if fit.transform == IDENTITY:
+    if fit.transform is None:
         return np.zeros(f.shape, dtype=bool)
     theta, phi = (angle.reshape(-1, 2) for angle in angles(pairs))
     transform = fit.transform
@@ -105,7 +105,7 @@ def clipped(fit, pairs):
 
 def remainders(fit, pairs):
     """What Taylor's polynomial of second order leaves at each step length, over the values' size: (2, n, channels)."""
-    scale = np.abs(fit.diffuse.control_points).max() if fit.transform == IDENTITY else fit.transform.offset
+    scale = np.abs(fit.diffuse.control_points).max() if fit.transform is None else fit.transform.offset
     size = np.abs(values(fit, pairs)) + scale
     rows, columns = np.triu_indices(4)
     left = []
@@ -127,7 +127,7 @@ def smooth(fit, seam):
     """
     pairs, order = SEAMS[seam], 1 if seam == "both graze" else 2
     free = ~clipped(fit, around(pairs, STEPS[0])[0]).any(axis=1)
-    if fit.transform != IDENTITY and "retro" in fit.transform.prior.kinds:
+    if fit.transform is not None and "retro" in fit.transform.prior.kinds:
         free &= (np.abs(pairs[:, 0] - pairs[:, 1]).max(axis=1) + pairs[:, 0, 2] > 1e-9)[:, None]
     large, small = remainders(fit, pairs)
     # coefficients are rounded to single precision, one by one: a lattice is symmetric to about 1e-7
@@ -175,26 +175,26 @@ def test_fits_of_every_part_are_smooth_across_the_seams(name, seam):
     kinds = ("mirror", "retro", "sheen" if len(coordinates.axes) == ISOTROPIC_AXES else "fibre")
     fit = made_fit(coordinates, kinds, (0, 1, 2), damped=damped)
     fit = replace(fit, transform=replace(fit.transform, ceiling=np.full(3, 1e9)))
-    found = smooth(fit, seam)
-    assert len(found) == 3 * (len(SEAMS[seam]) - (seam == "both graze"))
-    assert found.all()
+    smoothed = smooth(fit, seam)
+    assert len(smoothed) == 3 * (len(SEAMS[seam]) - (seam == "both graze"))
+    assert smoothed.all()
 
 
 @pytest.mark.parametrize("seam", SEAMS)
 @pytest.mark.parametrize("preset", quick(KRIGED, "Standard"))
 def test_fits_of_synthetic_data_are_smooth_across_the_seams(preset, seam):
-    found = smooth(synthetic(preset), seam)
-    assert len(found) > 2.6 * len(SEAMS[seam])
-    assert found.all()
+    smoothed = smooth(synthetic(preset), seam)
+    assert len(smoothed) > 2.6 * len(SEAMS[seam])
+    assert smoothed.all()
 
 
 @pytest.mark.parametrize("seam", SEAMS)
 @pytest.mark.parametrize(("name", "preset"), REAL)
 @release
 def test_fits_of_real_data_are_smooth_across_the_seams(name, preset, seam):
-    found = smooth(real(name, preset), seam)
-    assert len(found)
-    assert found.all()
+    smoothed = smooth(real(name, preset), seam)
+    assert len(smoothed)
+    assert smoothed.all()
 
 
 @pytest.mark.parametrize("stretch", [0.0, 5.0])

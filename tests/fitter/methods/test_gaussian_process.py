@@ -137,11 +137,11 @@ def full_likelihood(mu, z, kernel):
 def test_a_search_finds_the_kernel_that_made_the_samples(random, noise):
     truth, mu = Kernel(1.0, noise), random.random((150, 3)) * [1, 2, 1] - [0, 1, 0]
     z = drawn(random, truth, mu)
-    found = Search([lambda: mu], [z], [0.0], np.zeros(150)).best([0])
-    assert found.value == pytest.approx(full_likelihood(mu, z, found.kernel), abs=1e-5)
-    assert found.value > full_likelihood(mu, z, truth) - 1e-3
-    assert noise / 10.1 <= found.kernel.noise <= noise * 10.1
-    assert abs(LENGTHS.index(found.kernel.length) - LENGTHS.index(1.0)) <= 1
+    likeliest = Search([lambda: mu], [z], [0.0], np.zeros(150)).best([0])
+    assert likeliest.value == pytest.approx(full_likelihood(mu, z, likeliest.kernel), abs=1e-5)
+    assert likeliest.value > full_likelihood(mu, z, truth) - 1e-3
+    assert noise / 10.1 <= likeliest.kernel.noise <= noise * 10.1
+    assert abs(LENGTHS.index(likeliest.kernel.length) - LENGTHS.index(1.0)) <= 1
 
 
 @pytest.mark.parametrize("reciprocity", RECIPROCITIES)
@@ -171,9 +171,9 @@ def test_a_search_takes_the_likelier_prior_unless_its_penalty_is_larger(random):
     z = drawn(random, Kernel(0.8, 1e-3), mu)
     candidates = [z + 0.3 * random.standard_normal(z.shape), z]
     for penalty, expected in ((0.0, 1), (100.0, 0)):
-        found = Search([lambda: mu], candidates, [0.0, penalty], np.zeros(100)).best([0])
-        assert found.prior == expected
-        assert found.value > -100
+        likeliest = Search([lambda: mu], candidates, [0.0, penalty], np.zeros(100)).best([0])
+        assert likeliest.prior == expected
+        assert likeliest.value > -100
 
 
 def test_noise_of_single_samples_counts(random):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.coordinates.nusselt import nusselt
+from fitter.coordinates.nusselt import Nusselt
 from fitter.lattice import dense, mba, sparse
 
 TABLE_1 = {(3, 6, 90): (31_407, 426_647), (3, 6, 95): (16_369, 366_495),
@@ -49,7 +49,7 @@ def test_without_options_the_fit_is_the_papers():
 
 def test_plain_mba_is_the_dense_lattice_alone(glossy):
     fit = fitter.fit(glossy, diffuse_level=5, specular_level=None)
-    points, residual = mba.approximate(nusselt(*glossy.directions), glossy.values, 5)
+    points, residual = mba.approximate(Nusselt().encode(*glossy.directions), glossy.values, 5)
     np.testing.assert_allclose(glossy.values - fit.evaluate(*glossy.directions), residual, atol=1e-6)
     assert fit.specular is None
     assert fit.coefficient_count == points[..., 0].size
@@ -57,12 +57,12 @@ def test_plain_mba_is_the_dense_lattice_alone(glossy):
 
 
 def test_uncompressed_the_two_levels_add_up_to_what_mba_finds(glossy):
-    x = nusselt(*glossy.directions)
+    x = Nusselt().encode(*glossy.directions)
     coarse, residual = mba.approximate(x, glossy.values, 3)
     fine, _ = mba.approximate(x, residual, 5)
     fit = fitter.fit(glossy, 3, 5, compression=0)
     directions = 0.7, 0, np.linspace(0, 1.5, 50), 2.5
-    probe = nusselt(*directions)
+    probe = Nusselt().encode(*directions)
     expected = dense.evaluate(coarse, 3, probe) + dense.evaluate(fine, 5, probe)
     np.testing.assert_allclose(fit.evaluate(*directions), expected, atol=1e-5)
 

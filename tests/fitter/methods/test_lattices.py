@@ -47,12 +47,12 @@ def weights(samples, transform):
 
 def test_the_norm_is_the_inverse_of_the_covariance_of_the_control_points_places():
     mu = places(2)
-    found = lattices.precision(2, 3, KERNEL)
+    matrix = lattices.precision(2, 3, KERNEL)
     first = np.unique(dense.representative(2))
     covariance = KERNEL.covariance(mu, mu) + 1e-4 * np.eye(len(mu))
-    np.testing.assert_allclose(found[np.ix_(first, first)] @ covariance, np.eye(len(mu)), atol=1e-4)
-    others = np.setdiff1d(np.arange(len(found)), first)
-    assert not found[others].any()
+    np.testing.assert_allclose(matrix[np.ix_(first, first)] @ covariance, np.eye(len(mu)), atol=1e-4)
+    others = np.setdiff1d(np.arange(len(matrix)), first)
+    assert not matrix[others].any()
 
 
 def test_the_likelihood_of_many_samples_is_scipys(monkeypatch, samples, transform):
@@ -114,7 +114,7 @@ def test_both_lattices_of_many_samples_have_the_least_errors_and_norm_together(s
     coordinates = HalfDifference(stretch=5.0)
     fitted, sparse = lattices.of_samples(samples, coordinates, transform, KERNEL, Levels(1, 3, 80.0))
     keys = np.sort(sparse.index.keys)
-    assert 200 < len(keys) <= Levels(1, 3, 80.0).kept
+    assert 200 < len(keys) <= Levels(1, 3, 80.0).kept_of(3)
     x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
     every, first = basis(x, 3)
     kept = every[:, np.isin(first, dense.representative(3).ravel()[keys])]

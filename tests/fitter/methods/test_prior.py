@@ -32,41 +32,42 @@ def model(*lobes, ks=(2.0, 1.5, 1.0), kd=(0.05, 0.1, 0.15)):
     return Microfacet(np.array(kd), strengths, np.array(alpha), np.array(gamma), np.array(f0), kinds)
 
 
-def found_of(truth, directions, **options):
+def models_of(truth, directions):
+    """The models that are fitted to a truth, its values, and the offset."""
     values = truth.evaluate(*directions)
     offset = float(np.median(values))
     samples = Samples(*directions, values, ("R", "G", "B"))
-    return prior.candidates(samples, values, offset, **options), values, offset
+    return prior.candidates(samples, values, offset), values, offset
 
 
-def error(found, directions, values, offset):
+def error(fitted, directions, values, offset):
     """RMSE of the logarithm."""
-    residual = bounded_log(found.evaluate(*directions), offset) - bounded_log(values, offset)
+    residual = bounded_log(fitted.evaluate(*directions), offset) - bounded_log(values, offset)
     return np.sqrt(np.mean(residual ** 2))
 
 
 @pytest.mark.parametrize("lobe", [MIRROR, COAT, RETRO, SHEEN])
 def test_one_lobe_of_each_kind_is_found(directions, lobe):
-    (_, found), values, offset = found_of(model(lobe), directions, most=1)
-    assert found.kinds == (lobe[0],)
-    assert error(found, directions, values, offset) < 0.01
-    np.testing.assert_allclose(found.kd, [0.05, 0.1, 0.15], rtol=0.1)
+    (_, fitted, *_), values, offset = models_of(model(lobe), directions)
+    assert fitted.kinds == (lobe[0],)
+    assert error(fitted, directions, values, offset) < 0.01
+    np.testing.assert_allclose(fitted.kd, [0.05, 0.1, 0.15], rtol=0.1)
 
 
 @pytest.mark.parametrize("lobes", [(MIRROR, COAT), (COAT, RETRO), (MIRROR, RETRO)])
 def test_two_lobes_are_found_one_after_the_other(directions, lobes):
-    (_, _, found), values, offset = found_of(model(*lobes), directions, most=2)
-    assert sorted(found.kinds) == sorted(kind for kind, *_ in lobes)
-    assert error(found, directions, values, offset) < 0.03
+    (_, _, fitted, *_), values, offset = models_of(model(*lobes), directions)
+    assert sorted(fitted.kinds) == sorted(kind for kind, *_ in lobes)
+    assert error(fitted, directions, values, offset) < 0.03
 
 
 def test_each_candidate_has_one_lobe_more_and_is_closer(directions):
-    found, values, offset = found_of(model(MIRROR, COAT, RETRO), directions)
-    assert [len(each.kinds) for each in found] == list(range(MAX_LOBES + 1))
-    errors = [error(each, directions, values, offset) for each in found]
+    models, values, offset = models_of(model(MIRROR, COAT, RETRO), directions)
+    assert [len(each.kinds) for each in models] == list(range(MAX_LOBES + 1))
+    errors = [error(each, directions, values, offset) for each in models]
     assert all(after < 0.9 * before for before, after in itertools.pairwise(errors))
-    np.testing.assert_array_equal(found[0].kd, np.median(values, axis=0))
-    for each in found:                          # what a file may hold
+    np.testing.assert_array_equal(models[0].kd, np.median(values, axis=0))
+    for each in models:                          # what a file may hold
         for name, (low, high) in RANGES.items():
             numbers = getattr(each, name)
             assert ((low <= numbers) & (numbers <= high)).all()
@@ -77,17 +78,17 @@ def test_no_model_has_more_parameters_than_a_quarter_of_the_values(directions):
     truth = model(MIRROR, COAT, RETRO)
     for count, lobes in ((2, 0), (11, 0), (12, 1), (19, 1), (20, 2), (28, 3), (900, 3)):
         some = tuple(angle[:count] for angle in directions)
-        found, _, _ = found_of(truth, some)
-        assert len(found) == 1 + lobes, count
+        models, _, _ = models_of(truth, some)
+        assert len(models) == 1 + lobes, count
         # of one channel: 3 numbers of a lobe's shape, its strength and kd
-        assert all(prior.parameter_count(each) <= 3 * count / 4 for each in found[1:])
+        assert all(prior.parameter_count(each) <= 3 * count / 4 for each in models[1:])
 
 
 def test_equal_values_have_no_lobes(directions):
     values = np.full((900, 2), 0.3)
-    found = prior.candidates(Samples(*directions, values, ("a", "b")), values, 0.3)
-    assert len(found) == 1
-    np.testing.assert_array_equal(found[0].evaluate(*directions), 0.3)
+    models = prior.candidates(Samples(*directions, values, ("a", "b")), values, 0.3)
+    assert len(models) == 1
+    np.testing.assert_array_equal(models[0].evaluate(*directions), 0.3)
 
 
 def test_models_scale_with_their_samples(directions):
@@ -107,9 +108,9 @@ def test_a_coat_that_few_samples_show_is_as_white_as_they_are(random):
     directions = theta_i, 0 * theta_i, theta_o, phi
     coated = Microfacet(np.array([0.005, 0.03, 0.2]), np.array([[20.0, 20, 20]]), np.array([0.04]), np.array([2.0]),
                         np.array([0.05]))
-    found, _, _ = found_of(coated, directions)
-    coat = min(range(len(found[-1].alpha)), key=lambda k: found[-1].alpha[k])
-    strengths = found[-1].ks[coat]
+    models, _, _ = models_of(coated, directions)
+    coat = min(range(len(models[-1].alpha)), key=lambda k: models[-1].alpha[k])
+    strengths = models[-1].ks[coat]
     assert strengths.max() < 1.5 * strengths.min()
 
 

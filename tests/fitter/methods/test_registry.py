@@ -7,8 +7,7 @@ import pytest
 
 import fitter
 from fitter import Fit, Samples
-from fitter.methods import METHODS, levels
-from fitter.methods.method import MethodName
+from fitter.methods import METHODS, MethodName, levels
 
 SIZE = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
 every_method = pytest.mark.parametrize("method", METHODS)

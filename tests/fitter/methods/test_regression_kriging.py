@@ -5,13 +5,13 @@ import pytest
 from scipy import integrate, interpolate
 
 import fitter
+from benchmarks.report import ringing
 from fitter import Samples
 from fitter.lattice import dense, least_squares
 from fitter.methods import lattices, regression_kriging
 from fitter.methods.levels import Levels
 from fitter.model import microfacet
 from fitter.quality import cross_validation
-from fitter.report import ringing
 from fitter.samples import RGB, subset
 from support import truths
 from support.cases import quick, release

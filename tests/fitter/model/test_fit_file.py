@@ -272,8 +272,8 @@ def test_a_fit_of_version_2_is_what_it_was(random):
 @pytest.mark.parametrize("name", RELEASED)
 def test_a_fit_that_a_release_saved_is_what_it_was(name, tmp_path):
     fit = fitter.Fit.load(DATA / name)
-    found = fit.evaluate(*np.random.default_rng(3).random((4, 5)) * [[1.5], [6], [1.5], [6]])
-    np.testing.assert_allclose(found, RELEASED[name], atol=1e-8)
+    values = fit.evaluate(*np.random.default_rng(3).random((4, 5)) * [[1.5], [6], [1.5], [6]])
+    np.testing.assert_allclose(values, RELEASED[name], atol=1e-8)
     fit.save(tmp_path / "new.npz")
     with np.load(tmp_path / "new.npz") as file:
         assert json.loads(str(file["header"]))["version"] == fit_file.VERSION

@@ -30,11 +30,11 @@ def satin():
 def test_each_pixel_has_the_reflectance_of_its_directions(satin, settings):
     """With perspective, a near lamp, a lamp of known size, and a ball beside the middle of the picture."""
     scene = ball_scene.at_phase(55, 30, **{**SMALL, **settings})
-    found = measured(photographed(scene, satin))
-    truth = satin.evaluate(*found.seen.directions)
+    pixels = measured(photographed(scene, satin))
+    truth = satin.evaluate(*pixels.seen.directions)
     assert len(truth) > 500
-    np.testing.assert_allclose(found.reflectance, truth, rtol=0.03)
-    assert np.median(np.abs(found.reflectance / truth - 1)) < 0.004
+    np.testing.assert_allclose(pixels.reflectance, truth, rtol=0.03)
+    assert np.median(np.abs(pixels.reflectance / truth - 1)) < 0.004
 
 
 def test_directions_are_those_of_vectors_worked_out_by_hand():
@@ -54,10 +54,10 @@ def test_directions_are_those_of_vectors_worked_out_by_hand():
 
 def test_grazing_pixels_and_those_at_the_outline_are_left_out(satin):
     shot = photographed(ball_scene.at_phase(90, 0, **SMALL), satin)
-    found = seen(shot)
-    assert max(found.directions[0].max(), found.directions[2].max()) < STEEPEST
+    pixels = seen(shot)
+    assert max(pixels.directions[0].max(), pixels.directions[2].max()) < STEEPEST
     axis = np.array([0, 1, 0])
-    off = np.arccos(shot.rays.reshape(-1, 3)[found.pixel] @ axis)
+    off = np.arccos(shot.rays.reshape(-1, 3)[pixels.pixel] @ axis)
     step = np.arccos(shot.rays[30, 30] @ shot.rays[30, 31])
     assert off.max() < np.arcsin(0.05 / 1.5) - 1.4 * step
     large = replace(shot, lamp_radius=0.3)         # 14 degrees wide: none of it may be below the horizon
@@ -87,16 +87,16 @@ def test_saturated_dark_and_masked_pixels_are_left_out(satin):
 def test_the_noise_that_is_estimated_is_that_of_the_pixels():
     scene = ball_scene.at_phase(20, 0, size=(120, 120))
     for noise in (0.01, 0.05):
-        found = measured(photographed(scene, ball_scene.matte(), noise=noise))
-        upright = (found.seen.directions[0] < 0.3) & (found.seen.directions[2] < 0.3)
+        pixels = measured(photographed(scene, ball_scene.matte(), noise=noise))
+        upright = (pixels.seen.directions[0] < 0.3) & (pixels.seen.directions[2] < 0.3)
         # over three channels, of which each has it
-        assert np.median(found.deviation[upright]) == pytest.approx(noise, rel=0.35)
+        assert np.median(pixels.deviation[upright]) == pytest.approx(noise, rel=0.35)
 
 
 def test_grazing_light_counts_less(satin):
-    found = measured(photographed(ball_scene.at_phase(40, 0, **SMALL), satin))
-    steep = found.seen.directions[0] > np.radians(70)
-    assert np.median(found.deviation[steep]) > 3 * np.median(found.deviation[~steep])
+    pixels = measured(photographed(ball_scene.at_phase(40, 0, **SMALL), satin))
+    steep = pixels.seen.directions[0] > np.radians(70)
+    assert np.median(pixels.deviation[steep]) > 3 * np.median(pixels.deviation[~steep])
 
 
 @pytest.mark.parametrize(("change", "message"), [

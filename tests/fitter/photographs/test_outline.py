@@ -33,13 +33,13 @@ def test_a_ball_is_found_where_it_is(settings):
     """Seen from near and beside the axis its picture is an ellipse."""
     shots = [photographed(scene, ball_scene.satin(), noise=0.01) for scene in ball_scene.scenes(ROUND, **settings)]
     scene = ball_scene.Scene(**settings)
-    found = find_ball(bright(shots), shots[0].rays)
-    off = found.centre(scene.camera, scene.radius) - scene.centre
+    outline = find_ball(bright(shots), shots[0].rays)
+    off = outline.centre(scene.camera, scene.radius) - scene.centre
     pixel = np.linalg.norm(np.subtract(scene.camera, scene.centre)) * np.arccos(
         shots[0].rays[60, 60] @ shots[0].rays[60, 61])
     assert np.linalg.norm(off[[0, 2]]) < 0.3 * pixel
-    assert np.sin(found.half_angle) == pytest.approx(scene.radius / np.linalg.norm(scene.camera), rel=0.01)
-    assert found.residual < 0.3
+    assert np.sin(outline.half_angle) == pytest.approx(scene.radius / np.linalg.norm(scene.camera), rel=0.01)
+    assert outline.residual < 0.3
 
 
 def test_no_ball_two_balls_and_a_ball_cut_by_the_frame_are_refused(taken):

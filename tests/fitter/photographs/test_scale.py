@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter.photographs import coverage
 from fitter.photographs.chrome import lamp_of_highlight
-from fitter.photographs.coverage import advice, are_covered, coverage
 from fitter.photographs.scale import albedo_of, intensity_of_ball, intensity_of_card, scaled
 from fitter.quality.physics import direction_pairs
 from support import ball_scene
@@ -38,9 +38,9 @@ def test_an_albedo_that_is_given_scales_the_samples_and_a_note_says_that_it_is_a
     shots = [photographed(scene, WHITE, noise=0.01) for scene in ball_scene.scenes((30, 80, 130), size=(60, 60))]
     samples = fitter.samples_from_ball(shots)
     np.testing.assert_allclose(albedo_of(samples), 0.8, rtol=0.01)
-    found = scaled(replace(samples, values=samples.values * 7), 0.4)
-    assert np.median(found.values) == pytest.approx(0.4 / np.pi, rel=0.01)
-    assert found.notes[-1] == "The scale is a guess: an albedo of 0.4 was given"
+    guessed = scaled(replace(samples, values=samples.values * 7), 0.4)
+    assert np.median(guessed.values) == pytest.approx(0.4 / np.pi, rel=0.01)
+    assert guessed.notes[-1] == "The scale is a guess: an albedo of 0.4 was given"
 
 
 def test_a_chrome_ball_shows_where_the_lamp_is():
@@ -48,12 +48,12 @@ def test_a_chrome_ball_shows_where_the_lamp_is():
     for phase, turn in ((25, 0), (70, 130), (110, 250)):
         scene = ball_scene.at_phase(phase, turn)
         picture = np.minimum(ball_scene.photograph(chrome, scene, points=3), 5.0)
-        found = lamp_of_highlight(picture, scene.rays(), scene.camera, scene.centre, scene.radius)
-        lamp = found.at(1.2)
+        highlight = lamp_of_highlight(picture, scene.rays(), scene.camera, scene.centre, scene.radius)
+        lamp = highlight.at(1.2)
         angle = np.degrees(np.arccos(lamp @ scene.lamp / 1.2 ** 2))
         assert angle < 1.0
         with pytest.raises(fitter.DatasetError, match="more than its radius"):
-            found.at(0.04)
+            highlight.at(0.04)
     both = picture + ball_scene.photograph(chrome, ball_scene.at_phase(30, 0))
     with pytest.raises(fitter.DatasetError, match="no highlight"):
         lamp_of_highlight(0 * picture, scene.rays(), scene.camera, scene.centre, scene.radius)
@@ -67,7 +67,7 @@ def two_lamps():
                                      for scene in ball_scene.scenes((40, 100), size=(50, 50))])
 
 
-def test_coverage_is_that_of_a_search_over_all_pairs(two_lamps):
+def test_coverage_is_that_of_a_search_over_all_pairs(two_lamps, monkeypatch):
     pairs = direction_pairs(300)
 
     def vectors(theta, phi):
@@ -84,19 +84,20 @@ def test_coverage_is_that_of_a_search_over_all_pairs(two_lamps):
                              angles(vectors(pairs[2], pairs[3]), vectors(theta_o, turn)))
             near = np.minimum(near, off.min(axis=1))
     for reach in np.radians((3, 5, 10)):
-        np.testing.assert_array_equal(are_covered(two_lamps, pairs, reach), near < reach)
+        monkeypatch.setattr(coverage, "REACH", reach)
+        np.testing.assert_array_equal(coverage.are_covered(two_lamps, pairs), near < reach)
 
 
 def test_the_next_lamp_is_where_the_widest_gap_is(two_lamps):
-    found = coverage(two_lamps)
-    assert found.difference == (pytest.approx(20, abs=2.5), pytest.approx(50, abs=2.5))
+    covered = coverage.coverage(two_lamps)
+    assert covered.difference == (pytest.approx(20, abs=2.5), pytest.approx(50, abs=2.5))
     # from 50 to 75, from 20 to 50, and from 5 to 20 degrees
-    assert [round(low / 10) for low, _ in found.gaps] == [2, 5, 0]
-    assert found.next_phase_angle == pytest.approx(70, abs=3)
-    said = advice(found)
-    assert said[-1] == f"Put the next lamp at {found.next_phase_angle:.0f}° from the camera, seen from the ball"
+    assert [round(low / 10) for low, _ in covered.gaps] == [2, 5, 0]
+    assert covered.next_phase_angle == pytest.approx(70, abs=3)
+    said = coverage.advice(covered)
+    assert said[-1] == f"Put the next lamp at {covered.next_phase_angle:.0f}° from the camera, seen from the ball"
     more = fitter.samples_from_ball([photographed(scene, ball_scene.matte()) for scene in ball_scene.scenes()])
-    better = coverage(more)
+    better = coverage.coverage(more)
     assert better.next_phase_angle is None
-    assert better.share > 1.5 * found.share
-    assert not any("next lamp" in line for line in advice(better))
+    assert better.share > 1.5 * covered.share
+    assert not any("next lamp" in line for line in coverage.advice(better))

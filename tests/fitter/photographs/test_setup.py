@@ -102,10 +102,10 @@ def test_what_a_file_says_of_the_camera_is_read(openimageio, tmp_path):
     wide = [0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290]
     ball_files.write_picture(tmp_path / "a.exr", pixels, ExposureTime=0.5, FNumber=2.0,
                              Exif__PhotographicSensitivity=200)
-    found = read_picture(tmp_path / "a.exr")
-    np.testing.assert_allclose(found.pixels, pixels, atol=1e-3)
-    assert found.exposure == pytest.approx(0.25)
-    assert found.matrix is None or np.allclose(found.matrix, np.eye(3), atol=1e-3)
+    picture = read_picture(tmp_path / "a.exr")
+    np.testing.assert_allclose(picture.pixels, pixels, atol=1e-3)
+    assert picture.exposure == pytest.approx(0.25)
+    assert picture.matrix is None or np.allclose(picture.matrix, np.eye(3), atol=1e-3)
     import OpenImageIO
 
     file = OpenImageIO.ImageBuf(pixels.astype(np.float32))
@@ -114,10 +114,10 @@ def test_what_a_file_says_of_the_camera_is_read(openimageio, tmp_path):
     np.testing.assert_allclose(read_picture(tmp_path / "wide.exr").matrix,
                                fitter.colours.conversion("Rec.2020", "Rec.709"), atol=1e-3)
     ball_files.write_picture(tmp_path / "b.png", np.full((4, 6, 3), 0.5))
-    found = read_picture(tmp_path / "b.png")
-    np.testing.assert_allclose(found.pixels, 0.2140, atol=0.004)
-    assert "was made linear" in found.notes[0]
-    assert "8 bits: its steps are 1.9%" in found.notes[1]
+    picture = read_picture(tmp_path / "b.png")
+    np.testing.assert_allclose(picture.pixels, 0.2140, atol=0.004)
+    assert "was made linear" in picture.notes[0]
+    assert "8 bits: its steps are 1.9%" in picture.notes[1]
     assert read_picture(tmp_path / "b.png", "linear").pixels[0, 0, 0] == pytest.approx(0.5, abs=0.003)
 
 

@@ -36,12 +36,12 @@ def nearest(samples, theta_i, theta_o, azimuth):
 def test_the_widest_hole_is_where_brute_force_finds_it(random):
     angles = random.random((4, 40)) * [[1.4], [6], [1.4], [6]]
     samples = fitter.Samples(*angles, np.ones((40, 1)))
-    found = describe(samples)
-    assert nearest(samples, *np.radians(found.gap_at)) == pytest.approx(found.gap, abs=1e-6)
+    description = describe(samples)
+    assert nearest(samples, *np.radians(description.gap_at)) == pytest.approx(description.gap, abs=1e-6)
     for theta_i in range(10, 81, 10):
         for theta_o in range(10, 81, 35):
             for azimuth in range(0, 181, 60):
-                assert nearest(samples, *np.radians([theta_i, theta_o, azimuth])) <= found.gap + 1e-6
+                assert nearest(samples, *np.radians([theta_i, theta_o, azimuth])) <= description.gap + 1e-6
 
 
 def every_distance(samples):
@@ -83,10 +83,10 @@ def crowds(random, kind, count):
                                   "a crowd, and one sample at each probe but some", "on the edges of a grid"])
 def test_the_widest_hole_is_found_among_any_samples(random, kind, count):
     samples = crowds(random, kind, count)
-    found = describe(samples)
-    assert found.gap == pytest.approx(every_distance(samples), abs=1e-5)
+    description = describe(samples)
+    assert description.gap == pytest.approx(every_distance(samples), abs=1e-5)
     if len(samples) < 500:
-        assert nearest(samples, *np.radians(found.gap_at)) == pytest.approx(found.gap, abs=1e-5)
+        assert nearest(samples, *np.radians(description.gap_at)) == pytest.approx(description.gap, abs=1e-5)
 
 
 def every_distance_of_anisotropic(samples):
@@ -109,13 +109,13 @@ def test_the_widest_hole_of_an_anisotropic_material_is_where_brute_force_finds_i
     theta_i, phi_i = random.random((2, incidences)) * [[1.4], [6.2]]
     samples = fitter.Samples(theta_i[which], phi_i[which], 1.4 * random.random(400), 6.2 * random.random(400),
                              np.ones((400, 1)), isotropic=False)
-    found = describe(samples)
-    assert found.gap == pytest.approx(every_distance_of_anisotropic(samples), abs=1e-5)
-    theta_i, theta_o, apart, phi_i = np.radians(found.gap_at)
+    description = describe(samples)
+    assert description.gap == pytest.approx(every_distance_of_anisotropic(samples), abs=1e-5)
+    theta_i, theta_o, apart, phi_i = np.radians(description.gap_at)
     wi, wo = vector(theta_i, phi_i), vector(theta_o, phi_i + apart)
     distances = [max(angle(vector(*i), wi), angle(vector(*o), wo)) for ti, pi, to, po in
                  zip(*samples.directions, strict=True) for i, o in (((ti, pi), (to, po)), ((to, po), (ti, pi)))]
-    assert min(distances) == pytest.approx(found.gap, abs=1e-5)
+    assert min(distances) == pytest.approx(description.gap, abs=1e-5)
 
 
 def test_very_many_directions_of_incidence_are_told_apart_to_three_degrees(random):
@@ -153,26 +153,26 @@ def test_negative_and_saturated_values_are_counted(glossy):
     values = glossy.values.copy()
     values[:7, 0] = -0.01
     values[:3, 1] = values.max() + 1
-    found = describe(replace(glossy, values=values))
-    assert (found.negative, found.saturated) == (7, 3)
+    description = describe(replace(glossy, values=values))
+    assert (description.negative, description.saturated) == (7, 3)
     assert describe(glossy).saturated == 0
-    assert describe(glossy, np.arange(len(glossy)) < 5).saturated == 15
-    assert found.count == len(glossy)
-    assert found.highest[1] == pytest.approx(values.max())
-    worrying = {label for label, _, worry in found.rows() if worry}
+    assert describe(replace(glossy, saturated=np.arange(len(glossy)) < 5)).saturated == 15
+    assert description.count == len(glossy)
+    assert description.highest[1] == pytest.approx(values.max())
+    worrying = {label for label, _, worry in description.rows() if worry}
     assert worrying == {"Negative", "Saturated"}
 
 
 def test_overflowed_pixels_are_known_from_the_files_beside(data, tmp_path):
-    from fitter.formats import overflowed
-
     row = (data / "curet" / "abrdf.dat").read_text().splitlines()[0]
     (tmp_path / "abrdf.dat").write_text(row)
-    assert overflowed(tmp_path / "abrdf.dat") is None
+    assert fitter.load(tmp_path / "abrdf.dat").saturated is None
     shares = np.zeros(205)
     shares[[3, 77]] = 0.2
     (tmp_path / "gover.dat").write_text("1 " + " ".join(map(str, shares)))
-    assert np.flatnonzero(overflowed(tmp_path / "abrdf.dat")).tolist() == [3, 77]
+    samples = fitter.load(tmp_path / "abrdf.dat")
+    assert np.flatnonzero(samples.saturated).tolist() == [3, 77]
+    assert describe(samples).saturated >= 2
 
 
 class Glossy:
@@ -231,5 +231,5 @@ def test_the_plot_of_errors_marks_the_choice_at_its_place():
 @pytest.mark.parametrize(("degrees", "guessed"), [(80, "beyond 80°, where nothing was measured"), (89.5, None)])
 def test_it_says_from_which_angle_on_a_fit_is_a_guess(degrees, guessed):
     theta = np.radians(np.linspace(0, degrees, 20))
-    found = describe(fitter.Samples(0.5 * theta, 0 * theta, theta, 0 * theta, np.ones((20, 1))))
-    assert {label: text for label, text, _ in found.rows()}.get("Guessed") == guessed
+    description = describe(fitter.Samples(0.5 * theta, 0 * theta, theta, 0 * theta, np.ones((20, 1))))
+    assert {label: text for label, text, _ in description.rows()}.get("Guessed") == guessed

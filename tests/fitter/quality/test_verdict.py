@@ -41,10 +41,10 @@ def test_a_fit_of_what_it_can_hold_is_excellent_everywhere(random):
     theta_i, theta_o = 1.2 * np.sqrt(random.random((2, 300)))
     samples = Samples(theta_i, 0 * theta_i, theta_o, np.pi * random.random(300), np.full((300, 1), 0.1))
     made = prior.lambertian(np.array([[0.1]]))
-    found = verdict.of(samples, made, verdict.unseen(samples, lambda part: prior.lambertian(part.values)))
-    assert (found.match, found.between) == pytest.approx((0, 0), abs=1e-9)
-    assert found.farthest == pytest.approx(np.degrees(max(theta_i.max(), theta_o.max())))
-    assert verdict.is_well(found)
+    judged = verdict.of(samples, made, verdict.unseen(samples, lambda part: prior.lambertian(part.values)))
+    assert (judged.match, judged.between) == pytest.approx((0, 0), abs=1e-9)
+    assert judged.farthest == pytest.approx(np.degrees(max(theta_i.max(), theta_o.max())))
+    assert verdict.is_well(judged)
 
 
 def test_what_a_fit_has_not_seen_is_predicted_not_repeated(random):
@@ -67,8 +67,8 @@ def test_one_sample_says_nothing_of_others():
 
 
 def test_no_fit_is_better_between_its_samples_than_at_them():
-    found = verdict.of(white([0.125, 0.125]), prior.lambertian(np.array([[1.0]])), 0.1)
-    assert found.between == found.match > 1
+    judged = verdict.of(white([0.125, 0.125]), prior.lambertian(np.array([[1.0]])), 0.1)
+    assert judged.between == judged.match > 1
 
 
 def test_kriging_predicts_a_sample_from_the_others_alone(glossy, random):

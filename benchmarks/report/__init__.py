@@ -1,8 +1,8 @@
 """``python -m fitter report``: tables and plots that compare the paper's claims with results on real data.
 
-`tables`, `comparison`, `pareto` and `times` compute the tables; `findings` and `markdown` write the text; `plots` and
-`slices` draw. Without matplotlib, an optional extra, the report has no plots, and says so. The parts that need a
-renderer are made elsewhere, and are given to `write` as functions that return a `Supplement`.
+`tables`, `comparison` and `times` compute the tables; `findings` and `markdown` write the text; `plots` and `slices`
+draw. The parts that need a renderer are made elsewhere, and are given to `write` as functions that return a
+`Supplement`.
 """
 
 import json
@@ -20,10 +20,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..files import replacing
-from ..formats import list_samples, load
-from ..samples import Samples
-from . import comparison, markdown, pareto, plots, slices, tables, times
+from fitter.cli import show_progress
+from fitter.files import replacing
+from fitter.formats import list_samples, load
+from fitter.samples import Samples
+
+from . import comparison, markdown, plots, slices, tables, times
 from .rows import Results, Row
 
 LEVELS = range(8)
@@ -73,10 +75,9 @@ def featured(samples: Iterable[Samples]) -> list[Samples]:
 
 
 def write(paths: Sequence[str | Path], out: str | Path, levels: Sequence[int] = LEVELS,
-          progress: Callable[[int, int, str], None] = lambda done, total, name: None,
-          grid: Sequence[tables.Choice] = pareto.GRID, calls: int = times.CALLS,
+          progress: Callable[[int, int, str], None] = lambda done, total, name: None, calls: int = times.CALLS,
           supplements: Sequence[MakeSupplement] = (), jobs: int = 1) -> Results:
-    """Write `results.md`, `tables.md`, `results.json` and, with matplotlib, PNG plots to a folder.
+    """Write `results.md`, `results.json` and PNG plots to a folder.
 
     Parameters
     ----------
@@ -88,8 +89,6 @@ def write(paths: Sequence[str | Path], out: str | Path, levels: Sequence[int] = 
         Levels of plain MBA to report.
     progress : callable
         Called with (done, total, name) before each step.
-    grid : sequence of (D, S, C)
-        The fits in the table of speed and size against error.
     calls : int
         Number of evaluations of each method for the table of times.
     supplements : sequence of callables
@@ -106,14 +105,12 @@ def write(paths: Sequence[str | Path], out: str | Path, levels: Sequence[int] = 
     ------
     DatasetError
         If a file cannot be read; nothing is written then.
-    ImportError
-        If SciPy is not installed.
     """
     start, worked = time.perf_counter(), _processor_seconds()
     out = Path(out)
     samples = list(measurements(paths))
     shown = featured(samples)
-    total, done = len(samples) + 2 * len(shown) + 1 + len(supplements), 0
+    total, done = len(samples) + len(shown) + 1 + len(supplements), 0
 
     def step(name: str) -> None:
         nonlocal done
@@ -123,9 +120,9 @@ def write(paths: Sequence[str | Path], out: str | Path, levels: Sequence[int] = 
     results: Results = {
         "machine": f"Python {platform.python_version()}, NumPy {np.__version__}, {platform.machine()}",
         "levels": list(levels), "featured": [[of.name, of.source] for of in shown],
-        "errors": [], "comparison": [], "where": [], "pareto": [], "ringing": []}
+        "errors": [], "comparison": [], "where": [], "ringing": []}
     tasks: list[tuple[str, Callable[[], dict[str, list[Row]]]]] = [
-        (f"{of.name}: ringing, Pareto", partial(_of_featured, of, grid)) for of in shown]
+        (f"{of.name}: ringing", partial(_of_featured, of)) for of in shown]
     tasks += [(of.name, partial(_of_each, of, levels)) for of in samples]
     with _mapping(jobs) as each:
         found = iter(each(operator.call, [task for _, task in tasks]))
@@ -138,11 +135,8 @@ def write(paths: Sequence[str | Path], out: str | Path, levels: Sequence[int] = 
     step("evaluation times")
     results["times"] = {"material": shown[0].name, "calls": calls, "rows": times.table(shown[0], calls)}
     out.mkdir(parents=True, exist_ok=True)
-    pictures = plots.draw(results, out)
-    for measured in shown:
-        step(f"{measured.name}: plots")
-        pictures += slices.draw_polar(measured, out)
-    pictures += slices.draw_histograms(shown, out)
+    plots.draw(results, out)
+    polar = [slices.draw_polar(measured, out) for measured in dict.fromkeys((shown[0], shown[-1]))]
     parts = []
     for supplement in supplements:
         step(getattr(supplement, "__name__", "supplement").replace("_", " "))
@@ -152,11 +146,19 @@ def write(paths: Sequence[str | Path], out: str | Path, levels: Sequence[int] = 
     results |= {"seconds": time.perf_counter() - start, "processor_seconds": _processor_seconds() - worked}
     with replacing(out / "results.json", "w") as stream:
         json.dump(results, stream, indent=1)
-    for name, text in (("results.md", markdown.main(results, pictures, [part.text for part in parts])),
-                       ("tables.md", markdown.details(results, pictures))):
-        with replacing(out / name, "w") as stream:
-            stream.write(text)
+    with replacing(out / "results.md", "w") as stream:
+        stream.write(markdown.main(results, polar, [part.text for part in parts]))
     return results
+
+
+def run(files: Sequence[str | Path], out: str | Path, levels: Sequence[int] | None = None,
+        supplements: Sequence[MakeSupplement] = ()) -> None:
+    """Write a report with a progress bar, and print how the paper's claim holds; arguments as for `write`."""
+    results = write(files, out, levels or LEVELS, show_progress, supplements=supplements, jobs=os.cpu_count() or 1)
+    for claim in results["claims"]:
+        print(f"{claim['material']:20} better baseline / level 6: {claim['level_6_factor']:7.2f}   "
+              f"/ level 4: {claim['level_4_factor']:5.2f}")
+    print(f"{out}/results.md, in {results['seconds']:.0f} s")
 
 
 def _of_each(samples: Samples, levels: Sequence[int]) -> dict[str, list[Row]]:
@@ -165,9 +167,9 @@ def _of_each(samples: Samples, levels: Sequence[int]) -> dict[str, list[Row]]:
             "where": [tables.where(samples)]}
 
 
-def _of_featured(samples: Samples, grid: Sequence[tables.Choice]) -> dict[str, list[Row]]:
+def _of_featured(samples: Samples) -> dict[str, list[Row]]:
     """The additional rows of featured materials, by table."""
-    return {"ringing": tables.ringing_by_level(samples), "pareto": pareto.table(samples, grid)}
+    return {"ringing": tables.ringing_by_level(samples)}
 
 
 def _processor_seconds() -> float:

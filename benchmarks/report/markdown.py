@@ -1,20 +1,19 @@
-"""The report as Markdown: `main`, the summary, and `details`, with every measurement."""
+"""The report as Markdown."""
 
 from collections import Counter
-from collections.abc import Collection, ItemsView, Iterable, Sequence
+from collections.abc import ItemsView, Sequence
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 from . import findings
-from .comparison import ALBEDO_ANGLES
 from .methods import METHODS
 from .rows import Results, Row
 
 _HEADING = """# Results
 
-Made by `make report` in {seconds:.0f} s, {processor_seconds:.0f} s of processors ({machine}), which also writes
-`tables.md`, every measurement, and `results.json`, all numbers. RMSE, MAE and MRE are equations 8 to 10 of Kameya and
+Made by `make report` in {seconds:.0f} s, {processor_seconds:.0f} s of processors ({machine}), which also writes all
+numbers into `results.json`. RMSE, MAE and MRE are equations 8 to 10 of Kameya and
 Lewis (2002), at the samples and over all channels, in 1/sr; MAE is the *maximum* absolute deviation. Coefficients are
 counted for one channel.
 """
@@ -42,22 +41,21 @@ def table(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     return "\n".join("| " + " | ".join(row) + " |" for row in [list(header), rule, *text]) + "\n"
 
 
-def main(results: Results, pictures: Collection[str], supplements: Sequence[str] = ()) -> str:
+def main(results: Results, pictures: Sequence[str], supplements: Sequence[str] = ()) -> str:
     """The summary.
 
     Parameters
     ----------
     results : dict
         What results.json holds.
-    pictures : collection of str
-        File names of the plots, in the same folder.
+    pictures : sequence of str
+        File names of two polar plots, in the same folder.
     supplements : sequence of str
         Markdown to append.
     """
     def shown(*names: str) -> str:
-        return _shown(name for name in names if name in pictures)
+        return "".join(f"![{Path(name).stem}]({name})\n\n" for name in names)
 
-    polar = _polar(pictures)
     parts = [
         _HEADING.format(**results), findings.differences(results),
         "\n## Errors by level (Figure 1)\n\n", findings.claims(results), shown("figure_1_errors.png"),
@@ -68,51 +66,12 @@ def main(results: Results, pictures: Collection[str], supplements: Sequence[str]
         shown("figure_2_times.png"),
         "\n## Storage of one channel (Figure 5, Table 1)\n\n", _storage(results), "\n", shown("figure_5_storage.png"),
         "\n## Compressed (Figure 6)\n\n", findings.compressed(results), shown("figure_6_compressed.png"),
-        "\n## Ringing\n\n", findings.ringing(results), _ringing(results), "\n", shown("ringing.png", *polar[:1]),
+        "\n## Ringing\n\n", findings.ringing(results), _ringing(results), "\n", shown("ringing.png", *pictures[:1]),
         "\n## Methods side by side\n\n", _side_by_side(results),
         "\n## Held-out errors\n\n", _held_out(results),
         "\n## Physics\n\n", findings.physics(results), shown("albedo.png"),
-        "\n## Size and speed against error\n\n", findings.pareto(results), shown("pareto.png"), _pareto_best(results),
-        "\n## A slice, and histograms of the error\n\n", shown(*polar[1:][-1:], "histograms.png"), *supplements]
-    if not supplements:
-        parts.append(NO_RENDERER)
-    if not pictures:
-        parts.append("\nNo plots: matplotlib is not installed.\n")
+        "\n## A slice\n\n", shown(*pictures[1:]), *(supplements or [NO_RENDERER])]
     return "".join(parts).replace("\n\n\n", "\n\n")
-
-
-def details(results: Results, pictures: Collection[str]) -> str:
-    """All rows of the tables, and the plots of slices."""
-    return "\n".join((
-        "# Every measurement\n", "## Does the paper's claim hold?\n",
-        table(("material", "file", "baseline / level 6", "baseline / level 4", "4 times better", "comparable"),
-              [(*_named(row), row["level_6_factor"], row["level_4_factor"], row["level_6_holds"],
-                row["level_4_holds"]) for row in results["claims"]]),
-        "## Methods side by side\n",
-        table(("material", "file", "method", *_COMPARED),
-              [(*_named(row), row["method"], *(row[key] for key in _COMPARED.values()))
-               for row in results["comparison"]]),
-        "## Directional albedo, brightest channel, by view angle\n",
-        table(("material", "file", "method", *(f"{angle}°" for angle in ALBEDO_ANGLES)),
-              [(*_named(row), row["method"], *row["albedo"]) for row in results["comparison"]]),
-        "## Errors, by level and compressed\n",
-        table(("material", "file", "method", "coefficients", "bytes", "RMSE", "MAE", "MRE"),
-              [(*_named(row), row["method"], row["coefficients"], row["bytes"], row["rmse"], row["mae"], row["mre"])
-               for row in results["errors"]]),
-        "## Size and speed against error\n",
-        table(("material", "file", "fit", *_COMPARED, "best"),
-              [(*_named(row), row["method"], *(row[key] for key in _COMPARED.values()), row["best"])
-               for row in results["pareto"]]),
-        "## Slices\n", _shown(_polar(pictures))))
-
-
-def _shown(names: Iterable[str]) -> str:
-    """Pictures, by file name."""
-    return "".join(f"![{Path(name).stem}]({name})\n\n" for name in names)
-
-
-def _polar(pictures: Collection[str]) -> list[str]:
-    return [name for name in pictures if name.startswith("polar_")]
 
 
 def featured_errors(results: Results) -> str:
@@ -173,19 +132,6 @@ def _held_out(results: Results) -> str:
                 ("material", *METHODS),
                 [(name, *(f"{row['held_out_rmse']:.3g} / {row['held_out_cube_root_rmse']:.3g}"
                           for row in rows[name, source].values())) for name, source in results["featured"]]))
-
-
-def _pareto_best(results: Results) -> str:
-    return table(("material", "fit", "bytes", "fit [s]", "evaluate [µs]", "RMSE", "held-out RMSE",
-                  "held-out, cube root"),
-                 [(row["material"], row["method"], row["bytes"], row["fit_seconds"], row["evaluate_microseconds"],
-                   row["rmse"], row["held_out_rmse"], row["held_out_cube_root_rmse"])
-                  for row in results["pareto"] if row["best"]])
-
-
-def _named(row: Row) -> tuple[str, str]:
-    """The material, and the name of its file."""
-    return row["material"], Path(row["source"]).name
 
 
 def _cell(value: object) -> str:

@@ -6,10 +6,11 @@ from functools import partial
 
 import numpy as np
 
-from ..model import Reflectance
-from ..quality import cross_validation, physics
-from ..quality.metrics import error_metrics
-from ..samples import Samples
+from fitter.model import Reflectance
+from fitter.quality import cross_validation, physics
+from fitter.quality.metrics import error_metrics
+from fitter.samples import Samples
+
 from . import ringing
 from .methods import METHODS
 from .rows import MakeModel, Row

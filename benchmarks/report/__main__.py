@@ -13,33 +13,31 @@ from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"    # before NumPy starts them: a process for each core has the materials
 
-from fitter import cli
-from fitter.report import Supplement, findings, markdown, plots
 from support.checkout import extension
 
-from .dense.bench import dense_sets
-from .held_out.bench import judged_sets
+from ..dense.bench import dense_sets
+from ..held_out.bench import judged_sets
+from . import Supplement, findings, markdown, plots, run
 
 
 def times_in_cycles(shown, out):
     """Figure 2, inside Cycles."""
-    from . import osl_times
+    from .. import osl_times
 
     with _quiet():
         rows = osl_times.table(shown[0])
     calls = osl_times.PIXELS * (osl_times.MANY - osl_times.FEW)
     text = (f"\n## Evaluation times inside Cycles OSL (Figure 2)\n\n{calls:,} calls on one core, {shown[0].name}, one "
             f"channel; the least of {osl_times.REPEATS}. {findings.flatness(rows)}\n\n")
-    if plots.pyplot():
-        plots.save(plots.times(rows, f"nanoseconds a call in OSL, {shown[0].name}"), out / "figure_2_osl.png")
-        text += "![figure_2_osl](figure_2_osl.png)\n\n"
+    plots.save(plots.times(rows, f"nanoseconds a call in OSL, {shown[0].name}"), out / "figure_2_osl.png")
+    text += "![figure_2_osl](figure_2_osl.png)\n\n"
     return Supplement("osl_times", text + markdown.table(("method", "ns a call in OSL"), [
         (row["method"], row["nanoseconds"]) for row in rows]), rows)
 
 
 def rendered_by_cycles(shown, out):
     """Figures 3, 4, 7 and 8."""
-    from . import figures
+    from .. import figures
 
     by_name = {samples.name: samples for samples in shown}
     leading = [by_name[name] for name in ("aluminum foil", "felt", "leather") if name in by_name] or shown[:3]
@@ -91,8 +89,7 @@ def main():
     options = parser.parse_args()
     if osl_support.missing():
         sys.exit(osl_support.missing())
-    cli.write_report(options.files, options.out, supplements=(judged_sets, dense_sets, times_in_cycles,
-                                                              rendered_by_cycles))
+    run(options.files, options.out, supplements=(judged_sets, dense_sets, times_in_cycles, rendered_by_cycles))
 
 
 if __name__ == "__main__":

@@ -19,12 +19,14 @@ from itertools import product
 from typing import Literal
 
 import numpy as np
+from scipy.optimize import least_squares
 
-from ...arrays import ArrayLike, FloatArray
-from ...model.microfacet import Geometry, InSurface, geometry, in_surface
-from ...model.transform import LEAST_OFFSET
-from ...quality.cross_validation import cube_root
-from ...samples import LARGEST_VALUE, Samples
+from fitter.arrays import ArrayLike, FloatArray
+from fitter.model.microfacet import Geometry, InSurface, geometry, in_surface
+from fitter.model.transform import LEAST_OFFSET
+from fitter.quality.cross_validation import cube_root
+from fitter.samples import LARGEST_VALUE, Samples
+
 from .bounds import ceiling
 
 Kind = Literal["GGX", "Ward"]
@@ -85,17 +87,7 @@ def fit(samples: Samples, kind: Kind) -> AnisotropicLobe:
     ----------
     samples : Samples
     kind : {"GGX", "Ward"}
-
-    Raises
-    ------
-    ImportError
-        If SciPy is not installed.
     """
-    try:
-        from scipy.optimize import least_squares
-    except ImportError as error:
-        raise ImportError("fitting an anisotropic lobe needs SciPy, an optional extra: pip install scipy") from error
-
     at, surface = geometry(*samples.directions), in_surface(*samples.directions)
     target = cube_root(samples.theta_o, samples.values)
     channels = samples.values.shape[1]

@@ -2,15 +2,16 @@
 
 Between two neighbouring samples, along a straight line in Nusselt coordinates, a fit that does not ring is monotone:
 its total variation is the difference of its values at the ends. Any variation beyond that is ringing. Neighbours are
-joined by an edge of the Delaunay tessellation of the samples, for which SciPy is needed.
+joined by an edge of the Delaunay tessellation of the samples.
 """
 
 import numpy as np
+from scipy.spatial import Delaunay
 
-from ..arrays import FloatArray
-from ..coordinates.nusselt import directions, nusselt
-from ..model import Reflectance
-from ..samples import Samples
+from fitter.arrays import FloatArray
+from fitter.coordinates.nusselt import Nusselt
+from fitter.model import Reflectance
+from fitter.samples import Samples
 
 Lines = tuple[FloatArray, FloatArray, FloatArray]
 """What `neighbours` returns."""
@@ -36,7 +37,7 @@ def ringing(samples: Samples, model: Reflectance, lines: Lines | None = None) ->
     """
     start, end, difference = neighbours(samples) if lines is None else lines
     t = np.linspace(0, 1, _STEPS + 1)[:, None, None]
-    value = model.evaluate(*directions((1 - t) * start + t * end))
+    value = model.evaluate(*Nusselt().decode((1 - t) * start + t * end))
     variation = np.abs(np.diff(value, axis=0)).sum(axis=0)
     excess = variation - np.abs(value[-1] - value[0])
     total = difference.sum()
@@ -54,17 +55,8 @@ def neighbours(samples: Samples) -> Lines:
         Nusselt coordinates.
     difference : (m, channels) float64
         Absolute difference of the measured values at the ends, 1/sr.
-
-    Raises
-    ------
-    ImportError
-        If SciPy is not installed.
     """
-    try:
-        from scipy.spatial import Delaunay
-    except ImportError as error:
-        raise ImportError("ringing needs SciPy, an optional extra: pip install scipy") from error
-    x, at = np.unique(nusselt(*samples.directions).round(5), axis=0, return_inverse=True)
+    x, at = np.unique(Nusselt().encode(*samples.directions).round(5), axis=0, return_inverse=True)
     values = np.zeros((len(x), samples.values.shape[1]))
     np.add.at(values, at.ravel(), samples.values)
     values /= np.bincount(at.ravel(), minlength=len(x))[:, None]

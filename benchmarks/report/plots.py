@@ -1,58 +1,41 @@
-"""The plots that compare materials or methods. They need matplotlib, an optional extra."""
-
-from __future__ import annotations
+"""The plots that compare materials or methods."""
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Sequence
 from itertools import cycle
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import matplotlib as mpl
 import numpy as np
+from matplotlib import pyplot
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from . import tables
 from .comparison import ALBEDO_ANGLES
 from .methods import BASELINES, METHODS
-from .pareto import mark_best
 from .rows import Results, Row
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
+mpl.use("Agg")
 METRICS = ("rmse", "mae", "mre")
 COLORS = dict(zip(METHODS, cycle(("tab:gray", "tab:blue", "tab:red", "black", "tab:green", "tab:purple", "tab:brown",
                                   "tab:pink", "tab:olive", "tab:cyan")), strict=False))
 
 
-def pyplot() -> Any:
-    """The module matplotlib.pyplot, for drawing into files; None if matplotlib is not installed."""
-    try:
-        import matplotlib as mpl
-    except ImportError:
-        return None
-    mpl.use("Agg")
-    from matplotlib import pyplot
-
-    return pyplot
-
-
-def draw(results: Results, out: Path) -> list[str]:
-    """Write the plots to a folder. Returns their file names, none if matplotlib is not installed."""
-    if pyplot() is None:
-        return []
+def draw(results: Results, out: Path) -> None:
+    """Write the plots to a folder."""
     drawn = {"figure_1_errors.png": _errors, "figure_1_claim.png": _claim, "figure_2_times.png": _times,
              "figure_5_storage.png": _storage, "figure_6_compressed.png": _compressed, "ringing.png": _ringing,
-             "pareto.png": _pareto, "albedo.png": _albedo}
+             "albedo.png": _albedo}
     for name, function in drawn.items():
         save(function(results), out / name)
-    return list(drawn)
 
 
 def save(figure: Figure, path: Path) -> None:
     """Write a figure to a PNG file and free its memory."""
     figure.savefig(path, dpi=75)
-    pyplot().close(figure)
+    pyplot.close(figure)
 
 
 def rows_of(results: Results, key: str, material: str, source: str) -> dict[str, Row]:
@@ -71,7 +54,7 @@ def panels(count: int, columns: int, size: tuple[float, float]) -> tuple[Figure,
     """A figure with `count` panels of a size in inches, at most `columns` in a row, and its axes (rows, columns)."""
     columns = min(count, columns)
     rows = -(-count // columns)
-    figure, axes = pyplot().subplots(rows, columns, figsize=(size[0] * columns, size[1] * rows), squeeze=False,
+    figure, axes = pyplot.subplots(rows, columns, figsize=(size[0] * columns, size[1] * rows), squeeze=False,
                                      constrained_layout=True)
     for axis in axes.ravel()[count:]:
         axis.set_axis_off()
@@ -98,7 +81,7 @@ def _errors(results: Results) -> Figure:
 
 def _claim(results: Results) -> Figure:
     """By what factor levels 6 and 4 are better than the better baseline, for every material."""
-    figure, axis = pyplot().subplots(figsize=(9, 3.2), constrained_layout=True)
+    figure, axis = pyplot.subplots(figsize=(9, 3.2), constrained_layout=True)
     rows = sorted(results["claims"], key=lambda row: row["level_6_factor"])
     for level, color in ((6, "tab:blue"), (4, "tab:orange")):
         axis.semilogy([row[f"level_{level}_factor"] for row in rows], ".", color=color, label=f"level {level}")
@@ -122,7 +105,7 @@ def _times(results: Results) -> Figure:
 
 def times(rows: list[Row], label: str) -> Figure:
     """Time of one evaluation by each method: the paper's Figure 2."""
-    figure, axis = pyplot().subplots(figsize=(7, 3), constrained_layout=True)
+    figure, axis = pyplot.subplots(figsize=(7, 3), constrained_layout=True)
     _bars(axis, [row["method"] for row in rows], [row["nanoseconds"] for row in rows])
     axis.set_xlabel(label)
     return figure
@@ -130,7 +113,7 @@ def times(rows: list[Row], label: str) -> Figure:
 
 def _storage(results: Results) -> Figure:
     """Parameters and bytes of one channel, ours and those of the paper's Figure 5 and Table 1."""
-    figure, axes = pyplot().subplots(1, 2, figsize=(10, 4), constrained_layout=True, sharey=True)
+    figure, axes = pyplot.subplots(1, 2, figsize=(10, 4), constrained_layout=True, sharey=True)
     name, source = results["featured"][0]
     errors = rows_of(results, "errors", name, source)
     plain = [f"level {level}" for level in results["levels"]]
@@ -153,7 +136,7 @@ def _storage(results: Results) -> Figure:
 
 def _compressed(results: Results) -> Figure:
     """Errors of compressed fits and of the baselines: the paper's Figure 6."""
-    figure, axes = pyplot().subplots(1, len(METRICS), figsize=(13, 3.6), constrained_layout=True)
+    figure, axes = pyplot.subplots(1, len(METRICS), figsize=(13, 3.6), constrained_layout=True)
     methods = ("(1,6,90)", "(3,6,90)", "(4,6,95)", "(4,6,99)", *BASELINES)
     names = [name for name, _ in results["featured"]]
     for metric, axis in zip(METRICS, axes, strict=True):
@@ -169,7 +152,7 @@ def _compressed(results: Results) -> Figure:
 
 def _ringing(results: Results) -> Figure:
     """Ringing against the diffuse level."""
-    figure, axis = pyplot().subplots(figsize=(6, 3), constrained_layout=True)
+    figure, axis = pyplot.subplots(figsize=(6, 3), constrained_layout=True)
     for name, source in results["featured"]:
         rows = rows_of(results, "ringing", name, source)
         axis.plot([choice[0] for choice in tables.RINGING], [row["ringing"] for row in rows.values()], "o-", label=name)
@@ -178,41 +161,6 @@ def _ringing(results: Results) -> Figure:
     axis.set_xticks([choice[0] for choice in tables.RINGING])
     figure.legend(fontsize=7, loc="outside right upper")
     return figure
-
-
-def _pareto(results: Results) -> Figure:
-    """Held-out error against size and time, for the grid of (D, S, C) and for the methods."""
-    costs = {"bytes": "bytes, all channels", "fit_seconds": "fit time, s", "evaluate_microseconds": "evaluation, µs"}
-    figure, axes = panels(len(costs) * len(results["featured"]), len(costs), (4, 2.5))
-    for line, (name, source) in zip(axes, results["featured"], strict=True):
-        grid = rows_of(results, "pareto", name, source).values()
-        methods = rows_of(results, "comparison", name, source)
-        for cost, axis in zip(costs, line, strict=True):
-            _cost_against_error(axis, cost, grid, methods)
-            axis.set_title(f"{name}: {costs[cost]}", fontsize=9)
-    axes[0, 0].legend(fontsize=6)
-    figure.supylabel("held-out RMSE of the cube root", fontsize=8)
-    return figure
-
-
-def _cost_against_error(axis: Axes, cost: str, grid: Collection[Row], methods: Mapping[str, Row],
-                        error: str = "held_out_cube_root_rmse") -> None:
-    for specular, mark in zip(sorted({row["levels"][1] for row in grid}), "os^vD", strict=False):
-        rows = [row for row in grid if row["levels"][1] == specular]
-        axis.plot([row[cost] for row in rows], [row[error] for row in rows], mark, color="tab:blue", markersize=4,
-                  label=f"(D,{specular},C)")
-    best = sorted((row[cost], row[error]) for row in mark_best([dict(row) for row in grid], cost) if row["best"])
-    axis.plot(*zip(*best, strict=True), "-", color="tab:blue", linewidth=0.7)
-    for method, row in methods.items():
-        axis.plot(row[cost], row[error], "*", color=COLORS[method], markersize=9, label=method)
-    axis.set_xscale("log")
-    axis.set_yscale("log")
-    for side, subs in ((axis.xaxis, (1,) if cost == "bytes" else (1, 2, 5)), (axis.yaxis, (1, 1.5, 2, 3, 5, 7))):
-        side.set_major_locator(pyplot().LogLocator(subs=subs))
-        if len(subs) > 1:
-            side.set_major_formatter("{x:g}")
-        side.set_minor_formatter("")
-    axis.tick_params(labelsize=7)
 
 
 def _albedo(results: Results) -> Figure:

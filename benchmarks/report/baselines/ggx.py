@@ -13,19 +13,21 @@ BRDFs, JCGT 3(2), 2014, and the Fresnel term of C. Schlick: An Inexpensive BRDF 
 They are fitted to the cube root of cosine-weighted reflectance, the metric of `quality.cross_validation.cube_root`, by
 SciPy's least squares from several starts. Widths that differ by channel predict held-out samples no better (cayman .162
 by the cube root, instead of .146; the paints within .001). A fit is clipped as Standard clips itself, at 4 times the
-largest sample of each channel. Fitting needs SciPy, an optional extra; evaluation does not.
+largest sample of each channel.
 """
 
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from scipy.optimize import least_squares
 
-from ...arrays import ArrayLike, FloatArray
-from ...model.microfacet import Geometry, geometry
-from ...model.transform import LEAST_OFFSET
-from ...quality.cross_validation import cube_root
-from ...samples import LARGEST_VALUE, Samples
+from fitter.arrays import ArrayLike, FloatArray
+from fitter.model.microfacet import Geometry, geometry
+from fitter.model.transform import LEAST_OFFSET
+from fitter.quality.cross_validation import cube_root
+from fitter.samples import LARGEST_VALUE, Samples
+
 from .bounds import ceiling
 
 _STARTS = tuple(product((0.02, 0.08, 0.25, 0.6), (0.04, 0.5)))      # alpha, F0
@@ -90,17 +92,7 @@ def fit(samples: Samples) -> GGX:
     -------
     GGX
         The fit with the smallest error of `cube_root` at the samples.
-
-    Raises
-    ------
-    ImportError
-        If SciPy is not installed.
     """
-    try:
-        from scipy.optimize import least_squares
-    except ImportError as error:
-        raise ImportError("fitting a GGX lobe needs SciPy, an optional extra: pip install scipy") from error
-
     at = _by_channel(geometry(*samples.directions))
     target = cube_root(samples.theta_o, samples.values)
     channels = samples.values.shape[1]

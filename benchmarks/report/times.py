@@ -4,15 +4,11 @@ import time
 from collections.abc import Callable, Collection, Mapping
 from functools import partial
 
-import numpy as np
+from fitter.model import Reflectance
+from fitter.model.fit import notation
+from fitter.quality.physics import direction_pairs
+from fitter.samples import Samples
 
-from ..arrays import ArrayLike, FloatArray
-from ..coordinates.nusselt import nusselt
-from ..lattice import dense
-from ..model import Reflectance
-from ..model.fit import Fit, notation
-from ..quality.physics import direction_pairs
-from ..samples import Samples
 from .methods import BASELINES, METHODS, levels
 from .rows import MakeModel, Row
 
@@ -25,32 +21,12 @@ METHODS_TIMED: dict[str, MakeModel] = (
     | {name: METHODS[name] for name in ("Standard", *BASELINES)})
 
 
-class NdBSpline:
-    """A fit by plain MBA, evaluated by SciPy's tensor-product spline with the same control points."""
-
-    def __init__(self, fit: Fit) -> None:
-        from scipy.interpolate import NdBSpline
-
-        first, counts = dense.origin(fit.diffuse_level), dense.shape(fit.diffuse_level)
-        # control point j weights the B-spline over the knots j - 2 to j + 2, in cells
-        knots = tuple(start - 2.0 + np.arange(count + 4) for start, count in zip(first, counts, strict=True))
-        self.cells = dense.cells(fit.diffuse_level)
-        self.spline = NdBSpline(knots, fit.diffuse.control_points[..., list(fit.columns)].astype(float), 3)
-
-    def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
-        """The BRDF, 1/sr: angles (n,) in radians to (n, channels) float64."""
-        return self.spline(nusselt(theta_i, phi_i, theta_o, phi_o) * self.cells)
-
-
 def table(samples: Samples, calls: int = CALLS, repeats: int = REPEATS) -> list[Row]:
-    """Nanoseconds of one evaluation by each method, and of the level-6 fit by SciPy.
+    """Nanoseconds of one evaluation by each method.
 
     A method evaluates an array of `calls` pairs of directions. The methods take turns; the least time of each counts.
     """
     models: dict[str, Reflectance] = {name: make(samples) for name, make in METHODS_TIMED.items()}
-    level_6 = models["level 6"]
-    assert isinstance(level_6, Fit)
-    models["level 6 by SciPy's NdBSpline"] = NdBSpline(level_6)
     pairs = direction_pairs(calls)
     found = interleaved({name: partial(model.evaluate, *pairs) for name, model in models.items()}, repeats)
     return [{"method": name, "nanoseconds": 1e9 * seconds / calls} for name, seconds in found.items()]

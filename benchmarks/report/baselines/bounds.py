@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ...arrays import FloatArray
-from ...methods.regression_kriging import CEILING
+from fitter.arrays import FloatArray
+from fitter.methods.regression_kriging import CEILING
 
 
 def ceiling(values: FloatArray) -> FloatArray:

@@ -14,8 +14,8 @@ from math import factorial
 
 import numpy as np
 
-from ...arrays import ArrayLike, FloatArray
-from ...samples import Samples
+from fitter.arrays import ArrayLike, FloatArray
+from fitter.samples import Samples
 
 ORDER = 8
 

@@ -5,13 +5,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from .. import fit
-from ..coordinates.nusselt import nusselt
-from ..lattice import dense
-from ..model.fit import notation
-from ..quality.metrics import error_metrics
-from ..samples import Samples
+from fitter import fit
+from fitter.coordinates.nusselt import Nusselt
+from fitter.lattice import dense
+from fitter.model.fit import notation
+from fitter.quality.metrics import error_metrics
+from fitter.samples import Samples
+
 from . import ringing
 from .methods import BASELINES, METHODS, levels
 from .rows import Row
@@ -62,9 +64,7 @@ def where(samples: Samples, level: int = 6) -> Row:
         every axis; crowded_share and bright_share, the shares of the squared error of these and of the brightest
         twentieth.
     """
-    from scipy.spatial import cKDTree
-
-    x = nusselt(*samples.directions) * dense.cells(level)
+    x = Nusselt().encode(*samples.directions) * dense.cells(level)
     nearest, _ = cKDTree(x).query(x, k=2, p=math.inf)
     near = nearest[:, 1] < 1
     height = samples.values.max(axis=1)

@@ -129,12 +129,6 @@ def physics(results: Results) -> str:
     return "\n".join(text) + "\n\n"
 
 
-def pareto(results: Results) -> str:
-    """What the grid contains."""
-    return (f"{len(results['pareto']) // max(len(results['featured']), 1)} choices of (D,S,C) for each material; the "
-            "line, and the table, are those whose held-out error no smaller fit reaches.\n\n")
-
-
 def differences(results: Results) -> str:
     """Where results differ from the paper's, and why."""
     rows = results["claims"]

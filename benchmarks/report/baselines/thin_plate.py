@@ -12,7 +12,7 @@ predicts best what is held out of an inner fit, so that noise is not interpolate
 
 A spline is not bounded far from its samples, and the exponential less so: it is clipped to between 0 and 4 times the
 largest sample of each channel, and cannot diverge. The solution takes the cube of the number of samples: of more than
-`MOST` the spline takes those that lie farthest apart. SciPy is an optional extra.
+`MOST` the spline takes those that lie farthest apart.
 """
 
 from collections.abc import Callable
@@ -20,12 +20,14 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from scipy.interpolate import RBFInterpolator
 
-from ...arrays import ArrayLike, FloatArray, IntArray
-from ...coordinates.half_difference import SOFTENING, half_difference
-from ...model.transform import LEAST_OFFSET, bounded_log
-from ...quality.cross_validation import held_out
-from ...samples import Samples, choice, subset
+from fitter.arrays import ArrayLike, FloatArray, IntArray
+from fitter.coordinates.half_difference import HalfDifference
+from fitter.model.transform import LEAST_OFFSET, bounded_log
+from fitter.quality.cross_validation import held_out
+from fitter.samples import Samples, choice, subset
+
 from .bounds import ceiling
 
 MOST = 3000                 # samples of an exact solution
@@ -96,11 +98,6 @@ def fit(samples: Samples) -> ThinPlate:
     -------
     ThinPlate
 
-    Raises
-    ------
-    ImportError
-        If SciPy is not installed.
-
     Examples
     --------
     The spline of a surface that reflects the same everywhere does.
@@ -120,11 +117,6 @@ def fit(samples: Samples) -> ThinPlate:
 
 def fit_smoothed(samples: Samples, smoothing: float) -> ThinPlate:
     """Fit all channels of at most `MOST` samples with one smoothing: the weight of roughness against deviations."""
-    try:
-        from scipy.interpolate import RBFInterpolator
-    except ImportError as error:
-        raise ImportError("fitting a thin-plate spline needs SciPy, an optional extra: pip install scipy") from error
-
     mu = _coordinates(*samples.directions)
     centre = mu.mean(axis=0)
     _, extents, axes = np.linalg.svd(mu - centre, full_matrices=False)
@@ -149,7 +141,7 @@ def _offset(values: FloatArray) -> float:
 
 def _coordinates(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
     """Half and difference coordinates mu: angles broadcast to (...), radians, to (..., 3)."""
-    return 2 * half_difference(theta_i, phi_i, theta_o, phi_o, SOFTENING) - 1
+    return 2 * HalfDifference().encode(theta_i, phi_i, theta_o, phi_o) - 1
 
 
 def spread(points: FloatArray, most: int) -> IntArray:

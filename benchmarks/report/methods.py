@@ -1,7 +1,8 @@
 """The models that the report compares, by name."""
 
-from .. import fit
-from ..presets import PRESETS
+from fitter import fit
+from fitter.presets import PRESETS
+
 from .baselines import ggx, koenderink, lafortune, neural, thin_plate
 from .rows import MakeModel
 

@@ -23,9 +23,10 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import ArrayLike, FloatArray, IntArray, SingleArray
-from ...quality.cross_validation import cube_root, folds
-from ...samples import LARGEST_VALUE, Samples
+from fitter.arrays import ArrayLike, FloatArray, IntArray, SingleArray
+from fitter.quality.cross_validation import cube_root, folds
+from fitter.samples import LARGEST_VALUE, Samples
+
 from .bounds import ceiling
 
 HIDDEN = 21

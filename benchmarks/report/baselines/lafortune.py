@@ -6,7 +6,7 @@ SIGGRAPH 1997. For an isotropic reflectance, with unit vectors i and o whose z i
     f = rho / pi + sum_k max(Cxy_k (i_x o_x + i_y o_y) + Cz_k i_z o_z, 0) ^ n_k
 
 It is the second baseline of Kameya and Lewis 2002, with three lobes, fitted channel by channel by Levenberg-Marquardt
-from several starts. Fitting needs SciPy, an optional extra; evaluation does not.
+from several starts.
 
 A lobe with Cxy^2 > 1 or Cz > 1 grows without bound toward grazing angles, or toward the normal, where no sample holds
 it. A fit is therefore clipped as Standard clips itself: to between 0 and 4 times the largest sample of each channel.
@@ -16,9 +16,11 @@ Hence its errors at samples that were held out are those of a model that a rende
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import least_squares
 
-from ...arrays import ArrayLike, FloatArray
-from ...samples import LARGEST_VALUE, Samples
+from fitter.arrays import ArrayLike, FloatArray
+from fitter.samples import LARGEST_VALUE, Samples
+
 from .bounds import ceiling
 
 LOBES = 3
@@ -90,11 +92,6 @@ def fit(samples: Samples, lobes: int = LOBES) -> Lafortune:
     -------
     Lafortune
         The fit with the smallest RMSE at the samples.
-
-    Raises
-    ------
-    ImportError
-        If SciPy is not installed.
     """
     xy, z = _products(*samples.directions)
     best = np.stack([_fit_channel(xy, z, values, lobes) for values in samples.values.T], axis=-1)
@@ -119,11 +116,6 @@ def _unpack(parameters: FloatArray) -> FloatArray:
 
 def _fit_channel(xy: FloatArray, z: FloatArray, values: FloatArray, lobes: int) -> FloatArray:
     """The best parameters of all starts: rho / pi, then Cxy, Cz, log n of each lobe."""
-    try:
-        from scipy.optimize import least_squares
-    except ImportError as error:
-        raise ImportError("fitting Lafortune's model needs SciPy, an optional extra: pip install scipy") from error
-
     def residuals(parameters: FloatArray) -> FloatArray:
         value = parameters[0] + sum(_lobe(xy, z, *lobe)[0] for lobe in parameters[1:].reshape(-1, 3))
         return value - values
