@@ -268,7 +268,7 @@ def pictures(folder):
     figure, axes = pyplot.subplots(len(lights), 5, figsize=(7.5, 1.6 * len(lights)), layout="constrained")
     with tempfile.TemporaryDirectory() as temporary:
         for line, (_, light, _, exact, nodes, truth) in zip(axes, rows(name, fit, ["Suzanne"], lights, temporary),
-                                                           strict=True):
+                                                            strict=True):
             shown = {"Exact, converged": exact.picture, f"Exact, {SAMPLES} samples": exact.noisy,
                      f"Nodes, {SAMPLES} samples": nodes.noisy, "reference": truth.picture}
             white = np.quantile(exact.picture, 0.995)

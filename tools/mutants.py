@@ -50,7 +50,7 @@ TESTS = {
                                        "import and not folder or linked or dropped or samples_of"),
     "addon/core/library_file.py": (_LIBRARY, "-k", "ours or open_file or second_writer or sav or version"),
     "addon/library/operators.py": (_LIBRARY, _REUSE, _FAILING, "-k",
-                                  "saving or saved_again or becomes_an_asset or library_it_is or asset"),
+                                   "saving or saved_again or becomes_an_asset or library_it_is or asset"),
     "addon/library/batch.py": (_LIBRARY, _REUSE, "-k",
                                "cannot_be_read or gone or large or second or ten_files or killed"),
     "addon/work/process.py": (_JOBS,),

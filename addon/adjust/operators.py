@@ -16,7 +16,7 @@ from bpy.props import BoolProperty
 from ..core import compiler, edits
 from ..core import material as materials
 from ..core.active_material import active_material, is_editable
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..core.outcomes import Surface
 from ..core.transaction import by_session_uid
 from ..work import modal, process, queries, tasks
@@ -44,11 +44,11 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
         return target is not None and materials.is_measured(target) and is_editable(cls, context)
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
-        target = present(active_material(context))
+        target = not_none(active_material(context))
         self._target = target.session_uid
         _changed.pop(self._target, None)
         edit = {} if self.reset else adjustments.edit_arguments(target)
-        return process.Calculation(partial(tasks.adjusted, present(queries.kept(target)), edit))
+        return process.Calculation(partial(tasks.adjusted, not_none(queries.kept(target)), edit))
 
     def prepare(self, surface: Surface) -> Steps:
         yield 0.95, "Compiling"
@@ -83,7 +83,7 @@ def _apply() -> float | None:
             continue
         del _changed[uid]
         target = by_session_uid(bpy.data.materials, uid)
-        windows = present(bpy.context.window_manager).windows
+        windows = not_none(bpy.context.window_manager).windows
         if target is not None and windows and not edits.is_as_wanted(target):
             with bpy.context.temp_override(window=windows[0], material=target):
                 if MEASUREDBRDF_OT_adjust.poll(bpy.context):
@@ -123,7 +123,7 @@ def _redo() -> None:
 
 
 def _step(step: Callable[[], object]) -> None:
-    windows = present(bpy.context.window_manager).windows
+    windows = not_none(bpy.context.window_manager).windows
     if windows and modal.running is None and _is_between():
         with bpy.context.temp_override(window=windows[0]), suppress(RuntimeError):      # there is nothing to undo
             step()

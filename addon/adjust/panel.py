@@ -5,7 +5,7 @@ import bpy
 from ..core import edits
 from ..core import material as materials
 from ..core.active_material import active_material
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..panel.layout import MaterialPanel, name_beside_value
 from .operators import MEASUREDBRDF_OT_adjust
 from .settings import edit_arguments, of
@@ -23,7 +23,7 @@ class _Adjust:
         return material is not None and materials.is_measured(material)
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, material = present(self.layout), present(active_material(context))
+        layout, material = not_none(self.layout), not_none(active_material(context))
         settings = of(material)
         name_beside_value(layout)
         layout.enabled = material.is_editable

@@ -8,7 +8,7 @@ import bpy
 from ..core import look
 from ..core import material as materials
 from ..core.active_material import active_material
-from ..core.annotations import OperatorResult, present
+from ..core.annotations import OperatorResult, not_none
 from ..work import process
 from ..work.blender_process import Command
 from ..work.job import Work
@@ -43,8 +43,8 @@ class MEASUREDBRDF_OT_pin(bpy.types.Operator):
         return has_measured(cls, context)
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        target = present(active_material(context))
-        comparison.of(present(context.scene)).pinned = target
+        target = not_none(active_material(context))
+        comparison.of(not_none(context.scene)).pinned = target
         self.report({"INFO"}, f"Choose another material to compare it with {target.name}")
         return {"FINISHED"}
 
@@ -57,7 +57,7 @@ def _write(folder: Path, scene: bpy.types.Scene, wanted: list[bpy.types.Material
     copies: list[Any] = []
     try:
         for each in (*wanted, *worlds):
-            copies.append(present(each).copy())
+            copies.append(not_none(each).copy())
         names, view = [copy.name for copy in copies], scene.view_settings
         bpy.data.libraries.write(str(folder / look.SOURCE), set(copies), path_remap="ABSOLUTE", fake_user=True)
         look.write_request(folder, look.Request(
@@ -80,7 +80,7 @@ Nothing changes in this file"""
         return has_measured(cls, context)
 
     def work(self, context: bpy.types.Context) -> Work:
-        scene, target = present(context.scene), present(active_material(context))
+        scene, target = not_none(context.scene), not_none(active_material(context))
         other = comparison.pinned(scene, target)
         wanted = [target] if other is None else [target, other]
         self._keys, self._folder = [looks.key(scene, each) for each in wanted], process.temporary()

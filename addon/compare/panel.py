@@ -13,7 +13,7 @@ from ...fitter.pictures import PAIR, split
 from ...fitter.quality import verdict
 from ..core import material as materials
 from ..core import rendered
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..panel.layout import MaterialPanel, draw_picture, draw_row, draw_wrapped, is_narrow, picture_scale
 from ..work import icons, modal, queries, queue
 from ..work.job import Job
@@ -43,7 +43,7 @@ class MEASUREDBRDF_PT_compare_with(MeasuredPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, scene, material = present(self.layout), present(context.scene), present(context.material)
+        layout, scene, material = not_none(self.layout), not_none(context.scene), not_none(context.material)
         chosen = comparison.of(scene)
         row = layout.row(align=True)
         row.prop(chosen, "pinned", text="")
@@ -79,7 +79,7 @@ class MEASUREDBRDF_PT_look(MeasuredPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, scene, material = present(self.layout), present(context.scene), present(context.material)
+        layout, scene, material = not_none(self.layout), not_none(context.scene), not_none(context.material)
         chosen = comparison.of(scene)
         layout.row().prop(chosen, "shape", expand=True)
         layout.row().prop(chosen, "lighting", expand=True)
@@ -122,11 +122,11 @@ def _draw_line(layout: bpy.types.UILayout, chosen: Any) -> None:
 
 def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material,
                    other: bpy.types.Material) -> None:
-    chosen = comparison.of(present(context.scene))
+    chosen = comparison.of(not_none(context.scene))
     columns = 1 if is_narrow(_TWO_ABREAST) else 2
     scale = picture_scale(context, columns)
     grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True)
-    first, second = present(queries.kept(material)), present(queries.kept(other))
+    first, second = not_none(queries.kept(material)), not_none(queries.kept(other))
     column, at = grid.column(), round(chosen.divide, 2)
     draw_picture(column, *icons.icon(("split", (first.digest, second.digest), at),
                                      partial(comparisons.split_sphere, first, second, at)), scale)
@@ -140,7 +140,7 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
 
 def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> dict[str, str]:
     """The numbers of a material as text, by name, as far as they are known."""
-    settings, kept = material.measured_brdf, present(queries.kept(material))
+    settings, kept = material.measured_brdf, not_none(queries.kept(material))
     figures: Job[comparisons.Figures] = queue.ask(("figures", kept.digest), partial(comparisons.figures, kept))
     error = f"{rendered.in_scene(material, scene).error:.1%}"
     wait = "..." if figures.finished is None else "-"

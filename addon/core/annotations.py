@@ -23,6 +23,6 @@ Vector3 = tuple[float, float, float]
 _T = TypeVar("_T")
 
 
-def present(value: _T | None) -> _T:
+def not_none(value: _T | None) -> _T:
     """A value that Blender's type stubs call optional, and that is never None where this is called."""
     return cast(_T, value)

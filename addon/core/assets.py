@@ -13,7 +13,7 @@ from ...fitter.arrays import SingleArray
 from ...fitter.files import locked, replacing
 from ...fitter.published import CITATION, name_in
 from . import previews
-from .annotations import present
+from .annotations import not_none
 
 CATALOGUE = "Measured BRDF"
 _CATALOGUES = "blender_assets.cats.txt"
@@ -35,7 +35,7 @@ def mark(material: bpy.types.Material, picture: SingleArray | None = None) -> No
     """
     settings = material.measured_brdf
     material.asset_mark()
-    data = present(material.asset_data)
+    data = not_none(material.asset_data)
     data.description = describe(settings)
     data.catalog_id = str(catalogue_id())
     published = name_in(settings.filepath)
@@ -44,7 +44,7 @@ def mark(material: bpy.types.Material, picture: SingleArray | None = None) -> No
             "published fit", "BRDF", settings.preset, published):
         data.tags.new(tag, skip_if_exists=True)
     if picture is not None:
-        previews.fill(present(material.preview_ensure()), picture)
+        previews.fill(not_none(material.preview_ensure()), picture)
 
 
 def describe(settings: Any) -> str:
@@ -84,7 +84,7 @@ def renew(material: bpy.types.Material, remembered: Remembered | None, picture: 
     if remembered is None:
         mark(material, picture)
         return
-    data, settings = present(material.asset_data), material.measured_brdf
+    data, settings = not_none(material.asset_data), material.measured_brdf
     if remembered.has_own_description:
         data.description = describe(settings)
     tag = data.tags.get(remembered.preset)
@@ -92,7 +92,7 @@ def renew(material: bpy.types.Material, remembered: Remembered | None, picture: 
         data.tags.remove(tag)
         data.tags.new(settings.preset, skip_if_exists=True)
     if picture is not None:
-        previews.fill(present(material.preview_ensure()), picture)
+        previews.fill(not_none(material.preview_ensure()), picture)
 
 
 def inherit(material: bpy.types.Material, old: bpy.types.Material) -> None:

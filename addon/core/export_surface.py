@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 
 from ...fitter.colours import DEFAULT, conversion
-from .annotations import present
+from .annotations import not_none
 from .reading import scene_colours
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def update(material: bpy.types.Material, surface: Surface) -> None:
     The material must have outputs for Cycles and for EEVEE. One for all renderers that the user has made stays as it
     is, and is what is exported.
     """
-    node = _node(present(material.node_tree))
+    node = _node(not_none(material.node_tree))
     if node is not None:
         _set(node, inputs(surface.principled, lambda color: shown(surface, color)))
 
@@ -43,14 +43,14 @@ def mix(material: bpy.types.Material, first: bpy.types.Material, second: bpy.typ
 
     Where one of them has none, the mix stays as it is.
     """
-    parts = [present(item.node_tree).nodes.get(NAME) for item in (first, second)]
+    parts = [not_none(item.node_tree).nodes.get(NAME) for item in (first, second)]
     if any(part is None or _FITTED not in part for part in parts):
         return
-    node = _node(present(material.node_tree))
+    node = _node(not_none(material.node_tree))
     if node is not None:
         weights = np.array([1 - share, share])
-        names: list[str] = list(present(parts[0])[_FITTED].keys())
-        _set(node, {name: (weights @ np.array([present(part).inputs[name].default_value for part in parts])).tolist()
+        names: list[str] = list(not_none(parts[0])[_FITTED].keys())
+        _set(node, {name: (weights @ np.array([not_none(part).inputs[name].default_value for part in parts])).tolist()
                     for name in names})
 
 
@@ -74,7 +74,7 @@ def inputs(close: Principled, shown: Callable[[FloatArray], FloatArray]) -> dict
 
 def connect(material: bpy.types.Material) -> None:
     """Give the Principled BSDF of a material of an older version an output of its own, which is exported."""
-    _node(present(material.node_tree))
+    _node(not_none(material.node_tree))
 
 
 def shown(surface: Surface, color: FloatArray) -> FloatArray:

@@ -21,7 +21,7 @@ from mathutils import Matrix, Vector
 
 from ...fitter.arrays import FloatArray, SingleArray
 from . import osl_support
-from .annotations import Report, Vector3, present
+from .annotations import Report, Vector3, not_none
 from .previews import picture_of
 
 SPHERE, BALL = "SPHERE", "BALL"
@@ -250,11 +250,11 @@ def _grey() -> bpy.types.Material:
     material = bpy.data.materials.new(_FLOOR)
     if bpy.app.version < (5, 0, 0):             # since then every material does
         material.use_nodes = True
-    nodes = present(material.node_tree).nodes
+    nodes = not_none(material.node_tree).nodes
     nodes.clear()
     diffuse, output = nodes.new("ShaderNodeBsdfDiffuse"), nodes.new("ShaderNodeOutputMaterial")
     diffuse.inputs["Color"].default_value = (_GREY, _GREY, _GREY, 1)
-    present(material.node_tree).links.new(diffuse.outputs["BSDF"], output.inputs["Surface"])
+    not_none(material.node_tree).links.new(diffuse.outputs["BSDF"], output.inputs["Surface"])
     return material
 
 
@@ -288,12 +288,12 @@ def _dim() -> bpy.types.World:
 
 def _sky() -> bpy.types.World:
     world, background = _world()
-    sky: Any = present(world.node_tree).nodes.new("ShaderNodeTexSky")
+    sky: Any = not_none(world.node_tree).nodes.new("ShaderNodeTexSky")
     kinds = sky.bl_rna.properties["sky_type"].enum_items.keys()
     sky.sky_type = next(kind for kind in ("MULTIPLE_SCATTERING", "NISHITA") if kind in kinds)
     sky.sun_elevation, sky.sun_rotation = _SUN
     background.inputs["Strength"].default_value = _SKY_STRENGTH
-    present(world.node_tree).links.new(sky.outputs["Color"], background.inputs["Color"])
+    not_none(world.node_tree).links.new(sky.outputs["Color"], background.inputs["Color"])
     return world
 
 
@@ -301,8 +301,8 @@ def _world() -> tuple[bpy.types.World, bpy.types.Node]:
     world = bpy.data.worlds.new(_NAME)
     if bpy.app.version < (5, 0, 0):             # since then every world does
         world.use_nodes = True
-    nodes = present(world.node_tree).nodes
+    nodes = not_none(world.node_tree).nodes
     nodes.clear()
     background, output = nodes.new("ShaderNodeBackground"), nodes.new("ShaderNodeOutputWorld")
-    present(world.node_tree).links.new(background.outputs["Background"], output.inputs["Surface"])
+    not_none(world.node_tree).links.new(background.outputs["Background"], output.inputs["Surface"])
     return world, background

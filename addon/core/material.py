@@ -11,7 +11,7 @@ import bpy
 from ...fitter.cycles.bake import SHADER_VERSION
 from ...fitter.shader_constants import MOST_MIXED
 from . import export_surface, lamps, mixing, node_group, reading, versions
-from .annotations import present
+from .annotations import not_none
 from .compiler import Shader, compile_surface
 from .properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_text, fit_arguments, rendering_named
 from .transaction import new_data_removed_on_error, restored_on_error
@@ -31,7 +31,7 @@ def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
     with new_data_removed_on_error():
         material = bpy.data.materials.new(outcome.measured.name)
         use_nodes(material)
-        present(material.node_tree).nodes.clear()
+        not_none(material.node_tree).nodes.clear()
         assign(material, outcome, choices, context, shader)
     return material
 
@@ -50,7 +50,7 @@ def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, con
         material.cycles.use_bump_map_correction = False
         _store(material.measured_brdf, choices, outcome)
         use_rendering(material, rendering)
-        unused, names = _replaced(material, before, present(node.node_tree), context)
+        unused, names = _replaced(material, before, not_none(node.node_tree), context)
     bpy.data.batch_remove(unused)
     for item, name in names:
         item.name = name
@@ -62,7 +62,7 @@ def edit(material: bpy.types.Material, surface: Surface, context: bpy.types.Cont
         node, before = _show_surface(material, surface, shader)
         settings = material.measured_brdf
         settings.sphere, settings.adjusted, settings.version = surface.sphere, as_text(surface.edit), versions.CURRENT
-        unused, names = _replaced(material, before, present(node.node_tree), context)
+        unused, names = _replaced(material, before, not_none(node.node_tree), context)
     bpy.data.batch_remove(unused)
     for item, name in names:
         item.name = name
@@ -130,7 +130,7 @@ def group_nodes(material: bpy.types.Material) -> list[bpy.types.Node]:
 
 def shows(material: bpy.types.Material, engine: Literal["CYCLES", "EEVEE"]) -> bool:
     """Whether what a renderer takes as the surface of a material has a measured BRDF in it."""
-    tree = present(material.node_tree)
+    tree = not_none(material.node_tree)
     output = tree.get_output_node(engine)
     left, seen = [output] if output is not None else [], set()
     while left:
@@ -153,7 +153,7 @@ def mixed(tree: bpy.types.NodeTree | None) -> int:
 
 def rendering_of(material: bpy.types.Material) -> str:
     """How a measured material is rendered, one of `properties.RENDERINGS`; users may have changed its inputs."""
-    node = present(surface_node(material))
+    node = not_none(surface_node(material))
     if node_group.is_formerly_fast(node) or ("Nodes" in node.inputs and node.inputs["Nodes"].default_value):
         return NODES
     return EXACT if material.measured_brdf.rendering == EXACT else AUTOMATIC
@@ -162,7 +162,7 @@ def rendering_of(material: bpy.types.Material) -> str:
 def use_rendering(material: bpy.types.Material, rendering: str) -> None:
     """Choose how all measured BRDFs of a material are rendered, also those inside of node groups."""
     rendering = rendering_named(rendering)
-    for node in _measured_nodes(present(material.node_tree)):
+    for node in _measured_nodes(not_none(material.node_tree)):
         for name, value in ((node_group.FORMER_EXACT, True), ("Nodes", rendering == NODES)):
             if name in node.inputs:             # version 0.1.0 had no Nodes
                 node.inputs[name].default_value = value
@@ -210,7 +210,7 @@ def show(material: bpy.types.Material,
 
     What was connected to the surface stays, unconnected. A material whose output has been deleted gets a new one.
     """
-    own_tree = present(material.node_tree)
+    own_tree = not_none(material.node_tree)
     nodes = own_tree.nodes
     node, output, before = group_node(material), own_tree.get_output_node("CYCLES"), None
     by_nodes = node is not None and node_group.is_formerly_fast(node)

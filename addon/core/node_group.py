@@ -19,7 +19,7 @@ import bpy
 from ...fitter.cycles.bake import bake, interface, shader_version
 from ...fitter.cycles.node_mixture import node_mixtures
 from . import closure_nodes, lamps, osl_support, shared_groups
-from .annotations import present
+from .annotations import not_none
 from .compiler import CompileError, Shader, compile_shader
 from .transaction import new_data_removed_on_error
 
@@ -73,7 +73,7 @@ def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
         tree[_VERSION] = shader_version(shader.source)
         if shader.fit:
             tree[_FIT] = shader.fit
-        tree[_BYTES], tree[_HASH] = _bytes_in_file(tree), present(script_node(tree)).bytecode_hash
+        tree[_BYTES], tree[_HASH] = _bytes_in_file(tree), not_none(script_node(tree)).bytecode_hash
     return tree
 
 
@@ -86,7 +86,7 @@ def bytes_in_file(tree: bpy.types.NodeTree) -> int:
 
 def _bytes_in_file(tree: bpy.types.NodeTree) -> int:
     sockets = sum(len(node.inputs) + len(node.outputs) for node in tree.nodes)
-    return (len(present(script_node(tree)).bytecode) + len(kept_fit(tree)) + _MATERIAL + _NODE * len(tree.nodes)
+    return (len(not_none(script_node(tree)).bytecode) + len(kept_fit(tree)) + _MATERIAL + _NODE * len(tree.nodes)
             + _SOCKET * sockets + _LINK * len(tree.links))
 
 
@@ -119,7 +119,7 @@ def unused(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
     uses them; empty for a group in use, and for None."""
     if tree is None:
         return []
-    text = present(script_node(tree)).script
+    text = not_none(script_node(tree)).script
     # user counts will not do: a text counts itself, and Blender 4.2 counts the groups of copied materials twice
     users = bpy.data.user_map(subset=[tree] if text is None else [tree, text])
     if users[tree] or tree.use_fake_user:
@@ -136,7 +136,7 @@ def script_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
 
 def source(tree: bpy.types.NodeTree) -> str:
     """The OSL source in a group that a version before 0.3.0 made; else, and if its text has been removed, empty."""
-    text = present(script_node(tree)).script
+    text = not_none(script_node(tree)).script
     return "" if text is None else text.as_string()
 
 
@@ -155,7 +155,7 @@ def is_formerly_fast(node: bpy.types.Node) -> bool:
 
 def is_compiled(tree: bpy.types.NodeTree) -> bool:
     """Whether a group that `create` made has a shader for OSL, beside its closure nodes."""
-    return len(present(script_node(tree)).outputs) > 0
+    return len(not_none(script_node(tree)).outputs) > 0
 
 
 def version(tree: bpy.types.NodeTree) -> int:

@@ -6,7 +6,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from . import manual
-from .annotations import present
+from .annotations import not_none
 from .properties import PRESET_ITEMS, draw_presets
 
 _PACKAGE = __package__.rpartition(".addon")[0]
@@ -36,7 +36,7 @@ class MeasuredPreferences(bpy.types.AddonPreferences):
                                               "assets of the open file")
 
     def draw(self, _context: bpy.types.Context) -> None:
-        layout = present(self.layout)
+        layout = not_none(self.layout)
         column = layout.column()
         column.use_property_split = True
         draw_presets(column, self)

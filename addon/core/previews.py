@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 
 from ...fitter.arrays import SingleArray
-from .annotations import present
+from .annotations import not_none
 
 
 def fill(preview: bpy.types.ImagePreview, picture: SingleArray) -> None:
@@ -16,5 +16,5 @@ def fill(preview: bpy.types.ImagePreview, picture: SingleArray) -> None:
 def picture_of(image: bpy.types.Image) -> SingleArray:
     """The picture that an image holds: (height, width, 4), the bottom row first."""
     picture = np.empty((image.size[1], image.size[0], 4), dtype=np.float32)
-    present(image.pixels).foreach_get(picture.ravel())
+    not_none(image.pixels).foreach_get(picture.ravel())
     return picture

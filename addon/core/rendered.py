@@ -13,7 +13,7 @@ from bpy.app.handlers import persistent
 
 from . import device, node_group, osl_support
 from . import material as materials
-from .annotations import present
+from .annotations import not_none
 from .properties import EXACT, NODES, RENDERINGS
 
 _LABELS = {key: label for key, label, _ in RENDERINGS}
@@ -50,8 +50,8 @@ class Rendered(NamedTuple):
 
 def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
     """How a measured material is rendered in a scene."""
-    node = present(materials.surface_node(material))
-    tree = present(node.node_tree)
+    node = not_none(materials.surface_node(material))
+    tree = not_none(node.node_tree)
     if not materials.shows(material, "EEVEE" if in_eevee(scene) else "CYCLES"):
         former = in_eevee(scene) and node_group.NODES_ERROR not in tree
         return Rendered(FORMER if former else OTHER, 1.0, 1.0, "", False)

@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 
 from . import material as materials
-from .annotations import present
+from .annotations import not_none
 
 if TYPE_CHECKING:
     from ...fitter.arrays import FloatArray
@@ -33,7 +33,7 @@ def anisotropic(item: bpy.types.Object) -> Iterator[bpy.types.Material]:
 
 def node_of(material: bpy.types.Material) -> bpy.types.Node | None:
     """The node that gives the direction of an anisotropic material; None where it is that around the Z axis."""
-    links = present(present(materials.tangent_input(material)).links)
+    links = not_none(not_none(materials.tangent_input(material)).links)
     return links[0].from_node if len(links) > 0 else None
 
 
@@ -67,17 +67,17 @@ def has_uv(mesh: bpy.types.Mesh, name: str = "") -> bool:
 
 def take_from_uv(material: bpy.types.Material) -> None:
     """Let the direction of an anisotropic material be that of the rendered UV map."""
-    tree, group = present(material.node_tree), present(materials.group_node(material))
+    tree, group = not_none(material.node_tree), not_none(materials.group_node(material))
     node: Any = tree.nodes.new("ShaderNodeTangent")
     node.direction_type = "UV_MAP"
     node.location = group.location.x - 220, group.location.y - 160
-    tree.links.new(node.outputs["Tangent"], present(materials.tangent_input(material)))
+    tree.links.new(node.outputs["Tangent"], not_none(materials.tangent_input(material)))
 
 
 def take_around_axis(material: bpy.types.Material) -> None:
     """Let the direction of an anisotropic material be that around the object's Z axis."""
-    tree, socket = present(material.node_tree), present(materials.tangent_input(material))
-    for link in list(present(socket.links)):
+    tree, socket = not_none(material.node_tree), not_none(materials.tangent_input(material))
+    for link in list(not_none(socket.links)):
         tree.links.remove(link)
 
 

@@ -8,7 +8,7 @@ import bpy
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from .annotations import present
+from .annotations import not_none
 from .transaction import by_session_uid
 
 ACTIVE_SLOT = -1
@@ -29,7 +29,7 @@ class Target(NamedTuple):
 def active(context: bpy.types.Context) -> Target:
     """The active object and its active slot."""
     item = context.object
-    return Target(_NOTHING) if item is None else Target(item.session_uid, present(item.active_material_index))
+    return Target(_NOTHING) if item is None else Target(item.session_uid, not_none(item.active_material_index))
 
 
 def selected(context: bpy.types.Context) -> list[Target]:
@@ -82,7 +82,7 @@ def assign(target: Target, material: bpy.types.Material) -> str:
 
 def _clamped(slot: int, item: bpy.types.Object) -> int:
     """A slot that an object has: its last one where it has fewer."""
-    return min(present(item.active_material_index) if slot == ACTIVE_SLOT else slot, len(item.material_slots) - 1)
+    return min(not_none(item.active_material_index) if slot == ACTIVE_SLOT else slot, len(item.material_slots) - 1)
 
 
 def _holds(region: bpy.types.Region, x: int, y: int) -> bool:
@@ -109,8 +109,8 @@ def _along(context: bpy.types.Context, origin: Vector, direction: Vector) -> Ite
     """The objects, and their faces, that a ray hits one after the other."""
     start = origin.copy()
     for _ in range(_MOST_SEEN_THROUGH):
-        is_hit, place, _, face, item, _ = present(context.scene).ray_cast(context.evaluated_depsgraph_get(), start,
-                                                                       direction)
+        is_hit, place, _, face, item, _ = not_none(context.scene).ray_cast(context.evaluated_depsgraph_get(), start,
+                                                                           direction)
         if not is_hit:
             return
         yield item.original, face

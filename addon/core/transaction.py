@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 import bpy
 
-from .annotations import present
+from .annotations import not_none
 
 _Data = TypeVar("_Data", bound=bpy.types.ID)
 _Ends = tuple[str, str, str, str]       # a link: node and identifier of the socket it comes from, and goes to
@@ -83,7 +83,7 @@ def _restore(tree: bpy.types.NodeTree, nodes: Mapping[str, _State], links: Itera
 
 
 def _ends(link: bpy.types.NodeLink) -> _Ends:
-    from_node, to_node = present(link.from_node), present(link.to_node)
+    from_node, to_node = not_none(link.from_node), not_none(link.to_node)
     return from_node.name, link.from_socket.identifier, to_node.name, link.to_socket.identifier
 
 

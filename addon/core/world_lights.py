@@ -14,7 +14,7 @@ import numpy as np
 from mathutils import Euler, Vector
 
 from ...fitter.arrays import FloatArray, SingleArray
-from .annotations import Vector3, present
+from .annotations import Vector3, not_none
 
 _ROWS = 512                     # an image is searched at this resolution: a third of a degree
 _MIN_ROWS = 16                  # below this a spot cannot be told from its surroundings
@@ -58,7 +58,7 @@ def _upstream_nodes(links: Iterable[bpy.types.NodeLink], every: Iterable[bpy.typ
     nodes: list[bpy.types.Node] = []
     waiting = list(links)
     while waiting:
-        node = present(waiting.pop().from_node)
+        node = not_none(waiting.pop().from_node)
         if node not in nodes:
             nodes.append(node)
             waiting += [link for link in every if link.to_node == node]

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import bpy
 
 from ...fitter import PRESETS, Fit
-from ..core.annotations import Arguments, present
+from ..core.annotations import Arguments, not_none
 from ..core.outcomes import Data, Fitted, Wanted
 from ..core.properties import OFFERED, ORIGINAL, PRESET_ITEMS, fit_arguments, name_of_fit
 from ..panel.layout import MaterialPanel, draw_picture, draw_value, draw_warning, is_narrow, picture_scale, wrapped
@@ -38,7 +38,7 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, material = present(self.layout), present(context.material)
+        layout, material = not_none(self.layout), not_none(context.material)
         data = queries.data(material).result
         if data is None:
             return

@@ -6,7 +6,7 @@ from typing import Any
 import bpy
 
 from ..core import material as materials
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..core.outcomes import Shown, Wanted
 from ..core.properties import fit_arguments, is_as_fitted
 from ..panel.layout import MaterialPanel, draw_picture
@@ -23,7 +23,7 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
     bl_order = 20
 
     def draw(self, context: bpy.types.Context) -> None:
-        material = present(context.material)
+        material = not_none(context.material)
         settings, data = material.measured_brdf, queries.data(material).result
         # the fit in the shader, which needs no measurements, unless the settings have been changed since
         is_kept = materials.is_measured(material) and (data is None or is_as_fitted(settings))
@@ -32,7 +32,7 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
         about = is_kept, material.session_uid       # neither's picture stands for the other's
         if is_kept or data is None:
             anisotropic = materials.tangent_input(material) is not None
-            shown: Shown = present(queries.kept(material))
+            shown: Shown = not_none(queries.kept(material))
             sphere = queries.material_sphere(material)
         else:
             anisotropic = data.description.rotations is not None

@@ -8,7 +8,7 @@ import bpy
 from ...fitter import PRESETS
 from ..core import material as materials
 from ..core import node_group
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..core.outcomes import Data
 from ..core.properties import NO_SPECULAR_LEVEL, ORIGINAL, fitted_arguments, is_preset, worth
 from ..panel.layout import MaterialPanel, draw_value, draw_wrapped, name_beside_value, wrapped
@@ -26,7 +26,7 @@ class MEASUREDBRDF_PT_settings(MaterialPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, settings = present(self.layout), present(context.material).measured_brdf
+        layout, settings = not_none(self.layout), not_none(context.material).measured_brdf
         name_beside_value(layout)
         column = layout.column(align=True)
         levels = column.column(align=True)
@@ -42,7 +42,7 @@ class MEASUREDBRDF_PT_settings(MaterialPanel, bpy.types.Panel):
         row.active = settings.use_tolerance
         row.prop(settings, "tolerance", text="")
         draw_wrapped(layout, compression_in_words(settings), "INFO")
-        _draw_original(layout, present(context.material))
+        _draw_original(layout, not_none(context.material))
 
 
 class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
@@ -57,7 +57,7 @@ class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
         return context.material is not None and materials.is_measured(context.material)
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, material = present(self.layout), present(context.material)
+        layout, material = not_none(self.layout), not_none(context.material)
         if (judged := worth(material.measured_brdf)).whole:
             draw_wrapped(layout, judged.whole, "CHECKMARK" if judged.is_well else "INFO")
         column = layout.column(align=True)
@@ -98,7 +98,7 @@ def compression_in_words(settings: Any) -> str:
 
 def rows(material: bpy.types.Material) -> list[tuple[str, str]]:
     """Names and values of what is known of a material's fit."""
-    settings, tree = material.measured_brdf, present(materials.group_node(material)).node_tree
+    settings, tree = material.measured_brdf, not_none(materials.group_node(material)).node_tree
     known = [("Levels", settings.fitted_levels),
              ("RMSE", f"{settings.rmse:.3g} / sr"),
              ("MRE", f"{settings.mre:.2%} of the peak" if not math.isnan(settings.mre) else "all values are 0"),

@@ -11,7 +11,7 @@ from ...fitter.formats import is_there
 from ...fitter.presets import PRESET_DESCRIPTIONS
 from ..core import compiler, material, rendered
 from ..core.active_material import active_material, is_editable
-from ..core.annotations import OperatorResult, present
+from ..core.annotations import OperatorResult, not_none
 from ..core.edits import edit_arguments
 from ..core.outcomes import Outcome
 from ..core.properties import CHOICES, PRESET_ITEMS, READING, fit_arguments, use_preset, worth
@@ -51,7 +51,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         return f"Fit with {properties.preset}. {text}" if text else ""
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        path = self.filepath or present(active_material(context)).measured_brdf.filepath
+        path = self.filepath or not_none(active_material(context)).measured_brdf.filepath
         if not is_there(bpy.path.abspath(path)) and not bpy.app.background:
             with errors_reported(self):
                 bpy.ops.measured_brdf.find_file("INVOKE_DEFAULT", preset=self.preset, refit=True)
@@ -68,7 +68,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         return InBackground._failed(self, error)
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
-        target = present(active_material(context))
+        target = not_none(active_material(context))
         # meanwhile, the user may rename or remove the material, or change its settings
         self._target = target.session_uid
         settings = target.measured_brdf
@@ -95,7 +95,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         if target is None or not target.is_editable:
             raise ValueError("The material has been removed meanwhile")
         before, space = target.measured_brdf.digest, target.measured_brdf.colours
-        how = rendered.advice(target, present(context.scene)) if material.is_measured(target) else ""
+        how = rendered.advice(target, not_none(context.scene)) if material.is_measured(target) else ""
         material.assign(target, outcome, self._choices, context, shader)
         told = worth(target.measured_brdf).whole
         if before not in ("", outcome.measured.digest) and space == target.measured_brdf.colours:
@@ -121,7 +121,7 @@ class MEASUREDBRDF_OT_use_preset(bpy.types.Operator):
         return PRESET_DESCRIPTIONS[properties.preset]
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        use_preset(present(active_material(context)).measured_brdf, self.preset)
+        use_preset(not_none(active_material(context)).measured_brdf, self.preset)
         return {"FINISHED"}
 
 

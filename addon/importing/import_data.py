@@ -11,7 +11,7 @@ from bpy.props import CollectionProperty, StringProperty
 from ...fitter import DatasetError, SampleUnknownError, UnitsUnknownError
 from ...fitter.formats import EXTENSIONS, choices_of, list_samples
 from ..core import preferences
-from ..core.annotations import OperatorResult, present
+from ..core.annotations import OperatorResult, not_none
 from ..core.properties import CHOICES, LEVELS, FitChoices, draw_presets, draw_rendering, fit_arguments
 from ..core.reading import draw_reading, load_arguments
 from ..panel.layout import name_beside_value
@@ -59,7 +59,7 @@ or else to all selected ones"""
         return self.start(context)
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = present(self.layout)
+        layout = not_none(self.layout)
         name_beside_value(layout)
         if self.complaint:
             _draw_question(layout, self)

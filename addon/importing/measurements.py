@@ -10,7 +10,7 @@ from ...fitter.formats import choices_of
 from ..core import material as materials
 from ..core import mixing
 from ..core.active_material import can_change
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..core.outcomes import Data
 from ..core.properties import OFFERED, is_as_fitted, is_preset
 from ..core.reading import draw_reading, other_colours, scene_colours
@@ -34,7 +34,7 @@ class MEASUREDBRDF_PT_data(MaterialPanel, bpy.types.Panel):
         return has_data(context)
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, material = present(self.layout), present(context.material)
+        layout, material = not_none(self.layout), not_none(context.material)
         name_beside_value(layout)
         parts = [*_parts(material)]
         if not parts:

@@ -9,7 +9,7 @@ from bpy_extras.io_utils import ImportHelper
 
 from ...fitter.formats import is_there
 from ..core.active_material import active_material, can_change, is_editable
-from ..core.annotations import OperatorResult, present
+from ..core.annotations import OperatorResult, not_none
 from ..core.reading import load_arguments
 from ..core.transaction import by_session_uid
 from ..work import process, tasks
@@ -37,7 +37,7 @@ class MEASUREDBRDF_OT_find_file(FitsWithPreset, bpy.types.Operator, ImportHelper
         return f"Choose the file of measurements that this material was made from{', and fit it' * properties.refit}"
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
-        missing = Path(_path(present(active_material(context))))
+        missing = Path(_path(not_none(active_material(context))))
         self.filepath = str(missing if missing.parent.is_dir() else Path(bpy.path.abspath("//"), missing.name))
         ImportHelper.invoke(self, context, event)
         return {"RUNNING_MODAL"}
@@ -47,7 +47,7 @@ class MEASUREDBRDF_OT_find_file(FitsWithPreset, bpy.types.Operator, ImportHelper
             with errors_reported(self):
                 bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath, preset=self.preset)
             return {"FINISHED"} if bpy.app.background else {"CANCELLED"}        # the fit makes the undo step
-        target = present(active_material(context))
+        target = not_none(active_material(context))
         target.measured_brdf.filepath = self.filepath
         self.report({"INFO"}, f"{target.name}: relinked to {self.filepath}")
         return {"FINISHED"}

@@ -6,7 +6,7 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from ...fitter import DatasetError
 from ...fitter.formats import list_samples
 from ..core.active_material import active_material, is_editable
-from ..core.annotations import OperatorResult, present
+from ..core.annotations import OperatorResult, not_none
 from ..core.properties import FitChoices
 from ..work.making import HasTarget, begin_with_preference
 from ..work.modal import errors_reported
@@ -37,7 +37,7 @@ class MEASUREDBRDF_OT_choose_sample(FitChoices, HasTarget, bpy.types.Operator):
         begin_with_preference(self, context)
         path = self.filepath
         if self.for_material and not path:
-            path = present(active_material(context)).measured_brdf.filepath
+            path = not_none(active_material(context)).measured_brdf.filepath
         try:
             samples = list_samples(bpy.path.abspath(path))
         except DatasetError as error:
@@ -57,7 +57,7 @@ class MEASUREDBRDF_OT_choose_sample(FitChoices, HasTarget, bpy.types.Operator):
             if not self.for_material:
                 bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **choices_and_target(self) | {"sample": self.item})
                 return {"FINISHED"}
-            present(active_material(context)).measured_brdf.sample = self.item
+            not_none(active_material(context)).measured_brdf.sample = self.item
             if self.refit:
                 bpy.ops.measured_brdf.fit("INVOKE_DEFAULT", filepath=self.filepath, preset=self.refit)
         return {"FINISHED"}

@@ -9,7 +9,7 @@ import numpy as np
 from gpu_extras.batch import batch_for_shader
 
 from ...fitter.arrays import ArrayLike, FloatArray, IntArray, SingleArray
-from ..core.annotations import present
+from ..core.annotations import not_none
 
 Color = tuple[float, float, float, float]
 
@@ -76,7 +76,7 @@ def _lines(kind: str, points: ArrayLike, color: Color, width: float) -> None:
     if len(vertices) < 2:
         return
     shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
-    shader.uniform_float("viewportSize", present(gpu.state.viewport_get())[2:])
+    shader.uniform_float("viewportSize", not_none(gpu.state.viewport_get())[2:])
     shader.uniform_float("lineWidth", width)
     shader.uniform_float("color", color)
     _draw(shader, kind, {"pos": vertices})

@@ -10,7 +10,7 @@ import numpy as np
 from ...fitter import Fit
 from ...fitter.arrays import ArrayLike, FloatArray
 from ...fitter.lobe import RADII, Lobe, Radius, at_angle, lobe_surface, plane_curve
-from ..core.annotations import present
+from ..core.annotations import not_none
 from .plot import Plot
 from .surface import Spot
 from .view import View, dragged, limited
@@ -143,14 +143,14 @@ class Inspection:
 
     def ridge(self) -> FloatArray:
         """The lobe in the plane of incidence: (k, 3) in the frame of the surface, 1 at its longest."""
-        theta, values = present(self.curve)
+        theta, values = not_none(self.curve)
         radii = RADII[self.radius](np.maximum(values.mean(axis=1), 0)) / self.longest
         # negative angles are on the light's side
         return radii[:, None] * direction(-theta, self.phi_i)
 
     def read(self, theta: float) -> FloatArray:
         """The values of the fit at an angle in the plane of incidence: (channels,), 1/sr."""
-        return at_angle(present(self.shown).fit, self.theta_i, self.phi_i, np.array([theta]))[0]
+        return at_angle(not_none(self.shown).fit, self.theta_i, self.phi_i, np.array([theta]))[0]
 
     def _evaluate(self, detail: tuple[int, int] = _FINE) -> None:
         if self.shown is None:

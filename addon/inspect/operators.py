@@ -8,7 +8,7 @@ from bpy.props import EnumProperty
 
 from ...fitter.arrays import FloatArray
 from ..core import material as materials
-from ..core.annotations import OperatorMixIn, OperatorResult, present
+from ..core.annotations import OperatorMixIn, OperatorResult, not_none
 from . import session, surface
 from .inspection import Inspection
 from .plot import Plot
@@ -46,10 +46,10 @@ class Inspecting(OperatorMixIn):
         try:
             spot = self._first_spot(context, region, event)
         except RuntimeError as error:           # Blender has no evaluated mesh, for example in Edit Mode
-            self.report({"ERROR"}, f"{present(context.object).name} has no surface to inspect: {error}")
+            self.report({"ERROR"}, f"{not_none(context.object).name} has no surface to inspect: {error}")
             return {"CANCELLED"}
         if spot is None:
-            self.report({"ERROR"}, f"{present(context.object).name} has no surface to inspect")
+            self.report({"ERROR"}, f"{not_none(context.object).name} has no surface to inspect")
             return {"CANCELLED"}
         self._begin(context, area, region, spot)
         context.window_manager.modal_handler_add(self)
@@ -76,10 +76,10 @@ class Inspecting(OperatorMixIn):
 
     def _first_spot(self, context: bpy.types.Context, region: bpy.types.Region,
                     event: bpy.types.Event) -> surface.Spot | None:
-        item, depsgraph = present(context.object), context.evaluated_depsgraph_get()
+        item, depsgraph = not_none(context.object), context.evaluated_depsgraph_get()
         view = view_of(region, region.data)
         if self.place == "CURSOR":
-            point = np.array(present(context.scene).cursor.location)
+            point = np.array(not_none(context.scene).cursor.location)
             return surface.nearest(item, depsgraph, point, view.toward(point))
         origin = np.array(item.matrix_world.translation)
         middle = (np.array(item.matrix_world) @ np.append(np.mean(np.array(item.bound_box), axis=0), 1))[:3]
@@ -91,11 +91,11 @@ class Inspecting(OperatorMixIn):
     def _begin(self, context: bpy.types.Context, area: bpy.types.Area, region: bpy.types.Region,
                spot: surface.Spot) -> None:
         view = view_of(region, region.data)
-        item = present(context.object)
+        item = not_none(context.object)
         place = spot.frame(np.array(item.matrix_world))[:3, 3]
         at = view.project(place)
         size = min(_SIZE * min(region.width, region.height) * view.pixel(place), _LARGEST * max(item.dimensions[:]))
-        settings = present(context.object.active_material).measured_brdf
+        settings = not_none(context.object.active_material).measured_brdf
         inspection = Inspection(spot, size or 1.0, settings.shown_theta, settings.shown_phi,
                                 "LEFT" if at[0] > region.width / 2 else "RIGHT")
         self._session = Session(inspection, area)
@@ -140,8 +140,8 @@ class Inspecting(OperatorMixIn):
         if event.type == "LEFTMOUSE" and pressed and event.ctrl:
             spot = None
             with suppress(RuntimeError):        # Blender has no evaluated mesh
-                spot = surface.under_ray(present(self._session.item()), context.evaluated_depsgraph_get(),
-                                          *view.ray(at))
+                spot = surface.under_ray(not_none(self._session.item()), context.evaluated_depsgraph_get(),
+                                         *view.ray(at))
             if spot is not None:
                 inspection.spot = spot
                 self._session.refresh()

@@ -10,7 +10,7 @@ from mathutils import Matrix
 from ...fitter.arrays import BoolArray, FloatArray
 from ...fitter.colours import DEFAULT, conversion
 from ...fitter.pictures import srgb
-from ..core.annotations import present
+from ..core.annotations import not_none
 from . import drawing
 from .drawing import Color
 from .inspection import HANDLE, Inspection, direction
@@ -199,7 +199,7 @@ def _draw_light(inspection: Inspection, plot: Plot) -> None:
 
 def _draw_curves(inspection: Inspection, plot: Plot) -> None:
     scale, largest, radius = plot.scale, inspection.largest, inspection.radius
-    theta, values = present(inspection.curve)
+    theta, values = not_none(inspection.curve)
     for channel, color in enumerate(colors_of(values)):
         drawing.line(plot.points(theta, lengths(values[:, channel], largest, radius)), color, 2.2, scale)
     if inspection.samples is not None:
@@ -211,7 +211,7 @@ def _draw_curves(inspection: Inspection, plot: Plot) -> None:
 
 
 def _draw_titles(inspection: Inspection, plot: Plot) -> None:
-    scale, shown = plot.scale, present(inspection.shown)
+    scale, shown = plot.scale, not_none(inspection.shown)
     name = shown.name if len(shown.name) <= _LONGEST else f"{shown.name[:_LONGEST - 1]}\u2026"
     drawing.text(name, plot.line(0), _TEXT * scale, _INK)
     parts = [f"Light {math.degrees(inspection.theta_i):.1f}\u00b0", f"radius: {inspection.radius}"]

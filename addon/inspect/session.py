@@ -16,7 +16,7 @@ from ...fitter import Fit, published
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import COLOURS, DEFAULT
 from ..core import material as materials
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..core.transaction import by_session_uid
 from ..work import queries
 from ..work.job import Job
@@ -152,7 +152,7 @@ class Session:
         return guarded
 
     def _draw_view(self, _area: bpy.types.Area, _region: bpy.types.Region, frame: FloatArray) -> None:
-        data = present(bpy.context.region_data)
+        data = not_none(bpy.context.region_data)
         overlay.draw_lobe(self.inspection, frame, np.array(data.view_matrix)[:3, :3],
                           bpy.context.preferences.system.ui_scale)
 

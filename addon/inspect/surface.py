@@ -13,7 +13,7 @@ from mathutils import Vector
 from ...fitter.arrays import ArrayLike, FloatArray
 from ..core import material as materials
 from ..core import tangents
-from ..core.annotations import present
+from ..core.annotations import not_none
 
 _LEAST = 1e-9               # length of a tangent that says something
 
@@ -104,7 +104,7 @@ def _spot(item: bpy.types.Object, evaluated: bpy.types.Object, location: FloatAr
     there = slots[min(mesh.polygons[face].material_index, len(slots) - 1)].material if len(slots) else None
     if there is None or materials.group_node(there) is None:
         there = item.active_material
-    material = present(present(there).original)
+    material = not_none(not_none(there).original)
     tangent, as_normal, origin = _tangent(material, evaluated, corners, weights)
     return Spot(item.session_uid, material.session_uid, location, normal, tangent, as_normal, _turn(material), origin)
 

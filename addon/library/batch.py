@@ -20,7 +20,7 @@ from ...fitter.arrays import SingleArray
 from ...fitter.colours import DEFAULT
 from ..core import assets, library_file
 from ..core import material as materials
-from ..core.annotations import Arguments, present
+from ..core.annotations import Arguments, not_none
 from ..core.edits import edit_arguments
 from ..core.outcomes import Outcome
 from ..core.properties import Choices, fit_arguments
@@ -250,7 +250,7 @@ def _make_material(context: bpy.types.Context, choices: Choices, made: list[str]
                    job: _Job) -> None:
     """Make the material of a finished task in the open part."""
     if job.error is None:
-        outcome, picture = present(job.result)
+        outcome, picture = not_none(job.result)
         choices.filepath, choices.sample = task.path, task.sample
         try:
             if task.replaced:

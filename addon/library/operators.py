@@ -11,7 +11,7 @@ from ...fitter.files import real
 from ..core import assets, library_file, preferences
 from ..core import material as materials
 from ..core.active_material import active_material
-from ..core.annotations import OperatorMixIn, OperatorResult, present
+from ..core.annotations import OperatorMixIn, OperatorResult, not_none
 from ..core.outcomes import Shown
 from ..work import process, queries, tasks
 from ..work.blender_process import Command
@@ -99,7 +99,7 @@ in other files"""
         return self.confirm(event, path) or self.start(context)
 
     def draw(self, _context: bpy.types.Context) -> None:
-        present(self.layout).prop(self, "library", text="")
+        not_none(self.layout).prop(self, "library", text="")
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         if self.options.is_invoke and not self.options.is_repeat and not bpy.app.background:
@@ -113,7 +113,7 @@ in other files"""
         return self._mark_here(context) if self._path(context) is None else self.run(context)
 
     def _mark_here(self, context: bpy.types.Context) -> OperatorResult:
-        target = present(active_material(context))
+        target = not_none(active_material(context))
         try:
             picture = _thumbnail(target)
             with assets.unmarked_on_error(target):
@@ -127,7 +127,7 @@ in other files"""
 
     def work(self, context: bpy.types.Context) -> Command:
         """Write a copy into a temporary folder, from which another Blender appends it to the library."""
-        path, target = present(self._path(context)), present(active_material(context))
+        path, target = not_none(self._path(context)), not_none(active_material(context))
         self.check_replaceable(path)
         self._folder = process.temporary()
         picture, source = _thumbnail(target), Path(self._folder.name, "material.blend")
@@ -150,7 +150,7 @@ in other files"""
     def _path(self, context: bpy.types.Context) -> Path | None:
         """The .blend in the library for the active material; None if no library is named."""
         folder = self.directory or preferences.get(context).asset_library
-        name = assets.file_name(present(active_material(context)).name)
+        name = assets.file_name(not_none(active_material(context)).name)
         return real(bpy.path.abspath(folder)) / f"{name}.blend" if folder else None
 
 

@@ -17,7 +17,7 @@ from bpy.app.handlers import persistent
 
 from ...fitter.cycles.bake import mix_source
 from ..core import lamps, node_group, osl_support
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..core.transaction import new_data_removed_on_error
 
 FACTOR = "Factor"
@@ -37,7 +37,7 @@ def create(first: bpy.types.Material, first_node: bpy.types.Node, second: bpy.ty
     mix would hold more than `MOST` measured BRDFs, CompileError if this Blender cannot compile its shader; the file
     then stays as it was.
     """
-    first_tree, second_tree = present(first_node.node_tree), present(second_node.node_tree)
+    first_tree, second_tree = not_none(first_node.node_tree), not_none(second_node.node_tree)
     held = count(first_tree) + count(second_tree)
     if held > MOST:
         raise ValueError(f"A mix of {first.name} and {second.name} would hold {held} measured materials, expected at "
@@ -67,7 +67,7 @@ def count(tree: bpy.types.NodeTree) -> int:
 
 def left_behind(node: bpy.types.Node) -> list[str]:
     """The inputs of a material's node that a mix does not take over, and that were connected or changed."""
-    tree = present(node.node_tree)
+    tree = not_none(node.node_tree)
     defaults = {item.name: item.default_value for item in _sockets(tree)
                 if item.in_out == "INPUT" and item.name in _LOOKS}
     return [socket.name for socket in node.inputs if socket.is_linked
@@ -144,9 +144,9 @@ def _renew(changed: list[bpy.types.Node]) -> None:
 
 def _update_inputs(mix: bpy.types.NodeTree) -> None:
     """Give a mix the inputs of its new groups, in the place of those that only groups of older versions had."""
-    sockets = present(mix.interface)
+    sockets = not_none(mix.interface)
     own = {item.name: item for item in _sockets(mix) if item.in_out == "INPUT"}
-    offered = {item.name: item for name in reversed(_PARTS) for item in _sockets(present(mix.nodes[name].node_tree))
+    offered = {item.name: item for name in reversed(_PARTS) for item in _sockets(not_none(mix.nodes[name].node_tree))
                if item.in_out == "INPUT"}
     for name in offered.keys() - own.keys() - {FACTOR}:
         _copy_socket(sockets, offered[name])
@@ -167,7 +167,7 @@ def _nodes_of(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
 
 
 def _fill(tree: bpy.types.NodeTree, first: bpy.types.NodeTree, second: bpy.types.NodeTree, factor: float) -> None:
-    sockets = present(tree.interface)
+    sockets = not_none(tree.interface)
     sockets.new_socket(node_group.CYCLES, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
         "The surface for Cycles")
     sockets.new_socket(node_group.EEVEE, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
@@ -237,7 +237,7 @@ def _connect(tree: bpy.types.NodeTree) -> None:
 
 
 def _sockets(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTreeInterfaceSocket]:
-    return [cast(bpy.types.NodeTreeInterfaceSocket, item) for item in present(tree.interface).items_tree
+    return [cast(bpy.types.NodeTreeInterfaceSocket, item) for item in not_none(tree.interface).items_tree
             if item.item_type == "SOCKET"]
 
 
@@ -257,7 +257,7 @@ def _math(tree: bpy.types.NodeTree, operation: str, x: float, y: float) -> bpy.t
 
 def _remember_errors(tree: bpy.types.NodeTree) -> None:
     """What `rendered` says of a group: the larger error of both."""
-    trees = [present(tree.nodes[name].node_tree) for name in _PARTS]
+    trees = [not_none(tree.nodes[name].node_tree) for name in _PARTS]
     for name in _ERRORS:
         known = [value for each in trees if (value := each.get(name)) is not None]
         if len(known) == len(trees):

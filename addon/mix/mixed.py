@@ -7,7 +7,7 @@ import numpy as np
 
 from ..core import export_surface, lamps, mixing
 from ..core import material as materials
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..core.transaction import new_data_removed_on_error
 from . import mix_group
 
@@ -20,10 +20,10 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
     shares; the file then stays as it was.
     """
     with new_data_removed_on_error():
-        nodes = [present(materials.surface_node(item)) for item in (first, second)]
+        nodes = [not_none(materials.surface_node(item)) for item in (first, second)]
         mixed = bpy.data.materials.new(f"{first.name} + {second.name}")
         materials.use_nodes(mixed)
-        tree = present(mixed.node_tree)
+        tree = not_none(mixed.node_tree)
         tree.nodes.clear()
         node, _ = materials.show(mixed, mix_group.create(first, nodes[0], second, nodes[1], factor))
         node.inputs[mix_group.FACTOR].default_value = factor
@@ -53,7 +53,7 @@ class Mixes(mixing.Mixes):
 
     def parts(self, node: bpy.types.Node) -> tuple[bpy.types.Material | None, bpy.types.Material | None, float | None]:
         factor = node.inputs[mix_group.FACTOR]
-        first, second = mix_group.parts(present(node.node_tree))
+        first, second = mix_group.parts(not_none(node.node_tree))
         return first, second, None if factor.is_linked else factor.default_value
 
     def changed(self, material: bpy.types.Material) -> None:
@@ -61,8 +61,8 @@ class Mixes(mixing.Mixes):
         for part in waiting:
             for item in _mixes_of(part):
                 if item not in seen:
-                    node = present(materials.mix_node(item))
-                    first, second = map(present, mix_group.parts(present(node.node_tree)))
+                    node = not_none(materials.mix_node(item))
+                    first, second = map(not_none, mix_group.parts(not_none(node.node_tree)))
                     export_surface.mix(item, first, second, node.inputs[mix_group.FACTOR].default_value)
                     seen.add(item)
                     waiting.append(item)
@@ -73,7 +73,7 @@ def _mixes_of(part: bpy.types.Material) -> Iterator[bpy.types.Material]:
     for item in bpy.data.materials:
         node = materials.mix_node(item) if item.is_editable else None
         if node is not None:
-            pair = mix_group.parts(present(node.node_tree))
+            pair = mix_group.parts(not_none(node.node_tree))
             if part in pair and None not in pair:
                 yield item
 

@@ -6,7 +6,7 @@ from bpy.props import FloatProperty, StringProperty
 from ..core import compiler, targets
 from ..core import material as materials
 from ..core.active_material import active_material
-from ..core.annotations import OperatorResult, present
+from ..core.annotations import OperatorResult, not_none
 from ..core.transaction import new_data_removed_on_error
 from ..panel.layout import name_beside_value
 from . import mix_group
@@ -46,7 +46,7 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
         return context.window_manager.invoke_props_dialog(self, width=_DIALOG, confirm_text="Mix")
 
     def draw(self, _context: bpy.types.Context) -> None:
-        layout = present(self.layout)
+        layout = not_none(self.layout)
         name_beside_value(layout)
         for name in ("first", "second"):
             layout.prop_search(self, name, bpy.data, "materials")
@@ -65,9 +65,9 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
         if self.mask and mask is None:
             self.report({"ERROR"}, f"{self.mask!r} is not an image of this file")
             return {"CANCELLED"}
-        first: bpy.types.Material = present(chosen[0])
-        second: bpy.types.Material = present(chosen[1])
-        left = {item.name: mix_group.left_behind(present(materials.surface_node(item))) for item in (first, second)}
+        first: bpy.types.Material = not_none(chosen[0])
+        second: bpy.types.Material = not_none(chosen[1])
+        left = {item.name: mix_group.left_behind(not_none(materials.surface_node(item))) for item in (first, second)}
         try:
             with new_data_removed_on_error():
                 mixed = mix(first, second, self.factor, mask, context)

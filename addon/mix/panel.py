@@ -3,7 +3,7 @@
 import bpy
 
 from ..core import material as materials
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..panel.layout import MaterialPanel, draw_wrapped
 from . import mix_group
 from .operators import MEASUREDBRDF_OT_mix
@@ -21,13 +21,13 @@ class MEASUREDBRDF_PT_mix(MaterialPanel, bpy.types.Panel):
         return context.material is not None and materials.mix_node(context.material) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, node = present(self.layout), present(materials.mix_node(present(context.material)))
+        layout, node = not_none(self.layout), not_none(materials.mix_node(not_none(context.material)))
         draw_wrapped(layout, "It follows changes of both materials", "MATERIAL")
-        for place, item in zip(("Base", "On Top"), mix_group.parts(present(node.node_tree)), strict=True):
+        for place, item in zip(("Base", "On Top"), mix_group.parts(not_none(node.node_tree)), strict=True):
             draw_wrapped(layout, f"{place}: {'a material that has been deleted' if item is None else item.name}", "DOT")
         factor = node.inputs[mix_group.FACTOR]
         if factor.is_linked:
-            draw_wrapped(layout, f"The factor comes from {present(factor.links)[0].from_node.name}", "DOT")
+            draw_wrapped(layout, f"The factor comes from {not_none(factor.links)[0].from_node.name}", "DOT")
         else:
             layout.prop(factor, "default_value", text=factor.name, slider=True)
 

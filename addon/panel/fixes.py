@@ -4,7 +4,7 @@ import bpy
 from bpy.props import StringProperty
 
 from ..core import checks
-from ..core.annotations import OperatorResult, present
+from ..core.annotations import OperatorResult, not_none
 from ..work.modal import errors_reported
 
 
@@ -15,7 +15,7 @@ class MEASUREDBRDF_OT_check_scene(bpy.types.Operator):
     bl_label = "Check Scene"
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        findings = checks.check(present(context.scene))
+        findings = checks.check(not_none(context.scene))
         for finding in findings:
             advice = f". Fix: {finding.change}" if finding.change else ""
             self.report({"WARNING"}, finding.message + advice)
@@ -35,13 +35,13 @@ class MEASUREDBRDF_OT_fix_setting(bpy.types.Operator):
 
     @classmethod
     def description(cls, context: bpy.types.Context, properties: "MEASUREDBRDF_OT_fix_setting") -> str:
-        return next((finding.change for finding in checks.check(present(context.scene))
+        return next((finding.change for finding in checks.check(not_none(context.scene))
                      if finding.key == properties.key),
                     "Change all settings so that measured materials look as measured")
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         fixed = 0
-        for finding in checks.check(present(context.scene)):
+        for finding in checks.check(not_none(context.scene)):
             if finding.fix is not None and self.key in ("", finding.key):
                 with errors_reported(self):
                     finding.fix()

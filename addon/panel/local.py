@@ -3,7 +3,7 @@
 import bpy
 
 from ..core.active_material import active_material, can_change
-from ..core.annotations import OperatorResult, present
+from ..core.annotations import OperatorResult, not_none
 
 
 class MEASUREDBRDF_OT_make_local(bpy.types.Operator):
@@ -19,7 +19,7 @@ class MEASUREDBRDF_OT_make_local(bpy.types.Operator):
         return target is not None and not can_change(target)
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        present(active_material(context)).make_local(clear_liboverride=True)
+        not_none(active_material(context)).make_local(clear_liboverride=True)
         return {"FINISHED"}
 
 

@@ -10,7 +10,7 @@ import bpy
 from ..core import manual, versions
 from ..core import material as materials
 from ..core.active_material import active_material, can_change
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..core.edits import edit_arguments
 from ..core.properties import label_of_fit, worth
 from ..work import modal, queries
@@ -37,7 +37,7 @@ class _Main:
         return has_data(context) or (context.object is not None and hasattr(context.object.data, "materials"))
 
     def draw(self, context: bpy.types.Context) -> None:
-        draw(present(self.layout), context)
+        draw(not_none(self.layout), context)
 
 
 class MEASUREDBRDF_PT_material(_Main, MaterialPanel, bpy.types.Panel):

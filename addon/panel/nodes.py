@@ -4,7 +4,7 @@ import bpy
 from bpy.props import StringProperty
 
 from ..core import material as materials
-from ..core.annotations import OperatorResult, present
+from ..core.annotations import OperatorResult, not_none
 
 IN = "NODE_MT_add"           # the menu of Blender that has this one
 
@@ -35,7 +35,7 @@ class MEASUREDBRDF_OT_add_node(bpy.types.Operator):
         if surface is None:
             self.report({"ERROR"}, f"{self.material!r} is not a measured material of this file")
             return {"CANCELLED"}
-        group = present(surface.node_tree)
+        group = not_none(surface.node_tree)
         if tree == group or group.contains_tree(tree):
             self.report({"ERROR"}, f"{group.name} cannot hold itself")
             return {"CANCELLED"}

@@ -6,7 +6,7 @@ from bpy.props import EnumProperty
 from ..core import checks, osl_support, rendered
 from ..core import material as materials
 from ..core.active_material import active_material, is_editable
-from ..core.annotations import OperatorResult, present
+from ..core.annotations import OperatorResult, not_none
 from ..core.properties import AUTOMATIC, RENDERING_ITEMS, RENDERINGS
 from .fixes import MEASUREDBRDF_OT_fix_setting
 from .layout import MaterialPanel, choices, draw_wrapped, fits
@@ -24,7 +24,7 @@ class MEASUREDBRDF_OT_enable_osl(bpy.types.Operator):
         if reason:
             self.report({"ERROR"}, reason)
             return {"CANCELLED"}
-        osl_support.enable(present(context.scene))
+        osl_support.enable(not_none(context.scene))
         return {"FINISHED"}
 
 
@@ -47,7 +47,7 @@ class MEASUREDBRDF_OT_use_method(bpy.types.Operator):
         return next(text for key, _, text, *_ in RENDERING_ITEMS if key == properties.method)
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        materials.use_rendering(present(active_material(context)), self.method)
+        materials.use_rendering(not_none(active_material(context)), self.method)
         return {"FINISHED"}
 
 
@@ -64,7 +64,7 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
         return context.material is not None and materials.is_shown(context.material)
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, material, scene = present(self.layout), present(context.material), present(context.scene)
+        layout, material, scene = not_none(self.layout), not_none(context.material), not_none(context.scene)
         chosen = materials.rendering_of(material)
         buttons = choices(layout, [label for _, label, _ in RENDERINGS])
         for key, label, _ in RENDERINGS:
@@ -90,7 +90,7 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
 
 def draw_words(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
     """Say in a line how a material is rendered, and offer OSL where that helps."""
-    now = rendered.in_scene(material, present(context.scene))
+    now = rendered.in_scene(material, not_none(context.scene))
     row = layout.row(align=True)
     row.label(text=rendered.in_words(now, _is_previewed(context)), icon="SHADING_RENDERED")
     if now.can_enable:

@@ -6,7 +6,7 @@ from functools import partial
 import bpy
 
 from ..core import compiler, material
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..core.outcomes import Kept
 from ..core.transaction import by_session_uid
 from ..work import process, queries, tasks
@@ -27,9 +27,9 @@ The fits do not change, and the measurements are not needed"""
             raise ValueError("All measured materials of this file are up to date")
         fits: dict[int, tuple[Kept, list[int]]] = {}
         for item in outdated:           # copies of a material, and materials of one fit, share a shader
-            tree = present(material.group_node(item)).node_tree
+            tree = not_none(material.group_node(item)).node_tree
             if tree.session_uid not in fits:
-                fits[tree.session_uid] = present(queries.kept(item)), []
+                fits[tree.session_uid] = not_none(queries.kept(item)), []
             fits[tree.session_uid][1].append(item.session_uid)
         self._users = [users for _, users in fits.values()]
         return process.Calculation(partial(tasks.rebake, [kept for kept, _ in fits.values()]))

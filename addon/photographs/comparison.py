@@ -13,7 +13,7 @@ from ...fitter.photographs import setup
 from ...fitter.photographs.compared import Part, part_of_ball, reduced, relative_difference
 from ...fitter.pictures import srgb
 from ..core import osl_support
-from ..core.annotations import Report, present
+from ..core.annotations import Report, not_none
 from ..core.previews import picture_of
 from ..core.reading import scene_colours
 
@@ -53,7 +53,7 @@ def answer(folder: Path, report: Report) -> None:
     part = part_of_ball(shot)
     size = min(part.side, _SIZE)
     photograph = reduced(shot.radiance, part, size)
-    counted = reduced(present(shot.mask)[..., None].astype(float), part, size)[..., 0] > 1 - 1e-6
+    counted = reduced(not_none(shot.mask)[..., None].astype(float), part, size)[..., 0] > 1 - 1e-6
     if photograph.shape[2] == 3:
         photograph = photograph @ conversion(DEFAULT, request["colours"]).T
     report(0.3, "Rendering")
@@ -109,6 +109,6 @@ def stored(name: str, picture: SingleArray) -> bpy.types.Image:
     """A new image of the open file that holds a picture."""
     height, width = picture.shape[:2]
     image = bpy.data.images.new(name, width, height)
-    present(image.pixels).foreach_set(picture.ravel())
+    not_none(image.pixels).foreach_set(picture.ravel())
     image.pack()
     return image

@@ -14,7 +14,7 @@ from ...fitter.colours import DEFAULT, conversion
 from ...fitter.files import replacing
 from ...fitter.photographs.setup import Resolved
 from ..core import compiler, material, osl_support, targets
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..core.properties import default_choices, fit_arguments, use_preset, worth
 from ..core.reading import load_arguments, scene_colours
 from ..core.transaction import by_session_uid
@@ -42,8 +42,8 @@ class HasPhotographs(InBackground):
     def remember(self, context: bpy.types.Context) -> bpy.types.Scene:
         """The scene of the context, which `scene` finds again."""
         osl_support.make_importable("OpenImageIO")
-        self._scene = present(context.scene).session_uid
-        return present(context.scene)
+        self._scene = not_none(context.scene).session_uid
+        return not_none(context.scene)
 
     def scene(self) -> bpy.types.Scene:
         """The scene that was remembered. ValueError if it, or its ball, has been removed meanwhile."""
@@ -77,14 +77,14 @@ description (.toml)"""
                            description="Add them to the photographs of this scene")
 
     def draw(self, _context: bpy.types.Context) -> None:
-        layout = present(self.layout)
+        layout = not_none(self.layout)
         layout.use_property_split = True
         for name in ("exposures",) if self.to_scene else ("radius", "distance", "exposures"):
             layout.prop(self, name)
 
     def work(self, context: bpy.types.Context) -> Work:
         osl_support.make_importable("OpenImageIO")
-        self._scene = present(context.scene).session_uid
+        self._scene = not_none(context.scene).session_uid
         paths = [str(Path(self.directory) / item.name) for item in self.files if item.name] or [
             bpy.path.abspath(self.filepath)]
         if len(paths) == 1 and paths[0].lower().endswith(".toml"):
@@ -115,7 +115,7 @@ description (.toml)"""
 
 def _look_through(context: bpy.types.Context) -> None:
     """Look through the camera in the 3D viewports of the window, with the light of the scene."""
-    for area in present(context.window).screen.areas:
+    for area in not_none(context.window).screen.areas:
         if area.type == "VIEW_3D":
             space: Any = area.spaces.active
             space.region_3d.view_perspective = "CAMERA"

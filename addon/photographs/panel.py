@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..core.previews import picture_of
 from ..panel.layout import draw_warning, draw_wrapped, name_beside_value, picture_scale
 from ..panel.main import draw_running
@@ -52,7 +52,7 @@ class _Sidebar:
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return bool(photographs.of(present(context.scene)).photographs)
+        return bool(photographs.of(not_none(context.scene)).photographs)
 
 
 class MEASUREDBRDF_PT_photographs(_Sidebar, bpy.types.Panel):
@@ -61,7 +61,7 @@ class MEASUREDBRDF_PT_photographs(_Sidebar, bpy.types.Panel):
     bl_label = "Measure Photographs"
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, settings = _layout(self), photographs.of(present(context.scene))
+        layout, settings = _layout(self), photographs.of(not_none(context.scene))
         row = layout.row()
         row.template_list(MEASUREDBRDF_UL_photographs.__name__, "", settings, "photographs", settings, "active",
                           rows=_ROWS)
@@ -71,7 +71,7 @@ class MEASUREDBRDF_PT_photographs(_Sidebar, bpy.types.Panel):
 
 
 def _layout(panel: Any) -> bpy.types.UILayout:
-    layout = present(panel.layout)
+    layout = not_none(panel.layout)
     name_beside_value(layout)
     return layout
 
@@ -110,7 +110,7 @@ class MEASUREDBRDF_PT_photographs_stage(_Sidebar, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, settings = _layout(self), photographs.of(present(context.scene))
+        layout, settings = _layout(self), photographs.of(not_none(context.scene))
         if settings.camera is not None:
             layout.prop(settings.camera, "location", text="Camera")
             column = layout.column(align=True)
@@ -133,7 +133,7 @@ class MEASUREDBRDF_PT_photographs_scale(_Sidebar, bpy.types.Panel):
     bl_parent_id = "MEASUREDBRDF_PT_photographs"
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, settings = _layout(self), photographs.of(present(context.scene))
+        layout, settings = _layout(self), photographs.of(not_none(context.scene))
         layout.prop(settings, "scale", text="By")
         fields = {GUESS: ("albedo",), INTENSITY: ("intensity",), BALL: ("known", "known_albedo", "known_lamp"),
                   CARD: ("known", "known_albedo", "known_lamp", "normal")}[settings.scale or GUESS]
@@ -158,11 +158,11 @@ class MEASUREDBRDF_PT_photographs_coverage(_Sidebar, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return bool(photographs.of(present(context.scene)).told)
+        return bool(photographs.of(not_none(context.scene)).told)
 
     def draw(self, context: bpy.types.Context) -> None:
-        for line in photographs.of(present(context.scene)).told.splitlines():
-            draw_wrapped(present(self.layout), line, "DOT")
+        for line in photographs.of(not_none(context.scene)).told.splitlines():
+            draw_wrapped(not_none(self.layout), line, "DOT")
 
 
 class MEASUREDBRDF_PT_photographs_comparison(_Sidebar, bpy.types.Panel):
@@ -172,7 +172,7 @@ class MEASUREDBRDF_PT_photographs_comparison(_Sidebar, bpy.types.Panel):
     bl_parent_id = "MEASUREDBRDF_PT_photographs"
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, shot = _layout(self), photographs.active(photographs.of(present(context.scene)))
+        layout, shot = _layout(self), photographs.active(photographs.of(not_none(context.scene)))
         row = layout.row()
         row.enabled = modal.running is None
         row.operator(MEASUREDBRDF_OT_compare_photograph.bl_idname, icon="RENDER_STILL")

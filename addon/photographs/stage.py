@@ -18,7 +18,7 @@ from ...fitter.arrays import FloatArray
 from ...fitter.photographs import camera as cameras
 from ...fitter.photographs.setup import Description, Resolved
 from ..core import look, material, osl_support
-from ..core.annotations import present
+from ..core.annotations import not_none
 from . import settings as photographs
 from .settings import AS_THE_FILE_SAYS, BALL, CARD, GUESS, INTENSITY
 from .work import LENS, SENSOR, START
@@ -93,7 +93,7 @@ def _ball(scene: bpy.types.Scene, description: Description) -> bpy.types.Object:
     item.location, item.scale = description["centre"], [description["radius"]] * 3
     preview = bpy.data.materials.new("Not Measured")
     material.use_nodes(preview)
-    surface: Any = next(node for node in present(preview.node_tree).nodes if node.type == "BSDF_PRINCIPLED")
+    surface: Any = next(node for node in not_none(preview.node_tree).nodes if node.type == "BSDF_PRINCIPLED")
     surface.inputs["Base Color"].default_value = (*[_PREVIEW[0]] * 3, 1)
     surface.inputs["Roughness"].default_value = _PREVIEW[1]
     item.material_slots[0].material = preview
@@ -220,7 +220,7 @@ def _shot(scene: bpy.types.Scene, shot: Any, whole: bool) -> Description:
     if whole and not is_placed(lamp):
         raise ValueError(f"{shot.name}: say where the lamp stood, by its location, by moving it, or by a chrome ball")
     described: Description = {"files": [bpy.path.abspath(each.filepath) for each in shot.files],
-                          "lamp": _place(lamp).tolist()}
+                              "lamp": _place(lamp).tolist()}
     if any(each.exposure for each in shot.files):
         described["exposures"] = [each.exposure for each in shot.files]
     return described

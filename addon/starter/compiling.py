@@ -14,7 +14,7 @@ from ...fitter.cycles.bake import bake
 from ...fitter.published import name_in
 from ..core import compiler, node_group, osl_support
 from ..core import material as materials
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..work import tasks
 
 _DELAY = 0.1                # s, until the drop has become an undo step
@@ -26,9 +26,9 @@ def compile_used() -> int:
     waiting = defaultdict(list)
     for item in bpy.data.materials:
         if _is_waiting(item):
-            waiting[present(materials.group_node(item)).node_tree].append(item)
+            waiting[not_none(materials.group_node(item)).node_tree].append(item)
     for tree, users in waiting.items():
-        name = present(name_in(users[0].measured_brdf.filepath))
+        name = not_none(name_in(users[0].measured_brdf.filepath))
         try:
             made = ready.find(name)
             if tasks.kept_bytes(made.fit) == node_group.kept_fit(tree):

@@ -6,7 +6,7 @@ import bpy
 
 from ...fitter import published
 from ..core import manual, preferences
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..core.reading import scene_colours
 from ..panel.layout import draw_warning, draw_wrapped, has_data, on_buttons, room
 from . import operators as library
@@ -39,7 +39,7 @@ class MEASUREDBRDF_PT_start(_BeginPanel, bpy.types.Panel):
         return not has_data(context)
 
     def draw(self, context: bpy.types.Context) -> None:
-        _draw_published(present(self.layout), context, _columns())
+        _draw_published(not_none(self.layout), context, _columns())
 
 
 class MEASUREDBRDF_PT_library(bpy.types.Panel):
@@ -51,7 +51,7 @@ class MEASUREDBRDF_PT_library(bpy.types.Panel):
     bl_ui_units_x = 8 * _ABREAST
 
     def draw(self, context: bpy.types.Context) -> None:
-        _draw_published(present(self.layout), context, _ABREAST)
+        _draw_published(not_none(self.layout), context, _ABREAST)
 
 
 def draw_button(layout: bpy.types.UILayout) -> None:
@@ -71,7 +71,7 @@ class MEASUREDBRDF_PT_folder(_BeginPanel, bpy.types.Panel):
         return hasattr(bpy.types, "MEASUREDBRDF_PT_data")       # of the slice that imports; operators are no such types
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = present(self.layout)
+        layout = not_none(self.layout)
         _draw_folder(layout, context)
         layout.operator("wm.url_open", text="Where to Get Data", icon="URL").url = manual.url(manual.DATA)
 

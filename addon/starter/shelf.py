@@ -12,7 +12,7 @@ import bpy
 
 from ...fitter import published
 from ...fitter.arrays import SingleArray
-from ..core.annotations import Arguments, Report, present
+from ..core.annotations import Arguments, Report, not_none
 from ..work import icons, queue, tasks
 from ..work.job import Job
 from ..work.recent import Recent
@@ -79,14 +79,14 @@ def _icon(key: icons.Key, work: Callable[[str], Callable[[Report], SingleArray]]
     if key in _failed:
         return 0, _failed[key]
     job = queue.ask(("thumbnail", *key), work(str(user_folder("thumbnails"))), lane,
-                    then=lambda done: _icons.add(key, present(done.result)))
+                    then=lambda done: _icons.add(key, not_none(done.result)))
     if isinstance(job.error, ValueError):       # of the file; that a worker was killed says nothing of it
         _failed[key] = job.error
     return _icons.known(key), job.error
 
 
 def _keep_library(job: Job[dict[str, SingleArray]]) -> None:
-    for name, picture in present(job.result).items():
+    for name, picture in not_none(job.result).items():
         _icons.add(("published", name), picture)
 
 

@@ -17,7 +17,7 @@ from ...fitter.files import replacing
 from ...fitter.packed_picture import unpacked
 from ..core import assets, library_file, previews
 from ..core import material as materials
-from ..core.annotations import present
+from ..core.annotations import not_none
 from ..core.compiler import Shader
 from ..core.properties import LEVELS, Choices, default_choices, use_preset
 from . import shelf, work
@@ -98,16 +98,16 @@ def _create(wanted: published.Published) -> bpy.types.Material:
 
 def _mark(material: bpy.types.Material, wanted: published.Published) -> None:
     material.asset_mark()
-    data = present(material.asset_data)
+    data = not_none(material.asset_data)
     data.description = wanted.description
     data.author, data.license = published.CITATION, LICENSE
     data.catalog_id = str(assets.catalogue_id(_catalogue(wanted.tags[0])))
     for tag in (*wanted.tags, "published fit", "MERL", wanted.name):
         data.tags.new(tag, skip_if_exists=True)
-    picture = present(unpacked(material.measured_brdf.sphere))
+    picture = not_none(unpacked(material.measured_brdf.sphere))
     step = _STEP / 255
     picture[..., :3] = (picture[..., :3] / step).round() * step
-    previews.fill(present(material.preview_ensure()), picture)
+    previews.fill(not_none(material.preview_ensure()), picture)
 
 
 def _catalogue(kind: str) -> str:

@@ -7,7 +7,7 @@ import bpy.utils.previews
 
 from ...fitter.arrays import SingleArray
 from ..core import previews
-from ..core.annotations import Report, present
+from ..core.annotations import Report, not_none
 from . import queue
 from .job import Job
 from .recent import Recent
@@ -20,7 +20,7 @@ class Icons:
     """Icons of pictures, by what they show; at most `most`, of which those used longest ago go first."""
 
     def __init__(self, most: int) -> None:
-        self._ids: Recent[Key, int] = Recent(most, lambda key: present(self._previews).__delitem__(repr(key)))
+        self._ids: Recent[Key, int] = Recent(most, lambda key: not_none(self._previews).__delitem__(repr(key)))
         self._previews: bpy.utils.previews.ImagePreviewCollection | None = None
 
     def __contains__(self, key: Key) -> bool:

@@ -10,7 +10,7 @@ import bpy
 from bpy.props import IntProperty, StringProperty
 
 from ..core import compiler, material, preferences, rendered, targets
-from ..core.annotations import OperatorResult, present
+from ..core.annotations import OperatorResult, not_none
 from ..core.outcomes import Outcome
 from ..core.properties import CHOICES, LEVELS, FitChoices, use_preset, worth
 from .discovery import GLOB, files_in
@@ -77,7 +77,7 @@ class MakesMaterials(HasTarget, InBackground):
         told = f"{len(made)} materials; {len(failed)} files failed"
         if len(made) == 1:
             told = f"{made[0].name}: {worth(made[0].measured_brdf).whole}"
-        how = rendered.advice(made[0], present(context.scene))
+        how = rendered.advice(made[0], not_none(context.scene))
         # last, because it is the only change that is not taken back on an error
         if why := targets.assign_all(self.all_targets(), made[0]):
             made[0].use_fake_user = True

@@ -17,7 +17,7 @@ from bpy.app.handlers import persistent
 
 from ...fitter import DatasetError
 from ..core import compiler, transaction
-from ..core.annotations import OperatorMixIn, OperatorResult, present
+from ..core.annotations import OperatorMixIn, OperatorResult, not_none
 from . import blender_process, process, queue
 from .job import Job, Work
 
@@ -140,7 +140,7 @@ class InBackground(OperatorMixIn):
 
     def _step(self, context: bpy.types.Context) -> bool:
         """Do the next piece: whether all is done."""
-        job = present(self._job)
+        job = not_none(self._job)
         if not job.poll():
             return False
         if job.error is not None:
@@ -228,7 +228,7 @@ class AsksForPath(InBackground):
 
     def given(self) -> dict[str, Any]:
         """What the operator was given, for another that goes on with it."""
-        properties: dict[str, Any] = present(self.as_keywords(ignore=("filter_glob",)))
+        properties: dict[str, Any] = not_none(self.as_keywords(ignore=("filter_glob",)))
         return {name: [{"name": item.name} for item in value] if name == "files" else value
                 for name, value in properties.items()}
 

@@ -12,7 +12,7 @@ from ...fitter.colours import COLOURS, DEFAULT
 from ...fitter.packed_picture import unpacked
 from ..core import edits, mixing, node_group
 from ..core import material as materials
-from ..core.annotations import Arguments, present
+from ..core.annotations import Arguments, not_none
 from ..core.outcomes import Data, Fitted, Kept, KeptMix, Shown
 from ..core.reading import load_arguments
 from . import icons, queue, tasks
@@ -121,7 +121,7 @@ def kept(material: bpy.types.Material) -> Kept | None:
         return None
     settings = material.measured_brdf
     space = settings.colours if settings.colours in COLOURS else DEFAULT
-    tree = present(node.node_tree)
+    tree = not_none(node.node_tree)
     fit = node_group.kept_fit(tree)
     return Kept(fit, "" if fit else node_group.source(tree), settings.name_of_data,
                       _compression(settings.fitted_levels), space)

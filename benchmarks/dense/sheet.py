@@ -32,7 +32,7 @@ def draw(results, out, into=None):
 
 def _figure(shown):
     figure, axes = pyplot.subplots(len(shown), len(COLUMNS), squeeze=False, layout="constrained",
-                                     figsize=(2.3 * len(COLUMNS), 2.55 * len(shown) + 0.6))
+                                   figsize=(2.3 * len(COLUMNS), 2.55 * len(shown) + 0.6))
     figure.set_facecolor(str(_BACKGROUND))
     figure.suptitle("Spheres under a clear sky, with mean FLIP to the truth, and bytes", color=_INK, fontsize=12)
     for line, (record, pictures) in zip(axes, shown, strict=True):

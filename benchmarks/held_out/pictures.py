@@ -31,7 +31,7 @@ def _spheres(shown):
     """A row of spheres for each set: the reference, Standard and the rivals, with their errors."""
     methods = list(dict.fromkeys(name for _, view in shown for name in view.names[1:]))
     figure, axes = pyplot.subplots(len(shown), 1 + len(methods), squeeze=False, layout="constrained",
-                                     figsize=(1.85 * (1 + len(methods)), 2.1 * len(shown) + 0.6))
+                                   figsize=(1.85 * (1 + len(methods)), 2.1 * len(shown) + 0.6))
     figure.set_facecolor(_BACKGROUND)
     figure.suptitle("The truth, or where there is none Standard fitted to all samples; and fits to 80 % of the "
                     "samples,\nwith their RMSE of the cube root at samples held out, the smallest of which is framed",
@@ -61,7 +61,7 @@ def _lamps(shown):
     """The row-of-lamps pictures: a row for each set."""
     columns = max(len(view.lamp_names) for _, view in shown)
     figure, axes = pyplot.subplots(len(shown), columns, squeeze=False, layout="constrained",
-                                     figsize=(5.4 * columns, 5.7 * len(shown) + 0.7))
+                                   figsize=(5.4 * columns, 5.7 * len(shown) + 0.7))
     figure.set_facecolor(_BACKGROUND)
     most = np.degrees(np.abs(lamps.INCIDENCES).max())
     figure.suptitle(f"Under a row of {lamps.COUNT} small lamps, mirrored at incidences of 0 to {most:g} degrees: a "
@@ -84,7 +84,7 @@ def _lamps(shown):
 def _ridge(shown):
     """Energy of each channel, and colour, along the mirror ridge: a row for each set."""
     figure, axes = pyplot.subplots(len(shown), 4, squeeze=False, layout="constrained",
-                                     figsize=(18, 3.1 * len(shown) + 0.6))
+                                   figsize=(18, 3.1 * len(shown) + 0.6))
     figure.suptitle(f"Energy in the cone of {np.degrees(ridge.HALF_ANGLE):.0f} degrees about the mirror direction "
                     "(integral of f cos), against the angle of incidence in degrees; points at measured incidences. "
                     "Right: its colour", fontsize=12)

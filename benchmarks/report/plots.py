@@ -55,7 +55,7 @@ def panels(count: int, columns: int, size: tuple[float, float]) -> tuple[Figure,
     columns = min(count, columns)
     rows = -(-count // columns)
     figure, axes = pyplot.subplots(rows, columns, figsize=(size[0] * columns, size[1] * rows), squeeze=False,
-                                     constrained_layout=True)
+                                   constrained_layout=True)
     for axis in axes.ravel()[count:]:
         axis.set_axis_off()
     return figure, axes

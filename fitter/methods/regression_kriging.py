@@ -140,7 +140,7 @@ def _families(samples: Samples, model: Microfacet) -> list[list[Coordinates]]:
         least = max(min(alpha, across), max(alpha, across) / _MOST_ELONGATED)
         shares = least / max(alpha, least), least / max(across, least)      # at most 1, but for rounding
         families.append([AnisotropicRusinkiewicz(each * min(shares[0], 1.0), each * min(shares[1], 1.0),
-                                              float(model.turn[narrowest])) for each in _STRETCHES_OF_MANY])
+                                                 float(model.turn[narrowest])) for each in _STRETCHES_OF_MANY])
     return families
 
 

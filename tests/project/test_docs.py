@@ -177,7 +177,7 @@ def test_files_that_the_shaders_comments_name_are_there(path):
     (missing_paths, "`python -m tools.x`, `../shared/data`, `build/demo/*.png`, `fitter/formats/NAME.py`", []),
     (unknown_names, "`fitter.load`, `Fit.evaluate`, `methods.fit`, `bpy.ops.x.y`, `image.pixels`", []),
     (unknown_names, "`fitter.loaded`, `Fit.evaluated`, `methods.fitted`", ["Fit.evaluated", "fitter.loaded",
-                                                                         "methods.fitted"]),
+                                                                           "methods.fitted"]),
     (missing_targets, "    make demos  # x\n`make test`, `make tests` or make do", ["demos", "tests"]),
     (lambda text: missing_links(ROOT / "README.md", text), "![a](docs/none.png) [b](docs/manual.md#no-such) [c](#x)"
      " [d](docs/manual.md#fit) [e](https://example.org)", ["docs/none.png", "docs/manual.md#no-such", "#x"]),

@@ -83,7 +83,7 @@ def test_the_sphere_of_the_tests_is_that_of_blenders_operator(blender):
     def faces(mesh):
         uv = mesh.uv_layers[0].data
         return sorted((*np.round(face.center, 4) + 0.0, *np.round(np.mean([uv[loop].uv for loop in face.loop_indices],
-                                                                         axis=0), 4), *np.round(face.normal, 3) + 0.0)
+                                                                          axis=0), 4), *np.round(face.normal, 3) + 0.0)
                       for face in mesh.polygons)
     np.testing.assert_allclose(faces(ours), faces(theirs), atol=2e-3)
     assert all(face.use_smooth for face in ours.polygons)

@@ -83,7 +83,7 @@ def test_every_file_and_folder_has_a_layer():
 
 def test_formats_know_samples_and_no_fit():
     known = {("fitter", name) for name in ("arrays", "colours", "coordinates", "errors", "files", "formats", "npz",
-                                       "published", "samples")}
+                                           "published", "samples")}
     for path in SOURCES:
         if path.startswith("fitter/formats/"):
             imported = {module[:2] for module in imports(path, (ROOT / path).read_text("utf-8"))}

@@ -48,7 +48,7 @@ def without_code(text):
 def blocks(text):
     """Paragraphs, items of lists and rows of tables, each of which names files and what is in them."""
     return re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.) )|\n(?=\|)", re.sub(r"^```.*?^```$", "", text,
-                                                                        flags=re.DOTALL | re.MULTILINE))
+                                                                         flags=re.DOTALL | re.MULTILINE))
 
 
 @cache

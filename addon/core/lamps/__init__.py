@@ -21,7 +21,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from .. import shared_groups
-from ..annotations import present
+from ..annotations import not_none
 from ..device import renders_on_gpu
 from ..world_lights import bright_spots
 from . import changes, drivers, group, instances, lamp, light_objects
@@ -59,7 +59,7 @@ def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], frugal: bool = False)
 
 def update(depsgraph: bpy.types.Depsgraph) -> None:
     """Write the lamps of an evaluated scene into all lamp groups; during a render job, once it has ended."""
-    if not _may_write(present(depsgraph.scene)):
+    if not _may_write(not_none(depsgraph.scene)):
         _postpone()
         return
     _is_due.clear()
@@ -83,18 +83,18 @@ def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
     trees = group.trees() if any(changed) else []
     if not trees:
         return
-    frugal = renders_on_gpu(present(depsgraph.scene))
+    frugal = renders_on_gpu(not_none(depsgraph.scene))
     ranked = sorted(_lamps(depsgraph, changed), key=lambda pair: pair[0].rank)
     for tree in trees:
-        _write(tree, ranked[:group.capacity(tree)], frugal, present(depsgraph.view_layer))
+        _write(tree, ranked[:group.capacity(tree)], frugal, not_none(depsgraph.view_layer))
 
 
 def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Listed:
-    shining = light_objects.shining(present(depsgraph.view_layer))
+    shining = light_objects.shining(not_none(depsgraph.view_layer))
     lights = [item.evaluated_get(depsgraph) for item in shining]
     # an animated lamp stays listed while it is dark: it may be lit at another frame
     listed: _Listed = [(lamp.of(light, item.matrix_world), item) for item in lights
-                     if (light := light_of(item)).energy > 0 or drivers.is_animated(present(light.original))]
+                     if (light := light_of(item)).energy > 0 or drivers.is_animated(not_none(light.original))]
     listed += [(known, None) for known in instances.lamps(depsgraph, shining, changed)]
     listed += [(Lamp(spot.direction, -spot.radius, spot.irradiance), None)
               for spot in bright_spots(depsgraph.scene_eval.world) if spot.irradiance > 0]
@@ -105,7 +105,7 @@ def _write(tree: bpy.types.NodeTree, listed: _Listed, frugal: bool, layer: bpy.t
     """Write lamps into a group, with drivers for those that need them."""
     names = Counter(item.name for _, item in listed if item is not None)
     # drivers cannot tell a local object from a linked one of the same name
-    wanted = {_identity(item): drivers.wanted(present(item.original), layer) for _, item in listed
+    wanted = {_identity(item): drivers.wanted(not_none(item.original), layer) for _, item in listed
               if item is not None and names[item.name] == 1}
     if any(wanted.values()):
         listed = _in_order_of(_object_order.get(tree.session_uid, []), listed)
@@ -168,7 +168,7 @@ def _postpone() -> None:
 
 def _retry() -> float | None:
     """Make a postponed update, once no render runs."""
-    scene = present(bpy.context.scene)
+    scene = not_none(bpy.context.scene)
     if not _may_write(scene):
         return _RETRY_INTERVAL
     if _is_due.is_set():

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import bpy
 
-from ..annotations import present
+from ..annotations import not_none
 from . import drivers, lamp
 from .changes import Changed, changed_objects
 from .light_objects import light_objects, light_of
@@ -51,7 +51,7 @@ def lamps(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object], c
     global _last
     key = depsgraph.scene.session_uid, depsgraph.view_layer.name, depsgraph.mode
     if _last.key != key or changed.structure:
-        _last = _Search(key, may_be_instanced(present(depsgraph.scene), shining))
+        _last = _Search(key, may_be_instanced(not_none(depsgraph.scene), shining))
         if _last.possible:
             search(depsgraph, shining)
     elif _last.possible and changed.others:
@@ -67,7 +67,7 @@ def search(depsgraph: bpy.types.Depsgraph, shining: Sequence[bpy.types.Object]) 
     instanced: list[lamp.Lamp] = []
     parents: dict[int, bool] = {}
     for instance in depsgraph.object_instances:
-        item = present(instance.object)
+        item = not_none(instance.object)
         if item.type != "LIGHT" or (not instance.is_instance and item.original.session_uid in known):
             continue
         light = light_of(item)

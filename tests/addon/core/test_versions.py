@@ -83,7 +83,7 @@ def test_one_button_brings_it_up_to_date_without_the_measurements(old_scene):
 
 @pytest.mark.parametrize("has_osl", [True, False])
 def test_a_mix_of_the_first_version_and_this_one_is_told_as_it_is_rendered_by_nodes(old_scene, tmp_path, glossy,
-                                                                                  write_astm, has_osl):
+                                                                                    write_astm, has_osl):
     from measured_brdf.addon.core import material, rendered
 
     scene, shown = bpy.context.scene, next(item for item in bpy.data.objects if item.active_material)

@@ -268,7 +268,7 @@ def full_disk(size, begins, ends):
 
 
 def test_a_library_that_does_not_fit_onto_the_disk_is_an_error_and_the_former_one_stays(blender, folder, library,
-                                                                                       glossy, write_astm):
+                                                                                        glossy, write_astm):
     """Blender saves a file without its end without an error."""
     convert(folder, library)
     before = library.read_bytes()

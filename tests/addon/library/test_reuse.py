@@ -173,7 +173,7 @@ def test_the_file_browser_proposes_the_name_of_the_missing_file(blender, materia
 
 
 def test_missing_files_of_all_materials_are_found_by_name_below_a_folder(blender, material, file, glossy, write_astm,
-                                                                        tmp_path, capfd):
+                                                                         tmp_path, capfd):
     """Of files of one name, the one with the measurements that the material was fitted to."""
     from dataclasses import replace
 

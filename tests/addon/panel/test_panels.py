@@ -493,7 +493,7 @@ def test_results_of_a_damaged_file_are_drawn_or_left_out(ui, material, odd):
 
 
 def test_look_shows_the_fit_that_the_material_has_and_fits_only_for_other_settings(ui, extension, material,
-                                                                                  monkeypatch):
+                                                                                   monkeypatch):
     from types import SimpleNamespace as Answer
 
     asked, done = [], Answer(error=None, finished=1.0, result=(None, float("nan")))

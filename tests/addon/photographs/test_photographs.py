@@ -377,7 +377,7 @@ def refused_without_lamp(message):
 
 
 @pytest.mark.parametrize(("spoil", "message"), [(two_balls, "two bright things found, expected one ball"),
-                                               (mixed_sizes, "photographs of several sizes")])
+                                                (mixed_sizes, "photographs of several sizes")])
 def test_no_outline_of_one_ball_moves_nothing(opened, tmp_path, spoil, message):
     spoil(opened, tmp_path)
     refused(bpy.ops.measured_brdf.fit_outline, message)

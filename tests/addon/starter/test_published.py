@@ -112,7 +112,7 @@ def test_search_finds_by_words_in_name_label_and_tags(extension):
 
 
 def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extension, tmp_path, glossy, write_astm,
-                                                                       monkeypatch):
+                                                                          monkeypatch):
     from measured_brdf.addon.starter import shelf
     from measured_brdf.addon.work import queue
 

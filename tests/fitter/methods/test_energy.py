@@ -38,7 +38,7 @@ def albedo(model, theta, leaving):
     # divided at the peaks, which adaptive cubature may not see otherwise
     peaks = [(theta, turn) for turn in (0.05, np.pi - 0.05)] if 0.01 < theta < np.pi / 2 - 0.01 else []
     integral = integrate.cubature(integrand, [0, 0], [np.pi / 2, np.pi], rtol=2e-3, atol=2e-3, points=peaks,
-                               max_subdivisions=5000)
+                                  max_subdivisions=5000)
     assert integral.status == "converged"
     return integral.estimate.max()
 

@@ -63,7 +63,7 @@ def crowds(random, kind, count):
     """Samples that mislead the shortcuts of the search."""
     angles = random.random((4, count)) * [[1.57], [9], [1.57], [9]]
     probes = np.radians([grid.ravel() for grid in np.meshgrid(range(10, 81, 10), 0, range(10, 81, 10),
-                                                             range(0, 181, 15))])
+                                                              range(0, 181, 15))])
     if kind == "all the same":
         angles[:] = 0.7
     elif kind == "one crowd":
