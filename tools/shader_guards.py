@@ -16,6 +16,7 @@ _EVERYWHERE = (_RENDERING, "-k", "world-foil or area and foil or strength")
 _SMALL = (_GUARDS, _RENDERING, "-k", "shader_guards and lamp or sun-foil or close_together or more_lamps")
 _FRUGAL = ("tests/osl/test_frugal.py", "-k", "eight_lamps or no_more_lobes")
 _REMAINDER = (_GUARDS, _RENDERING, "-k", "shader_guards and lamp or world-foil or area and foil or leak")
+_DOTS = ("tests/benchmarks/test_contact.py", "-k", "dots")
 
 
 class ShaderGuard(NamedTuple):
@@ -120,9 +121,6 @@ SHADER_GUARDS = [
          ("max(eval_fit(FIT, to_fit(w), to_fit(mixture.wo)) * w[2], LEAST_OF_MIXTURE * mixed)",
           "eval_fit(FIT, to_fit(w), to_fit(mixture.wo)) * w[2]",
           "a little is left of a mixture where the fit is 0"),
-         ("max(all.fitted[i], radius < SMALL_LAMP_RADIUS ? color(0.0) : LEFT_OF_MIXTURE * all.mixed[i])",
-          "all.fitted[i]",
-          "lobes do not subtract more than there is"),
          ("* albedo, color(most));", "* albedo, albedo);",
           "the mixture is lowered by no more than a share of its light"),
          ("normalize(axis + LOBE_TILT * perpendicular(axis))", "axis", "cosines that round to more than 1"),
@@ -160,6 +158,11 @@ SHADER_GUARDS = [
           "what is seen in a mirror is exact"),
          ('if (Everywhere || raytype("camera") || raytype("singular"))', "if (1)",
           "after a rough bounce the mixture stands in")),
+    *_of("osl/lamp_lobes.h", _DOTS,
+         ("clamp(height, LEFT_OF_MIXTURE * all.mixed[i], MOST_OF_MIXTURE * all.mixed[i])", "height",
+          "lobes of lamps that are not small do not change the mixture much")),
+    *_of("osl/remainder.h", _DOTS,
+         ("if (!everywhere)", "if (0)", "a sampled direction carries no more than some times the albedo")),
     *_of("osl/remainder.h", _EVERYWHERE,
          ("if (plan.sampled)", "if (1)", "some samples have a direction, and make up for the others")),
     *_of("osl/remainder.h", _LARGE,

@@ -1,9 +1,12 @@
 """The contact sheet: what it counts, and that what is hard to render looks no worse than a Principled."""
 
+import bpy
 import numpy as np
 import pytest
 
 from benchmarks import contact
+from fitter.cycles.node_mixture import node_mixtures
+from support import stage
 from support.cases import release
 
 BELOW_ZERO = pytest.mark.xfail(reason="Exact has pixels below zero before denoising", strict=True)
@@ -27,6 +30,19 @@ def test_everything_that_is_offered_is_on_it():
 
     assert {f"published:{name}" for name in fitter.list_published()} < {*contact.materials()}
     assert [*contact.materials(published=10)][:2] == ["published:alum-bronze", "published:blue-acrylic"]
+
+
+@pytest.mark.parametrize("name", ["published:two-layer-silver", "goniometer/IMX455.bsdf"])
+def test_there_are_no_dots_in_narrow_peaks_and_at_silhouettes(extension, openimageio, name):
+    if name not in contact.materials():
+        pytest.skip("no measurements")
+    fit = contact.materials()[name]()
+    made = contact.scene()
+    made.cycles.use_denoising, made.cycles.seed, made.render.image_settings.media_type = False, 3, "IMAGE"
+    bpy.data.objects["Sphere"].data.materials.append(stage.material_for(fit, node_mixtures(fit)))
+    shown = contact.tile(stage.render(made)[..., :3])
+    assert shown.picture.min() > -0.5 * shown.picture.mean()
+    assert shown.bright <= 2
 
 
 @release
