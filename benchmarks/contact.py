@@ -148,8 +148,13 @@ def scene():
 
 
 def counts(found):
-    """The counts of each way: as they are, then denoised, each dark, bright, below zero."""
-    return "  ".join(f"{each.dark:4} {each.bright:3} {each.below:3}" for way in WAYS for each in found[way])
+    """The counts of each way: as they are, then denoised, each dark, bright, below zero: an array of 18."""
+    return np.array([[each.dark, each.bright, each.below] for way in WAYS for each in found[way]]).ravel()
+
+
+def in_columns(numbers):
+    """Counts, or sums of them, as they stand in the table."""
+    return "  ".join("{:4} {:3} {:3}".format(*each) for each in numbers.reshape(-1, 3))
 
 
 def _draw(rows, path):
@@ -183,16 +188,18 @@ def main():
     options.out.mkdir(parents=True, exist_ok=True)
     chosen = {name: fit for name, fit in materials(options.published).items()
               if any(text in name for text in options.only)}
-    rows = []
+    rows, total = [], np.zeros(18, int)
     with open(options.out / "counts.txt", "w", encoding="utf-8") as table:
         _say(table, f"{'dark, bright, below zero':45}" + "".join(f"{way:14}{'denoised':14}" for way in WAYS))
         for number, (name, fit) in enumerate(chosen.items(), start=1):
             start = time.perf_counter()
             found = tiles(fit(), name)
             rows.append((name, found))
-            _say(table, f"{name:43}{counts(found)}   {time.perf_counter() - start:4.0f} s")
+            total = total + counts(found)
+            _say(table, f"{name:43}{in_columns(counts(found))}   {time.perf_counter() - start:4.0f} s")
             _draw(rows, options.out / f"{(number - 1) // ROWS + 1:02}.png")       # also if it is interrupted
             rows = rows if len(rows) < ROWS else []
+        _say(table, f"{'all':43}{in_columns(total)}")
 
 
 def _say(table, line):
