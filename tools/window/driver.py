@@ -271,7 +271,7 @@ def open_tab(h):
 
 def until_there(h):
     shelf = importlib.import_module("bl_ext.user_default.measured_brdf.addon.starter.shelf")
-    if not shelf._icon_ids:
+    if not shelf.published_icon("blue-metallic-paint"):     # the pictures come all at once
         h.later.append(until_there)
         h.wait(0.2)
         return
