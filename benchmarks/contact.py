@@ -195,8 +195,9 @@ def main():
             start = time.perf_counter()
             found = tiles(fit(), name)
             rows.append((name, found))
-            total = total + counts(found)
-            _say(table, f"{name:43}{in_columns(counts(found))}   {time.perf_counter() - start:4.0f} s")
+            counted = counts(found)
+            total += counted
+            _say(table, f"{name:43}{in_columns(counted)}   {time.perf_counter() - start:4.0f} s")
             _draw(rows, options.out / f"{(number - 1) // ROWS + 1:02}.png")       # also if it is interrupted
             rows = rows if len(rows) < ROWS else []
         _say(table, f"{'all':43}{in_columns(total)}")

@@ -305,44 +305,6 @@ def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: st
     return picture
 
 
-def error_plot(levels: Sequence[int], errors: Sequence[float], current: tuple[int, float],
-               size: int = SIZE) -> SingleArray:
-    """Plot the error against the level, on a logarithmic axis, and mark the current choice.
-
-    Parameters
-    ----------
-    levels : (n,) sequence of int
-    errors : (n,) sequence of float
-        1/sr.
-    current : (level, error)
-    size : int
-        Pixels.
-
-    Returns
-    -------
-    (size, size, 4) float32
-    """
-    canvas = blank(size)
-    logs = np.log10(np.maximum([*errors, current[1]], 1e-9))
-    low, high = np.floor(logs.min()), max(np.ceil(logs.max()), np.floor(logs.min()) + 1)
-    left, bottom, width, height = 0.2 * size, 0.13 * size, 0.74 * size, 0.8 * size
-
-    def at(level: ArrayLike, log: ArrayLike) -> FloatArray:
-        across = (np.asarray(level) - levels[0]) / max(levels[-1] - levels[0], 1)
-        return np.stack([left + width * across, bottom + height * (np.asarray(log) - low) / (high - low)], axis=-1)
-
-    for decade in np.arange(low, high + 1):
-        line(canvas, at([levels[0], levels[-1]], [decade, decade]), GRID)
-        write(canvas, f"1e{decade:+.0f}", (0.02 * size, at(levels[0], decade)[1] - 5))
-    for level in levels:
-        line(canvas, at([level, level], [low, high]), GRID)
-        write(canvas, str(level), at(level, low) - (3, 18))
-    line(canvas, at(levels, logs[:-1]), INK, 1.6)
-    dots(canvas, at(levels, logs[:-1]), INK, 3.2)
-    dots(canvas, at([current[0]], logs[-1:]), _MARK, 6)
-    return canvas
-
-
 def srgb(linear: ArrayLike) -> FloatArray:
     """Encode linear values for display, clipped to 0 to 1 (IEC 61966-2-1).
 

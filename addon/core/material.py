@@ -204,7 +204,7 @@ def use_nodes(material: bpy.types.Material) -> None:
 
 
 def show(material: bpy.types.Material,
-          tree: bpy.types.NodeTree) -> tuple[bpy.types.Node, bpy.types.NodeTree | None]:
+         tree: bpy.types.NodeTree) -> tuple[bpy.types.Node, bpy.types.NodeTree | None]:
     """Replace the measured group of a material, or connect a new one to its surface: the node, and the former group or
     None.
 

@@ -49,7 +49,7 @@ def bright_spots(world: bpy.types.World | None) -> list[Spot]:
             bright.append(Spot(_to_world(node, _sun(node)), max(node.sun_size / 2, 1e-4), math.pi * strength))
         elif node.type == "TEX_ENVIRONMENT" and node.projection == "EQUIRECTANGULAR" and node.image is not None:
             bright += [Spot(_to_world(node, direction), radius, light * strength)
-                      for direction, radius, light in _in_image(node.image.original)]
+                       for direction, radius, light in _in_image(node.image.original)]
     return bright
 
 

@@ -139,7 +139,7 @@ def _description(fit: Fit, damped: Fit, before: FloatArray, farthest: float, sam
     over = np.degrees(VIEWS[(before > 1 + TOLERANCE).any(axis=1)])
     at = some(samples, MOST).directions
     after, all_of_it = (float((np.cos(at[2])[:, None] * np.abs(each.evaluate(*at))).sum())
-                       for each in (damped, fit))
+                        for each in (damped, fit))
     lost = 100 * (1 - after / all_of_it) if all_of_it else 0.0
     where = f"from {over.min():.0f} degrees" if over.max() >= 89 else f"at {over.min():.0f} to {over.max():.0f} degrees"
     measured = f"measured up to {np.degrees(farthest):.0f} degrees"

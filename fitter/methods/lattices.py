@@ -203,7 +203,7 @@ def likelihoods(samples: Samples, systems: Sequence[Coordinates], transforms: Se
         squares = np.maximum(total - (np.linalg.solve(root, moment) ** 2).sum(axis=0), np.finfo(float).tiny)
         logarithms = 2 * np.log(np.diag(root)).sum() - of_lattice
         values[number] = (-0.5 * np.log(squares).reshape(len(transforms), -1).mean(axis=1)
-                         - 0.5 * logarithms / len(samples))
+                          - 0.5 * logarithms / len(samples))
     return values
 
 

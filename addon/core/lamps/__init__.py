@@ -94,10 +94,10 @@ def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Listed:
     lights = [item.evaluated_get(depsgraph) for item in shining]
     # an animated lamp stays listed while it is dark: it may be lit at another frame
     listed: _Listed = [(lamp.of(light, item.matrix_world), item) for item in lights
-                     if (light := light_of(item)).energy > 0 or drivers.is_animated(not_none(light.original))]
+                       if (light := light_of(item)).energy > 0 or drivers.is_animated(not_none(light.original))]
     listed += [(known, None) for known in instances.lamps(depsgraph, shining, changed)]
     listed += [(Lamp(spot.direction, -spot.radius, spot.irradiance), None)
-              for spot in bright_spots(depsgraph.scene_eval.world) if spot.irradiance > 0]
+               for spot in bright_spots(depsgraph.scene_eval.world) if spot.irradiance > 0]
     return listed
 
 

@@ -61,7 +61,7 @@ def lobes(kd, *several):
     """A prior of one channel: a Lambertian and lobes (kind, strength, alpha, gamma, f0)."""
     kinds, ks, alpha, gamma, f0 = zip(*several, strict=True) if several else ((),) * 5
     return Microfacet(np.array([kd]), np.array(ks).reshape(-1, 1), *(np.array(numbers, dtype=float)
-                                                                      for numbers in (alpha, gamma, f0)), kinds)
+                                                                     for numbers in (alpha, gamma, f0)), kinds)
 
 
 def measured(evaluate, count=350):

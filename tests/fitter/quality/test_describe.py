@@ -222,12 +222,6 @@ def test_without_samples_near_the_plane_the_plot_shows_none():
     assert math.isnan(pictures.polar_plot(Lambertian(), samples, 0.6, 64)[1])
 
 
-def test_the_plot_of_errors_marks_the_choice_at_its_place():
-    picture = pictures.error_plot([0, 1, 2], [1.0, 0.1, 0.01], (1, 0.1), 200)
-    marked = np.argwhere((picture[..., 0] > 0.95) & (picture[..., 2] < 0.3))
-    assert marked.mean(axis=0) == pytest.approx([0.53 * 200, 0.57 * 200], abs=1.5)
-
-
 @pytest.mark.parametrize(("degrees", "guessed"), [(80, "beyond 80°, where nothing was measured"), (89.5, None)])
 def test_it_says_from_which_angle_on_a_fit_is_a_guess(degrees, guessed):
     theta = np.radians(np.linspace(0, degrees, 20))
