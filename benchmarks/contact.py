@@ -2,10 +2,12 @@
 
 The starter library (`fitter.list_published`), all measurements at hand, and edits of a few, by the preset Standard,
 under two area lamps, a small spot and a dim sky: Exact, Nodes, and the closest Principled BSDF, each of 64 samples as
-they are and denoised. The table counts, of the pixels of each tile: those darker than .25 of the median of the 5 x 5
-pixels around them, those brighter than 4 times it, and those with a channel below zero.
+they are and denoised, and EEVEE's of the material and of the Principled. The table counts, of the pixels of each tile:
+those darker than .25 of the median of the 5 x 5 pixels around them, those brighter than 4 times it, and those with a
+channel below zero.
 
-``python -m benchmarks.contact [--published N] [--only TEXT ...] [--out FOLDER]``: N of the starter library, evenly;
+EEVEE needs OpenGL: Mesa's in software will do (on Debian: libegl-mesa0 and libgl1-mesa-dri). ``python -m
+benchmarks.contact [--published N] [--only TEXT ...] [--out FOLDER]``: N of the starter library, evenly;
 materials whose name contains one of the texts.
 """
 
@@ -28,7 +30,7 @@ from support import ball_files, checkout, kept, sheet, stage
 from .ordinary import principled_material, to_median
 
 OUT = checkout.ROOT / "build" / "contact"
-SIZE, SAMPLES = 96, 64
+SIZE, SAMPLES, IN_EEVEE = 96, 64, 16         # EEVEE has no noise but at the edges of shadows
 DARK, BRIGHT = 0.25, 4.0
 FILES = "*.dat", "*.astm", "*.brdf", "*.bsdf", "*.mbsdf"
 PUBLISHED = "published:"
@@ -36,7 +38,8 @@ EDITED = ("published:chrome", "published:red-fabric", "cornell/krylon_blue.astm"
           "rgl/irid_flake_paint1_rgb.bsdf")
 EDITS = {"coat": {"coat": 1.0, "coat_width": 0.05}, "gain 8": {"highlight": 8.0}, "width .25": {"width": 0.25},
          "width 4": {"width": 4.0}, "red": {"diffuse": (1, 0.1, 0.1), "highlight": (1, 0.1, 0.1)}}
-WAYS = ("Exact", "Nodes", "Principled")
+WAYS = ("Exact", "Nodes", "EEVEE", "Principled", "Principled in EEVEE")
+COLUMNS = 8                 # EEVEE is not denoised
 ROWS = 10                   # of a sheet
 _EXPOSURE = 1.2
 
@@ -96,25 +99,28 @@ def tile(picture):
     return Tile(picture, int((over < DARK).sum()), int((over > BRIGHT).sum()), int((picture < 0).any(axis=-1).sum()))
 
 
-def tiles(fit, name):
-    """Render a fit each way: by way, (as it is, denoised)."""
+def tiles(fit, name, ways=WAYS):
+    """Render a fit each way: by way, (as it is, denoised), of EEVEE (as it is,)."""
     made = scene()
     measured = stage.material_for(fit, node_mixtures(fit))
+    stage.add_eevee_output(measured)
+    like = principled_material(fit, name)
     found = {}
-    for way in WAYS:
-        material = principled_material(fit, name) if way == "Principled" else measured
-        if material is measured:
-            stage.set_input(measured, "Nodes", way == "Nodes")
+    for way in ways:
+        stage.set_input(measured, "Nodes", way == "Nodes")
         bpy.data.objects["Sphere"].data.materials.clear()
-        bpy.data.objects["Sphere"].data.materials.append(material)
-        found[way] = tuple(map(tile, _rendered(made)))
+        bpy.data.objects["Sphere"].data.materials.append(like if way.startswith("Principled") else measured)
+        found[way] = tuple(map(tile, _rendered(made, way.endswith("EEVEE"))))
     return found
 
 
-def _rendered(made):
-    """The picture as it is, and denoised, of one render: (SIZE, SIZE, 3) each."""
+def _rendered(made, in_eevee):
+    """The picture as it is, and in Cycles denoised, of one render: (SIZE, SIZE, 3) each."""
     import OpenImageIO
 
+    made.render.image_settings.media_type = "IMAGE" if in_eevee else "MULTI_LAYER_IMAGE"
+    if in_eevee:
+        return stage.render_in_eevee(made, IN_EEVEE)[..., :3],
     with tempfile.TemporaryDirectory() as folder:
         made.render.filepath = str(Path(folder) / "picture.exr")
         bpy.ops.render.render(write_still=True)
@@ -129,7 +135,6 @@ def scene():
     made = stage.black_scene(SIZE, SIZE, SAMPLES, span=1)
     made.render.film_transparent, made.cycles.use_denoising = False, True
     bpy.context.view_layer.cycles.denoising_store_passes = True
-    made.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
     made.cycles.sample_clamp_indirect = 10          # as Cycles has it by default
     made.cycles.max_bounces = made.cycles.diffuse_bounces = made.cycles.glossy_bounces = 4
     stage.background(made, 0.1, (0.7, 0.8, 1.0))
@@ -148,7 +153,7 @@ def scene():
 
 
 def counts(found):
-    """The counts of each way: as they are, then denoised, each dark, bright, below zero: an array of 18."""
+    """The counts of each way: as they are, then denoised, each dark, bright, below zero: (3 COLUMNS,)."""
     return np.array([[each.dark, each.bright, each.below] for way in WAYS for each in found[way]]).ravel()
 
 
@@ -161,18 +166,22 @@ def _draw(rows, path):
     """Write a contact sheet: a row of tiles for each material."""
     from matplotlib import pyplot
 
-    figure, axes = pyplot.subplots(len(rows), 2 * len(WAYS), figsize=(12, 1.5 * len(rows) + 0.2), squeeze=False)
-    figure.subplots_adjust(0.16, 0, 1, 1 - 0.2 / (1.5 * len(rows) + 0.2), 0.02, 0.02)
+    figure, axes = pyplot.subplots(len(rows), COLUMNS, figsize=(16, 1.5 * len(rows) + 0.2), squeeze=False)
+    figure.subplots_adjust(0.12, 0, 1, 1 - 0.2 / (1.5 * len(rows) + 0.2), 0.02, 0.02)
     for line, (name, found) in zip(axes, rows, strict=True):
         shown = [each for way in WAYS for each in found[way]]
         for place, each in zip(line, shown, strict=True):
             place.imshow(sheet.encode(_EXPOSURE * each.picture), interpolation="nearest")
             place.axis("off")
         line[0].text(-6, SIZE / 2, name.replace("/", "/\n").replace(", ", ",\n"), ha="right", va="center", fontsize=8)
-    for place, title in zip(axes[0], [text for way in WAYS for text in (way, f"{way}, denoised")], strict=True):
+    for place, title in zip(axes[0], _titles(), strict=True):
         place.set_title(title, fontsize=8, pad=2)
     figure.savefig(path, dpi=100)
     pyplot.close(figure)
+
+
+def _titles():
+    return [text for way in WAYS for text in ((way,) if way.endswith("EEVEE") else (way, f"{way}, denoised"))]
 
 
 def main():
@@ -188,9 +197,10 @@ def main():
     options.out.mkdir(parents=True, exist_ok=True)
     chosen = {name: fit for name, fit in materials(options.published).items()
               if any(text in name for text in options.only)}
-    rows, total = [], np.zeros(18, int)
+    rows, total = [], np.zeros(3 * COLUMNS, int)
     with open(options.out / "counts.txt", "w", encoding="utf-8") as table:
-        _say(table, f"{'dark, bright, below zero':45}" + "".join(f"{way:14}{'denoised':14}" for way in WAYS))
+        titles = "".join(f"{title.split(', ')[-1][:12]:14}" for title in _titles())
+        _say(table, f"{'dark, bright, below zero':45}{titles}")
         for number, (name, fit) in enumerate(chosen.items(), start=1):
             start = time.perf_counter()
             found = tiles(fit(), name)

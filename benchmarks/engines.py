@@ -38,7 +38,6 @@ TURNED = ("brushed b", "woven b")
 PICTURED = ("felt", "velvet", "aluminum foil", "krylon_blue_RGB", "cayman", "irid_flake_paint1_rgb", "brushed b")
 SIZE, SPAN = 96, 2.1
 FEW, MANY, IN_EEVEE = 64, 512, 32
-EEVEE = "BLENDER_EEVEE_NEXT" if bpy.app.version < (5, 0) else "BLENDER_EEVEE"
 _TIMED = (16, 144)          # samples: the difference is timed
 
 
@@ -86,12 +85,7 @@ def load(name):
 def measured(material, _way):
     """A material with outputs for Cycles and for EEVEE."""
     made = rendering.measured(material.library)
-    tree = made.node_tree
-    group = next(node for node in tree.nodes if node.type == "GROUP")
-    next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL").target = "CYCLES"
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    output.target = "EEVEE"
-    tree.links.new(group.outputs["EEVEE"], output.inputs["Surface"])
+    stage.add_eevee_output(made)
     return made
 
 
@@ -115,14 +109,6 @@ def scene_of(light, material, made):
 def picture(scene, osl=True, samples=FEW, seed=0):
     scene.cycles.shading_system, scene.cycles.samples, scene.cycles.seed = osl, samples, seed
     return stage.render(scene)
-
-
-def in_eevee(scene):
-    scene.render.engine = EEVEE
-    scene.eevee.taa_render_samples = IN_EEVEE
-    found = stage.render(scene)
-    scene.render.engine = "CYCLES"
-    return found
 
 
 def seconds(light, material, made):
@@ -149,7 +135,7 @@ def row(material, light):
     scene, _ = scene_of(light, material, measured)
     truth = picture(scene, samples=MANY, seed=1)
     noisy, nodes = picture(scene), picture(scene, osl=False, samples=4 * FEW)
-    eevee = in_eevee(scene)
+    eevee = stage.render_in_eevee(scene, IN_EEVEE)
     numbers = []
     for found in (noisy, nodes, eevee):
         error = image_errors.errors(truth[..., :3], found[..., :3], inside())["flip"]

@@ -10,6 +10,7 @@ import numpy as np
 from fitter.cycles.node_mixture import Nodes, cycles_mixture
 
 TILE = 256                  # pixels across the picture of a lit sphere
+EEVEE = "BLENDER_EEVEE_NEXT" if bpy.app.version < (5, 0) else "BLENDER_EEVEE"
 
 
 def black_scene(width, height, samples, span):
@@ -182,8 +183,27 @@ def osl_material_for(fit):
     return material_for(fit, Nodes(mixture, mixture))
 
 
+def add_eevee_output(material):
+    """Have EEVEE show what a material's group has for it, and Cycles the rest, as in the extension's materials."""
+    tree = material.node_tree
+    group = next(node for node in tree.nodes if node.type == "GROUP")
+    next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL").target = "CYCLES"
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    output.target = "EEVEE"
+    tree.links.new(group.outputs["EEVEE"], output.inputs["Surface"])
+
+
 def set_input(material, name, value):
     next(n for n in material.node_tree.nodes if n.type == "GROUP").inputs[name].default_value = value
+
+
+def render_in_eevee(scene, samples):
+    """As `render`, in EEVEE, which needs OpenGL."""
+    engine, scene.render.engine = scene.render.engine, EEVEE
+    scene.eevee.taa_render_samples = samples
+    found = render(scene)
+    scene.render.engine = engine
+    return found
 
 
 def render(scene):

@@ -9,9 +9,7 @@ import pytest
 
 from support.cases import quick, release
 from support.checkout import ROOT
-from support.stage import add_sphere, background, black_scene, render
-
-EEVEE = "BLENDER_EEVEE_NEXT" if bpy.app.version < (5, 0) else "BLENDER_EEVEE"
+from support.stage import EEVEE, add_sphere, background, black_scene, render
 
 
 @pytest.fixture
@@ -301,7 +299,7 @@ def test_an_import_says_in_words_what_it_is_worth_and_how_it_is_rendered(scene, 
     scene.cycles.shading_system = False
     assert told().endswith("Rendered by nodes, because OSL is off, an approximation. Enable OSL in its panel renders "
                            "it exactly")
-    scene.render.engine = "BLENDER_EEVEE" if bpy.app.version >= (5, 0, 0) else "BLENDER_EEVEE_NEXT"
+    scene.render.engine = EEVEE
     assert "Rendered by nodes, because the engine is EEVEE, an approximation. Enable OSL in its panel" in told()
     scene.render.engine = "CYCLES"
     with monkeypatch.context() as patch:

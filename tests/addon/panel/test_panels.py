@@ -10,6 +10,7 @@ import pytest
 from fitter import PRESETS
 from support.cases import quick
 from support.drawn import Layout, draw
+from support.stage import EEVEE
 
 CHEAP = {"diffuse_level": 2, "specular_level": 4, "compression": 80.0}
 ORDER = ["Draft", "Standard", "Reference", "Paper"]
@@ -212,10 +213,10 @@ def test_presets_have_one_order_everywhere(ui, blender, material):
 
 
 @pytest.mark.parametrize(("engine", "osl", "says"), [
-    ("BLENDER_EEVEE", False, "Nodes: within "), ("CYCLES", False, "Nodes: OSL is off"), ("CYCLES", True, "Exact")])
+    (EEVEE, False, "Nodes: within "), ("CYCLES", False, "Nodes: OSL is off"), ("CYCLES", True, "Exact")])
 def test_the_panel_says_how_the_material_is_rendered_in_four_words(ui, material, engine, osl, says):
     scene = bpy.context.scene
-    scene.render.engine = engine if engine == "CYCLES" or bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
+    scene.render.engine = engine
     scene.cycles.shading_system = osl
     shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
     assert says in shown.texts
