@@ -40,6 +40,9 @@ class Layout:
         """A picture."""
         self._note("picture", icon_value)
 
+    def context_pointer_set(self, _name, _data):
+        """What operators of buttons look at, which is not noted."""
+
     def separator(self, **_options):
         """Space, which is not noted."""
 

@@ -94,6 +94,14 @@ def _apply() -> float | None:
 
 
 @persistent
+def _on_load(*_: object) -> None:
+    """A file may have been saved before its adjustments were applied."""
+    for item in bpy.data.materials:
+        if materials.is_measured(item) and not edits.is_as_wanted(item):
+            _apply_soon(item)
+
+
+@persistent
 def _on_undo(_scene: object, *_: object) -> None:
     _step_once_more(_undo)
 
@@ -134,12 +142,14 @@ classes = (MEASUREDBRDF_OT_adjust,)
 
 def register() -> None:
     adjustments.listeners.append(_apply_soon)
+    bpy.app.handlers.load_post.append(_on_load)
     bpy.app.handlers.undo_post.append(_on_undo)
     bpy.app.handlers.redo_post.append(_on_redo)
 
 
 def unregister() -> None:
     adjustments.listeners.remove(_apply_soon)
+    bpy.app.handlers.load_post.remove(_on_load)
     bpy.app.handlers.undo_post.remove(_on_undo)
     bpy.app.handlers.redo_post.remove(_on_redo)
     _changed.clear()

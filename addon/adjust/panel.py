@@ -11,6 +11,39 @@ from .operators import MEASUREDBRDF_OT_adjust
 from .settings import edit_arguments, of
 
 
+def draw(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
+    """Draw the adjustments of a material."""
+    settings = of(material)
+    name_beside_value(layout)
+    layout.enabled = material.is_editable
+    for names in (("diffuse_gain", "diffuse_tint"), ("highlight_gain", "highlight_tint", "highlight_width"),
+                  ("coat",)):
+        column = layout.column(align=True)
+        for name in names:
+            column.prop(settings, name, slider=True)
+    row = layout.row()
+    row.active = settings.coat > 0
+    row.prop(settings, "coat_roughness", slider=True)
+    row = layout.row(align=True)
+    apply = row.row(align=True)
+    apply.enabled = not edits.is_as_wanted(material)
+    apply.operator(MEASUREDBRDF_OT_adjust.bl_idname, text="Apply").reset = False
+    back = row.row(align=True)
+    back.enabled = bool(edit_arguments(material)) or not edits.is_as_wanted(material)
+    back.operator(MEASUREDBRDF_OT_adjust.bl_idname, text="As Measured", icon="LOOP_BACK").reset = True
+
+
+def draw_of_a_part(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
+    """Draw the adjustments of a material that a mix is made of, where they are asked for."""
+    if not materials.is_measured(material):
+        return
+    header, body = layout.panel(f"MEASUREDBRDF_adjust_{material.session_uid}", default_closed=True)
+    header.label(text="Adjust")
+    if body is not None:
+        body.context_pointer_set("material", material)
+        draw(body, material)
+
+
 class _Adjust:
     """What the panels in the material tab and in the sidebar share."""
 
@@ -23,25 +56,7 @@ class _Adjust:
         return material is not None and materials.is_measured(material)
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, material = not_none(self.layout), not_none(active_material(context))
-        settings = of(material)
-        name_beside_value(layout)
-        layout.enabled = material.is_editable
-        for names in (("diffuse_gain", "diffuse_tint"), ("highlight_gain", "highlight_tint", "highlight_width"),
-                      ("coat",)):
-            column = layout.column(align=True)
-            for name in names:
-                column.prop(settings, name, slider=True)
-        row = layout.row()
-        row.active = settings.coat > 0
-        row.prop(settings, "coat_roughness", slider=True)
-        row = layout.row(align=True)
-        apply = row.row(align=True)
-        apply.enabled = not edits.is_as_wanted(material)
-        apply.operator(MEASUREDBRDF_OT_adjust.bl_idname, text="Apply").reset = False
-        back = row.row(align=True)
-        back.enabled = bool(edit_arguments(material)) or not edits.is_as_wanted(material)
-        back.operator(MEASUREDBRDF_OT_adjust.bl_idname, text="As Measured", icon="LOOP_BACK").reset = True
+        draw(not_none(self.layout), not_none(active_material(context)))
 
 
 class MEASUREDBRDF_PT_adjust(_Adjust, MaterialPanel, bpy.types.Panel):

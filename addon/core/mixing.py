@@ -23,6 +23,11 @@ class Mixes:
         return None, None, None
 
     @staticmethod
+    def nodes(_node: bpy.types.Node, /) -> tuple[bpy.types.Node, ...]:
+        """The nodes inside of a mix's that show the first and the second material."""
+        return ()
+
+    @staticmethod
     def following(_material: bpy.types.Material, _before: bpy.types.NodeTree | None,
                   _after: bpy.types.NodeTree, /) -> AbstractContextManager[None]:
         """Give mixes of a material its new group in the place of the former; if the block raises, the former again."""

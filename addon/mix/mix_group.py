@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import cast
+from typing import NamedTuple, cast
 
 import bpy
 import numpy as np
@@ -78,6 +78,27 @@ def parts(tree: bpy.types.NodeTree) -> tuple[bpy.types.Material | None, bpy.type
     """The materials that a group mixes; None for one that has been deleted."""
     first, second = (tree.get(name) for name in _PARTS)
     return first, second
+
+
+def nodes(node: bpy.types.Node) -> tuple[bpy.types.Node, bpy.types.Node]:
+    """The nodes inside of a mix's that show its first and its second material."""
+    first, second = (not_none(node.node_tree).nodes[name] for name in _PARTS)
+    return first, second
+
+
+class Layer(NamedTuple):
+    """A material of a mix; None if it has been deleted. The share is a socket of a node, None of the undermost."""
+
+    material: bpy.types.Material | None
+    share: bpy.types.NodeSocket | None
+
+
+def layers(node: bpy.types.Node) -> list[Layer]:
+    """The materials that the node of a mix lays upon one another, the uppermost first. A mix on top is one layer."""
+    tree, (base, _) = not_none(node.node_tree), nodes(node)
+    first, second = parts(tree)
+    below = layers(base) if is_mix(base.node_tree) else [Layer(first, None)]
+    return [Layer(second, node.inputs[FACTOR]), *below]
 
 
 def keep(*followed: bpy.types.Material) -> None:

@@ -49,6 +49,7 @@ class Mixes(mixing.Mixes):
 
     is_mix = staticmethod(mix_group.is_mix)
     count = staticmethod(mix_group.count)
+    nodes = staticmethod(mix_group.nodes)
     following = staticmethod(mix_group.following)
 
     def parts(self, node: bpy.types.Node) -> tuple[bpy.types.Material | None, bpy.types.Material | None, float | None]:

@@ -1,16 +1,21 @@
-"""What a mix of measured materials is made of."""
+"""What a mix of measured materials is made of: a stack of layers."""
 
 import bpy
 
 from ..core import material as materials
 from ..core.annotations import not_none
-from ..panel.layout import MaterialPanel, draw_wrapped
+from ..panel import main
+from ..panel.layout import MaterialPanel, name_beside_value
+from ..work import queries
 from . import mix_group
 from .operators import MEASUREDBRDF_OT_mix
 
+_SCALE = 3                  # of pictures
+
 
 class MEASUREDBRDF_PT_mix(MaterialPanel, bpy.types.Panel):
-    """The materials that this one mixes, and how much of each"""
+    """The materials that this one lays upon one another, the uppermost first, and the share of each. The mix follows \
+what is changed of them"""
 
     bl_label = "Mix"
     bl_order = 10
@@ -21,15 +26,30 @@ class MEASUREDBRDF_PT_mix(MaterialPanel, bpy.types.Panel):
         return context.material is not None and materials.mix_node(context.material) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, node = not_none(self.layout), not_none(materials.mix_node(not_none(context.material)))
-        draw_wrapped(layout, "It follows changes of both materials", "MATERIAL")
-        for place, item in zip(("Base", "On Top"), mix_group.parts(not_none(node.node_tree)), strict=True):
-            draw_wrapped(layout, f"{place}: {'a material that has been deleted' if item is None else item.name}", "DOT")
-        factor = node.inputs[mix_group.FACTOR]
-        if factor.is_linked:
-            draw_wrapped(layout, f"The factor comes from {not_none(factor.links)[0].from_node.name}", "DOT")
-        else:
-            layout.prop(factor, "default_value", text=factor.name, slider=True)
+        layout, material = not_none(self.layout), not_none(context.material)
+        name_beside_value(layout)
+        for layer in mix_group.layers(not_none(materials.mix_node(material))):
+            column = layout.column()
+            column.enabled = material.is_editable
+            _draw_layer(column, layer)
+
+
+def _draw_layer(layout: bpy.types.UILayout, layer: mix_group.Layer) -> None:
+    """Draw a picture, a name and a share, and what can be changed of the layer's material."""
+    row, material = layout.row(), layer.material
+    if material is not None and queries.shown(material) is not None:
+        row.template_icon(icon_value=queries.material_sphere(material)[0], scale=_SCALE)
+    column = row.column(align=True)
+    column.label(text="A material that has been deleted" if material is None else material.name)
+    if layer.share is None:
+        column.label(text="Base")
+    elif layer.share.is_linked:
+        column.label(text=f"Factor from {not_none(layer.share.links)[0].from_node.name}")
+    else:
+        column.prop(layer.share, "default_value", text=layer.share.name, slider=True)
+    if material is not None:
+        for draw_part in main.of_a_part:
+            draw_part(layout, material)
 
 
 def draw_button(layout: bpy.types.UILayout, _material: bpy.types.Material) -> None:

@@ -25,6 +25,8 @@ unfitted: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
 """Draw what is to be done with a material that has measurements and no fit."""
 measured: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
 """Draw the buttons for a material that shows measurements or a mix, beside one another."""
+of_a_part: list[Callable[[bpy.types.UILayout, bpy.types.Material], None]] = []
+"""Draw what can be changed of a material that a mix is made of."""
 
 
 class _Main:

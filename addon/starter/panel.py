@@ -16,6 +16,7 @@ _CELL = 16                  # characters: the width of a cell with a thumbnail
 _SCALE = 4.5                # of thumbnails
 _MOST = 60                  # cells
 _ABREAST = 5                # cells of the popover, which is not as wide as the region that it is opened from
+_RGL = "https://rgl.epfl.ch/materials"       # measurements under CC0, with pictures; the browser opens it
 _IMPORT = "measured_brdf.import_data"
 
 
@@ -73,7 +74,9 @@ class MEASUREDBRDF_PT_folder(_BeginPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = not_none(self.layout)
         _draw_folder(layout, context)
-        layout.operator("wm.url_open", text="Where to Get Data", icon="URL").url = manual.url(manual.DATA)
+        row = layout.row(align=True)
+        row.operator("wm.url_open", text="Get from RGL", icon="URL").url = _RGL
+        row.operator("wm.url_open", text="Where to Get Data", icon="HELP").url = manual.url(manual.DATA)
 
 
 def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, columns: int) -> None:

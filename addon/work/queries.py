@@ -92,11 +92,15 @@ def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
 
 def shown(material: bpy.types.Material) -> Kept | KeptMix | None:
     """What a material keeps: its fit, or those that it mixes; None where there is none left."""
-    own: Kept | KeptMix | None = kept(material)
-    if own is not None or (node := materials.mix_node(material)) is None:
-        return own
-    first, second, share = mixing.mixes.parts(node)
-    base, on_top = (None if part is None else shown(part) for part in (first, second))
+    return kept(material) or _mixed(materials.mix_node(material))
+
+
+def _mixed(node: bpy.types.Node | None) -> Kept | KeptMix | None:
+    if node is None or not mixing.mixes.is_mix(node.node_tree):
+        return None
+    *mixed, share = mixing.mixes.parts(node)
+    base, on_top = (None if part is None else kept(part) or _mixed(inner)
+                    for part, inner in zip(mixed, mixing.mixes.nodes(node), strict=True))
     if base is None or on_top is None:
         return base or on_top
     return KeptMix(base, on_top, share)

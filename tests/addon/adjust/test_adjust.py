@@ -168,6 +168,22 @@ def test_a_changed_slider_is_applied_by_itself_once_it_rests(blender, extension,
     assert window.begun == [("INVOKE_DEFAULT", material.name)]
 
 
+def test_what_was_saved_before_it_was_applied_is_applied_when_the_file_is_opened(blender, extension, material,
+                                                                                 monkeypatch, tmp_path):
+    from measured_brdf.addon.adjust import operators
+
+    asked = []
+    monkeypatch.setattr(operators, "_apply_soon", lambda material: asked.append(material.name))
+    path = str(tmp_path / "saved.blend")
+    for gain, expected in ((1, []), (0.5, ["felt"])):
+        asked.clear()
+        material.measured_brdf_adjustments.diffuse_gain = gain
+        blender.ops.wm.save_as_mainfile(filepath=path)
+        blender.ops.wm.open_mainfile(filepath=path)
+        assert asked == expected
+        material = blender.data.materials["felt"]
+
+
 def test_undo_and_redo_do_not_stop_between_a_slider_and_its_effect(blender, extension, material, monkeypatch):
     adjust = extension.addon.adjust.operators
     window, now = _Window(blender), [100.0]

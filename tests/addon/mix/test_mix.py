@@ -151,6 +151,26 @@ def test_a_mix_follows_its_materials(sphere, fits):
     assert len([tree for tree in bpy.data.node_groups if "fit" in tree]) == 2, "the former shader of felt is gone"
 
 
+def test_a_layer_of_a_mix_of_a_mix_has_the_share_that_its_slider_says(sphere, fits):
+    from measured_brdf.addon.core import material as materials
+    from measured_brdf.addon.mix import mix_group
+    from measured_brdf.addon.work import queries
+
+    set_up, integrate, _, tolerance = LIGHTS["world"]
+    scene = sphere(64, False, ("felt", "krylon", "leather"))
+    mixed("felt", "krylon", 0.5)
+    made = mixed("felt + krylon", "leather", 0.3)
+    leather, krylon, felt = mix_group.layers(materials.mix_node(made))
+    assert [layer.material.name for layer in (leather, krylon, felt)] == ["leather", "krylon", "felt"]
+    assert felt.share is None
+    krylon.share.default_value = 0.9
+    set_up()
+    inner = fitter.Mix(fits["felt"], fits["krylon"], 0.9)
+    ratio = render(scene)[..., :3].mean(axis=(0, 1)) / integrate(fitter.Mix(inner, fits["leather"], 0.3))
+    assert ratio == pytest.approx([1, 1, 1], abs=0.03)
+    assert queries.shown(made).first.share == pytest.approx(0.9), "of the picture too"
+
+
 def test_what_is_set_at_the_nodes_of_both_is_told_to_stay_there(sphere, capfd):
     sphere(4)
     felt, krylon = (bpy.data.materials[name] for name in ("felt", "krylon"))

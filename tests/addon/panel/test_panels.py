@@ -116,6 +116,29 @@ def test_a_mix_shows_its_picture_and_the_measurements_of_its_parts(ui, material,
     assert [text for text in rows if text in ("glossy", "dull")][::2] == ["glossy", "dull"]
 
 
+def test_a_mix_is_a_stack_of_layers_each_with_its_picture_share_and_adjustments(ui, material, blender, monkeypatch):
+    from measured_brdf.addon.mix import panel
+    from measured_brdf.addon.work import queries
+
+    for name in ("dull", "red", "moss"):
+        material.copy().name = name
+    for first, second, factor in (("glossy", "dull", 0.1), ("red", "moss", 0.2), ("glossy + dull", "red + moss", 0.3)):
+        assert blender.ops.measured_brdf.mix(first=first, second=second, factor=factor) == {"FINISHED"}
+    mix = blender.data.materials["glossy + dull + red + moss"]
+    icons = {"red + moss": 1, "dull": 2, "glossy": 3}
+    monkeypatch.setattr(queries, "material_sphere", lambda shown: (icons[shown.name], None))
+    shown = drawn(ui, panel.MEASUREDBRDF_PT_mix, mix)
+    assert [entry[2] for entry in shown.drawn if entry[0] == "picture"] == [1, 2, 3], "the uppermost first"
+    assert shown.texts == "red + moss dull Adjust glossy Base Adjust"
+    assert shown.fields == ["default_value"] * 2
+    opened = lambda layout, *_, **_options: (Layout(layout), Layout(layout))  # noqa: E731
+    monkeypatch.setattr(Layout, "panel", opened)
+    shown = drawn(ui, panel.MEASUREDBRDF_PT_mix, mix)
+    assert shown.fields.count("highlight_width") == 2
+    blender.data.materials.remove(blender.data.materials["dull"])
+    assert "A material that has been deleted" in drawn(ui, panel.MEASUREDBRDF_PT_mix, mix).texts
+
+
 @pytest.mark.parametrize(("path", "fields"), [
     ("abrdf.dat", ["sample"]), ("leather.bin", ["isotropic", "encoding"]), ("chrome.binary", []),
     ("paint.csv", ["angles", "quantity", "illuminant", "isotropic", "symmetry"])])
