@@ -7,8 +7,11 @@ from ..core import material as materials
 from ..core.active_material import active_material
 from ..core.annotations import not_none
 from ..panel.layout import MaterialPanel, name_beside_value
+from . import flakes
 from .operators import MEASUREDBRDF_OT_adjust
 from .settings import edit_arguments, of
+
+_TEXTURED = "Tint", "Strength", "Normal"        # inputs of the node
 
 
 def draw(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
@@ -74,4 +77,26 @@ class MEASUREDBRDF_PT_adjust_sidebar(_Adjust, bpy.types.Panel):
     bl_parent_id = "MEASUREDBRDF_PT_sidebar"
 
 
-classes = (MEASUREDBRDF_PT_adjust, MEASUREDBRDF_PT_adjust_sidebar)
+class MEASUREDBRDF_PT_texture(MaterialPanel, bpy.types.Panel):
+    """What varies over the surface: a colour that multiplies the reflectance, bumps and flakes"""
+
+    bl_label = "Texture and Flakes"
+    bl_order = 15
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_parent_id = "MEASUREDBRDF_PT_material"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.material is not None and materials.is_shown(context.material)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, material = not_none(self.layout), not_none(context.material)
+        node = not_none(materials.surface_node(material))
+        name_beside_value(layout)
+        layout.enabled = material.is_editable
+        for name in _TEXTURED:
+            layout.template_node_view(material.node_tree, node, node.inputs[name])
+        layout.operator(flakes.MEASUREDBRDF_OT_add_flakes.bl_idname)
+
+
+classes = (MEASUREDBRDF_PT_adjust, MEASUREDBRDF_PT_adjust_sidebar, MEASUREDBRDF_PT_texture)

@@ -156,7 +156,7 @@ def test_a_layer_of_a_mix_of_a_mix_has_the_share_that_its_slider_says(sphere, fi
     from measured_brdf.addon.mix import mix_group
     from measured_brdf.addon.work import queries
 
-    set_up, integrate, _, tolerance = LIGHTS["world"]
+    set_up, integrate, _, _ = LIGHTS["world"]
     scene = sphere(64, False, ("felt", "krylon", "leather"))
     mixed("felt", "krylon", 0.5)
     made = mixed("felt + krylon", "leather", 0.3)
