@@ -110,11 +110,12 @@ contact: $(ENV)/ready
 	$(RUN) -m benchmarks.contact
 
 # what is uploaded to extensions.blender.org, after all checks (docs/publishing.md): build/release
-release: lint test-all zip contact
+release: lint zip
+	$(MAKE) test-all test-window contact
 	$(RUN) tools/blender_extension.py validate $(EXTENSION)
 	mkdir -p build/release
 	cp $(EXTENSION) build/release/
-	awk '/^## /{on = $$2 == "$(RELEASE)"} on' CHANGELOG.md > build/release/notes.md
+	awk '/^## /{on = $$2 == "$(RELEASE)"; next} on' CHANGELOG.md > build/release/notes.md
 	$(RUN) -m demo_scenes.title --out build/release/featured --width 1920 --height 1080
 	$(RUN) -m demo_scenes.gallery build/release ibiza_sunset --size 256 --format PNG
 	mv build/release/ibiza_sunset.png build/release/icon.png

@@ -1,10 +1,10 @@
 """Everything that the extension offers, as a ball: ``make contact`` writes build/contact/, a tile for each way.
 
-The starter library (`fitter.list_published`), all measurements at hand, and edits of a few, by the preset Standard,
-under two area lamps, a small spot and a dim sky: Exact, Nodes, and the closest Principled BSDF, each of 64 samples as
-they are and denoised, and EEVEE's of the material and of the Principled. The table counts, of the pixels of each tile:
-those darker than .25 of the median of the 5 x 5 pixels around them, those brighter than 4 times it, and those with a
-channel below zero.
+The starter library as it is shipped, all measurements at hand by the preset Standard, and edits of a few, under two
+area lamps, a small spot and a dim sky: Exact, Nodes, and the closest Principled BSDF, each of 64 samples as they are
+and denoised, and EEVEE's of the material and of the Principled. The table counts, of the pixels of each tile: those
+darker than .25 of the median of the 5 x 5 pixels around them, those brighter than 4 times it, and those with a channel
+below zero.
 
 EEVEE needs OpenGL: Mesa's in software will do (on Debian: libegl-mesa0 and libgl1-mesa-dri). ``python -m
 benchmarks.contact [--published N] [--only TEXT ...] [--out FOLDER]``: N of the starter library, evenly;
@@ -23,8 +23,10 @@ import bpy
 import numpy as np
 
 import fitter
+from fitter import ready
 from fitter.cycles.node_mixture import node_mixtures
 from fitter.formats import list_samples
+from fitter.published import offered
 from support import ball_files, checkout, kept, sheet, stage
 
 from .ordinary import principled_material, to_median
@@ -34,8 +36,8 @@ SIZE, SAMPLES, IN_EEVEE = 96, 64, 16         # EEVEE has no noise but at the edg
 DARK, BRIGHT = 0.25, 4.0
 FILES = "*.dat", "*.astm", "*.brdf", "*.bsdf", "*.mbsdf"
 PUBLISHED = "published:"
-EDITED = ("published:chrome", "published:red-fabric", "cornell/krylon_blue.astm", "curet/abrdf.dat leather",
-          "rgl/irid_flake_paint1_rgb.bsdf")
+EDITED = ("published:gold-metallic-paint", "published:red-fabric", "cornell/krylon_blue.astm",
+          "curet/abrdf.dat leather", "rgl/irid_flake_paint1_rgb.bsdf")
 EDITS = {"coat": {"coat": 1.0, "coat_width": 0.05}, "gain 8": {"highlight": 8.0}, "width .25": {"width": 0.25},
          "width 4": {"width": 4.0}, "red": {"diffuse": (1, 0.1, 0.1), "highlight": (1, 0.1, 0.1)}}
 WAYS = ("Exact", "Nodes", "EEVEE", "Principled", "Principled in EEVEE")
@@ -53,22 +55,23 @@ def materials(published=None):
         How many of the starter library, at even distances in its list; all by default.
     """
     found = {}
-    names = fitter.list_published()
+    names = [each.name for each in offered()]
     for name in names[::max(len(names) // published, 1)] if published else names:
-        found[PUBLISHED + name] = functools.partial(_fit, fitter.load_published, name)
+        found[PUBLISHED + name] = functools.partial(_fit, ready.ARGUMENTS, fitter.load_published, name)
     data = checkout.measurements()
+    standard = fitter.PRESETS["Standard"]
     for path in sorted(path for pattern in FILES for path in data.glob(f"*/{pattern}")):
         name = path.relative_to(data).as_posix()
         for sample, title in list_samples(path) or [(None, "")]:
-            found[f"{name} {title}".rstrip()] = functools.partial(_fit, fitter.load, path, sample)
+            found[f"{name} {title}".rstrip()] = functools.partial(_fit, standard, fitter.load, path, sample)
     for name in filter(found.get, EDITED):
         for edit, arguments in EDITS.items():
             found[f"{name}, {edit}"] = functools.partial(_edited, found[name], arguments)
     return found
 
 
-def _fit(load, *arguments):
-    return fitter.fit(load(*arguments), **fitter.PRESETS["Standard"])
+def _fit(settings, load, *arguments):
+    return fitter.fit(load(*arguments), **settings)
 
 
 def _edited(fit, arguments):

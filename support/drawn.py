@@ -60,6 +60,10 @@ class Layout:
         """A button that opens a panel."""
         self._note("popover", panel, text)
 
+    def template_node_view(self, _tree, node, socket):
+        """An input of a node, and what is connected to it."""
+        self._note("field", node.inputs[socket.name].name)
+
     def template_list(self, _kind, _name, data, items, active_data, active, **_options):
         """A list; its rows are not drawn."""
         for owner, name in ((data, items), (active_data, active)):

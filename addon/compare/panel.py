@@ -15,7 +15,7 @@ from ..core import material as materials
 from ..core import rendered
 from ..core.annotations import not_none
 from ..panel.layout import MaterialPanel, draw_picture, draw_row, draw_wrapped, is_narrow, picture_scale
-from ..work import icons, modal, queries, queue
+from ..work import icons, queries, queue
 from ..work.job import Job
 from . import looks
 from . import settings as comparison
@@ -86,10 +86,8 @@ class MEASUREDBRDF_PT_look(MeasuredPanel, bpy.types.Panel):
         other = comparison.pinned(scene, material)
         wanted = [material] if other is None else [material, other]
         renders = [render for each in wanted if (render := looks.known(looks.key(scene, each))) is not None]
-        row = layout.row()
-        row.enabled = modal.running is None
-        row.operator(MEASUREDBRDF_OT_render_look.bl_idname, text="Render Both" if other is not None else "Render",
-                     icon="RENDER_STILL")
+        layout.operator(MEASUREDBRDF_OT_render_look.bl_idname, text="Render Both" if other is not None else "Render",
+                        icon="RENDER_STILL")
         if len(renders) < len(wanted):
             return
         key = ("look", *(render.number for render in renders), round(chosen.divide, 2))

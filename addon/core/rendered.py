@@ -24,6 +24,7 @@ PARTLY = "PARTLY"           # nodes were chosen for a mix, of which such a shade
 OTHER = "OTHER"             # something else is connected to the output
 _EEVEE = ("BLENDER_EEVEE", "BLENDER_EEVEE_NEXT")
 _IN_EEVEE, _IN_ANOTHER = "the engine is EEVEE", "the engine is not Cycles"
+_NOT_COMPILED = "its shader is not compiled yet"
 
 
 class Rendered(NamedTuple):
@@ -61,7 +62,7 @@ def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
     has_nodes = node_group.NODES_ERROR in tree
     is_chosen = chosen == NODES and has_nodes and not in_eevee(scene)
     off = "" if is_chosen else without_osl(scene)
-    why = off or ("" if is_chosen or _is_compiled(tree) else "its shader is not compiled yet")
+    why = off or ("" if is_chosen or _is_compiled(tree) else _NOT_COMPILED)
     if not why and chosen != NODES:
         return Rendered(EXACT, 0.0, 0.0, "", False)
     can_enable = (bool(off) and chosen != NODES and not osl_support.missing()
@@ -144,6 +145,8 @@ def in_words(found: Rendered, is_previewed: bool = False) -> str:
         return "Black: update it" if found.how == BLACK else "Older version: update it"
     if found.why in ("", _IN_EEVEE, _IN_ANOTHER):
         return f"Nodes: within {math.ceil(100 * found.error)} %"
+    if found.why == _NOT_COMPILED:
+        return "Nodes: not compiled yet"
     return "Nodes: OSL is off" if found.can_enable else "Nodes: no OSL here"
 
 

@@ -1,6 +1,6 @@
 """Presets side by side, as spheres with their numbers; and what a fit costs before the material has it."""
 
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import bpy
 
@@ -8,8 +8,17 @@ from ...fitter import PRESETS, Fit
 from ..core.annotations import Arguments, not_none
 from ..core.outcomes import Data, Fitted, Wanted
 from ..core.properties import OFFERED, ORIGINAL, PRESET_ITEMS, fit_arguments, name_of_fit
-from ..panel.layout import MaterialPanel, draw_picture, draw_value, draw_warning, is_narrow, picture_scale, wrapped
-from ..work import modal, queries
+from ..panel.layout import (
+    MaterialPanel,
+    draw_picture,
+    draw_value,
+    draw_warning,
+    is_narrow,
+    picture_button,
+    picture_scale,
+    wrapped,
+)
+from ..work import queries
 from ..work.job import Job
 from . import fit
 
@@ -73,14 +82,17 @@ def _shown(material: bpy.types.Material, data: Data, kept: Job[Fit] | None, name
 
 def _draw_preset(layout: bpy.types.UILayout, name: str, shown: _Shown, scale: float, can_choose: bool) -> None:
     column = layout.column(align=True)
-    draw_picture(column, shown.icon, shown.job, scale)
-    if can_choose:
-        row = column.row()
-        row.enabled = modal.running is None
-        row.operator(fit.MEASUREDBRDF_OT_fit.bl_idname, text=_LABELS[name], depress=shown.is_chosen,
-                     icon="CHECKMARK" if shown.is_chosen else "NONE").preset = name
+    column.enabled = name != ORIGINAL or shown.numbers != _UNKNOWN      # its error is known before it can be chosen
+    icon: Literal["CHECKMARK", "NONE"] = "CHECKMARK" if shown.is_chosen else "NONE"
+    operator = fit.MEASUREDBRDF_OT_fit.bl_idname
+    if can_choose and shown.icon:
+        picture_button(column, operator, shown.icon, scale).preset = name
     else:
-        column.label(text=_LABELS[name], icon="CHECKMARK" if shown.is_chosen else "NONE")
+        draw_picture(column, shown.icon, shown.job, scale)
+    if can_choose:
+        column.operator(operator, text=_LABELS[name], depress=shown.is_chosen, icon=icon).preset = name
+    else:
+        column.label(text=_LABELS[name], icon=icon)
     for form, text in zip(_FORMS, shown.numbers, strict=True):
         column.label(text="" if text in (*_UNKNOWN, *_FAILED) else form.format(text))
 

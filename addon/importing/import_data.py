@@ -12,12 +12,12 @@ from ...fitter import DatasetError, SampleUnknownError, UnitsUnknownError
 from ...fitter.formats import EXTENSIONS, choices_of, list_samples
 from ..core import preferences
 from ..core.annotations import OperatorResult, not_none
-from ..core.properties import CHOICES, LEVELS, FitChoices, draw_presets, draw_rendering, fit_arguments
-from ..core.reading import draw_reading, load_arguments
+from ..core.properties import CHOICES, FitChoices, fit_arguments
+from ..core.reading import load_arguments
 from ..panel.layout import name_beside_value
 from ..work import process, tasks
 from ..work.discovery import GLOB, sources_in
-from ..work.making import FromFolder, MakesMaterials, Outcomes, begin_with_preference
+from ..work.making import FromFolder, MakesMaterials, Outcomes, begin_with_preference, draw_choices
 from ..work.modal import AsksForPath, Steps, errors_reported
 
 _DIALOG, _CHARACTER = 480, 7       # pixels: the width of a dialog, and of a character on average
@@ -66,7 +66,8 @@ or else to all selected ones"""
             return
         if context.area is None or context.area.type != "FILE_BROWSER":
             layout.prop(self, "filepath")
-        _draw_choices(layout, self)
+        path = next((item.name for item in self.files if item.name), self.filepath)
+        draw_choices(layout, self, path, with_sample="sample" in choices_of(path))
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         if self.options.is_repeat_last:     # and another object may be active now
@@ -144,22 +145,6 @@ def _draw_question(layout: bpy.types.UILayout, operator: Any) -> None:
         layout.label(text=line, icon="QUESTION" if number == 0 else "BLANK1")
     for name in ("angles", "quantity"):
         layout.prop(operator, name)
-
-
-def _draw_choices(layout: bpy.types.UILayout, operator: Any) -> None:
-    path = next((item.name for item in operator.files if item.name), operator.filepath)
-    draw_presets(layout, operator)
-    if "sample" in choices_of(path):
-        layout.prop(operator, "sample")
-    draw_rendering(layout, operator)
-    header, body = layout.panel("MEASUREDBRDF_levels", default_closed=True)
-    header.label(text="Fit Settings")
-    if body is not None:
-        for name in (*LEVELS, "use_tolerance", "tolerance"):
-            row = body.row()
-            row.active = name == "use_tolerance" or operator.use_tolerance == (name == "tolerance")
-            row.prop(operator, name)
-    draw_reading(layout, operator, path)
 
 
 def choices_and_target(operator: Any) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from ..core.outcomes import Data
 from ..core.properties import OFFERED, is_as_fitted, is_preset
 from ..core.reading import draw_reading, other_colours, scene_colours
 from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped, has_data, name_beside_value
-from ..work import modal, queries
+from ..work import queries
 from ..work.job import Job
 from . import fit, relink, samples
 from .compared_presets import draw_cost
@@ -126,7 +126,6 @@ def _draw_fit(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitted
                          depress=is_preset(settings, name)).preset = name
     row = layout.row(align=True)
     row.scale_y = 1.3
-    row.enabled = modal.running is None
     row.operator(fit.MEASUREDBRDF_OT_fit.bl_idname, text="Refit" if fitted else "Fit", icon="SURFACE_DATA")
     if fitted and not is_as_fitted(settings):
         draw_wrapped(layout, "The settings have changed since the fit. Refit to use them", "INFO")

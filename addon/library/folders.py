@@ -7,7 +7,7 @@ import bpy
 from bpy.props import StringProperty
 
 from ..core import preferences
-from ..core.annotations import OperatorResult
+from ..core.annotations import OperatorResult, not_none
 from ..core.properties import NO_SPECULAR_LEVEL
 from ..core.reading import load_arguments
 from ..work.blender_process import Command
@@ -29,6 +29,10 @@ The open file does not change"""
                             description="The .blend to write. Empty: a .blend with the name of the folder, in the "
                                         "asset library of the preferences, or in the folder itself")
 
+    def draw(self, context: bpy.types.Context) -> None:
+        FromFolder.draw(self, context)
+        not_none(self.layout).prop(self, "library")
+
     def begin(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         return self.confirm(event, self._path(context)) or self.start(context)
 
@@ -36,8 +40,9 @@ The open file does not change"""
         folder, path = self.checked_folder(), self._path(context)
         self.check_replaceable(path)
         level = "none" if self.specular_level == NO_SPECULAR_LEVEL else self.specular_level
-        options: list[object] = ["--preset", self.preset, "--diffuse-level", self.diffuse_level,
-                                 "--specular-level", level, "--compression", round(self.compression, 4)]
+        options: list[object] = ["--preset", self.preset, "--rendering", self.rendering,
+                                 "--diffuse-level", self.diffuse_level, "--specular-level", level,
+                                 "--compression", round(self.compression, 4)]
         if self.use_tolerance:
             options += ["--tolerance", round(self.tolerance, 7)]
         for name, value in load_arguments(self).items():

@@ -119,6 +119,18 @@ def draw_picture(layout: bpy.types.UILayout, icon: int, job: Job[Any], scale: fl
         draw_warning(layout, str(job.error))
 
 
+def picture_button(layout: bpy.types.UILayout, operator: str, icon: int, scale: float) -> Any:
+    """A picture that is a button: its properties.
+
+    Blender's pictures are no buttons. One that is not seen lies over the picture, after a gap of negative height.
+    """
+    layout.template_icon(icon_value=icon, scale=scale)
+    back, over = layout.column(), layout.column()
+    back.scale_y, over.scale_y = -scale, scale
+    back.label(text="")
+    return over.operator(operator, text="", emboss=False)
+
+
 def room() -> int:
     """How many characters fit beside one another into the region that is drawn."""
     region, scale = bpy.context.region, bpy.context.preferences.system.ui_scale

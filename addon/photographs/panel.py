@@ -8,9 +8,10 @@ import bpy
 
 from ..core.annotations import not_none
 from ..core.previews import picture_of
+from ..core.properties import draw_presets
 from ..panel.layout import draw_warning, draw_wrapped, name_beside_value, picture_scale
 from ..panel.main import draw_running
-from ..work import icons, modal
+from ..work import icons
 from . import settings as photographs
 from . import stage
 from .comparison import TIMES
@@ -96,7 +97,7 @@ def _draw_work(layout: bpy.types.UILayout, settings: Any) -> None:
         return
     column = layout.column(align=True)
     column.operator(MEASUREDBRDF_OT_fit_outline.bl_idname, icon="MESH_CIRCLE")
-    column.prop(settings, "preset")
+    draw_presets(column, settings)
     column.operator(MEASUREDBRDF_OT_measure_ball.bl_idname, icon="MATERIAL")
     if settings.scale == GUESS:
         draw_wrapped(layout, "The scale is a guess", "INFO")
@@ -173,9 +174,7 @@ class MEASUREDBRDF_PT_photographs_comparison(_Sidebar, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, shot = _layout(self), photographs.active(photographs.of(not_none(context.scene)))
-        row = layout.row()
-        row.enabled = modal.running is None
-        row.operator(MEASUREDBRDF_OT_compare_photograph.bl_idname, icon="RENDER_STILL")
+        layout.operator(MEASUREDBRDF_OT_compare_photograph.bl_idname, icon="RENDER_STILL")
         if shot.comparison is None:
             return
         icon = icons.at_once(("photograph", shot.comparison.session_uid, shot.difference),

@@ -8,7 +8,7 @@ from ...fitter import published
 from ..core import manual, preferences
 from ..core.annotations import not_none
 from ..core.reading import scene_colours
-from ..panel.layout import draw_warning, draw_wrapped, has_data, on_buttons, room
+from ..panel.layout import draw_warning, draw_wrapped, has_data, on_buttons, picture_button, room
 from . import operators as library
 from . import shelf, starter, thumbnails
 
@@ -142,17 +142,10 @@ def _draw_measurement(cell: bpy.types.UILayout, measurement: thumbnails.Found, h
 
 def _draw_buttons(cell: bpy.types.UILayout, label: str, operator: str, icon_id: int,
                   meanwhile: str = "TIME") -> list[Any]:
-    """A picture, or an icon in as much space, and a name below it: buttons, whose properties are returned.
-
-    Blender's pictures are no buttons. One that is not seen lies over the picture, after a gap of negative height.
-    """
+    """A picture, or an icon in as much space, and a name below it: buttons, whose properties are returned."""
     if not icon_id:
         icon_id = bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items[meanwhile].value
-    cell.template_icon(icon_value=icon_id, scale=_SCALE)
-    back, over = cell.column(), cell.column()
-    back.scale_y, over.scale_y = -_SCALE, _SCALE
-    back.label(text="")
-    return [over.operator(operator, text="", emboss=False),
+    return [picture_button(cell, operator, icon_id, _SCALE),
             *(cell.operator(operator, text=line) for line in on_buttons(label, _columns()))]
 
 

@@ -49,14 +49,13 @@ def is_offered(context: bpy.types.Context) -> bool:
 
 
 def offer(context: bpy.types.Context, path: Path) -> None:
-    """Add the library to the asset libraries of the preferences, or correct its path there."""
+    """Add the library to the asset libraries of the preferences, or correct how they have it."""
     libraries = context.preferences.filepaths.asset_libraries
     known = next((each for each in libraries if each.name == NAME), None)
     if known is None:
         known = libraries.new(name=NAME, directory=str(path))
-        known.import_method = "APPEND"          # what is linked or packed cannot be adjusted, nor rendered with OSL
-    else:
-        known.path = str(path)
+    known.path = str(path)
+    known.import_method = "APPEND"          # what is linked or packed cannot be adjusted, nor rendered with OSL
 
 
 def build(out: Path) -> Iterator[tuple[float, str]]:

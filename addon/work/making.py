@@ -12,7 +12,8 @@ from bpy.props import IntProperty, StringProperty
 from ..core import compiler, material, preferences, rendered, targets
 from ..core.annotations import OperatorResult, not_none
 from ..core.outcomes import Outcome
-from ..core.properties import CHOICES, LEVELS, FitChoices, use_preset, worth
+from ..core.properties import CHOICES, LEVELS, FitChoices, draw_presets, draw_rendering, use_preset, worth
+from ..core.reading import draw_reading
 from .discovery import GLOB, files_in
 from .modal import AsksForPath, InBackground, Steps
 
@@ -98,6 +99,11 @@ class FromFolder(FitChoices, AsksForPath):
         begin_with_preference(self, context)
         return super().invoke(context, event)
 
+    def draw(self, _context: bpy.types.Context) -> None:
+        layout = not_none(self.layout)
+        layout.use_property_split, layout.use_property_decorate = True, False
+        draw_choices(layout, self, self.directory)
+
     def checked_folder(self) -> str:
         """The path of the folder; an error if it has no files that may hold measurements."""
         folder = bpy.path.abspath(self.directory)
@@ -120,6 +126,22 @@ def begin_with_preference(operator: Any, context: bpy.types.Context) -> None:
             operator.properties.property_unset(name)
     if not chosen:
         use_preset(operator, preferences.get(context).preset)
+
+
+def draw_choices(layout: bpy.types.UILayout, operator: Any, path: str, with_sample: bool = False) -> None:
+    """Draw how a file or a folder is read and fitted."""
+    draw_presets(layout, operator)
+    if with_sample:
+        layout.prop(operator, "sample")
+    draw_rendering(layout, operator)
+    header, body = layout.panel("MEASUREDBRDF_levels", default_closed=True)
+    header.label(text="Fit Settings")
+    if body is not None:
+        for name in (*LEVELS, "use_tolerance", "tolerance"):
+            row = body.row()
+            row.active = name == "use_tolerance" or operator.use_tolerance == (name == "tolerance")
+            row.prop(operator, name)
+    draw_reading(layout, operator, path)
 
 
 def show_first(context: bpy.types.Context, made: Sequence[bpy.types.Material]) -> None:

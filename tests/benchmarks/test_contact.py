@@ -26,10 +26,10 @@ def test_pixels_that_differ_from_those_around_them_are_counted():
 
 
 def test_everything_that_is_offered_is_on_it():
-    import fitter
+    from fitter import published
 
-    assert {f"published:{name}" for name in fitter.list_published()} < {*contact.materials()}
-    assert [*contact.materials(published=10)][:2] == ["published:alum-bronze", "published:blue-acrylic"]
+    assert {each.path for each in published.offered()} < {*contact.materials()}
+    assert [*contact.materials(published=89 // 2)][1] == published.offered()[2].path
 
 
 @pytest.mark.parametrize("name", ["published:two-layer-silver", "goniometer/IMX455.bsdf"])

@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -220,6 +221,12 @@ def test_inside_the_extension_only_what_blender_has_is_imported_and_only_relativ
                 assert "addon" in path.parts or module != "bpy", f"{path}:{node.lineno}: {module}"
 
 
+def complaints(done):
+    """The lines of a Blender's console that report an error, or a warning of Python."""
+    return [line for line in (done.stdout + done.stderr).splitlines()
+            if re.search(r"Traceback|Error|Warning|Exception", line)]
+
+
 def test_installed_from_the_zip_into_a_clean_profile_it_works_and_goes_again(package, tmp_path):
     measurements = tmp_path / "white.astm"
     rows = [f"{i / 10},0,{o / 10},{p / 3},0.25,0.25,0.25" for i in range(1, 15) for o in range(15) for p in range(10)]
@@ -228,6 +235,7 @@ def test_installed_from_the_zip_into_a_clean_profile_it_works_and_goes_again(pac
     done = subprocess.run([sys.executable, "-c", USE_IT, package, measurements, tmp_path / "picture.exr"],
                           env=environment, capture_output=True, text=True, check=False, timeout=300, cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
+    assert not complaints(done)
     assert "UNINSTALLED" in done.stdout
     radiance, alpha = map(float, done.stdout.split("MIDDLE ")[1].split()[:2])
     assert alpha == pytest.approx(1)
@@ -248,3 +256,4 @@ def test_a_day_with_the_installed_extension(package, glossy, write_astm, tmp_pat
                           capture_output=True, text=True, check=False, timeout=300, cwd=tmp_path)
     assert "DONE" in done.stdout, done.stdout + done.stderr
     assert done.returncode == 0, done.stdout + done.stderr
+    assert not [line for line in complaints(done) if "nonsense" not in line and "9.astm" not in line]

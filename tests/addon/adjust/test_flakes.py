@@ -79,7 +79,7 @@ def test_flakes_lie_on_the_normal_map_that_was_connected(plane):
 
 @pytest.mark.parametrize("osl", [True, False])
 def test_a_material_is_as_bright_as_the_tilt_of_its_flakes_makes_it(plane, osl):
-    """A nearly Lambertian surface under a sun from 60 degrees: its radiance follows the cosine to the flake's normal."""
+    """A nearly Lambertian surface under a sun from 60 degrees: radiance follows the cosine to the flake's normal."""
     scene, material, node = plane
     scene.cycles.shading_system = osl
     angle = math.radians(60)

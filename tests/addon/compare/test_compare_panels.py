@@ -86,6 +86,21 @@ def test_each_preset_has_its_own_numbers_whatever_the_settings_are(ui, material,
     assert (button.operator, button.options["preset"], button.enabled) == ("measured_brdf.fit", "Paper", True)
 
 
+def test_a_sphere_is_a_button_and_the_method_of_2002_none_before_its_error_is_known(ui, material, monkeypatch):
+    monkeypatch.setattr(ui.presets.queries, "lit_sphere", lambda _about, _shown: (5, SimpleNamespace(error=None)))
+    draw(ui.presets.MEASUREDBRDF_PT_compare, material=material)
+    ui.queue.answer_all()                   # the file is read
+    shown = draw(ui.presets.MEASUREDBRDF_PT_compare, material=material)
+    assert not shown.button("Original 2002 Method").enabled
+    assert shown.button("Standard").enabled
+    names = [(entry[0], entry[2], getattr(entry[-1], "preset", "")) for entry in shown.drawn
+             if entry[0] in ("picture", "button")]
+    for place, (kind, *_) in enumerate(names):
+        if kind == "picture":
+            over, below = names[place + 1:place + 3]
+            assert over[2] == below[2] != ""
+
+
 def test_a_linked_material_has_the_numbers_of_each_preset_and_no_button(ui, material, fits, tmp_path, monkeypatch):
     quick_held_out(monkeypatch)
     path = str(tmp_path / "library.blend")

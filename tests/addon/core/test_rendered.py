@@ -218,6 +218,7 @@ def test_the_sentence_names_what_was_chosen_and_why_it_is_not_shown():
     ("EXACT", 0.0, "", False, "Exact"), ("NODES", 0.0051, "", False, "Nodes: within 1 %"),
     ("NODES", 0.0849, "the engine is EEVEE", True, "Nodes: within 9 %"),
     ("NODES", 0.01, "OSL is off", True, "Nodes: OSL is off"),
+    ("NODES", 0.01, "its shader is not compiled yet", False, "Nodes: not compiled yet"),
     ("NODES", 0.01, "this Blender was built without OSL", False, "Nodes: no OSL here"),
     ("NODES", 0.01, "Cycles has no OSL on CUDA devices", False, "Nodes: no OSL here"),
     ("BLACK", 1.0, "OSL is off", False, "Black: update it"), ("FORMER", 1.0, "", False, "Older version: update it"),

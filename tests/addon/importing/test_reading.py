@@ -265,13 +265,13 @@ def test_a_folder_is_imported_by_the_options(blender, cube, file, tmp_path):
 def test_a_folder_becomes_a_library_by_the_options_for_the_open_file(blender, file, tmp_path):
     use_space(blender, "ACEScg")
     out = tmp_path / "library.blend"
-    assert blender.ops.measured_brdf.convert_folder(directory=str(tmp_path), library=str(out), illuminant="A", **CHEAP,
-                                                    **HOW) == {"FINISHED"}
+    assert blender.ops.measured_brdf.convert_folder(directory=str(tmp_path), library=str(out), illuminant="A",
+                                                    rendering="NODES", **CHEAP, **HOW) == {"FINISHED"}
     with blender.data.libraries.load(str(out), link=True) as (source, target):
         target.materials = source.materials
     settings = target.materials[0].measured_brdf
-    assert (settings.colours, settings.angles, settings.quantity, settings.illuminant) == (
-        "ACEScg", "radians", "brdf_cos", "A")
+    assert (settings.colours, settings.angles, settings.quantity, settings.illuminant, settings.rendering) == (
+        "ACEScg", "radians", "brdf_cos", "A", "NODES")
 
 
 def test_the_same_numbers_in_another_space_are_other_measurements(extension, glossy):

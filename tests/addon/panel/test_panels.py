@@ -116,6 +116,21 @@ def test_a_mix_shows_its_picture_and_the_measurements_of_its_parts(ui, material,
     assert [text for text in rows if text in ("glossy", "dull")][::2] == ["glossy", "dull"]
 
 
+def test_a_folder_is_asked_for_with_the_choices_that_a_file_has(ui, material, monkeypatch):
+    from measured_brdf.addon.importing import import_data
+    from measured_brdf.addon.library import folders
+
+    monkeypatch.setattr(Layout, "panel", lambda layout, _name, **_: (Layout(layout), Layout(layout)))
+    of_file = draw_as(import_data.MEASUREDBRDF_OT_import_data, material, filepath="/data/paint.unknown")
+    of_folder = draw_as(import_data.MEASUREDBRDF_OT_import_folder, material, directory="/data/")
+    assert set(of_file.fields) - set(of_folder.fields) == {"filepath", "sample"}
+    choices = {entry[2:] for entry in of_folder.drawn if entry[0] == "choice"}
+    assert choices == {("preset", "Standard"), ("preset", "Reference"), ("rendering", "AUTO"),
+                       ("rendering", "EXACT"), ("rendering", "NODES")}
+    assert draw_as(folders.MEASUREDBRDF_OT_convert_folder, material, directory="/data/", library="").fields[-1] == (
+        "library")
+
+
 def test_a_mix_is_a_stack_of_layers_each_with_its_picture_share_and_adjustments(ui, material, blender, monkeypatch):
     from measured_brdf.addon.mix import panel
     from measured_brdf.addon.work import queries
