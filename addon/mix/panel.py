@@ -5,12 +5,12 @@ import bpy
 from ..core import material as materials
 from ..core.annotations import not_none
 from ..panel import main
-from ..panel.layout import MaterialPanel, name_beside_value
+from ..panel.layout import MaterialPanel
 from ..work import queries
 from . import mix_group
 from .operators import MEASUREDBRDF_OT_mix
 
-_SCALE = 3                  # of pictures
+_SCALE, _PICTURE = 3, 0.2   # of pictures, and their share of the width
 
 
 class MEASUREDBRDF_PT_mix(MaterialPanel, bpy.types.Panel):
@@ -27,7 +27,6 @@ what is changed of them"""
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = not_none(self.layout), not_none(context.material)
-        name_beside_value(layout)
         for layer in mix_group.layers(not_none(materials.mix_node(material))):
             column = layout.column()
             column.enabled = material.is_editable
@@ -36,9 +35,11 @@ what is changed of them"""
 
 def _draw_layer(layout: bpy.types.UILayout, layer: mix_group.Layer) -> None:
     """Draw a picture, a name and a share, and what can be changed of the layer's material."""
-    row, material = layout.row(), layer.material
+    row, material = layout.split(factor=_PICTURE), layer.material
     if material is not None and queries.shown(material) is not None:
         row.template_icon(icon_value=queries.material_sphere(material)[0], scale=_SCALE)
+    else:
+        row.label(text="")
     column = row.column(align=True)
     column.label(text="A material that has been deleted" if material is None else material.name)
     if layer.share is None:

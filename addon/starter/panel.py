@@ -15,7 +15,8 @@ from . import shelf, starter, thumbnails
 _CELL = 16                  # characters: the width of a cell with a thumbnail
 _SCALE = 4.5                # of thumbnails
 _MOST = 60                  # cells
-_ABREAST = 5                # cells of the popover, which is not as wide as the region that it is opened from
+_ABREAST, _SMALL = 7, 3.2   # cells of the popover beside one another, and the scale of their thumbnails
+_FEW = 4 * _ABREAST         # cells of the popover: one that is higher than its window opens at its end
 _RGL = "https://rgl.epfl.ch/materials"       # measurements under CC0, with pictures; the browser opens it
 _IMPORT = "measured_brdf.import_data"
 
@@ -49,10 +50,10 @@ class MEASUREDBRDF_PT_library(bpy.types.Panel):
     bl_space_type = "PROPERTIES"
     bl_region_type = "HEADER"               # of no editor: a popover
     bl_label = "Material Library"
-    bl_ui_units_x = 8 * _ABREAST
+    bl_ui_units_x = 7 * _ABREAST
 
     def draw(self, context: bpy.types.Context) -> None:
-        _draw_published(not_none(self.layout), context, _ABREAST)
+        _draw_published(not_none(self.layout), context, _ABREAST, _SMALL, _FEW)
 
 
 def draw_button(layout: bpy.types.UILayout) -> None:
@@ -79,7 +80,8 @@ class MEASUREDBRDF_PT_folder(_BeginPanel, bpy.types.Panel):
         row.operator("wm.url_open", text="Where to Get Data", icon="HELP").url = manual.url(manual.DATA)
 
 
-def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, columns: int) -> None:
+def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, columns: int, scale: float = _SCALE,
+                    most: int = _MOST) -> None:
     choices = context.window_manager.measured_brdf_shelf
     row = layout.row(align=True)
     row.prop(choices, "search", text="", icon="VIEWZOOM")
@@ -90,12 +92,12 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, colu
     if not offered:
         draw_wrapped(layout, "No material has these words in its name or kind", "INFO")
     grid = _grid(layout, columns)
-    for each in offered[:_MOST]:
+    for each in offered[:most]:
         cell = grid.column(align=True)
         for button in _draw_buttons(cell, each.label, library.MEASUREDBRDF_OT_use_published.bl_idname,
-                                    shelf.published_icon(each.name)):
+                                    shelf.published_icon(each.name), scale=scale):
             button.name = each.name
-    _draw_rest(layout, len(offered), "materials")
+    _draw_rest(layout, len(offered) - most, "materials")
     draw_wrapped(layout, "Published fits of MERL's materials (Low et al. 2012), not measurements", "INFO")
     if not starter.is_offered(context):
         layout.operator(library.MEASUREDBRDF_OT_add_starter_library.bl_idname, icon="ASSET_MANAGER")
@@ -125,7 +127,7 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
     broken = [each for each in wanted if each.error]
     for each in [each for each in wanted if not each.error][:_MOST]:
         _draw_measurement(grid.column(align=True), each, how)
-    _draw_rest(layout, len(wanted) - len(broken), "measurements")
+    _draw_rest(layout, len(wanted) - len(broken) - _MOST, "measurements")
     if broken:
         header, body = layout.panel("MEASUREDBRDF_unreadable", default_closed=True)
         header.label(text=f"{len(broken)} files cannot be read" if len(broken) > 1 else "One file cannot be read")
@@ -141,17 +143,17 @@ def _draw_measurement(cell: bpy.types.UILayout, measurement: thumbnails.Found, h
 
 
 def _draw_buttons(cell: bpy.types.UILayout, label: str, operator: str, icon_id: int,
-                  meanwhile: str = "TIME") -> list[Any]:
+                  meanwhile: str = "TIME", scale: float = _SCALE) -> list[Any]:
     """A picture, or an icon in as much space, and a name below it: buttons, whose properties are returned."""
     if not icon_id:
         icon_id = bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items[meanwhile].value
-    return [picture_button(cell, operator, icon_id, _SCALE),
+    return [picture_button(cell, operator, icon_id, scale),
             *(cell.operator(operator, text=line) for line in on_buttons(label, _columns()))]
 
 
 def _draw_rest(layout: bpy.types.UILayout, count: int, what: str) -> None:
-    if count > _MOST:
-        layout.label(text=f"{count - _MOST} more {what}: search by name")
+    if count > 0:
+        layout.label(text=f"{count} more {what}: search by name")
 
 
 def _grid(layout: bpy.types.UILayout, columns: int) -> bpy.types.UILayout:
