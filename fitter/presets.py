@@ -29,9 +29,9 @@ PRESETS: dict[str, Preset] = {
 }
 
 PRESET_DESCRIPTIONS: dict[str, str] = {
-    "Draft": "A few KB, for look development: only the smooth shape, without narrow highlights",
-    "Standard": "A few tens of KB, for rendering: close to the measurements, and smooth between them",
-    "Reference": "The largest files: matches every sample, including the narrowest highlights",
+    "Draft": "A fit of a few KB, for look development: only the smooth shape, without narrow highlights",
+    "Standard": "A fit of a few tens of KB, for rendering: close to the measurements, and smooth between them",
+    "Reference": "A larger fit: matches every sample, including the narrowest highlights",
     "Paper": "The method and the levels of Kameya and Lewis (2002): highlights can ripple between the measured "
              "directions",
 }

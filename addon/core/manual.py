@@ -42,7 +42,7 @@ _TOPICS: Topics = (
     *over_operators("manual/adjusting#mix-measured-materials", "add_node"),
     *over_settings("formats#units-and-conventions", "measuredmaterial", *_READING),
     *over_settings("manual#get-data-in", "measuredmaterial", "filepath", "sample"),
-    *over_settings("manual#look-before-you-fit", "measuredmaterial", "shown_*"),
+    *over_settings("manual#curves", "measuredmaterial", "shown_*"),
     *over_settings("manual/engines#choose", "measuredmaterial", "rendering"),
     *over_settings("manual#choose-what-it-may-cost", "measuredmaterial", "*"),
     *over_settings("manual#preferences", "measuredpreferences", "*"),

@@ -283,11 +283,11 @@ class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
     changes: StringProperty(name="Changes")             # that made the fit physically plausible
     shown_theta: FloatProperty(
         name="Incidence", default=math.radians(40), min=0, max=math.radians(85), subtype="ANGLE",
-        description="Angle of incidence in the polar plot. Does not change the material")
+        description="Angle of the light in the plane of incidence that is shown. Does not change the material")
     shown_phi: FloatProperty(
         name="Light's Azimuth", default=0, min=0, max=math.radians(360), subtype="ANGLE",
-        description="Where the light is in the polar plot, counter-clockwise from the tangent. Does not change the "
-                    "material")
+        description="Azimuth of the plane of incidence that is shown, counter-clockwise from the tangent to the light. "
+                    "Does not change the material")
 
 
 def default_choices(path: str) -> Choices:

@@ -10,11 +10,11 @@ from . import colours, compared_presets, curves, details, fit, import_data, meas
 _ENTRIES = menu.entries((import_data.MEASUREDBRDF_OT_import_data, "Import Measured BRDF..."),
                         (import_data.MEASUREDBRDF_OT_import_folder, "Import Folder of Measured BRDFs..."),
                         (fit.MEASUREDBRDF_OT_fit, "Fit Measured BRDF Again"),
-                        (relink.MEASUREDBRDF_OT_find_missing, "Find Missing Files of Measured BRDFs..."))
+                        (relink.MEASUREDBRDF_OT_find_missing, "Find Missing Measurements..."))
 _IN_FILE_MENU = menu.entries(
     (import_data.MEASUREDBRDF_OT_import_data, "Measured BRDF (MERL, RGL, CURET, table...)"),
     (import_data.MEASUREDBRDF_OT_import_folder, "Measured BRDFs (folder)"))
-_IN_DATA_MENU = menu.entries((relink.MEASUREDBRDF_OT_find_missing, "Find Missing Measurements (BRDF)"))
+_IN_DATA_MENU = menu.entries((relink.MEASUREDBRDF_OT_find_missing, "Find Missing Measurements..."))
 _IN_ADD_MENU = menu.entries((import_data.MEASUREDBRDF_OT_import_data, "Import..."))
 _TOPICS = (*manual.over_operators("manual#get-data-in", "import_data", "import_folder", "choose_sample"),
            *manual.over_operators("manual#fit", "fit"),

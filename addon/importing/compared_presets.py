@@ -22,10 +22,10 @@ from ..work import queries
 from ..work.job import Job
 from . import fit
 
-_HEADINGS = "Coefficients", "KB", "RMSE", "Error at Unseen Angles"
+_HEADINGS = "Coefficients", "KB of the Fit", "RMSE", "Error at Unseen Angles"
 _CHEAPEST_FIRST = ORIGINAL, *OFFERED
 _ABREAST = 50               # characters that three spheres with their numbers need beside one another
-_FORMS = "{} coefficients", "{} KB", "RMSE {}", "Unseen {}"
+_FORMS = "{} coefficients", "{} KB of the fit", "RMSE {}", "Unseen Angles {}"
 _LABELS = {key: label for key, label, _ in PRESET_ITEMS}
 _UNKNOWN, _FAILED = ("...",) * 4, ("-",) * 4
 

@@ -115,7 +115,7 @@ def _draw_relink(layout: bpy.types.UILayout, fitted: bool) -> None:
     row = layout.row(align=True)
     for refit, text in ((False, "Relink..."), (True, "Relink and Refit..." if fitted else "Relink and Fit...")):
         row.operator(relink.MEASUREDBRDF_OT_find_file.bl_idname, text=text).refit = refit
-    layout.operator(relink.MEASUREDBRDF_OT_find_missing.bl_idname, text="Find All Missing...", icon="VIEWZOOM")
+    layout.operator(relink.MEASUREDBRDF_OT_find_missing.bl_idname, text="Find Missing Measurements...", icon="VIEWZOOM")
 
 
 def _draw_fit(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitted: bool) -> None:

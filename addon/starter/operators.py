@@ -36,7 +36,7 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
     """Make a material of a published fit, and assign it to all selected objects"""
 
     bl_idname = "measured_brdf.use_published"
-    bl_label = "Use Published Fit"
+    bl_label = "Use Library Material"
     bl_options = {"UNDO", "INTERNAL"}
 
     name: StringProperty(options={"SKIP_SAVE"})

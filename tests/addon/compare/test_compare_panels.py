@@ -53,7 +53,7 @@ def fits(glossy, write_astm, tmp_path_factory):
     samples = fitter.load(write_astm(tmp_path_factory.mktemp("fits") / "glossy.astm", glossy))
     made = {name: fitter.fit(samples, **preset) for name, preset in PRESETS.items()}
     return {name.replace("Paper", ORDER[-1]): (
-        f"{fit.coefficient_count:,} coefficients", f"{fit.nbytes / 1000:,.0f} KB",
+        f"{fit.coefficient_count:,} coefficients", f"{fit.nbytes / 1000:,.0f} KB of the fit",
         f"RMSE {fitter.error_metrics(samples.values, fit.evaluate(*samples.directions)).rmse:.3g}")
             for name, fit in made.items()}
 
@@ -81,7 +81,7 @@ def test_each_preset_has_its_own_numbers_whatever_the_settings_are(ui, material,
     for name in ORDER:
         place = shown.button(name).place
         texts = [entry[2] for entry in shown.drawn[place + 1:place + 5]]
-        assert texts == [*fits[name], "Unseen 0.25"]
+        assert texts == [*fits[name], "Unseen Angles 0.25"]
     button = shown.button("Original 2002 Method")
     assert (button.operator, button.options["preset"], button.enabled) == ("measured_brdf.fit", "Paper", True)
 
@@ -113,7 +113,7 @@ def test_a_linked_material_has_the_numbers_of_each_preset_and_no_button(ui, mate
     texts = [entry[2] for entry in shown.drawn if entry[0] == "text"]
     for name in ORDER:
         place = texts.index(name)
-        assert texts[place + 1:place + 5] == [*fits[name], "Unseen 0.25"]
+        assert texts[place + 1:place + 5] == [*fits[name], "Unseen Angles 0.25"]
 
 
 def test_the_fit_that_the_material_has_is_marked_and_not_made_again(ui, material, fits, monkeypatch):

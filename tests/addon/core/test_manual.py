@@ -93,7 +93,7 @@ def test_every_topic_is_a_heading_of_the_manual(manual):
 def test_over_a_control_the_page_is_opened_that_leads_to_its_heading(blender, with_html):
     assert opened(blender, "bpy.ops.measured_brdf.use_method") == with_html / "f1" / "manual-engines--choose.html"
     assert opened(blender, "bpy.types.MeasuredMaterial.shown_theta") == (
-        with_html / "f1" / "manual--look-before-you-fit.html")
+        with_html / "f1" / "manual--curves.html")
 
 
 def test_where_the_manifest_names_a_website_and_blender_may_go_online_that_is_opened(manual, monkeypatch, with_html):
