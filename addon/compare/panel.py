@@ -144,7 +144,8 @@ def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> dict[str, 
     wait = "..." if figures.finished is None else "-"
     fitted, known = settings.coefficients > 0, figures.result
     return {"Match": verdict.grade(settings.match, verdict.MATCH_LIMITS) if settings.match >= 0 else "-",
-            "Between Measured Angles": verdict.grade(settings.between, verdict.BETWEEN_LIMITS) if settings.between >= 0 else "-",
+            "Between Measured Angles": (verdict.grade(settings.between, verdict.BETWEEN_LIMITS)
+                                        if settings.between >= 0 else "-"),
             "Coefficients": f"{known.coefficients:,}" if known is not None else wait,
             "Bytes": f"{known.nbytes:,}" if known is not None else wait,
             "RMSE": f"{settings.rmse:.3g}" if fitted and math.isfinite(settings.rmse) else "-",

@@ -32,9 +32,9 @@ class MeasuredPreferences(bpy.types.AddonPreferences):
                                 description="Folder of measurements. The panel lists them with pictures, and notices "
                                             "new ones; the file browser opens there to import")
     asset_library: StringProperty(name="Asset Library", subtype="DIR_PATH",
-                                  description="Folder that Save to Asset Library offers first, and into which folders of "
-                                              "measurements are converted. Scripts save into it without a question; if it "
-                                              "is empty, they make materials assets of the open file")
+                                  description="Folder that Save to Asset Library offers first, and into which folders "
+                                              "of measurements are converted. Scripts save into it without a question; "
+                                              "if it is empty, they make materials assets of the open file")
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = not_none(self.layout)
