@@ -86,6 +86,26 @@ def panel(h):
     h.wait(20)
 
 
+def layers(h):
+    stage(h, "mix")
+    for name in ("red-fabric", "gold-metallic-paint", "violet-acrylic"):
+        bpy.ops.measured_brdf.use_published(name=name)
+    bpy.ops.measured_brdf.mix(first="Red fabric", second="Gold metallic paint", factor=0.3)
+    bpy.ops.measured_brdf.mix(first="Red fabric + Gold metallic paint", second="Violet acrylic", factor=0.25)
+    bpy.context.object.active_material.name = "Dyed cloth"
+    h.wait(10)
+
+
+def flakes(h):
+    stage(h, "texture")
+    bpy.ops.measured_brdf.use_published(name="violet-acrylic")
+    with h.override(h.area("VIEW_3D")):
+        bpy.ops.measured_brdf.add_flakes()
+    bpy.context.object.active_material.node_tree.nodes["Group"].inputs["Size"].default_value = 0.01
+    h.area("VIEW_3D").spaces.active.region_3d.view_distance = 5
+    h.wait(60)                              # EEVEE compiles
+
+
 def compare(h):
     stage(h, "data", "compare")
     h.properties_column(width=520)          # three spheres beside one another
@@ -425,6 +445,8 @@ def whole(h):
 PICTURES = {
     "library": (library, (), column),
     "panel": (panel, (settle,), column),
+    "layers": (layers, (settle,), column),
+    "flakes": (flakes, (settle,), screen),
     "compare": (compare, (settle, to_the_end), column),
     "compare_with": (compare_with, (settle, to_the_end), column),
     "look": (look, (settle, to_the_end), column),
