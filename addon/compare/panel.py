@@ -65,7 +65,7 @@ class MEASUREDBRDF_PT_compare_with(MeasuredPanel, bpy.types.Panel):
                 draw_row(column, *(f"{heading}: {value}" for heading, value in zip(_HEADINGS[1:], values, strict=True)))
             return
         for name, *values in (_HEADINGS, *rows):
-            parts = column.split(factor=0.4)
+            parts = column.split(factor=0.48)
             parts.label(text=name)
             draw_row(parts, *values)
 
