@@ -95,10 +95,9 @@ def _draw_work(layout: bpy.types.UILayout, settings: Any) -> None:
     """Draw what is done with the photographs; while a job runs its progress."""
     if draw_running(layout.row(align=True)):
         return
-    column = layout.column(align=True)
-    column.operator(MEASUREDBRDF_OT_fit_outline.bl_idname, icon="MESH_CIRCLE")
-    draw_presets(column, settings)
-    column.operator(MEASUREDBRDF_OT_measure_ball.bl_idname, icon="MATERIAL")
+    layout.operator(MEASUREDBRDF_OT_fit_outline.bl_idname, icon="MESH_CIRCLE")
+    draw_presets(layout, settings)
+    layout.operator(MEASUREDBRDF_OT_measure_ball.bl_idname, icon="MATERIAL")
     if settings.scale == GUESS:
         draw_wrapped(layout, "The scale is a guess", "INFO")
 

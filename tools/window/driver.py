@@ -395,7 +395,7 @@ def film_compare(h):
 
 def drag_line(h):
     area = h.area("PROPERTIES")
-    middle, left, right = ((area.x + x, h.window.height - area.y - 322) for x in (125, 85, 165))
+    middle, left, right = ((area.x + x, h.window.height - area.y - 297) for x in (125, 85, 165))
     drag([*between(middle, right), *between(right, left), *between(left, middle)])
     film(h, 24, area)
 
@@ -437,6 +437,12 @@ def drag_file(h):
     film(h, 110, screen(h))
 
 
+def sphere_and_column(h):
+    area = h.area("VIEW_3D")
+    return SimpleNamespace(x=area.x + area.width // 2 - 250, y=area.y, width=area.width // 2 + 250 + WIDTH,
+                           height=area.height)
+
+
 def whole(h):
     return max(h.window.screen.areas, key=lambda area: area.width * area.height)
 
@@ -446,7 +452,7 @@ PICTURES = {
     "library": (library, (), column),
     "panel": (panel, (settle,), column),
     "layers": (layers, (settle,), column),
-    "flakes": (flakes, (settle,), screen),
+    "flakes": (flakes, (settle,), sphere_and_column),
     "compare": (compare, (settle, to_the_end), column),
     "compare_with": (compare_with, (settle, to_the_end), column),
     "look": (look, (settle, to_the_end), column),
