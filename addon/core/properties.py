@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any, NamedTuple, cast
 
@@ -149,16 +150,24 @@ def rendering_named(name: str) -> str:
 
 def draw_presets(layout: bpy.types.UILayout, choices: Any) -> None:
     """Draw the choice of a preset, of those that are offered."""
-    row = layout.row(heading="Preset")
-    for name in OFFERED:
-        row.prop_enum(choices, "preset", name)
+    _draw_enum(layout, choices, "preset", OFFERED)
 
 
 def draw_rendering(layout: bpy.types.UILayout, choices: Any) -> None:
     """Draw the choice of a rendering, without names of older versions."""
-    row = layout.row(heading="Rendering")
-    for key, *_ in RENDERINGS:
-        row.prop_enum(choices, "rendering", key)
+    _draw_enum(layout, choices, "rendering", [key for key, *_ in RENDERINGS])
+
+
+def _draw_enum(layout: bpy.types.UILayout, choices: Any, name: str, keys: Sequence[str]) -> None:
+    """Draw some of the values of a property beside its name."""
+    split = layout.split(factor=0.4)
+    split.use_property_split = False        # Blender would split each value
+    label = split.row()
+    label.alignment = "RIGHT"
+    label.label(text=name.capitalize())
+    row = split.row(align=True)
+    for key in keys:
+        row.prop_enum(choices, name, key)
 
 
 def fit_arguments(choices: Choices) -> Arguments:

@@ -71,6 +71,12 @@ def to_the_end(h):
     h.wait(4)
 
 
+def pointer_away(h):
+    """From buttons, which would show a tooltip."""
+    h.window.cursor_warp(10, 10)
+    h.wait(2)
+
+
 def column(h):
     return h.area("PROPERTIES")
 
@@ -454,7 +460,7 @@ PICTURES = {
     "layers": (layers, (settle,), column),
     "flakes": (flakes, (settle,), sphere_and_column),
     "compare": (compare, (settle, to_the_end), column),
-    "compare_with": (compare_with, (settle, to_the_end), column),
+    "compare_with": (compare_with, (settle, to_the_end, pointer_away), column),
     "look": (look, (settle, to_the_end), column),
     "details": (details, (settle, to_the_end), column),
     "measurements": (measurements, (settle, to_the_end), column),
