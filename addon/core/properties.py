@@ -160,7 +160,7 @@ def draw_rendering(layout: bpy.types.UILayout, choices: Any) -> None:
 
 def _draw_enum(layout: bpy.types.UILayout, choices: Any, name: str, keys: Sequence[str]) -> None:
     """Draw some of the values of a property beside its name."""
-    split = layout.split(factor=0.4)
+    split = layout.split(factor=0.3)
     split.use_property_split = False        # Blender would split each value
     label = split.row()
     label.alignment = "RIGHT"
