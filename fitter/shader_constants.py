@@ -125,7 +125,7 @@ LEAST_OF_MIXTURE = 0.002
 MOST_LOWERED = 0.03
 # What the lobe of a larger lamp leaves of the mixture at least: at the lamp's edge that may be less than in the middle.
 LEFT_OF_MIXTURE = 0.5
-# What it makes of the mixture at most: a peak may be narrower than the lamp.
+# What it makes of the mixture at most, there and in all that it reflects: a peak may be narrower than the lamp.
 MOST_OF_MIXTURE = 1.3
 # Where a lobe has fallen to less it counts as 0.
 LEAST_FALLOFF = 1e-6
@@ -144,8 +144,8 @@ REMAINDER_EXPONENT = 1e6
 LEAST_COLOUR = 0.01
 # The closure weight of a sampled direction in what it carries, where that is more than its usual share.
 CARRIED_WEIGHT = 0.5
-# What it carries at most, in the mixture's albedo. Fits of which the mixture misplaces half of the light have more at
-# grazing angles, where single samples would be dots.
+# What it carries at most, in the mixture's albedo, all of which it takes away at most. Fits of which the mixture
+# misplaces half of the light have more at grazing angles, where single samples would be dots.
 MOST_CARRIED = 4.0
 # Exponent of the directions that are sampled about a lamp, in that of its lobe: three quarters of them are within the
 # lamp, and those beyond its edge are no rarer than the lobe is low.

@@ -170,10 +170,13 @@ void evaluate_all(FIT_PARAMETERS, int lower, output Mixture mixture, output Eval
 }
 
 /* The lobes at the lamps, or at some of many: as high as the mixture falls short of the fit in the middle of the lamp.
- * Those of lamps that are not small change the mixture less, up or down: toward the lamp's edge the fit may be another. */
-void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, vector wo, float times[MAX_LAMPS],
+ * Those of lamps that are not small change the mixture less, up or down, both in the middle and in all the light that it
+ * reflects: toward the lamp's edge the fit may be another. */
+void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture mixture, float times[MAX_LAMPS],
                     output LampLobes lobes)
 {
+  vector wo = mixture.wo;
+  color albedo = mixture_albedo(mixture);
   lobes.count = 0;
   for (int i = 0; i < lamps.count; i++) {
     if (all.needed[i]) {
@@ -182,6 +185,8 @@ void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, vector wo,
       color height = all.fitted[i];
       if (radius >= SMALL_LAMP_RADIUS) {
         height = clamp(height, LEFT_OF_MIXTURE * all.mixed[i], MOST_OF_MIXTURE * all.mixed[i]) - all.mixed[i];
+        color most = (MOST_OF_MIXTURE - 1.0) * lobe_exponent(radius) / LOBE_SOLID_ANGLE * albedo;
+        height = clamp(height, -most, most);
         /* over a lamp that reaches the horizon the fit falls to 0 */
         height *= max(1.0 - sin(radius) / l[2], 0.0);
       }

@@ -52,7 +52,7 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
   albedo = max(albedo, color(LEAST_COLOUR * largest));
   color carried = value / (plan.probability * density);
   if (!everywhere) {
-    carried = clamp(carried, color(-MOST_CARRIED * largest), color(MOST_CARRIED * largest));
+    carried = clamp(carried, color(-largest), color(MOST_CARRIED * largest));
   }
   color size = fabs(carried) / albedo;
   /* what carries more is followed more often */
@@ -96,7 +96,7 @@ closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, 
     all.needed[last] = all.direction[last][2] >= HORIZON && !covered_by_lobe(lamps, all.direction[last]);
   }
   evaluate_all(FIT, !many, mixture, all);
-  fit_lamp_lobes(FLAT_RAMP, lamps, all, mixture.wo, times, lobes);
+  fit_lamp_lobes(FLAT_RAMP, lamps, all, mixture, times, lobes);
   if (many) {
     keep_taken(lobes);
   }
