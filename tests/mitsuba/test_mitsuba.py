@@ -238,7 +238,7 @@ def brushed():
     return path, fitter.fit(fitter.load(path), **fitter.PRESETS["Reference"])
 
 
-GRAZING = pytest.mark.xfail(reason="at 84 degrees the file reflects 1.42 times what it receives; the fit no more than 1",
+GRAZING = pytest.mark.xfail(reason="at 84 degrees the file reflects 1.42 times what it receives, the fit 1",
                             strict=True)
 
 
