@@ -165,7 +165,8 @@ def test_the_dialogs_draw_the_options(extension):
         drawn = [call.args[1] for part in (layout, body, body.row.return_value) for call in part.prop.call_args_list]
         assert expected <= set(drawn)
         assert len(drawn) == len(set(drawn))
-        offered = [call.args[1:] for call in layout.row.return_value.prop_enum.call_args_list]
+        choices = layout.split.return_value.row.return_value.prop_enum
+        offered = [call.args[1:] for call in choices.call_args_list]
         assert offered == [("preset", "Standard"), ("preset", "Reference"), ("rendering", "AUTO"),
                            ("rendering", "EXACT"), ("rendering", "NODES")][:5 * ("sample" in expected)]
 
