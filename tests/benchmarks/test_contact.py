@@ -9,12 +9,13 @@ from fitter.cycles.node_mixture import node_mixtures
 from support import stage
 from support.cases import release
 
-BELOW_ZERO = pytest.mark.xfail(reason="Exact has pixels below zero before denoising", strict=True)
-WORST = ("published:hematite", "curet/abrdf.dat velvet", "curet/abrdf.dat aluminum foil",
-         "cornell/garnet_red_RGB.astm", pytest.param("cornell/cayman.astm", marks=BELOW_ZERO),
-         pytest.param("goniometer/IMX455.bsdf", marks=BELOW_ZERO),
-         pytest.param("cornell/krylon_blue.astm, width .25", marks=BELOW_ZERO),
-         pytest.param("rgl/irid_flake_paint1_rgb.bsdf", marks=BELOW_ZERO))
+# of the sheet, by what is conspicuous beside a Principled's
+WORST = ("curet/abrdf.dat moss", "rgl/chm_mint_rgb.bsdf", "cornell/krylon_blue.astm, width .25",
+         "rgl/cc_green_malachite_rgb.bsdf", "rgl/irid_flake_paint1_rgb.bsdf, width .25", "rgl/ilm_solo_m_68_rgb.bsdf",
+         "rgl/irid_flake_paint1_rgb.bsdf, gain 8", "rgl/irid_flake_paint1_rgb.bsdf, red", "cornell/cayman.astm",
+         pytest.param("goniometer/carpaint_blue.mbsdf", marks=pytest.mark.xfail(
+             reason="its dark rim is measured, and a Principled has none", strict=True)))
+MOST_BELOW = 40             # pixels of a tile before denoising
 
 
 def test_pixels_that_differ_from_those_around_them_are_counted():
@@ -48,13 +49,14 @@ def test_there_are_no_dots_in_narrow_peaks_and_at_silhouettes(extension, openima
 
 @release
 @pytest.mark.parametrize("name", WORST)
-def test_the_worst_has_no_pixels_below_zero_and_few_that_differ(extension, openimageio, name):
+def test_the_worst_are_no_more_conspicuous_than_a_principled(extension, openimageio, name):
+    """Exact after denoising, Nodes before it too."""
     if name not in contact.materials():
         pytest.skip("no measurements")
     found = contact.tiles(contact.materials()[name](), name, ("Exact", "Nodes", "Principled"))
-    like = found["Principled"]
-    for way in ("Exact", "Nodes"):
-        for ours, theirs in zip(found[way], like, strict=True):
-            assert ours.below <= theirs.below
-            assert ours.dark <= theirs.dark + 5
-            assert ours.bright <= theirs.bright + 5
+    (raw, exact), nodes, like = (found[way] for way in ("Exact", "Nodes", "Principled"))
+    assert raw.below <= MOST_BELOW
+    for ours, theirs in zip((exact, *nodes), (like[1], *like), strict=True):
+        assert ours.below <= theirs.below
+        assert ours.dark <= theirs.dark + 5
+        assert ours.bright <= theirs.bright + 5
