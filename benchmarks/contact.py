@@ -41,7 +41,8 @@ EDITED = ("published:gold-metallic-paint", "published:red-fabric", "cornell/kryl
 EDITS = {"coat": {"coat": 1.0, "coat_width": 0.05}, "gain 8": {"highlight": 8.0}, "width .25": {"width": 0.25},
          "width 4": {"width": 4.0}, "red": {"diffuse": (1, 0.1, 0.1), "highlight": (1, 0.1, 0.1)}}
 WAYS = ("Exact", "Nodes", "EEVEE", "Principled", "Principled in EEVEE")
-COLUMNS = 8                 # EEVEE is not denoised
+# of the columns; EEVEE is not denoised
+TITLES = [text for way in WAYS for text in ((way,) if way.endswith("EEVEE") else (way, f"{way}, denoised"))]
 ROWS = 10                   # of a sheet
 _EXPOSURE = 1.2
 
@@ -156,7 +157,7 @@ def scene():
 
 
 def counts(found):
-    """The counts of each way: as they are, then denoised, each dark, bright, below zero: (3 COLUMNS,)."""
+    """The counts of each way: as they are, then denoised, each dark, bright, below zero: three of each of TITLES."""
     return np.array([[each.dark, each.bright, each.below] for way in WAYS for each in found[way]]).ravel()
 
 
@@ -169,7 +170,7 @@ def _draw(rows, path):
     """Write a contact sheet: a row of tiles for each material."""
     from matplotlib import pyplot
 
-    figure, axes = pyplot.subplots(len(rows), COLUMNS, figsize=(16, 1.5 * len(rows) + 0.2), squeeze=False)
+    figure, axes = pyplot.subplots(len(rows), len(TITLES), figsize=(16, 1.5 * len(rows) + 0.2), squeeze=False)
     figure.subplots_adjust(0.12, 0, 1, 1 - 0.2 / (1.5 * len(rows) + 0.2), 0.02, 0.02)
     for line, (name, found) in zip(axes, rows, strict=True):
         shown = [each for way in WAYS for each in found[way]]
@@ -177,14 +178,10 @@ def _draw(rows, path):
             place.imshow(sheet.encode(_EXPOSURE * each.picture), interpolation="nearest")
             place.axis("off")
         line[0].text(-6, SIZE / 2, name.replace("/", "/\n").replace(", ", ",\n"), ha="right", va="center", fontsize=8)
-    for place, title in zip(axes[0], _titles(), strict=True):
+    for place, title in zip(axes[0], TITLES, strict=True):
         place.set_title(title, fontsize=8, pad=2)
     figure.savefig(path, dpi=100)
     pyplot.close(figure)
-
-
-def _titles():
-    return [text for way in WAYS for text in ((way,) if way.endswith("EEVEE") else (way, f"{way}, denoised"))]
 
 
 def main():
@@ -200,9 +197,9 @@ def main():
     options.out.mkdir(parents=True, exist_ok=True)
     chosen = {name: fit for name, fit in materials(options.published).items()
               if any(text in name for text in options.only)}
-    rows, total = [], np.zeros(3 * COLUMNS, int)
+    rows, total = [], np.zeros(3 * len(TITLES), int)
     with open(options.out / "counts.txt", "w", encoding="utf-8") as table:
-        titles = "".join(f"{title.split(', ')[-1][:12]:14}" for title in _titles())
+        titles = "".join(f"{title.split(', ')[-1][:12]:14}" for title in TITLES)
         _say(table, f"{'dark, bright, below zero':45}{titles}")
         for number, (name, fit) in enumerate(chosen.items(), start=1):
             start = time.perf_counter()

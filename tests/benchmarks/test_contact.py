@@ -9,6 +9,11 @@ from fitter.cycles.node_mixture import node_mixtures
 from support import stage
 from support.cases import release
 
+BELOW_ZERO = pytest.mark.xfail(reason="Exact has pixels below zero before denoising", strict=True)
+HARD = ("published:hematite", "curet/abrdf.dat velvet", "curet/abrdf.dat aluminum foil", "cornell/garnet_red_RGB.astm",
+        pytest.param("cornell/cayman.astm", marks=BELOW_ZERO), "goniometer/IMX455.bsdf",
+        pytest.param("cornell/krylon_blue.astm, width .25", marks=BELOW_ZERO),
+        pytest.param("rgl/irid_flake_paint1_rgb.bsdf", marks=BELOW_ZERO))
 # of the sheet, by what is conspicuous beside a Principled's
 WORST = ("curet/abrdf.dat moss", "rgl/chm_mint_rgb.bsdf", "cornell/krylon_blue.astm, width .25",
          "rgl/cc_green_malachite_rgb.bsdf", "rgl/irid_flake_paint1_rgb.bsdf, width .25", "rgl/ilm_solo_m_68_rgb.bsdf",
@@ -30,12 +35,13 @@ def test_everything_that_is_offered_is_on_it():
     from fitter import published
 
     assert {each.path for each in published.offered()} < {*contact.materials()}
-    assert [*contact.materials(published=89 // 2)][1] == published.offered()[2].path
+    assert [*contact.materials(published=10)][1] == published.offered()[8].path, "of 89"
 
 
-@pytest.mark.parametrize(("name", "seed"), [("published:two-layer-silver", 3), ("goniometer/IMX455.bsdf", 3),
-                                            ("published:black-obsidian", 0)])
-def test_there_are_no_dots_in_narrow_peaks_and_at_silhouettes(extension, openimageio, name, seed):
+@pytest.mark.parametrize(("name", "seed", "bright"), [
+    ("published:two-layer-silver", 3, 2), ("goniometer/IMX455.bsdf", 3, 2),
+    pytest.param("published:black-obsidian", 0, 12, id="black-obsidian, whose highlights are bright")])
+def test_there_are_no_dots_in_narrow_peaks_and_at_silhouettes(extension, openimageio, name, seed, bright):
     if name not in contact.materials():
         pytest.skip("no measurements")
     fit = contact.materials()[name]()
@@ -44,19 +50,36 @@ def test_there_are_no_dots_in_narrow_peaks_and_at_silhouettes(extension, openima
     bpy.data.objects["Sphere"].data.materials.append(stage.material_for(fit, node_mixtures(fit)))
     shown = contact.tile(stage.render(made)[..., :3])
     assert shown.below == 0
-    assert shown.bright <= 12, "a black ball's highlights are"
+    assert shown.bright <= bright
+
+
+def tiles(name):
+    if name not in contact.materials():
+        pytest.skip("no measurements")
+    return contact.tiles(contact.materials()[name](), name, ("Exact", "Nodes", "Principled"))
+
+
+def is_no_more_conspicuous(ours, like):
+    assert ours.below <= like.below
+    assert ours.dark <= like.dark + 5
+    assert ours.bright <= like.bright + 5
+
+
+@release
+@pytest.mark.parametrize("name", HARD)
+def test_what_is_hard_has_no_pixels_below_zero_and_few_that_differ(extension, openimageio, name):
+    found = tiles(name)
+    for way in ("Exact", "Nodes"):
+        for ours, like in zip(found[way], found["Principled"], strict=True):
+            is_no_more_conspicuous(ours, like)
 
 
 @release
 @pytest.mark.parametrize("name", WORST)
 def test_the_worst_are_no_more_conspicuous_than_a_principled(extension, openimageio, name):
     """Exact after denoising, Nodes before it too."""
-    if name not in contact.materials():
-        pytest.skip("no measurements")
-    found = contact.tiles(contact.materials()[name](), name, ("Exact", "Nodes", "Principled"))
+    found = tiles(name)
     (raw, exact), nodes, like = (found[way] for way in ("Exact", "Nodes", "Principled"))
     assert raw.below <= MOST_BELOW
     for ours, theirs in zip((exact, *nodes), (like[1], *like), strict=True):
-        assert ours.below <= theirs.below
-        assert ours.dark <= theirs.dark + 5
-        assert ours.bright <= theirs.bright + 5
+        is_no_more_conspicuous(ours, theirs)
