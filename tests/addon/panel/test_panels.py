@@ -175,6 +175,7 @@ def test_one_line_tells_how_many_files_of_the_data_folder_cannot_be_read(ui, ext
     monkeypatch.setattr(panel.preferences, "get", lambda context: SimpleNamespace(data_folder="/data"))
     assert panel.MEASUREDBRDF_PT_folder.poll(bpy.context)
     shown = draw(panel.MEASUREDBRDF_PT_folder)
+    assert shown.button("Get from RGL").options["url"] == "https://rgl.epfl.ch/materials"
     assert "2 files cannot be read" in shown.texts
     assert "broken" not in shown.texts
 

@@ -8,7 +8,7 @@ import pytest
 
 from support.blend_state import state
 from support.checkout import ROOT
-from support.drawn import Layout
+from support.drawn import Layout, draw
 
 
 @pytest.fixture
@@ -94,6 +94,19 @@ def test_an_asset_of_a_published_fit_says_what_it_is(cube):
     assert "measured reflectance" not in item.asset_data.description
     assert "published fit" in [tag.name for tag in item.asset_data.tags]
     assert "measured" not in [tag.name for tag in item.asset_data.tags]
+
+
+def test_the_library_begins_with_what_is_bright_and_the_pop_up_has_as_much_as_it_has_room_for(extension):
+    from measured_brdf.addon.starter import panel, shelf
+
+    brightest = [max(each.model.kd) for each in shelf.offered("", shelf.ALL)]
+    assert brightest == sorted(brightest, reverse=True)
+    choices = bpy.context.window_manager.measured_brdf_shelf
+    choices.tag = shelf.ALL
+    shown = draw(panel.MEASUREDBRDF_PT_library)
+    choices.property_unset("tag")
+    assert shown.kinds.count("picture") == 28
+    assert "61 more materials" in shown.texts
 
 
 def test_search_finds_by_words_in_name_label_and_tags(extension):

@@ -228,10 +228,13 @@ def test_the_library_is_added_to_the_asset_libraries_once(blender, starter):
         assert len(libraries) == before + 1
     assert libraries[starter.NAME].path == str(starter.SHIPPED)
     assert starter.is_offered(bpy.context)
+    assert libraries[starter.NAME].import_method == "APPEND"
     libraries[starter.NAME].path = "/somewhere/else"        # of an older installation
+    libraries[starter.NAME].import_method = "LINK"
     assert not starter.is_offered(bpy.context)
     assert bpy.ops.measured_brdf.add_starter_library() == {"FINISHED"}
     assert libraries[starter.NAME].path == str(starter.SHIPPED)
+    assert libraries[starter.NAME].import_method == "APPEND"
     libraries.remove(libraries[starter.NAME])
 
 
