@@ -3,6 +3,7 @@
 import errno
 import os
 import platform
+import re
 import secrets
 import stat
 import sys
@@ -15,6 +16,10 @@ from typing import IO, Any
 from .errors import DatasetError
 
 _INTERVAL = 0.1             # s, between two attempts to lock on Windows, which cannot wait for a lock
+_ATTEMPTS = 20              # to open a lock file that others make and remove
+_HOLDER = re.compile(r"process \d+ on [^\r\n]*")      # what a lock file says
+_LONGEST_HOLDER = 300
+_NOT_FOLLOWED = getattr(os, "O_NOFOLLOW", 0)        # Windows lets few make links
 
 
 def read_bytes(path: str | Path, largest: int) -> bytes:
@@ -109,7 +114,8 @@ def locked(path: str | Path, wait: bool = False) -> Iterator[None]:
     The operating system locks a file beside it, `path` with ".lock", and unlocks it when the process ends, even if it
     crashes.
 
-    Raises BlockingIOError if another process has the lock; the message names that process.
+    Raises BlockingIOError if another process has the lock; the message names that process; and FileExistsError if
+    something else has the name of the lock file.
 
     Parameters
     ----------
@@ -129,27 +135,62 @@ def locked(path: str | Path, wait: bool = False) -> Iterator[None]:
     path = real(path)
     beside = path.with_name(path.name + ".lock")
     while True:
-        stream = open(beside, "a+", encoding="utf-8")       # noqa: SIM115 - closed below, when the lock is released
+        stream = _lock_file(beside)
         try:
             _lock(stream, wait)
         except BlockingIOError:
             stream.seek(0)
-            holder = stream.read().strip()
+            holder = stream.read(_LONGEST_HOLDER).strip()
             stream.close()
             raise BlockingIOError(errno.EWOULDBLOCK, f"another process is writing it{holder and f' ({holder})'}; try "
                                   "again when it is done", str(path)) from None
-        if beside.exists() and os.path.samestat(os.stat(beside), os.fstat(stream.fileno())):
+        if _is_still(beside, stream):
             break
         stream.close()                      # the last holder has removed this lock file: make a new one
     try:
-        stream.truncate(0)
+        stream.seek(0)
+        stream.truncate()
         stream.write(f"process {os.getpid()} on {platform.node()}")
         stream.flush()
         yield
     finally:
         with suppress(OSError):             # Windows cannot remove an open file: the lock file stays
-            beside.unlink()
+            if _is_still(beside, stream):
+                beside.unlink()
         stream.close()
+
+
+def _lock_file(path: Path) -> IO[str]:
+    """Open a new lock file, or one that a process has left; never a link, nor anything else.
+
+    Raises FileExistsError if something else has its name.
+    """
+    for _ in range(_ATTEMPTS):
+        with suppress(FileExistsError):
+            return os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666), "r+", encoding="utf-8")
+        with suppress(FileNotFoundError):   # removed meanwhile
+            before = os.lstat(path)
+            if not stat.S_ISREG(before.st_mode) or before.st_nlink != 1:
+                break
+            stream = os.fdopen(os.open(path, os.O_RDWR | _NOT_FOLLOWED), "r+", encoding="utf-8", errors="replace")
+            if os.path.samestat(before, os.fstat(stream.fileno())):
+                text = stream.read(_LONGEST_HOLDER)
+                if _HOLDER.fullmatch(text):
+                    return stream
+                if text:
+                    stream.close()
+                    break
+            stream.close()
+        time.sleep(_INTERVAL)               # its maker has not written into it yet
+    raise FileExistsError(errno.EEXIST, "not a lock that Measured BRDF has left; move it away", str(path))
+
+
+def _is_still(path: Path, stream: IO[str]) -> bool:
+    """Whether an open file is the one of a path, and no link to it."""
+    try:
+        return os.path.samestat(os.lstat(path), os.fstat(stream.fileno()))
+    except FileNotFoundError:
+        return False
 
 
 if sys.platform == "win32":

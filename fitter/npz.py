@@ -25,7 +25,10 @@ _LOCATOR = 20                           # size of the record before the end that
 _NAME = re.compile(r"([a-z][a-z0-9_]{0,31})\.npy")
 _MAGIC = b"\x93NUMPY\1\0"
 _LONGEST_HEADER = 512
-_PLAIN = "iufU"
+# what `numpy.savez` writes of plain numbers and text; NumPy's own reader parses it as Python source, with all of its
+# errors
+_HEADER = re.compile(rb"\{'descr': '([<>|][iufU]\d{1,6})', 'fortran_order': (True|False), "
+                     rb"'shape': \(((?:\d+, ?)*(?:\d+)?)\),? ?\} *\n?")
 _LONGEST_TEXT = 1 << 20     # bytes, four for a character
 _PIECE = 1 << 18
 
@@ -72,8 +75,8 @@ def read(content: bytes) -> dict[str, NDArray[Any]]:
                 with file.open(member) as stream:
                     arrays[name] = _array(stream, name, member.file_size, allowance)
                 allowance -= arrays[name].nbytes
-    except (KeyError, TypeError, EOFError, RuntimeError, SyntaxError, OverflowError, zipfile.BadZipFile, zlib.error,
-            OSError) as error:      # NotImplementedError and RecursionError are RuntimeErrors
+    except (KeyError, TypeError, EOFError, RuntimeError, OverflowError, zipfile.BadZipFile, zlib.error,
+            OSError) as error:      # NotImplementedError is a RuntimeError
         raise ValueError(str(error)) from error
     return arrays
 
@@ -105,10 +108,11 @@ def _array(stream: IO[bytes], name: str, stated: int, allowance: int) -> NDArray
     length = int.from_bytes(start[len(_MAGIC):], "little")
     if not start.startswith(_MAGIC) or length > _LONGEST_HEADER:
         raise ValueError(f"{name} begins with {start!r}, expected a short header of version 1.0")
-    header = io.BytesIO(start[len(_MAGIC):] + stream.read(length))
-    shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(header)
-    if dtype.kind not in _PLAIN or min(shape, default=0) < 0:
-        raise ValueError(f"{name} is of {dtype} {shape}, expected plain numbers")
+    text = stream.read(length)
+    header = _HEADER.fullmatch(text)
+    if header is None:
+        raise ValueError(f"{name} is described by {text[:80]!r}, expected plain numbers")
+    dtype, shape = np.dtype(header[1].decode()), tuple(int(size) for size in header[3].split(b",") if size.strip())
     size = math.prod(shape) * dtype.itemsize
     if size > (min(allowance, _LONGEST_TEXT) if dtype.kind == "U" else allowance):
         raise ValueError(f"{name} claims {size:,} bytes, more than there may be")
@@ -120,6 +124,6 @@ def _array(stream: IO[bytes], name: str, stated: int, allowance: int) -> NDArray
                 for place in range(0, size, _PIECE))
     if count != size or stream.read(1):
         raise ValueError(f"{name} is shorter or longer than it says")
-    array = np.frombuffer(data, dtype).reshape(shape, order="F" if is_fortran else "C")
+    array = np.frombuffer(data, dtype).reshape(shape, order="F" if header[2] == b"True" else "C")
     array.flags.writeable = False
     return array

@@ -3,7 +3,8 @@
 To add a format, write a module that ends with its `Format`, and enter it in `FORMATS`; CONTRIBUTING.md shows how.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -107,7 +108,8 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
         options["sample"] = sample
     else:
         _no_sample(path, sample)
-    samples = known.read(path, content, **options)
+    with _errors_of(path):
+        samples = known.read(path, content, **options)
     if isotropic is not None and "isotropic" not in known.options:
         samples = isotropy.as_asked(samples, isotropic)
     if isotropic is None:
@@ -157,7 +159,8 @@ def list_samples(path: str | Path) -> list[tuple[int, str]]:
         published.find(name)
         return []
     known, content = _recognised(path)
-    return [] if known.list_samples is None else known.list_samples(path, content)
+    with _errors_of(path):
+        return [] if known.list_samples is None else known.list_samples(path, content)
 
 
 def is_recognised(path: str | Path) -> bool:
@@ -179,6 +182,11 @@ def is_read_with_another(path: Path, files: Collection[Path]) -> bool:
 def _recognised(path: str | Path) -> tuple[Format, bytes]:
     """The format of a file, and its content in the form that the format's functions take."""
     content = read_bytes(path, max(known.largest for known in FORMATS))
+    with _errors_of(path):
+        return _format_of(path, content)
+
+
+def _format_of(path: str | Path, content: bytes) -> tuple[Format, bytes]:
     known = next((known for known in FORMATS if not known.is_text and known.recognises(content)), None)
     if known is None:
         largest = max(known.largest for known in FORMATS if known.is_text)
@@ -196,3 +204,16 @@ def _recognised(path: str | Path) -> tuple[Format, bytes]:
     if len(content) > known.largest:
         raise DatasetError(f"{len(content):,} bytes, expected at most {known.largest:,}", path)
     return known, content
+
+
+@contextmanager
+def _errors_of(path: str | Path) -> Iterator[None]:
+    """Make whatever a reader raises an error of its file: the work on other files goes on."""
+    try:
+        yield
+    except DatasetError:
+        raise
+    except MemoryError as error:
+        raise DatasetError("not enough memory to read it", path) from error
+    except Exception as error:
+        raise DatasetError(f"cannot be read: {type(error).__name__}: {error}", path) from error

@@ -13,10 +13,13 @@ import bpy
 import pytest
 from bpy.app.handlers import persistent
 
+import fitter
+from fitter.formats import saved_samples
 from support import command
 from support.blend_state import state
 from support.cases import quick, release
 from support.checkout import ROOT
+from support.damaged_npz import with_header
 from support.stage import black_scene
 
 CHEAP = ["--preset", "Paper", "--diffuse-level", "1", "--specular-level", "none"]
@@ -542,3 +545,23 @@ def test_a_mix_is_saved_with_its_parts_and_its_packed_mask_and_replaces_itself(b
     assert image.packed_file is not None
     assert image.pixels[0] == pytest.approx(0.25, abs=0.01)
     assert mix.asset_data.description == "a + b: a mix of measured reflectance"
+
+
+def test_a_damaged_file_and_a_link_beside_the_library_harm_nothing_else(folder, library, tmp_path):
+    damaged = folder / "damaged.npz"
+    saved_samples.write(fitter.load(folder / "a.astm"), damaged)
+    damaged.write_bytes(with_header(damaged.read_bytes(), lambda header: header.replace(b"(), }", b"((, }")))
+    done = convert(folder, library)
+    assert done.returncode == 1
+    assert "damaged.npz" in done.stdout
+    assert names(library) == ["a", "b"]
+    thesis = tmp_path / "thesis.txt"
+    thesis.write_text("Ten years of work.")
+    library.with_name("library.blend.lock").symlink_to(thesis)
+    before = library.read_bytes()
+    done = convert(folder, library)
+    assert done.returncode == 1
+    assert "not a lock that Measured BRDF has left" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert thesis.read_text() == "Ten years of work."
+    assert library.read_bytes() == before
