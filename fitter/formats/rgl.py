@@ -17,15 +17,12 @@ The grid is one of half vectors: the place s of a half vector is what `rgl_warp`
     f cos theta_o = rgb(s) ndf(u_h) / (4 sigma(u_i))
 
 (without the last factor where jacobian is 0). So the file is a function, `RglTable`, and the samples are its values at
-the nodes of the grid that are above the horizon. All nodes of a column where the half vector is the normal are one
-direction: the sample is their mean. The angles of incidence may be 30 degrees apart, across which a highlight changes
-more than any fit can guess, and the grid is wide where ndf is not even: further samples are the function's values
-between, at angles of incidence at most 4 degrees apart, and at outgoing directions that are spread evenly, of which the
-grid of a gloss has few.
+the nodes of the grid that are above the horizon, and between them (`between`), where the angles of incidence are up to
+30 degrees apart, and the grid is wide where ndf is not even. All nodes of a column where the half vector is the normal
+are one direction: the sample is their mean.
 
 Of an anisotropic material the azimuths phi_i rise over a turn, a half or a quarter of it; the rest follows from the
-symmetry that this says (`rgl_table`). As its tables are many, fewer samples lie between the nodes of each: 280,000 in
-all, about, and azimuths at most 15 degrees apart.
+symmetry that this says (`rgl_table`). As many samples are between its nodes as at them.
 
 Limits: values may be negative (out of the gamut of sRGB), and stay so; those at theta_i = 90 degrees are the authors'
 extrapolation, and so are samples between it and the last measured angle. Two azimuths that differ are no anisotropic
@@ -41,7 +38,7 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray, joined
 from ..errors import DatasetError
 from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, HORIZON, LARGEST_VALUE, RGB, Samples, repeated
-from . import rgl_warp, tensor_file
+from . import between, rgl_warp, tensor_file
 from .format import Format
 from .isotropy import told
 from .reading import BY_DEFAULT, Reading
@@ -52,6 +49,7 @@ from .text import decode
 LARGEST = 160 << 20         # bytes; a spectral file has up to 15 million, of an anisotropic material 17 times as many
 _NEEDED = ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "jacobian")
 _MOST_INCIDENT = 10_000     # directions of incidence of an anisotropic material; real files have 136
+_MOST_BETWEEN = 4           # samples between, for each node; published files have 3
 _LAST_MEASURED = np.radians(89)     # at most; what is tabulated beyond is an extrapolation
 _SYMMETRIES = {1: "none", 2: HALF_TURN, 4: HALF_TURN_AND_MIRROR}    # by how often the azimuths go into a turn
 
@@ -67,11 +65,13 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     Raises DatasetError if the file is damaged, or lacks an array.
     """
     table = read_table(path, content, reading)
-    nodes, between = table.nodes(), table.between()
-    directions, values = joined([nodes[:4], between[:4]]), np.concatenate([nodes[4], between[4]])
+    nodes = table.nodes()
     count = len(nodes[0])
     if not count:
         raise DatasetError("no measurement above the horizon", path)
+    others = between.directions(min(between.COUNT, _MOST_BETWEEN * count) if table.isotropic else count,
+                                table.isotropic)
+    directions, values = joined([nodes[:4], others]), np.concatenate([nodes[4], table.evaluate(*others)])
     at = f"{len(table.theta_i)} angles of incidence" + ("" if table.isotropic else f" and {len(table.phi_i)} azimuths")
     note = f"{count:,} nodes at {at}, {len(values) - count:,} between by the interpolation that the file defines"
     if table.theta_i[-1] > _LAST_MEASURED:

@@ -1,4 +1,4 @@
-"""An RGL file as the function that it defines, `RglTable`, and the directions at which samples of it are taken.
+"""An RGL file as the function that it defines, `RglTable`, and the directions of its nodes.
 
 J. Dupuy, W. Jakob: An Adaptive Parameterization for Efficient Material Acquisition and Rendering, ACM TOG 37(6), 2018;
 `rgl` describes the file. Of an isotropic material azimuths are relative to phi_i; of an anisotropic one they are not,
@@ -19,15 +19,6 @@ from .rgl_warp import Warp, cell
 FEWEST_AZIMUTHS = 3         # of an anisotropic material
 _TURN = 2 * np.pi
 _SAME = 1e-3                # radians between azimuths that are one
-_STEP = np.radians(4)       # between the angles of incidence of the samples, at most
-_STEP_AROUND = np.radians(15)       # between their azimuths, likewise
-_EVENLY = 24                # squared: directions of each angle of incidence that are spread evenly, at most
-_MOST_BETWEEN = 300_000     # samples between the nodes, about; a file of 32 x 32 nodes has 39,000
-_MOST_ANISOTROPIC = 280_000         # samples of an anisotropic material, about, the nodes included
-_FEWEST_BETWEEN, _MORE = 20_000, 1.5        # but for these between the nodes; and of a small file, as many times these
-_SPREAD = 1 / 3             # of an anisotropic material's samples between the nodes: those that are spread evenly
-_MOST_SLICES = 10_000       # directions of incidence between which there are others
-_GOLDEN = np.pi * (3 - np.sqrt(5))  # radians: successive turns by it never repeat
 _LOWEST = 1e-6              # cosine of theta_o below which a direction is on the horizon, where f is not defined
 _Points = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 """theta_i, phi_i, theta_o, phi_o, (n,) radians, and values (n, 3), 1/sr."""
@@ -147,61 +138,6 @@ class RglTable:
             values.append(value[which] * factor[:, None])
         return *joined(parts), np.concatenate(values)
 
-    def between(self) -> _Points:
-        """Directions between the nodes, and between the directions of incidence, and the BRDF there; as `nodes`.
-
-        The grid is halved from the normal outward, and the half vectors are those of the nearest angle of incidence; of
-        an isotropic material, on one side of the plane of incidence. Besides there are outgoing directions that are
-        spread evenly. Of an anisotropic material the grid is as coarse as keeps all samples, the nodes and what
-        symmetry makes of them, below `_MOST_ANISOTROPIC`.
-        """
-        directions = self._between_isotropic() if self.isotropic else self._between_anisotropic()
-        return *directions, self.evaluate(*directions)
-
-    def _between_isotropic(self) -> Directions:
-        theta_i, size = np.minimum(self.theta_i, HORIZON), self.values.shape[1]
-        steps = np.maximum(np.ceil(np.append(np.diff(theta_i), 0) / _STEP), 1).astype(int)
-        thin = max(int(np.ceil(size * np.sqrt(steps.sum() / _MOST_BETWEEN))), 1)
-        x, y = np.arange(1, 2 * size - 1, thin) / (2 * size - 2), np.arange(0, size // 2, thin) / (size - 1)
-        evenly = _evenly_spread(min(size, _EVENLY))
-        parts = []
-        for index, count in enumerate(steps.tolist()):
-            for step in range(count):
-                u_x, u_y = rgl_warp.from_grid(self.warp, index + (2 * step > count), x, y)
-                if not step and thin == 1:
-                    u_x = u_x[:, ::2]       # the others are nodes
-                theta = theta_i[index] + (step / count * (theta_i[index + 1] - theta_i[index]) if step else 0)
-                parts.append(_above(theta, 0, u_x, np.broadcast_to(u_y[:, None], u_x.shape))[0])
-                parts.append((np.full(len(evenly[0]), theta), np.zeros(len(evenly[0])), *evenly))
-        return joined(parts)
-
-    def _between_anisotropic(self) -> Directions:
-        theta_i, size = np.minimum(self.theta_i, HORIZON), self.values.shape[1]
-        rows, elevations = _divided(self.phi_i, _STEP_AROUND), _divided(theta_i, _STEP)
-        if len(rows) * len(elevations) > _MOST_SLICES:
-            rows, elevations = list(enumerate(self.phi_i.tolist())), list(enumerate(theta_i.tolist()))
-        if self._closes:
-            rows.pop()
-        slices = len(rows) * len(elevations)
-        nodes = len(list(self._incidences())) * size * (size - 1)
-        each = min(max(_MOST_ANISOTROPIC / self.reduction - nodes, _FEWEST_BETWEEN), _MORE * nodes) / slices
-        evenly = _evenly_spread(max(int(np.sqrt(_SPREAD * each)), 1))
-        thin = max(int(np.ceil(size * np.sqrt(2 / ((1 - _SPREAD) * each)))), 1)
-        x, y = np.arange(1, 2 * size - 1, thin) / (2 * size - 2), np.arange(0, size - 1, thin) / (size - 1)
-        known: dict[int, tuple[FloatArray, FloatArray]] = {}
-        parts = []
-        for row, phi in rows:
-            for column, theta in elevations:
-                index = row * len(self.theta_i) + column
-                if index not in known:
-                    known[index] = rgl_warp.from_grid(self.warp, index, x, y)
-                u_x, u_y = known[index]
-                parts.append(_above(theta, phi, u_x, np.broadcast_to(u_y[:, None], u_x.shape))[0])
-                theta_o, phi_o = evenly
-                parts.append((np.full_like(theta_o, theta), np.full_like(theta_o, phi), theta_o,
-                              2 * phi_o + len(parts) * _GOLDEN))
-        return joined(parts)
-
     @property
     def _closes(self) -> bool:
         """Whether the last azimuth is the first again, after a turn or by a symmetry of half a turn."""
@@ -252,28 +188,6 @@ def _between(nodes: FloatArray, at: FloatArray) -> tuple[IntArray, FloatArray]:
     after = np.clip(np.searchsorted(nodes, at, side="right"), 1, len(nodes) - 1)
     index = after - 1
     return index, np.clip((at - nodes[index]) / (nodes[after] - nodes[index]), 0, 1)
-
-
-def _divided(nodes: FloatArray, step: float) -> list[tuple[int, float]]:
-    """Rising nodes and numbers between, at most a step apart; with each the index of the nearest node.
-
-    Examples
-    --------
-    >>> _divided(np.array([0.0, 3.0, 4.0]), 2)
-    [(0, 0.0), (0, 1.5), (1, 3.0), (2, 4.0)]
-    """
-    divided = []
-    for index, (start, gap) in enumerate(zip(nodes.tolist(), [*np.diff(nodes).tolist(), 0.0], strict=True)):
-        count = max(int(np.ceil(gap / step - 1e-6)), 1)
-        divided += [(index + (2 * part > count), start + gap * part / count) for part in range(count)]
-    return divided
-
-
-def _evenly_spread(count: int) -> tuple[FloatArray, FloatArray]:
-    """theta_o and phi_o of directions spread evenly by their cosine over half of the hemisphere: (count^2,) each."""
-    step = (np.arange(count) + 0.5) / count
-    theta_o, phi_o = np.meshgrid(np.arcsin(np.sqrt(step)), step * np.pi, indexing="ij")
-    return theta_o.ravel(), phi_o.ravel()
 
 
 def _square(theta: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -79,9 +79,8 @@ def test_samples_are_the_function_at_its_nodes_and_between(golden):
     differs = ~np.isclose(values, samples.values[some], rtol=1e-6, atol=1e-9).all(axis=1)
     normal = np.abs(samples.theta_i - samples.theta_o) + np.abs(np.cos(samples.phi_o - samples.phi_i) + 1) < 1e-6
     assert (normal[some] | ~differs).all()          # of a column where the half vector is the normal, the mean
-    steps = np.unique(np.degrees(samples.phi_i).round(3))
-    assert np.diff(steps).max() < 15
-    assert np.degrees(np.diff(np.unique(samples.theta_i))).max() < 4.001
+    between = np.setdiff1d(samples.phi_i.round(6), table.phi_i.round(6))
+    assert np.degrees(np.diff(between)).max() < 1
 
 
 def _at(values, place):
@@ -224,21 +223,7 @@ def test_more_directions_of_incidence_than_an_instrument_has_are_refused(tmp_pat
         fitter.load(written(tmp_path, arrays))
 
 
-def test_very_many_directions_of_incidence_have_none_between_them(tmp_path):
-    table = read(written(tmp_path, tensor_files.anisotropic(tensor_files.material(3), np.linspace(-180, 180, 1500))))
-    theta_i, phi_i = table.between()[:2]
-    assert set(theta_i.tolist()) == set(table.theta_i.tolist())
-    assert set(phi_i.tolist()) == set(table.phi_i[:-1].tolist())
-
-
 def test_asked_for_it_is_taken_as_isotropic(tmp_path):
     samples = fitter.load(written(tmp_path, mirrored()), isotropic=True)
     assert samples.isotropic
     assert samples.notes[-1] == "Taken as isotropic, as asked"
-
-
-def test_a_fine_grid_of_many_azimuths_is_thinned(tmp_path):
-    arrays = tensor_files.anisotropic(tensor_files.material(60, np.linspace(0.05, 1.5, 12)), np.linspace(-180, 180, 25))
-    table = read(written(tmp_path, arrays))
-    assert len(table.nodes()[0]) > 300_000
-    assert 10_000 < len(table.between()[0]) < 50_000
