@@ -120,6 +120,8 @@ def add_reading(parser: argparse.ArgumentParser, colours: str | None = DEFAULT_C
     parser.add_argument("--symmetry", choices=SYMMETRIES,
                         help="of an anisotropic material measured over a part of a turn, whatever the file says")
     parser.add_argument("--encoding", choices=reading.ENCODINGS, help="how the values of a UTIA file are stored")
+    parser.add_argument("--keep-unmeasured", type=_yes_or_no, nargs="?", const=True, default=False, metavar="yes|no",
+                        help="keep values that nobody measured, drawn beyond the angle at which an instrument ended")
     parser.add_argument("--colours", choices=COLOURS, default=colours,
                         help=f"the linear colour space of the values, default: {colours or 'that of the open file'}")
 
@@ -127,7 +129,7 @@ def add_reading(parser: argparse.ArgumentParser, colours: str | None = DEFAULT_C
 def reading_of(options: argparse.Namespace) -> dict[str, Any]:
     """The keyword arguments of `load` that `add_reading` asked for."""
     return {name: getattr(options, name) for name in ("angles", "quantity", "illuminant", "isotropic", "symmetry",
-                                                      "encoding", "colours")}
+                                                      "encoding", "keep_unmeasured", "colours")}
 
 
 def _yes_or_no(text: str) -> bool:

@@ -48,6 +48,13 @@
 #define FIT_PARAMETERS float DIFFUSE[] SPARSE_PARAMETERS DAMPING_PARAMETERS BALANCE_PARAMETERS THROUGH_PARAMETERS
 #define FIT DIFFUSE SPARSE_TABLES DAMPING_TABLES BALANCE_TABLES THROUGH_TABLES
 
+#if LOG_RELATIVE
+float largest(color c)
+{
+  return max(max(c[0], c[1]), c[2]);
+}
+#endif
+
 #if DAMPED || WIDENED || COATED
 /* A factor of one polar angle: a cubic B-spline of the projected radius. */
 VALUE eval_factor(float points[], vector w)
@@ -77,7 +84,11 @@ VALUE eval_measured(FIT_PARAMETERS, vector wi, vector wo)
   f += eval_sparse_lattice(SPECULAR, OCCUPANCY, DISPLACEMENT, SPECULAR_CELLS, mu);
 #endif
 #if LOG_RELATIVE
-  f = min((eval_prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(STEEPEST))) - PRIOR_OFFSET, VALUE(PRIOR_CEILING));
+  f = (eval_prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(STEEPEST))) - PRIOR_OFFSET;
+  f /= max(largest(color(f / VALUE(PRIOR_CEILING))), 1.0);
+#  if GREYED
+  f += GREY * (f - (f[0] + f[1] + f[2]) / 3.0);
+#  endif
 #endif
 #if DAMPED
   f *= eval_factor(DAMPING, wi) * eval_factor(DAMPING, wo);

@@ -23,7 +23,7 @@ NO_SPECULAR_LEVEL = -1
 LEVELS = ("diffuse_level", "specular_level", "compression")
 RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels", "changes",
            "version", "colours", "sphere", "fitted_as", "match", "between", "farthest", "hole", "adjusted")
-READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding")
+READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding", "keep_unmeasured")
 CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", "rendering", *READING)
 AUTOMATIC, EXACT, NODES = "AUTO", "EXACT", "NODES"
 _FAST = "FAST"              # of version 0.2: accepted where a rendering is named, and means NODES
@@ -141,6 +141,10 @@ class FitChoices:
     encoding: EnumProperty(
         name="UTIA Values", items=_ENCODINGS, default=ENCODINGS[0],
         description="How the values of a UTIA file are stored. Its readers differ")
+    keep_unmeasured: BoolProperty(
+        name="Keep Unmeasured", default=False,
+        description="Fit values that nobody measured too: those drawn beyond the angle at which the instrument ended, "
+                    "as a straight line to 0 or the last value again")
 
 
 def rendering_named(name: str) -> str:

@@ -46,7 +46,7 @@ The open file does not change"""
         if self.use_tolerance:
             options += ["--tolerance", round(self.tolerance, 7)]
         for name, value in load_arguments(self).items():
-            options += [] if value is None else [f"--{name}", value]
+            options += [] if value is None else [f"--{name.replace('_', '-')}", value]
         return Command("convert", folder, "-o", path, *options, *self.force_option())
 
     def apply(self, _context: bpy.types.Context, result: dict[str, Any]) -> None:

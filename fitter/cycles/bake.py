@@ -28,7 +28,7 @@ from .node_mixture import NodeMixture, cycles_mixture
 
 SHADER = "measured_brdf.osl"
 MIX_SHADER = "mix.osl"
-SHADER_VERSION = 7          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
+SHADER_VERSION = 8          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
 _COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 _BLANK = re.compile(r"^[ \t]*\n", re.MULTILINE)
@@ -185,7 +185,8 @@ def _transform(transform: LogRelative | None, columns: tuple[int, ...]) -> dict[
     lobes = [lobe(kind, ks, *shape) for kind, ks, shape in zip(prior.kinds, prior.ks, prior.shapes, strict=True)]
     return {"LOG_RELATIVE": 1, "PRIOR_LOBES": " ".join(lobes), "PRIOR_RETRO": int("retro" in prior.kinds),
             "PRIOR_ANISOTROPIC": int(not prior.isotropic), "PRIOR_KD": value(prior.kd),
-            "PRIOR_OFFSET": f"{transform.offset:.9g}", "PRIOR_CEILING": value(transform.ceiling)}
+            "PRIOR_OFFSET": f"{transform.offset:.9g}", "PRIOR_CEILING": value(transform.ceiling),
+            "GREYED": int(transform.grey > 0), "GREY": f"{transform.grey / (1 - transform.grey):.9g}"}
 
 
 def _edit(fit: Fit) -> dict[str, Any]:

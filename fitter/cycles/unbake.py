@@ -134,7 +134,9 @@ def _log_relative(constants: dict[str, str], stored: int, columns: tuple[int, ..
     if int(constants.get("PRIOR_ANISOTROPIC", 0)):
         prior = replace(prior, across=across, turn=turn)
     # the shader clips at 0, whether or not the fit does
-    return LogRelative(prior, float(constants["PRIOR_OFFSET"]), values(constants["PRIOR_CEILING"]), 0.0)
+    grey = float(constants.get("GREY", 0))
+    return LogRelative(prior, float(constants["PRIOR_OFFSET"]), values(constants["PRIOR_CEILING"]), 0.0,
+                       grey=grey / (1 + grey))
 
 
 def _edit(source: str, constants: dict[str, str], stored: int, columns: tuple[int, ...]) -> Edit | None:

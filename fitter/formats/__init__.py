@@ -44,7 +44,7 @@ KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
 
 def load(path: str | Path, sample: str | int | None = None, *, angles: str | None = None, quantity: str | None = None,
          illuminant: str = illuminants.DEFAULT, colours: str = DEFAULT, isotropic: bool | None = None,
-         symmetry: str | None = None, encoding: str | None = None) -> Samples:
+         symmetry: str | None = None, encoding: str | None = None, keep_unmeasured: bool = False) -> Samples:
     r"""Read a measured BRDF.
 
     Parameters
@@ -70,6 +70,9 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
         Zemax file says: it is the same after half a turn; the plane phi = 0 is a mirror; or both.
     encoding : {"raw", "srgb", "srgb140"}, optional
         How the values of a UTIA file are stored; "raw" by default.
+    keep_unmeasured : bool
+        Whether to keep values that nobody measured: of tables, ASTM and MBSDF files, what is drawn beyond the angle at
+        which the instrument ended. By default they are left out.
 
     Returns
     -------
@@ -94,7 +97,7 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
     >>> samples.name, samples.channels, samples.values.tolist()
     ('Blue paint', ('R', 'G', 'B'), [[0.1, 0.2, 0.6]])
     """
-    reading = Reading(angles, quantity, illuminant, isotropic, symmetry, encoding)
+    reading = Reading(angles, quantity, illuminant, isotropic, symmetry, encoding, keep_unmeasured)
     one_of("colours", colours, COLOURS)
     if (name := published.name_in(path)) is not None:
         _no_sample(path, sample)

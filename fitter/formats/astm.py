@@ -16,7 +16,8 @@ where a name says so, theta_i[deg], or where more than half of those that are no
 says. Values are the BRDF, unless `Reading` says that a cosine is in them, as E1392 calls cosine-corrected. The other
 columns are R,G,B; or wavelengths, 400nm; or one wavelength, or BRDF, which is grey. Light Tec's VARS leaves out phi_s,
 whose column comes after theta_s. Where phi_i takes three values or more, it is found from the values whether the
-material is isotropic (`isotropy`).
+material is isotropic (`isotropy`). In Light Tec's files what is beyond 75 degrees is drawn, not measured
+(`unmeasured`).
 
 Limits: at most 1,000 variables. Three wavelengths, one of them red, one green and one blue, as of an instrument with
 three lamps, are taken as R, G and B where they do not span enough for a spectrum. Cornell warns of noise at short
@@ -32,6 +33,7 @@ import numpy as np
 from ..arrays import FloatArray, mapped
 from ..errors import DatasetError
 from ..samples import Samples
+from . import unmeasured
 from .columns import ANGLES, angle, angles_note, look_like_degrees, reflectance, without_cosine
 from .format import Format
 from .isotropy import finished
@@ -67,8 +69,8 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         notes.append(f"{note}, as asked")
     channels, values, more = reflectance(columns.channels, values, path, columns.line, reading)
     name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else Path(path).stem
-    return finished(Samples(*mapped(np.asarray, directions.T), values, channels, name, str(path), (*notes, *more)),
-                    reading)
+    samples = Samples(*mapped(np.asarray, directions.T), values, channels, name, str(path), (*notes, *more))
+    return finished(unmeasured.without(samples, reading), reading)
 
 
 @dataclass(frozen=True)
@@ -143,4 +145,4 @@ def _check_count(keyword: re.Match[bytes] | None, rows: int, path: str | Path, c
 
 
 FORMAT = Format("Cornell", "Cornell or Light Tec ASTM (.astm)", (".astm",), recognises, read,
-                ("angles", "quantity", "illuminant", "isotropic", "symmetry"))
+                ("angles", "quantity", "illuminant", "isotropic", "symmetry", "keep_unmeasured"))

@@ -12,7 +12,8 @@ transmitted light, which is not read.
 
 Limits: the SDK says "uniformly distributed in [0, pi/2) and [0, pi]", and measured files are in keeping with that; its
 own renderers place phi up to one cell off. Where theta_in or theta_out is 0 all phi are one direction: the sample is
-their mean. Values may be negative.
+their mean. Values may be negative. Measured files repeat the last value of the instrument toward the horizon
+(`unmeasured`).
 """
 
 import math
@@ -24,7 +25,9 @@ import numpy as np
 from ..arrays import mapped
 from ..errors import DatasetError
 from ..samples import HORIZON, RGB, Samples, given_away
+from . import unmeasured
 from .format import Format
+from .reading import BY_DEFAULT, Reading
 
 MAGIC = b"NVIDIA ARC MBSDF V"
 _BLOCKS = b"\nMBSDF_DATA=\n", b"\nMBSDF_DATA_REFLECTION=\n"
@@ -38,7 +41,7 @@ def recognises(content: bytes) -> bool:
     return content.startswith(MAGIC)
 
 
-def read(path: str | Path, content: bytes) -> Samples:
+def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
     """Read the reflection of an .mbsdf file.
 
     Raises DatasetError if the file is damaged, or holds transmitted light only.
@@ -74,7 +77,9 @@ def read(path: str | Path, content: bytes) -> Samples:
                         (theta[:, None, None], 0.0, theta[:, None], phi))
     values = values[distinct]
     given_away(*directions, values)
-    return Samples(*directions, values, RGB if kind else ("grey",), Path(path).stem, str(path))
+    samples = Samples(*directions, values, RGB if kind else ("grey",), Path(path).stem, str(path))
+    return unmeasured.without(samples, reading)
 
 
-FORMAT = Format("NVIDIA", "NVIDIA .mbsdf", (".mbsdf",), recognises, read, is_text=False, largest=_LARGEST)
+FORMAT = Format("NVIDIA", "NVIDIA .mbsdf", (".mbsdf",), recognises, read, ("keep_unmeasured",), is_text=False,
+                largest=_LARGEST)

@@ -37,6 +37,8 @@ class Reading:
         One of `samples.SYMMETRIES`: what was measured stands for that, too, whatever the file says.
     encoding : str, or None
         One of `ENCODINGS`: how the values of a UTIA file are stored (`utia`).
+    keep_unmeasured : bool
+        Whether to keep values that nobody measured (`unmeasured`).
 
     Raises
     ------
@@ -58,6 +60,7 @@ class Reading:
     isotropic: bool | None = None
     symmetry: str | None = None
     encoding: str | None = None
+    keep_unmeasured: bool = False
 
     def __post_init__(self) -> None:
         for name, choices in (("angles", ANGLES), ("quantity", tuple(QUANTITIES)), ("symmetry", SYMMETRIES),
@@ -66,6 +69,8 @@ class Reading:
                 one_of(name, getattr(self, name), choices)
         if self.isotropic not in (None, True, False):
             raise DatasetError(f"isotropic {self.isotropic!r} found, expected True, False or None")
+        if self.keep_unmeasured not in (True, False):
+            raise DatasetError(f"keep_unmeasured {self.keep_unmeasured!r} found, expected True or False")
         one_of("illuminant", self.illuminant, ILLUMINANTS)
 
     @property

@@ -46,6 +46,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray, mapped
 from ..errors import DatasetError, UnitsUnknownError
 from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY, RGB, Samples
+from . import unmeasured
 from .columns import ANGLES, GREY, angle, angles_note, look_like_degrees, reflectance, without_cosine
 from .format import Format
 from .isotropy import finished
@@ -164,7 +165,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     name = said.get("name") or Path(path).stem
     samples = Samples(*mapped(np.asarray, directions.T), values, channels, name, str(path),
                       (*notes, *more, *repeated), deviation=deviation)
-    return finished(samples, reading, symmetry)
+    return finished(unmeasured.without(samples, reading), reading, symmetry)
 
 
 @dataclass(frozen=True)
@@ -435,4 +436,4 @@ def _scatter(size: FloatArray, squares: FloatArray, freedom: IntArray) -> FloatA
 
 
 FORMAT = Format("Table", "table with column names (.csv, .tsv, .txt)", (".csv", ".tsv", ".txt"), recognises, read,
-                ("angles", "quantity", "illuminant", "isotropic", "symmetry"), largest=8 << 20)
+                ("angles", "quantity", "illuminant", "isotropic", "symmetry", "keep_unmeasured"), largest=8 << 20)

@@ -10,7 +10,8 @@ light at each control point is all that has to be known of a fit. The factor is 
    none does.
 3. What is left is taken away at once: the excess itself, which suffices because the factor grows nowhere.
 
-The factor is reciprocal, and 1 at a distance from all angles of too large an albedo.
+The factor is reciprocal, the same in all channels, which keeps the colour, and 1 at a distance from all angles of too
+large an albedo.
 """
 
 from dataclasses import replace
@@ -111,26 +112,26 @@ def reflected_light(model: Reflectance, theta: FloatArray, cells: tuple[int, int
 
 
 def _damping(light: FloatArray, farthest: float) -> FloatArray:
-    """The control points of `LogRelative.damping`: (DAMPING_KNOTS, channels)."""
+    """The control points of `LogRelative.damping`: (DAMPING_KNOTS, channels), in all channels the same."""
     knots = np.linspace(0, 1, DAMPING_KNOTS)
     most, reach = 1 - _MARGIN, _INFLUENCE / (DAMPING_KNOTS - 1)
-    control_points = np.ones((DAMPING_KNOTS, light.shape[-1]))
+    control_points = np.ones((DAMPING_KNOTS, 1))
 
     unmeasured = knots - reach >= project(farthest)
     within = farthest >= VIEWS
     excess = np.maximum(light[:, within].sum(axis=2) - most, 0)
     beyond = light[:, within][:, :, unmeasured].sum(axis=2)
-    share = np.divide(excess, beyond, out=(excess > 0) * 1.0, where=beyond > excess).max(axis=(0, 1))
+    share = np.divide(excess, beyond, out=(excess > 0) * 1.0, where=beyond > excess).max()
     control_points[unmeasured] = np.where(share < 1, 1 - share, 1)
 
     low, high = (unproject(np.clip(knots + side, 0, 1)) + np.sign(side) * np.radians(2) for side in (-reach, reach))
     influences = (low[:, None] <= VIEWS) & (high[:, None] >= VIEWS)
     for power in [0.5] * _ROUNDS + [1.0]:
         albedos = (factor_of_angle(control_points, VIEWS)
-                   * np.einsum("wvkc,kc->wvc", light, control_points)).max(axis=0)
+                   * np.einsum("wvkc,k->wvc", light, control_points[:, 0])).max(axis=(0, 2))
         over = np.maximum(albedos / most, 1)
-        control_points *= np.stack([over[at].max(axis=0) for at in influences]) ** -power
-    return control_points
+        control_points *= np.stack([over[at].max() for at in influences])[:, None] ** -power
+    return np.repeat(control_points, light.shape[-1], axis=1)
 
 
 def _description(fit: Fit, damped: Fit, before: FloatArray, farthest: float, samples: Samples) -> str:

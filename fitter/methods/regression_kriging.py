@@ -29,9 +29,9 @@ from ..coordinates.half_difference import HalfDifference
 from ..coordinates.rusinkiewicz import Rusinkiewicz
 from ..model.fit import Fit
 from ..model.microfacet import Microfacet
-from ..model.transform import LEAST_OFFSET, LogRelative
+from ..model.transform import LEAST_OFFSET, LogRelative, greyed
 from ..quality.physics import direction_pairs
-from ..samples import Samples, some
+from ..samples import RGB, Samples, some
 from . import energy, gaussian_process, lattices, prior
 from .gaussian_process import Field, Kernel
 from .levels import Levels
@@ -45,6 +45,7 @@ _OF_LATTICES = 8000         # samples to which lobes are fitted, and of which it
 _FAILED, _RARELY = 5.0, 0.01    # samples this many times below the prior count as failures, if they are at most this
                             # share
 _FAILURE = 10.0             # variance of the noise of failures, relative to the field's
+_POSITIVE, _MOST_GREY = 0.99, 0.8   # share of the bright samples that grey makes positive; of it, at most
 _TYPICAL = 400              # directions whose median is the offset
 _LEAST_OF_LARGEST = 1e-9    # of the largest sample, that the offset is
 _MOST_ELONGATED = 10        # ratio of the stretches of an anisotropic half vector
@@ -74,12 +75,15 @@ class Estimate:
 
 def estimate(samples: Samples) -> Estimate:
     """The likeliest coordinates, prior and kernel of samples, and the field where there are few."""
-    typical = _typical(samples)
+    grey = _grey(samples.values)
+    plain = replace(samples, values=greyed(samples.values, grey))
+    typical = _typical(plain)
     offset = _offset(typical)
-    ceiling = CEILING * np.maximum(samples.values.max(axis=0), 1e-6 * offset)
+    ceiling = CEILING * np.maximum(plain.values.max(axis=0), 1e-6 * offset)
     with progress.part(0.0, 0.4, "Fitting lobes"):
         of_lattices = some(samples, _OF_LATTICES)
-        transforms = [LogRelative(model, offset, ceiling) for model in prior.candidates(of_lattices, typical, offset)]
+        transforms = [LogRelative(model, offset, ceiling, grey=grey)
+                      for model in prior.candidates(some(plain, _OF_LATTICES), typical, offset)]
     richest = transforms[-1]
     searched = some(samples, _SEARCHED)
     families = _families(samples, richest.prior)
@@ -201,6 +205,16 @@ def _known_noise(samples: Samples, transform: LogRelative) -> FloatArray:
         in_field = samples.deviation * bright / (bright + transform.offset)
         noise += in_field ** 2 / max(np.mean(field ** 2), np.finfo(float).tiny)
     return np.asarray(noise)
+
+
+def _grey(values: FloatArray) -> float:
+    """The share of grey that makes nearly all bright samples positive: `LogRelative.grey`, of (n, channels), 1/sr."""
+    if values.shape[1] != len(RGB):
+        return 0.0
+    mean, least = values.mean(axis=1), values.min(axis=1)
+    bright = (mean >= np.median(mean)) & (mean > least) & (mean > 0)
+    shares = np.maximum(-least[bright], 0) / (mean - least)[bright]
+    return float(min(np.quantile(shares, _POSITIVE), _MOST_GREY)) if len(shares) else 0.0
 
 
 def _typical(samples: Samples) -> FloatArray:

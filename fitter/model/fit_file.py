@@ -6,8 +6,8 @@ columns, changes, name and source; `diffuse`; for a bi-level fit `coefficients`,
 log-relative fit `prior_kd`, `prior_ks`, `prior_alpha`, `prior_gamma`, `prior_f0`, `prior_ceiling` and `damping`, and if
 its lobes are anisotropic `prior_across` and `prior_turn`. The header of a fit in half and difference coordinates has
 `softening` and `stretch`, or of an anisotropic one `along`, `across` and `turn`; that of a log-relative one `offset`,
-`plausible` and `lobes`, the kinds of the prior's lobes. An edited fit has the entries `edit_diffuse`, `edit_highlight`,
-`edit_level`, `edit_balance` and `edit_through`, and `edit` in the header: width, coat and coat_width.
+`plausible`, `grey` and `lobes`, the kinds of the prior's lobes. An edited fit has the entries `edit_diffuse`,
+`edit_highlight`, `edit_level`, `edit_balance` and `edit_through`, and `edit` in the header: width, coat and coat_width.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from ..coordinates.rusinkiewicz import LEAST_SOFTENING, Rusinkiewicz
 from ..errors import DatasetError
 from ..lattice import dense, perfect_hash
 from ..lattice.sparse import SparseLattice
-from ..samples import LARGEST_VALUE
+from ..samples import LARGEST_VALUE, RGB
 from ..shader_constants import DAMPING_KNOTS
 from . import microfacet
 from .edit import COAT_WIDTHS, WIDTHS, Edit
@@ -39,9 +39,10 @@ if TYPE_CHECKING:
     from .fit import Fit
 
 FORMAT = "measured-brdf-fit"
-VERSION = 7
+VERSION = 8
 _IDENTITY = "identity"      # what files call no transform
-_FIRST = 2                  # that extension 0.1.0 wrote; the versions between are those of no release
+_FIRST, _SECOND = 2, 7      # that extensions 0.1.0 and 0.3.0 wrote; the versions between are those of no release
+_MOST_GREY = 0.9
 LARGEST = 100 * LARGEST_VALUE   # of any number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
 _OF_COORDINATES = {"softening": (0.0, 0.9), "stretch": (stretch.LEAST, stretch.LARGEST),
@@ -78,7 +79,7 @@ def to_bytes(fit: Fit) -> bytes:
         arrays |= {"coefficients": fit.specular.coefficients, "keys": index.keys, "displacement": index.displacement}
     header |= {name: float(number) for name, number in vars(coordinates).items()}
     if transform is not None:
-        header |= {"offset": transform.offset, "plausible": bool(transform.floor == 0),
+        header |= {"offset": transform.offset, "plausible": bool(transform.floor == 0), "grey": transform.grey,
                    "lobes": list(transform.prior.kinds)}
         names = _PRIOR if transform.prior.isotropic else (*_PRIOR, *_ANISOTROPIC_PRIOR)
         arrays |= {f"prior_{name}": getattr(transform.prior, name) for name in names}
@@ -106,7 +107,7 @@ def from_bytes(content: bytes, path: str | Path | None = None) -> dict[str, Any]
             raise ValueError("no header of a fit")
     except (ValueError, KeyError, RecursionError) as error:
         raise DatasetError("not a fit saved by Measured BRDF", path) from error
-    if header.get("version") not in (_FIRST, VERSION):
+    if header.get("version") not in (_FIRST, _SECOND, VERSION):
         raise DatasetError(f"a fit of version {header.get('version')!r}, expected {VERSION}; fit the data again", path)
     try:
         return _assemble(_upgraded(header, entries), entries)
@@ -156,9 +157,12 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
 
 
 def _upgraded(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
-    """The header of the first version with what it lacks: it did not name coordinates and transform, did not soften nor
-    stretch, and all lobes were mirrors'."""
+    """The header of an older version with what it lacks: none had grey, and the first did not name coordinates and
+    transform, did not soften nor stretch, and all lobes were mirrors'."""
     if header["version"] == VERSION:
+        return header
+    header = header | {"grey": 0.0}
+    if header["version"] == _SECOND:
         return header
     log_relative = "prior_kd" in entries
     return header | {"coordinates": (HalfDifference if log_relative else Nusselt).name,
@@ -208,11 +212,14 @@ def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogR
         _check_range(f"prior_{name}", numbers, low, LARGEST)
     plausible = header["plausible"]
     _check(isinstance(plausible, bool), "it does not say whether it is plausible")
+    grey = header["grey"]
+    _check(type(grey) in (int, float) and 0 <= grey <= _MOST_GREY and (not grey or stored == len(RGB)),
+           f"its share of grey is not within 0 to {_MOST_GREY}, or its channels are not three")
     damping = np.zeros((0, 1))
     if len(entries.get("damping", damping)):
         damping = _array(entries, "damping", (DAMPING_KNOTS, stored), np.float64)
         _check_range("damping", damping, 0, 1)
-    return LogRelative(prior, float(offset), ceiling, 0.0 if plausible else -np.inf, damping)
+    return LogRelative(prior, float(offset), ceiling, 0.0 if plausible else -np.inf, damping, float(grey))
 
 
 def _edit(header: dict[str, Any], entries: _Arrays, channels: int, stored: int) -> Edit | None:

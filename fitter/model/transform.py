@@ -31,7 +31,8 @@ class LogRelative:
     offset : float
         1/sr; differences between reflectances far below it hardly change the field.
     ceiling : (channels,) float64
-        Upper bound of the reflectance, 1/sr.
+        Upper bounds of the reflectance, 1/sr. Where one channel exceeds its bound all are lowered alike, so that the
+        colour stays.
     floor : float
         Lower bound of the reflectance, 1/sr: 0, or minus infinity to keep noise around 0.
     damping : (DAMPING_KNOTS, channels) or (0, 1) float64
@@ -39,6 +40,10 @@ class LogRelative:
         to 1, of a cubic B-spline whose knots are even in the projection r(theta) of `coordinates.half_difference`. They
         are continued beyond the normal by their mirror images, beyond the horizon by the last. By default there
         are none.
+    grey : float
+        The field is of reflectances of which this share, at least 0 and less than 1, is replaced by the mean of their
+        channels: saturated colours lie outside of a colour space, where they have negative components, of which there
+        is no logarithm. It is undone after the bounds of `ceiling`, and before that of `floor`.
 
     Examples
     --------
@@ -56,11 +61,12 @@ class LogRelative:
     ceiling: FloatArray
     floor: float = -np.inf
     damping: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 1)))
+    grey: float = 0.0
 
     @property
     def nbytes(self) -> int:
         """Bytes of the parameters in single precision."""
-        return self.prior.nbytes + 8 + 4 * len(self.ceiling) + 4 * self.damping.size
+        return self.prior.nbytes + 12 + 4 * len(self.ceiling) + 4 * self.damping.size
 
     @property
     def isotropic(self) -> bool:
@@ -71,7 +77,9 @@ class LogRelative:
                     phi_o: ArrayLike) -> FloatArray:
         """Map a field at directions (n,) to reflectance: (n, channels) to (n, channels), 1/sr."""
         reference = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o) + self.offset
-        value = np.clip(reference * np.exp(np.minimum(field, STEEPEST)) - self.offset, self.floor, self.ceiling)
+        value = reference * np.exp(np.minimum(field, STEEPEST)) - self.offset
+        value = value / np.maximum((value / self.ceiling).max(axis=1, keepdims=True), 1)
+        value = np.maximum(coloured(value, self.grey), self.floor)
         if len(self.damping):
             value = value * factor_of_angle(self.damping, theta_i) * factor_of_angle(self.damping, theta_o)
         return value
@@ -80,7 +88,23 @@ class LogRelative:
               phi_o: ArrayLike) -> FloatArray:
         """The inverse of `reflectance`, without the bounds: (n, channels), 1/sr, to (n, channels)."""
         reference = self.prior.evaluate(theta_i, phi_i, theta_o, phi_o)
-        return bounded_log(values, self.offset) - bounded_log(reference, self.offset)
+        return bounded_log(greyed(values, self.grey), self.offset) - bounded_log(reference, self.offset)
+
+
+def greyed(values: FloatArray, grey: float) -> FloatArray:
+    """Values of which a share is replaced by their mean over channels: (n, channels) to (n, channels).
+
+    Examples
+    --------
+    >>> greyed(np.array([[-0.1, 0.4]]), 0.5).round(9).tolist()
+    [[0.025, 0.275]]
+    """
+    return values + grey * (values.mean(axis=1, keepdims=True) - values)
+
+
+def coloured(values: FloatArray, grey: float) -> FloatArray:
+    """The inverse of `greyed`."""
+    return values + grey / (1 - grey) * (values - values.mean(axis=1, keepdims=True))
 
 
 def factor_of_angle(control_points: FloatArray, theta: ArrayLike) -> FloatArray:

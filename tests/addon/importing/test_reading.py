@@ -93,9 +93,10 @@ def test_what_is_known_of_the_material_reaches_the_reader(blender, cube, tmp_pat
     """Options of anisotropic measurements, from the operator and from the command line: as `fitter.load` takes them."""
     materials = extension.addon.core
     choices = SimpleNamespace(angles="auto", quantity="auto", illuminant="D65", isotropic="anisotropic",
-                              symmetry="half_turn", encoding="srgb")
+                              symmetry="half_turn", encoding="srgb", keep_unmeasured=True)
     asked = materials.reading.load_arguments(choices)
     assert (asked["isotropic"], asked["symmetry"], asked["encoding"]) == (False, "half_turn", "srgb")
+    assert asked["keep_unmeasured"]
     for isotropic in (None, True, False):
         materials.reading.use_reading(choices, isotropic=isotropic)
         asked = materials.reading.load_arguments(choices)
@@ -154,7 +155,8 @@ def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, exten
 
 def test_the_dialogs_draw_the_options(extension):
     module = extension.addon.importing.import_data
-    for complaint, expected in (("", {"angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding", "sample",
+    for complaint, expected in (("", {"angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding",
+                                      "keep_unmeasured", "sample",
                                       "diffuse_level", "specular_level", "compression", "use_tolerance", "tolerance"}),
                                 ("the angles may be degrees or radians " * 5, {"angles", "quantity"})):
         layout, body = MagicMock(), MagicMock()

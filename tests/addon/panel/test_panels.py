@@ -156,12 +156,12 @@ def test_a_mix_is_a_stack_of_layers_each_with_its_picture_share_and_adjustments(
 
 @pytest.mark.parametrize(("path", "fields"), [
     ("abrdf.dat", ["sample"]), ("leather.bin", ["isotropic", "encoding"]), ("chrome.binary", []),
-    ("paint.csv", ["angles", "quantity", "illuminant", "isotropic", "symmetry"])])
+    ("paint.csv", ["angles", "quantity", "illuminant", "isotropic", "symmetry", "keep_unmeasured"])])
 def test_a_dialog_has_the_choices_of_the_format_at_hand(ui, material, monkeypatch, path, fields):
     from measured_brdf.addon.importing import import_data
 
     monkeypatch.setattr(Layout, "panel", lambda layout, _name, **_: (Layout(layout), Layout(layout)))
-    asked = {"sample", "angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding"}
+    asked = {"sample", "angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding", "keep_unmeasured"}
     for files, filepath in (([], f"/data/{path}"), ([SimpleNamespace(name=path)], "")):
         shown = draw_as(import_data.MEASUREDBRDF_OT_import_data, material, filepath=filepath, files=files)
         assert [name for name in shown.fields if name in asked] == fields

@@ -12,8 +12,8 @@ from support.stage import black_scene
 
 CHOICES = {"preset": "Paper", "diffuse_level": 1, "specular_level": -1, "compression": 80.0, "use_tolerance": False,
            "tolerance": 1.0, "filepath": "", "sample": "", "rendering": "AUTO", "angles": "auto", "quantity": "auto",
-           "illuminant": "D65", "isotropic": "auto", "symmetry": "auto", "encoding": "raw", "target": 0, "slot": -1,
-           "others": ""}
+           "illuminant": "D65", "isotropic": "auto", "symmetry": "auto", "encoding": "raw",
+           "keep_unmeasured": False, "target": 0, "slot": -1, "others": ""}
 TICKS = 4                   # as many as the longest of these operators takes, once its process is done
 
 

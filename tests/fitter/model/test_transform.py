@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import interpolate
@@ -28,9 +30,33 @@ def test_field_and_reflectance_are_inverse(directions, random):
 def test_a_reflectance_is_the_field_of_the_formula_within_its_bounds(directions, random):
     field = 2 * random.standard_normal((300, 2))
     transform = LogRelative(GREY, 0.05, np.array([0.7, 0.9]), 0.0)
-    expected = np.minimum(np.maximum((GREY.kd + 0.05) * np.exp(field) - 0.05, 0), [0.7, 0.9])
+    raw = (GREY.kd + 0.05) * np.exp(field) - 0.05
+    expected = []
+    for one, other in raw:
+        scale = min(1, 0.7 / one if one > 0 else 1, 0.9 / other if other > 0 else 1)
+        expected.append([max(scale * one, 0), max(scale * other, 0)])
     np.testing.assert_allclose(transform.reflectance(field, *directions), expected, rtol=1e-12)
     assert np.isfinite(transform.reflectance(np.full((300, 2), 1e4), *directions)).all()
+
+
+def test_where_one_channel_meets_its_ceiling_the_colour_stays(directions):
+    field = np.log(np.outer(np.geomspace(1, 1e4, 300), [0.2, 0.1]) + 0.05) - np.log(GREY.kd + 0.05)
+    found = LogRelative(GREY, 0.05, np.array([0.7, 0.9]), 0.0).reflectance(field, *directions)
+    np.testing.assert_allclose(found[:, 0], 2 * found[:, 1], rtol=1e-9)
+    assert found.max() == pytest.approx(0.7)
+
+
+def test_with_grey_negative_components_of_a_colour_have_a_logarithm(directions, random):
+    prior = Microfacet(np.array([0.1, 0.2, 0.3]), np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0))
+    values = np.outer(0.1 + random.random(300), [-0.2, 1.0, 1.3])
+    transform = LogRelative(prior, 0.05, np.full(3, np.inf), grey=0.5)
+    field = transform.field(values, *directions)
+    mixed = 0.5 * values + 0.5 * values.mean(axis=1)[:, None]
+    assert mixed.min() > 0
+    np.testing.assert_allclose(field, np.log(mixed + 0.05) - np.log(prior.kd + 0.05), rtol=1e-12)
+    np.testing.assert_allclose(transform.reflectance(field, *directions), values, rtol=1e-9)
+    clipped = replace(transform, floor=0.0).reflectance(field, *directions)
+    np.testing.assert_allclose(clipped, np.maximum(values, 0), rtol=1e-9)
 
 
 def test_damping_multiplies_the_reflectance_by_a_factor_of_each_angle(directions, random):
