@@ -22,7 +22,7 @@ from .annotations import Arguments
 NO_SPECULAR_LEVEL = -1
 LEVELS = ("diffuse_level", "specular_level", "compression")
 RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels", "changes",
-           "version", "colours", "sphere", "fitted_as", "match", "between", "farthest", "hole", "adjusted")
+           "version", "colours", "sphere", "fitted_as", "match", "between", "farthest", "hole", "least", "adjusted")
 READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding", "keep_unmeasured")
 CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", "rendering", *READING)
 AUTOMATIC, EXACT, NODES = "AUTO", "EXACT", "NODES"
@@ -291,6 +291,7 @@ class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
     between: FloatProperty(name="Between", default=UNKNOWN)
     farthest: FloatProperty(name="Farthest")
     hole: FloatProperty(name="Widest Hole")
+    least: FloatProperty(name="Least")                  # 0 where an older version did not tell it
     adjusted: StringProperty(name="Adjusted")           # JSON of the edit that the shader has; 0.1.0: empty
     sphere: StringProperty(name="Sphere")               # as packed_picture.packed makes it; 0.1.0 left it empty
     changes: StringProperty(name="Changes")             # that made the fit physically plausible

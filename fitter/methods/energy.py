@@ -3,12 +3,10 @@
 A fit is multiplied by ``a(theta_i) a(theta_o)`` with one factor a of at most 1, a spline in the polar angle
 (`LogRelative.damping`). Its directional albedo is then ``a(theta) integral f a cos``, of light that arrives at the
 angle theta and of light that leaves there; both are linear in the control points of the integrand's factor, so that the
-light at each control point is all that has to be known of a fit. The factor is lowered in three steps:
-
-1. Where angles beyond the largest measured one alone can bring the albedos within it to at most 1, they give way.
-2. The factor is lowered where an albedo exceeds 1, by the square root of the excess, as both directions have it, until
-   none does.
-3. What is left is taken away at once: the excess itself, which suffices because the factor grows nowhere.
+light at each control point is all that has to be known of a fit. The factor is lowered where an albedo exceeds 1, by
+the square root of the excess, as both directions have it, until none does; what is left is taken away at once: the
+excess itself, which suffices because the factor grows nowhere. Angles that nobody measured do not give way first: they
+would be dark.
 
 The factor is reciprocal, the same in all channels, which keeps the colour, and 1 at a distance from all angles of too
 large an albedo.
@@ -20,7 +18,7 @@ import numpy as np
 
 from .. import progress
 from ..arrays import FloatArray
-from ..coordinates.half_difference import project, unproject
+from ..coordinates.half_difference import unproject
 from ..model import Reflectance, is_isotropic
 from ..model.fit import Fit
 from ..model.transform import LogRelative, factor_of_angle
@@ -38,7 +36,7 @@ _CELLS, _FINE_CELLS = (32, 16), (64, 24)        # of the integral on either side
 _AZIMUTHS = tuple(np.radians(range(0, 360, 45)).tolist())   # at which an anisotropic fit is looked at
 _LARGE = 0.93               # an albedo that is integrated in finer steps
 _MARGIN = 1e-3              # by which damped albedos stay below 1: for what the integral misses
-_ROUNDS = 30                # of the second step, each of which halves the excess or better
+_ROUNDS = 30                # by the square root, each of which halves the excess or better
 _INFLUENCE = 2              # knots on both sides of a control point, which it has an influence on
 
 
@@ -62,7 +60,7 @@ def conserved(fit: Fit, transform: LogRelative, samples: Samples) -> Fit:
     if total.max() <= 1 + TOLERANCE:
         return fit
     farthest = max(float(samples.theta_i.max()), float(samples.theta_o.max()))
-    damped = replace(fit, transform=replace(transform, damping=_damping(light, farthest)))
+    damped = replace(fit, transform=replace(transform, damping=_damping(light)))
     return replace(damped, changes=(_description(fit, damped, total, farthest, samples),))
 
 
@@ -111,18 +109,11 @@ def reflected_light(model: Reflectance, theta: FloatArray, cells: tuple[int, int
     return np.stack(light, axis=1)
 
 
-def _damping(light: FloatArray, farthest: float) -> FloatArray:
+def _damping(light: FloatArray) -> FloatArray:
     """The control points of `LogRelative.damping`: (DAMPING_KNOTS, channels), in all channels the same."""
     knots = np.linspace(0, 1, DAMPING_KNOTS)
     most, reach = 1 - _MARGIN, _INFLUENCE / (DAMPING_KNOTS - 1)
     control_points = np.ones((DAMPING_KNOTS, 1))
-
-    unmeasured = knots - reach >= project(farthest)
-    within = farthest >= VIEWS
-    excess = np.maximum(light[:, within].sum(axis=2) - most, 0)
-    beyond = light[:, within][:, :, unmeasured].sum(axis=2)
-    share = np.divide(excess, beyond, out=(excess > 0) * 1.0, where=beyond > excess).max()
-    control_points[unmeasured] = np.where(share < 1, 1 - share, 1)
 
     low, high = (unproject(np.clip(knots + side, 0, 1)) + np.sign(side) * np.radians(2) for side in (-reach, reach))
     influences = (low[:, None] <= VIEWS) & (high[:, None] >= VIEWS)

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import progress
-from ..arrays import Directions, FloatArray, IntArray, joined
+from ..arrays import Directions, FloatArray, IntArray, joined, selected
 from ..coordinates import Coordinates
 from ..lattice import dense, least_squares, perfect_hash
 from ..lattice.dense import DenseLattice
@@ -25,6 +25,7 @@ from ..lattice.normal_equations import NormalEquations, gains
 from ..lattice.sparse import SparseLattice
 from ..model.transform import LogRelative
 from ..samples import Samples, some
+from . import beyond
 from .gaussian_process import Field, Kernel
 from .levels import Levels
 from .prior import WEIGHT
@@ -59,6 +60,7 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
     values = field.at(2 * nodes.reshape(-1, nodes.shape[-1]) - 1).reshape(*nodes.shape[:-1], -1)
     if levels.diffuse:
         values[0] = _mean_over_azimuths(field, 2 * nodes[0] - 1)
+    values = _guessed(values, nodes, samples, coordinates, field)
     diffuse = DenseLattice(levels.diffuse, dense.interpolate(values, levels.diffuse).astype(np.float32))
     if levels.specular is None:
         return diffuse, None
@@ -72,6 +74,18 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
     bright = np.maximum(transform.reflectance(wanted, *directions), 0).mean(axis=1) + transform.offset
     return diffuse, least_squares.sparse_fit(x, wanted - diffuse.evaluate(x), share * bright ** WEIGHT,
                                              levels.specular, levels.kept_of(3))
+
+
+def _guessed(values: FloatArray, nodes: FloatArray, samples: Samples, coordinates: Coordinates, field: Field,
+             ) -> FloatArray:
+    """The values (..., channels) at nodes (..., 3), with the colour of the last angles where these are beyond."""
+    limits, at = beyond.reach(samples), coordinates.decode(nodes.reshape(-1, nodes.shape[-1]))
+    which = beyond.are(at[0], at[2], limits)
+    flat = values.reshape(-1, values.shape[-1])
+    at = selected(at, which)
+    there = field.at(2 * coordinates.encode(*beyond.held(at, limits)) - 1)
+    flat[which] += beyond.far(at[0], at[2], limits)[:, None] * (beyond.coloured_as(there, flat[which]) - flat[which])
+    return flat.reshape(values.shape)
 
 
 def _mean_over_azimuths(field: Field, mu: FloatArray) -> FloatArray:
@@ -124,6 +138,13 @@ def of_samples(samples: Samples, coordinates: Coordinates, transform: LogRelativ
     norm = kernel.noise * precision(level, axes, kernel)
     control_points, = NormalEquations(x, [(level, None)]).solve(weights, z, [norm])
     box = _refined(control_points, level, finer, axes)
+    limits = beyond.reach(samples)
+    guessed = beyond.directions(limits, samples.isotropic)
+    if len(guessed[0]):
+        at, there = (coordinates.encode(*each) for each in (guessed, beyond.held(guessed, limits)))
+        guesses = beyond.guess(dense.evaluate(box, finer, at), dense.evaluate(box, finer, there))
+        x, z = np.concatenate([x, at]), np.concatenate([z, guesses])
+        weights = np.concatenate([weights, np.ones(len(at))])
     if level < finer:
         residual = z - dense.evaluate(box, finer, x)
         chosen = _most_useful(x, finer, weights, residual, _TOGETHER, no_keys)

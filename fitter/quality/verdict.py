@@ -26,6 +26,7 @@ from .describe import WIDE_GAP
 GRADES = ("excellent", "good", "fair", "poor")
 MATCH_LIMITS = (1.0, 3.0, 6.0)         # steps at the samples: the most that is excellent, good, fair
 BETWEEN_LIMITS = (2.0, 4.0, 8.0)       # steps at samples that the fit had not seen
+LITTLE_GUESSED = 0.05       # of a ball, which is not worth a word
 UNKNOWN = -1.0              # in the place of an error that has not been worked out
 _BRIGHTEST = 2.0            # cube root, relative to white
 
@@ -42,12 +43,15 @@ class Verdict(NamedTuple):
         The largest measured polar angle, degrees.
     hole : float
         The widest hole between samples, degrees (see `coverage`).
+    least : float
+        The largest measured polar angle of the other direction, degrees, light or viewer; 0 where it is not known.
     """
 
     match: float
     between: float
     farthest: float
     hole: float
+    least: float = 0.0
 
 
 def steps(samples: Samples, predicted: FloatArray) -> float:
@@ -71,8 +75,8 @@ def of(samples: Samples, fit: Reflectance, unseen: float = UNKNOWN) -> Verdict:
     """
     match = steps(samples, fit.evaluate(*samples.directions))
     unseen = max(match, unseen) if unseen != UNKNOWN else UNKNOWN
-    farthest = float(np.degrees(max(samples.theta_i.max(), samples.theta_o.max())))
-    return Verdict(match, unseen, farthest, widest_hole(samples)[0])
+    least, farthest = sorted(float(np.degrees(theta.max())) for theta in (samples.theta_i, samples.theta_o))
+    return Verdict(match, unseen, farthest, widest_hole(samples)[0], least)
 
 
 def unseen(samples: Samples, fit: Callable[[Samples], Reflectance]) -> float:
@@ -97,9 +101,28 @@ def grade(error: float, limits: tuple[float, ...]) -> str:
     return GRADES[sum(error > limit for limit in limits)]
 
 
+def guessed(verdict: Verdict) -> float:
+    """The share of a white ball's picture under an even sky that pairs of directions make which are beyond the measured
+    angles; 0 where these are not known.
+
+    Of the light that a Lambertian ball sends to a far camera, sin^2 t comes from where the viewer is up to t from the
+    normal, and of that sin^2 t from light up to t.
+
+    Examples
+    --------
+    >>> round(guessed(Verdict(0.4, 3.0, 75.0, 12.0, 60.0)), 3)
+    0.3
+    """
+    if not verdict.least:
+        return 0.0
+    return 1 - math.prod(math.sin(math.radians(angle)) ** 2 for angle in (verdict.least, verdict.farthest))
+
+
 def is_well(verdict: Verdict) -> bool:
-    """Whether a fit matches its measurements at least well, and is not known to be worse between them."""
-    return verdict.match <= MATCH_LIMITS[1] and verdict.between <= BETWEEN_LIMITS[1]
+    """Whether a fit matches its measurements at least well, is not known to be worse between them, and little of what
+    one sees is beyond them."""
+    return (verdict.match <= MATCH_LIMITS[1] and verdict.between <= BETWEEN_LIMITS[1]
+            and guessed(verdict) <= LITTLE_GUESSED)
 
 
 def sentence(verdict: Verdict) -> str:
@@ -117,18 +140,22 @@ def sentence(verdict: Verdict) -> str:
     if verdict.hole > WIDE_GAP:
         doubts.append(f"in gaps of up to {verdict.hole:.0f} degrees")
     uncertain = f", uncertain {' and '.join(doubts)}" if doubts else ""
-    return f"{_match(verdict)}. {between}{uncertain}"
+    return f"{_match(verdict)}. {between}{uncertain}{_guess(verdict)}"
 
 
 def line(verdict: Verdict) -> str:
-    """As `sentence`, in a line: of what lies between the measured angles, only that it is worse than good.
+    """As `sentence`, in a line: of what lies between the measured angles, only that it is worse than good; and how much
+    of what one sees lies beyond them.
 
     Examples
     --------
     >>> line(Verdict(0.4, 3.0, 70.3, 12.0))
     'Matches the measurements: excellent'
+    >>> line(Verdict(0.4, 3.0, 75.0, 12.0, 60.0))
+    'Matches the measurements: excellent. Measured to 60 and 75 degrees, the rim is a guess (30 % of a ball)'
     """
-    return f"{_match(verdict)}. {_between(verdict)}" if verdict.between > BETWEEN_LIMITS[1] else _match(verdict)
+    between = f". {_between(verdict)}" if verdict.between > BETWEEN_LIMITS[1] else ""
+    return f"{_match(verdict)}{between}{_guess(verdict)}"
 
 
 def is_poor(verdict: Verdict) -> bool:
@@ -138,6 +165,12 @@ def is_poor(verdict: Verdict) -> bool:
 
 def _match(verdict: Verdict) -> str:
     return f"Matches the measurements: {grade(verdict.match, MATCH_LIMITS)}"
+
+
+def _guess(verdict: Verdict) -> str:
+    share = guessed(verdict)
+    measured = f"Measured to {verdict.least:.0f} and {verdict.farthest:.0f} degrees"
+    return "" if share <= LITTLE_GUESSED else f". {measured}, the rim is a guess ({100 * share:.0f} % of a ball)"
 
 
 def _between(verdict: Verdict) -> str:

@@ -18,6 +18,7 @@ KERNEL = Kernel(0.8, 1e-2)
 @pytest.fixture
 def samples(random):
     theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, 90)) * 0.98))
+    theta_i[0] = theta_o[1] = np.radians(89.6)       # nothing is beyond them
     values = 0.2 + 0.3 * random.random((90, 2)) * np.cos(theta_i)[:, None]
     return Samples(theta_i, np.zeros(90), theta_o, random.random(90) * np.pi, values, ("a", "b"))
 

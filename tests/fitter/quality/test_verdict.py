@@ -38,7 +38,7 @@ def test_a_step_is_about_that_of_lightness():
 
 
 def test_a_fit_of_what_it_can_hold_is_excellent_everywhere(random):
-    theta_i, theta_o = 1.2 * np.sqrt(random.random((2, 300)))
+    theta_i, theta_o = 1.5 * np.sqrt(random.random((2, 300)))
     samples = Samples(theta_i, 0 * theta_i, theta_o, np.pi * random.random(300), np.full((300, 1), 0.1))
     made = prior.lambertian(np.array([[0.1]]))
     judged = verdict.of(samples, made, verdict.unseen(samples, lambda part: prior.lambertian(part.values)))
@@ -108,3 +108,17 @@ def test_the_line_of_a_verdict_says_what_lies_between_measured_angles_only_where
     (0.5, 0.5, True), (3.0, 4.0, True), (0.5, UNKNOWN, True), (3.1, 3.1, False), (0.5, 4.1, False)])
 def test_well_is_at_least_good(match, between, well):
     assert verdict.is_well(Verdict(match, between, 90.0, 5.0)) is well
+
+
+def test_the_share_of_a_ball_that_is_a_guess_is_counted_on_a_ball(random):
+    """Random points of a white ball's picture, and for each the light of an even sky that reaches it."""
+    x, y = random.uniform(-1, 1, (2, 400_000))
+    seen = x * x + y * y < 1
+    view = np.arccos(np.sqrt(1 - (x * x + y * y)[seen]))
+    light = np.arcsin(np.sqrt(random.random(len(view))))        # as the cosine weighs it
+    beyond = (np.degrees(view) > 75) | (np.degrees(light) > 60)
+    judged = Verdict(0.1, UNKNOWN, 75.0, 5.0, 60.0)
+    assert verdict.guessed(judged) == pytest.approx(beyond.mean(), abs=0.004)
+    assert verdict.line(judged).endswith("the rim is a guess (30 % of a ball)")
+    assert not verdict.is_well(judged)
+    assert verdict.is_well(Verdict(0.1, UNKNOWN, 85.0, 5.0, 85.0))

@@ -1,0 +1,100 @@
+"""What a field is beyond the measured angles: a guess with the colour of the last angles, and no growth of its own.
+
+A process continues the field above the prior as it was about to change, in each channel for itself: highlights turn
+yellow or magenta where nobody measured. Here each pair of directions beyond has a pair within that has the same half
+vector, so that a highlight is compared with itself. The differences between channels are those there. Their mean is
+the continued one where that falls, and that there where it would grow: growth toward the horizon is the prior's.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import BoolArray, Directions, FloatArray
+from ..formats import between
+from ..samples import HORIZON, Samples
+from ..shader_constants import LEAST_LENGTH
+
+_DIRECTIONS = 4000          # at which a field of many samples is led
+_STEPS = 20                 # of bisection
+_FAR = np.radians(3)        # over which the colour of a process becomes that of the last angles
+_MARGIN = np.radians(0.5)   # beyond the last angle that count as measured
+
+
+class Reach(NamedTuple):
+    """How far measurements go: the larger and the smaller of the largest angles of both directions, radians."""
+
+    larger: float
+    smaller: float
+
+
+def reach(samples: Samples) -> Reach:
+    """How far samples go."""
+    smaller, larger = sorted((float(samples.theta_i.max()), float(samples.theta_o.max())))
+    return Reach(larger + _MARGIN, smaller + _MARGIN)
+
+
+def are(theta_i: FloatArray, theta_o: FloatArray, limits: Reach) -> BoolArray:
+    """Whether pairs of directions are beyond what was measured; by reciprocity either may be the light's."""
+    return np.asarray((np.maximum(theta_i, theta_o) > limits.larger) | (np.minimum(theta_i, theta_o) > limits.smaller))
+
+
+def directions(limits: Reach, isotropic: bool) -> Directions:
+    """Directions that are beyond, at most `_DIRECTIONS` of them: four (n,) arrays, radians."""
+    every = between.directions(_DIRECTIONS, isotropic)
+    which = are(every[0], every[2], limits)
+    return tuple(angle[which] for angle in every)       # type: ignore[return-value] # four
+
+
+def held(pairs: Directions, limits: Reach) -> Directions:
+    """The nearest directions within that have the same half vectors, as far as there are any; (n,) each, radians."""
+    first, second = (np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
+                     for theta, phi in (pairs[:2], pairs[2:]))
+    half = first + second
+    length = np.linalg.norm(half, axis=1, keepdims=True)
+    half = np.where(length > LEAST_LENGTH, half / np.maximum(length, LEAST_LENGTH), [0.0, 0.0, 1.0])
+    # a half vector beyond is tilted toward the normal
+    flat = np.hypot(half[:, 0], half[:, 1])
+    tilt = np.minimum(np.arctan2(flat, half[:, 2]), limits.smaller)
+    half = np.column_stack([half[:, :2] * (np.sin(tilt) / np.maximum(flat, LEAST_LENGTH))[:, None], np.cos(tilt)])
+    apart = (first - second) / 2
+    sine = np.linalg.norm(apart, axis=1, keepdims=True)
+    apart = apart - half * (apart * half).sum(axis=1, keepdims=True)
+    apart /= np.maximum(np.linalg.norm(apart, axis=1, keepdims=True), LEAST_LENGTH)
+    low, high = np.zeros(len(half)), np.arcsin(np.minimum(sine[:, 0], 1))
+
+    def at(angle: FloatArray) -> Directions:
+        both = [np.cos(angle)[:, None] * half + sign * np.sin(angle)[:, None] * apart for sign in (1, -1)]
+        angles = [(np.arctan2(np.hypot(w[:, 0], w[:, 1]), w[:, 2]), np.arctan2(w[:, 1], w[:, 0])) for w in both]
+        return *angles[0], *angles[1]
+
+    for _ in range(_STEPS):
+        middle = (low + high) / 2
+        theta_i, _, theta_o, _ = at(middle)
+        out = are(theta_i, theta_o, limits)
+        low, high = np.where(out, low, middle), np.where(out, middle, high)
+    theta_i, phi_i, theta_o, phi_o = at(low)
+    return np.minimum(theta_i, HORIZON), phi_i, np.minimum(theta_o, HORIZON), phi_o
+
+
+def far(theta_i: FloatArray, theta_o: FloatArray, limits: Reach) -> FloatArray:
+    """How far pairs are beyond, from 0 at the last angles to 1 at `_FAR` from them, so that there is no kink: (n,)."""
+    larger = np.maximum(theta_i, theta_o) - limits.larger
+    smaller = np.minimum(theta_i, theta_o) - limits.smaller
+    return np.clip(np.maximum(larger, smaller) / _FAR, 0, 1)
+
+
+def coloured_as(there: FloatArray, continued: FloatArray) -> FloatArray:
+    """A field with the differences between channels that it has elsewhere: (n, channels) each."""
+    return there + continued.mean(axis=1, keepdims=True) - there.mean(axis=1, keepdims=True)
+
+
+def guess(continued: FloatArray, there: FloatArray) -> FloatArray:
+    """The field beyond, of what it was continued to be and of what it is at the directions `held`: (n, channels).
+
+    Examples
+    --------
+    >>> guess(np.array([[0.0, 1.0], [3.0, 5.0]]), np.array([[1.0, 2.0], [1.0, 2.0]])).tolist()
+    [[0.0, 1.0], [1.0, 2.0]]
+    """
+    return np.minimum(coloured_as(there, continued), there)

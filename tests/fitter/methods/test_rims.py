@@ -1,0 +1,97 @@
+"""The rims of balls: what nobody measured looks like what was measured."""
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.formats import rgl
+from fitter.methods import beyond
+from fitter.methods.energy import reflected_light
+from support.cases import quick
+from support.checkout import measurements
+
+
+def albedo(model, degrees):
+    """Of light that leaves at angles: (angles, channels)."""
+    return reflected_light(model, np.radians(degrees), (64, 24)).sum(axis=2).mean(axis=0)
+
+
+class Clipped:
+    """A table as the authors' reader has it: nowhere negative."""
+
+    isotropic = True
+
+    def __init__(self, table):
+        self.table = table
+
+    def evaluate(self, *angles):
+        broadcast = np.broadcast_arrays(*(np.asarray(angle, dtype=float) for angle in angles))
+        values = self.table.evaluate(*(angle.ravel() for angle in broadcast))
+        return np.maximum(values, 0).reshape(*broadcast[0].shape, -1)
+
+
+@pytest.fixture(scope="module")
+def of_rgl():
+    def opened(stem):
+        path = measurements() / "rgl" / f"{stem}_rgb.bsdf"
+        if not path.is_file():
+            pytest.skip(f"{path.name} is absent from {path.parent}")
+        return fitter.load(path), Clipped(rgl.read_table(path, path.read_bytes()))
+    return opened
+
+
+@pytest.mark.parametrize(("stem", "limit"), quick(
+    [("chm_mint", 0.16), ("cc_green_malachite", 0.10), ("ilm_solo_m_68", 0.13), ("aurora_white", 0.04),
+     ("cc_ibiza_sunset", 0.04), ("cm_military_green", 0.04), ("irid_flake_paint1", 0.06), ("vch_silk_blue", 0.06)],
+    ("chm_mint", 0.16), ("cc_green_malachite", 0.10)))
+def test_a_fit_is_the_authors_own_function_between_the_nodes_and_reflects_as_much(of_rgl, stem, limit):
+    """By the authors' reader at 200 pairs of directions, and by integrals of the file's function."""
+    samples, table = of_rgl(stem)
+    fit = fitter.fit(samples, **fitter.PRESETS["Standard"])
+    golden = np.loadtxt(measurements() / "rgl" / f"golden_{stem}_rgb.csv", delimiter=",")
+    found = np.cbrt(fit.evaluate(*golden[:, :4].T) * np.cos(golden[:, 2])[:, None])
+    wanted = np.cbrt(np.maximum(golden[:, 4:7], 0))
+    assert np.sqrt(((found - wanted) ** 2).mean() / (wanted ** 2).mean()) < limit
+    degrees = [30, 50, 66, 75, 80, 86]
+    ratio = albedo(fit, degrees) / albedo(table, degrees)
+    assert np.abs(np.log(ratio)).max() < np.log(1.4)
+    assert np.abs(np.log(ratio)).mean() < np.log(1.1)
+
+
+@pytest.mark.parametrize("name", ["lighttec_C9_Gold.astm", "lighttec_C1_White.astm"])
+def test_rims_beyond_the_instrument_are_neither_dark_nor_of_another_colour(goniometer, name):
+    fit = fitter.fit(fitter.load(goniometer(name)), **fitter.PRESETS["Standard"])
+    last, seventy, rim = albedo(fit, [60, 70, 88])
+    assert (rim > 0.7 * seventy).all()
+    ratio = rim / last
+    assert ratio.max() < 1.25 * ratio.min()
+
+
+def test_a_teal_paint_has_a_white_highlight_and_no_red_rim(cornell):
+    samples = cornell("cayman")
+    fit = fitter.fit(samples, **fitter.PRESETS["Standard"])
+    found = fit.evaluate(*samples.directions)
+    bright = samples.values.min(axis=1) > 5
+    assert np.count_nonzero(bright) >= 2
+    hue = (found / found.sum(axis=1, keepdims=True))[bright]
+    hue /= (samples.values / samples.values.sum(axis=1, keepdims=True))[bright]
+    assert np.abs(np.log(hue)).max() < np.log(1.2)
+    assert (albedo(fit, [84, 88])[:, 0] < 1.5 * albedo(fit, [84, 88])[:, 1]).all()
+
+
+def test_directions_that_stand_for_those_beyond_have_their_half_vectors(random):
+    limits = beyond.Reach(*np.radians([75.0, 60.0]))
+    pairs = beyond.directions(limits, isotropic=True)
+    assert len(pairs[0]) > 500
+    assert beyond.are(pairs[0], pairs[2], limits).all()
+    inside = beyond.held(pairs, limits)
+    assert not beyond.are(inside[0], inside[2], beyond.Reach(limits.larger + 1e-4, limits.smaller + 1e-4)).any()
+
+    def half(theta_i, phi_i, theta_o, phi_o):
+        both = sum(np.stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)], axis=1)
+                   for t, p in ((theta_i, phi_i), (theta_o, phi_o)))
+        return both / np.linalg.norm(both, axis=1, keepdims=True)
+
+    near = np.arccos(np.clip(half(*pairs)[:, 2], -1, 1)) < limits.smaller - 1e-3
+    cosine = (half(*pairs) * half(*inside)).sum(axis=1)
+    assert np.degrees(np.arccos(np.clip(cosine[near], -1, 1))).max() < 0.1
