@@ -36,9 +36,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray, joined
+from ..coordinates import between
 from ..errors import DatasetError
 from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, HORIZON, LARGEST_VALUE, RGB, Samples, repeated
-from . import between, rgl_warp, tensor_file
+from . import rgl_warp, tensor_file
 from .format import Format
 from .isotropy import told
 from .reading import BY_DEFAULT, Reading

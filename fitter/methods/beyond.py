@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import BoolArray, Directions, FloatArray
-from ..formats import between
+from ..coordinates import between
 from ..samples import HORIZON, Samples
 from ..shader_constants import LEAST_LENGTH
 

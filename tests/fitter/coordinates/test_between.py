@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitter.formats import between
+from fitter.coordinates import between
 from fitter.quality.coverage import vectors
 
 
