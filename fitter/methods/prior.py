@@ -43,8 +43,7 @@ _FIRST_ITERATIONS, _PROMISING = 8, 2     # from every start, and how many starts
 _ITERATIONS = 40
 _CLIP = 25.0                # bound of every parameter of the search: logarithms, and logits of F0
 _PULL = 1e-2                # of every parameter toward its start: holds what the samples do not determine
-_COLOURLESS, _FEW = 0.1, 400    # of a lobe's strengths toward their mean: no channel loses a lobe that the others have;
-                            # more than so many samples do not outweigh it
+_COLOURLESS = 0.1           # of a lobe's strengths toward their mean: no channel loses a lobe that the others have
 _STEP = 1e-5                # of the finite differences
 
 
@@ -150,7 +149,7 @@ class _Problem:
         weight /= np.sqrt(np.mean(weight ** 2))
         shapes = count * len(kinds)
         p = first = _pack(start)
-        pull = _pulls(len(kinds), count, channels, len(weight))
+        pull = _pulls(len(kinds), count, channels)
 
         def cost(residual: FloatArray, p: FloatArray) -> float:
             return float((residual ** 2).sum() + (p - first) @ pull[0] @ (p - first) + p @ pull[1] @ p)
@@ -203,14 +202,14 @@ def _cost(solved: tuple[Microfacet, float]) -> float:
     return solved[1]
 
 
-def _pulls(lobes: int, shape: int, channels: int, samples: int) -> tuple[FloatArray, FloatArray]:
+def _pulls(lobes: int, shape: int, channels: int) -> tuple[FloatArray, FloatArray]:
     """The quadratic forms that pull all parameters toward their start, and a lobe's strengths toward their mean."""
     count = shape * lobes + channels * (lobes + 1)
     apart = np.eye(channels) - 1 / channels
     colour = np.zeros((count, count))
     for k in range(lobes):
         at = slice(shape * lobes + k * channels, shape * lobes + (k + 1) * channels)
-        colour[at, at] = _COLOURLESS ** 2 * max(samples / _FEW, 1) * apart
+        colour[at, at] = _COLOURLESS ** 2 * apart
     return _PULL ** 2 * np.eye(count), colour
 
 
