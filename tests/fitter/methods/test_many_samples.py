@@ -86,7 +86,7 @@ def fitted(name, preset):
 
 
 @pytest.mark.parametrize(("name", "limit"), quick(
-    [("chrome", 0.013), ("black-obsidian", 0.018), ("blue-fabric", 0.007)], ("chrome", 0.013)))
+    [("chrome", 0.015), ("black-obsidian", 0.018), ("blue-fabric", 0.007)], ("chrome", 0.015)))
 def test_a_highlight_of_a_degree_is_met_at_all_samples(name, limit):
     """Relative to the root mean square of the cube roots: 2,000 samples alone leave .10 of chrome, .09 of obsidian."""
     samples = material(name)
