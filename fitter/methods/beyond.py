@@ -3,14 +3,15 @@
 A process continues the field above the prior as it was about to change, in each channel for itself: highlights turn
 yellow or magenta where nobody measured. Here each pair of directions beyond has a pair within that has the same half
 vector, so that a highlight is compared with itself. The differences between channels are those there. Their mean is
-the continued one where that falls, and that there where it would grow: growth toward the horizon is the prior's.
+the continued one; of many samples, whose lattices know no process, not where it would grow: growth toward the horizon
+is the prior's.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, Directions, FloatArray
+from ..arrays import BoolArray, Directions, FloatArray, selected
 from ..coordinates import between
 from ..samples import HORIZON, Samples
 from ..shader_constants import LEAST_LENGTH
@@ -42,8 +43,7 @@ def are(theta_i: FloatArray, theta_o: FloatArray, limits: Reach) -> BoolArray:
 def directions(limits: Reach, isotropic: bool) -> Directions:
     """Directions that are beyond, at most `_DIRECTIONS` of them: four (n,) arrays, radians."""
     every = between.directions(_DIRECTIONS, isotropic)
-    which = are(every[0], every[2], limits)
-    return tuple(angle[which] for angle in every)       # type: ignore[return-value] # four
+    return selected(every, are(every[0], every[2], limits))
 
 
 def held(pairs: Directions, limits: Reach) -> Directions:

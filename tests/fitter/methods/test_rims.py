@@ -6,28 +6,9 @@ import pytest
 import fitter
 from fitter.formats import rgl
 from fitter.methods import beyond
-from fitter.methods.energy import reflected_light
 from support.cases import quick
 from support.checkout import measurements
-
-
-def albedo(model, degrees):
-    """Of light that leaves at angles: (angles, channels)."""
-    return reflected_light(model, np.radians(degrees), (64, 24)).sum(axis=2).mean(axis=0)
-
-
-class Clipped:
-    """A table as the authors' reader has it: nowhere negative."""
-
-    isotropic = True
-
-    def __init__(self, table):
-        self.table = table
-
-    def evaluate(self, *angles):
-        broadcast = np.broadcast_arrays(*(np.asarray(angle, dtype=float) for angle in angles))
-        values = self.table.evaluate(*(angle.ravel() for angle in broadcast))
-        return np.maximum(values, 0).reshape(*broadcast[0].shape, -1)
+from support.rims import Clipped, albedo, error
 
 
 @pytest.fixture(scope="module")
@@ -49,9 +30,7 @@ def test_a_fit_is_the_authors_own_function_between_the_nodes_and_reflects_as_muc
     samples, table = of_rgl(stem)
     fit = fitter.fit(samples, **fitter.PRESETS["Standard"])
     golden = np.loadtxt(measurements() / "rgl" / f"golden_{stem}_rgb.csv", delimiter=",")
-    found = np.cbrt(fit.evaluate(*golden[:, :4].T) * np.cos(golden[:, 2])[:, None])
-    wanted = np.cbrt(np.maximum(golden[:, 4:7], 0))
-    assert np.sqrt(((found - wanted) ** 2).mean() / (wanted ** 2).mean()) < limit
+    assert error(fit, golden) < limit
     degrees = [30, 50, 66, 75, 80, 86]
     ratio = albedo(fit, degrees) / albedo(table, degrees)
     assert np.abs(np.log(ratio)).max() < np.log(1.4)
