@@ -52,10 +52,7 @@ SHADER_GUARDS = [
          ("if (stored & (1 << k))", "if (1)", "control points that are not stored")),
     *_of("osl/fit.h", _FIT,
          ("exp(min(f, VALUE(STEEPEST)))", "exp(f)", "overflow between the samples"),
-         ("min((eval_prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(STEEPEST))) - PRIOR_OFFSET, "
-          "VALUE(PRIOR_CEILING))",
-          "(eval_prior(wi, wo) + PRIOR_OFFSET) * exp(min(f, VALUE(STEEPEST))) - PRIOR_OFFSET",
-          "the ceiling between the samples"),
+         ("  f /= max(largest(color(f / VALUE(PRIOR_CEILING))), 1.0);\n", "", "the ceiling between the samples"),
          ("max(f, VALUE(0.0))", "f", "values below 0")),
     *_of("osl/edit.h", _EDITED,
          ("max(w[2] * cosine - before * sine, HORIZON)", "w[2] * cosine - before * sine",

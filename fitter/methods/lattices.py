@@ -141,10 +141,14 @@ def of_samples(samples: Samples, coordinates: Coordinates, transform: LogRelativ
     limits = beyond.reach(samples)
     guessed = beyond.directions(limits, samples.isotropic)
     if len(guessed[0]):
-        at, there = (coordinates.encode(*each) for each in (guessed, beyond.held(guessed, limits)))
-        guesses = beyond.guess(dense.evaluate(box, finer, at), dense.evaluate(box, finer, there))
-        x, z = np.concatenate([x, at]), np.concatenate([z, guesses])
-        weights = np.concatenate([weights, np.ones(len(at))])
+        # either way of the light: what nobody measured is reciprocal
+        at, there = ([coordinates.encode(*each) for each in (pairs, (*pairs[2:], *pairs[:2]))]
+                     for pairs in (guessed, beyond.held(guessed, limits)))
+        continued, last = (np.mean([dense.evaluate(box, finer, each) for each in both], axis=0)
+                           for both in (at, there))
+        guesses = beyond.guess(continued, last)
+        x, z = np.concatenate([x, *at]), np.concatenate([z, guesses, guesses])
+        weights = np.concatenate([weights, np.ones(2 * len(guesses))])
     if level < finer:
         residual = z - dense.evaluate(box, finer, x)
         chosen = _most_useful(x, finer, weights, residual, _TOGETHER, no_keys)
