@@ -8,8 +8,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ...fitter import Fit
-from ...fitter.arrays import ArrayLike, FloatArray
+from ...fitter.arrays import ArrayLike, BoolArray, FloatArray
 from ...fitter.lobe import RADII, Lobe, Radius, at_angle, lobe_surface, plane_curve
+from ...fitter.methods import beyond
 from ..core.annotations import not_none
 from .plot import Plot
 from .surface import Spot
@@ -24,11 +25,12 @@ _KEYS = {"LEFT_ARROW": (_STEP, 0.0), "RIGHT_ARROW": (-_STEP, 0.0), "UP_ARROW": (
 
 
 class Shown(NamedTuple):
-    """A fit, its name, and the space of its colours."""
+    """A fit, its name, the space of its colours, and how far its measurements go, if that is known."""
 
     fit: Fit
     name: str
     space: str
+    reach: beyond.Reach | None = None
 
 
 class Measurements(NamedTuple):
@@ -151,6 +153,13 @@ class Inspection:
     def read(self, theta: float) -> FloatArray:
         """The values of the fit at an angle in the plane of incidence: (channels,), 1/sr."""
         return at_angle(not_none(self.shown).fit, self.theta_i, self.phi_i, np.array([theta]))[0]
+
+    def guessed(self, theta: FloatArray) -> BoolArray:
+        """Whether nobody measured what leaves at polar angles (n,), radians; they may be negative."""
+        reach = None if self.shown is None else self.shown.reach
+        if reach is None:
+            return np.zeros(len(theta), dtype=bool)
+        return beyond.are(np.full(len(theta), self.theta_i), np.abs(theta), reach)
 
     def _evaluate(self, detail: tuple[int, int] = _FINE) -> None:
         if self.shown is None:

@@ -14,7 +14,7 @@ from ..core.annotations import not_none
 from . import drawing
 from .drawing import Color
 from .inspection import HANDLE, Inspection, direction
-from .plot import Plot, lengths, rings, shown_value
+from .plot import Plot, dashes, lengths, rings, shown_value
 from .view import View
 
 _INK, _DIM, _FAINT = (0.92, 0.92, 0.92, 1.0), (0.62, 0.62, 0.62, 1.0), (0.75, 0.75, 0.75, 0.35)
@@ -26,6 +26,7 @@ _KEY = np.array([-0.42, 0.58, 0.7])         # direction of the light on the lobe
 _TEXT, _SMALL = 13.0, 11.0                  # pixels at a scale of 1
 _LONGEST = 44               # name, characters
 _HIDDEN = 0.3               # opacity of lines behind something
+_GUESSED, _DASH = 0.4, 5.0  # brightness of the lobe where nobody measured; pixels of a dash there, at a scale of 1
 
 
 def draw_lobe(inspection: Inspection, frame: FloatArray, axes: FloatArray, scale: float) -> None:
@@ -58,7 +59,9 @@ def _draw_surface(inspection: Inspection, axes: FloatArray) -> None:
     lobe, shown = inspection.lobe, inspection.shown
     if lobe is None or shown is None:
         return
-    colors = lobe_colors(np.maximum(lobe.values, 0), shown.space) * shading(lobe.normals, axes)[:, None]
+    theta = np.arccos(np.clip(lobe.directions[:, 2], 0, 1))
+    shades = shading(lobe.normals, axes) * np.where(inspection.guessed(theta), _GUESSED, 1)
+    colors = lobe_colors(np.maximum(lobe.values, 0), shown.space) * shades[:, None]
     drawing.surface(lobe.vertices / inspection.longest, lobe.faces, srgb(colors))
 
 
@@ -200,8 +203,16 @@ def _draw_light(inspection: Inspection, plot: Plot) -> None:
 def _draw_curves(inspection: Inspection, plot: Plot) -> None:
     scale, largest, radius = plot.scale, inspection.largest, inspection.radius
     theta, values = not_none(inspection.curve)
+    guessed = inspection.guessed(theta)
+    parts = np.split(np.arange(len(theta)), np.flatnonzero(np.diff(guessed)) + 1)
     for channel, color in enumerate(colors_of(values)):
-        drawing.line(plot.points(theta, lengths(values[:, channel], largest, radius)), color, 2.2, scale)
+        curve = plot.points(theta, lengths(values[:, channel], largest, radius))
+        for part in parts:
+            piece = curve[part[0]:part[-1] + 2]
+            if guessed[part[0]]:
+                drawing.strokes(dashes(piece, _DASH * scale), color, 2.2, scale)
+            else:
+                drawing.line(piece, color, 2.2, scale)
     if inspection.samples is not None:
         theta, values = inspection.samples[:2]
         for channel, color in enumerate(colors_of(values)):
@@ -219,6 +230,8 @@ def _draw_titles(inspection: Inspection, plot: Plot) -> None:
         parts[0] += f", azimuth {math.degrees(inspection.phi_i) % 360:.0f}\u00b0"
     if inspection.samples is not None and len(inspection.samples.theta_o):
         parts.append(f"dots: {inspection.samples.source} at {math.degrees(inspection.samples.theta_i):.1f}\u00b0")
+    if inspection.guessed(not_none(inspection.curve)[0]).any():
+        parts.append("dashed: a guess")
     drawing.text("   ".join(parts), plot.line(1), _SMALL * scale, _DIM)
 
 

@@ -112,6 +112,14 @@ def lengths(values: FloatArray, largest: float, radius: Radius) -> FloatArray:
     return np.asarray(RADII[radius](np.maximum(values, 0) / largest))
 
 
+def dashes(points: FloatArray, length: float) -> FloatArray:
+    """The ends of the dashes of a polyline, which have gaps of their length between them: (n, 2) to (2 m, 2)."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    at = np.arange(0.0, along[-1] + length, length)
+    at = at[:len(at) // 2 * 2]
+    return np.stack([np.interp(at, along, axis) for axis in points.T], axis=-1)
+
+
 def rings(largest: float, radius: Radius) -> list[tuple[float, float]]:
     """Values of one digit, 1/sr, and the radii of their circles, the largest first, for a plot whose outer circle is
     `largest`."""

@@ -15,6 +15,7 @@ from bpy.app.handlers import persistent
 from ...fitter import Fit, published
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import COLOURS, DEFAULT
+from ...fitter.methods import beyond
 from ..core import material as materials
 from ..core.annotations import not_none
 from ..core.transaction import by_session_uid
@@ -177,8 +178,10 @@ def stop() -> None:
 def _shown(material: bpy.types.Material, job: Job[Fit] | None) -> Shown | None:
     if job is None or job.result is None:
         return None
-    space = material.measured_brdf.colours
-    return Shown(job.result, material.name, space if space in COLOURS else DEFAULT)
+    settings = material.measured_brdf
+    space, angles = settings.colours, (settings.farthest, settings.least)
+    reach = beyond.Reach(*np.radians(angles).tolist()) if min(angles) > 0 else None
+    return Shown(job.result, material.name, space if space in COLOURS else DEFAULT, reach)
 
 
 def _same(one: Measurements | None, other: Measurements | None) -> bool:

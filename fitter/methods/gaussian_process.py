@@ -15,7 +15,7 @@ in each channel; it cancels in the regression.
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -55,13 +55,25 @@ class Kernel:
         """Covariance of the field between points: (n, axes) and (m, axes) to (n, m)."""
         return _by_rows(lambda rows: self._covariance(rows, other), mu, len(other))
 
+    def gram(self, mu: FloatArray) -> FloatArray:
+        """Covariance of the field between points, half of which is computed: (n, axes) to (n, n)."""
+        total = np.empty((len(mu), len(mu)))
+        for start in range(0, len(mu), _CHUNK):
+            rows = slice(start, start + _CHUNK)
+            total[rows, :rows.stop] = self._covariance(mu[rows], mu[:rows.stop])
+            total[:rows.stop, rows] = total[rows, :rows.stop].T
+        return total
+
     def _covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
         total = TREND * (1 + mu @ other.T)
         scaled = math.sqrt(5) / self.length
         apart = [{sign: np.subtract.outer(scaled * a, sign * scaled * b) ** 2 for sign in (1, -1)}
                  for a, b in zip(mu.T, other.T, strict=True)]
         for weight, signs in _images(mu.shape[1], self.reciprocity):
-            total += weight * _matern(sum(axis[sign] for axis, sign in zip(apart, signs, strict=True)))
+            first, *others = (axis[sign] for axis, sign in zip(apart, signs, strict=True))
+            kernel = _matern(sum(others, first))
+            kernel *= weight
+            total += kernel
         return total
 
 
@@ -134,7 +146,7 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> t
     [1.0, -2.0]
     """
     noise = kernel.noise + _TINY + known
-    covariance = kernel.covariance(mu, mu)
+    covariance = kernel.gram(mu)
     covariance[np.diag_indices(len(mu))] += noise
     inverse = np.linalg.inv(covariance)
     weights = inverse @ z
@@ -215,7 +227,7 @@ class Search:
         """The eigenvalues (n,) and eigenvectors (n, n) of the samples' covariance."""
         if (system, kernel) not in self._bases:
             mu = self.encoded[system]()
-            covariance = kernel.covariance(mu, mu)
+            covariance = kernel.gram(mu)
             covariance[np.diag_indices(len(mu))] += self.known
             variances, basis = np.linalg.eigh(covariance)
             self._bases[system, kernel] = np.maximum(variances, 0), basis
@@ -242,7 +254,12 @@ def likelihood(variances: FloatArray, squares: FloatArray) -> float:
     return float(-0.5 * np.log(factor).mean() - 0.5 * np.log(variances).mean())
 
 
-def _matern(q2: Any) -> Any:
-    """The Matern kernel of smoothness 5/2 (equation 4.17), of q^2 = 5 (distance / length)^2: any shape."""
+def _matern(q2: FloatArray) -> FloatArray:
+    """The Matern kernel of smoothness 5/2 (equation 4.17), of q^2 = 5 (distance / length)^2, which is overwritten: any
+    shape."""
     q = np.sqrt(q2)
-    return (1 + q + q2 / 3) * np.exp(-q)
+    q2 /= 3
+    q2 += q
+    q2 += 1
+    q2 *= np.exp(np.negative(q, out=q), out=q)
+    return q2

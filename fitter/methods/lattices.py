@@ -253,7 +253,7 @@ def precision(level: int, axes: int, kernel: Kernel) -> FloatArray:
     first = np.unique(dense.representative(level, axes))
     places = np.moveaxis(np.indices(shape), 0, -1).reshape(-1, axes)[first] + np.array(origin)
     mu = 2 * places / dense.cells(level) - 1
-    covariance = kernel.covariance(mu, mu)
+    covariance = kernel.gram(mu)
     covariance[np.diag_indices(len(mu))] += _JITTER
     matrix = np.zeros((math.prod(shape),) * 2)
     matrix[np.ix_(first, first)] = np.linalg.inv(covariance)

@@ -41,12 +41,12 @@ CEILING = 4.0               # a fit is at most 4 times the largest sample
 _STRETCHES = 0.0, 2.0, 5.0, 12.0, 33.0
 _STRETCHES_OF_MANY = 5.0, 12.0, 33.0, 100.0, 300.0, 1000.0
 _SEARCHED = 450             # samples of which the likelihood is computed
-_OF_LATTICES = 8000         # samples to which lobes are fitted, and of which it is computed again
+_OF_LATTICES = 4000         # samples to which lobes are fitted, and of which it is computed again
 _FAILED, _RARELY = 5.0, 0.01    # samples this many times below the prior count as failures, if they are at most this
                             # share
 _FAILURE = 10.0             # variance of the noise of failures, relative to the field's
 _POSITIVE, _MOST_GREY = 0.99, 0.8   # share of the bright samples that grey makes positive; of it, at most
-_TYPICAL = 400              # directions whose median is the offset
+_TYPICAL, _OF_TYPICAL = 400, 10_000     # directions whose median is the offset, and samples that are looked at
 _LEAST_OF_LARGEST = 1e-9    # of the largest sample, that the offset is
 _MOST_ELONGATED = 10        # ratio of the stretches of an anisotropic half vector
 
@@ -220,7 +220,7 @@ def _grey(values: FloatArray) -> float:
 def _typical(samples: Samples) -> FloatArray:
     """The values of the samples nearest to directions spread evenly, (n, channels), 1/sr: most may lie in a peak."""
     system = HalfDifference() if samples.isotropic else AnisotropicRusinkiewicz()
-    chosen = some(samples, lattices.MOST)
+    chosen = some(samples, _OF_TYPICAL)
     places = system.encode(*chosen.directions)
     return chosen.values[[int(np.argmin(((places - each) ** 2).sum(axis=1)))
                         for each in system.encode(*direction_pairs(_TYPICAL))]]

@@ -237,6 +237,34 @@ def test_the_dots_of_a_published_fit_are_not_called_measured(stage, parts, monke
     assert f"dots: {source} at 40.1\u00b0" in said[-1]
 
 
+def test_what_nobody_measured_is_dashed_and_said(stage, parts, monkeypatch):
+    """Measured up to 60 degrees of one direction and 75 of the other; the light is at 40 or at 70."""
+    from measured_brdf.addon.inspect import overlay
+
+    settings = stage.item.active_material.measured_brdf
+    settings.least, settings.farthest = 60, 75
+    stage.begin()
+    answer()
+    stage.send("TIMER")
+    running, disc = inspection_of(parts), parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0)
+    angles = np.radians([-80, -70, 0, 59, 70, 80])
+    running.theta_i = math.radians(40)
+    assert running.guessed(angles).tolist() == [True, False, False, False, False, True]
+    running.theta_i = math.radians(70)
+    assert running.guessed(angles).tolist() == [True, True, False, False, True, True]
+    drawn = []
+    for how in ("line", "strokes"):
+        monkeypatch.setattr(overlay.drawing, how, lambda points, *_, how=how: drawn.append((how, points)))
+    monkeypatch.setattr(overlay.drawing, "text", lambda text, *_: drawn.append(("text", text)) or 0)
+    overlay._draw_curves(running, disc)
+    for how, points in drawn:
+        polar = np.degrees([disc.angle(each) for each in points])
+        assert (np.abs(polar) > 58).all() if how == "strokes" else (np.abs(polar) < 62).all()
+    assert {how for how, _ in drawn} == {"line", "strokes"}
+    overlay._draw_titles(running, disc)
+    assert drawn[-1][1].endswith("dashed: a guess")
+
+
 def test_dragging_and_keys_are_taken_and_everything_else_is_passed_through(stage, parts):
     stage.begin()
     answer()

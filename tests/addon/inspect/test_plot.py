@@ -104,3 +104,8 @@ def test_what_faces_the_key_light_is_brightest_and_all_is_lit_a_little(extension
     bright, dim, middle = (shading(each / np.linalg.norm(each), axes)[0] for each in (toward_key, away, sideways))
     assert bright > middle > dim > 0
     assert bright <= 1
+
+
+def test_dashes_lie_on_a_line_and_have_gaps_of_their_length(plot):
+    ends = plot.dashes(np.array([[0.0, 0], [30, 0], [30, 40]]), 10.0).reshape(-1, 2, 2)
+    np.testing.assert_allclose(ends, [[[0, 0], [10, 0]], [[20, 0], [30, 0]], [[30, 10], [30, 20]], [[30, 30], [30, 40]]])

@@ -66,6 +66,8 @@ def test_of_four_axes_exchanged_directions_have_one_value(random):
 def test_a_kernel_is_a_covariance(mu, kernel):
     found = kernel.covariance(mu, mu)
     np.testing.assert_allclose(found, found.T, atol=1e-12)
+    many = np.concatenate([mu] * 10)
+    np.testing.assert_allclose(kernel.gram(many), kernel.covariance(many, many), atol=1e-12)
     assert np.linalg.eigvalsh(found + 1e-9 * np.eye(len(mu))).min() > 0
 
 
