@@ -108,4 +108,5 @@ def test_what_faces_the_key_light_is_brightest_and_all_is_lit_a_little(extension
 
 def test_dashes_lie_on_a_line_and_have_gaps_of_their_length(plot):
     ends = plot.dashes(np.array([[0.0, 0], [30, 0], [30, 40]]), 10.0).reshape(-1, 2, 2)
-    np.testing.assert_allclose(ends, [[[0, 0], [10, 0]], [[20, 0], [30, 0]], [[30, 10], [30, 20]], [[30, 30], [30, 40]]])
+    expected = [[[0, 0], [10, 0]], [[20, 0], [30, 0]], [[30, 10], [30, 20]], [[30, 30], [30, 40]]]
+    np.testing.assert_allclose(ends, expected)
