@@ -7,8 +7,10 @@ The shader puts a lobe at each lamp (`osl/lamp_lobes.h`). Lobes, mixture and sam
 measured reflectance. So a lamp that is missing here, or is listed but not visible, costs noise only. The exception is a
 lamp without a size, which no sampled direction can hit: until it is listed here, it shows the mixture's value.
 
-Handlers write the list of lamps. Lamps that move by themselves have drivers (`drivers`), so that a render job follows
-them without a write. A render job calls the handlers in a thread of its own, where they do nothing unless the interface
+Handlers write the list of lamps. Each write makes Cycles compile all measured materials again. So lamps that are edited
+in a window are written when they rest, and before a render, another frame and a save; what is rendered meanwhile has
+the former ones. Lamps that move by themselves have drivers (`drivers`), so that a render job follows them without a
+write. A render job calls the handlers in a thread of its own, where they do nothing unless the interface
 is locked: Blender may be reading what they would write. docs/rendering.md has a table of what works when.
 """
 
@@ -36,8 +38,10 @@ _Listed = list[tuple[Lamp, bpy.types.Object | None]]
 """Lamps, each with its evaluated object; None for instances and bright spots."""
 
 _RETRY_INTERVAL = 0.5       # s, between two attempts of a postponed update
+_REST = 0.3                 # s, for which lamps have not changed when they are written
 _object_order: dict[int, list[int | None]] = {}     # by group: the session_uid of the object of each lamp
 _is_due = threading.Event()                         # an update was postponed, or the data have been replaced
+_written: list[Lamp] = []                           # the lamps of the scene, as of the last write
 
 
 def in_scene(depsgraph: bpy.types.Depsgraph) -> list[Lamp]:
@@ -63,6 +67,7 @@ def update(depsgraph: bpy.types.Depsgraph) -> None:
         _postpone()
         return
     _is_due.clear()
+    _stop_waiting()
     _forget()
     _update_groups(depsgraph, changes.EVERYTHING)
 
@@ -73,7 +78,8 @@ def sky_moves(world: bpy.types.World | None) -> bool:
             and len(bright_spots(world)) > 0)
 
 
-def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
+def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed, at_rest: bool = False) -> None:
+    """Write the lamps into all groups, now or when they rest."""
     if changed.structure:
         light_objects.forget_layers()
         instances.forget_collections()
@@ -85,6 +91,13 @@ def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
         return
     frugal = renders_on_gpu(not_none(depsgraph.scene))
     ranked = sorted(_lamps(depsgraph, changed), key=lambda pair: pair[0].rank)
+    lamps = [known for known, _ in ranked]
+    if at_rest:
+        if lamps != _written or is_waiting():
+            _stop_waiting()
+            bpy.app.timers.register(_write_at_rest, first_interval=_REST, persistent=True)
+        return
+    _written[:] = lamps
     for tree in trees:
         _write(tree, ranked[:group.capacity(tree)], frugal, not_none(depsgraph.view_layer))
 
@@ -149,15 +162,52 @@ def _is_main_thread_free() -> bool:
 
 
 @persistent
-def _on_evaluation(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+def _on_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    _on_evaluation(scene, depsgraph, at_rest=has_window())
+
+
+@persistent
+def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    _on_evaluation(scene, depsgraph, at_rest=False)
+
+
+def _on_evaluation(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, at_rest: bool) -> None:
     if not _may_write(scene):
         _postpone()
         return
-    if _is_due.is_set():
+    if _is_due.is_set() or (is_waiting() and not at_rest):
         update(depsgraph)
     else:
         exact = instances.are_possible() or light_objects.is_layer_known()
-        _update_groups(depsgraph, changes.changes(depsgraph, exact))
+        changed = changes.changes(depsgraph, exact)
+        _update_groups(depsgraph, changed, at_rest and not changed.structure and not changed.materials)
+
+
+def has_window() -> bool:
+    """Whether somebody may be dragging a lamp."""
+    return not bpy.app.background
+
+
+def is_waiting() -> bool:
+    """Whether lamps have changed and are not written yet."""
+    return bpy.app.timers.is_registered(_write_at_rest)
+
+
+def _stop_waiting() -> None:
+    if is_waiting():
+        bpy.app.timers.unregister(_write_at_rest)
+
+
+def _write_at_rest() -> None:
+    update(bpy.context.evaluated_depsgraph_get())
+
+
+@persistent
+def _before_use(*_: Any) -> None:
+    """Before a render and a save the lamps are those of the scene."""
+    if is_waiting() and threading.current_thread() is threading.main_thread():
+        _stop_waiting()
+        _write_at_rest()
 
 
 def _postpone() -> None:
@@ -181,10 +231,12 @@ def _on_data_replaced(*_: Any) -> None:
     """After undo, redo and loading, all references to Blender's data are invalid."""
     _forget()
     _object_order.clear()
+    _written.clear()
     _is_due.set()
 
 
-_HANDLERS = {"depsgraph_update_post": _on_evaluation, "frame_change_post": _on_evaluation,
+_HANDLERS = {"depsgraph_update_post": _on_edit, "frame_change_post": _on_frame, "render_init": _before_use,
+             "save_pre": _before_use,
              "undo_pre": _on_data_replaced, "undo_post": _on_data_replaced, "redo_pre": _on_data_replaced,
              "redo_post": _on_data_replaced, "load_pre": _on_data_replaced, "load_post": _on_data_replaced}
 
@@ -195,8 +247,9 @@ def register() -> None:
 
 
 def unregister() -> None:
-    if bpy.app.timers.is_registered(_retry):
-        bpy.app.timers.unregister(_retry)
+    for timer in (_retry, _write_at_rest):
+        if bpy.app.timers.is_registered(timer):
+            bpy.app.timers.unregister(timer)
     for name, handler in _HANDLERS.items():
         handlers = getattr(bpy.app.handlers, name)
         if handler in handlers:

@@ -334,16 +334,16 @@ def test_a_render_thread_writes_and_evaluates_nothing_unless_the_interface_is_lo
     scene.render.use_lock_interface = locked
     if not locked:
         forbid(monkeypatch, lamps)
-    handler, failed = lamps._on_evaluation, []
-    wrapped = functools.partial(called_from_a_thread, handler, failed)
-    for name in ("depsgraph_update_post", "frame_change_post"):
+    handlers, failed = {"depsgraph_update_post": lamps._on_edit, "frame_change_post": lamps._on_frame}, []
+    wrapped = functools.partial(called_from_a_thread, lamps._on_frame, failed)
+    for name, handler in handlers.items():
         getattr(blender.app.handlers, name).remove(handler)
     blender.app.handlers.frame_change_post.append(wrapped)
     try:
         scene.frame_set(5)
     finally:
         blender.app.handlers.frame_change_post.remove(wrapped)
-        for name in ("depsgraph_update_post", "frame_change_post"):
+        for name, handler in handlers.items():
             getattr(blender.app.handlers, name).append(handler)
         monkeypatch.undo()
     assert failed == []
@@ -388,6 +388,64 @@ def test_what_a_render_job_holds_up_is_done_after_it(blender, lamps, scene, monk
     assert lamps._retry() is None
     assert known(tree)[0, :3] == pytest.approx((1, 2, 3))
     blender.app.timers.unregister(lamps._retry)
+
+
+@pytest.fixture
+def windowed(blender, lamps, scene, monkeypatch):
+    """A group whose lamp can be dragged, as in a window."""
+    tree = lamps.node_tree()
+    use(blender, tree)
+    lamp = add_lamp("POINT", 10, (1, 2, 3))
+    blender.context.view_layer.update()
+    monkeypatch.setattr(lamps, "has_window", lambda: True)
+    yield tree, lamp
+    lamps._stop_waiting()
+
+
+def test_a_lamp_that_is_dragged_in_a_window_is_written_once_when_it_rests(blender, lamps, windowed, monkeypatch):
+    tree, lamp = windowed
+    written = []
+    monkeypatch.setattr(lamps, "_write", lambda *arguments: written.append(arguments))
+    for step in range(5):
+        lamp.location.x = 2 + step
+        blender.context.view_layer.update()
+        assert lamps.is_waiting()
+    assert not written
+    monkeypatch.undo()
+    monkeypatch.setattr(lamps, "has_window", lambda: True)
+    assert known(tree)[0, 0] == pytest.approx(1)
+    lamps._write_at_rest()
+    assert known(tree)[0, 0] == pytest.approx(6)
+    assert not lamps.is_waiting()
+
+
+def test_edits_that_move_no_lamp_wait_for_nothing(blender, lamps, windowed):
+    blender.data.objects["Plane"].location.x = 4
+    blender.context.view_layer.update()
+    assert not lamps.is_waiting()
+
+
+def test_another_lamp_and_another_material_are_written_at_once(blender, lamps, windowed):
+    tree, _ = windowed
+    add_lamp("POINT", 10, (7, 2, 3))
+    blender.context.view_layer.update()
+    assert len(known(tree)) == 2
+
+
+@pytest.mark.parametrize("use_of", ["save", "render", "frame"])
+def test_a_save_a_render_and_a_frame_have_the_lamps_as_they_are(blender, lamps, scene, windowed, tmp_path, use_of):
+    tree, lamp = windowed
+    lamp.location.x = 5
+    blender.context.view_layer.update()
+    assert known(tree)[0, 0] == pytest.approx(1)
+    if use_of == "save":
+        blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "lamps.blend"), copy=True)
+    elif use_of == "render":
+        render(scene)
+    else:
+        scene.frame_set(3)
+    assert known(tree)[0, 0] == pytest.approx(5)
+    assert use_of == "frame" or not lamps.is_waiting()
 
 
 # --- what is inspected
