@@ -32,7 +32,7 @@ shader reference(output closure color Result = 0)
   vector y = cross(z, x);
   vector wo = vector(dot(I, x), dot(I, y), dot(I, z));
   Mixture mixture;
-  mixture_of(MIXTURE, wo, mixture);
+  mixture_of(MIXTURE, wo, 0, mixture);
   float density;
   color mixed;
 """

@@ -86,10 +86,11 @@ def read(path: str | Path) -> Ready:
 
 def _mixture(kinds: NDArray[Any], errors: NDArray[Any], table: NDArray[Any]) -> NodeMixture:
     stops, lobes = len(table), len(kinds)
-    widths = 1, lobes, lobes, lobes, 3 * lobes, lobes + 1, 1, 1         # of the columns that `write` writes
-    theta, *shape, colour, shares, probability, weight = np.split(table.astype(float), np.cumsum(widths)[:-1], axis=1)
-    return NodeMixture(tuple(kinds.tolist()), theta[:, 0], Shape(*shape), colour.reshape(stops, lobes, 1, 3), None,
-                       Sampling(shares, probability[:, 0], weight[:, 0]), *errors.tolist())
+    widths = 1, lobes, lobes, lobes, 3 * lobes, 3 * lobes, lobes + 1, 1         # of the columns that `write` writes
+    theta, *shape, colour, below, shares, probability = np.split(table.astype(float), np.cumsum(widths)[:-1], axis=1)
+    colours = stops, lobes, 1, 3
+    return NodeMixture(tuple(kinds.tolist()), theta[:, 0], Shape(*shape), colour.reshape(colours), None,
+                       Sampling(below.reshape(colours), shares, probability[:, 0]), *errors.tolist())
 
 
 def _principled(numbers: NDArray[Any]) -> Principled:

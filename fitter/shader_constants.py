@@ -119,14 +119,10 @@ MIN_LOBE_RADIUS = 0.0185
 LOBE_TILT = 0.00423
 # The knot of the ramp, of 0 to 7, that lies at the lamp's edge: the lobe is flat up to there, and ends soon after.
 LOBE_EDGE_KNOT = 1
-# The least value of the fit in the middle of a small lamp, in the mixture's: rounding must not leave less than nothing.
-LEAST_OF_MIXTURE = 0.002
-# By how much of the light of all channels the mixture is lowered at most, in one of them, to the fit at the lamps.
-MOST_LOWERED = 0.03
-# What the lobe of a larger lamp leaves of the mixture at least: at the lamp's edge that may be less than in the middle.
-LEFT_OF_MIXTURE = 0.5
-# What it makes of the mixture at most, there and in all that it reflects: a peak may be narrower than the lamp.
-MOST_OF_MIXTURE = 1.3
+# Share of all that a mixture below the fit leaves of it that the lobe of a lamp carries which is not small.
+MOST_GIVEN = 0.1
+# Share of the mixture that is taken away at most over a lamp that is not small, where the mixture is above the fit.
+MOST_TAKEN = 0.5
 # Where a lobe has fallen to less it counts as 0.
 LEAST_FALLOFF = 1e-6
 # What a lobe reflects where its height is 1, times its exponent: 2 pi ln 7 for the flat part, and the rest beyond it.
@@ -140,13 +136,12 @@ LAMP_LOBE_WEIGHT = 2e-4
 # Exponent of the phong_ramp that sends a path in the sampled direction: about 0.08 degrees wide, as narrow as single
 # precision evaluates well.
 REMAINDER_EXPONENT = 1e6
-# The least colour of its closure weight in a channel, in that of the largest: the mixture may have none of a colour.
-LEAST_COLOUR = 0.01
 # The closure weight of a sampled direction in what it carries, where that is more than its usual share.
 CARRIED_WEIGHT = 0.5
-# What it carries at most, in the mixture's albedo, all of which it takes away at most. Fits of which the mixture
-# misplaces half of the light have more at grazing angles, where single samples would be dots.
-MOST_CARRIED = 4.0
+# The least colour of its closure weight in a channel, in that of the largest: the fit may have none of a colour.
+LEAST_COLOUR = 0.01
+# Its least closure weight: Cycles drops closures below 1e-5.
+LEAST_WEIGHT = 2e-4
 # Exponent of the directions that are sampled about a lamp, in that of its lobe: three quarters of them are within the
 # lamp, and those beyond its edge are no rarer than the lobe is low.
 CONE_EXPONENT = 0.7
@@ -154,11 +149,12 @@ CONE_EXPONENT = 0.7
 LEAST_LAMP_SHARE = 0.3
 # The share about a lamp of this angular radius, 3.4 degrees, and above: most of the light is there.
 LARGE_LAMP_RADIUS = 0.06
-LARGE_LAMP_SHARE = 0.6
+LARGE_LAMP_SHARE = 0.7
 # With such a lamp, directions are sampled at least with this probability.
 LARGE_LAMP_PROBABILITY = 1.0
-# Their least share of the closure weights, with which Cycles follows them.
-LARGE_LAMP_WEIGHT = 0.2
+
+# The least odds at which they are followed there, to all other closures.
+LARGE_LAMP_ODDS = 0.4
 
 # The shading frame, and the horizon (osl/shading_frame.h).
 

@@ -120,78 +120,47 @@ void keep_taken(output LampLobes lobes)
   lobes.count = kept;
 }
 
-/* Lower the mixture, channel by channel, where it is more than twice the fit at a lamp: a lobe takes half of it, and more
- * would leave less than nothing elsewhere. But take no more from a channel than a share of all light, which sampled
- * directions then carry. */
-void lower_mixture(color least, output Mixture mixture)
-{
-  color albedo = mixture_albedo(mixture);
-  float most = MOST_LOWERED * (albedo[0] + albedo[1] + albedo[2]);
-  color lost = min((1.0 - min(least / LEFT_OF_MIXTURE, color(1.0))) * albedo, color(most));
-  mixture.kept = 1.0 - lost / max(albedo, color(LEAST_LENGTH));
-  for (int k = 0; k < LOBES; k++) {
-    mixture.weight[k] *= mixture.kept;
-  }
-}
-
-/* The fit and the mixture at the lamps that have lobes, in all or some of many, and in a sampled direction. */
+/* What a mixture below the fit leaves of it at the lamps that have lobes, in all or some of many, and in a sampled
+ * direction. */
 struct Evaluated {
   int count;                            /* directions; the last one is sampled */
   int needed[DIRECTIONS];
   vector direction[DIRECTIONS];
-  color fitted[DIRECTIONS];             /* times cos theta_i */
-  color mixed[DIRECTIONS];
+  color mixed[DIRECTIONS];              /* the mixture */
+  color left[DIRECTIONS];               /* times cos theta_i */
   float density;                        /* with which `sample_mixture` returns the last one */
 };
 
-/* Evaluate them, in one place, as a compiler makes code of all that a function calls; and lower the mixture where it
- * exceeds the fit at lamps. `needed` is given. */
-void evaluate_all(FIT_PARAMETERS, int lower, output Mixture mixture, output Evaluated all)
+/* Evaluate it, in one place, as a compiler makes code of all that a function calls. `needed` is given. */
+void evaluate_all(FIT_PARAMETERS, Mixture mixture, output Evaluated all)
 {
-  color least = 1.0;
   for (int i = 0; i < all.count; i++) {
     if (all.needed[i]) {
       vector w = all.direction[i];
       color mixed = eval_mixture(mixture, w, all.density);
-      color fitted = max(eval_fit(FIT, to_fit(w), to_fit(mixture.wo)) * w[2], LEAST_OF_MIXTURE * mixed);
-      if (i < all.count - 1) {
-        least = min(least, fitted / max(mixed, color(LEAST_LENGTH)));
-      }
       all.mixed[i] = mixed;
-      all.fitted[i] = fitted;
-    }
-  }
-  if (lower) {
-    lower_mixture(least, mixture);
-    for (int i = 0; i < all.count; i++) {
-      all.mixed[i] *= mixture.kept;
+      all.left[i] = eval_fit(FIT, to_fit(w), to_fit(mixture.wo)) * w[2] - mixed;
     }
   }
 }
 
-/* The lobes at the lamps, or at some of many: as high as the mixture falls short of the fit in the middle of the lamp.
- * Those of lamps that are not small change the mixture less, up or down, both in the middle and in all the light that it
- * reflects: toward the lamp's edge the fit may be another. */
+/* The lobes at the lamps, or at some of many: as high as what is left in the middle of the lamp. Those of lamps that are
+ * not small reflect no more than a share of all that is left, as a peak may be narrower than the lamp, and take away no more than
+ * half of the mixture, as toward the lamp's edge that may be less. */
 void fit_lamp_lobes(float FLAT_RAMP[], LampList lamps, Evaluated all, Mixture mixture, float times[MAX_LAMPS],
                     output LampLobes lobes)
 {
   vector wo = mixture.wo;
-  color albedo = mixture_albedo(mixture);
   lobes.count = 0;
   for (int i = 0; i < lamps.count; i++) {
     if (all.needed[i]) {
       vector l = lamps.direction[i];
       float radius = lamps.radius[i];
-      color height = all.fitted[i];
+      color height = all.left[i];
       if (radius >= SMALL_LAMP_RADIUS) {
-        height = clamp(height, LEFT_OF_MIXTURE * all.mixed[i], MOST_OF_MIXTURE * all.mixed[i]) - all.mixed[i];
-        color most = (MOST_OF_MIXTURE - 1.0) * lobe_exponent(radius) / LOBE_SOLID_ANGLE * albedo;
-        height = clamp(height, -most, most);
+        height = clamp(height, -MOST_TAKEN * all.mixed[i], mixture.left * (MOST_GIVEN * lobe_exponent(radius) / LOBE_SOLID_ANGLE));
         /* over a lamp that reaches the horizon the fit falls to 0 */
         height *= max(1.0 - sin(radius) / l[2], 0.0);
-      }
-      else {
-        height -= all.mixed[i];
       }
       /* near other lamps, the lobes before this one carry a part already */
       height -= eval_lobes(FLAT_RAMP, lobes, wo, l);

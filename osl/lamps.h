@@ -88,6 +88,17 @@ int sample_lamp(LampList lamps, point seed)
   return chosen;
 }
 
+/* Whether a direction meets one of the lamps that are not small. */
+int is_in_lamp(LampList lamps, vector w)
+{
+  for (int i = 0; i < lamps.count; i++) {
+    if (lamps.radius[i] >= SMALL_LAMP_RADIUS && dot(w, lamps.direction[i]) > cos(lamps.radius[i])) {
+      return 1;
+    }
+  }
+  return 0;
+}
+
 /* A direction about a lamp. It may be below the horizon. */
 vector sample_cone(vector axis, float radius, point seed)
 {

@@ -9,8 +9,9 @@
 #else
 #  define COLOUR_READ(i) color(MIXTURE[i])
 #endif
-#define LOBE_ROW (3 + PHASES * CHANNELS)
-#define STOP_ROW (LOBES * LOBE_ROW + LOBES + 3)
+#define COLOURS (PHASES * CHANNELS)
+#define LOBE_ROW (3 + 2 * COLOURS)
+#define STOP_ROW (LOBES * LOBE_ROW + LOBES + 2 + CHANNELS)
 
 struct Mixture {
   vector wo;                /* the viewing direction */
@@ -18,10 +19,9 @@ struct Mixture {
   float along[LOBES];       /* widths of a microfacet lobe; of sheen, its roughness */
   float across[LOBES];
   color weight[LOBES];
-  color kept;               /* share of the weights that the table has */
+  color left;               /* what a mixture below the fit leaves of its albedo */
   float share[LOBES];       /* of the sampled directions */
   float probability;        /* with which a sample has a direction */
-  float picked;             /* its share in the closure weights then */
 };
 
 /* The first axis of microfacet lobes: it need not be perpendicular to their normals. */
@@ -47,7 +47,7 @@ float mixture_number(float MIXTURE[], int at, float t)
   return mix(MIXTURE[at], MIXTURE[at + STOP_ROW], t);
 }
 
-void mixture_lobe(float MIXTURE[], int at, float t, int k, int kind, float phase, output Mixture found)
+void mixture_lobe(float MIXTURE[], int at, float t, int k, int kind, float phase, int below, output Mixture found)
 {
   float roughness = mixture_number(MIXTURE, at, t);
   float tilt = mixture_number(MIXTURE, at + 1, t);
@@ -59,28 +59,29 @@ void mixture_lobe(float MIXTURE[], int at, float t, int k, int kind, float phase
   found.about[k] = normalize(about);
   found.along[k] = kind == SHEEN_LOBE ? roughness : min(anisotropy < 0.0 ? wide : narrow, 1.0);
   found.across[k] = min(anisotropy < 0.0 ? narrow : wide, 1.0);
-  found.weight[k] = mix(COLOUR_READ(at + 3), COLOUR_READ(at + 3 + STOP_ROW), t);
+  int colours = at + 3 + below * COLOURS;
+  found.weight[k] = mix(COLOUR_READ(colours), COLOUR_READ(colours + STOP_ROW), t);
 #if PHASES == 2
-  found.weight[k] = mix(mix(COLOUR_READ(at + 3 + CHANNELS), COLOUR_READ(at + 3 + CHANNELS + STOP_ROW), t),
+  found.weight[k] = mix(mix(COLOUR_READ(colours + CHANNELS), COLOUR_READ(colours + CHANNELS + STOP_ROW), t),
                         found.weight[k], phase);
 #endif
 }
 
-/* The mixture seen from wo. */
-void mixture_of(float MIXTURE[], vector wo, output Mixture found)
+/* The mixture seen from wo: as close to the fit as it gets, or hardly above it anywhere. */
+void mixture_of(float MIXTURE[], vector wo, int below, output Mixture found)
 {
   int stop;
   float t = stop_of(wo, stop);
   found.wo = wo;
-  found.kept = 1.0;
   float phase = wo[0] * wo[0] / max(wo[0] * wo[0] + wo[1] * wo[1], LEAST_LENGTH * LEAST_LENGTH);
   int at = stop * STOP_ROW;
 #define READ_LOBE(k, kind) \
-  mixture_lobe(MIXTURE, at + k * LOBE_ROW, t, k, kind, phase, found); \
+  mixture_lobe(MIXTURE, at + k * LOBE_ROW, t, k, kind, phase, below, found); \
   found.share[k] = mixture_number(MIXTURE, at + LOBES * LOBE_ROW + k, t);
   EACH_LOBE(READ_LOBE)
-  found.probability = mixture_number(MIXTURE, at + LOBES * LOBE_ROW + LOBES + 1, t);
-  found.picked = mixture_number(MIXTURE, at + LOBES * LOBE_ROW + LOBES + 2, t);
+  at += LOBES * LOBE_ROW + LOBES + 1;
+  found.probability = mixture_number(MIXTURE, at, t);
+  found.left = mix(COLOUR_READ(at + 1), COLOUR_READ(at + 1 + STOP_ROW), t);
 }
 
 /* Smith's Lambda of a direction in the frame of a lobe. */
@@ -204,16 +205,6 @@ vector sample_mixture(Mixture mixture, point seed)
   u -= mixture.share[k];
   EACH_LOBE(SAMPLE_LOBE)
   return wi;
-}
-
-/* What the closures reflect: the sum of their weights. */
-color mixture_albedo(Mixture mixture)
-{
-  color sum = 0.0;
-  for (int k = 0; k < LOBES; k++) {
-    sum += mixture.weight[k];
-  }
-  return sum;
 }
 
 /* The mixture, for Cycles to evaluate and to sample.

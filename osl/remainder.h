@@ -1,11 +1,11 @@
-/* The remainder: what the fit has besides the mixture and the lobes at lamps, carried by one sampled direction. */
+/* The remainder: what the fit has besides a mixture below it and the lobes at lamps, carried by one sampled direction. */
 
 /* How a sample of a shading point carries it. */
 struct RemainderPlan {
   int sampled;              /* whether this sample has a direction */
   float probability;        /* with which it has */
   float toward_lamp;        /* the share of the directions that are taken about a lamp */
-  float weight;             /* the least share of a direction in the closure weights of the sample */
+  float odds;               /* at which a direction is followed at least, to all other closures */
 };
 
 RemainderPlan plan_remainder(Mixture mixture, LampList lamps, point seed)
@@ -14,8 +14,8 @@ RemainderPlan plan_remainder(Mixture mixture, LampList lamps, point seed)
   float largest = largest_radius(lamps);
   float size = min(largest / LARGE_LAMP_RADIUS, 1.0);
   plan.probability = max(mixture.probability, size * LARGE_LAMP_PROBABILITY);
-  plan.weight = max(mixture.picked, size * LARGE_LAMP_WEIGHT);
   plan.toward_lamp = largest > 0.0 ? mix(LEAST_LAMP_SHARE, LARGE_LAMP_SHARE, size) : 0.0;
+  plan.odds = size * LARGE_LAMP_ODDS;
   plan.sampled = random(seed, RANDOM_REMAINDER) < plan.probability;
   return plan;
 }
@@ -34,30 +34,32 @@ vector sample_remainder(Mixture mixture, LampList lamps, RemainderPlan plan, poi
   return wi;
 }
 
-/* A phong_ramp so narrow that it sends a path in the sampled direction, with what the fit has there besides the mixture
- * and the lobes. */
+/* A phong_ramp so narrow that it sends a path in the sampled direction, with what is left there besides the lobes. Where
+ * the mixture is above the fit after all, it is taken away toward known lamps only, and no more than half of it: a
+ * direction that meets a light by chance, and takes it away, would leave a black pixel. */
 closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampList lamps, LampLobes lobes,
-                                RemainderPlan plan, int everywhere, ShadingFrame frame, color tint)
+                                RemainderPlan plan, ShadingFrame frame, color tint)
 {
   int last = all.count - 1;
   vector wi = all.direction[last];
-  color value = all.fitted[last] - all.mixed[last] - eval_lobes(FLAT_RAMP, lobes, mixture.wo, wi);
+  float most = is_in_lamp(lamps, wi) ? MOST_TAKEN : 0.0;
+  color value = max(all.left[last], -most * all.mixed[last]) - eval_lobes(FLAT_RAMP, lobes, mixture.wo, wi);
   float density = (1.0 - plan.toward_lamp) * all.density;
   if (plan.toward_lamp > 0.0) {
     density += plan.toward_lamp * pdf_lamps(lamps, wi);
   }
   vector half = normalize(mixture.wo + wi);
-  color albedo = mixture_albedo(mixture);
-  float largest = max(max(albedo[0], albedo[1]), albedo[2]);
-  albedo = max(albedo, color(LEAST_COLOUR * largest));
   color carried = value / (plan.probability * density);
-  if (!everywhere) {
-    carried = clamp(carried, color(-largest), color(MOST_CARRIED * largest));
-  }
-  color size = fabs(carried) / albedo;
   /* what carries more is followed more often */
-  float odds = max(plan.weight / (1.0 - plan.weight), CARRIED_WEIGHT * max(max(size[0], size[1]), size[2]));
-  color weight = odds * albedo;
+  color albedo = mixture.left;
+  for (int k = 0; k < LOBES; k++) {
+    albedo += mixture.weight[k];
+  }
+  albedo = max(albedo, color(LEAST_COLOUR * max(max(albedo[0], albedo[1]), albedo[2])));
+  color size = fabs(carried) / albedo;
+  color usual = mixture.left / (plan.probability * albedo);
+  size = max(max(CARRIED_WEIGHT * size, usual), color(plan.odds));
+  color weight = max(max(max(size[0], size[1]), size[2]) * albedo, color(LEAST_WEIGHT));
   color colour = carried / weight * ((REMAINDER_EXPONENT + 1.0) / ((REMAINDER_EXPONENT + 2.0) * dot(half, wi)));
   color ramp[KNOTS];
   for (int j = 0; j < KNOTS; j++) {
@@ -67,10 +69,10 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
   return tinted * phong_ramp(to_world(frame, half), REMAINDER_EXPONENT, ramp);
 }
 
-/* What the fit has besides the mixture: lobes at lamps, and a direction in some samples. The mixture may be lowered for
- * it. A direction needs no closure where the lobe of a small lamp carries everything. */
-closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int frugal, int everywhere,
-                             ShadingFrame frame, color tint, point seed, output Mixture mixture)
+/* What the fit has besides a mixture below it: lobes at lamps, and a direction in some samples. A direction needs no
+ * closure where the lobe of a small lamp carries everything. */
+closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int frugal, ShadingFrame frame,
+                             color tint, point seed, Mixture mixture)
 {
   RemainderPlan plan = plan_remainder(mixture, lamps, seed);
   Evaluated all;
@@ -95,14 +97,14 @@ closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, 
     all.direction[last] = sample_remainder(mixture, lamps, plan, seed);
     all.needed[last] = all.direction[last][2] >= HORIZON && !covered_by_lobe(lamps, all.direction[last]);
   }
-  evaluate_all(FIT, !many, mixture, all);
+  evaluate_all(FIT, mixture, all);
   fit_lamp_lobes(FLAT_RAMP, lamps, all, mixture, times, lobes);
   if (many) {
     keep_taken(lobes);
   }
   closure color sum = lamp_lobe_closures(FLAT_RAMP, lobes, frame, tint);
   if (all.needed[last]) {
-    sum += remainder_closure(FLAT_RAMP, mixture, all, lamps, lobes, plan, everywhere, frame, tint);
+    sum += remainder_closure(FLAT_RAMP, mixture, all, lamps, lobes, plan, frame, tint);
   }
   return sum;
 }

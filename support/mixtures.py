@@ -29,8 +29,8 @@ def made_mixture(turn=None, seed=5):
     tilt = np.maximum(smooth(-0.5, 0.8, lobes), -0.7 * np.cos(theta / 2)[:, None] ** 2) * tilted
     shape = node_lobes.Shape(np.where(plain, smooth(0.45, 0.95, lobes), 1.0), tilt, smooth(-0.6, 0.6, lobes) * plain)
     shares = smooth(0.5, 1.5, lobes + 1)
-    sampling = Sampling(shares / shares.sum(axis=1, keepdims=True), smooth(0.2, 1.0), smooth(0.1, 0.5))
     colour = smooth(0.05, 0.3, lobes, 1 if turn is None else 2, 3)
+    sampling = Sampling(0.7 * colour, shares / shares.sum(axis=1, keepdims=True), smooth(0.2, 1.0))
     return NodeMixture(KINDS, theta, shape, colour, turn, sampling, 0.0, 0.0, 0.0)
 
 

@@ -16,7 +16,8 @@ _EVERYWHERE = (_RENDERING, "-k", "world-foil or area and foil or strength")
 _SMALL = (_GUARDS, _RENDERING, "-k", "shader_guards and lamp or sun-foil or close_together or more_lamps")
 _FRUGAL = ("tests/osl/test_frugal.py", "-k", "eight_lamps or no_more_lobes")
 _REMAINDER = (_GUARDS, _RENDERING, "-k", "shader_guards and lamp or world-foil or area and foil or leak")
-_DOTS = ("tests/benchmarks/test_contact.py", "-k", "dots")
+_DOTS = ("tests/benchmarks/test_black_pixels.py", "-k", "far_below")
+_HALF = (_GUARDS, "-k", "half_below")
 
 
 class ShaderGuard(NamedTuple):
@@ -115,11 +116,6 @@ SHADER_GUARDS = [
          ("lamps.radius[lamp] < MAX_LOBE_RADIUS && lamps.direction[lamp][2] > HORIZON",
           "lamps.radius[lamp] < MAX_LOBE_RADIUS", "lamps whose middle is below the horizon"),
          ("passed > next && room > 0", "passed > next", "room for so many lobes"),
-         ("max(eval_fit(FIT, to_fit(w), to_fit(mixture.wo)) * w[2], LEAST_OF_MIXTURE * mixed)",
-          "eval_fit(FIT, to_fit(w), to_fit(mixture.wo)) * w[2]",
-          "a little is left of a mixture where the fit is 0"),
-         ("* albedo, color(most));", "* albedo, albedo);",
-          "the mixture is lowered by no more than a share of its light"),
          ("normalize(axis + LOBE_TILT * perpendicular(axis))", "axis", "cosines that round to more than 1"),
          ("height * dot(half, axis) / dot(half, l)", "height", "a lobe is right beside its axis"),
          ("height -= eval_lobes(FLAT_RAMP, lobes, wo, l);", "",
@@ -151,17 +147,16 @@ SHADER_GUARDS = [
     *_of("osl/measured_brdf.osl", _LARGE,
          ("if (Lamps >= n)", "if (1)", "lamps that the scene does not have")),
     *_of("osl/measured_brdf.osl", _SHARP,
-         ('if (Everywhere || raytype("camera") || raytype("singular"))', 'if (Everywhere || raytype("camera"))',
+         ('(Everywhere || raytype("camera") || raytype("singular"))', '(Everywhere || raytype("camera"))',
           "what is seen in a mirror is exact"),
-         ('if (Everywhere || raytype("camera") || raytype("singular"))', "if (1)",
+         ('(Everywhere || raytype("camera") || raytype("singular"))', "1",
           "after a rough bounce the mixture stands in")),
-    *_of("osl/lamp_lobes.h", _DOTS,
-         ("clamp(height, LEFT_OF_MIXTURE * all.mixed[i], MOST_OF_MIXTURE * all.mixed[i])", "height",
-          "lobes of lamps that are not small do not change the mixture much"),
-         ("clamp(height, -most, most)", "height", "nor all the light that it reflects")),
     *_of("osl/remainder.h", _DOTS,
-         ("if (!everywhere)", "if (0)", "a sampled direction carries no more than some times the albedo"),
-         ("color(-largest)", "color(-MOST_CARRIED * largest)", "nor takes more than all of it away")),
+         ("max(all.left[last], -most * all.mixed[last])", "all.left[last]",
+          "a sampled direction takes nothing away from lights that the shader does not know")),
+    *_of("osl/lamps.h", _HALF,
+         ("lamps.radius[i] >= SMALL_LAMP_RADIUS && dot(w, lamps.direction[i]) > cos(lamps.radius[i])", "0",
+          "toward known lamps it may")),
     *_of("osl/remainder.h", _EVERYWHERE,
          ("if (plan.sampled)", "if (1)", "some samples have a direction, and make up for the others")),
     *_of("osl/remainder.h", _LARGE,

@@ -210,8 +210,8 @@ def _value(numbers: NDArray[np.float64]) -> str:
 def _mixture(mixture: NodeMixture) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """What `osl/mixture.h` reads: (constants, tables).
 
-    A row of the table holds, for each stop, roughness, tilt, anisotropy and the colours of each lobe; then the shares
-    of the sampled directions, and their probability and weight.
+    A row of the table holds, for each stop, roughness, tilt, anisotropy and the colours of each lobe, and those with
+    which it stays below the fit; then the shares of the sampled directions, their probability, and what they carry.
     """
     stops, lobes, phases, channels = mixture.colour.shape
     constants = {"CHANNELS": channels, "PHASES": phases, "STOPS": stops, "LOBES": lobes,
@@ -220,9 +220,11 @@ def _mixture(mixture: NodeMixture) -> tuple[dict[str, Any], dict[str, NDArray[An
     if mixture.turn is not None:
         constants["PRINCIPAL_TURN"] = f"{mixture.turn:.9g}"
     shapes = np.stack(mixture.shape, axis=-1)
-    rows = np.concatenate([shapes, mixture.colour.reshape(stops, lobes, -1)], axis=-1).reshape(stops, -1)
-    table = np.concatenate([rows, mixture.sampling.shares, mixture.sampling.probability[:, None],
-                            mixture.sampling.weight[:, None]], axis=1)
+    below, shares, probability = mixture.sampling
+    rows = [shapes, *(each.reshape(stops, lobes, -1) for each in (mixture.colour, below))]
+    left = np.maximum((mixture.colour - below).sum(axis=1).mean(axis=1), 0)
+    table = np.concatenate([np.concatenate(rows, axis=-1).reshape(stops, -1), shares, probability[:, None], left],
+                           axis=1)
     return constants, {"MIXTURE": table}
 
 

@@ -55,9 +55,10 @@ _REWEIGHTINGS = 6
 _SCALES = (0.7, 1.5)            # bounds of the factors that give the lobes the albedo of the fit
 _TINY = 1e-30
 LAST_SHOWN = np.radians(80)     # the last view whose error the panel states
-_PROBABILITY = 6.0              # of sampling the remainder, per share of the light that the mixture misplaces
+_ABOVE = 100.0                  # what is above the target counts as this many times as much that is below
+_BELOW_REWEIGHTINGS = 10
+_PROBABILITY = 3.0              # of sampling the remainder, per share of the light in it
 _PROBABILITIES = (0.2, 1.0)     # bounds of that probability
-_MOST_PICKED = 0.5              # probability of following a sampled direction, where there is one
 _DIM = 0.1                      # share of the target that sampled directions are prepared to carry anywhere
 
 
@@ -87,21 +88,21 @@ EEVEE = Engine(3, ("GGX",), (-0.5, 0.5), False)
 
 
 class Sampling(NamedTuple):
-    """How the shader samples directions for what a mixture leaves of the fit.
+    """What the shader shows of a mixture where it is exact, and how it samples directions for what that leaves.
 
     Attributes
     ----------
+    below : (stops, lobes, phases, channels)
+        Colours of the lobes with which they hardly exceed the fit anywhere, so that what is left only adds.
     shares : (stops, lobes + 1)
         Of the directions, that follow the density of each lobe (`node_lobes.density`) and, the last, none.
     probability : (stops,)
         With which a sample of a shading point has a direction.
-    weight : (stops,)
-        Its share in the closure weights then.
     """
 
+    below: FloatArray
     shares: FloatArray
     probability: FloatArray
-    weight: FloatArray
 
 
 class NodeMixture(NamedTuple):
@@ -224,23 +225,36 @@ def _refined(views: Views, turn: float | None, engine: Engine, kinds: tuple[Kind
     found = np.einsum("van,vanc->vac", views.solid_angle, radiance)
     mean = np.maximum(views.albedo.mean(axis=-1, keepdims=True), _TINY)
     misplaced, shown = views.misplaced(radiance), views.theta <= LAST_SHOWN
-    return NodeMixture(kinds, stops.theta, shape, colour, turn, _sampling(stops, kinds, shape, colour),
+    return NodeMixture(kinds, stops.theta, shape, colour, turn, _sampling(stops, kinds, shape, columns),
                        float(misplaced.mean()), float(misplaced[shown].max()),
                        float(np.abs((found - views.albedo) / mean)[shown].max()))
 
 
-def _sampling(views: Views, kinds: tuple[Kind, ...], shape: Shape, colour: FloatArray) -> Sampling:
-    """How to sample what the lobes leave at the views that nodes tabulate."""
-    radiance = _radiance(_columns(views, kinds, shape), colour)
-    carried = np.abs(views.target - radiance).sum(axis=-1) + _DIM * views.target.sum(axis=-1)
+def _sampling(views: Views, kinds: tuple[Kind, ...], shape: Shape, columns: FloatArray) -> Sampling:
+    """How to sample what lobes leave that stay below the fit, at the views that nodes tabulate."""
+    below = _below(views, columns)
+    left = np.maximum(views.target - _radiance(columns, below), 0).sum(axis=-1)
+    carried = left + _DIM * views.target.sum(axis=-1)
     densities = [node_lobes.density(kind, Shape(*(each[:, number, None] for each in shape)), views.pairs)
                  for number, kind in enumerate(kinds)]
     together = np.stack([*densities, np.full(carried.shape, 1 / (2 * np.pi))], axis=1)
     flat = (len(carried), -1)
     found = shares(carried.reshape(flat), together.reshape(*together.shape[:2], -1), views.solid_angle.reshape(flat))
-    misplaced = views.misplaced(radiance)
-    probability = np.clip(_PROBABILITY * misplaced, *_PROBABILITIES)
-    return Sampling(found, probability, np.minimum(misplaced / (1 + misplaced) / probability, _MOST_PICKED))
+    share = (views.solid_angle * left).sum(axis=2).mean(axis=1) / views.light
+    return Sampling(below, found, np.clip(_PROBABILITY * share, *_PROBABILITIES))
+
+
+def _below(views: Views, columns: FloatArray) -> FloatArray:
+    """The colours of lobes of the least absolute error, of which that above the target counts far more: (views, lobes,
+    phases, channels)."""
+    found = _solve(views, columns, _absolute(views, views.target_rows, _FLOOR))
+    solid_angle = np.concatenate([views.solid_angle, 0 * views.solid_angle[..., :1]], axis=-1)
+    share = solid_angle.reshape(len(columns), -1, 1) / np.maximum(views.albedo.mean(axis=1), _TINY)[:, None]
+    floor = _LAST_FLOOR / np.pi * np.maximum(views.albedo.mean(axis=1), _TINY)[:, None]
+    for _ in range(_BELOW_REWEIGHTINGS):
+        weight = share * np.where(found.left < 0, _ABOVE, 1.0) / (np.abs(found.left) + floor)
+        found = _solve(views, columns, weight, found.colour, _LAST_SWEEPS)
+    return found.colour.reshape(len(found.colour), *columns.shape[3:], -1)
 
 
 def _between(stops: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:

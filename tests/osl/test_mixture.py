@@ -72,7 +72,7 @@ def test_the_mixture_and_the_density_of_directions_are_those_of_numpy(probe, cur
       vector wi = vector(WI[3 * pixel], WI[3 * pixel + 1], WI[3 * pixel + 2]);
       vector wo = vector(WO[3 * pixel], WO[3 * pixel + 1], WO[3 * pixel + 2]);
       Mixture mixture;
-      mixture_of(MIXTURE, wo, mixture);
+      mixture_of(MIXTURE, wo, 0, mixture);
       float density;
       color value = eval_mixture(mixture, wi, density);"""
     count = PER_VIEW * len(wo)
@@ -113,7 +113,7 @@ def sampled(probe, mixture, wo, count):
     """Directions that the shader samples: (count, 3)."""
     return probe(mixture, f"""
       Mixture mixture;
-      mixture_of(MIXTURE, vector({wo[0]}, {wo[1]}, {wo[2]}), mixture);
+      mixture_of(MIXTURE, vector({wo[0]}, {wo[1]}, {wo[2]}), 0, mixture);
       out = sample_mixture(mixture, point(pixel, 0.5, 0.25)) + 1.0;""", count) - 1
 
 
@@ -154,7 +154,7 @@ shader closures(output closure color Result = 0)
   frame.z = vector(0.0, 0.0, 1.0);
   frame.wo = I;
   Mixture mixture;
-  mixture_of(MIXTURE, I, mixture);
+  mixture_of(MIXTURE, I, 0, mixture);
   Result = mixture_closures(mixture, frame, color(1.0));
 }
 """

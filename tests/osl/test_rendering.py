@@ -279,8 +279,9 @@ def test_no_pixel_is_below_zero_under_an_area_lamp(blender, fits, material):
     assert below == 0
 
 
-def test_a_channel_of_the_mixture_above_the_fit_is_lowered_at_a_lamp(blender):
-    """A matte plane whose red is four times as much in the mixture as in the fit: right, and nowhere below 0."""
+def test_a_mixture_above_the_fit_is_not_seen_where_the_shader_is_exact(blender):
+    """A matte plane whose red is four times as much in the mixture as in the fit, of which the colours below it have
+    most: right, and nowhere below 0."""
     albedo = np.array([0.01, 0.5, 0.5])
     theta = np.linspace(0, 1.5, 12)
     theta_i, theta_o, phi_o = (grid.ravel() for grid in np.meshgrid(theta, theta, np.linspace(0, math.pi, 12)))
@@ -290,7 +291,9 @@ def test_a_channel_of_the_mixture_above_the_fit_is_lowered_at_a_lamp(blender):
     mixture = made_mixture()
     colour = np.zeros_like(mixture.colour)
     colour[:, 0] = albedo * [4, 1, 1]
-    mixture = mixture._replace(colour=colour)
+    less = np.zeros_like(colour)
+    less[:, 0] = 0.8 * albedo
+    mixture = mixture._replace(colour=colour, sampling=mixture.sampling._replace(below=less))
     scene = black_scene(16, 16, 16, span=0.1)
     scene.cycles.max_bounces = 0
     bpy.ops.mesh.primitive_plane_add(size=4)

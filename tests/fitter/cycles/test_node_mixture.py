@@ -144,9 +144,9 @@ def test_sampled_directions_are_where_the_mixture_is_wrong(curet, cornell, mater
     moments = []
     for theta_o in np.radians((0, 10, 25, 40, 55, 70, 80)):
         to = direction_grid.grid(theta_o)
-        truth, found = seen_from(fit, mixture, theta_o, 0.0, to.unit)
-        wrong, p = np.abs(truth - found).sum(axis=1), density(mixture, theta_o, to.unit)
-        moments.append([noise(carried, p, to.solid_angle) for carried in (wrong + 0.1 * truth.sum(axis=1), wrong)])
+        truth, found = seen_from(fit, below(mixture), theta_o, 0.0, to.unit)
+        left, p = np.maximum(truth - found, 0).sum(axis=1), density(mixture, theta_o, to.unit)
+        moments.append([noise(carried, p, to.solid_angle) for carried in (left + 0.1 * truth.sum(axis=1), left)])
     moments = np.array(moments)
     assert moments[:, 0].max() < 1.27           # equal shares have 1.4, even directions 47
     assert moments[:, 1].mean() < 2.4
@@ -156,22 +156,43 @@ def test_sampling_finds_a_highlight_that_even_directions_miss(cornell):
     fit = fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"])
     mixture, theta_o = node_mixture.cycles_mixture(fit), np.radians(75)
     to = direction_grid.grid(theta_o)
-    truth, found = seen_from(fit, mixture, theta_o, 0.0, to.unit)
-    wrong = np.abs(truth - found).sum(axis=1)
-    assert noise(wrong, density(mixture, theta_o, to.unit), to.solid_angle) < 0.2 * noise(
-        wrong, 0.5 / np.pi, to.solid_angle)
+    truth, found = seen_from(fit, below(mixture), theta_o, 0.0, to.unit)
+    left = np.maximum(truth - found, 0).sum(axis=1)
+    assert noise(left, density(mixture, theta_o, to.unit), to.solid_angle) < 0.2 * noise(
+        left, 0.5 / np.pi, to.solid_angle)
+
+
+def below(mixture):
+    """The mixture as the shader has it where it is exact."""
+    return mixture._replace(colour=mixture.sampling.below)
+
+
+@pytest.mark.parametrize("material", quick(["krylon_blue_RGB", "garnet_red_RGB", "aluminum foil"], "krylon_blue_RGB"))
+def test_where_the_shader_is_exact_the_mixture_is_hardly_above_the_fit_and_has_most_of_its_light(curet, cornell,
+                                                                                                 material):
+    fit = standard(material, curet, cornell)
+    mixture, shares = below(node_mixture.cycles_mixture(fit)), []
+    for theta_o in np.radians((3, 17, 31, 47, 62, 77)):
+        to = direction_grid.grid(theta_o)
+        truth, found = seen_from(fit, mixture, theta_o, 0.0, to.unit)
+        above, left = (to.solid_angle @ np.maximum(each, 0) for each in (found - truth, truth - found))
+        shares.append([each.sum() / (to.solid_angle @ truth).sum() for each in (above, left)])
+    above, left = np.mean(shares, axis=0)
+    assert above < 0.004
+    assert left < 0.3
 
 
 @pytest.mark.parametrize("fit", [Lobes(), Lobes(1), Lobes(scale=0.0), brushed_fit()],
                          ids=["lobes", "a Lambertian", "black", "brushed"])
 def test_the_shares_and_probabilities_of_sampling_are_such(fit):
     mixture = node_mixture.cycles_mixture(fit)
-    shares, probability, weight = mixture.sampling
+    below, shares, probability = mixture.sampling
+    assert below.shape == mixture.colour.shape
+    assert (below >= 0).all()
     assert shares.shape == (len(mixture.theta), len(mixture.kinds) + 1)
     np.testing.assert_allclose(shares.sum(axis=1), 1)
     assert shares.min() > 0
     assert ((probability > 0) & (probability <= 1)).all()
-    assert ((weight >= 0) & (weight < 1)).all()
 
 
 def test_a_diffuse_surface_is_all_mixture():
