@@ -64,7 +64,7 @@ def write(made: Ready, path: str | Path) -> None:
         "fit": np.frombuffer(made.fit.to_bytes(), np.uint8),
         "principled": np.hstack([getattr(made.principled, name) for name in _INPUTS]).astype(np.float32)}
     for engine, mixture in made.nodes._asdict().items():
-        columns = mixture.theta, *mixture.shape, mixture.colour, *mixture.sampling
+        columns = mixture.theta, *mixture.shape, mixture.colour, *(mixture.sampling or ())
         arrays |= {f"{engine}_kinds": np.array(mixture.kinds),
                    f"{engine}_errors": np.array([mixture.error, mixture.worst, mixture.albedo_error]),
                    f"{engine}_table": np.hstack([column.reshape(len(mixture.theta), -1)
@@ -89,8 +89,9 @@ def _mixture(kinds: NDArray[Any], errors: NDArray[Any], table: NDArray[Any]) -> 
     widths = 1, lobes, lobes, lobes, 3 * lobes, 3 * lobes, lobes + 1, 1         # of the columns that `write` writes
     theta, *shape, colour, below, shares, probability = np.split(table.astype(float), np.cumsum(widths)[:-1], axis=1)
     colours = stops, lobes, 1, 3
-    return NodeMixture(tuple(kinds.tolist()), theta[:, 0], Shape(*shape), colour.reshape(colours), None,
-                       Sampling(below.reshape(colours), shares, probability[:, 0]), *errors.tolist())
+    sampling = Sampling(below.reshape(colours), shares, probability[:, 0]) if probability.size else None
+    return NodeMixture(tuple(kinds.tolist()), theta[:, 0], Shape(*shape), colour.reshape(colours), None, sampling,
+                       *errors.tolist())
 
 
 def _principled(numbers: NDArray[Any]) -> Principled:

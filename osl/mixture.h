@@ -27,6 +27,18 @@ struct Mixture {
 /* The first axis of microfacet lobes: it need not be perpendicular to their normals. */
 #define FIRST_AXIS vector(1.0, 0.0, 0.0)
 
+/* The kind of a lobe. */
+int lobe_kind(int lobe)
+{
+  int found = DIFFUSE_LOBE;
+#define FIND_KIND(k, kind) \
+  if (lobe == k) { \
+    found = kind; \
+  }
+  EACH_LOBE(FIND_KIND)
+  return found;
+}
+
 /* Where a viewing direction is among the tabulated polar angles, which are closer toward the horizon. */
 float stop_of(vector wo, output int stop)
 {
@@ -75,10 +87,10 @@ void mixture_of(float MIXTURE[], vector wo, int below, output Mixture found)
   found.wo = wo;
   float phase = wo[0] * wo[0] / max(wo[0] * wo[0] + wo[1] * wo[1], LEAST_LENGTH * LEAST_LENGTH);
   int at = stop * STOP_ROW;
-#define READ_LOBE(k, kind) \
-  mixture_lobe(MIXTURE, at + k * LOBE_ROW, t, k, kind, phase, below, found); \
-  found.share[k] = mixture_number(MIXTURE, at + LOBES * LOBE_ROW + k, t);
-  EACH_LOBE(READ_LOBE)
+  for (int k = 0; k < LOBES; k++) {
+    mixture_lobe(MIXTURE, at + k * LOBE_ROW, t, k, lobe_kind(k), phase, below, found);
+    found.share[k] = mixture_number(MIXTURE, at + LOBES * LOBE_ROW + k, t);
+  }
   at += LOBES * LOBE_ROW + LOBES + 1;
   found.probability = mixture_number(MIXTURE, at, t);
   found.left = mix(COLOUR_READ(at + 1), COLOUR_READ(at + 1 + STOP_ROW), t);
@@ -163,12 +175,12 @@ color eval_mixture(Mixture mixture, vector wi, output float density)
   float others = 1.0;
   density = 0.0;
   float value, pdf;
-#define ADD_VALUE(k, kind) \
-  eval_lobe(kind, mixture.about[k], mixture.along[k], mixture.across[k], mixture.wo, wi, value, pdf); \
-  sum += value * mixture.weight[k]; \
-  density += pdf * mixture.share[k]; \
-  others -= mixture.share[k];
-  EACH_LOBE(ADD_VALUE)
+  for (int k = 0; k < LOBES; k++) {
+    eval_lobe(lobe_kind(k), mixture.about[k], mixture.along[k], mixture.across[k], mixture.wo, wi, value, pdf);
+    sum += value * mixture.weight[k];
+    density += pdf * mixture.share[k];
+    others -= mixture.share[k];
+  }
   density += others * 0.5 / M_PI;
   return sum;
 }
@@ -188,22 +200,25 @@ vector sample_mixture(Mixture mixture, point seed)
   float v = random(seed, RANDOM_RING);
   float turn = M_2PI * random(seed, RANDOM_TURN);
   vector wi = around(vector(0.0, 0.0, 1.0), v, turn);
-#define SAMPLE_LOBE(k, kind) \
-  if (u >= 0.0 && u < mixture.share[k]) { \
-    if (kind == DIFFUSE_LOBE) { \
-      wi = around(mixture.about[k], sqrt(1.0 - v), turn); \
-    } \
-    else if (kind != SHEEN_LOBE) { \
-      vector x, y; \
-      lobe_axes(mixture.about[k], x, y); \
-      float slope = sqrt(kind == BECKMANN_LOBE ? -log(1.0 - v) : v / (1.0 - v)); \
-      vector h = normalize(mixture.about[k] + slope * (mixture.along[k] * cos(turn) * x + \
-                                                        mixture.across[k] * sin(turn) * y)); \
-      wi = 2.0 * dot(mixture.wo, h) * h - mixture.wo; \
-    } \
-  } \
-  u -= mixture.share[k];
-  EACH_LOBE(SAMPLE_LOBE)
+  int k = 0;
+  while (k < LOBES && u >= mixture.share[k]) {
+    u -= mixture.share[k];
+    k++;
+  }
+  if (k < LOBES) {
+    int kind = lobe_kind(k);
+    if (kind == DIFFUSE_LOBE) {
+      wi = around(mixture.about[k], sqrt(1.0 - v), turn);
+    }
+    else if (kind != SHEEN_LOBE) {
+      vector x, y;
+      lobe_axes(mixture.about[k], x, y);
+      float slope = sqrt(kind == BECKMANN_LOBE ? -log(1.0 - v) : v / (1.0 - v));
+      vector h = normalize(mixture.about[k] + slope * (mixture.along[k] * cos(turn) * x +
+                                                       mixture.across[k] * sin(turn) * y));
+      wi = 2.0 * dot(mixture.wo, h) * h - mixture.wo;
+    }
+  }
   return wi;
 }
 

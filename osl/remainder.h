@@ -70,14 +70,15 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
 }
 
 /* What the fit has besides a mixture below it: lobes at lamps, and a direction in some samples. A direction needs no
- * closure where the lobe of a small lamp carries everything. */
-closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int frugal, ShadingFrame frame,
-                             color tint, point seed, Mixture mixture)
+ * closure where the lobe of a small lamp carries everything. `crowded` is whether there may be more lamps than lobes, a
+ * constant, as code takes time to compile. */
+closure color exact_closures(FIT_PARAMETERS, float FLAT_RAMP[], LampList lamps, int crowded, int frugal,
+                             ShadingFrame frame, color tint, point seed, Mixture mixture)
 {
   RemainderPlan plan = plan_remainder(mixture, lamps, seed);
   Evaluated all;
   LampLobes lobes;
-  int many = lamps.count > most_lobes(frugal);
+  int many = crowded && lamps.count > most_lobes(frugal);
   float times[MAX_LAMPS];
   if (many) {
     sample_lobes(lamps, frugal, seed, times);

@@ -80,7 +80,7 @@ SHADER_GUARDS = [
          ("if (o[2] > 0.0 && i[2] > LEAST_COSINE)", "if (1)", "directions below the horizon of a lobe"),
          ("value = max(dot(about, wi), 0.0) / M_PI;", "value = dot(about, wi) / M_PI;",
           "directions below the horizon of a diffuse lobe"),
-         ("if (u >= 0.0 && u < mixture.share[k])", "if (u < mixture.share[k])", "a direction is sampled by one lobe"),
+         ("  if (k < LOBES) {", "  {", "directions that follow no lobe"),
          ("sqrt(max(0.0, 1.0 - z * z))", "sqrt(1.0 - z * z)", "rounding")),
     *_of("osl/mixture.h", _FRAME,
          ("acos(clamp(wo[2], 0.0, 1.0))", "acos(wo[2])", "rounding at the normal")),

@@ -220,6 +220,8 @@ def _mixture(mixture: NodeMixture) -> tuple[dict[str, Any], dict[str, NDArray[An
     if mixture.turn is not None:
         constants["PRINCIPAL_TURN"] = f"{mixture.turn:.9g}"
     shapes = np.stack(mixture.shape, axis=-1)
+    if mixture.sampling is None:
+        raise ValueError("a mixture that is not sampled; a shader takes that of Cycles")
     below, shares, probability = mixture.sampling
     rows = [shapes, *(each.reshape(stops, lobes, -1) for each in (mixture.colour, below))]
     left = np.maximum((mixture.colour - below).sum(axis=1).mean(axis=1), 0)

@@ -74,17 +74,20 @@ class Engine(NamedTuple):
         Bounds of the tilt.
     anisotropic : bool
         Whether it renders microfacet lobes of two widths, and their colours follow the viewer's azimuth.
+    sampled : bool
+        Whether a shader samples directions by them.
     """
 
     lobes: int
     kinds: tuple[Kind, ...]
     tilts: tuple[float, float]
     anisotropic: bool
+    sampled: bool
 
 
-CYCLES = Engine(4, ("diffuse", "GGX", "Beckmann", "sheen"), (-_MOST_TILTED, _MOST_TILTED), True)
+CYCLES = Engine(4, ("diffuse", "GGX", "Beckmann", "sheen"), (-_MOST_TILTED, _MOST_TILTED), True, True)
 # EEVEE shows Beckmann as GGX, sheen as a diffuse closure and no anisotropy, and lights what lies below the horizon
-EEVEE = Engine(3, ("GGX",), (-0.5, 0.5), False)
+EEVEE = Engine(3, ("GGX",), (-0.5, 0.5), False, False)
 
 
 class Sampling(NamedTuple):
@@ -120,7 +123,8 @@ class NodeMixture(NamedTuple):
         Of the closures; `phases` are 1, or 2 where they change with the azimuth of the viewer.
     turn : float, or None
         The azimuth of the first principal axis, radians; None where the fit is isotropic.
-    sampling : Sampling
+    sampling : Sampling, or None
+        None of EEVEE.
     error, worst : float
         The share of the reflected light that goes in wrong directions, in the mean over the polar angles and at the
         worst of them up to 80 degrees.
@@ -134,7 +138,7 @@ class NodeMixture(NamedTuple):
     shape: Shape
     colour: FloatArray
     turn: float | None
-    sampling: Sampling
+    sampling: Sampling | None
     error: float
     worst: float
     albedo_error: float
@@ -225,7 +229,8 @@ def _refined(views: Views, turn: float | None, engine: Engine, kinds: tuple[Kind
     found = np.einsum("van,vanc->vac", views.solid_angle, radiance)
     mean = np.maximum(views.albedo.mean(axis=-1, keepdims=True), _TINY)
     misplaced, shown = views.misplaced(radiance), views.theta <= LAST_SHOWN
-    return NodeMixture(kinds, stops.theta, shape, colour, turn, _sampling(stops, kinds, shape, columns),
+    sampling = _sampling(stops, kinds, shape, columns) if engine.sampled else None
+    return NodeMixture(kinds, stops.theta, shape, colour, turn, sampling,
                        float(misplaced.mean()), float(misplaced[shown].max()),
                        float(np.abs((found - views.albedo) / mean)[shown].max()))
 

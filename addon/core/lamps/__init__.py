@@ -41,7 +41,7 @@ _RETRY_INTERVAL = 0.5       # s, between two attempts of a postponed update
 _REST = 0.3                 # s, for which lamps have not changed when they are written
 _object_order: dict[int, list[int | None]] = {}     # by group: the session_uid of the object of each lamp
 _is_due = threading.Event()                         # an update was postponed, or the data have been replaced
-_written: list[Lamp] = []                           # the lamps of the scene, as of the last write
+_written: list[Any] = []                            # the groups and whose lamps these are, as of the last write; lamps
 
 
 def in_scene(depsgraph: bpy.types.Depsgraph) -> list[Lamp]:
@@ -79,7 +79,7 @@ def sky_moves(world: bpy.types.World | None) -> bool:
 
 
 def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed, at_rest: bool = False) -> None:
-    """Write the lamps into all groups, now or when they rest."""
+    """Write the lamps into all groups, now or, where only values have changed, when they rest."""
     if changed.structure:
         light_objects.forget_layers()
         instances.forget_collections()
@@ -91,13 +91,14 @@ def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed, at_rest: bo
         return
     frugal = renders_on_gpu(not_none(depsgraph.scene))
     ranked = sorted(_lamps(depsgraph, changed), key=lambda pair: pair[0].rank)
+    whose = [tree.session_uid for tree in trees], Counter(_identity(item) for _, item in ranked), frugal
     lamps = [known for known, _ in ranked]
-    if at_rest:
-        if lamps != _written or is_waiting():
+    if at_rest and _written and _written[0] == whose:
+        if _written[1] != lamps or is_waiting():
             _stop_waiting()
             bpy.app.timers.register(_write_at_rest, first_interval=_REST, persistent=True)
         return
-    _written[:] = lamps
+    _written[:] = whose, lamps
     for tree in trees:
         _write(tree, ranked[:group.capacity(tree)], frugal, not_none(depsgraph.view_layer))
 
@@ -179,8 +180,7 @@ def _on_evaluation(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, at_re
         update(depsgraph)
     else:
         exact = instances.are_possible() or light_objects.is_layer_known()
-        changed = changes.changes(depsgraph, exact)
-        _update_groups(depsgraph, changed, at_rest and not changed.structure and not changed.materials)
+        _update_groups(depsgraph, changes.changes(depsgraph, exact), at_rest)
 
 
 def has_window() -> bool:
