@@ -17,7 +17,7 @@ is locked: Blender may be reading what they would write. docs/rendering.md has a
 import threading
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import bpy
 from bpy.app.handlers import persistent
@@ -41,7 +41,17 @@ _RETRY_INTERVAL = 0.5       # s, between two attempts of a postponed update
 _REST = 0.3                 # s, for which lamps have not changed when they are written
 _object_order: dict[int, list[int | None]] = {}     # by group: the session_uid of the object of each lamp
 _is_due = threading.Event()                         # an update was postponed, or the data have been replaced
-_written: list[Any] = []                            # the groups and whose lamps these are, as of the last write; lamps
+_written: "_State | None" = None                    # of the last write
+
+
+class _State(NamedTuple):
+    """What was written, apart from the order of the lamps: the session_uid of each group, the driver expressions of
+    each object, whether few closures fit, and the lamps."""
+
+    trees: list[int]
+    moving: dict[int | None, dict[int, str]]
+    frugal: bool
+    lamps: list[Lamp]
 
 
 def in_scene(depsgraph: bpy.types.Depsgraph) -> list[Lamp]:
@@ -80,6 +90,7 @@ def sky_moves(world: bpy.types.World | None) -> bool:
 
 def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed, at_rest: bool = False) -> None:
     """Write the lamps into all groups, now or, where only values have changed, when they rest."""
+    global _written
     if changed.structure:
         light_objects.forget_layers()
         instances.forget_collections()
@@ -89,18 +100,20 @@ def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed, at_rest: bo
     trees = group.trees() if any(changed) else []
     if not trees:
         return
-    frugal = renders_on_gpu(not_none(depsgraph.scene))
+    layer = not_none(depsgraph.view_layer)
     ranked = sorted(_lamps(depsgraph, changed), key=lambda pair: pair[0].rank)
-    whose = [tree.session_uid for tree in trees], Counter(_identity(item) for _, item in ranked), frugal
-    lamps = [known for known, _ in ranked]
-    if at_rest and _written and _written[0] == whose:
-        if _written[1] != lamps or is_waiting():
+    moving = {_identity(item): drivers.wanted(not_none(item.original), layer) for _, item in ranked if item is not None}
+    now = _State([tree.session_uid for tree in trees], moving, renders_on_gpu(not_none(depsgraph.scene)),
+                 [known for known, _ in ranked])
+    before = _written
+    if at_rest and before and now[:-1] == before[:-1] and len(now.lamps) == len(before.lamps):
+        if now.lamps != before.lamps or is_waiting():
             _stop_waiting()
             bpy.app.timers.register(_write_at_rest, first_interval=_REST, persistent=True)
         return
-    _written[:] = whose, lamps
+    _written = now
     for tree in trees:
-        _write(tree, ranked[:group.capacity(tree)], frugal, not_none(depsgraph.view_layer))
+        _write(tree, ranked[:group.capacity(tree)], now)
 
 
 def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Listed:
@@ -115,11 +128,11 @@ def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Listed:
     return listed
 
 
-def _write(tree: bpy.types.NodeTree, listed: _Listed, frugal: bool, layer: bpy.types.ViewLayer) -> None:
+def _write(tree: bpy.types.NodeTree, listed: _Listed, now: _State) -> None:
     """Write lamps into a group, with drivers for those that need them."""
     names = Counter(item.name for _, item in listed if item is not None)
     # drivers cannot tell a local object from a linked one of the same name
-    wanted = {_identity(item): drivers.wanted(not_none(item.original), layer) for _, item in listed
+    wanted = {_identity(item): now.moving[_identity(item)] for _, item in listed
               if item is not None and names[item.name] == 1}
     if any(wanted.values()):
         listed = _in_order_of(_object_order.get(tree.session_uid, []), listed)
@@ -127,7 +140,7 @@ def _write(tree: bpy.types.NodeTree, listed: _Listed, frugal: bool, layer: bpy.t
     sources = {(number, index): (expression, item) for number, (_, item) in enumerate(listed, 1) if item is not None
                for index, expression in wanted.get(_identity(item), {}).items()}
     driven = drivers.wire(tree, sources)
-    group.store(tree, [known for known, _ in listed], frugal, driven)
+    group.store(tree, [known for known, _ in listed], now.frugal, driven)
 
 
 def _in_order_of(before: list[int | None], listed: _Listed) -> _Listed:
@@ -206,7 +219,6 @@ def _write_at_rest() -> None:
 def _before_use(*_: Any) -> None:
     """Before a render and a save the lamps are those of the scene."""
     if is_waiting() and threading.current_thread() is threading.main_thread():
-        _stop_waiting()
         _write_at_rest()
 
 
@@ -229,9 +241,10 @@ def _retry() -> float | None:
 @persistent
 def _on_data_replaced(*_: Any) -> None:
     """After undo, redo and loading, all references to Blender's data are invalid."""
+    global _written
     _forget()
     _object_order.clear()
-    _written.clear()
+    _written = None
     _is_due.set()
 
 

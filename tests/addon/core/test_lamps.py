@@ -432,6 +432,15 @@ def test_another_lamp_and_another_material_are_written_at_once(blender, lamps, w
     assert len(known(tree)) == 2
 
 
+def test_a_lamp_that_begins_to_move_by_itself_is_followed_at_once(blender, lamps, windowed):
+    """Nothing of it has changed yet; a render job follows it by drivers alone."""
+    tree, lamp = windowed
+    assert not lamps.drivers._existing(tree)
+    lamp.constraints.new("COPY_LOCATION").influence = 0
+    blender.context.view_layer.update()
+    assert lamps.drivers._existing(tree)
+
+
 @pytest.mark.parametrize("use_of", ["save", "render", "frame"])
 def test_a_save_a_render_and_a_frame_have_the_lamps_as_they_are(blender, lamps, scene, windowed, tmp_path, use_of):
     tree, lamp = windowed
