@@ -17,17 +17,10 @@ import fitter
 from fitter.cycles.node_mixture import node_mixtures
 from support import ball_files, checkout, stage
 
-from .ordinary import principled_material
+from .ordinary import FILES, area, principled_material
 
 SIZE, SAMPLES, FEWER = 160, 128, 32
 BELOW = -0.02               # of the mean
-FILES = {"foil": ("curet/abrdf.dat", "15"), "krylon": ("cornell/krylon_blue_RGB.astm", None),
-         "cayman": ("cornell/cayman.astm", None), "mint": ("rgl/chm_mint_rgb.bsdf", None),
-         "malachite": ("rgl/cc_green_malachite_rgb.bsdf", None)}
-
-
-def _area(energy, location, size):
-    stage.add_lamp("AREA", energy, location, stage.rotation_toward(location), shape="SQUARE", size=size)
 
 
 def hundred_lamps():
@@ -52,13 +45,13 @@ def lit_mesh():
 
 def area_lamp():
     """One area lamp of 2 m."""
-    _area(300, (-3, -3, 4), 2.0)
+    area(300, (-3, -3, 4))
 
 
 def three_lamps():
     """Two area lamps and a spot."""
-    _area(250, (-4, -3, 4), 1.5)
-    _area(120, (4, -2, 3), 1.0)
+    area(250, (-4, -3, 4), size=1.5)
+    area(120, (4, -2, 3), size=1.0)
     place = 1, -5, 5
     stage.add_lamp("SPOT", 600, place, stage.rotation_toward(place), shadow_soft_size=0.1, spot_size=0.8)
 
@@ -107,7 +100,7 @@ def is_there(name):
 
 @functools.cache
 def fitted(material):
-    """Standard's fit of one of FILES, and its closure nodes."""
+    """Standard's fit of one of `ordinary.FILES`, and its closure nodes."""
     path, sample = FILES[material]
     fit = fitter.fit(fitter.load(checkout.measurements() / path, sample), **fitter.PRESETS["Standard"])
     return fit, node_mixtures(fit)

@@ -29,6 +29,7 @@ from fitter.formats import list_samples
 from fitter.published import offered
 from support import ball_files, checkout, kept, sheet, stage
 
+from .black_pixels import three_lamps
 from .ordinary import principled_material, to_median
 
 OUT = checkout.ROOT / "build" / "contact"
@@ -142,10 +143,7 @@ def scene():
     made.cycles.sample_clamp_indirect = 10          # as Cycles has it by default
     made.cycles.max_bounces = made.cycles.diffuse_bounces = made.cycles.glossy_bounces = 4
     stage.background(made, 0.1, (0.7, 0.8, 1.0))
-    for energy, place, size in ((250, (-4, -3, 4), 1.5), (120, (4, -2, 3), 1.0)):
-        stage.add_lamp("AREA", energy, place, stage.rotation_toward(place), shape="SQUARE", size=size)
-    place = 1, -5, 5
-    stage.add_lamp("SPOT", 600, place, stage.rotation_toward(place), shadow_soft_size=0.1, spot_size=0.8)
+    three_lamps()
     bpy.ops.mesh.primitive_plane_add(size=40, location=(0, 0, -1))
     grey, shader, surface = stage.blank_material("Floor", "ShaderNodeBsdfDiffuse")
     shader.inputs["Color"].default_value = (0.25, 0.25, 0.25, 1)

@@ -47,12 +47,14 @@ BOUNCES = 4
 FILES = {"foil": ("curet/abrdf.dat", "15"), "felt": ("curet/abrdf.dat", "1"), "leather": ("curet/abrdf.dat", "5"),
          "velvet": ("curet/abrdf.dat", "7"), "plaster": ("curet/abrdf.dat", "11"),
          "krylon": ("cornell/krylon_blue_RGB.astm", None), "garnet": ("cornell/garnet_red_RGB.astm", None),
-         "cayman": ("cornell/cayman.astm", None), "irid": ("rgl/irid_flake_paint1_rgb.bsdf", None),
+         "cayman": ("cornell/cayman.astm", None), "mint": ("rgl/chm_mint_rgb.bsdf", None),
+         "malachite": ("rgl/cc_green_malachite_rgb.bsdf", None), "irid": ("rgl/irid_flake_paint1_rgb.bsdf", None),
          "gold": ("goniometer/lighttec_C9_Gold.astm", None)}
 PUBLISHED = {"chrome": "chrome", "cherry": "cherry-235"}
 
 
-def _area(energy, location, target=(0, 0, 0), size=2.0):
+def area(energy, location, target=(0, 0, 0), size=2.0):
+    """Add a square area lamp."""
     return stage.add_lamp("AREA", energy, location, stage.rotation_toward(location, target), shape="SQUARE", size=size)
 
 
@@ -77,7 +79,7 @@ def _suzanne(material, location=(0, 0, 1), turn=0.5):
 def spheres(of):
     """Three spheres on a floor; an area lamp, a point lamp and a dim sky."""
     stage.background(bpy.context.scene, 0.1, (0.7, 0.8, 1.0))
-    _area(300, (-3, -2, 4), (0, 0, 1))
+    area(300, (-3, -2, 4), (0, 0, 1))
     stage.add_lamp("POINT", 150, (3, -3, 3), shadow_soft_size=0.15)
     for name, x in (("krylon", -2.2), ("velvet", 0), ("cayman", 2.2)):
         _sphere(of(name), (x, 0, 1))
@@ -114,9 +116,9 @@ def product(of):
     tree.links.new(mapping.outputs["Vector"], gradient.inputs["Vector"])
     tree.links.new(gradient.outputs["Color"], tree.nodes["Background"].inputs["Color"])
     tree.nodes["Background"].inputs["Strength"].default_value = 0.4
-    _area(250, (-4, -3, 4), (0, 0, 1), 1.5)
-    _area(120, (4, -2, 3), (0, 0, 1), 1.0)
-    _area(200, (0, 4, 4), (0, 0, 1), 2.5)
+    area(250, (-4, -3, 4), (0, 0, 1), 1.5)
+    area(120, (4, -2, 3), (0, 0, 1), 1.0)
+    area(200, (0, 4, 4), (0, 0, 1), 2.5)
     _suzanne(of("garnet"), (-1.3, 0, 1))
     _sphere(of("cayman"), (1.4, -0.2, 0.8), 0.8)
     _plane(of("felt"))
@@ -156,7 +158,7 @@ def studio(of):
 def beads(of):
     """A thousand instanced beads in a heap, an area lamp and a sun."""
     stage.background(bpy.context.scene, 0.2)
-    _area(300, (-3, -3, 4))
+    area(300, (-3, -3, 4))
     stage.add_lamp("SUN", 1.5, rotation=stage.rotation_toward((2, -1, 2)), angle=0.00918)
     names = ("krylon", "garnet", "foil", "cayman")
     meshes = []
@@ -175,7 +177,7 @@ def beads(of):
 def grazing(of):
     """A close-up of surfaces at grazing angles under the area lamp."""
     stage.background(bpy.context.scene, 0.1)
-    _area(300, (0, 4, 3), (0, 0, 0))
+    area(300, (0, 4, 3), (0, 0, 0))
     for name, x in (("krylon", -1.5), ("cayman", 0), ("foil", 1.5)):
         _plane(of(name), 1, (x, 0, 0))
         bpy.context.object.scale = (1.5, 12, 1)
@@ -187,8 +189,8 @@ def car(of):
     scene = bpy.context.scene
     scene.cycles.sample_clamp_indirect = 10         # as Cycles has it by default
     stage.background(scene, 0.1, (0.7, 0.8, 1.0))
-    _area(250, (-4, -3, 4), (0, 0, 0.5), 1.5)
-    _area(120, (4, -2, 3), (0, 0, 0.5), 1.0)
+    area(250, (-4, -3, 4), (0, 0, 0.5), 1.5)
+    area(120, (4, -2, 3), (0, 0, 0.5), 1.0)
     stage.add_lamp("SPOT", 600, (1, -5, 5), stage.rotation_toward((1, -5, 5), (0, 0, 0.5)), shadow_soft_size=0.1,
                    spot_size=0.8)
     for size, location in (((2.6, 1.2, 0.55), (-0.2, 0.6, 0.35)), ((1.3, 1.0, 0.45), (-0.1, 0.6, 0.8))):

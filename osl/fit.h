@@ -48,12 +48,10 @@
 #define FIT_PARAMETERS float DIFFUSE[] SPARSE_PARAMETERS DAMPING_PARAMETERS BALANCE_PARAMETERS THROUGH_PARAMETERS
 #define FIT DIFFUSE SPARSE_TABLES DAMPING_TABLES BALANCE_TABLES THROUGH_TABLES
 
-#if LOG_RELATIVE
 float largest(color c)
 {
   return max(max(c[0], c[1]), c[2]);
 }
-#endif
 
 #if DAMPED || WIDENED || COATED
 /* A factor of one polar angle: a cubic B-spline of the projected radius. */

@@ -55,11 +55,11 @@ closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated al
   for (int k = 0; k < LOBES; k++) {
     albedo += mixture.weight[k];
   }
-  albedo = max(albedo, color(LEAST_COLOUR * max(max(albedo[0], albedo[1]), albedo[2])));
+  albedo = max(albedo, color(LEAST_COLOUR * largest(albedo)));
   color size = fabs(carried) / albedo;
   color usual = mixture.left / (plan.probability * albedo);
   size = max(max(CARRIED_WEIGHT * size, usual), color(plan.odds));
-  color weight = max(max(max(size[0], size[1]), size[2]) * albedo, color(LEAST_WEIGHT));
+  color weight = max(largest(size) * albedo, color(LEAST_WEIGHT));
   color colour = carried / weight * ((REMAINDER_EXPONENT + 1.0) / ((REMAINDER_EXPONENT + 2.0) * dot(half, wi)));
   color ramp[KNOTS];
   for (int j = 0; j < KNOTS; j++) {

@@ -254,8 +254,8 @@ def _below(views: Views, columns: FloatArray) -> FloatArray:
     phases, channels)."""
     found = _solve(views, columns, _absolute(views, views.target_rows, _FLOOR))
     solid_angle = np.concatenate([views.solid_angle, 0 * views.solid_angle[..., :1]], axis=-1)
-    share = solid_angle.reshape(len(columns), -1, 1) / np.maximum(views.albedo.mean(axis=1), _TINY)[:, None]
-    floor = _LAST_FLOOR / np.pi * np.maximum(views.albedo.mean(axis=1), _TINY)[:, None]
+    albedo = np.maximum(views.albedo.mean(axis=1), _TINY)[:, None]
+    share, floor = solid_angle.reshape(len(columns), -1, 1) / albedo, _LAST_FLOOR / np.pi * albedo
     for _ in range(_BELOW_REWEIGHTINGS):
         weight = share * np.where(found.left < 0, _ABOVE, 1.0) / (np.abs(found.left) + floor)
         found = _solve(views, columns, weight, found.colour, _LAST_SWEEPS)
