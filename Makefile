@@ -1,6 +1,5 @@
-# make demo | figures | test | test-all | test-matrix | test-mitsuba | test-slurm | test-window | fuzz | stability
-# | mutants | lint | bench | bench-scale | held-out | dense | report | results | zip | docs | title | gallery
-# | contact | release
+# make demo | test | zip | docs, and test-all | test-matrix | test-mitsuba | test-window | mutants | lint | bench | report
+# | held-out | evidence | contact | release
 # PYTHON=python3.13 chooses the interpreter (3.11 or 3.13)
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))
@@ -14,27 +13,22 @@ DOCS := build/env-docs-$(VERSION)
 RELEASE := $(shell sed -n 's/^version = "\(.*\)"/\1/p' blender_manifest.toml)
 EXTENSION := build/measured_brdf-$(RELEASE).zip
 STARTER := starter_library/starter.blend
-DATA := $(or $(MEASURED_BRDF_DATA),../shared/data)
-MEASUREMENTS := $(wildcard $(DATA)/curet/abrdf.dat $(DATA)/cornell/*)
 DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1
 
 .DELETE_ON_ERROR:
-.PHONY: demo figures test test-all test-matrix test-mitsuba test-slurm test-window fuzz stability mutants lint bench \
-	bench-scale held-out dense report results zip docs title gallery contact release clean
+.PHONY: demo test test-all test-matrix test-mitsuba test-window mutants lint bench report held-out evidence zip docs \
+	contact release clean
 
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
-
-# the same pictures as the pages have them: build/figures
-figures: $(ENV)/ready
-	$(RUN) -m demo_scenes --full
 
 # what protects users
 PYTEST := OPENBLAS_NUM_THREADS=1 $(RUN) -m pytest -n auto --dist loadfile
 test: $(ENV)/ready
 	$(PYTEST) -m "not release"
+	@$(RUN) -m tools.evidence --check | tail -n 1
 
-# everything: also what only a release needs, on every supported Blender, and with each guard removed in turn; hours
+# everything: also what only a release needs, on every supported Blender, and with each guard removed in turn
 test-all: $(ENV)/ready
 	$(PYTEST)
 	$(RUN) -m tools.test_matrix
@@ -48,21 +42,11 @@ test-mitsuba: $(ENV)/ready
 	$(RUN) -m pip install --quiet --group mitsuba
 	$(RUN) -m pytest tests/mitsuba
 
-# as root, on Debian: installs Slurm and runs it for as long as the test takes
-test-slurm: $(ENV)/ready
-	$(RUN) -m pytest tests/project/test_slurm.py
-
 # as root, on Debian: puts a Blender with a window into build/window (1.2 GB, two minutes) where none is named
 WINDOW := $(or $(MEASURED_BRDF_WINDOW),build/window)
 test-window: $(ENV)/ready $(STARTER)
 	test -x $(WINDOW)/usr/bin/blender || bash ../shared/tools/blender_gui/setup_blender_gui.sh $(WINDOW) sid
 	MEASURED_BRDF_WINDOW=$(abspath $(WINDOW)) $(RUN) -m pytest tests/window
-
-fuzz: $(ENV)/ready
-	$(RUN) -m tools.fuzz
-
-stability: $(ENV)/ready
-	$(RUN) -m tools.stability
 
 mutants: $(ENV)/ready
 	$(RUN) -m tools.mutants
@@ -75,35 +59,16 @@ lint: $(LINT)/ready
 bench: $(ENV)/ready
 	$(RUN) -m benchmarks
 
-bench-scale: $(ENV)/ready
-	$(RUN) -m benchmarks.scale
-	$(RUN) -m benchmarks.lamp_updates
-	$(RUN) -m benchmarks.crowd
-
-# goes on where an interrupted run of the same code stopped; `make report` shows what it wrote
+# goes on where an interrupted run of the same code stopped
 held-out: $(ENV)/ready
 	$(RUN) -m benchmarks.held_out --resume --out build/held_out
 
-# likewise
-dense: $(ENV)/ready
-	$(RUN) -m benchmarks.dense --resume --out build/dense
-
 report: $(ENV)/ready
-	@test -n "$(MEASUREMENTS)" || { echo "no measurements in $(DATA); set MEASURED_BRDF_DATA"; exit 1; }
-	$(RUN) -m benchmarks.report $(MEASUREMENTS) --out build/report
+	$(RUN) -m benchmarks.report --out build/report
 
-# what docs/ holds of the report, from the last `make report`
-results: build/report/results.md
-	cp $< docs/
-	cp $$(sed -n 's/^!\[.*](\(.*\.png\))$$/build\/report\/\1/p' $<) docs/
-
-# the pictures that open README.md, and build/demo/title.blend
-title: $(ENV)/ready
-	$(RUN) -m demo_scenes.title --out docs/title
-
-# the pictures of the site's first page
-gallery: $(ENV)/ready
-	$(RUN) -m demo_scenes.gallery docs/gallery
+# every table, number and picture of README.md and docs/: within an hour on two idle cores
+evidence: $(ENV)/ready
+	$(RUN) -m tools.evidence
 
 # all that the extension offers, as balls, with what is conspicuous in them: build/contact; hours
 contact: $(ENV)/ready
@@ -111,6 +76,7 @@ contact: $(ENV)/ready
 
 # what is uploaded to extensions.blender.org, after all checks (docs/publishing.md): build/release
 release: lint zip
+	$(RUN) -m tools.evidence --check
 	$(MAKE) test-all test-window contact
 	$(RUN) tools/blender_extension.py validate $(EXTENSION)
 	mkdir -p build/release

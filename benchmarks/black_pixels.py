@@ -16,6 +16,7 @@ import numpy as np
 import fitter
 from fitter.cycles.node_mixture import node_mixtures
 from support import ball_files, checkout, stage
+from support.evidence import show, show_table
 
 from .ordinary import FILES, area, principled_material
 
@@ -128,22 +129,27 @@ def _measured(name, material):
 
 
 def main():
-    """Print a line for each scene."""
+    """Print a row for each scene."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.black_pixels", description=__doc__.splitlines()[0])
-    parser.add_argument("--scenes", nargs="*", default=[""])
+    parser.add_argument("--scenes", nargs="*", default=[""], help="only those whose names contain one of these")
     chosen = parser.parse_args().scenes
     checkout.extension().register()
     ball_files.add_openimageio()
+    rows = []
     for name in (each for each in SCENES if is_there(each) and any(text in each for text in chosen)):
         fit, nodes = fitted(SCENES[name][1])
         found = {}
         for way in ("Exact", "Nodes", "Principled"):
             found[way] = _measured(name, functools.partial(_material, fit, nodes, way))
         picture, noise, seconds = found["Exact"]
-        print(f"{name:24} below {below(picture):4}, least {picture.min() / picture.mean():7.3f}, Nodes "
-              f"{below(found['Nodes'][0]):3}; mean {picture.mean() / found['Nodes'][0].mean():.4f} of Nodes'; noise "
-              f"{noise / found['Principled'][1]:.2f}, time {seconds / found['Principled'][2]:.2f} of a Principled's",
-              flush=True)
+        rows.append((name, below(picture), f"{picture.min() / picture.mean():.3f}", below(found["Nodes"][0]),
+                     f"{picture.mean() / found['Nodes'][0].mean():.4f}", f"{noise / found['Principled'][1]:.2f}",
+                     f"{seconds / found['Principled'][2]:.2f}"))
+    show_table("black-pixels", ("", f"below {BELOW:.0%} of the mean", "the least over the mean", "of Nodes",
+                                "mean over Nodes'", "noise", "time"), rows)
+    bad = [f"{count} ({name})" for name, count, *_ in rows if count]
+    show("black-pixels-most", f"none in {len(rows) - len(bad)} of {len(rows)} scenes"
+         + (f"; {', '.join(bad)}" if bad else ""))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Ordinary scenes, of several measured materials: noise, time, dark specks and fireflies beside a Principled BSDF.
 
-``python -m benchmarks ordinary`` prints the table of docs/rendering.md. Each scene is rendered with Principled BSDFs of
-like appearance and with measured materials: of the presets Standard and Paper, Exact, and of Standard, Nodes. A scene
+``python -m benchmarks.ordinary [--scenes spheres car]`` prints the table of docs/rendering.md. Each scene is rendered
+with Principled BSDFs of like appearance and with measured materials: of the preset Standard, Exact and Nodes. A scene
 of which a material is absent is left out. Noise, median, time and denoised are ratios to Principled's in the same run.
 
 noise, median
@@ -24,11 +24,12 @@ mean
     Of all samples, to that of the same with Exact Everywhere.
 """
 
+import argparse
 import functools
 import math
+import sys
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import bpy
 import numpy as np
@@ -37,6 +38,7 @@ import fitter
 from fitter.cycles.node_mixture import node_mixtures
 from fitter.cycles.principled import principled as principled_of
 from support import checkout, stage, synthetic
+from support.evidence import show, show_table
 
 WIDTH, HEIGHT = 160, 135
 DARK, BRIGHT = 0.35, 3.0    # of the median around a pixel
@@ -409,49 +411,46 @@ def absent(scene):
     return [name for name in names if name in FILES and not (data / FILES[name][0]).is_file()]
 
 
-def main(scenes=(), only=(), pictures=None):
-    """Print the table, or the part of it that is named."""
-    print(f"{'':19}{'noise':>7}{'median':>8}{'time':>7}{'at equal time':>15}{'denoised':>10}{'largest':>9}{'dark':>6}"
-          f"{'bright':>8}{'mean':>9}   below 0")
-    found = ways()
-    for scene in scenes or SCENES:
+HEADS = ("scene", "", "noise", "median", "time", "at equal time", "denoised", "largest", "dark", "bright", "mean",
+         f"below 0 at {', '.join(map(str, COUNTED))} samples", "least")
+
+
+def main():
+    """Print the table of the scenes that are named."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.ordinary", description=__doc__.splitlines()[0])
+    parser.add_argument("--scenes", nargs="+", choices=SCENES, default=["spheres", "car"], help="default: spheres car")
+    parser.add_argument("--ways", nargs="+", default=["Standard", "Nodes"], help="also: Paper")
+    options = parser.parse_args()
+    found, rows, exact = ways(), [], []
+    for scene in options.scenes:
         if missing := absent(scene):
-            print(f"{scene}: left out, for there are no measurements of {', '.join(missing)}")
+            print(f"{scene}: left out, for there are no measurements of {', '.join(missing)}", file=sys.stderr)
             continue
-        shown, exact = {}, {}
-        for way in ("Principled", *(only or [each for each in found if each != "Principled"])):
-            shown[way] = measure(scene, found[way])
-            if way != "Principled":
-                fit = "Paper" if way == "Paper" else "Standard"
-                if fit not in exact:
-                    exact[fit] = everywhere(scene, found[fit])
-                mean = shown[way].picture.mean() / exact[fit] - 1
-            else:
-                mean = math.nan
-            _row(scene, way, shown[way], shown["Principled"], mean)
-        if pictures:
-            _draw(scene, shown, Path(pictures))
+        like = measure(scene, found["Principled"])
+        rows.append((scene, "Principled", *_ratios(like, like), None, *_below(like)))
+        for way in options.ways:
+            made = measure(scene, found[way])
+            mean = made.picture.mean() / everywhere(scene, found["Paper" if way == "Paper" else "Standard"]) - 1
+            rows.append((scene, way, *_ratios(made, like), f"{mean:+.2%}", *_below(made)))
+            exact += [(*_ratios(made, like), mean)] * (way == "Standard")
+    show_table("ordinary", HEADS, rows)
+    if exact:
+        noise, _, spent, *_ = zip(*exact, strict=True)
+        show("ordinary-exact", f"noise {' and '.join(f'{each:.2f}' for each in noise)}, time "
+             f"{' and '.join(f'{each:.1f}' for each in spent)} times a Principled BSDF's; means within "
+             f"{max(abs(row[-1]) for row in exact):.2%} of Exact Everywhere's")
 
 
-def _row(scene, way, found, like, mean):
-    noise, seconds = found.figures.noise / like.figures.noise, found.seconds / like.seconds
-    to_exact = f"{'':9}" if math.isnan(mean) else f"{mean:+9.2%}"
-    print(f"{scene:9}{way:10}{noise:7.2f}{found.figures.median / like.figures.median:8.2f}{seconds:7.2f}"
-          f"{noise * math.sqrt(seconds):15.2f}{found.denoised / like.denoised:10.2f}{found.figures.largest:9.2f}"
-          f"{found.figures.dark:6}{found.figures.bright:8}{to_exact}   "
-          f"{' '.join(f'{count:4}' for count in found.figures.below)}  {found.figures.least:7.2f}", flush=True)
+def _ratios(found, like):
+    """Noise, median, time, noise at equal time and denoised over Principled's, and the largest and outlying pixels."""
+    noise, spent = found.figures.noise / like.figures.noise, found.seconds / like.seconds
+    return (noise, found.figures.median / like.figures.median, spent, noise * math.sqrt(spent),
+            found.denoised / like.denoised, found.figures.largest, found.figures.dark, found.figures.bright)
 
 
-def _draw(scene, shown, folder):
-    """64 samples and all of them, side by side."""
-    from matplotlib import pyplot
+def _below(found):
+    return " ".join(map(str, found.figures.below)), round(found.figures.least, 2)
 
-    figure, axes = pyplot.subplots(2, len(shown), figsize=(2.6 * len(shown), 4.5), layout="constrained", squeeze=False)
-    for column, (way, found) in enumerate(shown.items()):
-        white = np.quantile(found.picture, 0.99)
-        for line, picture in enumerate((found.noisy, found.picture)):
-            axes[line, column].imshow((picture / white).clip(0, 1) ** (1 / 2.2))
-            axes[line, column].set(xticks=[], yticks=[])
-        axes[0, column].set_title(way, fontsize=8)
-    folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / f"ordinary_{scene}.png", dpi=110)
+
+if __name__ == "__main__":
+    main()

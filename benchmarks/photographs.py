@@ -24,6 +24,7 @@ from fitter.photographs.coverage import are_covered
 from fitter.quality.cross_validation import cube_root
 from support import ball_scene
 from support.checkout import measurements
+from support.evidence import show_table
 
 from .dense import image_errors
 from .dense.sphere import evaluated
@@ -111,15 +112,10 @@ def judged(model, taken=None):
             flip, *changes)
 
 
-def table(rows):
-    """Rows (name, numbers) as a table of Markdown; a number beyond its limit has an asterisk."""
-    lines = [f"| material | {' | '.join(COLUMNS)} |", "| --- |" + " ---: |" * len(COLUMNS)]
-    for name, numbers in (*rows, ("to reach", LIMITS)):
-        cells = ["" if number is None else f"{number:.3f}" + "*" * (number > limit) if column == "FLIP" else
-                 f"{number:.1%}" + "*" * (number > limit)
-                 for number, limit, column in zip(numbers, LIMITS, COLUMNS, strict=True)]
-        lines.append(f"| {name} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+def cells(numbers):
+    """Numbers as a row of the table has them; one beyond its limit has an asterisk."""
+    return ["" if number is None else (f"{number:.3f}" if column == "FLIP" else f"{number:.1%}")
+            + "*" * (number > limit) for number, limit, column in zip(numbers, LIMITS, COLUMNS, strict=True)]
 
 
 def main():
@@ -133,9 +129,9 @@ def main():
     rows = []
     for name, make in materials(options.names):
         model = make()
-        rows.append((name, judged(model, photographs(model, phases))))
-        print(name, *(f"{number:.4f}" for number in rows[-1][1]), file=sys.stderr, flush=True)
-    print(table(rows))
+        rows.append((name, *cells(judged(model, photographs(model, phases)))))
+        print(*rows[-1], file=sys.stderr, flush=True)
+    show_table("photographs", ("material", *COLUMNS), [*rows, ("to reach", *cells(LIMITS))])
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ degrees; and what the measured directions lost of their light. Of other files th
 
 import argparse
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -16,13 +17,14 @@ import fitter
 from fitter.formats import rgl
 from fitter.methods import prepare
 from support.checkout import measurements
+from support.evidence import show_table
 from support.rims import Clipped, albedo, error
 
 from .dense.materials import RGL
 
 OTHERS = ("goniometer/lighttec_C9_Gold.astm", "goniometer/lighttec_C1_White.astm", "goniometer/carpaint_blue.mbsdf",
           "cornell/cayman.astm", "cornell/krylon_blue.astm", "cornell/garnet_red.astm")
-_DEGREES = (30, 50, 66, 75, 80, 86)
+_DEGREES, _RIM = (30, 50, 66, 75, 80, 86), (60, 70, 88)
 
 
 def _fits(path, presets):
@@ -37,11 +39,11 @@ def _fits(path, presets):
 
 
 def main():
-    """Print a line for each file and preset."""
+    """Print a row for each file and preset."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.rims", description=__doc__.splitlines()[0])
     parser.add_argument("--presets", nargs="+", default=["Standard", "Reference"])
     presets = parser.parse_args().presets
-    errors = {preset: [] for preset in presets}
+    errors, rows = {preset: [] for preset in presets}, []
     folder = measurements()
     for stem in RGL:
         path = folder / "rgl" / f"{stem}.bsdf"
@@ -51,15 +53,17 @@ def main():
         for preset, fit, seconds in _fits(path, presets):
             ratio = np.abs(np.log(albedo(fit, _DEGREES) / wanted))
             errors[preset].append(error(fit, golden))
-            print(f"{stem:24} {preset:9} error {errors[preset][-1]:.4f}, albedo x{np.exp(ratio.max()):.2f} at most, "
-                  f"x{np.exp(ratio.mean()):.3f} in the mean, {seconds:.1f} s; {'; '.join(fit.changes)}", flush=True)
-    for preset, found in errors.items():
-        print(f"{preset}: error in the geometric mean {np.exp(np.log(found).mean()):.4f}")
-    for name in OTHERS:
-        for preset, fit, seconds in _fits(folder / name, presets):
-            shown = ", ".join("/".join(f"{value:.2f}" for value in row) for row in albedo(fit, (60, 70, 88)))
-            print(f"{name:34} {preset:9} albedo at 60, 70, 88 degrees {shown}, {seconds:.1f} s; "
-                  f"{'; '.join(fit.changes)}", flush=True)
+            rows.append((stem, preset, errors[preset][-1], f"{np.exp(ratio.max()):.2f}", f"{np.exp(ratio.mean()):.3f}",
+                         f"{seconds:.1f}", "; ".join(fit.changes)))
+    rows += [("geometric mean", preset, float(np.exp(np.log(found).mean())), "", "", "", "")
+             for preset, found in errors.items()]
+    show_table("rims-rgl", ("file", "preset", "error", "albedo at most, times", "in the mean, times", "seconds",
+                            "changed"), rows)
+    heads = "file", "preset", *(f"albedo at {angle} degrees" for angle in _RIM), "seconds", "changed"
+    show_table("rims-others", heads,
+               [(Path(name).name, preset, *("/".join(f"{value:.2f}" for value in row) for row in albedo(fit, _RIM)),
+                 f"{seconds:.1f}", "; ".join(fit.changes))
+                for name in OTHERS for preset, fit, seconds in _fits(folder / name, presets)])
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""``make bench-scale``: a thousand data sets converted, and a hundred measured materials in one scene.
+"""Data sets converted, and measured materials in one scene: seconds and memory.
 
-python -m benchmarks.scale [DATA SETS] [MATERIALS] [PRESET] runs with other numbers. Memory is resident memory, as Linux
-tells it.
+python -m benchmarks.scale [DATA SETS] [MATERIALS] [PRESET] takes 40, 40 and Standard by default. Memory is resident
+memory, as Linux tells it.
 """
 
 import contextlib
@@ -20,6 +20,7 @@ import numpy as np
 import fitter
 from support import checkout
 from support.checkout import ROOT
+from support.evidence import show_table
 from support.synthetic import make_files
 
 MEGABYTE = 1 << 20
@@ -27,50 +28,43 @@ PROCESSES = 2
 
 
 def batch(folder, count, preset):
-    """Convert a folder with `measured_brdf convert`, killed half way and run again; print time and memory."""
+    """Convert a folder with `measured_brdf convert`, killed half way and run again."""
     data = folder / "data"
     data.mkdir()
     make_files(data, count)
     out = folder / "library.blend"
     command = [sys.executable, ROOT, "convert", data, "-o", out, "--preset", preset, "--processes", str(PROCESSES)]
-    print(f"{count} data sets, {preset}, {PROCESSES} processes")
     start = time.perf_counter()
-    watch(command, out.with_suffix(".fits"), count, until=count // 2)
-    print(f"  killed with {len(list(out.with_suffix('.fits').glob('*.npz')))} fits done; run again:")
-    watch(command, out.with_suffix(".fits"), count)
+    watch(command, out.with_suffix(".fits"), until=count // 2)
+    worker, writer = watch(command, out.with_suffix(".fits"))
     spent = time.perf_counter() - start
     start = time.perf_counter()
     again = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert again.count("up to date") == count
-    files = [path.stat().st_size for path in folder.glob("library*.blend")]
-    print(f"  {spent / count:.2f} s each; the library has {len(files)} files, {sum(files) / count / 1024:.0f} kB each; "
-          f"run again with all up to date: {time.perf_counter() - start:.0f} s")
+    size = sum(path.stat().st_size for path in folder.glob("library*.blend"))
+    show_table("scale-convert", (f"{count} data sets, {preset}, {PROCESSES} processes, killed half way", ""), [
+        ("each, s", f"{spent / count:.2f}"), ("all up to date, s", f"{time.perf_counter() - start:.1f}"),
+        ("a process that fits, MB", round(worker / MEGABYTE)), ("the one that collects, MB", round(writer / MEGABYTE)),
+        ("the library, kB each", round(size / count / 1024))])
 
 
-def watch(command, fits, count, until=None):
-    """Run a conversion, and print how far it is, and the memory of its processes, at each quarter; kill it when so many
-    fits are done."""
-    start = time.perf_counter()
+def watch(command, fits, until=None):
+    """Run a conversion, or kill it when so many fits are done: the most memory of a child and of the process itself."""
     with tempfile.TemporaryFile("w+") as said:
         process = subprocess.Popen(command, stdout=said, stderr=subprocess.STDOUT, start_new_session=True)
-        told, writer, worker = len(list(fits.glob("*.npz"))) * 4 // count, 0, 0
+        writer = worker = 0
         while process.poll() is None:
             with contextlib.suppress(OSError):
-                writer = resident(process.pid)
-                worker = max(map(resident, children(process.pid)), default=worker)
-            done = len(list(fits.glob("*.npz")))
-            if done * 4 // count > told:
-                told = done * 4 // count
-                print(f"  {done:5} done in {time.perf_counter() - start:6.1f} s; a worker takes "
-                      f"{worker / MEGABYTE:.0f} MB, the process that collects {writer / MEGABYTE:.0f} MB", flush=True)
-            if until is not None and done >= until:
+                writer = max(writer, resident(process.pid))
+                worker = max(worker, *map(resident, children(process.pid)), 0)
+            if until is not None and len(list(fits.glob("*.npz"))) >= until:
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
-                return
+                return worker, writer
             time.sleep(0.1)
         said.seek(0)
         assert process.returncode == 0, said.read()
-    print(f"  written after {time.perf_counter() - start:.1f} s")
+    return worker, writer
 
 
 def children(process):
@@ -110,19 +104,18 @@ def scene(folder, count, preset):
     blend = folder / "scene.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(blend), compress=True)
     assert np.count_nonzero(picture[..., :3].max(axis=2) > 0.01) > 0.007 * count * picture[..., 0].size
-    print(f"{count} measured materials in one scene, {preset}\n"
-          f"  preparation {statistics.median(seconds):.2f} s each, {max(seconds):.2f} s at most; the last ten "
-          f"{statistics.median(seconds[-10:]):.2f} s\n"
-          f"  {(prepared - before) / count / MEGABYTE:.1f} MB of memory each before rendering; one sample of "
-          f"100 x 100 pixels in {rendered:.1f} s with all of them compiled\n"
-          f"  {(resident() - before) / count / MEGABYTE:.1f} MB each after it; the .blend has "
-          f"{blend.stat().st_size / count / MEGABYTE:.2f} MB each, compressed")
+    show_table("scale-scene", (f"{count} measured materials in one scene, {preset}", ""), [
+        ("prepared, s each", f"{statistics.median(seconds):.2f}"), ("at most, s", f"{max(seconds):.2f}"),
+        ("before rendering, MB each", f"{(prepared - before) / count / MEGABYTE:.1f}"),
+        ("after it, MB each", f"{(resident() - before) / count / MEGABYTE:.1f}"),
+        ("the first sample of 100 x 100 pixels, with all compiled, s", f"{rendered:.1f}"),
+        ("the .blend, compressed, kB each", round(blend.stat().st_size / count / 1024))])
     extension.unregister()
 
 
 def main():
     """Print both tables."""
-    data_sets, materials, preset = [*sys.argv[1:], *("1000", "100", "Standard")[len(sys.argv) - 1:]]
+    data_sets, materials, preset = [*sys.argv[1:], *("40", "40", "Standard")[len(sys.argv) - 1:]]
     for work, count in ((batch, data_sets), (scene, materials)):
         with tempfile.TemporaryDirectory() as folder:
             work(Path(folder), int(count), preset)

@@ -14,6 +14,7 @@ import bpy
 import fitter
 from fitter.cycles.node_mixture import node_mixtures
 from support import ball_files, checkout, stage, synthetic
+from support.evidence import show_table
 
 from .ordinary import principled_material
 
@@ -85,14 +86,16 @@ def main(counts):
 
     ways = {"Principled": lambda number: principled_material(fits[number], f"Principled {number}"),
             "Nodes": lambda number: measured(number, True), "Exact": lambda number: measured(number, False)}
-    print(f"{'materials':>9}  {'':10}{'start':>8}{'again':>8}{'moved':>8}{'dragged':>9}")
+    rows = []
     for count in counts:
         base = None
         for way, made in ways.items():
             found = costs(count, made, lamps)
             base = base or found
             each = [(seconds - less) / count for seconds, less in zip(found, base, strict=True)]
-            print(f"{count:9}  {way:10}" + "".join(f"{seconds:8.3f}" for seconds in each), flush=True)
+            if way != "Principled":
+                rows.append((count, way, *(f"{seconds:.3f}" for seconds in each)))
+    show_table("starts", ("materials", "", "start", "again", "moved", "dragged"), rows)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from pathlib import Path
 import bpy
 
 from support import checkout, stage, synthetic
+from support.evidence import show_table
 
 CURET, CORNELL = ("1", "5", "7", "12", "15"), ("krylon_blue_RGB", "garnet_red_RGB", "cayman")
 REPEATS = 11
@@ -35,15 +36,16 @@ def main():
     for material in bpy.data.materials:
         bpy.context.object.data.materials.append(material)
     count, full, after = len(files), _sizes(), _milliseconds(lamp)
-    print(f"{count} materials, Standard, kB each: {(full[0] - empty[0]) / count / 1e3:.0f}, compressed "
-          f"{(full[1] - empty[1]) / count / 1e3:.0f}")
+    rows = [(f"{count} materials, Standard, kB each", round((full[0] - empty[0]) / count / 1e3)),
+            ("the same, compressed", round((full[1] - empty[1]) / count / 1e3))]
     for part, remove in (("bytecode", _no_bytecode), ("fit", _no_fit), ("nodes", _no_nodes)):
         remove()
         less = _sizes()
-        print(f"  {part:9} {(full[0] - less[0]) / count / 1e3:7.0f}")
+        rows.append((f"of it {part}", round((full[0] - less[0]) / count / 1e3)))
         full = less
     for what, one, other in zip(("an undo step", "a lamp's move"), before, after, strict=True):
-        print(f"{what}: {(other - one) / count:.2f} ms for each material")
+        rows.append((f"{what}, ms for each material", f"{(other - one) / count:.2f}"))
+    show_table("weight", ("", "kB or ms"), rows)
 
 
 def _sizes():

@@ -1,14 +1,13 @@
 """The command line: ``python -m fitter info|fit|bake|photographs|report``."""
 
 import argparse
-import importlib
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load
+from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load, report
 from . import fit as fit_samples
 from .colours import COLOURS
 from .colours import DEFAULT as DEFAULT_COLOURS
@@ -22,8 +21,6 @@ from .published import name_in
 from .quality.describe import describe
 from .samples import SYMMETRIES
 
-NO_REPORT = "a development tool that is not included in the extension: run it in a checkout of the project"
-_REPORT = Path(__file__).parents[1] / "benchmarks" / "report"
 _NOT_GIVEN = object()       # None means plain MBA
 
 
@@ -96,14 +93,14 @@ def build_parser() -> argparse.ArgumentParser:
                              help="where to save the samples (.npz); info describes them, fit fits them")
     photographs.set_defaults(run=_photographs)
 
-    report_on = commands.add_parser("report", help="compare fits and baselines on measurements (needs SciPy and "
-                                    "matplotlib)" if _REPORT.is_dir() else NO_REPORT)
-    report_on.add_argument("files", nargs="+", metavar="FILE",
-                           help="measurements; all samples of a file that holds several")
-    report_on.add_argument("--levels", type=int, nargs="+", metavar="LEVEL",
-                           help="levels of plain MBA, default: 0 to 7")
-    report_on.add_argument("--out", default="report", help="folder to write, default: %(default)s")
-    report_on.set_defaults(run=_report)
+    compare = commands.add_parser("report", help="compare presets on measurements: size, errors, seconds")
+    compare.add_argument("files", nargs="+", metavar="FILE",
+                         help="measurements; all samples of a file that holds several")
+    add_reading(compare)
+    compare.add_argument("--levels", type=int, nargs="+", default=(), metavar="LEVEL",
+                         help="plain MBA of these levels beside them")
+    compare.add_argument("--out", default="report", help="folder to write, default: %(default)s")
+    compare.set_defaults(run=_report)
     return parser
 
 
@@ -220,9 +217,14 @@ def _photographs(options: argparse.Namespace) -> None:
 
 
 def _report(options: argparse.Namespace) -> None:
-    if not _REPORT.is_dir():
-        raise ImportError(f"report is {NO_REPORT}")
-    importlib.import_module("benchmarks.report").run(options.files, options.out, options.levels)
+    found, fits = [], report.ways(options.levels)
+    samples = list(report.materials(options.files, **reading_of(options)))
+    for number, each in enumerate(samples):
+        show_progress(number, len(samples), each.name)
+        found += report.rows(each, fits)
+    show_progress(len(samples), len(samples), "")
+    report.write(found, options.out)
+    print(report.markdown(found), end="")
 
 
 def show_progress(done: int, total: int, name: str) -> None:

@@ -5,7 +5,7 @@ A file holds a fit with its closure nodes, which take as long to find, and the c
 is wanted.
 
 The levels are lower than those of Standard: a published model has no noise and no detail beyond its lobe, and errors
-between its samples are about the same (`benchmarks.ready_fits`).
+between its samples are about the same.
 """
 
 from dataclasses import fields

@@ -69,7 +69,7 @@ OCCUPANCY_SHIFT = 4
 # Control points of a cubic B-spline along one axis.
 ROW_TAPS = 4
 
-# Lamps (osl/lamps.h, addon/scene/lamps).
+# Lamps (osl/lamps.h, addon/core/lamps).
 
 # Lamps that a shader has parameters for. Each costs time where it exists, and the 32 brightest cover most scenes.
 MAX_LAMPS = 32

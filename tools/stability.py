@@ -1,7 +1,6 @@
-"""``make stability``: the fits of every preset to the hard cases, as the tables of docs/stability.md."""
+"""The fits of every preset to the hard cases: ``python -m tools.stability`` prints the table of docs/stability.md."""
 
 import sys
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +8,8 @@ import numpy as np
 import fitter
 from fitter.coordinates.nusselt import Nusselt
 from fitter.lattice import dense
-from support.hard_cases import BOUND, ERROR, hard_cases, many, probe
+from support.evidence import show_table
+from support.hard_cases import BOUND, ERROR, hard_cases, probe
 
 CONSTANT = "all values equal"
 
@@ -77,61 +77,17 @@ def _halve(points):
 
 
 def main():
-    """Print the tables."""
-    cases = hard_cases()
-    presets = list(fitter.PRESETS)
-    fits = {name: {preset: case.fit(preset) for preset in presets}
-            for name, case in cases.items()}
-    _table("Largest absolute value anywhere / RMSE at the samples, both over the largest absolute sample",
-           presets, {name: [_cell(case.samples, fits[name][preset]) for preset in presets]
-                     for name, case in cases.items()})
-    _table("What is expected of them", presets, {"at most": [f"{BOUND[p]:g} / {ERROR[p]:g}" for p in presets]})
-    constant = cases[CONSTANT].samples.values[0, 0]
-    _table("All values equal: the largest error anywhere, over the value", presets,
-           {CONSTANT: [f"{np.abs(fits[CONSTANT][preset].evaluate(*probe()) / constant - 1).max():.1e}"
-                       for preset in presets]})
-    _table("RMSE at the samples of plain MBA by level, over the largest absolute sample", [str(h) for h in range(8)],
-           {name: [f"{error:.1e}" for error in errors_by_level(case.samples)] for name, case in cases.items()})
-    _table("Coefficients in half precision: the largest change anywhere, over the largest absolute sample", presets,
-           {name: [_change(case.samples, fits[name][preset]) for preset in presets] for name, case in cases.items()})
-    _table("Lattices evaluated in float32 by NumPy: the largest difference anywhere, over the largest absolute sample",
-           presets, {name: [_single(case.samples, fits[name][preset]) for preset in presets]
-                     for name, case in cases.items()})
-    _million(presets)
+    """Print the table."""
+    rows = []
+    for name, case in hard_cases().items():
+        rows.append((name, *(_cell(case.samples, case.fit(preset)) for preset in fitter.PRESETS)))
+    show_table("stability", ("", *fitter.PRESETS), [
+        *rows, ("at most", *(f"{BOUND[preset]:g} / {ERROR[preset]:g}" for preset in fitter.PRESETS))])
 
 
 def _cell(samples, fit):
     finite, largest, error = measure(samples, fit)
     return f"{largest:.2f} / {error:.1e}" if finite else "not finite"
-
-
-def _change(samples, fit):
-    change = np.abs(halved(fit).evaluate(*probe()) - fit.evaluate(*probe())).max()
-    return f"{change / (np.abs(samples.values).max() or 1):.1e}"
-
-
-def _single(samples, fit):
-    if fit.transform is not None:
-        return ""               # a transform comes on top of the lattices: tests compare it in OSL
-    change = np.abs(single_precision(fit, probe()) - fit.evaluate(*probe())).max()
-    return f"{change / (np.abs(samples.values).max() or 1):.1e}"
-
-
-def _million(presets):
-    samples = many()
-    cells = []
-    for preset in presets:
-        start = time.process_time()
-        fit = fitter.fit(samples, **fitter.PRESETS[preset])
-        cells.append(f"{_cell(samples, fit)}, {time.process_time() - start:.0f} s")
-    _table("A million samples: as the first table, and processor time", presets, {"a million samples": cells})
-
-
-def _table(title, columns, rows):
-    print(f"{title}:\n\n| | {' | '.join(columns)} |\n|---|{'---:|' * len(columns)}")
-    for name, cells in rows.items():
-        print(f"| {name} | {' | '.join(cells)} |")
-    print(flush=True)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """What the panels offer to begin with: the starter library and the watched folder, with their thumbnails.
 
-Everything is asked of workers (`jobs.queue`); what is drawn meanwhile is what is known.
+Everything is asked of workers (`work.queue`); what is drawn meanwhile is what is known.
 """
 
 from collections.abc import Callable

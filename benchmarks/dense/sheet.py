@@ -20,14 +20,12 @@ def pictures_of(record, out):
     return out / f"{record['name']}.npz"
 
 
-def draw(results, out, into=None):
+def draw(results, out):
     """Draw `NAME`, of the materials SHOWN, or where none of them is there of the first six, as `Bench.draw` does."""
     records = {record["name"]: record for record in results["materials"]}
     shown = [records[name] for name in SHOWN if name in records] or list(records.values())[:len(SHOWN)]
-    if not shown:
-        return []
-    save(_figure([(record, np.load(pictures_of(record, out))) for record in shown]), (into or out) / NAME)
-    return [NAME]
+    if shown:
+        save(_figure([(record, np.load(pictures_of(record, out))) for record in shown]), out / NAME)
 
 
 def _figure(shown):

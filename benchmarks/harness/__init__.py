@@ -1,6 +1,5 @@
 """What `held_out` and `dense` share.
 
-`judging` measures a model, `running` judges many things by several processes and continues an interrupted run,
-`summary` compares errors, and `command` makes of it a command and a part of the report. A `running.Bench` says what is
-judged.
+`judging` measures a model; `running` judges many things by several processes, continues an interrupted run, and makes
+a command of it. A `running.Bench` says what is judged.
 """

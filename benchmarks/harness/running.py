@@ -1,72 +1,61 @@
 """Many things judged by several processes; an interrupted run can be continued.
 
 Each finished thing is a line of `progress.jsonl` in the folder, and all of them at last are `results.json`. Every line
-says which code made it, by a digest of the sources that its numbers depend on: a run that continues takes over no line
+says which code made it, by the digest of the files that its numbers depend on: a run that continues takes over no line
 of other code.
 """
 
-import hashlib
+import argparse
 import json
+import math
 import multiprocessing
+import os
 import platform
-import subprocess
+import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
 from fitter.files import replacing
 from support.checkout import ROOT
+from support.evidence import FITS, digest
 
-# what the errors of all benches depend on
-_SOURCES = ("fitter/*.py", *(f"fitter/{name}/**/*.py" for name in (
-    "coordinates", "formats", "lattice", "methods", "model", "quality")),
-    "benchmarks/report/baselines/*.py", "benchmarks/report/methods.py", "benchmarks/harness/judging.py")
-_NO_SOURCES = {"fitter/cli.py"}
+_MEASURED = (*FITS, "benchmarks/report/baselines", "benchmarks/report/methods.py", "benchmarks/harness/judging.py")
 
 
 @dataclass(frozen=True)
 class Bench:
-    """Things that are judged alike, and what is written of it.
+    """Things that are judged alike, and what is shown of it.
 
     Attributes
     ----------
     name, things : str
-        Of its package, its folder in `build` and its page; and of what it judges, in results.json: "sets".
-    title, about : str
-        The heading of its page and of its part of the report, and what that says of it.
+        Of its package and its folder in `build`; and of what it judges, in results.json: "sets".
     judge, is_whole : callable
-        Of a thing and a folder: its record, with a name, and files beside; of a record and a folder: whether it is of
-        this run, and its files are there. Other processes can import them.
+        Of a thing and a folder: its record, with a name, and files beside; of a record and a folder: whether its files
+        are there. Other processes can import them.
     rows, error : str
         The entry of a record that has a row for each model, and the error that is told of each row.
-    text, outcome : callable
-        Of the results and the names of pictures: the page without a heading; of the results: what matters most.
-    draw : callable
-        Of the results, their folder and one to draw into (the same by default): the names of pictures; none without
-        matplotlib.
-    sources : tuple of str
-        Paths of the files that the numbers depend on, beside the fitter's.
-    facts : dict
-        More entries of results.json.
+    show, draw : callable
+        Of the results: prints the tables; of the results and their folder: draws pictures into it.
+    measured : tuple of str
+        Files and folders that the numbers depend on, beside the fitter's.
     """
 
     name: str
     things: str
-    title: str
-    about: str
     judge: Callable
     is_whole: Callable
     rows: str
     error: str
-    text: Callable
-    outcome: Callable
+    show: Callable
     draw: Callable
-    sources: tuple[str, ...]
-    facts: dict = field(default_factory=dict)
+    measured: tuple[str, ...]
 
     @property
     def folder(self):
@@ -74,7 +63,30 @@ class Bench:
         return ROOT / "build" / self.name
 
 
-def run(bench, things, out, jobs=1, resume=False, left_out=(), progress=print):
+def parser(bench, description):
+    """The options of the command of a bench."""
+    found = argparse.ArgumentParser(prog=f"python -m benchmarks.{bench.name}", description=description.splitlines()[0])
+    found.add_argument(f"--{bench.things}", nargs="+", default=(), metavar="NAME", dest="names",
+                       help="only those whose names contain one of these; all by default")
+    found.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes, default: %(default)s")
+    found.add_argument("--resume", action="store_true", help="go on with an interrupted run of the same code")
+    found.add_argument("--out", type=Path, default=bench.folder, help="folder to write, default: %(default)s")
+    return found
+
+
+def main(bench, found, left_out, options):
+    """Judge what was found, and print the tables; what was left out, and how far it is, goes to standard error."""
+    for reason in left_out:
+        print(f"left out: {reason}", file=sys.stderr)
+    if not found:
+        sys.exit(f"no {bench.things} of these names are at hand")
+    results = run(bench, found, options.out, options.jobs, options.resume)
+    bench.draw(results, options.out)
+    bench.show(results)
+    print(f"{options.out}/results.json, in {results['seconds']:.0f} s of processors", file=sys.stderr)
+
+
+def run(bench, things, out, jobs=1, resume=False):
     """Judge things, which have names, and write `results.json` to a folder.
 
     Parameters
@@ -83,18 +95,14 @@ def run(bench, things, out, jobs=1, resume=False, left_out=(), progress=print):
         Processes among which the things are divided.
     resume : bool
         Take over what an earlier, interrupted run in this folder has finished with the same code.
-    left_out : sequence of str
-        Why some are not there, for the record.
-    progress : callable
-        Told what is finished, in words.
 
     Returns
     -------
     dict
-        The contents of results.json: commit, code, machine, seconds (of processors, over all things), the `facts` of
-        the bench, left_out, and under the name of its `things` their records, in the order of `things`.
+        The contents of results.json: code, machine, seconds (of processors, over all things), and under the name of its
+        `things` their records, in the order of `things`.
     """
-    code = digest(bench)
+    code = digest((*_MEASURED, *bench.measured))
     out.mkdir(parents=True, exist_ok=True)
     lines = out / "progress.jsonl"
     finished = {record["name"]: record for record in recorded(lines)
@@ -103,20 +111,18 @@ def run(bench, things, out, jobs=1, resume=False, left_out=(), progress=print):
         stream.writelines(json.dumps(record) + "\n" for record in finished.values())
     wanted = [each for each in things if each.name not in finished]
     before, start = len(things) - len(wanted), time.perf_counter()
-    if before:
-        progress(f"{before} of {len(things)} {bench.things} were finished before")
     with open(lines, "a", encoding="utf-8") as stream:
         for number, record in enumerate(each_of(partial(_judged, bench.judge, out, code), wanted, jobs), start=1):
             stream.write(json.dumps(record) + "\n")
             stream.flush()
             finished[record["name"]] = record
             left = (time.perf_counter() - start) / number * (len(wanted) - number)
-            progress(f"[{before + number}/{len(things)}] {record['name']}: {_told(record[bench.rows], bench.error)}; "
-                     f"{record['seconds']:.0f} s, {left:.0f} s to go")
+            print(f"[{before + number}/{len(things)}] {record['name']}: {_told(record[bench.rows], bench.error)}; "
+                  f"{record['seconds']:.0f} s, {left:.0f} s to go", file=sys.stderr, flush=True)
     records = [finished[each.name] for each in things]
-    results = {"commit": commit(), "code": code, "seconds": sum(record["seconds"] for record in records),
+    results = {"code": code, "seconds": sum(record["seconds"] for record in records),
                "machine": f"Python {platform.python_version()}, NumPy {np.__version__}, {platform.machine()}",
-               **bench.facts, "left_out": list(left_out), bench.things: records}
+               bench.things: records}
     with replacing(out / "results.json", "w") as stream:
         json.dump(results, stream, indent=1)
     return results
@@ -125,25 +131,6 @@ def run(bench, things, out, jobs=1, resume=False, left_out=(), progress=print):
 def named(things, names):
     """Those whose names contain one of the names; all of them without names."""
     return [each for each in things if not names or any(name.lower() in each.name.lower() for name in names)]
-
-
-def digest(bench):
-    """A digest of the sources that the numbers of a bench depend on."""
-    names = {path.relative_to(ROOT).as_posix() for pattern in (*_SOURCES, *bench.sources)
-             for path in ROOT.glob(pattern)}
-    found = hashlib.sha256()
-    for name in sorted(names - _NO_SOURCES):
-        found.update(name.encode() + b"\0" + (ROOT / name).read_bytes() + b"\0")
-    return found.hexdigest()[:16]
-
-
-def commit():
-    """The commit of the checkout, with "-dirty" where it was changed since; "unknown" without git."""
-    try:
-        return subprocess.run(["git", "describe", "--always", "--dirty", "--exclude=*"], cwd=ROOT, check=True,
-                              capture_output=True, text=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
 
 
 def recorded(path):
@@ -168,6 +155,26 @@ def each_of(work, things, jobs):
         finally:
             for future in waiting:
                 future.cancel()
+
+
+def ratio(rows, own, rivals, error):
+    """The error of one model over the least of its rivals': at most 1 where it is best.
+
+    Infinite where it failed, and not a number where the error of no rival is known.
+
+    Examples
+    --------
+    >>> rows = {name: {"rmse": error} for name, error in (("Standard", 0.3), ("a", 0.2), ("b", 0.4))}
+    >>> round(ratio(rows, "Standard", ("a", "b", "c"), "rmse"), 3)
+    1.5
+    """
+    known = [rows[name][error] for name in rivals if name in rows and rows[name][error] is not None]
+    if own not in rows or not known:
+        return math.nan
+    ours, least = rows[own][error], min(known)
+    if ours is None:
+        return math.inf
+    return ours / least if least else (math.inf if ours else 1.0)
 
 
 def _judged(judge, out, code, thing):

@@ -1,144 +1,88 @@
-"""The pictures of the held-out errors, drawn from the views."""
+"""Spheres of a few telling sets: the truth, Standard and the rivals, with their errors at samples held out.
+
+Where there is no truth, the first sphere is of Standard fitted to all samples. All others are of the fits that have not
+seen the first fold. They are computed beside the errors, and kept in an .npz file for each set.
+"""
+
+import re
 
 import numpy as np
 
-from fitter.pictures import srgb
+from fitter.files import replacing
+from fitter.pictures import LIGHTS, lit_sphere, reflected, sphere
 
-from ..report.plots import COLORS, pyplot, save
-from . import lamps, ridge, views
+from ..report.methods import METHODS
+from ..report.plots import pyplot, save
 from .summary import OWN
 
-SPHERES, LAMPS, RIDGE = "held_out_spheres.png", "held_out_lamps.png", "held_out_ridge.png"
-_BACKGROUND = "0.16"
-_INK = "0.9"
-_DOT = 0.9                  # of the picture: how bright the median highlight of the reference is
+NAME = "held_out_spheres.png"
+_HEADLAMP = ((0.02, 0.0, 1.0), 0.5)         # a degree from the viewer, whom retro-reflection reaches
+TELLING = {"retro b, Cornell": (LIGHTS[0], _HEADLAMP)} | dict.fromkeys((
+    "interference b, Cornell", "brushed b, Cornell", "Cornell cayman", "Cornell garnet_red_RGB", "CURET 46 cotton",
+    "MERL color-changing-paint2, goniometer", "RGL net cc_green_malachite_rgb, goniometer"), LIGHTS)
+SIZE = 112                  # pixels of a sphere
+_MIDDLE = 0.2               # radiance that half of the sphere is below
+_EXPOSURES = 0.02, 8.0
+_BACKGROUND, _INK = "0.16", "0.9"
 
 
-def draw(results, out, into=None):
-    """Draw the pictures of the telling sets among the results, as `Bench.draw` does."""
-    records = {record["name"]: record for record in results["sets"]}
-    shown = [(records[name], view) for name in views.TELLING if name in records and (view := views.read(out, name))]
-    drawn = []
-    for name, function, key in ((SPHERES, _spheres, "spheres"), (LAMPS, _lamps, "lamps"), (RIDGE, _ridge, "ridge")):
-        found = [(record, view) for record, view in shown if getattr(view, key).size]
-        if found:
-            save(function(found), (into or out) / name)
-            drawn.append(name)
-    return drawn
+def path(out, name):
+    """The file of a set's spheres."""
+    return out / f"{re.sub(r'[^a-z0-9]+', '_', name.lower()).strip('_')}.npz"
 
 
-def _spheres(shown):
-    """A row of spheres for each set: the reference, Standard and the rivals, with their errors."""
-    methods = list(dict.fromkeys(name for _, view in shown for name in view.names[1:]))
+def write(found, models, out):
+    """Compute and write the spheres of a telling set, of the models of `judging.judge`."""
+    samples, truth = found.open()
+    reference, name = (truth, "truth") if truth else (METHODS[OWN](samples), f"{OWN}, all samples")
+    shown = {name: reference, **({OWN: models[OWN]} if OWN in models else {}), **models}
+    lights = exposed(reference, TELLING[found.name])
+    spheres = np.stack([lit_sphere(model, SIZE, lights) for model in shown.values()])
+    with replacing(path(out, found.name)) as stream:
+        np.savez_compressed(stream, names=list(shown), spheres=np.round(255 * spheres).astype(np.uint8))
+
+
+def exposed(reference, lights):
+    """The lights, all made stronger or weaker, so that a sphere of the reference is neither black nor white."""
+    normal, _, _ = sphere(32)
+    radiance = sum(np.pi * strength * reflected(reference, normal, direction) for direction, strength in lights)
+    brightest = radiance.max(axis=1)
+    middle = np.median(brightest[brightest > 0]) if brightest.any() else _MIDDLE
+    exposure = np.clip(_MIDDLE / middle, *_EXPOSURES)
+    return tuple((direction, exposure * strength) for direction, strength in lights)
+
+
+def draw(results, out):
+    """Draw a row for each telling set among the results."""
+    shown = [record for record in results["sets"] if record["name"] in TELLING]
+    if not shown:
+        return
+    methods = list(dict.fromkeys(name for record in shown for name in record["methods"]))
     figure, axes = pyplot.subplots(len(shown), 1 + len(methods), squeeze=False, layout="constrained",
-                                   figsize=(1.85 * (1 + len(methods)), 2.1 * len(shown) + 0.6))
+                                   figsize=(1.5 * (1 + len(methods)), 1.75 * len(shown) + 0.6))
     figure.set_facecolor(_BACKGROUND)
     figure.suptitle("The truth, or where there is none Standard fitted to all samples; and fits to 80 % of the "
-                    "samples,\nwith their RMSE of the cube root at samples held out, the smallest of which is framed",
-                    color=_INK, fontsize=12)
-    for line, (record, view) in zip(axes, shown, strict=True):
-        errors = {name: row["held_out_cube_root_rmse"] for name, row in record["methods"].items()}
-        least = min((error for error in errors.values() if error is not None), default=None)
-        for axis, name in zip(line, (view.names[0], *methods), strict=True):
-            _bare(axis)
-            if name in view.names:
-                axis.imshow(view.spheres[view.names.index(name)], origin="lower")
-            else:
-                axis.set_xlim(0, 1)
-            axis.set_title(name, color=_INK, fontsize=9, pad=2)
-            if name in errors:
-                error = errors[name]
-                axis.set_xlabel("failed" if error is None else f"{error:.3g}", color=_INK, fontsize=11, labelpad=2,
-                                weight="bold" if error == least else "normal")
-                if error is not None and error == least:
-                    for spine in axis.spines.values():
-                        spine.set(visible=True, color="tab:orange", linewidth=2)
-        line[0].set_ylabel(record["name"].replace(", ", "\n"), color=_INK, fontsize=9)
-    return figure
+                    "samples, with their\nRMSE of the cube root at samples held out, the smallest of which is framed",
+                    color=_INK)
+    for line, record in zip(axes, shown, strict=True):
+        with np.load(path(out, record["name"])) as file:
+            spheres = dict(zip(map(str, file["names"]), file["spheres"], strict=True))
+        _row(line, record, spheres, methods)
+    save(figure, out / NAME)
 
 
-def _lamps(shown):
-    """The row-of-lamps pictures: a row for each set."""
-    columns = max(len(view.lamp_names) for _, view in shown)
-    figure, axes = pyplot.subplots(len(shown), columns, squeeze=False, layout="constrained",
-                                   figsize=(5.4 * columns, 5.7 * len(shown) + 0.7))
-    figure.set_facecolor(_BACKGROUND)
-    most = np.degrees(np.abs(lamps.INCIDENCES).max())
-    figure.suptitle(f"Under a row of {lamps.COUNT} small lamps, mirrored at incidences of 0 to {most:g} degrees: a "
-                    "coat shows a line of dots,\nwhich fade or change colour in turn where a fit loses it between "
-                    "measured incidences",
-                    color=_INK, fontsize=12)
-    for line, (record, view) in zip(axes, shown, strict=True):
-        exposure = _DOT / max(np.median(_highlights(view.lamps[0])), 1e-9)
-        for axis in line:
-            _bare(axis)
-        for axis, name, picture in zip(line, view.lamp_names, view.lamps, strict=False):
-            axis.imshow(srgb(exposure * picture), origin="lower")
-            row = record["methods"].get(name)
-            axis.set_title(name + (f", from 80 %: held out {row['held_out_cube_root_rmse']:.3g}" if row else ""),
-                           color=_INK, fontsize=11)
-        line[0].set_ylabel(record["name"].replace(", ", "\n"), color=_INK, fontsize=11)
-    return figure
-
-
-def _ridge(shown):
-    """Energy of each channel, and colour, along the mirror ridge: a row for each set."""
-    figure, axes = pyplot.subplots(len(shown), 4, squeeze=False, layout="constrained",
-                                   figsize=(18, 3.1 * len(shown) + 0.6))
-    figure.suptitle(f"Energy in the cone of {np.degrees(ridge.HALF_ANGLE):.0f} degrees about the mirror direction "
-                    "(integral of f cos), against the angle of incidence in degrees; points at measured incidences. "
-                    "Right: its colour", fontsize=12)
-    degrees = np.degrees(ridge.INCIDENCES)
-    for line, (record, view) in zip(axes, shown, strict=True):
-        for channel, axis in enumerate(line[:3]):
-            if channel < view.ridge.shape[2]:
-                _energies(axis, degrees, view, channel)
-            axis.set_title(f"{record['name']}: {'RGB'[channel]}", fontsize=9)
-        _colors(line[3], degrees, view)
-    axes[0, 0].legend(fontsize=7)
-    return figure
-
-
-def _energies(axis, degrees, view, channel):
-    """The energy of one channel by each method."""
-    reference = view.ridge[0, :, channel]
-    axis.semilogy(degrees, reference, color="black", linewidth=3, alpha=0.35, label=view.names[0])
-    for name, energies in zip(view.names[1:], view.ridge[1:, :, channel], strict=True):
-        axis.semilogy(degrees, energies, color=COLORS[name], linewidth=1.8 if name == OWN else 0.7, label=name,
-                      zorder=3 if name == OWN else 2)
-    at = np.degrees(view.measured)
-    axis.semilogy(at, np.exp(np.interp(at, degrees, np.log(np.maximum(reference, 1e-12)))), "ko", markersize=4)
-    axis.set_ylim(reference.min() / 4, reference.max() * 4)
-
-
-def _colors(axis, degrees, view):
-    """A strip for each method: the colour of its highlight at each incidence, all equally bright."""
-    energies = view.ridge if view.ridge.shape[2] == 3 else np.repeat(view.ridge[..., :1], 3, axis=2)
-    strips = srgb(0.8 * energies / np.maximum(energies.max(axis=2, keepdims=True), 1e-12))
-    axis.imshow(strips, aspect="auto", interpolation="nearest",
-                extent=(degrees[0], degrees[-1], len(view.names) - 0.5, -0.5))
-    axis.set_yticks(range(len(view.names)), view.names, fontsize=7)
-    axis.set_ylim(len(view.names) - 0.5, -0.5)
-    for at in np.degrees(view.measured):
-        axis.axvline(at, color="black", linewidth=0.4)
-
-
-def _highlights(picture):
-    """The brightest pixel at the mirror image of each lamp: (lamps.COUNT,)."""
-    size = len(picture)
-    brightest = picture.max(axis=2)
-    found = []
-    for incidence in lamps.INCIDENCES:
-        half = lamps.disk(incidence)[0] + (0, 0, 1)
-        column, row = ((half[:2] / np.linalg.norm(half) * 0.96 + 1) / 2 * size).astype(int)
-        found.append(brightest[max(row - 2, 0):row + 3, max(column - 2, 0):column + 3].max())
-    return np.array(found)
-
-
-def _bare(axis):
-    """No ticks and no frame; labels stay."""
-    axis.set_xticks([])
-    axis.set_yticks([])
-    axis.set_facecolor(_BACKGROUND)
-    for spine in axis.spines.values():
-        spine.set_visible(False)
+def _row(line, record, spheres, methods):
+    errors = {name: row["held_out_cube_root_rmse"] for name, row in record["methods"].items()}
+    least = min((error for error in errors.values() if error is not None), default=None)
+    for axis, name in zip(line, (next(iter(spheres)), *methods), strict=True):
+        axis.set(xticks=[], yticks=[], facecolor=_BACKGROUND)
+        framed = name in errors and errors[name] is not None and errors[name] == least
+        for spine in axis.spines.values():
+            spine.set(visible=framed, color="tab:orange", linewidth=2)
+        if name in spheres:
+            axis.imshow(spheres[name], origin="lower")
+        axis.set_title(name, color=_INK, fontsize=8, pad=2)
+        if name in errors:
+            axis.set_xlabel("failed" if errors[name] is None else f"{errors[name]:.3g}", color=_INK, fontsize=9,
+                            labelpad=2, weight="bold" if framed else "normal")
+    line[0].set_ylabel(record["name"].replace(", ", "\n"), color=_INK, fontsize=8)

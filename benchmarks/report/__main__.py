@@ -1,68 +1,95 @@
-"""``make report``: `python -m fitter report`, with errors over all sets at hand, times inside OSL, and renders.
+"""``make report``: the paper's claims and methods side by side, on all measurements at hand or on those that are named.
 
-The latter two need Blender.
+python -m benchmarks.report [FILE...] [--out build/report]
 
-python -m benchmarks.report FILE... --out build/report
+Writes `results.json`, `results.md` and pictures, and prints the tables. The rendered picture needs Blender.
 """
 
 import argparse
 import contextlib
+import io
+import json
+import multiprocessing
+import operator
 import os
+import platform
 import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from itertools import chain
 from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"    # before NumPy starts them: a process for each core has the materials
 
-from support.checkout import extension
+import numpy as np
 
-from ..dense.bench import dense_sets
-from ..held_out.bench import judged_sets
-from . import Supplement, findings, markdown, plots, run
+from fitter import DatasetError
+from fitter.cli import show_progress
+from fitter.files import replacing
+from fitter.formats import list_samples, load
+from support import checkout
+
+from . import comparison, figures, markdown, plots, tables, times
+from .rows import Results
+
+LEVELS = range(8)
+BILEVEL = ((1, 6, 90), (3, 6, 90), (4, 6, 95), (4, 6, 99))
+FEATURED = ("felt", "leather", "aluminum foil", "Krylon Blue", "Garnet Red", "Cayman Metallic")
+_FEATURED_ELSE = 4          # number of materials to feature if none of these is there
+_CLAIMED = 4, 6             # levels of which the paper claims something for every material
 
 
-def times_in_cycles(shown, out):
-    """Figure 2, inside Cycles."""
-    from .. import osl_times
+def measured(paths):
+    """All materials in files: every sample of a CURET file, and the only one of each other file."""
+    for path in paths:
+        for number in [number for number, _ in list_samples(path)] or [None]:
+            yield load(path, number)
 
+
+def featured(samples):
+    """The materials of the plots and the main tables; of several with one name, the first."""
+    by_name = {}
+    for each in samples:
+        by_name.setdefault(each.name, each)
+    return [by_name[name] for name in FEATURED if name in by_name] or list(by_name.values())[:_FEATURED_ELSE]
+
+
+def write(paths, out, jobs=1, progress=lambda done, total, name: None, calls=times.CALLS):
+    """Write `results.json`, `results.md` and the plots to a folder, and return what is in the first.
+
+    A file that cannot be read is a `DatasetError`, and nothing is written then.
+    """
+    samples = list(measured(paths))
+    shown = featured(samples)
+    results: Results = {"machine": f"Python {platform.python_version()}, NumPy {np.__version__}, {platform.machine()}",
+                        "levels": list(LEVELS), "featured": [[of.name, of.source] for of in shown]}
+    tasks = [partial(tables.errors, of, *((LEVELS, BILEVEL) if any(of is each for each in shown) else (_CLAIMED, ())))
+             for of in samples]
+    tasks += [partial(comparison.compare, of) for of in samples]
+    rows = []
+    with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:   # Blender's threads fork badly
+        for found in pool.map(operator.call, tasks):
+            progress(len(rows), len(tasks), found[0]["material"])
+            rows.append(found)
+    progress(len(tasks), len(tasks), "")
+    results["errors"], results["comparison"] = (
+        list(chain.from_iterable(found)) for found in (rows[:len(samples)], rows[len(samples):]))
+    results["claims"] = tables.claims(results["errors"])
+    results["storage"] = tables.storage(samples[0])
+    results["times"] = {"material": shown[0].name, "calls": calls, "rows": times.table(shown[0], calls)}
+    out.mkdir(parents=True, exist_ok=True)
+    plots.draw(results, out)
     with _quiet():
-        rows = osl_times.table(shown[0])
-    calls = osl_times.PIXELS * (osl_times.MANY - osl_times.FEW)
-    text = (f"\n## Evaluation times inside Cycles OSL (Figure 2)\n\n{calls:,} calls on one core, {shown[0].name}, one "
-            f"channel; the least of {osl_times.REPEATS}. {findings.flatness(rows)}\n\n")
-    plots.save(plots.times(rows, f"nanoseconds a call in OSL, {shown[0].name}"), out / "figure_2_osl.png")
-    text += "![figure_2_osl](figure_2_osl.png)\n\n"
-    return Supplement("osl_times", text + markdown.table(("method", "ns a call in OSL"), [
-        (row["method"], row["nanoseconds"]) for row in rows]), rows)
-
-
-def rendered_by_cycles(shown, out):
-    """Figures 3, 4, 7 and 8."""
-    from .. import figures
-
-    by_name = {samples.name: samples for samples in shown}
-    leading = [by_name[name] for name in ("aluminum foil", "felt", "leather") if name in by_name] or shown[:3]
-    glossy = by_name.get("Krylon Blue", shown[-1])
-    with _quiet():
-        names = [figures.levels(leading[0], out), figures.materials(leading, out),
-                 figures.compressed([*leading, glossy], out)]
-        name, rows = figures.undetectable(glossy, out)
-    text = "\n## Rendered by Cycles (Figures 3, 4, 7 and 8)\n\n" + "".join(
-        f"![{Path(picture).stem}]({picture})\n\n" for picture in (*names, name))
-    text += (f"Figure 8, where the paper calls the differences undetectable: pictures of {glossy.name} against level "
-             "6 (RMSE of scene-linear pixels over the picture's mean; FLIP, 0 to 1, of the pictures as shown). The "
-             "first row is what noise alone makes.\n\n")
-    text += markdown.table(("fit", "relative RMSE", "mean FLIP"), [
-        (row["fit"], row["relative_rmse"], "flip-evaluator is not installed" if row["flip"] is None else row["flip"])
-        for row in rows])
-    return Supplement("renders", text + _against_noise(rows), rows)
-
-
-def _against_noise(rows):
-    """Figure 8 in words: the difference of each fit over that of noise."""
-    noise, *others = rows
-    told = "; ".join(f"{row['fit']} {row['relative_rmse'] / noise['relative_rmse']:.2g}"
-                     + (f" and {row['flip'] / noise['flip']:.2g}" if noise["flip"] else "") for row in others)
-    return f"\nTimes the difference that noise makes, RMSE and FLIP: {told}.\n"
+        results["renders"] = figures.undetectable(shown[min(3, len(shown) - 1)], out)
+    with replacing(out / "results.json", "w") as stream:
+        json.dump(results, stream, indent=1)
+    told = io.StringIO()
+    with contextlib.redirect_stdout(told):
+        markdown.show(results)
+    with replacing(out / "results.md", "w") as stream:
+        stream.write(f"# Results\n\n{results['machine']}\n\n{told.getvalue()}")
+    return results
 
 
 @contextlib.contextmanager
@@ -79,19 +106,31 @@ def _quiet():
         os.close(nowhere)
 
 
-def main():
-    """Write the report."""
-    from measured_brdf.addon.core import osl_support
+def at_hand():
+    """The files of CURET and Cornell that are there."""
+    folder = checkout.measurements()
+    paths = folder / "curet" / "abrdf.dat", *sorted((folder / "cornell").glob("*"))
+    return [path for path in paths if path.is_file()]
 
+
+def main():
+    """Write the report, and print its tables."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.report", description=__doc__.splitlines()[0])
-    parser.add_argument("files", nargs="+", metavar="FILE", help="measurements; all samples of a CURET file")
-    parser.add_argument("--out", default="build/report", help="folder to write, default: %(default)s")
+    parser.add_argument("files", nargs="*", metavar="FILE", help="measurements; all samples of a CURET file")
+    parser.add_argument("--out", type=Path, default="build/report", help="folder to write, default: %(default)s")
     options = parser.parse_args()
-    if osl_support.missing():
-        sys.exit(osl_support.missing())
-    run(options.files, options.out, supplements=(judged_sets, dense_sets, times_in_cycles, rendered_by_cycles))
+    files = options.files or at_hand()
+    if not files:
+        sys.exit(f"no measurements in {checkout.measurements()}; set MEASURED_BRDF_DATA")
+    start = time.perf_counter()
+    try:
+        results = write(files, options.out, os.cpu_count() or 1, show_progress)
+    except DatasetError as error:
+        sys.exit(f"error: {error}")
+    markdown.show(results)
+    print(f"{options.out}/results.json, in {time.perf_counter() - start:.0f} s", file=sys.stderr)
 
 
 if __name__ == "__main__":
-    extension().register()
+    checkout.extension().register()
     main()

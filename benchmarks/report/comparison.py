@@ -1,4 +1,4 @@
-"""Methods side by side on one material: size, errors at fitted and held-out samples, physics, ringing and time."""
+"""Methods side by side on one material: size, errors at fitted and held-out samples, physics and time."""
 
 import time
 from collections.abc import Mapping
@@ -11,12 +11,10 @@ from fitter.quality import cross_validation, physics
 from fitter.quality.metrics import error_metrics
 from fitter.samples import Samples
 
-from . import ringing
 from .methods import METHODS
 from .rows import MakeModel, Row
 from .times import interleaved
 
-ALBEDO_ANGLES = tuple(range(0, 90, 10))         # degrees
 _REPEATS = 3                # timed evaluations
 
 
@@ -33,11 +31,10 @@ def compare(samples: Samples, methods: Mapping[str, MakeModel] = METHODS) -> lis
     -------
     list of dict
         One row a method: material, source, method, coefficients (of a channel), bytes (of all channels); rmse, mae,
-        mre and cube_root_rmse at the samples; held_out_rmse and held_out_cube_root_rmse; ringing; reciprocity_error,
-        negative_fraction and negative_energy; albedo, of the brightest channel at ALBEDO_ANGLES; fit_seconds, and
-        evaluate_microseconds for one pair of directions in NumPy, both in processor time.
+        mre and cube_root_rmse at the samples; held_out_rmse and held_out_cube_root_rmse; reciprocity_error,
+        negative_fraction and negative_energy; fit_seconds, and evaluate_microseconds for one pair of directions in
+        NumPy, both in processor time.
     """
-    lines = ringing.neighbours(samples)
     pairs = physics.direction_pairs()
     rows = []
     for name, make in methods.items():
@@ -46,12 +43,10 @@ def compare(samples: Samples, methods: Mapping[str, MakeModel] = METHODS) -> lis
         fitted = time.process_time()
         evaluation, = interleaved({name: partial(model.evaluate, *pairs)}, _REPEATS).values()
         held_out = cross_validation.held_out(samples, make)
-        albedo = physics.directional_albedo(model, np.radians(ALBEDO_ANGLES)).max(axis=1)
         rows.append({"material": samples.name, "source": samples.source, "method": name,
                      "coefficients": model.coefficient_count, "bytes": model.nbytes, **at_samples(samples, model),
                      "held_out_rmse": held_out.rmse, "held_out_cube_root_rmse": held_out.cube_root_rmse,
-                     "ringing": ringing.ringing(samples, model, lines), **physics.measure(model, pairs)._asdict(),
-                     "albedo": albedo.tolist(), "fit_seconds": fitted - start,
+                     **physics.measure(model, pairs)._asdict(), "fit_seconds": fitted - start,
                      "evaluate_microseconds": 1e6 * evaluation / len(pairs[0])})
     return rows
 

@@ -7,13 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from . import tables
-from .comparison import ALBEDO_ANGLES
 from .methods import BASELINES, METHODS
 from .rows import Results, Row
 
@@ -25,9 +22,7 @@ COLORS = dict(zip(METHODS, cycle(("tab:gray", "tab:blue", "tab:red", "black", "t
 
 def draw(results: Results, out: Path) -> None:
     """Write the plots to a folder."""
-    drawn = {"figure_1_errors.png": _errors, "figure_1_claim.png": _claim, "figure_2_times.png": _times,
-             "figure_5_storage.png": _storage, "figure_6_compressed.png": _compressed, "ringing.png": _ringing,
-             "albedo.png": _albedo}
+    drawn = {"figure_1_errors.png": _errors, "figure_2_times.png": _times, "figure_5_storage.png": _storage}
     for name, function in drawn.items():
         save(function(results), out / name)
 
@@ -79,20 +74,6 @@ def _errors(results: Results) -> Figure:
     return figure
 
 
-def _claim(results: Results) -> Figure:
-    """By what factor levels 6 and 4 are better than the better baseline, for every material."""
-    figure, axis = pyplot.subplots(figsize=(9, 3.2), constrained_layout=True)
-    rows = sorted(results["claims"], key=lambda row: row["level_6_factor"])
-    for level, color in ((6, "tab:blue"), (4, "tab:orange")):
-        axis.semilogy([row[f"level_{level}_factor"] for row in rows], ".", color=color, label=f"level {level}")
-    axis.axhline(4, color="tab:blue", linewidth=0.8, label="the claim for level 6: 4")
-    axis.axhline(1, color="tab:orange", linewidth=0.8, label="as good as the better baseline")
-    axis.set_xlabel("materials, in the order of level 6")
-    axis.set_ylabel("RMSE of better baseline / ours")
-    axis.legend(fontsize=7)
-    return figure
-
-
 def _bars(axis: Axes, names: Sequence[str], values: Sequence[float]) -> None:
     axis.barh(range(len(names)), values)
     axis.set_yticks(range(len(names)), names, fontsize=7)
@@ -100,14 +81,11 @@ def _bars(axis: Axes, names: Sequence[str], values: Sequence[float]) -> None:
 
 
 def _times(results: Results) -> Figure:
-    return times(results["times"]["rows"], f"nanoseconds a call in NumPy, {results['times']['material']}")
-
-
-def times(rows: list[Row], label: str) -> Figure:
     """Time of one evaluation by each method: the paper's Figure 2."""
     figure, axis = pyplot.subplots(figsize=(7, 3), constrained_layout=True)
+    rows = results["times"]["rows"]
     _bars(axis, [row["method"] for row in rows], [row["nanoseconds"] for row in rows])
-    axis.set_xlabel(label)
+    axis.set_xlabel(f"nanoseconds a call in NumPy, {results['times']['material']}")
     return figure
 
 
@@ -131,48 +109,4 @@ def _storage(results: Results) -> Figure:
         axis.set_xscale("log")
         axis.set_title(f"{title}, one channel", fontsize=9)
     axes[0].legend(fontsize=7)
-    return figure
-
-
-def _compressed(results: Results) -> Figure:
-    """Errors of compressed fits and of the baselines: the paper's Figure 6."""
-    figure, axes = pyplot.subplots(1, len(METRICS), figsize=(13, 3.6), constrained_layout=True)
-    methods = ("(1,6,90)", "(3,6,90)", "(4,6,95)", "(4,6,99)", *BASELINES)
-    names = [name for name, _ in results["featured"]]
-    for metric, axis in zip(METRICS, axes, strict=True):
-        for index, method in enumerate(methods):
-            values = [rows_of(results, "errors", *key)[method][metric] for key in results["featured"]]
-            axis.bar(np.arange(len(names)) + index / 8, values, 1 / 8, label=method)
-        axis.set_yscale("log")
-        axis.set_xticks(np.arange(len(names)) + 0.3, names, fontsize=7, rotation=20)
-        axis.set_title(metric.upper(), fontsize=9)
-    axes[0].legend(fontsize=6)
-    return figure
-
-
-def _ringing(results: Results) -> Figure:
-    """Ringing against the diffuse level."""
-    figure, axis = pyplot.subplots(figsize=(6, 3), constrained_layout=True)
-    for name, source in results["featured"]:
-        rows = rows_of(results, "ringing", name, source)
-        axis.plot([choice[0] for choice in tables.RINGING], [row["ringing"] for row in rows.values()], "o-", label=name)
-    axis.set_xlabel("diffuse level D of (D,6,90)")
-    axis.set_ylabel("ringing")
-    axis.set_xticks([choice[0] for choice in tables.RINGING])
-    figure.legend(fontsize=7, loc="outside right upper")
-    return figure
-
-
-def _albedo(results: Results) -> Figure:
-    """Directional albedo against view angle."""
-    figure, axes = panels(len(results["featured"]), 3, (4, 2.6))
-    for axis, (name, source) in zip(axes.ravel(), results["featured"], strict=False):
-        for method, row in rows_of(results, "comparison", name, source).items():
-            axis.plot(ALBEDO_ANGLES, row["albedo"], ".-", color=COLORS[method], label=method)
-        axis.axhline(1, color="black", linewidth=0.5)
-        axis.set_ylim(0, min(axis.get_ylim()[1], 3))
-        axis.set_title(name, fontsize=9)
-    axes[0, 0].legend(fontsize=6)
-    figure.supxlabel("view angle, degrees", fontsize=8)
-    figure.supylabel("directional albedo, brightest channel", fontsize=8)
     return figure

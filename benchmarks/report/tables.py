@@ -4,17 +4,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-from scipy.spatial import cKDTree
-
 from fitter import fit
-from fitter.coordinates.nusselt import Nusselt
-from fitter.lattice import dense
 from fitter.model.fit import notation
 from fitter.quality.metrics import error_metrics
 from fitter.samples import Samples
 
-from . import ringing
 from .methods import BASELINES, METHODS, levels
 from .rows import Row
 
@@ -24,7 +18,6 @@ Choice = tuple[int, int, float]
 # Kameya and Lewis 2002, Table 1: control points and bytes of a compressed fit of one channel
 PAPER_TABLE_1 = {(3, 6, 90): (31_407, 426_647), (3, 6, 95): (16_369, 366_495),
                  (4, 6, 90): (36_935, 448_759), (4, 6, 95): (21_897, 388_607)}
-RINGING = tuple((diffuse, 6, 90) for diffuse in range(1, 6))
 
 
 def errors(samples: Samples, plain: Sequence[int], compressed: Sequence[Choice]) -> list[Row]:
@@ -54,27 +47,6 @@ def errors(samples: Samples, plain: Sequence[int], compressed: Sequence[Choice])
     return rows
 
 
-def where(samples: Samples, level: int = 6) -> Row:
-    """Where the error of plain MBA is: at samples closer together than a cell, or at the brightest samples.
-
-    Returns
-    -------
-    dict
-        material, source, samples; crowded, the number of samples with another one within the width of a cell along
-        every axis; crowded_share and bright_share, the shares of the squared error of these and of the brightest
-        twentieth.
-    """
-    x = Nusselt().encode(*samples.directions) * dense.cells(level)
-    nearest, _ = cKDTree(x).query(x, k=2, p=math.inf)
-    near = nearest[:, 1] < 1
-    height = samples.values.max(axis=1)
-    bright = height >= np.quantile(height, 0.95)
-    square = ((fit(samples, level, None).evaluate(*samples.directions) - samples.values) ** 2).sum(axis=1)
-    total = square.sum() or 1.0
-    return {"material": samples.name, "source": samples.source, "samples": len(samples), "crowded": int(near.sum()),
-            "crowded_share": float(square[near].sum() / total), "bright_share": float(square[bright].sum() / total)}
-
-
 def storage(samples: Samples) -> list[Row]:
     """Control points and bytes of one channel, ours and those of the paper's Table 1."""
     grey = replace(samples, values=samples.values[:, :1], channels=("grey",))
@@ -84,13 +56,6 @@ def storage(samples: Samples) -> list[Row]:
         rows.append({"fit": notation(*choice), "coefficients": found.coefficient_count, "bytes": found.nbytes,
                      "paper_coefficients": coefficients, "paper_bytes": size})
     return rows
-
-
-def ringing_by_level(samples: Samples, choices: Sequence[Choice] = RINGING) -> list[Row]:
-    """The ringing of fits with ascending diffuse levels."""
-    lines = ringing.neighbours(samples)
-    return [{"material": samples.name, "source": samples.source, "method": notation(*choice),
-             "ringing": ringing.ringing(samples, fit(samples, *choice), lines)} for choice in choices]
 
 
 def claims(rows: list[Row]) -> list[Row]:
@@ -117,43 +82,14 @@ def claims(rows: list[Row]) -> list[Row]:
     >>> claim["level_6_factor"], claim["level_6_holds"], claim["level_4_factor"], claim["level_4_holds"]
     (5.0, True, 1.25, True)
     """
+    by_material: dict[tuple[str, str], dict[str, float]] = {}
+    for row in rows:
+        by_material.setdefault((row["material"], row["source"]), {})[row["method"]] = row["rmse"]
     found = []
-    for (material, source), rmse in _rmse_by_material(rows).items():
+    for (material, source), rmse in by_material.items():
         if {"level 4", "level 6"} <= rmse.keys():
             best = min(rmse[name] for name in BASELINES)
             fine, coarse = (best / rmse[f"level {level}"] if rmse[f"level {level}"] else math.inf for level in (6, 4))
             found.append({"material": material, "source": source, "level_6_factor": fine, "level_4_factor": coarse,
                           "level_6_holds": fine >= 4, "level_4_holds": coarse >= 0.5})
     return found
-
-
-def compressed(rows: list[Row]) -> list[Row]:
-    """The error of (1,6,90) relative to that of (3,6,90) and (4,6,95), for each material (section 4.3.1).
-
-    Parameters
-    ----------
-    rows : list of dict
-        Of `errors`.
-
-    Returns
-    -------
-    list of dict
-        material, source; over (3,6,90) and over (4,6,95), ratios of RMSE; beats_baselines, whether its RMSE is at most
-        that of the better baseline.
-    """
-    found = []
-    for (material, source), rmse in _rmse_by_material(rows).items():
-        of = rmse["(1,6,90)"]
-        found.append({"material": material, "source": source,
-                      **{f"over {name}": of / rmse[name] if rmse[name] else math.inf
-                         for name in ("(3,6,90)", "(4,6,95)")},
-                      "beats_baselines": of <= min(rmse[name] for name in BASELINES)})
-    return found
-
-
-def _rmse_by_material(rows: list[Row]) -> dict[tuple[str, str], dict[str, float]]:
-    """RMSE by method, for each (material, source)."""
-    by_material: dict[tuple[str, str], dict[str, float]] = {}
-    for row in rows:
-        by_material.setdefault((row["material"], row["source"]), {})[row["method"]] = row["rmse"]
-    return by_material

@@ -1,7 +1,7 @@
 """Evaluation times in NumPy: the paper's Figure 2."""
 
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 
 from fitter.model import Reflectance
@@ -52,15 +52,3 @@ def interleaved(work: Mapping[str, Callable[[], object]], repeats: int) -> dict[
             if turn:
                 seconds[name].append(time.process_time() - start)
     return {name: min(times) for name, times in seconds.items()}
-
-
-def spread(rows: list[Row], names: Collection[str]) -> float | None:
-    """By what fraction the slowest of some methods takes longer than the fastest; None for fewer than two rows.
-
-    Examples
-    --------
-    >>> spread([{"method": "a", "nanoseconds": 20}, {"method": "b", "nanoseconds": 25}], {"a", "b"})
-    0.25
-    """
-    times = [row["nanoseconds"] for row in rows if row["method"] in names]
-    return max(times) / min(times) - 1 if len(times) > 1 else None

@@ -19,11 +19,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ..arrays import FloatArray
+from ..shader_constants import LEAST_COSINE, STEEPEST_FACET
 
 Kind = Literal["diffuse", "GGX", "Beckmann", "sheen"]
 FACETS: tuple[Kind, ...] = ("GGX", "Beckmann")
-_LEAST = 1e-3               # smaller cosines count as this (numerical)
-_STEEPEST = 80.0            # exponents above it count as this: exp(-80) is nothing
 _NO_LENGTH = 1e-9
 
 
@@ -131,9 +130,9 @@ def _distribution(kind: Kind, shape: Shape, frame: FloatArray, pairs: Pairs) -> 
     per solid angle of these, (..., n), and these in the frame of the lobe, (..., n, 3)."""
     h = pairs.half @ frame
     along, across = (width[..., None] for width in widths(shape))
-    cosine = np.maximum(np.abs(h[..., 2]), _LEAST)
+    cosine = np.maximum(np.abs(h[..., 2]), LEAST_COSINE)
     slope2 = ((h[..., 0] / along) ** 2 + (h[..., 1] / across) ** 2) / cosine ** 2
-    facets = np.exp(-np.minimum(slope2, _STEEPEST)) if kind == "Beckmann" else (1 + slope2) ** -2.0
+    facets = np.exp(-np.minimum(slope2, STEEPEST_FACET)) if kind == "Beckmann" else (1 + slope2) ** -2.0
     return facets / (np.pi * along * across * cosine ** 4), h
 
 
@@ -144,13 +143,13 @@ def _facets(kind: Kind, shape: Shape, normal: FloatArray, pairs: Pairs) -> Float
     along, beside = (width[..., None] for width in widths(shape))
 
     def slopes2(w: FloatArray) -> FloatArray:
-        height = np.maximum(w[..., 2], _LEAST)
+        height = np.maximum(w[..., 2], LEAST_COSINE)
         return np.asarray(((w[..., 0] * along) ** 2 + (w[..., 1] * beside) ** 2) / height ** 2)
 
     smith = _smith_beckmann if kind == "Beckmann" else _smith_ggx
     masking = 1 + smith(slopes2(i)) + smith(slopes2(o))
-    value = distribution / (4 * np.maximum(o[..., 2], _LEAST) * masking)
-    return np.where((i[..., 2] > _LEAST) & (o[..., 2] > 0), value, 0)
+    value = distribution / (4 * np.maximum(o[..., 2], LEAST_COSINE) * masking)
+    return np.where((i[..., 2] > LEAST_COSINE) & (o[..., 2] > 0), value, 0)
 
 
 def _smith_ggx(slope2: FloatArray) -> FloatArray:
@@ -166,9 +165,9 @@ def _smith_beckmann(slope2: FloatArray) -> FloatArray:
 
 def _sheen(roughness: FloatArray, pairs: Pairs) -> FloatArray:
     sigma2 = np.maximum(roughness, 0.01)[..., None] ** 2
-    cos_i, cos_o, cos_h = pairs.wi[..., 2], np.maximum(pairs.wo[..., None, 2], _LEAST), pairs.half[..., 2]
+    cos_i, cos_o, cos_h = pairs.wi[..., 2], np.maximum(pairs.wo[..., None, 2], LEAST_COSINE), pairs.half[..., 2]
     cos_d = np.maximum((pairs.half * pairs.wi).sum(axis=-1), _NO_LENGTH)
     masking = np.minimum(1, 2 * np.maximum(cos_h / cos_d, 1e-5) * np.minimum(cos_o, np.maximum(cos_i, 0)))
     sine2 = np.maximum(1 - cos_h ** 2, _NO_LENGTH)
-    density = np.exp(-np.minimum(cos_h ** 2 / (sine2 * sigma2), _STEEPEST)) / (np.pi * sigma2 * sine2 ** 2)
+    density = np.exp(-np.minimum(cos_h ** 2 / (sine2 * sigma2), STEEPEST_FACET)) / (np.pi * sigma2 * sine2 ** 2)
     return np.where(cos_i > 0, 0.25 * density * masking / cos_o, 0)

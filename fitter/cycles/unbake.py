@@ -1,7 +1,8 @@
 """Reading the fit of a baked shader back from its OSL source.
 
-A .blend keeps the source of each shader, so that a measured material can get the shader of a newer version without its
-measurements. `bake` writes nine digits of every number, enough to give each back in single precision.
+A .blend of a version before 0.3.0 keeps the source of each shader, and no fit: by the source its materials get the
+shader of a newer version without their measurements. `bake` writes nine digits of every number, enough to give each
+back in single precision.
 """
 
 import math

@@ -5,8 +5,8 @@ a Lambertian surface of albedo 1. The cube root is the metric that agreed best w
 `cross_validation.cube_root`); a step is about that of L* in CIELAB, of which people notice some two side by side.
 Differences above twice the cube root of white do not count: no screen shows them.
 
-`python -m benchmarks.verdict` prints what the grades rest on: the difference between pictures of fits and of surfaces
-that are known everywhere. Their limits were chosen with one half of the surfaces; the other half judges them.
+The grades rest on the difference between pictures of fits and of surfaces that are known everywhere: their limits were
+chosen with one half of the surfaces, and the other half judged them (docs/fitting.md).
 """
 
 import math

@@ -7,8 +7,8 @@ import fitter
 from fitter import published, ready
 from support.cases import quick
 
-# RMSE of the cube root of values times cosine, as a share of its mean: what Standard has (`benchmarks.ready_fits`), or
-# 0.01 where that is better
+# RMSE of the cube root of values times cosine, as a share of its mean: what Standard has, or 0.01 where
+# that is better
 LARGEST_ERRORS = {"red-plastic": 0.01, "white-marble": 0.01, "gold-paint": 0.01, "specular-blue-phenolic": 0.01,
                   "polyurethane-foam": 0.03, "two-layer-gold": 0.04}
 

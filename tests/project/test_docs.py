@@ -1,7 +1,8 @@
-"""What the documentation names is there: files, modules and what they define, targets of make, links and pictures."""
+"""What the documentation names is there: files, modules and what they define, commands, links, pictures, tables."""
 
 import ast
 import re
+import shlex
 from fnmatch import fnmatchcase
 from functools import cache
 
@@ -9,6 +10,8 @@ import pytest
 
 from fitter.formats import FORMATS
 from support.checkout import ROOT
+from support.evidence import digest
+from tools import evidence
 from tools.docs.pages import REFERENCE
 from tools.window.__main__ import names
 
@@ -21,7 +24,7 @@ NOT_OURS = re.compile(r"(build|docs/html|shared|\.\.|/tmp|src|intern|curet|corne
                       r"|.*LIBRARY|(?i:setup)\.toml")
 EXTENSIONS = r"(?:py|md|h|osl|toml|csv)"
 PATH = re.compile(rf"[\w./-]+\.{EXTENSIONS}|[\w.-]+(?:/[\w.-]+)*/")
-DOTTED = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+(?<!\.blend)(?<!\.npz)(?<!\.dat)(?<!\.astm)(?<!\.png)")
+DOTTED = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+(?<!\.blend)(?<!\.npz)(?<!\.dat)(?<!\.astm)(?<!\.png)(?<!\.jpg)")
 
 
 def backticked(text):
@@ -120,12 +123,67 @@ def unknown_names(text):
                    if DOTTED.fullmatch(name) and not PATH.fullmatch(name) and is_known(name) is False})
 
 
-def missing_targets(text):
-    """The targets of `make` that a text names and the Makefile does not have."""
-    known = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
-    commands = re.findall(r"^(?:    |`|.*`)make ([a-z][\w-]*)", text, re.MULTILINE)
-    commands += re.findall(r"`make ([a-z][\w-]*)", text)
-    return sorted(set(commands) - known)
+def commands(text):
+    """What a page says to run: lines of blocks of code, without comments, and what stands in backticks."""
+    fenced = "".join(re.findall(r"^```(?!text|python)\w*\n(.*?)^```$", text, re.DOTALL | re.MULTILINE))
+    lines = [*fenced.splitlines(), *re.findall(r"^ {4}(\S.*)$", text, re.MULTILINE)]
+    for line in (*(re.sub(r"\s+#.*", "", line) for line in lines), *backticked(text)):
+        if match := re.match(r"(?:\w+=\S+ )*(make [a-z][\w-]*|python -m .*)$", line.strip()):
+            yield match[1]
+
+
+def missing_commands(text):
+    """The commands that a page says to run and that do not exist: targets, modules, options, tests, `-k`."""
+    return [command for command in commands(text) if not exists(command)]
+
+
+def exists(command):
+    """Whether a command is a target of make, runs tests that are there, or a module of ours with such options."""
+    kind, *words = shlex.split(command)
+    if kind == "make":
+        return re.search(rf"^{re.escape(words[0])}:", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE) is not None
+    if "NAME" in words[1] or ("NAME" in command and words[1] == "pytest"):        # of a walk
+        return True
+    if words[1] == "pytest":
+        return has_tests(words[2:])
+    module = words[1].replace(".", "/").replace("measured_brdf", "addon/work/command")
+    found = [path for path in (ROOT / f"{module}.py", ROOT / module / "__main__.py") if path.is_file()]
+    if words[1] == "fitter":
+        found = [ROOT / "fitter" / "cli.py"]
+        if words[2:] and not words[2].startswith("-") and f'add_parser("{words[2]}"' not in found[0].read_text("utf-8"):
+            return False
+    options = {word.partition("=")[0].lstrip("-") for word in words[2:] if word.startswith("--")} - {"help"}
+    known = frozenset().union(*(words_of(path) for path in [*found, ROOT / "benchmarks" / "harness" / "running.py",
+                                                            ROOT / "addon" / "library" / "command.py"]))
+    return bool(found) and any(word in words_of(found[0]) for word in ("main", "__main__")) and all(
+        set(option.split("-")) <= known for option in options)
+
+
+def has_tests(arguments):
+    """Whether pytest would find what it is given, and a test for each word of `-k`."""
+    paths, expression = [], ""
+    for before, word in zip(["", *arguments], arguments, strict=False):
+        if before == "-k":
+            expression = word
+        elif not word.startswith("-") and before not in ("-m", "-n"):
+            paths.append(ROOT / word.partition("::")[0])
+    if not all(path.exists() for path in paths):
+        return False
+    named = " ".join(" ".join(re.findall(r"def (test_\w+)", file.read_text("utf-8"))) + file.name for path in paths
+                     for file in ([path] if path.is_file() else path.rglob("test_*.py")))
+    return all(word in named for word in re.findall(r"\w+", expression) if word not in ("and", "or", "not"))
+
+
+@cache
+def words_of(path):
+    """The words of a file."""
+    return frozenset(re.findall(r"[A-Za-z_0-9]+", path.read_text("utf-8")))
+
+
+def drawn_names(text):
+    """The dotted names in drawings, which are blocks of text, that the tree does not have."""
+    drawings = re.findall(r"^```text\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    return [name for drawing in drawings for name in DOTTED.findall(drawing) if not is_known(name)]
 
 
 def missing_links(page, text):
@@ -158,10 +216,12 @@ def shader_comments(path):
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_what_a_page_names_is_there(page):
     text = page.read_text("utf-8")
-    assert missing_paths(text) == []
-    assert unknown_names(text) == []
-    assert missing_targets(text) == []
     assert missing_links(page, text) == []
+    if page.name != "CHANGELOG.md":         # what was there then
+        assert missing_paths(text) == []
+        assert unknown_names(text) == []
+        assert missing_commands(text) == []
+        assert drawn_names(text) == []
 
 
 @pytest.mark.parametrize("path", SHADER, ids=lambda path: path.name)
@@ -178,7 +238,6 @@ def test_files_that_the_shaders_comments_name_are_there(path):
     (unknown_names, "`fitter.load`, `Fit.evaluate`, `methods.fit`, `bpy.ops.x.y`, `image.pixels`", []),
     (unknown_names, "`fitter.loaded`, `Fit.evaluated`, `methods.fitted`", ["Fit.evaluated", "fitter.loaded",
                                                                            "methods.fitted"]),
-    (missing_targets, "    make demos  # x\n`make test`, `make tests` or make do", ["demos", "tests"]),
     (lambda text: missing_links(ROOT / "README.md", text), "![a](docs/none.png) [b](docs/manual.md#no-such) [c](#x)"
      " [d](docs/manual.md#fit) [e](https://example.org)", ["docs/none.png", "docs/manual.md#no-such", "#x"]),
 ])
@@ -193,59 +252,61 @@ def test_the_page_of_formats_lists_every_format():
         assert any(extension in page for extension in known.extensions), known.extensions
 
 
-def picture_commands(text):
-    """The command of each pattern of pictures in the table of `docs/pictures.md`."""
-    return dict(re.findall(r"^\| `([^`]+)` \| `([^`]+)` \|$", text, re.MULTILINE))
-
-
-def unexplained_pictures(commands, pictures):
-    """The pictures without a command, and the patterns without a picture."""
-    found = {pattern: [name for name in pictures if fnmatchcase(name, pattern)] for pattern in commands}
-    explained = {name for names in found.values() for name in names}
-    return sorted(set(pictures) - explained), sorted(pattern for pattern, names in found.items() if not names)
-
-
-def command_exists(command):
-    """Whether a command of the table is a target of make, or a module of ours with a ``main``."""
-    kind, *arguments = command.split()
-    if kind == "make":
-        return not missing_targets(f"`make {arguments[0]}`")
-    module = arguments[1].replace(".", "/")
-    paths = [path for path in (ROOT / f"{module}.py", ROOT / module / "__main__.py") if path.is_file()]
-    return kind == "python" and arguments[0] == "-m" and any("main" in definitions(path)[0] for path in paths)
-
-
-def test_every_picture_is_made_by_a_command():
-    commands = picture_commands((ROOT / "docs" / "pictures.md").read_text("utf-8"))
+def test_every_picture_is_made_by_an_entry_of_the_evidence():
+    rows = {name: command for name, command, _ in evidence._ROW.findall(evidence.PICTURES.read_text("utf-8"))}
+    made = {picture: entry.command for entry in evidence.ENTRIES.values() for picture in entry.pictures}
+    assert rows.keys() == made.keys()
+    assert all(made[name].startswith(command) for name, command in rows.items())
     pictures = [path.relative_to(ROOT / "docs").as_posix() for kind in ("png", "jpg", "svg", "webp")
                 for path in (ROOT / "docs").rglob(f"*.{kind}") if "html" not in path.relative_to(ROOT / "docs").parts]
-    assert len(pictures) > 30
-    assert unexplained_pictures(commands, pictures) == ([], [])
-    assert [command for command in commands.values() if not command_exists(command)] == []
-
-
-def test_every_picture_of_the_window_has_a_driver():
-    commands = picture_commands((ROOT / "docs" / "pictures.md").read_text("utf-8"))
-    pictures = {path.stem for path in (ROOT / "docs" / "manual").glob("*.png") if f"manual/{path.name}" not in commands}
-    assert pictures <= set(names())
-
-
-def test_every_picture_is_shown_on_a_page():
+    assert [name for name in pictures if not any(fnmatchcase(name, pattern) for pattern in rows)] == []
     shown = {(page.parent / link).resolve() for page in PAGES
              for link in re.findall(r"!\[[^\]]*\]\(([^)\s]+)\)", page.read_text("utf-8"))}
-    pictures = {path for path in (ROOT / "docs").rglob("*.png") if "html" not in path.relative_to(ROOT / "docs").parts}
-    assert pictures - shown == set()
+    assert {name for name in pictures if name.endswith(".png")} - {
+        path.relative_to(ROOT / "docs").as_posix() for path in shown} == set()
+    window = {path.stem for path in (ROOT / "docs" / "manual").glob("*.png") if f"manual/{path.name}" not in rows}
+    assert window <= set(names())
+
+
+def test_every_mark_is_of_an_entry_and_every_table_stands_somewhere():
+    stated = [name for page in evidence.PAGES for name, _ in evidence.states(page.read_text("utf-8"))]
+    tables = [table for entry in evidence.ENTRIES.values() for table in entry.tables]
+    assert set(stated) == set(tables)
+    assert len(tables) == len(set(tables))
+    for entry in evidence.ENTRIES.values():
+        assert entry.measured
+        assert missing_commands(f"`{entry.command}`") == []
+        assert all((ROOT / path).exists() for path in entry.measured)
+
+
+def test_a_table_is_written_between_its_marks_and_is_old_when_its_files_change(tmp_path, monkeypatch):
+    page = "a <!-- evidence: x 12ab -->1<!-- /evidence --> b\n<!-- evidence: y -->\n\n2\n<!-- /evidence -->\n"
+    new = evidence.written(page, evidence.printed("noise <!-- evidence: y -->\n\n3\n<!-- /evidence -->"), "cd34")
+    assert new == page.replace("y -->", "y cd34 -->").replace("2\n", "3\n")
+    assert evidence.states(new) == [("x", "12ab"), ("y", "cd34")]
+    source = tmp_path / "a.py"
+    source.write_text("x = 1\n")
+    monkeypatch.setattr("support.evidence.ROOT", tmp_path)
+    before = digest(["a.py"])
+    source.write_text('"""What it is."""\n\nx = 1  # one\n')
+    assert digest(["a.py"]) == before
+    source.write_text("x = 2\n")
+    assert digest(["a.py"]) != before
 
 
 @pytest.mark.parametrize(("command", "exists"), [
-    ("make title", True), ("make titles", False), ("python -m demo_scenes.title docs/title.png", True),
-    ("python -m demo_scenes.titles docs/title.png", False), ("python -m demo_scenes", True),
-    ("python -m support.sheet docs", False), ("convert a.png b.png", False),
-])
+    ("make test", True), ("make tests", False), ("python -m demo_scenes.title --out x", True),
+    ("python -m demo_scenes.titles", False), ("python -m demo_scenes.title --outs x", False),
+    ("python -m support.sheet docs", False), ("python -m fitter fit x.astm --preset Draft", True),
+    ("python -m fitter fits x", False), ("python -m benchmarks.held_out --half chosen --sets felt", True),
+    ('python -m pytest tests/osl/test_mixture.py -k "mixture or densit"', True),
+    ("python -m pytest tests/osl/test_mixture.py -k nothing_like_it", False),
+    ("python -m pytest tests/none.py", False)])
 def test_a_command_that_is_not_there_is_noticed(command, exists):
-    assert command_exists(command) == exists
+    assert (missing_commands(f"`{command}`") == []) == exists
+    assert (missing_commands(f"text\n\n    {command}      # why\n") == []) == exists
 
 
-def test_a_picture_without_a_command_is_noticed():
-    commands = picture_commands("| `a.png` | `make title` |\n| `b/*.png` | `make gallery` |\n")
-    assert unexplained_pictures(commands, ["a.png", "c.png"]) == (["c.png"], ["b/*.png"])
+def test_names_in_a_drawing_are_those_of_the_code():
+    assert drawn_names("```text\n  |  methods.fit\n  |  materials.compiler.compile_shader\n```") == [
+        "materials.compiler.compile_shader"]

@@ -10,7 +10,7 @@ from support.checkout import ROOT
 FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files", "npz", "progress"), ("samples",),
           ("coordinates", "lattice"), ("model",), ("quality", "published"), ("methods",),
           ("editing", "presets", "tolerance"), ("cycles", "formats", "lobe", "photographs", "pictures"),
-          ("packed_picture", "ready"),
+          ("packed_picture", "ready", "report"),
           ("__init__",), ("cli",), ("__main__",))
 ADDON = (("core",), ("work",), ("panel",),
          ("adjust", "compare", "importing", "inspect", "library", "mix", "photographs", "starter"),
@@ -122,9 +122,9 @@ def test_an_import_of_a_higher_layer_is_noticed(path, source, wrong):
 
 
 @pytest.mark.parametrize(("path", "source", "wrong"), [
-    ("benchmarks/figures.py", "from demo_scenes.__main__ import suzanne", ["demo_scenes.__main__"]),
+    ("benchmarks/rims.py", "from demo_scenes.__main__ import suzanne", ["demo_scenes.__main__"]),
     ("tools/fuzz.py", "def f():\n    import demo_scenes.title", ["demo_scenes.title"]),
-    ("support/stage.py", "from benchmarks import reference", ["benchmarks"]),
+    ("support/stage.py", "from benchmarks import ordinary", ["benchmarks"]),
     ("support/stage.py", "from tests.conftest import glossy", ["tests.conftest"]),
     ("tools/mutants.py", "from tools.shader_guards import SHADER_GUARDS\nfrom support import stage", []),
 ])

@@ -1,14 +1,11 @@
-"""What pages say of the code is so: names and the files that have them, layers, what is free of bpy, numbers, labels of
-the interface, and tables that add up."""
+"""What pages say of the code is so: names and the files that have them, layers, what is free of bpy, numbers, labels."""
 
 import ast
 import re
 from functools import cache
-from pathlib import Path
 
 import pytest
 
-from benchmarks import ablation
 from fitter import shader_constants as shader
 from fitter.coordinates import half_angle
 from fitter.coordinates.half_difference import SOFTENING
@@ -121,14 +118,6 @@ def test_the_page_has_the_layers_that_the_imports_keep():
     found = layers_of(PAGES["docs/architecture.md"])
     assert out_of_order(found["fitter"], FITTER) == []
     assert out_of_order(found["addon"], ADDON) == []
-
-
-def test_a_layer_that_stands_elsewhere_is_noticed():
-    page = "\n## Layers\n\n| `fitter/samples.py` | x |\n| `fitter/model/`, `fitter/old.py` | y |\n\n## Facts\n"
-    found = layers_of(page)["fitter"]
-    assert found == [{"samples"}, {"model", "old"}]
-    assert out_of_order(found, (("samples",), ("model",))) == ["old"]
-    assert out_of_order(found, (("model",), ("samples", "old"))) == [("model", "samples")]
 
 
 def at_import(source):
@@ -249,37 +238,3 @@ def test_a_label_that_the_interface_lacks_is_noticed():
     assert unknown_labels("**Enable OSL**, **exactly**, File > Import > Measured BRDFs (folder).") == set()
     assert unknown_labels("Press **Enable OSL2**.") == {"Enable OSL2"}
     assert unknown_labels("File > Import > Measured BRDF (CURET, pbrt-v2) reads") == {"Measured BRDF (CURET, pbrt-v2)"}
-
-
-def wrong_sums(text):
-    """The columns of tables whose row "all" is not the sum of the others: (heading, sum, what the row says)."""
-    for table in re.findall(r"(?:^\|.*\|$\n?)+", text, re.MULTILINE):
-        heading, _, *rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()]
-        if rows and rows[-1][0] == "all":
-            for column, (name, *cells) in enumerate(zip(heading, *rows, strict=True)):
-                numbers = [cell.replace(",", "") for cell in cells]
-                if column and all(map(str.isdigit, numbers)) and sum(map(int, numbers[:-1])) != int(numbers[-1]):
-                    yield name, sum(map(int, numbers[:-1])), int(numbers[-1])
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_tables_add_up(page):
-    assert list(wrong_sums(PAGES[page])) == []
-
-
-def test_a_table_that_does_not_add_up_is_noticed():
-    table = "| of | run |\n|---|---:|\n| a | 1,000 |\n| b | 7 |\n| all | {} |\n"
-    assert list(wrong_sums(table.format("1,007"))) == []
-    assert list(wrong_sums(table.format("1,008"))) == [("run", 1007, 1008)]
-
-
-@pytest.mark.parametrize("stage", ablation.STAGES, ids=lambda stage: stage.name)
-def test_what_the_ablation_replaces_is_there(stage):
-    with ablation.off(stage):
-        pass
-
-
-def test_the_page_has_the_stages_of_the_ablation():
-    page = Path(ROOT / "docs" / "fitting.md").read_text("utf-8")
-    rows = re.findall(r"^\| ([^|]*) \| +[\d.]+ \| +[\d.]+ \|$", page, re.MULTILINE)
-    assert rows == [stage.name for stage in ablation.STAGES]

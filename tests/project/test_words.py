@@ -32,26 +32,6 @@ def where(word):
              *((path, texts(path.read_text("utf-8"))) for path in SOURCES)] if found.search(" ".join(text.split()))]
 
 
-def test_the_table_has_words():
-    assert ("Units and Conventions", "If the File Does Not Say") in WORDS
-    assert len(WORDS) > 10
-
-
 @pytest.mark.parametrize("word", sorted({word for _, word in WORDS}))
 def test_no_text_has_a_word_that_another_has_replaced(word):
     assert where(word) == []
-
-
-def test_a_word_in_an_f_string_is_noticed():
-    assert "Held out" in texts('x = 1\nprint(f"Held out {x}")')
-
-
-def test_a_word_in_a_tooltip_is_noticed_and_in_what_nobody_is_shown_not():
-    assert "polar plot" in texts('class PT(Panel):\n    """A polar plot"""')
-    assert texts('"""A polar plot."""\ndef draw():\n    """The polar plot."""') == ""
-
-
-def test_the_texts_of_presets_verdicts_and_descriptions_are_looked_at():
-    seen = "\n".join(texts(path.read_text("utf-8")) for path in SOURCES)
-    for text in ("look development", "Not tested between measured angles", "Widest hole", "Fitting shape"):
-        assert text in seen

@@ -16,8 +16,8 @@ REFERENCE = ("reference/python", "reference/operators", "reference/command_line"
 MANUAL = ("start", "formats", "manual/*")       # below manual.md; what the extension holds
 CONTENTS = (
     ("Use", ("start", "Manual <manual>", "formats", "farm")),
-    ("Method", ("fitting", "rendering", "Anisotropic fits <anisotropic>", "Engines <engines>", "devices")),
-    ("Evidence", ("results", "dense", "robustness", "stability")),
+    ("Method", ("fitting", "rendering", "Engines <engines>", "devices")),
+    ("Evidence", ("results", "robustness", "stability")),
     ("Reference", REFERENCE),
     ("Project", ("changelog", "contributing", "architecture", "publishing", "pictures")),
 )

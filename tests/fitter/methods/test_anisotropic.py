@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import fitter
-from benchmarks.report.baselines import anisotropic
 from fitter import tolerance
 from fitter.quality import physics
 from fitter.quality.cross_validation import cube_root
@@ -47,10 +46,8 @@ def standard(name):
 def test_between_the_samples_it_has_less_than_half_of_the_error_of_other_models(name):
     truth, unseen = TRUTHS[name], between(COUNT)
     ours = error(standard(name), truth, unseen)
-    some = subset(samples(name), np.random.default_rng(2).permutation(len(samples(name)))[:3000])
-    others = [anisotropic.fit(some, kind) for kind in ("GGX", "Ward")]
-    others += [fitter.fit(samples(name), 2, 4, 93.0), fitter.fit(replace(samples(name), isotropic=True), **STANDARD)]
-    assert others[2].nbytes >= standard(name).nbytes
+    others = fitter.fit(samples(name), 2, 4, 93.0), fitter.fit(replace(samples(name), isotropic=True), **STANDARD)
+    assert others[0].nbytes >= standard(name).nbytes
     assert ours <= 0.5 * min(error(each, truth, unseen) for each in others)
     assert ours < 0.03
 

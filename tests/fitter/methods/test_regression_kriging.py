@@ -5,7 +5,6 @@ import pytest
 from scipy import integrate, interpolate
 
 import fitter
-from benchmarks.report import ringing
 from fitter import Samples
 from fitter.lattice import dense, least_squares
 from fitter.methods import lattices, regression_kriging
@@ -116,14 +115,6 @@ def test_a_fit_reflects_no_more_than_it_receives(random):
     assert max(albedo(plausible, theta) for theta in angles) < 1.02
     assert free.changes == ()
     assert "albedo" in plausible.changes[0]
-
-
-@pytest.mark.parametrize("name", quick(["felt", "plaster b zoomed", "garnet_red_RGB"], "felt"))
-def test_standard_rings_less_than_twice_as_much_as_the_papers_fit(curet, cornell, name):
-    samples = cornell(name) if "RGB" in name else curet(name)
-    ours, papers = (ringing.ringing(samples, fitter.fit(samples, **fitter.PRESETS[preset]))
-                    for preset in ("Standard", "Paper"))
-    assert ours < 2 * papers
 
 
 NAMED = {"felt": 0.00077, "leather": 0.00091, "aluminum foil": 0.00131}

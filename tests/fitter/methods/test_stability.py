@@ -21,7 +21,7 @@ QUICK = [name for name in fitter.PRESETS if name != "Reference"]
 every_case = pytest.mark.parametrize("name", quick(
     CASES, "one sample", "all in the plane of incidence", "values over 10 orders of magnitude",
     "negative values and zeros", "nothing but zeros", "one value 10,000 times the others"))
-# Reference takes seconds a fit: `make stability` has it all
+# Reference takes seconds a fit: `python -m tools.stability` has it all
 every_preset = pytest.mark.parametrize("preset", quick(QUICK, "Paper", "Standard"))
 
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import fitter
-from benchmarks.report.baselines import bounds, ggx, koenderink, lafortune, neural, thin_plate
+from benchmarks.report.baselines import ggx, koenderink, lafortune, neural, thin_plate
 from fitter import published
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.model.low2012 import Low2012
 from fitter.quality.cross_validation import held_out
 from support.cases import release
 
-pytestmark = release        # only reports and benchmarks use them
+pytestmark = release        # only benchmarks use them
 
 
 def directions(random, count=600):
@@ -33,22 +33,6 @@ def test_order_8_has_55_parameters_and_order_2_has_5():
     assert [len(koenderink.modes(order)) for order in (2, 8)] == [5, 55]
 
 
-def test_zernike_radial_polynomials_are_orthogonal():
-    nodes, weights = np.polynomial.legendre.leggauss(20)
-    r, weights = (nodes + 1) / 2, weights / 2
-    for l in range(9):
-        degrees = range(l, 9, 2)
-        values = np.array([koenderink.zernike_radial(n, l, r) for n in degrees])
-        gram = (values * weights * r) @ values.T
-        np.testing.assert_allclose(gram, np.diag([1 / (2 * n + 2) for n in degrees]), atol=1e-13)
-
-
-def test_zernike_radial_polynomials_are_those_of_the_books():
-    r = np.linspace(0, 1, 9)
-    np.testing.assert_allclose(koenderink.zernike_radial(4, 0, r), 6 * r**4 - 6 * r**2 + 1, atol=1e-12)
-    np.testing.assert_allclose(koenderink.zernike_radial(5, 1, r), 10 * r**5 - 12 * r**3 + 3 * r, atol=1e-12)
-
-
 def test_koenderinks_functions_are_orthogonal_over_both_hemispheres():
     """By quadrature that is exact for them: r dr = sin(theta) dtheta / 2, and even steps of delta_phi."""
     nodes, weights = np.polynomial.legendre.leggauss(12)
@@ -62,18 +46,6 @@ def test_koenderinks_functions_are_orthogonal_over_both_hemispheres():
     np.testing.assert_allclose(gram, np.diag(squares), atol=1e-13)
 
 
-def test_koenderink_holds_a_lambertian_in_its_first_parameter(random):
-    samples = fitter.Samples(*directions(random), np.full((600, 1), 0.3 / np.pi))
-    model = koenderink.fit(samples)
-    assert model.coefficients[0, 0] == pytest.approx(0.15 / np.pi, abs=1e-9)
-    np.testing.assert_allclose(model.coefficients[1:], 0, atol=1e-9)
-
-
-def test_koenderink_is_reciprocal(curet):
-    model = koenderink.fit(curet("leather"))
-    np.testing.assert_allclose(model.evaluate(0.4, 0.1, 1.2, 2.0), model.evaluate(1.2, 2.0, 0.4, 0.1), rtol=1e-12)
-
-
 @pytest.mark.parametrize("lobe", [(-1.03, 0.71, 67.0), (-0.9, 0.9, 12.0), (0.87, 0.8, 21.8)])
 def test_one_lafortune_lobe_over_a_lambertian_is_recovered(random, lobe):
     truth = lafortune.Lafortune(np.array([0.3]), np.array(lobe)[None, :, None])
@@ -84,11 +56,6 @@ def test_one_lafortune_lobe_over_a_lambertian_is_recovered(random, lobe):
     np.testing.assert_allclose(found.lobes, truth.lobes, rtol=1e-6)
 
 
-def test_lafortune_holds_a_lambertian(random):
-    samples = fitter.Samples(*directions(random), np.full((600, 1), 0.3 / np.pi))
-    np.testing.assert_allclose(lafortune.fit(samples).evaluate(*samples.directions), samples.values, atol=1e-9)
-
-
 def test_lafortune_evaluates_the_formula_with_vectors(random):
     model = lafortune.Lafortune(np.array([0.3, 0.6]), random.random((3, 3, 2)) * [[[2], [2], [9]]] - [[[1], [1], [0]]])
     theta_i, phi_i, theta_o, phi_o = 0.7, 0.3, 1.1, 2.5
@@ -97,30 +64,6 @@ def test_lafortune_evaluates_the_formula_with_vectors(random):
     expected = [model.rho[c] / np.pi + sum(max(xy * (i[0] * o[0] + i[1] * o[1]) + z * i[2] * o[2], 0) ** n
                                            for xy, z, n in model.lobes[:, :, c]) for c in range(2)]
     np.testing.assert_allclose(model.evaluate(theta_i, phi_i, theta_o, phi_o), expected, rtol=1e-12)
-
-
-def test_a_lobe_that_explodes_away_from_the_samples_stays_a_number():
-    model = lafortune.Lafortune(np.array([0.3]), np.array([-3.0, 3.0, 900.0])[None, :, None])
-    assert model.evaluate(1.4, 0, 1.4, np.pi) == pytest.approx(1e30)
-
-
-def test_a_fit_of_lafortune_is_at_most_4_times_the_largest_sample_of_each_channel(random):
-    """A lobe that grows toward grazing angles, of which the samples near the normal tell nothing."""
-    truth = lafortune.Lafortune(np.array([0.3, 0.3]), np.array([[-1.5, -1.5], [1.0, 1.0], [20.0, 12.0]])[None])
-    theta_i, phi_i, theta_o, delta = directions(random)
-    near = theta_i / 3, phi_i, theta_o / 3, delta
-    values = truth.evaluate(*near)
-    model = lafortune.fit(fitter.Samples(*near, values, ("a", "b")), lobes=1)
-    np.testing.assert_allclose(model.ceiling, 4 * values.max(axis=0))
-    far = truth.evaluate(theta_i, phi_i, theta_o, delta)
-    assert (far > 2 * model.ceiling).any(axis=0).all()
-    np.testing.assert_allclose(model.evaluate(theta_i, phi_i, theta_o, delta), np.minimum(far, model.ceiling),
-                               rtol=1e-3)
-
-
-def test_a_negative_diffuse_albedo_gives_no_negative_reflectance():
-    model = lafortune.Lafortune(np.array([-0.3]), np.zeros((1, 3, 1)) + [[[-1.0], [1.0], [20.0]]])
-    assert model.evaluate(0.5, 0, 0.5, 0) == 0
 
 
 def test_counts_are_the_papers():
@@ -173,16 +116,6 @@ def test_ggx_evaluates_the_formula_with_vectors(random):
     np.testing.assert_allclose(model.evaluate(theta_i, 0.7, theta_o, delta + 0.7), expected, rtol=1e-6)
 
 
-def test_the_facets_of_ggx_cover_the_surface_once():
-    """The integral of D cos theta_h over the half vectors is 1; at i = o, f is D G / (4 cos^2 theta)."""
-    model = ggx.GGX(np.zeros(1), np.ones(1), 0.1)
-    theta = np.linspace(0, np.pi / 2, 20001)[:-1]
-    shadowing = 1 / np.sqrt(1 + (0.1 * np.tan(theta))**2)
-    distribution = model.evaluate(theta, 0, theta, 0)[:, 0] * 4 * np.cos(theta)**2 / shadowing
-    covered = 2 * np.pi * np.sum(distribution * np.cos(theta) * np.sin(theta)) * theta[1]
-    assert covered == pytest.approx(1, abs=1e-3)
-
-
 @pytest.mark.parametrize(("alpha", "f0"), [(0.05, (0.04, 0.06)), (0.2, (0.5, 0.9)), (0.7, (0.2, 0.04))])
 def test_a_ggx_lobe_over_a_lambertian_is_recovered(random, alpha, f0):
     theta_i, phi_i, theta_o, delta = directions(random)
@@ -193,22 +126,10 @@ def test_a_ggx_lobe_over_a_lambertian_is_recovered(random, alpha, f0):
     np.testing.assert_allclose([*found.kd, *found.f0, found.alpha], [*kd, *f0, alpha], rtol=1e-4)
 
 
-def test_ggx_holds_a_surface_that_reflects_nothing(random):
-    samples = fitter.Samples(*directions(random), np.zeros((600, 2)), ("a", "b"))
-    assert not ggx.fit(samples).evaluate(*samples.directions).any()
-
-
 def smooth(theta_i, _, theta_o, delta):
     """A reflectance whose logarithm is a smooth function of the two directions' product."""
     xy = np.sin(theta_i) * np.sin(theta_o) * np.cos(delta)
     return np.exp(-1 - xy + 0.5 * np.cos(theta_i) * np.cos(theta_o))[:, None]
-
-
-def test_a_thin_plate_spline_predicts_a_smooth_reflectance(random):
-    seen, unseen = directions(random), directions(random, 200)
-    model = thin_plate.fit(fitter.Samples(*seen, smooth(*seen)))
-    np.testing.assert_allclose(model.evaluate(*unseen), smooth(*unseen), rtol=0.05)
-    assert model.spline.smoothing[0] == min(thin_plate.SMOOTHINGS)
 
 
 def test_a_thin_plate_spline_is_the_sum_of_its_kernels(random):
@@ -231,53 +152,6 @@ def test_a_thin_plate_spline_is_the_sum_of_its_kernels(random):
     field = kernel(np.linalg.norm(nu[:, None] - mu, axis=-1)) @ solution[:60] + solution[60] + nu @ solution[61:]
     np.testing.assert_allclose(model.evaluate(*other)[:, 0], np.exp(field) - offset, rtol=1e-6)
     assert (model.coefficient_count, model.nbytes) == (64, 4 * (64 + 180))
-
-
-def test_a_thin_plate_spline_does_not_interpolate_noise(random):
-    at = directions(random)
-    noise = np.exp(0.2 * random.standard_normal((600, 1)))
-    model = thin_plate.fit(fitter.Samples(*at, smooth(*at) * noise))
-    error = np.log(model.evaluate(*at) / smooth(*at))
-    assert np.sqrt(np.mean(error**2)) < 0.08
-
-
-def test_a_thin_plate_spline_stays_within_its_bounds(random):
-    at = [*directions(random, 100)]
-    at[0], at[2] = at[0] / 3, at[2] / 3                 # samples near the normal alone: grazing is far away
-    values = np.exp(20 * np.sin(at[0]))[:, None] - 1.5
-    model = thin_plate.fit(fitter.Samples(*at, values))
-    predicted = model.evaluate(*directions(random))
-    assert predicted.min() >= 0
-    assert predicted.max() == pytest.approx(4 * values.max())
-
-
-@pytest.mark.parametrize("case", ["one plane", "one incidence", "repeated", "two"])
-def test_a_thin_plate_spline_holds_samples_that_do_not_span_all_coordinates(random, case):
-    theta_i, phi_i, theta_o, delta = directions(random, 40)
-    at = {"one plane": (theta_i, phi_i, theta_o, np.where(delta > 1, np.pi, 0)),
-          "one incidence": (0 * theta_i, phi_i, theta_o, delta),
-          "repeated": tuple(np.tile(angle[:20], 2) for angle in (theta_i, phi_i, theta_o, delta)),
-          "two": tuple(angle[:2] for angle in (theta_i, phi_i, theta_o, delta))}[case]
-    model = thin_plate.fit(fitter.Samples(*at, smooth(*at)))
-    np.testing.assert_allclose(model.evaluate(*at), smooth(*at), rtol=0.02)
-
-
-def test_of_many_samples_a_thin_plate_spline_takes_those_far_apart_and_the_brightest(random, monkeypatch):
-    monkeypatch.setattr(thin_plate, "MOST", 300)
-    at = directions(random, 3000)
-    values = smooth(*at)
-    samples = fitter.Samples(*at, values)
-    model = thin_plate.fit(samples)
-    assert model.count == 300
-    np.testing.assert_allclose(model.evaluate(*at), values, rtol=0.1)
-    values[1234] = 50.0
-    assert 1234 in thin_plate.spread(thin_plate.places(replace(samples, values=values)), 10)
-
-
-def test_points_are_taken_farthest_first():
-    corners = np.array([[0, 0], [0.5, 0.5], [1, 1], [0.1, 0], [1, 0], [0, 1]])
-    assert thin_plate.spread(corners, 4).tolist() == [0, 2, 4, 5]
-    assert thin_plate.spread(corners, 6).tolist() == list(range(6))
 
 
 def neural_by_hand(model, theta_i, phi_i, theta_o, phi_o):
@@ -313,37 +187,6 @@ def test_the_neural_brdf_evaluates_the_formula_with_matrices(random):
     np.testing.assert_allclose(model.evaluate(theta_i, phi_i, theta_o, phi_o), expected, rtol=1e-9, atol=1e-12)
 
 
-def test_the_neural_brdf_is_that_of_the_authors_on_merl(data, random):
-    """The published weights, through the reader that writes MERL files of them."""
-    path, nets = data.parent / "tools" / "merl_binary.py", data / "merl" / "nbrdf_nets.npz"
-    if not (path.is_file() and nets.is_file()):
-        pytest.skip(f"the published networks are absent from {nets.parent}")
-    import runpy
-
-    flat = np.load(nets)["weights"][0].astype(float)
-    parts = np.split(flat, np.cumsum([126, 21, 441, 21, 63]))
-    model = neural.Neural((parts[0].reshape(6, 21), parts[2].reshape(21, 21), parts[4].reshape(21, 3)),
-                          tuple(parts[1::2]))
-    theta_h, theta_d, phi_d = random.random((3, 50)) * [[0.5], [0.5], [np.pi]]
-    # i and o, which lie on both sides of h, turned by theta_h about y
-    d = np.stack([np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d)])
-    i, o = (np.stack([x * np.cos(theta_h) + z * np.sin(theta_h), y, z * np.cos(theta_h) - x * np.sin(theta_h)])
-            for x, y, z in (d, d * [[-1], [-1], [1]]))
-    angles = [f(v) for v in (i, o) for f in (lambda v: np.arccos(v[2]), lambda v: np.arctan2(v[1], v[0]))]
-    expected = runpy.run_path(str(path))["evaluate"](flat, theta_h, theta_d, phi_d)
-    np.testing.assert_allclose(model.evaluate(*angles), expected, rtol=1e-9, atol=1e-12)
-
-
-def test_mirror_images_are_one_to_the_neural_brdf_and_no_direction_is_special(random):
-    model = random_network(random)
-    theta_i, phi_i, theta_o, phi_o = directions(random, 50)
-    np.testing.assert_allclose(model.evaluate(theta_i, phi_i, theta_o, -phi_o),
-                               model.evaluate(theta_i, phi_i, theta_o, phi_o), rtol=1e-9, atol=1e-12)
-    for at in ((0, 0, 0, 0), (np.pi / 2, 0, np.pi / 2, np.pi), (0.7, 0, 0.7, np.pi), (1, 1, 1, 1)):
-        assert np.isfinite(model.evaluate(*at)).all()
-        assert np.linalg.norm(neural.half_and_difference(*at)[3:]) == pytest.approx(1, abs=1e-6)
-
-
 def test_the_gradient_of_the_neural_loss_is_that_of_finite_differences(random):
     parameters = [random.normal(0, 0.4, shape) for shape in ((2, 6, 21), (2, 1, 21), (2, 21, 21), (2, 1, 21),
                                                              (2, 21, 3), (2, 1, 3))]
@@ -371,33 +214,11 @@ def test_the_gradient_of_the_neural_loss_is_that_of_finite_differences(random):
             assert slopes[at] == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-4, abs=1e-7)
 
 
-def test_the_neural_brdf_learns_a_glossy_surface_and_twice_the_same(glossy, monkeypatch):
-    monkeypatch.setattr(neural, "STEPS", 1000)
-    model = neural.fit(glossy)
-    assert rmse(model, glossy) < 0.1 * glossy.values.std()
-    np.testing.assert_array_equal(model.weights[0], neural.fit(glossy).weights[0])
-    assert model.nbytes == 4 * (675 + 3)
-    assert {array.dtype for array in (*model.weights, *model.biases)} == {np.dtype(np.float32)}
-
-
-def test_the_neural_brdf_of_one_channel_and_of_few_samples(random, monkeypatch):
-    monkeypatch.setattr(neural, "STEPS", 200)
-    for count in (1, 5, 30):
-        at = directions(random, count)
-        model = neural.fit(fitter.Samples(*at, np.full((count, 1), 0.2)))
-        assert model.coefficient_count == 6 * 21 + 21 + 21 * 21 + 21 + 21 + 1
-        np.testing.assert_allclose(model.evaluate(*at), 0.2, atol=0.1)
-
-
 # five folds; a rival may be better, and must not be made worse than it is
 @pytest.mark.parametrize(("baseline", "sample", "limit"), [
     (lafortune, 4, 0.05), (ggx, 12, 0.011), (ggx, 4, 0.047), (thin_plate, 1, 0.0055), (thin_plate, 15, 0.010)])
 def test_rivals_predict_what_is_held_out_of_curet_as_well_as_they_did(curet, baseline, sample, limit):
     assert held_out(curet(sample), baseline.fit).cube_root_rmse < limit
-
-
-def test_the_bound_of_a_dark_channel_is_0():
-    assert bounds.ceiling(np.array([[0.5, -1.0], [0.2, -2.0]])).tolist() == [2.0, 0.0]
 
 
 def test_a_published_network_is_the_authors_and_unknown_names_are_told(data):

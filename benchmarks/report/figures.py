@@ -1,45 +1,14 @@
-"""Spheres and Suzanne, rendered by Cycles with fits side by side: the paper's Figures 3, 4, 7 and 8."""
+"""Suzanne, rendered by Cycles with fits side by side: the paper's Figure 8."""
 
 import bpy
 import numpy as np
 
 import fitter
-from fitter.model.fit import notation
 from support import sheet
-from support.stage import lit_sphere, material_for, render, suzanne
+from support.stage import material_for, render, suzanne
 
-ANGLES = (0, 30, 60, 90)
-SPHERE = 140                # pixels
 SUN = 0.02                  # radians across
-COMPRESSED = ((1, 6, 90), (3, 6, 90), (4, 6, 95))
 PIXELS_PER_DEGREE = 67      # FLIP's default: a monitor at arm's length
-
-
-def levels(samples, out):
-    """Figure 3: one material at levels 1 to 6, lit from 60 degrees to the left of the viewer."""
-    tiles = [_sphere(fitter.fit(samples, level, None), 60, f"level {level}") for level in range(1, 7)]
-    sheet.write(out / "figure_3_levels.png", [tiles])
-    return "figure_3_levels.png"
-
-
-def materials(shown, out):
-    """Figure 4: materials at level 6 under a light 0, 30, 60 and 90 degrees to the left of the viewer."""
-    fits = {samples.name: fitter.fit(samples, 6, None) for samples in shown}
-    sheet.write(out / "figure_4_materials.png", [[_sphere(fit, angle, f"{name}, {angle}°") for angle in ANGLES]
-                                                 for name, fit in fits.items()])
-    return "figure_4_materials.png"
-
-
-def compressed(shown, out):
-    """Figure 7: compressed fits beside level 6 and the Standard preset, lit from 30 degrees."""
-    rows = []
-    for samples in shown:
-        fits = {notation(*choice): fitter.fit(samples, *choice) for choice in COMPRESSED}
-        fits |= {"level 6": fitter.fit(samples, 6, None),
-                 "Standard": fitter.fit(samples, **fitter.PRESETS["Standard"])}
-        rows.append([_sphere(fit, 30, f"{samples.name}, {name}") for name, fit in fits.items()])
-    sheet.write(out / "figure_7_compressed.png", rows)
-    return "figure_7_compressed.png"
 
 
 def undetectable(samples, out):
@@ -47,9 +16,7 @@ def undetectable(samples, out):
 
     Returns
     -------
-    name : str
-        Of the picture.
-    rows : list of dict
+    list of dict
         RMSE over the pixels in scene-linear units, relative to the mean, and mean FLIP of the pictures as displayed;
         each against level 6, first level 6 itself with another seed, the share of noise.
     """
@@ -65,7 +32,7 @@ def undetectable(samples, out):
         if name in ("(4,6,95)", "Standard"):
             tiles.append(sheet.tile(picture, name))
     sheet.write(out / "figure_8_compression.png", [tiles])
-    return "figure_8_compression.png", rows
+    return rows
 
 
 def relative_rmse(reference, picture):
@@ -86,12 +53,6 @@ def flip(reference, picture):
     shown = [np.ascontiguousarray(sheet.encode(of[..., :3]), dtype=np.float32) for of in (reference, picture)]
     _, mean, _ = flip_evaluator.evaluate(*shown, "LDR", applyMagma=False, parameters={"ppd": PIXELS_PER_DEGREE})
     return float(mean)
-
-
-def _sphere(fit, angle, text):
-    scene = lit_sphere(angle)
-    scene.render.resolution_x = scene.render.resolution_y = SPHERE
-    return sheet.tile(_render(scene, fit), text)
 
 
 def _suzanne(fit, seed=0):
