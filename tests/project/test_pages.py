@@ -1,4 +1,4 @@
-"""What pages say of the code is so: names and the files that have them, layers, what is free of bpy, numbers, labels."""
+"""What pages say of the code is so: names and their files, layers, what is free of bpy, numbers, interface labels."""
 
 import ast
 import re
