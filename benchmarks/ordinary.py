@@ -71,13 +71,6 @@ def _plane(material, size=20.0, location=(0, 0, 0), rotation=(0, 0, 0)):
     bpy.context.object.data.materials.append(material)
 
 
-def _suzanne(material, location=(0, 0, 1), turn=0.5):
-    bpy.ops.mesh.primitive_monkey_add(size=2, location=location, rotation=(0, 0, turn))
-    bpy.ops.object.shade_smooth()
-    bpy.context.object.modifiers.new("Subdivision", "SUBSURF").render_levels = 2
-    bpy.context.object.data.materials.append(material)
-
-
 def spheres(of):
     """Three spheres on a floor; an area lamp, a point lamp and a dim sky."""
     stage.background(bpy.context.scene, 0.1, (0.7, 0.8, 1.0))
@@ -105,85 +98,6 @@ def interior(of):
     _sphere(of("krylon"), (0.4, 0.6, 0.6), 0.6)
     _sphere(of("foil"), (-1.2, 1.2, 0.5), 0.5)
     stage.look((-1.5, -2.7, 1.5), (0.1, 1, 0.9), 24)
-
-
-def product(of):
-    """Three area lamps and a gradient around the product."""
-    scene = bpy.context.scene
-    tree = scene.world.node_tree
-    coordinates, gradient = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeTexGradient")
-    mapping = tree.nodes.new("ShaderNodeMapping")
-    mapping.inputs["Rotation"].default_value = (0, math.pi / 2, 0)
-    tree.links.new(coordinates.outputs["Generated"], mapping.inputs["Vector"])
-    tree.links.new(mapping.outputs["Vector"], gradient.inputs["Vector"])
-    tree.links.new(gradient.outputs["Color"], tree.nodes["Background"].inputs["Color"])
-    tree.nodes["Background"].inputs["Strength"].default_value = 0.4
-    area(250, (-4, -3, 4), (0, 0, 1), 1.5)
-    area(120, (4, -2, 3), (0, 0, 1), 1.0)
-    area(200, (0, 4, 4), (0, 0, 1), 2.5)
-    _suzanne(of("garnet"), (-1.3, 0, 1))
-    _sphere(of("cayman"), (1.4, -0.2, 0.8), 0.8)
-    _plane(of("felt"))
-    stage.look((0, -8, 2.6), (0, 0, 0.9), 60)
-
-
-def outdoor(of):
-    """A Sky Texture over measured ground."""
-    world = bpy.context.scene.world
-    sky = world.node_tree.nodes.new("ShaderNodeTexSky")
-    kinds = [item.identifier for item in sky.bl_rna.properties["sky_type"].enum_items]
-    sky.sky_type = "NISHITA" if "NISHITA" in kinds else "MULTIPLE_SCATTERING"
-    sky.sun_elevation, sky.sun_rotation = math.radians(35), math.radians(120)
-    world.node_tree.links.new(sky.outputs["Color"], world.node_tree.nodes["Background"].inputs["Color"])
-    world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.1
-    _plane(of("plaster"), 200)
-    _suzanne(of("leather"), (-1.3, 0, 1))
-    _sphere(of("krylon"), (1.3, 0, 0.9), 0.9)
-    stage.look((0, -8, 2), (0, 0, 0.9), 50)
-
-
-def studio(of):
-    """Car paint under an image of a studio: soft boxes in a dark room."""
-    longitude, latitude = np.meshgrid((np.arange(512) + 0.5) / 512 * 360 - 180, (np.arange(256) + 0.5) / 256 * 180 - 90)
-    radiance = np.full(longitude.shape, 0.05)
-    for at, up, wide, high, strength in ((-60, 35, 40, 20, 8), (50, 45, 15, 50, 12), (150, 20, 60, 8, 5),
-                                         (0, 80, 360, 14, 3)):
-        away = (longitude - at + 180) % 360 - 180
-        radiance += strength * (np.abs(away) < wide / 2) * (np.abs(latitude - up) < high / 2)
-    stage.sky_image(radiance)
-    _suzanne(of("cayman"), (-1.2, 0, 1))
-    _sphere(of("garnet"), (1.3, 0, 1))
-    _plane(of("felt"))
-    stage.look((0, -8, 2.4), (0, 0, 0.9), 55)
-
-
-def beads(of):
-    """A thousand instanced beads in a heap, an area lamp and a sun."""
-    stage.background(bpy.context.scene, 0.2)
-    area(300, (-3, -3, 4))
-    stage.add_lamp("SUN", 1.5, rotation=stage.rotation_toward((2, -1, 2)), angle=0.00918)
-    names = ("krylon", "garnet", "foil", "cayman")
-    meshes = []
-    for name in names:
-        bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, radius=0.12, location=(0, 0, -50))
-        bpy.ops.object.shade_smooth()
-        bpy.context.object.data.materials.append(of(name))
-        meshes.append(bpy.context.object.data)
-    random = np.random.default_rng(0)
-    for number, (x, y) in enumerate(random.normal(0, 0.9, (1000, 2))):
-        stage.add(meshes[number % len(meshes)], (x, y, 0.12 + 0.8 * random.random() * math.exp(-x * x - y * y)))
-    _plane(of("felt"))
-    stage.look((0, -6, 3), (0, 0, 0.3), 60)
-
-
-def grazing(of):
-    """A close-up of surfaces at grazing angles under the area lamp."""
-    stage.background(bpy.context.scene, 0.1)
-    area(300, (0, 4, 3), (0, 0, 0))
-    for name, x in (("krylon", -1.5), ("cayman", 0), ("foil", 1.5)):
-        _plane(of(name), 1, (x, 0, 0))
-        bpy.context.object.scale = (1.5, 12, 1)
-    stage.look((0, -5, 0.5), (0, 0, 0), 50)
 
 
 def car(of):
@@ -235,7 +149,7 @@ def _cloth(material, location):
     _smooth(material)
 
 
-SCENES = {each.__name__: each for each in (spheres, interior, product, outdoor, studio, beads, grazing, car)}
+SCENES = {each.__name__: each for each in (spheres, interior, car)}
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""``make fuzz``: how the readers treat damaged and hostile files.
+"""How the readers treat damaged and hostile files: ``python -m tools.fuzz``.
 
 A case is a file of one of the formats, real where the measurements are at hand, put through up to four mutations.
 `check` holds what is promised of every one: a `DatasetError` that names the file, or finite numbers within the limits
