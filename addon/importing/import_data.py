@@ -17,7 +17,14 @@ from ..core.reading import load_arguments
 from ..panel.layout import name_beside_value
 from ..work import process, tasks
 from ..work.discovery import GLOB, sources_in
-from ..work.making import FromFolder, MakesMaterials, Outcomes, begin_with_preference, draw_choices
+from ..work.making import (
+    FromFolder,
+    MakesMaterials,
+    Outcomes,
+    begin_as_script,
+    begin_with_preference,
+    draw_choices,
+)
 from ..work.modal import AsksForPath, Steps, errors_reported
 
 _DIALOG, _CHARACTER = 480, 7       # pixels: the width of a dialog, and of a character on average
@@ -80,6 +87,7 @@ or else to all selected ones"""
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
         self.remember_target(context)
+        begin_as_script(self)
         return process.Calculation(
             partial(tasks.outcomes, [(path, self.sample) for path in self._paths()], fit_arguments(self),
                     how=load_arguments(self)))
@@ -119,6 +127,7 @@ class MEASUREDBRDF_OT_import_folder(FromFolder, MakesMaterials, bpy.types.Operat
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
         self.remember_target(context)
+        begin_as_script(self)
         sources, self._failures = sources_in([self.checked_folder()])
         return process.Calculation(partial(tasks.outcomes, sources, fit_arguments(self), how=load_arguments(self)))
 

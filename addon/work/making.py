@@ -12,7 +12,7 @@ from bpy.props import IntProperty, StringProperty
 from ..core import compiler, material, preferences, rendered, targets
 from ..core.annotations import OperatorResult, not_none
 from ..core.outcomes import Outcome
-from ..core.properties import CHOICES, LEVELS, FitChoices, draw_presets, draw_rendering, use_preset, worth
+from ..core.properties import CHOICES, LEVELS, OFFERED, FitChoices, draw_presets, draw_rendering, use_preset, worth
 from ..core.reading import draw_reading
 from .discovery import GLOB, files_in
 from .modal import AsksForPath, InBackground, Steps
@@ -119,13 +119,23 @@ def begin_with_preference(operator: Any, context: bpy.types.Context) -> None:
 
     Choices that the operator was called with before are forgotten: they were for another file.
     """
-    is_given = operator.properties.is_property_set
-    chosen = any(is_given(name) for name in ("preset", "use_tolerance", *LEVELS))
+    chosen = _says_how_to_fit(operator)
     for name in CHOICES:
-        if not is_given(name):
+        if not operator.properties.is_property_set(name):
             operator.properties.property_unset(name)
     if not chosen:
         use_preset(operator, preferences.get(context).preset)
+
+
+def begin_as_script(operator: Any) -> None:
+    """Use the preset Standard if a script gave neither a preset nor levels; with levels alone, it is the method of 2002.
+    """
+    if not _says_how_to_fit(operator):
+        use_preset(operator, OFFERED[0])
+
+
+def _says_how_to_fit(operator: Any) -> bool:
+    return any(operator.properties.is_property_set(name) for name in ("preset", "use_tolerance", *LEVELS))
 
 
 def draw_choices(layout: bpy.types.UILayout, operator: Any, path: str, with_sample: bool = False) -> None:

@@ -1,5 +1,6 @@
 """The preset of an import: what a dialog shows is what is made, whatever was chosen in which order."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -54,6 +55,20 @@ def test_a_level_that_is_given_beside_a_preset_changes_that_level_only(blender, 
     blender.ops.measured_brdf.import_data(filepath=file, preset=name, specular_level=-1)
     assert asked == [pytest.approx(PRESETS[name] | {"diffuse_level": 2}),
                      pytest.approx({**PRESETS[name], "specular_level": None})]
+
+
+def test_a_script_that_says_nothing_gets_standard(blender, cube, file, asked):
+    """Not the method of 2002, which was made for dense samples: its highlights ripple."""
+    blender.ops.measured_brdf.import_data(filepath=file)
+    blender.ops.measured_brdf.import_folder(directory=str(Path(file).parent))
+    assert asked == [pytest.approx(PRESETS["Standard"])] * 2
+    assert cube.active_material.measured_brdf.preset == "Standard"
+
+
+@pytest.mark.parametrize("given", [{"diffuse_level": 2}, {"specular_level": 5}, {"compression": 80}])
+def test_a_script_that_gives_levels_alone_gets_the_method_of_2002(blender, cube, file, asked, given):
+    blender.ops.measured_brdf.import_data(filepath=file, **given)
+    assert asked == [pytest.approx(PRESETS["Paper"] | given)]
 
 
 def test_a_tolerance_beside_a_preset_is_followed(blender, cube, file, asked):
