@@ -18,6 +18,7 @@ from . import (
     cornell_mat,
     curet,
     foreign,
+    fred,
     illuminants,
     isotropy,
     mbsdf,
@@ -25,6 +26,7 @@ from . import (
     pbrt_brdf,
     rgl,
     saved_samples,
+    speos,
     table,
     utia,
     zemax,
@@ -36,7 +38,7 @@ from .text import plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
 FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, saved_samples.FORMAT,
-                               utia.FORMAT, zemax.FORMAT, astm.FORMAT, pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
+                               utia.FORMAT, fred.FORMAT, speos.FORMAT, zemax.FORMAT, astm.FORMAT, pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
 EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
 PLAIN = (".bin", ".npz", ".txt")      # extensions of which most files are no measurements
 KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])

@@ -2,6 +2,7 @@
 to do about it."""
 
 import re
+from pathlib import Path
 from typing import NamedTuple
 
 from . import utia
@@ -27,7 +28,16 @@ def _begins(mark: bytes, what: str, advice: str, anywhere: bool = False) -> _Kin
 _KINDS = (
     _begins(rb"\x89HDF\r\n\x1a\n", "an HDF5 file, as X-Rite's AxF and MATLAB's newer files are",
             "of AxF, the layout is not public: " + _AS_TABLE + " with the program that made it"),
-    _begins(rb"OPTIS\b", "a surface file of Ansys Speos", _AS_TABLE),
+    _begins(rb"OPTIS\b", "a surface file of Ansys Speos, of which the anisotropic BSDF is read (.anisotropicbsdf, as "
+            "text)", "save it as one in Speos' BSDF viewer"),
+    _begins(rb"TracePro\b", "a surface property of TracePro",
+            "import the file that it was made from: TracePro takes Zemax's .bsdf and ASTM files, which are read here"),
+    _begins(rb"analytic\s", "a model of Disney's BRDF Explorer, a formula without measurements",
+            "use the measurements that it was fitted to"),
+    _begins(rb"(?:#[^\r\n]*[\r\n]+)*#[ \t]*(?:ALTA\b|ALTA_HEADER|DIM[ \t]+\d)", "data of the ALTA library",
+            "write column names before its numbers, which its lines #PARAM_IN and #PARAM_OUT tell, or give them as the "
+            "option columns of reading; of half-vector coordinates, convert it with ALTA's data2data first"),
+    _begins(rb"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "a workbook of an old Excel (.xls)", "save the sheet as CSV"),
     _begins(rb"<WindowElement|<Optical>|<WavelengthDataDirection", "a BSDF of Radiance and LBNL Window, in XML",
             "query it with Radiance's bsdfquery and " + _AS_TABLE, anywhere=True),
     _begins(rb"<!DOCTYPE html|<html|<head", "a web page", "the download failed, or has to be agreed to in a browser"),
@@ -50,6 +60,24 @@ _KINDS = (
             "python -m fitter info FILE describes a fit"),
     _begins(rb"PK\x03\x04|\x1f\x8b|7z\xbc\xaf|Rar!|BZh|\xfd7zXZ", "an archive", "unpack it first"),
 )
+
+
+_BY_NAME = {
+    ".jdv": ("a .jdv file, as Light Tec's REFLET goniophotometers write, whose layout is not public",
+             "export it as ASTM or as Zemax .bsdf with the program that came with the instrument"),
+    ".ltb": ("a file of LightTools", "export it as Zemax .bsdf")}
+
+
+def describe_by_name(path: str | Path) -> str | None:
+    """What a file is by its extension, where its content tells nothing; None if that is not known.
+
+    Examples
+    --------
+    >>> describe_by_name("paint.JDV").split(",")[0], describe_by_name("paint.txt")
+    ('a .jdv file', None)
+    """
+    known = _BY_NAME.get(Path(path).suffix.lower())
+    return None if known is None else "; ".join(known)
 
 
 def describe(content: bytes) -> str | None:

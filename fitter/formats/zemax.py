@@ -42,6 +42,8 @@ reciprocal pairs is .79, with the other sign .83).
 
 Limits: reflection only. A value of 0 stands for a direction that was not measured, most often one below the horizon,
 and is left out. All lines at radial 0 are one direction: the sample is their mean. XYZ are taken to be relative to D65.
+TIS, the share of light that is scattered, scales nothing here; a note has it beside the integral of the values where
+they differ by more than a tenth.
 Whether a material of three rotations or more is anisotropic is found from the values; of fewer, it cannot be.
 """
 
@@ -58,8 +60,9 @@ from ..samples import HORIZON, RGB, Samples, given_away, subset
 from .format import Format
 from .isotropy import finished
 from .reading import BY_DEFAULT, Reading
+from .scattered import weights
 from .spectra import XYZ_TO_SRGB
-from .text import decode, line_number, lines, parse_number, parse_row, parse_rows
+from .text import decode, floats, line_number, lines, parse_number, parse_row, parse_rows
 
 _WORDS = "Symmetry", "SpectralContent", "ScatterType"
 _ANGLES = {"SampleRotation": (-360, 360), "AngleOfIncidence": (0, 90), "ScatterAzimuth": (-360, 360),
@@ -70,10 +73,12 @@ _START = rb"(?:\A|(?<=[\r\n]))[ \t]*"
 _MARK = re.compile(_START + rb"(?:ScatterAzimuth|ScatterRadial)[ \t]")
 _KEYWORD = re.compile(_START + rb"(%b)[ \t]+([^\s#]+)" % "|".join((*_WORDS, *_ANGLES)).encode())
 _BEGIN = re.compile(_START + rb"DataBegin\b[^\r\n]*")
+_LIGHTTOOLS = re.compile(rb"\s*(?:AOI|POI|Side)[ \t]")
 _END = re.compile(_START + rb"DataEnd\b[^\r\n]*")
 _TIS = re.compile(_START + rb"TIS\b([^\r\n]*)")
 _LARGEST = 4 << 20          # bytes; a file of 37 rotations has a million
 _ONE_ROTATION = "Measured at 1 rotation: taken as isotropic"
+_TOLD = 0.1                 # of the TIS, by which it and the integral differ where a note says so
 _LOWEST = 1e-9              # cosine below which a direction is on the horizon, but for rounding
 
 
@@ -99,13 +104,14 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         Monochrome is grey, XYZ becomes linear sRGB.
     """
     header = _header(path, content)
-    tables = _tables(path, content, header)
+    tables, totals = _tables(path, content, header)
     expected = 3 if header.words["SpectralContent"] == "XYZ" else 1
     if len(tables) != expected:
         raise DatasetError(f"{len(tables)} tables found, expected {expected} for the SpectralContent "
                            f"{header.words['SpectralContent']}", path)
     shape = [len(header.angles[name]) for name in _ANGLES]      # (rotation, incidence, azimuth, radial)
     values = (np.stack(tables, axis=-1) if expected > 1 else tables[0][..., None]).reshape(*shape, expected)
+    notes = _beside_totals(header, values[..., expected // 2], totals[expected // 2].reshape(shape[:2]))    # Y of XYZ
     measured = _measured(values, header.angles["ScatterRadial"] == 0)
     directions = _directions(header, measured)
     if not measured.any():
@@ -115,7 +121,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     if expected == 3:
         channels, values = RGB, values @ XYZ_TO_SRGB.T
     given_away(*directions, values)
-    samples = finished(Samples(*directions, values, channels, Path(path).stem, str(path)), reading)
+    samples = finished(Samples(*directions, values, channels, Path(path).stem, str(path), notes), reading)
     symmetrical = header.words["Symmetry"].lower().startswith("planesymmetrical")
     if samples.isotropic:
         lacks = not symmetrical and not np.ptp(samples.phi_i)
@@ -161,11 +167,38 @@ def _both_sides(samples: Samples) -> Samples:
     return replace(both, phi_o=phi_o, notes=(*samples.notes, note))
 
 
+def _beside_totals(header: _Header, values: FloatArray, totals: FloatArray) -> tuple[str, ...]:
+    """A note where the TIS of the file and the integral of its values differ, of the incidence that differs most.
+
+    Parameters
+    ----------
+    values : (rotation, incidence, azimuth, radial) float64
+    totals : (rotation, incidence) float64
+        Not a number where the file does not say it.
+    """
+    theta_i, azimuth, radial = (np.radians(header.angles[name]) for name in _TABLE)
+    if (np.diff(azimuth) <= 0).any() or (np.diff(radial) <= 0).any():
+        return ()
+    weight = np.stack([weights(azimuth, radial, theta) for theta in theta_i])
+    found = np.einsum("riap,iap->ri", values, weight)
+    with np.errstate(invalid="ignore"):
+        apart = np.where(np.isfinite(totals), np.abs(found - totals) / np.maximum(np.abs(totals), _LOWEST), 0)
+    if not (apart > _TOLD).any():
+        return ()
+    rotation, incidence = np.unravel_index(apart.argmax(), apart.shape)
+    return (f"TIS: at {np.degrees(theta_i[incidence]):g} degrees of incidence the file says "
+            f"{totals[rotation, incidence]:.4g}, its values integrate to {found[rotation, incidence]:.4g}; "
+            f"{np.count_nonzero(apart > _TOLD):,} of {apart.size:,} differ by more than a tenth",)
+
+
 def _header(path: str | Path, content: bytes) -> _Header:
     """Read what stands before the tables, and refuse what is not a BRDF."""
     begin = _BEGIN.search(content)
     if begin is None:
         raise DatasetError("no line DataBegin", path)
+    if _LIGHTTOOLS.match(content, begin.end()):
+        raise DatasetError("a BSDF of LightTools, which is not read; export it as Zemax .bsdf, or write its reflectance "
+                           "as a table with column names", path, line_number(content, begin.start()))
     words: dict[str, str] = {}
     angles: dict[str, FloatArray] = {}
     for line in _KEYWORD.finditer(content, 0, begin.start()):
@@ -209,38 +242,42 @@ def _check_words(words: dict[str, str], path: str | Path) -> None:
         raise DatasetError(f"SpectralContent {spectrum} found, expected Monochrome or XYZ", path)
 
 
-def _tables(path: str | Path, content: bytes, header: _Header) -> list[FloatArray]:
-    """The values of each channel: (rotation x incidence, azimuth, radial) each."""
-    tables = []
+def _tables(path: str | Path, content: bytes, header: _Header) -> tuple[list[FloatArray], list[FloatArray]]:
+    """The values of each channel, (rotation x incidence, azimuth, radial) each, and their TIS, (rotation x incidence).
+    """
+    tables, totals = [], []
     begin = _BEGIN.search(content)
     while begin is not None:
         end = _END.search(content, begin.end())
         if end is None:
             raise DatasetError("no line DataEnd after DataBegin", path, line_number(content, begin.start()))
-        tables.append(_table(path, content, begin.end(), end.start(), header))
+        values, said = _table(path, content, begin.end(), end.start(), header)
+        tables.append(values)
+        totals.append(said)
         begin = _BEGIN.search(content, end.end()) if len(tables) < 4 else None
-    return tables
+    return tables, totals
 
 
-def _table(path: str | Path, content: bytes, start: int, end: int, header: _Header) -> FloatArray:
-    """The values between DataBegin and DataEnd."""
+def _table(path: str | Path, content: bytes, start: int, end: int, header: _Header) -> tuple[FloatArray, FloatArray]:
+    """The values between DataBegin and DataEnd, and their TIS."""
     incidences, azimuths, radials = (header.angles[name] for name in _TABLE)
     most = len(header.angles["SampleRotation"]) * len(incidences)
-    totals = [line.span() for line in islice(_TIS.finditer(content, start, end), most + 1)]
+    totals = [*islice(_TIS.finditer(content, start, end), most + 1)]
     if len(totals) != most:
         shown = f"{len(totals)}" if len(totals) < most else f"more than {most}"
         raise DatasetError(f"{shown} lines TIS found, expected {most}, one for each angle of incidence and sample "
                            f"rotation", path, line_number(content, start))
-    if content[start:totals[0][0]].strip():
+    if content[start:totals[0].start()].strip():
         raise DatasetError("expected a line TIS after DataBegin", path, line_number(content, start))
     blocks = []
-    for (_, first), (last, _) in zip(totals, [*totals[1:], (end, end)], strict=True):
+    for first, last in zip((line.end() for line in totals), [*(line.start() for line in totals[1:]), end], strict=True):
         block = parse_rows(content, first, len(radials), "a value for each angle of ScatterRadial", path, None, last)
         if len(block) != len(azimuths):
             raise DatasetError(f"{len(block)} rows found, expected {len(azimuths)}, one for each angle of "
                                f"ScatterAzimuth", path, line_number(content, first))
         blocks.append(block)
-    return np.array(blocks) if len(blocks) > 1 else blocks[0][None]
+    said = np.array([(floats(line[1], line[1].split()) or [np.nan])[0] for line in totals])
+    return np.array(blocks) if len(blocks) > 1 else blocks[0][None], said
 
 
 FORMAT = Format("Zemax", "Zemax .bsdf", (".bsdf",), recognises, read, ("isotropic", "symmetry"), largest=_LARGEST)

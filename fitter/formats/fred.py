@@ -1,0 +1,124 @@
+"""FRED's table of scattered light, text, as scatterometers write it for Photon Engineering's FRED.
+
+Described in FRED's help (Tabulated BSDF, https://help.photonengr.com); the University of Arizona's scatterometer writes
+each measurement as such a file and as a Zemax file, which tests compare.
+
+Layout: two lines of what the numbers are, then for each direction of the light a line of two numbers, the mirrored ray,
+and lines of three, the direction of the detector and the value ::
+
+    type bsdf_data
+    format angles=deg bsdf=value scale=1
+    10	0
+    0	0	0.024536
+    5	0	0.026030
+    5	180	0.025978
+
+All polar angles are from the normal. The first line of a block is where the light is mirrored *to*: a detector at the
+same azimuth is on the mirror's side, where a table of one's own has the light. Scans in the plane of incidence have
+theta_s with a sign, positive on that side. The BSDF is in 1/sr, without the cosine, times `scale`; ``bsdf=log`` is its
+logarithm to the base of 10. FRED takes the surface as isotropic.
+
+Limits: angles are deg or rad; direction cosines, ``angles=sin``, are refused.
+"""
+
+import re
+from array import array
+from pathlib import Path
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..errors import DatasetError
+from ..samples import Samples, given_away
+from . import unmeasured
+from .format import Format
+from .isotropy import finished
+from .reading import BY_DEFAULT, Reading
+from .text import check_thetas, decode, floats, line_number, lines, parse_number
+
+_TYPE = re.compile(rb"\s*type[ \t]+bsdf_data\b[^\r\n]*", re.IGNORECASE)
+_SETTING = re.compile(rb"(\w+)[ \t]*=[ \t]*([^\s=]+)")
+_UNITS = {"deg": np.pi / 180, "rad": 1.0}
+_LARGEST_LOGARITHM = 30.0
+_LARGEST = 8 << 20          # bytes: half a million directions
+
+
+def recognises(content: bytes) -> bool:
+    """Whether the first line is FRED's."""
+    return _TYPE.match(content) is not None
+
+
+def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
+    """Read a FRED file. Raises DatasetError if it is malformed."""
+    start, settings = _settings(path, content)
+    table, at = _rows(path, content, start)
+    angles = table[:, :4] * (_UNITS[settings["angles"]])
+    signed = np.abs(angles[:, [0, 2]])
+    check_thetas(np.degrees(signed), lambda row: line_number(content, at[row]), path, in_degrees=True)
+    theta_i, theta_o = signed.T
+    # where the light is: opposite to where it is mirrored to; a negative polar angle is on the other side
+    phi_i = angles[:, 1] + np.pi * (angles[:, 0] < 0)
+    phi_o = angles[:, 3] + np.pi * (angles[:, 2] >= 0)
+    values = table[:, 4:]
+    notes = ["phi_s = 0 is on the mirror's side"]
+    if settings["bsdf"] == "log":
+        too_large = np.flatnonzero(values[:, 0] > _LARGEST_LOGARITHM)
+        if len(too_large):
+            raise DatasetError(f"a logarithm of {values[too_large[0], 0]:g} found, expected one to the base of 10",
+                               path, line_number(content, at[too_large[0]]))
+        values = 10 ** values
+        notes.append("The values are logarithms to the base of 10")
+    values = values * float(settings["scale"])
+    given_away(values)
+    samples = Samples(theta_i, phi_i, theta_o, phi_o, values, ("grey",), Path(path).stem, str(path), tuple(notes))
+    return finished(unmeasured.without(samples, reading), reading)
+
+
+def _settings(path: str | Path, content: bytes) -> tuple[int, dict[str, str]]:
+    """Where the numbers begin, and what the line `format` says of them."""
+    head = _TYPE.match(content)
+    line = None if head is None else next(lines(content, head.end()), None)
+    if line is None or not line[0].lower().startswith(b"format"):
+        raise DatasetError("expected a line such as 'format angles=deg bsdf=value scale=1'", path, 2)
+    number = line_number(content, line.start())
+    said = {decode(key).lower(): decode(value).lower() for key, value in _SETTING.findall(line[0])}
+    settings = {"angles": "deg", "bsdf": "value", "scale": "1"} | said
+    if settings["angles"] not in _UNITS:
+        raise DatasetError(f"angles={settings['angles'][:20]} found, expected deg or rad: direction cosines are not "
+                           "read", path, number)
+    if settings["bsdf"] not in ("value", "log"):
+        raise DatasetError(f"bsdf={settings['bsdf'][:20]} found, expected value or log", path, number)
+    parse_number(settings["scale"].encode(), path, content, line.start())
+    return line.end(), settings
+
+
+def _rows(path: str | Path, content: bytes, start: int) -> tuple[FloatArray, "array[int]"]:
+    """Each value with its directions, (n, 5), and where in the content its line begins."""
+    numbers, at = array("d"), array("q")
+    light: list[float] | None = None
+    for line in lines(content, start):
+        if line[0].startswith((b"#", b"!")):
+            continue
+        tokens = line[0].split(None, 3)
+        row = floats(line[0], tokens) if len(tokens) in (2, 3) else None
+        if row is None:
+            for token in tokens[:3]:
+                parse_number(token, path, content, line.start())
+            raise DatasetError(f"{'1 number' if len(tokens) == 1 else 'more than 3 numbers'} found, expected the two "
+                               "angles of a mirrored ray, or theta_s, phi_s and the value", path,
+                               line_number(content, line.start()))
+        if len(row) == 2:
+            light = row
+        elif light is None:
+            raise DatasetError("expected first a line of two numbers, the mirrored ray", path,
+                               line_number(content, line.start()))
+        else:
+            numbers.extend((*light, *row))
+            at.append(line.start())
+    if not at:
+        raise DatasetError("no rows of theta_s, phi_s and a value, expected measurements", path)
+    return np.frombuffer(numbers).reshape(-1, 5), at
+
+
+FORMAT = Format("FRED", "FRED's text (.txt)", (".txt",), recognises, read, ("isotropic", "keep_unmeasured"),
+                largest=_LARGEST)

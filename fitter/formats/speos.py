@@ -1,0 +1,271 @@
+"""Ansys Speos' anisotropic BSDF, text (.anisotropicbsdf).
+
+Described in Ansys' help (Structure of Anisotropic BSDF Files). Ansys' own converter made the file at hand from one of
+Zemax's, which tests compare.
+
+Layout: a line for each fact, then a table for each rotation of the sample and each angle of incidence ::
+
+    OPTIS - Anisotropic BSDF surface file v8.0
+    0                           0: text
+    Comment
+    23                          characters of the description, which may have several lines
+    Measurement description
+    0	1	0                   anisotropy vector
+    1	0                       whether there is reflection, and transmission
+    1                           1: values are proportional to the BSDF, 0: to the intensity
+    1                           rotations of the sample, and which, degrees
+    0.0
+    2                           for each rotation: angles of incidence, and which
+    15.0	20.0
+    15.0	0                   theta_i and rotation at which the spectrum was measured
+    a comment
+    2                           bands, and for each nm and percent
+    350	13.4506
+    850	13.4506
+    2 3                         for each table: polar angles, azimuths; the azimuths; rows of polar angle and values
+        0.0	180.0	360.0
+    0.0	0.179	0.179	0.179
+    30.0	0.190	0.180	0.190
+    End of file
+
+Where there is transmission as well, its rotations, angles and spectrum follow those of the reflection, and its tables
+those of the reflection: they are not read. Polar angles are from the normal; azimuth 0 is on the mirror's side. Values
+have no unit: one factor for all makes what is reflected at the incidence of the spectrum, the integral of f cos(theta_o),
+the percentage of each band. Where that incidence was not measured, the two beside it are weighted.
+
+Values of 0 are not measurements, as in Zemax's files; those at polar angle 0 are one direction, their mean. The rotation
+turns the sample as in Zemax's (`zemax`), whose converted files have the same numbers. Whether a material of three
+rotations or more is anisotropic is found from the values.
+
+Limits: text of version 7 or later. Binary ones and Speos' .brdf and .scattering are refused.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..errors import DatasetError
+from ..samples import RGB, Samples, given_away
+from . import unmeasured
+from .format import Format
+from .isotropy import finished
+from .reading import BY_DEFAULT, Reading
+from .scattered import weights
+from .spectra import to_linear_srgb
+from .text import check_thetas, line_number, parse_row
+
+_HEAD = re.compile(rb"OPTIS - Anisotropic BSDF surface file v(\d+)[^\r\n]*", re.IGNORECASE)
+_OLDEST = 7
+_TURNS = -1                 # phi_i over the rotation of the sample
+_MOST = 10_000              # angles, bands or tables
+_BANDS = np.arange(400.0, 701.0, 10.0)
+_FLAT = 1e-6                # of a spectrum: below it, it has no colour
+_LEAST_COSINE = 1e-3        # an intensity at the horizon tells no BSDF
+
+
+@dataclass(frozen=True)
+class _Table:
+    """What is reflected at one angle of incidence.
+
+    Attributes
+    ----------
+    rotation, theta_i : float
+        Radians.
+    theta, phi : (n,), (m,) float64
+        Radians.
+    values : (n, m) float64
+        Proportional to the BSDF.
+    line : int
+    """
+
+    rotation: float
+    theta_i: float
+    theta: FloatArray
+    phi: FloatArray
+    values: FloatArray
+    line: int
+
+    def total(self) -> float:
+        """The integral of the values times cos(theta_o)."""
+        return float(np.sum(weights(self.phi, self.theta, 0.0) * self.values.T))
+
+
+class _Lines:
+    """The lines of a file, one after the other: some of them may be blank."""
+
+    def __init__(self, path: str | Path, content: bytes) -> None:
+        self.path, self.content, self.at, self.start = path, content, 0, 0
+
+    def next(self, what: str) -> bytes:
+        """The next line, whatever is in it."""
+        if self.at >= len(self.content):
+            raise DatasetError(f"ends where {what} were expected", self.path)
+        self.start = self.at
+        ends = [end for end in (self.content.find(b"\n", self.at), self.content.find(b"\r", self.at)) if end >= 0]
+        end = min(ends, default=len(self.content))
+        self.at = end + (2 if self.content[end:end + 2] == b"\r\n" else 1)
+        return self.content[self.start:end]
+
+    def skip(self, count: int) -> None:
+        """Pass over a number of characters, and the rest of the line in which they end."""
+        self.at = min(self.at + count, len(self.content))
+        self.next("lines after the description")
+
+    def numbers(self, count: int, what: str) -> list[float]:
+        """The numbers of the next line that is not blank."""
+        while not (line := self.next(what)).strip():
+            pass
+        return parse_row(line, None, count, what, self.path, self.content, self.start)
+
+    def whole(self, what: str) -> int:
+        """A number of things."""
+        number = self.numbers(1, what)[0]
+        if not 1 <= number <= _MOST or number != int(number):
+            raise self.error(f"{number:g} found, expected a whole number from 1 to {_MOST}: {what}")
+        return int(number)
+
+    def error(self, message: str) -> DatasetError:
+        """An error in the last line."""
+        return DatasetError(message, self.path, line_number(self.content, self.start))
+
+
+def recognises(content: bytes) -> bool:
+    """Whether a file begins as Speos' anisotropic BSDF does."""
+    return _HEAD.match(content) is not None
+
+
+def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Samples:
+    """Read a Speos file; its spectrum becomes linear sRGB, or grey where it is flat.
+
+    Raises DatasetError if the file is malformed, of transmitted light alone, or of a kind that is not read.
+    """
+    lines = _Lines(path, content)
+    is_intensity, has_transmission, angles = _head(lines)
+    at, bands, shares = _spectrum(lines)
+    if has_transmission:
+        _spectrum(lines)
+    tables = [_table(lines, rotation, theta_i, is_intensity) for rotation, theta_i in angles]
+    reflected = _reflected(tables, at)
+    if not reflected > 0:
+        raise DatasetError("the values are 0 at the incidence of the spectrum, expected a BSDF", path, tables[0].line)
+    phi_i = [_TURNS * table.rotation * (len({table.rotation for table in tables}) > 1) for table in tables]
+    parts = [_directions(table, turn) for table, turn in zip(tables, phi_i, strict=True)]
+    theta_i, phi, theta_o, phi_o, relative = (np.concatenate(column) for column in zip(*parts, strict=True))
+    if not len(relative):
+        raise DatasetError("no values above 0, expected measurements", path)
+    channels: tuple[str, ...] = ("grey",)
+    colour = shares[:1]
+    if np.ptp(shares) > _FLAT * abs(shares[0]):
+        channels, colour = RGB, to_linear_srgb(_BANDS, np.interp(_BANDS, bands, shares)[None],
+                                               illuminant=reading.illuminant)[0]
+    values = relative[:, None] / reflected * colour
+    given_away(values)
+    note = f"Reflects {np.mean(shares):.4g} at {np.degrees(at[0]):g} degrees, as the file says"
+    samples = Samples(theta_i, phi, theta_o, phi_o, values, channels, Path(path).stem, str(path),
+                      (note, *(reading.notes if len(channels) > 1 else ())))
+    return finished(unmeasured.without(samples, reading), reading)
+
+
+def _head(lines: _Lines) -> tuple[bool, bool, list[tuple[float, float]]]:
+    """Whether values are intensities; whether there is transmission, too; and the rotation and the angle of incidence
+    of each table of the reflection, radians."""
+    version = _HEAD.match(lines.next("a version"))
+    if version is None or int(version[1]) < _OLDEST:
+        raise lines.error(f"an older version found, expected {_OLDEST} or later: save it again in Speos' BSDF viewer")
+    if lines.numbers(1, "0 for text, or 1")[0] != 0:
+        raise lines.error("a binary file of Speos, expected text: save it as text in Speos' BSDF viewer")
+    lines.next("a comment")
+    length = lines.numbers(1, "the number of characters of the description")[0]
+    if not 0 <= length <= len(lines.content):
+        raise lines.error(f"{length:g} characters of a description found, expected no more than there are")
+    lines.skip(int(length))
+    lines.numbers(3, "the anisotropy vector")
+    has_reflection, has_transmission = lines.numbers(2, "whether there are reflection and transmission")
+    if not has_reflection:
+        raise lines.error("transmission alone found, expected reflection: transmitted light cannot be used")
+    is_intensity = lines.numbers(1, "1 for values of the BSDF, or 0")[0] == 0
+    angles = _angles(lines)
+    if has_transmission:
+        _angles(lines)
+    return is_intensity, bool(has_transmission), angles
+
+
+def _angles(lines: _Lines) -> list[tuple[float, float]]:
+    """Each rotation with each of its angles of incidence, radians."""
+    rotations = lines.numbers(lines.whole("rotations of the sample"), "a rotation for each, degrees")
+    pairs = []
+    for rotation in rotations:
+        incidences = lines.numbers(lines.whole("angles of incidence"), "an angle of incidence for each, degrees")
+        if min(incidences) < 0 or max(incidences) > 90:
+            raise lines.error(f"angles of incidence from {min(incidences):g} to {max(incidences):g} found, expected 0 "
+                              "to 90 degrees")
+        pairs += [(np.radians(rotation), np.radians(theta)) for theta in incidences]
+        if len(pairs) > _MOST:
+            raise lines.error(f"more than {_MOST} angles of incidence found")
+    return pairs
+
+
+def _spectrum(lines: _Lines) -> tuple[tuple[float, float], FloatArray, FloatArray]:
+    """theta_i and rotation at which it was measured, radians; the bands in nm; and the share of light of each."""
+    theta_i, rotation = lines.numbers(2, "theta_i and rotation at which the spectrum was measured")
+    lines.next("a comment on the spectrum")
+    rows = np.array([lines.numbers(2, "a wavelength in nm and a percentage")
+                     for _ in range(lines.whole("bands of the spectrum"))])
+    order = np.argsort(rows[:, 0], kind="stable")
+    if len({*rows[:, 0].tolist()}) != len(rows):
+        raise lines.error("two bands of one wavelength found")
+    return (np.radians(theta_i), np.radians(rotation)), rows[order, 0], rows[order, 1] / 100
+
+
+def _table(lines: _Lines, rotation: float, theta_i: float, is_intensity: bool) -> _Table:
+    """Read one table."""
+    shape = lines.numbers(2, "the numbers of polar angles and of azimuths")
+    line = line_number(lines.content, lines.start)
+    if not all(1 <= number <= _MOST and number == int(number) for number in shape):
+        raise lines.error(f"{shape[0]:g} x {shape[1]:g} values found, expected whole numbers from 1 to {_MOST}")
+    polar, around = map(int, shape)
+    phi = np.radians(lines.numbers(around, "an azimuth for each column"))
+    if (np.diff(phi) <= 0).any() or np.ptp(phi) > 2 * np.pi + 1e-6:
+        raise lines.error("azimuths found that do not rise, or over more than 360 degrees")
+    rows = np.array([lines.numbers(around + 1, "a polar angle and a value for each azimuth") for _ in range(polar)])
+    check_thetas(rows[:, :1], lambda row: line + 2 + row, lines.path, in_degrees=True)
+    theta, values = np.radians(rows[:, 0]), rows[:, 1:]
+    if (np.diff(theta) <= 0).any():
+        raise lines.error("polar angles found that do not rise")
+    if is_intensity:
+        cosine = np.cos(theta)[:, None]
+        values = np.where(cosine > _LEAST_COSINE, values / np.maximum(cosine, _LEAST_COSINE), 0)
+    return _Table(rotation, theta_i, theta, phi, values, line)
+
+
+def _reflected(tables: list[_Table], at: tuple[float, float]) -> float:
+    """The integral of what is reflected at the incidence of the spectrum, of two tables between which it is."""
+    apart = [abs(np.angle(np.exp(1j * (table.rotation - at[1])))) for table in tables]
+    nearest = sorted((table for table, turn in zip(tables, apart, strict=True) if turn <= min(apart) + 1e-9),
+                     key=lambda table: table.theta_i)
+    angles = [table.theta_i for table in nearest]
+    above = int(np.clip(np.searchsorted(angles, at[0]), 1, max(len(angles) - 1, 1)))
+    pair = nearest[above - 1:above + 1]
+    return float(np.interp(at[0], [table.theta_i for table in pair], [table.total() for table in pair]))
+
+
+def _directions(table: _Table, phi_i: float) -> tuple[FloatArray, ...]:
+    """Directions, radians, and values of a table that are not 0; the normal once, with the mean of its values."""
+    values = table.values.copy()
+    if table.theta[0] == 0:
+        measured = values[0] != 0
+        values[0, 0] = values[0].sum() / max(np.count_nonzero(measured), 1)
+        values[0, 1:] = 0
+    if np.ptp(table.phi) > 2 * np.pi - 1e-6:
+        values[:, -1] = 0                   # the first once more
+    row, column = np.nonzero(values)
+    theta_o, phi_o = table.theta[row], table.phi[column] + np.pi + phi_i
+    return (np.full(len(row), table.theta_i), np.full(len(row), phi_i), np.minimum(theta_o, np.pi / 2), phi_o,
+            values[row, column])
+
+
+FORMAT = Format("Speos", "Speos .anisotropicbsdf", (".anisotropicbsdf",), recognises, read,
+                ("illuminant", "isotropic", "symmetry", "keep_unmeasured"))
