@@ -32,3 +32,7 @@ class SampleUnknownError(DatasetError):
 
 class UnitsUnknownError(DatasetError):
     """A file does not say what its numbers mean; the options `angles` and `quantity` of reading do."""
+
+
+class ColumnsUnknownError(DatasetError):
+    """The columns of a table are not understood; the option `columns` of reading says which is which."""

@@ -28,17 +28,19 @@ from . import (
     saved_samples,
     speos,
     table,
+    table_layout,
     utia,
     zemax,
 )
 from .format import Format
 from .gamut import converted
 from .reading import Reading, one_of
-from .text import plain_text, read_bytes
+from .text import is_plain, plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
 FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, saved_samples.FORMAT,
                                utia.FORMAT, fred.FORMAT, speos.FORMAT, zemax.FORMAT, astm.FORMAT, pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
+_WITHOUT_MARK = (pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
 EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
 PLAIN = (".bin", ".npz", ".txt")      # extensions of which most files are no measurements
 KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
@@ -46,7 +48,8 @@ KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
 
 def load(path: str | Path, sample: str | int | None = None, *, angles: str | None = None, quantity: str | None = None,
          illuminant: str = illuminants.DEFAULT, colours: str = DEFAULT, isotropic: bool | None = None,
-         symmetry: str | None = None, encoding: str | None = None, keep_unmeasured: bool = False) -> Samples:
+         symmetry: str | None = None, encoding: str | None = None, keep_unmeasured: bool = False,
+         columns: str | None = None) -> Samples:
     r"""Read a measured BRDF.
 
     Parameters
@@ -57,9 +60,10 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
         For files with several samples (CURET): the number or the name of one. The first one by default.
     angles : {"degrees", "radians"}, optional
         The unit of the angles of a table or an ASTM file, whatever it says. The other formats define theirs.
-    quantity : {"brdf", "brdf_cos", "brdf_cos_i"}, optional
+    quantity : {"brdf", "brdf_cos", "brdf_cos_i", "reflectance_factor", "reflectance_percent", "brdf_percent"}, optional
         What such a file holds, whatever it says: the BRDF, or the BRDF times the cosine of theta_o, which goniometers
-        usually print, or times that of theta_i. The other formats define that, too.
+        usually print, or times that of theta_i; the reflectance factor, which is pi times the BRDF, or it in percent; or
+        the BRDF in percent. The other formats define that, too.
     illuminant : {"D65", "D50", "A", "E"}
         The light under which spectra become colours. White stays white.
     colours : {"Rec.709", "Rec.2020", "ACEScg"}
@@ -75,6 +79,9 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
     keep_unmeasured : bool
         Whether to keep values that nobody measured: of tables, ASTM and MBSDF files, what is drawn beyond the angle at
         which the instrument ended. By default they are left out.
+    columns : str, optional
+        What the columns of a table are, in their order, where their names mean nothing or are not there: names as a
+        table of one's own has them, separated by commas, and "-" for what is not read: ``"theta_i,-,theta_o,phi,BRDF"``.
 
     Returns
     -------
@@ -86,7 +93,8 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
     ------
     DatasetError
         If the file is not there, is in no known format, or is malformed, or an option is none of these; the message
-        says file, line and what was expected. `UnitsUnknownError` where `angles` or `quantity` is needed.
+        says file, line and what was expected. `UnitsUnknownError` where `angles` or `quantity` is needed,
+        `ColumnsUnknownError` where `columns` is.
 
     Examples
     --------
@@ -99,7 +107,7 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
     >>> samples.name, samples.channels, samples.values.tolist()
     ('Blue paint', ('R', 'G', 'B'), [[0.1, 0.2, 0.6]])
     """
-    reading = Reading(angles, quantity, illuminant, isotropic, symmetry, encoding, keep_unmeasured)
+    reading = Reading(angles, quantity, illuminant, isotropic, symmetry, encoding, keep_unmeasured, columns)
     one_of("colours", colours, COLOURS)
     if (name := published.name_in(path)) is not None:
         _no_sample(path, sample)
@@ -107,7 +115,7 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
         if isotropic is not None:
             samples = isotropy.as_asked(samples, isotropic)
         return converted(_without(reading, (), "published fits", samples), colours)
-    known, content = _recognised(path)
+    known, content = _recognised(path, columns)
     options: dict[str, Any] = {"reading": reading} if known.options else {}
     if known.list_samples is not None:
         options["sample"] = sample
@@ -158,22 +166,34 @@ def choices_of(path: str | Path) -> frozenset[str]:
                      for name in (*known.options, *(("sample",) if known.list_samples is not None else ())))
 
 
-def list_samples(path: str | Path) -> list[tuple[int, str]]:
-    """The (number, name) of each sample in a file; empty if the format has one sample a file."""
+def list_samples(path: str | Path, columns: str | None = None) -> list[tuple[int, str]]:
+    """The (number, name) of each sample in a file; empty if the format has one sample a file. `columns` as in `load`."""
     if (name := published.name_in(path)) is not None:
         published.find(name)
         return []
-    known, content = _recognised(path)
+    known, content = _recognised(path, columns)
     with _errors_of(path):
         return [] if known.list_samples is None else known.list_samples(path, content)
 
 
-def is_recognised(path: str | Path) -> bool:
+def preview(path: str | Path) -> tuple[list[str] | None, list[list[str]]]:
+    """The names, if there are any, and the first rows of a table whose columns are not understood, as text.
+
+    Raises DatasetError if the file cannot be read, or has no rows.
+    """
+    with _errors_of(path):
+        found = table_layout.preview(plain_text(read_bytes(path, table.FORMAT.largest), path))
+    if found is None:
+        raise DatasetError("no rows of numbers found", path)
+    return found
+
+
+def is_recognised(path: str | Path, columns: str | None = None) -> bool:
     """Whether a file can be read, and is in one of `FORMATS`; or a path names a published material."""
     if published.name_in(path) is not None:
         return is_there(path)
     try:
-        _recognised(path)
+        _recognised(path, columns)
     except DatasetError:
         return False
     return True
@@ -184,31 +204,45 @@ def is_read_with_another(path: Path, files: Collection[Path]) -> bool:
     return any(known.read_with is not None and known.read_with(path) in files for known in FORMATS)
 
 
-def _recognised(path: str | Path) -> tuple[Format, bytes]:
-    """The format of a file, and its content in the form that the format's functions take."""
+def _recognised(path: str | Path, columns: str | None = None) -> tuple[Format, bytes]:
+    """The format of a file, and its content in the form that the format's functions take.
+
+    Of a text whose columns are named by a user, only a distinctive mark says that it is no table.
+    """
     content = read_bytes(path, max(known.largest for known in FORMATS))
     with _errors_of(path):
-        return _format_of(path, content)
+        return _format_of(path, content, columns)
 
 
-def _format_of(path: str | Path, content: bytes) -> tuple[Format, bytes]:
+def _format_of(path: str | Path, content: bytes, columns: str | None) -> tuple[Format, bytes]:
     known = next((known for known in FORMATS if not known.is_text and known.recognises(content)), None)
     if known is None:
         largest = max(known.largest for known in FORMATS if known.is_text)
-        text = b"" if b"\0" in content or len(content) > largest else plain_text(content, path)
-        known = next((known for known in FORMATS if known.is_text and known.recognises(text)), None)
+        text = plain_text(content, path) if len(content) <= largest and is_plain(content) else b""
+        known = next((known for known in FORMATS if known.is_text and not (columns and known in _WITHOUT_MARK)
+                      and known.recognises(text)), None)
+        if known is None and columns and table_layout.find(text, columns) is not None:
+            known = table.FORMAT
         if known is None:
-            if (what := foreign.describe(content)) is not None:
-                raise DatasetError(what, path)
-            if len(content) > largest:          # not searched for the marks of text formats
-                raise DatasetError(f"{len(content):,} bytes, expected at most {largest:,} for text", path)
-            if (what := table.describe(plain_text(content, path))) is not None:
-                raise DatasetError(what, path)
-            raise DatasetError(f"in no known format; expected one of: {KNOWN_FILES}", path)
+            raise _unknown(path, content, text, largest, columns)
         content = text
     if len(content) > known.largest:
         raise DatasetError(f"{len(content):,} bytes, expected at most {known.largest:,}", path)
     return known, content
+
+
+def _unknown(path: str | Path, content: bytes, text: bytes, largest: int, columns: str | None) -> DatasetError:
+    """What to say of a file in no known format."""
+    if (what := foreign.describe(content)) is not None:
+        return DatasetError(what, path)
+    if len(content) > largest:          # not searched for the marks of text formats
+        return DatasetError(f"{len(content):,} bytes, expected at most {largest:,} for text", path)
+    if (error := table.unknown_columns(text, path)) is not None:
+        return error if not columns else DatasetError(f"no row of numbers for the columns {columns[:80]} found", path)
+    if (what := foreign.describe_by_name(path)) is not None:
+        return DatasetError(what, path)
+    plain_text(content, path)           # raises where it is binary
+    return DatasetError(f"in no known format; expected one of: {KNOWN_FILES}", path)
 
 
 @contextmanager

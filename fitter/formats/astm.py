@@ -64,9 +64,13 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     check_thetas(angles[:, [0, 2]], lambda row: nth_line(content, columns.start, row), path, in_degrees)
     directions, values = np.radians(angles) if in_degrees else angles, table[:, columns.values]
     notes = [angles_note(in_degrees, columns.unit, reading)] if reading.angles else []
-    if cosine := QUANTITIES[reading.quantity or "brdf"]:
-        directions, values, note = without_cosine(directions, values, cosine, path, columns.line)
+    quantity = QUANTITIES[reading.quantity or "brdf"]
+    if quantity.cosine:
+        directions, values, note = without_cosine(directions, values, quantity.cosine, path, columns.line)
         notes.append(f"{note}, as asked")
+    if quantity.scale != 1:
+        values = values * quantity.scale
+        notes.append(f"Multiplied by {quantity.scale:.4g}, as asked")
     channels, values, more = reflectance(columns.channels, values, path, columns.line, reading)
     name = decode(header[b"SAMPLE_NAME"][2].strip()) if b"SAMPLE_NAME" in header else Path(path).stem
     samples = Samples(*mapped(np.asarray, directions.T), values, channels, name, str(path), (*notes, *more))

@@ -7,16 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import FloatArray
-from ..errors import DatasetError
+from ..errors import ColumnsUnknownError, DatasetError
 from ..samples import RGB
+from .names import ANGLES, parse, role
 from .reading import Reading
 from .spectra import SPAN, to_linear_srgb
 
-ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
 GREY = ("brdf", "fr", "f_r", "grey", "gray")
-_ANGLE = re.compile(r"(theta|polar|zenith|phi|azimuth)[ _]?"
-                    r"(incident|inc|in|out|reflected|refl|scattered|scat|viewing|view|[isrov])"
-                    r"(?:[ _]*[\[(]?[ ]*(deg|rad)[a-z]*[ ]*[\])]?)?", re.IGNORECASE)
 _LAMPS = (580, 700), (500, 580), (400, 500)         # nm, of red, green and blue
 _LEAST_COSINE = 1e-3            # values that have a smaller cosine in them are left out
 _BAND = re.compile(r"(\d+(?:\.\d+)?)\s*nm", re.IGNORECASE)
@@ -30,12 +27,8 @@ def angle(name: str) -> tuple[str, str | None]:
     >>> angle("theta_o[deg]"), angle("PhiIn"), angle("R")
     (('theta_s', 'deg'), ('phi_i', None), ('', None))
     """
-    match = _ANGLE.fullmatch(name)
-    if match is None:
-        return "", None
-    kind, side, unit = match.groups()
-    return (f"{'phi' if kind.lower() in ('phi', 'azimuth') else 'theta'}_{'i' if side[0].lower() == 'i' else 's'}",
-            unit and unit.lower())
+    kind, unit = role(name), parse(name).unit
+    return (kind, unit if unit in ("deg", "rad") else None) if kind in ANGLES else ("", None)
 
 
 def look_like_degrees(angles: FloatArray) -> bool:
@@ -112,7 +105,8 @@ def reflectance(names: Sequence[str], values: FloatArray, path: str | Path, line
         return ("grey",), values, ()
     if bands is None:
         shown = ",".join(names[:4]) + "..." * (len(names) > 4)
-        raise DatasetError(f"channels {shown} found, expected R,G,B, or wavelengths such as 400nm, or BRDF", path, line)
+        raise ColumnsUnknownError(f"channels {shown} found, expected R,G,B, or wavelengths such as 400nm, or BRDF", path,
+                                  line)
     lamps = [np.flatnonzero((bands >= low) & (bands < high)) for low, high in _LAMPS]
     if len(names) == 3 and np.ptp(bands) < SPAN and all(len(lamp) == 1 for lamp in lamps):
         return RGB, values[:, np.concatenate(lamps)], ()

@@ -9,7 +9,6 @@ from . import utia
 
 _BEGINNING = 4096           # bytes in which a mark is looked for
 _AS_TABLE = "write its reflectance as a table with column names (see the manual, A table of your own)"
-_NUMBERS = re.compile(rb"[-+.\deE]+(?:(?:[ \t]*[,;][ \t]*|[ \t]+)[-+.\deE]+){3,}[ \t]*[\r\n]")
 
 
 class _Kind(NamedTuple):
@@ -81,28 +80,20 @@ def describe_by_name(path: str | Path) -> str | None:
 
 
 def describe(content: bytes) -> str | None:
-    r"""What a file in no known format is, and what to do, as a part of a message; None if that is not known.
+    """What a file in no known format is, and what to do, as a part of a message; None if that is not known.
 
     Examples
     --------
     >>> describe(b"%PDF-1.7 ...").split(";")[0], describe(b"anything")
     ('a PDF document', None)
-    >>> describe(b"0.5 0.0 0.5 3.14 0.2\n0.5 0.0 0.6 3.14 0.1\n").split(";")[0]
-    'numbers without a line of column names'
     """
     beginning = content[:_BEGINNING].removeprefix(b"\xef\xbb\xbf")
     if beginning.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
         return "text in UTF-32; save it as UTF-8"
-    if beginning.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return "text in UTF-16; save it as UTF-8"
     for kind in _KINDS:
         if kind.mark.match(beginning):
             return f"{kind.what}; {kind.advice}"
     if len(content) == utia.SIZE and b"\0" in content:
         return ("as large as the measurements of UTIA, but its numbers are no reflectances; expected finite float64, "
                 "few of them negative")
-    rows = (line for line in beginning.splitlines(keepends=True) if line.strip() and not line.startswith(b"#"))
-    if _NUMBERS.match(next(rows, b"").lstrip()):
-        return ("numbers without a line of column names; write one before them, such as "
-                "theta_i[deg],theta_o[deg],phi[deg],R,G,B")
     return None

@@ -2,14 +2,28 @@
 known of the material's symmetry."""
 
 from dataclasses import dataclass
+from math import pi
+from typing import NamedTuple
 
 from ..errors import DatasetError
 from ..samples import SYMMETRIES
 from .illuminants import DEFAULT, ILLUMINANTS
 
 ANGLES = ("degrees", "radians")
-QUANTITIES = {"brdf": "", "brdf_cos": "s", "brdf_cos_i": "i"}
-"""What values are, and the angle whose cosine is in them, as `columns.ANGLES` calls it."""
+
+
+class Quantity(NamedTuple):
+    """What values are: the angle whose cosine is in them, as `names.ANGLES` calls it, or "", and the BRDF over them."""
+
+    cosine: str
+    scale: float
+
+
+QUANTITIES = {"brdf": Quantity("", 1.0), "brdf_cos": Quantity("s", 1.0), "brdf_cos_i": Quantity("i", 1.0),
+              "reflectance_factor": Quantity("", 1 / pi), "reflectance_percent": Quantity("", 0.01 / pi),
+              "brdf_percent": Quantity("", 0.01)}
+"""What values may be: the BRDF, also with a cosine; pi times it; that in percent; the BRDF in percent."""
+LONGEST_COLUMNS = 20_000    # characters
 ENCODINGS = ("raw", "srgb", "srgb140")
 
 
@@ -39,6 +53,9 @@ class Reading:
         One of `ENCODINGS`: how the values of a UTIA file are stored (`utia`).
     keep_unmeasured : bool
         Whether to keep values that nobody measured (`unmeasured`).
+    columns : str, or None
+        What the columns of a table are, in their order, separated by commas: names as a table of one's own has them
+        (`names`), "-" for those that are not read. Whatever the table calls them, and where it has no names.
 
     Raises
     ------
@@ -61,6 +78,7 @@ class Reading:
     symmetry: str | None = None
     encoding: str | None = None
     keep_unmeasured: bool = False
+    columns: str | None = None
 
     def __post_init__(self) -> None:
         for name, choices in (("angles", ANGLES), ("quantity", tuple(QUANTITIES)), ("symmetry", SYMMETRIES),
@@ -71,6 +89,10 @@ class Reading:
             raise DatasetError(f"isotropic {self.isotropic!r} found, expected True, False or None")
         if self.keep_unmeasured not in (True, False):
             raise DatasetError(f"keep_unmeasured {self.keep_unmeasured!r} found, expected True or False")
+        if self.columns is not None and not (isinstance(self.columns, str)
+                                             and 0 < len(self.columns.strip(", ")) < LONGEST_COLUMNS):
+            raise DatasetError(f"columns {str(self.columns)[:40]!r} found, expected names, such as "
+                               "theta_i,theta_o,phi,BRDF")
         one_of("illuminant", self.illuminant, ILLUMINANTS)
 
     @property

@@ -52,7 +52,7 @@ def to_linear_srgb(wavelengths: ArrayLike, values: ArrayLike, path: str | Path |
     Parameters
     ----------
     wavelengths : (bands,) array_like
-        nm, ascending; at least three must be within 400 to 700 nm, and span 200 nm.
+        nm, in any order; at least three must be within 400 to 700 nm, and span 200 nm.
     values : (n, bands) array_like
     path, line
         Where the spectra are from, for the error.
@@ -68,9 +68,12 @@ def to_linear_srgb(wavelengths: ArrayLike, values: ArrayLike, path: str | Path |
     >>> to_linear_srgb([400, 550, 700], [[0.2, 0.2, 0.2]]).round(9).tolist()
     [[0.2, 0.2, 0.2]]
     """
-    wavelengths = np.asarray(wavelengths, dtype=float)
+    wavelengths, values = np.asarray(wavelengths, dtype=float), np.asarray(values, dtype=float)
+    if (np.diff(wavelengths) < 0).any():
+        order = np.argsort(wavelengths, kind="stable")
+        wavelengths, values = wavelengths[order], values[:, order]
     visible = wavelengths[(wavelengths >= 400) & (wavelengths <= 700)]
     if not (np.diff(wavelengths) > 0).all() or len(visible) < 3 or np.ptp(visible) < SPAN:
-        raise DatasetError(f"wavelengths must rise, with at least three from 400 to 700 nm that span {SPAN} nm", path,
+        raise DatasetError(f"wavelengths must differ, with at least three from 400 to 700 nm that span {SPAN} nm", path,
                            line)
-    return np.asarray(values, dtype=float) @ srgb_weights(wavelengths, illuminant).T
+    return values @ srgb_weights(wavelengths, illuminant).T

@@ -20,6 +20,8 @@ from ..errors import DatasetError
 from ..samples import HORIZON
 from .format import LARGEST_TEXT
 
+_BEGINNING = 400            # bytes by which UTF-16 without a byte-order mark is told: they are in ASCII
+_PRINTED = frozenset(b"\t\r\n" + bytes(range(0x20, 0x7f)))
 _PIECE = rb"(?s:.{0,65535})"
 _LINE = re.compile(rb"\S[^\r\n]*")
 _LINES = re.compile(rb"\S%b[^\r\n]*" % _PIECE)
@@ -36,11 +38,41 @@ def read_bytes(path: str | Path, largest: int = LARGEST_TEXT) -> bytes:
     return content
 
 
+def is_plain(content: bytes) -> bool:
+    """Whether content is text: without zero bytes, but for those of UTF-16."""
+    return b"\0" not in content or _utf_16(content) is not None
+
+
 def plain_text(content: bytes, path: str | Path) -> bytes:
-    """Remove a byte-order mark of UTF-8; `DatasetError` if the content is binary or UTF-16."""
+    r"""Text in UTF-8, or as it is, without a byte-order mark; `DatasetError` if the content is binary.
+
+    Examples
+    --------
+    >>> plain_text("30°".encode("utf-16"), "scan.txt").decode()
+    '30°'
+    """
+    if (encoding := _utf_16(content)) is not None:
+        try:
+            content = content.decode(encoding).encode()
+        except UnicodeDecodeError as error:
+            raise DatasetError(f"damaged text in UTF-16 ({error.reason})", path) from None
     if b"\0" in content:
-        raise DatasetError("binary (or UTF-16) content, expected plain text", path)
+        raise DatasetError("binary content, expected plain text", path)
     return content.removeprefix(b"\xef\xbb\xbf")
+
+
+def _utf_16(content: bytes) -> str | None:
+    """The encoding of content in UTF-16, with or without a byte-order mark; None of any other."""
+    if content.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
+        return None             # UTF-32
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16"
+    beginning = content[:_BEGINNING]
+    for encoding, zeros, others in (("utf-16-le", beginning[1::2], beginning[::2]),
+                                    ("utf-16-be", beginning[::2], beginning[1::2])):
+        if len(zeros) > 3 and not any(zeros) and all(byte in _PRINTED for byte in others):
+            return encoding
+    return None
 
 
 def decode(text: bytes) -> str:

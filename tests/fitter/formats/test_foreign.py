@@ -10,7 +10,7 @@ import pytest
 import fitter
 from fitter import DatasetError
 from fitter.formats import foreign
-from support import hostile_fits
+from support import hostile_fits, zemax_files
 
 
 def zipped(**members):
@@ -34,7 +34,14 @@ def matlab_7_3():
 
 
 @pytest.mark.parametrize(("content", "expected"), [
-    (matlab_7_3(), "HDF5"), (b"OPTIS - Anisotropic BSDF surface file v7.0\n0 1\n", "Speos"),
+    (matlab_7_3(), "HDF5"), (b"OPTIS - brdf surface file v8.0\n0 1\n", "Speos"),
+    (b"TracePro Surface Property Data\nFile Name\tmine\n", "TracePro.*Zemax"),
+    (b"analytic\n::begin parameters\nfloat n 1 1000 100\n", "Disney.*a formula"),
+    (b"#DIM 2 1\n#PARAM_IN ISOTROPIC_TV_TL_DPHI\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 0.3\n", "ALTA.*column names"),
+    (b"#ALTA HEADER BEGIN\n#DIM 2 1\n0.1 0.2 0.3\n", "ALTA"),
+    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), r"\.xls.*as CSV"),
+    (zemax_files.made().replace("DataBegin\nTIS", "DataBegin\nAOI 10\nPOI 0\nSide Front\nTIS").encode(),
+     "LightTools.*Zemax"),
     (b'<?xml version="1.0"?>\n<WindowElement xmlns="http://windows.lbl.gov">', "Radiance"),
     (b"\n<!DOCTYPE html>\n<html><body>Log in</body></html>", "a web page"),
     (b'<?xml version="1.0"?>\n<materialx version="1.38">', "MaterialX"),
@@ -48,17 +55,22 @@ def matlab_7_3():
     (zipped(**{"_Content_Types__dot_": "", "xl__workbook_dot_xml": "<x/>"}), "Excel"),
     (hostile_fits.in_order(), "a fit that this extension saved"), (zipped(readme="x"), "an archive"),
     (gzip.compress(b"theta_i,theta_o,phi,BRDF\n", mtime=0), "an archive"), (bytes(3 * 288 * 288 * 8), "UTIA"),
-    ("theta_i,theta_o,phi,BRDF\n".encode("utf-16"), "UTF-16"),
     ("theta_i,theta_o,phi,BRDF\n".encode("utf-32"), "UTF-32"),
     (b"\0\0\xfe\xff" + "theta_i,theta_o,phi,BRDF\n".encode("utf-32-be"), "UTF-32"),
-    (b"0.5 0.0 0.5 3.14 0.2\n0.5 0.0 0.6 3.14 0.1\n", "without a line of column names"),
-    (b"30;0;45,5;180;0,2\r\n", "without a line of column names")])
+    (b"theta_i,theta_o,phi,BTDF\n30,30,0,1\n", "'BTDF' found.*transmitted light")])
 def test_a_foreign_file_is_named(tmp_path, content, expected):
     path = tmp_path / "dropped.bsdf"
     path.write_bytes(content)
-    with pytest.raises(DatasetError, match=rf"dropped\.bsdf: .*{expected}") as refused:
+    with pytest.raises(DatasetError, match=rf"dropped\.bsdf:(\d+:)? .*{expected}") as refused:
         fitter.load(path)
     assert "in no known format" not in str(refused.value)
+
+
+@pytest.mark.parametrize("content", [b"\x01\x02\0\x03" * 40, b"a scan of paper\nand its words\n"])
+def test_a_file_whose_content_tells_nothing_is_named_by_its_extension(tmp_path, content):
+    (tmp_path / "paper.JDV").write_bytes(content)
+    with pytest.raises(DatasetError, match=r"paper\.JDV: .*REFLET.*export it as ASTM"):
+        fitter.load(tmp_path / "paper.JDV")
 
 
 def test_what_is_really_unknown_is_said_to_be(tmp_path):

@@ -270,7 +270,7 @@ def test_pbrt_rows_may_break_anywhere(tmp_path):
     (astm_text(ROWS).replace("POINTS 2", "POINTS 3"), 3, "2 rows found, expected 3"),
     (astm_text([], points=False), 3, "no rows after VARS"),
     (astm_text(ROWS, "X,Y,Z"), 4, "expected R,G,B, or wavelengths"),
-    (astm_text(ROWS, "700nm,600nm,500nm"), 4, "wavelengths must rise"),
+    (astm_text(ROWS, "700nm,600nm,600nm"), 4, "wavelengths must differ"),
     (astm_text(ROWS).replace("theta_i", "angle"), 4, "VARS must name theta_i, phi_i"),
     (astm_text(ROWS).replace("theta_s", "theta_r,theta_o"), 4, "once each"),
     (astm_text(ROWS).replace("theta_i", "theta_i[deg]"), 4, "in one unit"),

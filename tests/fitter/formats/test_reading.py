@@ -82,7 +82,8 @@ def test_units_that_contradict_one_another_are_settled_by_the_option(load):
 
 @pytest.mark.parametrize(("option", "value", "expected"), [
     ("angles", "grad", "angles 'grad' found, expected degrees or radians"), ("angles", "", "angles '' found"),
-    ("quantity", "btdf", "quantity 'btdf' found, expected brdf, brdf_cos or brdf_cos_i"),
+    ("quantity", "btdf", "quantity 'btdf' found, expected brdf, brdf_cos, brdf_cos_i, reflectance_factor, "
+                            "reflectance_percent or brdf_percent"),
     ("quantity", 3, "quantity 3 found")])
 def test_an_option_with_another_value_is_refused(load, option, value, expected):
     with pytest.raises(DatasetError, match=expected):

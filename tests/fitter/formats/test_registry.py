@@ -13,7 +13,7 @@ from fitter import DatasetError, formats
 from fitter.formats import FORMATS, saved_samples
 from fitter.formats.text import plain_text
 from support import anisotropic_instruments as instruments
-from support import mbsdf_files, merl_files, tensor_files, utia_files, zemax_files
+from support import mbsdf_files, merl_files, speos_files, tensor_files, utia_files, zemax_files
 
 ANGLES = [(0.2, 0.0, 0.3, 3.1), (0.9, 0.0, 0.4, -2.0), (1.2, 0.0, 1.1, 0.5)]
 WAVELENGTHS = np.arange(400, 701, 50)
@@ -55,12 +55,18 @@ def saved():
         return path.read_bytes()
 
 
+def fred():
+    rows = "".join(f"{i} 0\n{o} {po} 0.2\n" for i, _, o, po in np.degrees(ANGLES))
+    return f"type bsdf_data\nformat angles=deg bsdf=value scale=1\n{rows}".encode()
+
+
 # by `Format.files`; a format without an example fails the first test
 EXAMPLES = {"Cornell or Light Tec ASTM (.astm)": astm(), "pbrt-v2 .brdf": pbrt(), "CURET abrdf.dat": curet(),
             "Cornell paint.reformat.mat": paint(), "RGL .bsdf": tensor_files.pack(tensor_files.material()),
             "MERL .binary": merl_files.pack(merl_files.random_cells(3, 1)),
             "table with column names (.csv, .tsv, .txt)": table(),
             "NVIDIA .mbsdf": mbsdf_files.made(), "Zemax .bsdf": zemax_files.made().encode(),
+            "FRED's text (.txt)": fred(), "Speos .anisotropicbsdf": speos_files.made().encode(),
             "UTIA .bin": utia_files.pack(utia_files.values_of(instruments.ggx())),
             "samples saved by Measured BRDF (.npz)": saved()}
 every_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.files)

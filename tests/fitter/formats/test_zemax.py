@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy.integrate import dblquad
 
 import fitter
 from fitter import DatasetError
@@ -92,6 +93,41 @@ def test_totals_of_a_real_file_come_out(goniometer):
         assert integral == pytest.approx(total, rel=0.2)
 
 
+@pytest.mark.parametrize(("symmetry", "last"), [("PlaneSymmetrical", 180), ("Asymmetrical", 350)])
+@pytest.mark.parametrize("times", [1, 0.93, 1.25, 0.8])
+def test_the_tis_stands_beside_the_integral_where_they_differ_by_more_than_a_tenth(tmp_path, symmetry, last, times):
+    """The integral is SciPy's, about the normal; the file's values are about the mirrored ray."""
+    theta_i = np.radians(40)
+
+    def lobe(cosine):
+        return 0.1 + 3 * np.maximum(cosine, 0) ** 30
+
+    def integrand(theta, phi):
+        mirrored = np.cos(theta) * np.cos(theta_i) + np.sin(theta) * np.sin(theta_i) * np.cos(phi)
+        return lobe(mirrored) * np.cos(theta) * np.sin(theta)
+
+    truth = 2 * dblquad(integrand, 0, np.pi, 0, np.pi / 2, epsabs=1e-6)[0]
+    azimuths, radials = np.arange(0, last + 1, 10), np.arange(0, 136, 3)
+    values = np.broadcast_to(lobe(np.cos(np.radians(radials))), (1, 1, len(azimuths), len(radials)))
+    text = made(values, (40,), tuple(azimuths), tuple(radials), Symmetry=symmetry)
+    samples = load(tmp_path, text.replace("TIS 0.5", f"TIS {truth * times:.6f}"))
+    told = [note for note in samples.notes if note.startswith("TIS")]
+    assert bool(told) == (times in (1.25, 0.8))
+    if told:
+        found = float(re.search(r"integrate to ([\d.]+);", told[0])[1])
+        assert found == pytest.approx(truth, rel=5e-3)
+        assert f"at 40 degrees of incidence the file says {truth * times:.4g}" in told[0]
+
+
+def test_the_tis_of_real_files_is_told_where_it_is_another(goniometer):
+    """Arizona's are weighted otherwise; those of the imaging sphere count the horizon, which it did not see."""
+    told = [fitter.load(goniometer(f"{name}.bsdf")).notes[0] for name in (
+        "AnoBlackEC1onAlum.zemax", "ansys_planesymmetric_brdf_zemax")]
+    assert told[0].startswith("TIS: at 10 degrees of incidence the file says 0.03866, its values integrate to 0.05069; 3 of 4 "
+                              "differ by more than a tenth")
+    assert told[1].endswith("8 of 13 differ by more than a tenth")
+
+
 def test_rotations_turn_both_directions_backwards(tmp_path):
     """A sample that is turned by r sees the light at -r: on the truth's grid every value is the truth's."""
     truth, rotations = instruments.ggx(turn=0.3), range(0, 360, 30)
@@ -113,7 +149,7 @@ def test_rotations_turn_both_directions_backwards(tmp_path):
     values = np.reshape(expected, (1, -1, 18, 4))
     samples = load(tmp_path, made(values, rotations=rotations, Symmetry="Asymmetrical4D", **grid))
     assert not samples.isotropic
-    assert samples.notes == ("Anisotropic, measured at 12 rotations from 0 to 330 degrees",)
+    assert samples.notes[-1:] == ("Anisotropic, measured at 12 rotations from 0 to 330 degrees",)
     assert len(samples) == np.count_nonzero(values[..., 1:]) + 24
     np.testing.assert_allclose(truth(*samples.directions)[:, 0], samples.values[:, 0], rtol=1e-9)
 
@@ -140,7 +176,7 @@ def test_one_rotation_tells_nothing_and_the_notes_say_so(tmp_path):
     values = np.ones((1, 2, 5, 3))
     samples = load(tmp_path, made(values, azimuths=(0, 90, 180, 225, 270), Symmetry="Asymmetrical"))
     assert samples.isotropic
-    assert samples.notes == ("Measured at 1 rotation: taken as isotropic",)
+    assert samples.notes[-1:] == ("Measured at 1 rotation: taken as isotropic",)
     assert not samples.phi_i.any()
 
 
@@ -157,7 +193,7 @@ def test_a_real_anisotropic_file(goniometer):
     path = goniometer("IMX455.bsdf")
     samples = fitter.load(path)
     assert not samples.isotropic
-    assert samples.notes == ("Anisotropic, measured at 36 rotations from 0 to 350 degrees",)
+    assert samples.notes[1:] == ("Anisotropic, measured at 36 rotations from 0 to 350 degrees",)
     rows = [line.split() for line in path.read_text().split("DataBegin")[1].splitlines() if line[:1].isdigit()]
     numbers = np.array(rows, dtype=float)
     assert np.count_nonzero(numbers[:, 1:]) + 37 * 4 == len(samples) == 50_875

@@ -1,0 +1,66 @@
+"""Measurements of one pair of directions, averaged, and how much they scatter."""
+
+import numpy as np
+
+from ..arrays import FloatArray, IntArray
+from .names import ANGLES
+
+_SAME = 1e-6                    # radians between directions that count as one
+_PRIOR_COUNT = 3                # further measurements of each pair of directions, with the scatter of those as bright
+_ALIKE, _MOST_BINS = 10, 10     # pairs in a bin of brightness, and bins
+_DARK = 1e-3                    # of the mean: scatter is relative to no less
+
+
+def averaged(directions: FloatArray, values: FloatArray,
+             ) -> tuple[FloatArray, FloatArray, FloatArray | None, tuple[str, ...]]:
+    """One sample for each pair of directions: directions, values, their relative standard deviations, and notes.
+
+    A few measurements hardly tell how much they scatter: each pair's variance is drawn to that of others as bright.
+    """
+    keys = [np.round((np.mod(column, 2 * np.pi) if name.startswith("phi") else column) / _SAME)
+            for name, column in zip(ANGLES, directions.T, strict=True)]
+    order = np.lexsort(keys)        # of equal ones, in the order of the table
+    starts = np.ones(len(order), bool)
+    starts[1:] = np.any([key[order[1:]] != key[order[:-1]] for key in keys], axis=0)
+    if starts.all():
+        return directions, values, None, ()
+    first = order[starts]
+    group = np.empty(len(order), np.int64)
+    group[order] = np.cumsum(starts) - 1
+    count = np.bincount(group)
+    mean = np.stack([np.bincount(group, column) / count for column in values.T], axis=1)
+    size = np.sqrt((mean ** 2).mean(axis=1))
+    relative = (values - mean[group]) / np.maximum(size, _DARK * size.mean() + np.finfo(float).tiny)[group, None]
+    squares, several = np.bincount(group, (relative ** 2).mean(axis=1)).astype(float), count > 1
+    like_it = _scatter(size, squares, count - 1)
+    deviation = np.sqrt((squares + _PRIOR_COUNT * like_it) / (count - 1 + _PRIOR_COUNT) / count)
+    scatter = 100 * np.sqrt(np.median(squares[several] / (count[several] - 1)))
+    pairs = f"{several.sum():,} pair{'s' if several.sum() > 1 else ''} of directions"
+    note = f"{pairs} measured more than once: averaged, with a scatter of {scatter:.2g} %"
+    as_written = np.argsort(first)
+    return directions[first[as_written]], mean[as_written], deviation[as_written], (note,)
+
+
+def _scatter(size: FloatArray, squares: FloatArray, freedom: IntArray) -> FloatArray:
+    """The relative variance of measurements as bright as each pair of directions: (n,).
+
+    It is that of all pairs, or where many were measured again the median of those of similar brightness: what an
+    instrument adds to dark directions is no noise of bright ones.
+
+    Parameters
+    ----------
+    size : (n,) float64
+        Of the pairs.
+    squares : (n,) float64
+        The sum of the squared relative deviations of each.
+    freedom : (n,) int
+        How many measurements more than one it has.
+    """
+    again = np.flatnonzero(freedom)
+    order = again[np.argsort(size[again], kind="stable")]
+    bins = np.array_split(order, min(max(len(order) // _ALIKE, 1), _MOST_BINS))
+    if len(bins) == 1:
+        variances = [squares.sum() / freedom.sum()]
+    else:       # the median of chi squared over its degrees of freedom (E. B. Wilson, M. M. Hilferty 1931)
+        variances = [np.median(squares[part] / freedom[part] / (1 - 2 / (9 * freedom[part])) ** 3) for part in bins]
+    return np.asarray(np.array(variances)[np.searchsorted([size[part[0]] for part in bins[1:]], size, side="right")])

@@ -1,0 +1,245 @@
+"""How a table is laid out: what separates its cells, which line has the names of the columns, and where rows begin.
+
+Before the names there may be comments, title lines, and Excel's line ``sep=;``; after them a line of units. What
+`Reading.columns` says stands for the line of names.
+"""
+
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+
+from . import names
+from .text import decode, floats, line_number, lines
+
+MOST_COLUMNS = 1000
+SKIPPED = "-"               # in the place of a name: a column that is not read
+_LONGEST = 1 << 16          # bytes of a line of names
+_MOST_TITLES = 100          # lines before the names
+_SEPARATORS = b"\t", b";", b",", b"|", b":"
+_SAID = re.compile(rb"\"?sep=([^\w\r\n])\"?[ \t]*\Z")
+_QUOTED = re.compile(rb"\"[^\"]*\"")
+_POLAR = re.compile(rb"theta|zenith|polar|angle|incidence|\b(?:ao[ieorsv]|[siov]za)\b|\xce\xb8|\xce\x98|\xcf\x91|\xcf\xb4",
+                    re.IGNORECASE)
+_ERRORS = (b"#n/a", b"#div/0!", b"#value!", b"#ref!", b"#name?", b"#num!", b"#null!", b"#spill!", b"#calc!")
+MISSING = frozenset((b"", b"na", b"n/a", b"nan", b"null", b"none", b"-", b"--", b"*", b"nan(ind)", b"-nan", b"-nan(ind)",
+                     b"1.#qnan", b"-1.#ind", b"1.#inf", *_ERRORS))
+_WIDE = b"  "               # two blanks or more: names may have single ones
+_BLANKS = re.compile(rb"\s{2,}")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a table is laid out.
+
+    Attributes
+    ----------
+    names : list of str
+        Of the columns.
+    units : list of (str, or None)
+        As `names.unit_of` has them; None where neither the name nor the line of units says one.
+    separator : bytes, or None
+        None: blanks.
+    titles : (int, int)
+        The part of the content before the names: its begin and end.
+    start : int
+        Where in the content the rows begin.
+    line : int
+        Of the names, or of the first row where `Reading.columns` names them.
+    """
+
+    names: list[str]
+    units: list[str | None]
+    separator: bytes | None
+    titles: tuple[int, int]
+    start: int
+    line: int
+
+
+def is_comment(line: bytes) -> bool:
+    """Whether a line is a comment: it begins with #, and not with an error of Excel.
+
+    Examples
+    --------
+    >>> is_comment(b"# angles: degrees"), is_comment(b"#N/A;30;0;1")
+    (True, False)
+    """
+    return line.startswith(b"#") and not line[:8].lower().startswith(_ERRORS)
+
+
+def find(content: bytes, columns: str | None = None) -> Layout | None:
+    """The layout of a table; None for what is none.
+
+    Parameters
+    ----------
+    content : bytes
+    columns : str, optional
+        Names of the columns, separated by commas, whatever the table calls them.
+    """
+    if columns is not None:
+        return _named(content, split(columns.encode(), b","))
+    said, fallback, is_first = None, None, True
+    for line in islice(_lines(content), _MOST_TITLES):
+        if said is None and (found := _SAID.match(line[0])):
+            said = found[1]
+            continue
+        if len(line[0]) > _LONGEST or line[0].startswith(b"VARS"):
+            break
+        if _POLAR.search(line[0]):
+            for separator in [said] if said else _candidates(line[0]):
+                cells = split(line[0], separator)
+                if not _are_names(cells):
+                    continue
+                if _has_rows(content, line.end(), len(cells), separator):
+                    return _layout(content, line, cells, separator)
+                if is_first and fallback is None:       # a table without rows, or with damaged ones
+                    fallback = line, cells, separator
+        is_first = False
+    return None if fallback is None else _layout(content, *fallback)
+
+
+def preview(content: bytes, most: int = 4) -> tuple[list[str] | None, list[list[str]]] | None:
+    r"""The first rows of numbers of a text, and the cells of the line before them where it has as many; None where there
+    are no rows.
+
+    Examples
+    --------
+    >>> preview(b"a scan\nalpha;beta\n1;2\n3;4,5\n")
+    (['alpha', 'beta'], [['1', '2'], ['3', '4,5']])
+    """
+    before = None
+    for line in islice(_lines(content), _MOST_TITLES):
+        if len(line[0]) > _LONGEST:
+            return None
+        for separator in _candidates(line[0]):
+            cells = split(line[0], separator)
+            if 1 < len(cells) <= MOST_COLUMNS and all(map(_is_cell, cells)):
+                return _rows_from(content, line, before, separator, most)
+        before = line
+    return None
+
+
+def _rows_from(content: bytes, line: re.Match[bytes], before: re.Match[bytes] | None, separator: bytes | None,
+               most: int) -> tuple[list[str] | None, list[list[str]]]:
+    rows = [[decode(cell) for cell in split(row[0][:_LONGEST], separator)]
+            for row in islice(_lines(content, line.start()), most)]
+    heads = None
+    for candidate in ([separator] if separator else [_WIDE, None]) if before is not None else ():
+        cells = [decode(cell) for cell in split(before[0], candidate)] if before is not None else []
+        if len(cells) == len(rows[0]):
+            heads = cells
+            break
+    return heads, rows
+
+
+def split(line: bytes, separator: bytes | None) -> list[bytes]:
+    """The cells of a line, without quotes; empty ones at its end, as spreadsheets leave them, do not count.
+
+    A separator within quotes belongs to its cell.
+    """
+    if separator == _WIDE:
+        cells = _BLANKS.split(line.strip(), MOST_COLUMNS + 1)
+    elif b'"' in line and separator is not None:
+        text = line.decode("latin-1")
+        try:
+            cells = [cell.encode("latin-1") for cell in next(csv.reader(
+                [text], delimiter=separator.decode("latin-1"), skipinitialspace=True))[:MOST_COLUMNS + 2]]
+        except (csv.Error, StopIteration):
+            cells = line.split(separator, MOST_COLUMNS + 1)
+    else:
+        cells = line.split(separator, MOST_COLUMNS + 1)
+    cells = [cell.strip().strip(b"\"'").strip() for cell in cells]
+    while cells and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def _lines(content: bytes, start: int = 0) -> Iterator[re.Match[bytes]]:
+    return (line for line in lines(content, start) if not is_comment(line[0]))
+
+
+def _candidates(line: bytes) -> Sequence[bytes | None]:
+    """What may separate the cells of a line."""
+    bare = _QUOTED.sub(b"", line.strip())
+    found = [each for each in _SEPARATORS if each in bare]
+    return [*found[:1], *(() if found else (None, _WIDE))]
+
+
+def _are_names(cells: list[bytes]) -> bool:
+    """Whether cells name a polar angle, and two other columns, or one and values."""
+    if not 2 <= len(cells) <= MOST_COLUMNS + 1:
+        return False
+    shown = [decode(cell) for cell in cells[:MOST_COLUMNS]]
+    roles = [names.role(name) for name in shown]
+    if not any(role in ("theta_i", "theta_s", names.THETA) for role in roles) or any(map(_is_number, cells[:1])):
+        return False
+    return len(cells) > 2 or (not _is_number(cells[1]) and any(names.value(name) is not None for name in shown))
+
+
+def _has_rows(content: bytes, start: int, count: int, separator: bytes | None) -> bool:
+    """Whether a row of so many cells, numbers or missing ones, follows at once, or after a line of units."""
+    for line in islice(_lines(content, start), 2):
+        cells = split(line[0][:_LONGEST], None if separator == _WIDE else separator)
+        fits = len(cells) == count if separator in (None, _WIDE) else 0 < len(cells) <= count
+        if fits and sum(map(_is_number, cells)) >= 2:
+            return True
+        if not _are_units(cells):
+            break
+    return False
+
+
+def _are_units(cells: list[bytes]) -> bool:
+    """Whether cells are units, or empty."""
+    found = [names.unit_of(decode(cell)) for cell in cells]
+    return None not in found and any(found) and not any(map(_is_number, cells))
+
+
+def _layout(content: bytes, line: re.Match[bytes], cells: list[bytes], separator: bytes | None) -> Layout:
+    shown = [decode(cell).replace("\u00a0", " ") for cell in cells]
+    units = [names.parse(name).unit for name in shown]
+    separator = None if separator == _WIDE else separator
+    start = line.end()
+    following = next(_lines(content, start), None)
+    if following is not None and len(following[0]) <= _LONGEST:
+        below = split(following[0], separator)
+        if len(below) <= len(units) and _are_units(below):
+            units = [unit or names.unit_of(decode(under)) or None
+                     for unit, under in zip(units, below + [b""] * len(units), strict=False)]
+            start = following.end()
+    return Layout(shown, units, separator, (0, line.start()), start, line_number(content, line.start()))
+
+
+def _named(content: bytes, cells: list[bytes]) -> Layout | None:
+    """The layout of a table whose columns a user has named: rows begin where there is one for these names."""
+    shown = [decode(cell) for cell in cells]
+    used = [k for k, name in enumerate(shown) if name not in ("", SKIPPED)]
+    said = None
+    for line in islice(_lines(content), _MOST_TITLES + 1):
+        if said is None and (found := _SAID.match(line[0])):
+            said = found[1]
+            continue
+        if len(line[0]) > _LONGEST:
+            return None
+        for separator in [said] if said else [*(each for each in _SEPARATORS if each in line[0]), None]:
+            row = split(line[0], separator)
+            if len(row) > max(used, default=MOST_COLUMNS) and all(_is_cell(row[k]) for k in used) and any(
+                    _is_number(row[k]) for k in used):
+                shown += [SKIPPED] * (len(row) - len(shown))
+                return Layout(shown, [names.parse(name).unit for name in shown], separator, (0, line.start()),
+                              line.start(), line_number(content, line.start()))
+    return None
+
+
+def _is_number(cell: bytes) -> bool:
+    """Whether a cell is a number, however its decimals are written, with or without the sign of degrees or percent."""
+    bare = cell.replace(b",", b".")
+    for sign in (b"\xc2\xb0", b"\xb0", b"%"):
+        bare = bare.removesuffix(sign).strip()
+    if bare.count(b".") > 1:
+        bare = bare.replace(b".", b"")
+    return floats(bare, [bare]) is not None
+
+
+def _is_cell(cell: bytes) -> bool:
+    return cell.lower() in MISSING or _is_number(cell)
