@@ -11,6 +11,7 @@ from ...fitter.arrays import BoolArray, FloatArray, SingleArray
 from ...fitter.colours import DEFAULT, conversion
 from ...fitter.photographs import setup
 from ...fitter.photographs.compared import Part, part_of_ball, reduced, relative_difference
+from ...fitter.photographs.descriptions import Description
 from ...fitter.pictures import srgb
 from ..core import osl_support
 from ..core.annotations import Report, not_none
@@ -37,7 +38,7 @@ class Compared(NamedTuple):
         return relative_difference(*self)
 
 
-def write_request(folder: Path, scene: bpy.types.Scene, description: setup.Description) -> None:
+def write_request(folder: Path, scene: bpy.types.Scene, description: Description) -> None:
     """Write what `answer` is to compare: a scene, and the description of one of its photographs."""
     bpy.data.libraries.write(str(folder / SOURCE), {scene}, path_remap="ABSOLUTE", fake_user=True)
     request = {"scene": scene.name, "description": description, "colours": scene_colours() or DEFAULT}

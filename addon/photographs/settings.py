@@ -20,9 +20,9 @@ from bpy.props import (
     StringProperty,
 )
 
+from ...fitter.photographs.descriptions import GUESS as GUESSED
 from ...fitter.photographs.picture_files import ENCODINGS
 from ..core.properties import PRESET_ITEMS
-from .work import ALBEDO
 
 AS_THE_FILE_SAYS = "auto"
 GUESS, CARD, BALL, INTENSITY = "albedo", "card", "ball", "intensity"
@@ -99,7 +99,7 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
                            description="From the camera's colours to linear Rec.709: [[...], [...], [...]]. Empty: as "
                                        "the files say")
     scale: EnumProperty(name="Scale", items=_SCALES, default=GUESS, description="How bright the lamp is")
-    albedo: FloatProperty(name="Albedo", default=ALBEDO, min=0, max=1, subtype="FACTOR",
+    albedo: FloatProperty(name="Albedo", default=GUESSED, min=0, max=1, subtype="FACTOR",
                           description="What you guess the ball to have: the share of even light that it reflects")
     known: StringProperty(name="File", subtype="FILE_PATH", description="Photograph of the card or of the white ball")
     known_exposure: FloatProperty(name="Exposure", min=0, precision=5,

@@ -16,7 +16,8 @@ from mathutils import Matrix, Vector
 from ...fitter import DatasetError
 from ...fitter.arrays import FloatArray
 from ...fitter.photographs import camera as cameras
-from ...fitter.photographs.setup import Description, Resolved
+from ...fitter.photographs.descriptions import Description
+from ...fitter.photographs.setup import Resolved
 from ..core import look, material, osl_support
 from ..core.annotations import not_none
 from . import settings as photographs

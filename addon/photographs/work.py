@@ -1,7 +1,6 @@
 """What worker processes do with photographs of a ball. Nothing here imports bpy."""
 
 import math
-import re
 import tempfile
 from collections.abc import Sequence
 from itertools import pairwise
@@ -13,6 +12,7 @@ from ...fitter.arrays import FloatArray
 from ...fitter.formats import saved_samples
 from ...fitter.photographs import setup
 from ...fitter.photographs.coverage import advice, coverage
+from ...fitter.photographs.descriptions import GUESS, Description, in_order, read
 from ...fitter.photographs.picture_files import About, about
 from ..core.annotations import Arguments, Report
 from ..core.outcomes import Outcome
@@ -20,7 +20,6 @@ from ..work import tasks
 
 LENS, SENSOR = 85.0, 36.0   # mm, where the files do not say theirs
 START = -0.6, -0.8, 0.7     # m from the origin: where lamps are until somebody says where they stood
-ALBEDO = 0.5                # a guess, until there is something better
 _ALIKE = 0.01               # relative difference of exposures that are the same
 
 
@@ -55,7 +54,7 @@ def described(paths: Sequence[str], radius: float, distance: float, count: int,
     Radius of the ball, and distance of the camera from it, are in metres; `count` is that of exposures under each lamp,
     0: as the files say.
     """
-    paths = sorted(paths, key=_in_order)
+    paths = sorted(paths, key=lambda path: in_order(Path(path).name))
     abouts: list[About] = []
     for number, path in enumerate(paths):
         report(number / len(paths), f"Looking at {Path(path).name}")
@@ -67,13 +66,8 @@ def described(paths: Sequence[str], radius: float, distance: float, count: int,
     groups = _groups(paths, [each.exposure for each in abouts], count)
     return setup.Resolved(
         {"name": Path(paths[0]).parent.name, "camera": {"position": [0.0, -distance, 0.0], **_lens(abouts[0])},
-         "ball": {"centre": [0.0, 0.0, 0.0], "radius": radius}, "scale": {"albedo": ALBEDO},
+         "ball": {"centre": [0.0, 0.0, 0.0], "radius": radius}, "scale": {"albedo": GUESS},
          "photograph": [{"files": group, "lamp": list(START)} for group in groups]}, abouts[0].size)
-
-
-def _in_order(path: str) -> list[tuple[int, str]]:
-    """Sorts 2 before 10."""
-    return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", Path(path).name)]
 
 
 def _groups(paths: Sequence[str], exposures: Sequence[float | None], count: int) -> list[list[str]]:
@@ -108,17 +102,17 @@ def _lens(said: About) -> dict[str, float]:
 
 def opened(path: str, _report: Report = tasks.silent) -> setup.Resolved:
     """The description in a file, with absolute paths and all places in numbers."""
-    return setup.resolved(setup.read(path), path)
+    return setup.resolved(*read(path))
 
 
-def outline(description: setup.Description, name: str, _report: Report = tasks.silent) -> list[float]:
+def outline(description: Description, name: str, _report: Report = tasks.silent) -> list[float]:
     """Where the ball of a description is, by its outline in the photographs."""
     ball = {**description["ball"], "centre": "outline"}
     centre: list[float] = setup.resolved({**description, "ball": ball}, name).description["ball"]["centre"]
     return centre
 
 
-def lamp_by_chrome(description: setup.Description, name: str, chrome: str, distance: float,
+def lamp_by_chrome(description: Description, name: str, chrome: str, distance: float,
                    _report: Report = tasks.silent) -> list[float]:
     """Where the lamp of the only photograph of a description was, by the picture of a chrome ball and the lamp's
     distance from the middle of the ball, metres."""
@@ -130,7 +124,7 @@ def lamp_by_chrome(description: setup.Description, name: str, chrome: str, dista
     return lamp
 
 
-def measured(description: setup.Description, name: str, path: str, arguments: Arguments, how: Arguments,
+def measured(description: Description, name: str, path: str, arguments: Arguments, how: Arguments,
              report: Report = tasks.silent) -> Result:
     """Measure, and fit what was measured, as `setup.measured` and `tasks.outcome` do.
 

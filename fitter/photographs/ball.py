@@ -215,7 +215,7 @@ def measured(photograph: BallPhotograph) -> Measured:
     """
     lit = seen(photograph)
     radiance = photograph.radiance.reshape(-1, photograph.radiance.shape[2])
-    neighbours = _of_neighbours(photograph.radiance).reshape(radiance.shape)[lit.pixel]
+    neighbours = of_neighbours(photograph.radiance).reshape(radiance.shape)[lit.pixel]
     noise = (_noise(photograph, lit.pixel) if photograph.noise is None
              else photograph.noise.reshape(radiance.shape)[lit.pixel])
     # what a pixel's neighbours show is free of its own noise: pixels whose noise is bright are not preferred
@@ -237,7 +237,7 @@ def _misplaced(pixels: Seen) -> FloatArray:
     return np.asarray(np.tan(pixels.directions[0]) * np.hypot(turned, _AIMED))
 
 
-def _of_neighbours(picture: FloatArray) -> FloatArray:
+def of_neighbours(picture: FloatArray) -> FloatArray:
     """The mean of the four neighbours of each pixel: (h, w, channels) to the same."""
     padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
     return np.asarray((padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]) / 4)
@@ -255,7 +255,7 @@ def _noise(photograph: BallPhotograph, pixel: IntArray) -> FloatArray:
     It is a share of the brightness, the median over the ball, and what the pixels beside the ball have.
     """
     channels = photograph.radiance.shape[2]
-    neighbours = _of_neighbours(photograph.radiance).reshape(-1, channels)
+    neighbours = of_neighbours(photograph.radiance).reshape(-1, channels)
     residual = np.abs(photograph.radiance.reshape(-1, channels) - neighbours) * TO_SIGMA / np.sqrt(1.25)
     axis, _, limb = photograph.sight
     beyond = min(limb + LIMB * pixel_angle(photograph.rays), np.pi)

@@ -84,7 +84,7 @@ def merged(exposures: Sequence[Exposure]) -> Light:
         raise DatasetError(f"exposures of several sizes found: {', '.join(map(str, sorted(shapes)))}")
     good = [np.asarray((each.pixels < SATURATED).all(axis=2)) for each in exposures]
     known = np.asarray(np.any(good, axis=0))
-    radiance = np.zeros(exposures[0].pixels.shape)
+    radiance, shortest = np.zeros(exposures[0].pixels.shape), min(exposures, key=lambda each: each.exposure)
     for number in range(1 + _ROUNDS):
         total, weights = np.zeros_like(radiance), np.zeros_like(radiance)
         for each, is_good in zip(exposures, good, strict=True):
@@ -93,7 +93,8 @@ def merged(exposures: Sequence[Exposure]) -> Light:
             variance = READ ** 2 + SHOT * expected + np.square(each.step) / 12
             weight = is_good[..., None] * each.exposure ** 2 / variance
             total, weights = total + weight * each.pixels / each.exposure, weights + weight
-        radiance = np.divide(total, weights, out=np.zeros_like(total), where=weights > 0)
+        # where all are saturated, it is as bright as that at least
+        radiance = np.divide(total, weights, out=shortest.pixels / shortest.exposure, where=weights > 0)
     noise = np.divide(1, np.sqrt(weights), out=np.zeros_like(weights), where=weights > 0)
     return Light(radiance, noise, known)
 

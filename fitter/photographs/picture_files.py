@@ -1,7 +1,7 @@
 """Photographs from files, by OpenImageIO, which Blender has: linear values, and what the file says of the camera."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +21,10 @@ MOST_PIXELS = 200_000_000
 _FULL_FRAME = 36.0          # mm, to which a focal length "in 35 mm film" belongs
 _INTEGERS = {"uint8": 8, "uint10": 10, "uint12": 12, "uint16": 16}
 _MID_GREY = 0.18
+_GREY_IN_SRGB = 0.4614      # the same
+_LEAST_GAMMA = 1.5          # of values that are not linear
+BENT = ("sRGB, which was made linear: cameras bend such colours to please, so develop raw files linearly; where these "
+        "are linear, say so by encoding = \"linear\"")
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +46,7 @@ class Picture:
     matrix : (3, 3) float64, or None
         To linear Rec.709, by the file's chromaticities.
     notes : tuple of str
+        Without the name of the file: the same of all for which the same is so.
     """
 
     pixels: FloatArray
@@ -70,8 +75,8 @@ def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
     path : path-like
         Any file that OpenImageIO reads; EXR or TIFF that a raw converter has written linearly are best.
     encoding : {"linear", "srgb"}, optional
-        What the values are, whatever the file says. By default those of 8 bits are sRGB, and others linear unless the
-        file says that they are sRGB.
+        What the values are, whatever the file says. By default they are what it says; and where it says nothing, sRGB
+        of 8 bits, and else linear.
 
     Raises
     ------
@@ -133,21 +138,47 @@ def _colours(spec: Any, path: Path) -> list[int]:
 
 def _linear(pixels: FloatArray, spec: Any, encoding: str | None, path: Path) -> Picture:
     bits = _INTEGERS.get(str(spec.format))
-    said = "srgb" in str(spec.get_string_attribute("oiio:ColorSpace")).lower()
-    is_srgb = encoding == "srgb" if encoding is not None else bits is not None and (bits == 8 or (said and bits < 16))
     step: FloatArray | float = 0.0 if bits is None else 1 / (2 ** bits - 1)
+    step_of_file = float(step)
     notes: tuple[str, ...] = ()
-    if is_srgb:
-        encoded, step_of_file = pixels, float(step)
-        pixels = linear_of_srgb(encoded)
-        step = linear_of_srgb(encoded + step_of_file) - pixels
-        notes = (f"{path.name} is in sRGB, which was made linear: cameras bend such colours to please; develop a raw "
-                 f"file linearly",)
+    bend = _bend(spec, bits, encoding)
+    if bend is not None:
+        pixels, step = bend(pixels), bend(pixels + step) - bend(pixels)
+        notes += (BENT,)
     if bits == 8:
-        worst = float(linear_of_srgb(0.4614 + step_of_file) / _MID_GREY - 1) if is_srgb else float(step) / _MID_GREY
-        notes += (f"{path.name} has 8 bits: its steps are {worst:.1%} at a grey of {_MID_GREY:g}, more in the dark",)
+        worst = step_of_file / _MID_GREY
+        if bend is not None:
+            worst = float(bend(np.array(_GREY_IN_SRGB + step_of_file))) / _MID_GREY - 1
+        notes += (f"8 bits a channel, whose steps are {worst:.1%} at a grey of {_MID_GREY:g}, more in the dark",)
     return Picture(pixels, step, _exposure(spec), _field_of_view(spec), _positive(spec, "Exif:FocalLength"),
                    _matrix(spec), notes)
+
+
+def _bend(spec: Any, bits: int | None, encoding: str | None) -> Callable[[FloatArray], FloatArray] | None:
+    """What makes the values of a file linear; None where they are.
+
+    OpenImageIO takes PNG and JPEG for sRGB where these say nothing, as their specifications do. A gamma near that of
+    sRGB is how older files say it.
+    """
+    if encoding is not None:
+        return linear_of_srgb if encoding == "srgb" else None
+    said = str(spec.get_string_attribute("oiio:ColorSpace")).lower()
+    profile = str(spec.get_string_attribute("ICCProfile:profile_description")).lower()
+    if said.startswith(("lin", "scene_linear", "raw", "data")) or "linear" in profile:
+        return None
+    if said == "srgb" and _is_tiff_with_exif(spec):
+        said = ""
+    bent = "srgb" in said or "srgb" in profile or (said.startswith("g") and _is_gamma(spec))
+    return linear_of_srgb if bent or bits == 8 else None
+
+
+def _is_tiff_with_exif(spec: Any) -> bool:
+    """Whether OpenImageIO takes a TIFF for sRGB because it has EXIF, which says nothing of colours."""
+    return spec.getattribute("tiff:PhotometricInterpretation") is not None and spec.getattribute("Exif:ColorSpace") != 1
+
+
+def _is_gamma(spec: Any) -> bool:
+    return (_positive(spec, "oiio:Gamma") or 1.0) > _LEAST_GAMMA
 
 
 def _positive(spec: Any, *names: str) -> float | None:

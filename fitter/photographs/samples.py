@@ -8,8 +8,8 @@ from ..arrays import joined
 from ..errors import DatasetError
 from ..samples import LARGEST_VALUE, RGB, Samples
 from .ball import STEEPEST, BallPhotograph, Measured, measured
+from .ball_placing import check_outline, placed
 from .binning import binned
-from .outline import check_outline, placed
 
 MOST_SAMPLES = 200_000
 

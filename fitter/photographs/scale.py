@@ -18,7 +18,8 @@ from .ball import BallPhotograph, measured
 GUESSED = "The scale is a guess: an albedo of {} was given"
 _UPRIGHT = np.radians(60)   # polar angle up to which real paints are Lambertian enough
 _FITTED = 4000              # samples from which an albedo is found
-_ANGLES = np.arcsin(np.sqrt((np.arange(6) + 0.5) / 6))      # of equal shares of the light that leaves a Lambertian
+ANGLES = np.arcsin(np.sqrt((np.arange(6) + 0.5) / 6))       # of equal shares of the light that leaves a Lambertian
+_BRIGHTEST = 1.02           # share of the light that a white paint may seem to reflect, by its noise
 
 
 def intensity_of_card(radiance: ArrayLike, point: ArrayLike, normal: ArrayLike, lamp: ArrayLike,
@@ -83,14 +84,30 @@ def _bright(intensity: FloatArray, what: str) -> FloatArray:
     return np.asarray(intensity)
 
 
-def albedo_of(samples: Samples) -> FloatArray:
-    """The share of even light from everywhere that is reflected, (channels,), by a model of lobes fitted to samples."""
+def reflected(samples: Samples) -> FloatArray:
+    """The share of light from each of `ANGLES` that is reflected, (angles, channels), by a model of lobes fitted to
+    samples."""
     some = subset(samples, choice(len(samples), _FITTED))
     offset = float(np.median(np.abs(some.values)))
-    return np.asarray(directional_albedo(candidates(some, some.values, max(offset, 1e-12))[-1], _ANGLES).mean(axis=0))
+    return directional_albedo(candidates(some, some.values, max(offset, 1e-12))[-1], ANGLES)
 
 
 def scaled(samples: Samples, albedo: float) -> Samples:
-    """Samples of unknown scale with a given albedo, in the mean over channels; a note says that it is a guess."""
-    factor = float(_albedo(albedo)) / float(albedo_of(samples).mean())
-    return replace(samples, values=samples.values * factor, notes=(*samples.notes, GUESSED.format(f"{albedo:g}")))
+    """Samples of unknown scale with a given albedo, of even light from everywhere and in the mean over channels; notes
+    say that it is a guess, and whether more is reflected then than arrives."""
+    light = reflected(samples)
+    factor = float(_albedo(albedo)) / float(light.mean())
+    notes = (*samples.notes, GUESSED.format(f"{albedo:g}"), *too_bright(light * factor, albedo))
+    return replace(samples, values=samples.values * factor, notes=notes)
+
+
+def too_bright(light: FloatArray, albedo: float | None = None) -> tuple[str, ...]:
+    """A note where more is `reflected` than arrives, (angles, channels); `albedo` is the one that was given."""
+    upright = ANGLES < _UPRIGHT         # what grazes is a guess
+    most = light[upright].max()
+    if most <= _BRIGHTEST:
+        return ()
+    angle = np.degrees(ANGLES[upright][light[upright].max(axis=1).argmax()])
+    why = ("the lamp's intensity, a card's albedo or a distance is wrong" if albedo is None
+           else f"an albedo of {albedo / most:.2g} is the largest that it can have")
+    return f"More light leaves than arrives, {most:.3g} of it at {angle:.0f} degrees: {why}",

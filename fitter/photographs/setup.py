@@ -5,25 +5,33 @@ It is in TOML. Lengths are metres, angles degrees, paths relative to the file. K
     [name] = "red snooker ball"
 
     [camera]
-    position = [0, -1.5, 0.2]
+    position = [0, -1.5, 0.2]       # or "far", where nobody knows how far
     [look_at] = [0, 0, 0]           # by default the ball's centre, or where that is the outline's, the origin
-    [up] = [0, 0, 1]
+    [direction] = [0, 0, 1]         # of one that is far in the place of it: from the ball toward the camera
+    [up] = [0, 0, 1]                # of one that is far [0, 1, 0]: x is to the right in its pictures
     [field_of_view] = 12            # of the width; or focal_length and sensor_width in mm; or of the files' EXIF
     [matrix] = [[...], [...], [...]]    # from the camera's colours to linear Rec.709; or the files' chromaticities
     [encoding] = "linear"           # or "srgb", whatever the files say
 
     [ball]
     centre = [0, 0, 0]              # or "outline": it is found in the photographs
-    radius = 0.026
-    [mask] = "mask.png"             # white where pixels count
+    radius = 0.026                  # of one that is photographed from afar it does not matter
+    [mask] = "mask.png"             # white where pixels count: what is beside the ball need not be masked, but may be
+
+    [chrome]                        # a ball that shows where lamps are; by default one in the place of the other
+    [centre] = "outline"            # or [x, y, z]
+    [radius] = 0.03
+    [mask] = "chrome_mask.png"      # white where this ball is, which says its centre
 
     [lamp]
     [radius] = 0.02                 # of one that is a ball
+    [positions] = "dome.lp"         # light positions, in the place of those of the photographs, or of all of them
     [dark] = "dark.exr"             # a photograph with the lamp off
     [flat] = "flat.exr"             # and one of an evenly bright surface
 
     [scale]                         # one of these:
-    intensity = 3.2                 # the lamp's, W/sr in units of the pictures; or three numbers
+    intensity = 3.2                 # the lamp's, W/sr in units of the pictures, of lamps far away as if these were 1 m
+                                    # away; or three numbers
     albedo = 0.5                    # of the ball: a guess
     card = {file = "card.exr", albedo = 0.18, normal = [0, -1, 0], lamp = [0, -1, 0.5], region = [200, 180, 260, 240]}
     ball = {file = "white.exr", albedo = 0.9, lamp = [0, -1, 0.5]}
@@ -31,44 +39,39 @@ It is in TOML. Lengths are metres, angles degrees, paths relative to the file. K
     [[photograph]]
     files = ["a1.exr", "a2.exr"]    # exposures of one lamp
     [exposures] = [0.01, 0.08]      # by default those of EXIF
-    lamp = [0.3, -1.1, 0.4]         # or chrome = "a_chrome.exr" and distance = 1.2, from the ball's centre
+    lamp = [0.3, -1.1, 0.4]         # or direction = [0.2, -0.9, 0.4], of a lamp far away; or chrome = "a_chrome.exr",
+                                    # with distance = 1.2, from the ball's centre, if it is not far away
 
-A card stands where the ball does, and `region` is the part of its picture that it fills: left, top, right and bottom,
-pixels. A file among dark, flat, card, ball and chrome may be a list of exposures as well, with `exposures` beside it
-where it has a table of its own.
+Light positions (`light_positions`) are directions in the camera's axes; with a camera that is far they say all there is
+to say (`descriptions`). A card stands where the ball does, and `region` is the part of its picture that it fills: left,
+top, right and bottom, pixels. A file among dark, flat, card, ball and chrome may be a list of exposures as well, with
+`exposures` beside it where it has a table of its own.
 """
 
-import tomllib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from .. import progress
 from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError
-from ..files import read_bytes
 from ..samples import Samples
-from . import camera as cameras
+from . import lamp_scale, viewpoint
 from .ball import BallPhotograph
-from .chrome import lamp_of_highlight
-from .light import Exposure, Light, flattened, merged, without
-from .outline import brightest, find_ball
-from .picture_files import ENCODINGS, Picture, read_picture
+from .ball_finding import brightest, disc_of, find_ball
+from .descriptions import Description, read, with_paths
+from .lamps import KEYS, ChromeBall, alike, lamp_of, with_light_positions
+from .light import Light
+from .pictures import Pictures, mask_of
 from .samples import gathered, in_place
-from .scale import intensity_of_ball, intensity_of_card, scaled
-from .table import Table, is_number
+from .scale import reflected, scaled, too_bright
+from .table import Table
 
-LARGEST = 1 << 20           # bytes of the file
-_SCALES = ("intensity", "albedo", "card", "ball")
-_FILES = "mask", "dark", "flat", "file", "files"
-_MASKED = 0.5               # of white
-
-
-Description = dict[str, Any]
-"""What a file holds, by key."""
+RADIUS = 0.025              # m, of a ball whose size does not matter
 
 
 class Measured(NamedTuple):
@@ -90,70 +93,24 @@ class Resolved(NamedTuple):
 class _Stage(NamedTuple):
     """What all photographs of a description share: metres and radians."""
 
-    position: FloatArray
-    orientation: FloatArray
-    field_of_view: float
-    rays: FloatArray
-    centre: FloatArray
-    radius: float
+    view: viewpoint.Viewpoint
+    camera: FloatArray
+    """Its place, also where it is far."""
+    ball: lamp_scale.Measured
     mask: BoolArray
     notes: tuple[str, ...]
 
 
-@dataclass
-class _Reader:
-    """What all pictures of a description share.
+class _Checked(NamedTuple):
+    """A description that has no other keys than it may have, and the photographs that light positions name."""
 
-    Attributes
-    ----------
-    encoding, matrix : str or None, (3, 3) or None
-        Of the description.
-    dark, flat : Light, or None
-    pictures : list of Picture
-        Those that were read.
-    """
-
-    encoding: str | None
-    matrix: FloatArray | None
-    dark: Light | None = None
-    flat: Light | None = None
-    pictures: list[Picture] = field(default_factory=list)
-
-    def light(self, table: Table, key: str) -> Light:
-        """The light of the files of a key, in the colours of the camera."""
-        paths = table.files(key)
-        pictures = [read_picture(path, self.encoding) for path in paths]
-        self.pictures += pictures
-        given = table.numbers("exposures", len(paths)) if table.has("exposures") else None
-        if given is not None and not (given > 0).all():
-            raise table.error("exposures", "numbers above 0")
-        if given is None and len(paths) > 1 and any(each.exposure is None for each in pictures):
-            raise table.error("exposures", "one for each file, for these do not say theirs")
-        exposures = [each.exposure or 1.0 for each in pictures] if given is None else given.tolist()
-        try:
-            return merged([Exposure(each.pixels, exposure, each.step)
-                           for each, exposure in zip(pictures, exposures, strict=True)])
-        except DatasetError as error:
-            raise DatasetError(str(error), paths[0]) from error
-
-    def of_lamp(self, table: Table, key: str) -> Light:
-        """The light of the lamp alone, without vignetting, in linear Rec.709 where the camera's colours are known."""
-        light = self.light(table, key)
-        try:
-            if self.dark is not None:
-                light = without(light, self.dark)
-            if self.flat is not None:
-                light = flattened(light, self.flat)
-        except DatasetError as error:
-            raise DatasetError(str(error), table.files(key)[0]) from error
-        matrix = self.matrix if self.matrix is not None else self.pictures[-1].matrix
-        if matrix is None or light.radiance.shape[2] != 3:
-            return light
-        return Light(light.radiance @ matrix.T, np.sqrt(light.noise ** 2 @ (matrix ** 2).T), light.known)
+    table: Table
+    description: Description
+    notes: tuple[str, ...]
 
 
 def measure(path: str | Path) -> Samples:
-    """The samples that the photographs of a description make.
+    """The samples that the photographs of a description make: a file of it, light positions, or a folder with either.
 
     Raises
     ------
@@ -162,7 +119,7 @@ def measure(path: str | Path) -> Samples:
     ImportError
         If OpenImageIO is absent.
     """
-    return measured(read(path), path).samples
+    return measured(*read(path)).samples
 
 
 def measured(description: Description, path: str | Path) -> Measured:
@@ -170,19 +127,19 @@ def measured(description: Description, path: str | Path) -> Measured:
 
     Raises as `measure` does.
     """
-    table, path = _checked(description, path), Path(path)
-    photographs, notes = _photographs(table, path)
-    name = table.text("name", path.stem)
+    checked, path = _checked(description, path), Path(path)
+    photographs, notes = _photographs(checked, path)
+    name = checked.table.text("name", path.stem)
     photographs = in_place(photographs, name)
     samples = gathered(photographs, name, str(path))
     samples = replace(samples, notes=(*samples.notes, *notes))
-    scale = table.table("scale")
-    if not scale.has("albedo"):
-        return Measured(samples, photographs)
-    guessed = scaled(samples, scale.needed("albedo"))
-    # what is a guess of the samples' scale is one of the lamp's intensity
-    share = float(samples.values.sum() / guessed.values.sum())
-    return Measured(guessed, [replace(each, intensity=each.intensity * share) for each in photographs])
+    scale = checked.table.table("scale")
+    if scale.has("albedo"):
+        guessed = scaled(samples, scale.needed("albedo"))
+        # what is a guess of the samples' scale is one of the lamp's intensity
+        share = float(samples.values.sum() / guessed.values.sum())
+        return Measured(guessed, [replace(each, intensity=each.intensity * share) for each in photographs])
+    return Measured(replace(samples, notes=(*samples.notes, *too_bright(reflected(samples)))), photographs)
 
 
 def photographed(description: Description, path: str | Path) -> list[BallPhotograph]:
@@ -193,68 +150,56 @@ def photographed(description: Description, path: str | Path) -> list[BallPhotogr
 def resolved(description: Description, path: str | Path) -> Resolved:
     """A description with numbers in the place of what its pictures say, as `measured` finds them, and absolute paths.
 
-    The numbers are the camera's field of view, what it looks at, the ball's centre and the lamps. Raises as `measure`
-    does.
+    The numbers are the camera's place and field of view, what it looks at, the ball's centre and the lamps, and of
+    lamps far away their intensity, which is that of where they are put. Raises as `measure` does.
     """
-    table, path = _checked(description, path), Path(path)
-    reader = _reader(table.table("camera"), table.table("lamp"))
-    stage = _stage(table, _lights(table, reader, path), reader, path)
-    camera = {key: value for key, value in description["camera"].items() if key not in ("focal_length", "sensor_width")}
-    camera |= {"look_at": (stage.position - stage.orientation[:, 2]).tolist(), "up": stage.orientation[:, 1].tolist(),
-               "field_of_view": float(np.degrees(stage.field_of_view))}
-    shots = [{key: value for key, value in given.items() if key not in ("chrome", "distance")}
-             | {"lamp": _lamp(each, reader, stage).tolist()}
-             for given, each in zip(description["photograph"], table.tables("photograph"), strict=True)]
-    places = {**description, "name": table.text("name", path.stem), "camera": camera, "photograph": shots,
-             "ball": {**description["ball"], "centre": stage.centre.tolist()}}
-    height, width = stage.mask.shape
-    return Resolved(_with_paths(places, path.parent), (height, width))
+    checked, path = _checked(description, path), Path(path)
+    table = checked.table
+    pictures = Pictures.of(table.table("camera"), table.table("lamp"))
+    lights = _lights(table, pictures, path)
+    stage = _stage(table, lights, pictures, path)
+    lamps, are_far = _lamps(table, pictures, stage, path)
+    view, given = stage.view, checked.description
+    camera = {key: value for key, value in given["camera"].items()
+              if key not in ("focal_length", "sensor_width", "direction")}
+    camera |= {"position": stage.camera.tolist(), "look_at": (stage.camera - view.orientation[:, 2]).tolist(),
+               "up": view.orientation[:, 1].tolist(), "field_of_view": float(np.degrees(view.field_of_view))}
+    shots = [{key: value for key, value in shot.items() if key not in KEYS} | {"lamp": lamp.tolist()}
+             for shot, lamp in zip(given["photograph"], lamps, strict=True)]
+    places = {key: value for key, value in given.items() if key != "chrome"} | {
+        "name": table.text("name", path.stem), "camera": camera, "photograph": shots,
+        "ball": {**given["ball"], "centre": stage.ball.middle.tolist(), "radius": stage.ball.size},
+        "lamp": {key: value for key, value in given.get("lamp", {}).items() if key not in ("positions", "distance")},
+        "scale": lamp_scale.resolved(given["scale"], stage.ball, are_far)}
+    return Resolved(with_paths(places, path.parent), view.rays.shape[:2])
 
 
-def _with_paths(value: Any, folder: Path) -> Any:
-    """A description, or a part of it, with absolute paths in the place of those that are relative to a folder."""
-    if isinstance(value, list):
-        return [_with_paths(each, folder) for each in value]
-    if not isinstance(value, dict):
-        return value
-
-    def absolute(name: Any) -> Any:
-        return [absolute(each) for each in name] if isinstance(name, list) else str((folder / name).absolute())
-
-    return {key: absolute(each) if key in _FILES else _with_paths(each, folder) for key, each in value.items()}
-
-
-def read(path: str | Path) -> Description:
-    """The description that a file holds. Raises DatasetError if it is not TOML."""
-    try:
-        return tomllib.loads(read_bytes(path, LARGEST).decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise DatasetError(f"not TOML: {error}", path) from error
-
-
-def _checked(description: Description, path: str | Path) -> Table:
-    """The description as a table, if it has no other keys than it may have."""
+def _checked(description: Description, path: str | Path) -> _Checked:
     path = Path(path)
-    table = Table(description, "", path).only("name", "camera", "ball", "lamp", "scale", "photograph")
-    table.table("camera").only("position", "look_at", "up", "field_of_view", "focal_length", "sensor_width", "matrix",
-                               "encoding")
-    table.table("ball").only("centre", "radius", "mask")
-    table.table("lamp").only("radius", "dark", "flat")
-    scale = table.table("scale").only(*_SCALES)
-    if sum(map(scale.has, _SCALES)) != 1:
-        raise DatasetError(f"scale has {', '.join(filter(scale.has, _SCALES)) or 'nothing'}, expected one of "
-                           f"{', '.join(_SCALES)}", path)
+    table = Table(description, "", path).only("name", "camera", "ball", "chrome", "lamp", "scale", "photograph")
+    table.table("camera").only(*viewpoint.KEYS)
+    ball = table.table("ball").only("centre", "radius", "mask")
+    table.table("chrome").only("centre", "radius", "mask")
+    table.table("lamp").only("radius", "positions", "distance", "dark", "flat")
+    lamp_scale.check(table.table("scale"))
+    centre = np.zeros(3) if _is_by_outline(ball) else ball.numbers("centre", 3)
+    description, notes = with_light_positions(description, path, centre)
+    table = Table(description, "", path)
     for each in table.tables("photograph"):
-        each.only("files", "exposures", "lamp", "chrome", "distance")
-    return table
+        each.only("files", "exposures", *KEYS)
+    return _Checked(table, description, notes)
 
 
-def _lights(table: Table, reader: _Reader, path: Path) -> list[Light]:
+def _is_by_outline(ball: Table) -> bool:
+    return bool(ball.value("centre") == "outline")
+
+
+def _lights(table: Table, pictures: Pictures, path: Path) -> list[Light]:
     """What the photographs show, each of one size."""
     lights, tables = [], table.tables("photograph")
     for number, each in enumerate(tables):
         progress.report(number / len(tables), f"Reading {_name(each)}")
-        lights.append(reader.of_lamp(each, "files"))
+        lights.append(pictures.of_lamp(each, "files"))
     sizes = {light.radiance.shape for light in lights}
     if len(sizes) > 1:
         raise DatasetError("photographs of several sizes found: " + ", ".join(
@@ -267,135 +212,73 @@ def _name(photograph: Table) -> str:
     return photograph.files("files")[0].name
 
 
-def _stage(table: Table, lights: Sequence[Light], reader: _Reader, path: Path) -> _Stage:
-    ball, camera = table.table("ball"), table.table("camera")
-    radius, (height, width, _) = ball.needed("radius"), lights[0].radiance.shape
-    position = camera.numbers("position", 3)
-    by_outline = ball.value("centre") == "outline"
-    centre = np.zeros(3) if by_outline else ball.numbers("centre", 3)
-    look_at = camera.numbers("look_at", 3, centre.tolist())
-    orientation = cameras.looking(position, look_at, camera.numbers("up", 3, (0, 0, 1)))
-    angle = _field_of_view(camera, reader.pictures, path)
-    rays = cameras.rays(height, width, angle, orientation)
-    mask = _mask(ball, (height, width))
-    notes: tuple[str, ...] = tuple(dict.fromkeys(note for each in reader.pictures for note in each.notes))
-    if by_outline:
-        outline = find_ball(brightest([light.radiance * mask[..., None] for light in lights]), rays, str(path))
-        centre = outline.centre(position, radius)
-        notes = (*notes, "The ball's centre by its outline: {:.4g}, {:.4g}, {:.4g} m".format(*centre))
-    return _Stage(position, orientation, angle, rays, centre, radius, mask, notes)
+def _stage(table: Table, lights: Sequence[Light], pictures: Pictures, path: Path) -> _Stage:
+    ball, camera, (height, width, _) = table.table("ball"), table.table("camera"), lights[0].radiance.shape
+    centre = np.zeros(3) if _is_by_outline(ball) else ball.numbers("centre", 3)
+    view = viewpoint.viewpoint(camera, pictures.said.values(), (height, width), centre, path)
+    mask = mask_of(ball, (height, width))
+    radius = ball.number("radius", RADIUS if view.position is None and not _any_is_near(table) else None)
+    if radius is None:
+        raise ball.error("radius", "a number above 0")
+    notes: tuple[str, ...] = ()
+    if view.position is None or _is_by_outline(ball):
+        outline = find_ball(brightest([light.radiance for light in lights], mask), view.rays, str(path))
+        if view.position is None:
+            position = centre - outline.centre(np.zeros(3), radius)
+            notes = f"The camera is {np.linalg.norm(position - centre):.4g} m away by the ball's outline",
+        else:
+            position, centre = view.position, outline.centre(view.position, radius)
+            notes = "The ball's centre by its outline: {:.4g}, {:.4g}, {:.4g} m".format(*centre),
+    else:
+        position = view.position
+    return _Stage(view, position, lamp_scale.Measured(centre, radius),
+                  np.ones((height, width), bool) if mask is None else mask, notes)
 
 
-def _lamp(photograph: Table, reader: _Reader, stage: _Stage) -> FloatArray:
-    """Where the lamp of a photograph is: (3,)."""
-    if photograph.has("lamp") == photograph.has("chrome"):
-        raise photograph.error("lamp", "a position, or instead of it chrome and distance")
-    if photograph.has("lamp"):
-        return photograph.numbers("lamp", 3)
-    shown = reader.of_lamp(photograph, "chrome").radiance
-    name = photograph.files("chrome")[0].name
-    return lamp_of_highlight(shown, stage.rays, stage.position, stage.centre, stage.radius, name).at(
-        photograph.needed("distance"))
+def _any_is_near(table: Table) -> bool:
+    """Whether a lamp has a place, which says how large the ball is beside it."""
+    return any(each.has("lamp") or each.has("distance") for each in table.tables("photograph"))
 
 
-def _photographs(table: Table, path: Path) -> tuple[list[BallPhotograph], tuple[str, ...]]:
+def _lamps(table: Table, pictures: Pictures, stage: _Stage, path: Path) -> tuple[list[FloatArray], bool]:
+    """The place of each photograph's lamp, (3,), and whether they are far away."""
+    tables = table.tables("photograph")
+    shown = [pictures.of_lamp(each, "chrome").radiance if each.has("chrome") else None for each in tables]
+    chrome = _chrome_ball(table.table("chrome"), [each for each in shown if each is not None], stage)
+    lamps = [lamp_of(each, picture, stage.view, stage.camera, stage.ball.middle, chrome)
+             for each, picture in zip(tables, shown, strict=True)]
+    return [lamp.at(*stage.ball) for lamp in lamps], alike(lamps, path)
+
+
+def _chrome_ball(chrome: Table, shown: Sequence[FloatArray], stage: _Stage) -> ChromeBall:
+    """Where the chrome ball of pictures is, which they show (h, w, channels)."""
+    radius = chrome.number("radius", stage.ball.size) or stage.ball.size
+    mask = mask_of(chrome, stage.mask.shape)
+    if mask is not None:
+        outline = disc_of(mask, stage.view.rays, chrome.files("mask")[0].name)
+    elif _is_by_outline(chrome) and shown:
+        outline = find_ball(brightest(shown), stage.view.rays, f"{chrome.path}: chrome")
+    else:
+        middle = chrome.numbers("centre", 3, stage.ball.middle.tolist()) if shown else stage.ball.middle
+        return ChromeBall(middle, radius)
+    return ChromeBall(outline.centre(stage.camera, radius), radius)
+
+
+def _photographs(checked: _Checked, path: Path) -> tuple[list[BallPhotograph], tuple[str, ...]]:
     """The photographs of a description, and notes of how they were read."""
-    reader = _reader(table.table("camera"), table.table("lamp"))
-    lights, tables = _lights(table, reader, path), table.tables("photograph")
-    stage = _stage(table, lights, reader, path)
+    table = checked.table
+    pictures = Pictures.of(table.table("camera"), table.table("lamp"))
+    lights, tables = _lights(table, pictures, path), table.tables("photograph")
+    stage = _stage(table, lights, pictures, path)
 
     def photograph(light: Light, lamp: FloatArray, intensity: FloatArray, name: str) -> BallPhotograph:
-        return BallPhotograph(light.radiance, stage.rays, stage.position, stage.centre, stage.radius, lamp, intensity,
+        return BallPhotograph(light.radiance, stage.view.rays, stage.camera, *stage.ball, lamp, intensity,
                               table.table("lamp").number("radius", 0.0) or 0.0, light.noise, stage.mask & light.known,
                               name)
 
-    lamps = [_lamp(each, reader, stage) for each in tables]
-    intensity, note = _intensity(table.table("scale"), reader, lights[0].radiance.shape[2], stage.centre, photograph)
+    lamps, are_far = _lamps(table, pictures, stage, path)
+    intensity, note = lamp_scale.intensity_of(table.table("scale"), pictures, lights[0].radiance.shape[2], stage.ball,
+                                              are_far, photograph)
     photographs = [photograph(light, lamp, intensity, _name(each))
-             for light, lamp, each in zip(lights, lamps, tables, strict=True)]
-    return photographs, (*stage.notes, *note)
-
-
-def _reader(camera: Table, lamp: Table) -> _Reader:
-    encoding = camera.value("encoding")
-    if encoding not in (None, *ENCODINGS):
-        raise camera.error("encoding", " or ".join(ENCODINGS))
-    matrix = None
-    if camera.has("matrix"):
-        rows = camera.value("matrix")
-        if not isinstance(rows, list) or [len(row) for row in rows if isinstance(row, list)] != [3, 3, 3] or not all(
-                is_number(value) for row in rows for value in row):
-            raise camera.error("matrix", "three rows of three numbers")
-        matrix = np.array(rows, dtype=float)
-    reader = _Reader(encoding, matrix)
-    dark = reader.light(lamp, "dark") if lamp.has("dark") else None
-    flat = reader.light(lamp, "flat") if lamp.has("flat") else None
-    reader.dark, reader.flat = dark, flat
-    return reader
-
-
-def _field_of_view(camera: Table, pictures: Sequence[Picture], path: Path) -> float:
-    if camera.has("field_of_view"):
-        return float(np.radians(camera.needed("field_of_view")))
-    focal = camera.number("focal_length", next((each.focal_length for each in pictures if each.focal_length), None))
-    width = camera.number("sensor_width")
-    if focal is not None and width is not None:
-        return cameras.field_of_view(focal, width)
-    said = next((each.field_of_view for each in pictures if each.field_of_view), None)
-    if said is None:
-        raise DatasetError("camera.field_of_view is missing, expected that, or focal_length and sensor_width: the "
-                           "photographs do not say them", path)
-    return said
-
-
-def _mask(ball: Table, size: tuple[int, int]) -> BoolArray:
-    if not ball.has("mask"):
-        return np.ones(size, bool)
-    path, = ball.files("mask")[:1]
-    mask = read_picture(path).pixels.mean(axis=2) > _MASKED
-    if mask.shape != size:
-        raise DatasetError(f"{mask.shape[1]} x {mask.shape[0]} pixels found, expected {size[1]} x {size[0]} as the "
-                           f"photographs have", path)
-    return mask
-
-
-def _intensity(scale: Table, reader: _Reader, channels: int, centre: FloatArray,
-               photograph: Callable[[Light, FloatArray, FloatArray, str], BallPhotograph],
-               ) -> tuple[FloatArray, tuple[str, ...]]:
-    """The lamp's intensity, and a note of where it is from."""
-    ones = np.ones(channels)
-    if scale.has("albedo"):
-        return ones, ("Colours are those that the lamp and the camera give",)
-    if scale.has("intensity"):
-        value = scale.value("intensity")
-        given = [value] * channels if is_number(value) else value
-        if not isinstance(given, list) or len(given) != channels or not all(is_number(each) and each > 0
-                                                                            for each in given):
-            raise scale.error("intensity", f"a number above 0, or {channels}")
-        return np.array(given, dtype=float), ("The lamp's intensity as it was given",)
-    if scale.has("ball"):
-        known = scale.table("ball").only("file", "exposures", "albedo", "lamp")
-        white = photograph(reader.of_lamp(known, "file"), known.numbers("lamp", 3), ones,
-                           known.files("file")[0].name)
-        return intensity_of_ball(white, _albedo(known, channels)), ("Scale and colour by a ball of known albedo",)
-    card = scale.table("card").only("file", "exposures", "albedo", "lamp", "normal", "region")
-    light = reader.of_lamp(card, "file")
-    left, top, right, bottom = card.numbers("region", 4).astype(int)
-    height, width = light.known.shape
-    if not (0 <= left < right <= width and 0 <= top < bottom <= height):
-        raise card.error("region", f"left, top, right and bottom within {width} x {height} pixels")
-    part = light.radiance[top:bottom, left:right][light.known[top:bottom, left:right]]
-    name = card.files("file")[0]
-    if not len(part):
-        raise DatasetError("the card is saturated", name)
-    try:
-        return intensity_of_card(part, centre, card.numbers("normal", 3), card.numbers("lamp", 3),
-                                 _albedo(card, channels)), ("Scale and colour by a card of known albedo",)
-    except DatasetError as error:
-        raise DatasetError(str(error), name) from error
-
-
-def _albedo(table: Table, channels: int) -> FloatArray:
-    if isinstance(table.value("albedo"), list):
-        return table.numbers("albedo", channels)
-    return np.full(channels, table.needed("albedo"))
+                   for light, lamp, each in zip(lights, lamps, tables, strict=True)]
+    return photographs, (*pictures.notes, *checked.notes, *stage.notes, *note)

@@ -16,7 +16,7 @@ class Table:
     def __init__(self, values: Any, where: str, path: Path) -> None:
         if not isinstance(values, dict):
             raise DatasetError(f"{where} is {values!r}, expected a table", path)
-        self._values, self._where, self._path = dict(values), where, path
+        self._values, self._where, self.path = dict(values), where, path
 
     def _name(self, key: str) -> str:
         return f"{self._where}.{key}" if self._where else key
@@ -24,7 +24,7 @@ class Table:
     def error(self, key: str, expected: str) -> DatasetError:
         """What to raise where the value of a key is not as expected."""
         value = f"is {self._values[key]!r}" if key in self._values else "is missing"
-        return DatasetError(f"{self._name(key)} {value}, expected {expected}", self._path)
+        return DatasetError(f"{self._name(key)} {value}, expected {expected}", self.path)
 
     def has(self, key: str) -> bool:
         """Whether there is a key."""
@@ -66,24 +66,24 @@ class Table:
         names = [value] if isinstance(value, str) else value
         if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
             raise self.error(key, "the name of a file, or a list of them")
-        return [self._path.parent / name for name in names]
+        return [self.path.parent / name for name in names]
 
     def table(self, key: str) -> "Table":
         """A table within; empty where there is none."""
-        return Table(self._values.get(key, {}), self._name(key), self._path)
+        return Table(self._values.get(key, {}), self._name(key), self.path)
 
     def tables(self, key: str) -> list["Table"]:
         """A list of tables within: one or more."""
         value = self._values.get(key)
         if not isinstance(value, list) or not value:
             raise self.error(key, f"one table [[{key}]] or more")
-        return [Table(each, f"{self._name(key)} {number}", self._path) for number, each in enumerate(value, start=1)]
+        return [Table(each, f"{self._name(key)} {number}", self.path) for number, each in enumerate(value, start=1)]
 
     def only(self, *keys: str) -> "Table":
         """This table, if it has no other keys."""
         for key in self._values:
             if key not in keys:
-                raise DatasetError(f"{self._name(key)} is not known, expected one of {', '.join(keys)}", self._path)
+                raise DatasetError(f"{self._name(key)} is not known, expected one of {', '.join(keys)}", self.path)
         return self
 
     def value(self, key: str) -> Any:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs.outline import brightest, check_outline, find_ball, placed
+from fitter.photographs.ball_finding import brightest, find_ball
+from fitter.photographs.ball_placing import check_outline, placed
 from support import ball_scene
 from tests.fitter.photographs.test_ball import photographed
 

@@ -8,7 +8,7 @@ import pytest
 import fitter
 from fitter.photographs import coverage
 from fitter.photographs.chrome import lamp_of_highlight
-from fitter.photographs.scale import albedo_of, intensity_of_ball, intensity_of_card, scaled
+from fitter.photographs.scale import intensity_of_ball, intensity_of_card, reflected, scaled
 from fitter.quality.physics import direction_pairs
 from support import ball_scene
 from support.truths import Truth
@@ -37,7 +37,7 @@ def test_a_card_tells_it_too():
 def test_an_albedo_that_is_given_scales_the_samples_and_a_note_says_that_it_is_a_guess():
     shots = [photographed(scene, WHITE, noise=0.01) for scene in ball_scene.scenes((30, 80, 130), size=(60, 60))]
     samples = fitter.samples_from_ball(shots)
-    np.testing.assert_allclose(albedo_of(samples), 0.8, rtol=0.01)
+    np.testing.assert_allclose(reflected(samples), 0.8, rtol=0.01)
     guessed = scaled(replace(samples, values=samples.values * 7), 0.4)
     assert np.median(guessed.values) == pytest.approx(0.4 / np.pi, rel=0.01)
     assert guessed.notes[-1] == "The scale is a guess: an albedo of 0.4 was given"

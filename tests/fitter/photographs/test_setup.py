@@ -1,5 +1,6 @@
 """Photographs from files, by a description in TOML and the command line."""
 
+import dataclasses
 import os
 import subprocess
 import sys
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter.photographs import descriptions, setup
 from fitter.photographs.picture_files import read_picture
 from fitter.photographs.setup import measure
 from support import ball_files, ball_scene
@@ -117,8 +119,30 @@ def test_what_a_file_says_of_the_camera_is_read(openimageio, tmp_path):
     picture = read_picture(tmp_path / "b.png")
     np.testing.assert_allclose(picture.pixels, 0.2140, atol=0.004)
     assert "was made linear" in picture.notes[0]
-    assert "8 bits: its steps are 1.9%" in picture.notes[1]
+    assert "8 bits a channel, whose steps are 1.9%" in picture.notes[1]
     assert read_picture(tmp_path / "b.png", "linear").pixels[0, 0, 0] == pytest.approx(0.5, abs=0.003)
+
+
+@pytest.mark.parametrize(("name", "said", "is_bent"), [
+    ("a.png", "sRGB", True), ("a.tif", "sRGB", True), ("a.png", "lin_rec709", False), ("a.tif", "", False),
+    ("a.exr", "", False), ("a.png", "g22_rec709", True)])
+@pytest.mark.parametrize("depth", ["uint8", "uint16", "float"])
+def test_values_are_what_the_file_says_whatever_its_depth(openimageio, tmp_path, name, said, is_bent, depth):
+    """Against the formula of IEC 61966-2-1. TIFF of 8 bits that says nothing is sRGB; PNG and EXR have some depths."""
+    import OpenImageIO
+
+    depth = "half" if name == "a.exr" else "uint16" if name == "a.png" and depth == "float" else depth
+    file = OpenImageIO.ImageBuf(np.full((4, 6, 3), 0.5, np.float32))
+    if said:
+        file.specmod().attribute("oiio:ColorSpace", said)
+    file.set_write_format(depth)
+    assert file.write(str(tmp_path / name))
+    picture = read_picture(tmp_path / name)
+    is_bent |= (name, said, depth) == ("a.tif", "", "uint8")
+    expected = ((0.5 + 0.055) / 1.055) ** 2.4 if is_bent else 0.5
+    assert picture.pixels == pytest.approx(expected, abs=0.004)
+    assert any("made linear" in note for note in picture.notes) == is_bent
+    assert read_picture(tmp_path / name, "linear").pixels == pytest.approx(0.5, abs=0.004)
 
 
 @pytest.mark.parametrize(("old", "new", "message"), [
@@ -145,3 +169,88 @@ def test_what_is_wrong_is_named_by_file_and_key(written, tmp_path, old, new, mes
     (tmp_path / "setup.toml").write_text(text.replace(old, new))
     with pytest.raises(fitter.DatasetError, match=message):
         measure(tmp_path / "setup.toml")
+
+
+def test_lamps_far_away_are_as_those_at_a_great_distance(openimageio, tmp_path):
+    """The truth is of lamps 200 m away, whose intensity is that of their irradiance there."""
+    model, far = ball_scene.satin(), 200.0
+    scenes = [ball_scene.at_phase(phase, 40.0 * k, far, intensity=(2 * far ** 2,) * 3, **SIZE)
+              for k, phase in enumerate((30, 75, 120))]
+    path = ball_files.write(tmp_path, model, scenes)
+    text = path.read_text()
+    for scene in scenes:
+        place = [round(float(x), 6) for x in scene.lamp]
+        assert f"lamp = {place}\n" in text
+        text = text.replace(f"lamp = {place}\n", f"direction = {(np.array(scene.lamp) / 70).tolist()}\n")
+    text = text.replace(text[text.index("card = "):text.index("}", text.index("card = ")) + 1], "intensity = 2.0")
+    path.write_text(text)
+    assert off(measure(path), model) < 0.02
+    path.write_text(text.replace("direction = [", "lamp = [", 1))
+    with pytest.raises(fitter.DatasetError, match="some lamps have a place, and some only a direction"):
+        measure(path)
+
+
+@pytest.mark.parametrize("lens", [True, False], ids=["of known lens", "of no known lens"])
+def test_a_camera_of_unknown_distance(openimageio, tmp_path, lens):
+    """Seen from 40 radii away; lamps by their directions in the pictures, the albedo is a guess."""
+    model = ball_scene.satin()
+    scenes = [ball_scene.at_phase(phase, 40.0 * k, 200.0, camera=(0.0, -2.0, 0.0), angle=3.2,
+                                  intensity=(8e4, 8e4, 8e4), **SIZE)
+              for k, phase in enumerate((30, 75, 120))]
+    for number, scene in enumerate(scenes):
+        ball_files.write_picture(tmp_path / f"{number}.exr", ball_scene.photograph(model, scene, noise=0.01))
+    lines = [f"{number}.exr {x} {z} {-y}" for number, (x, y, z) in enumerate(
+        np.array([scene.lamp for scene in scenes]) / 200)]
+    (tmp_path / "dome.lp").write_text("\n".join(["3", *lines]))
+    text = ("[camera]\nposition = 'far'\n" + "field_of_view = 3.2\n" * lens + "[ball]\ncentre = 'outline'\n[scale]\n"
+            "albedo = 0.3\n[lamp]\npositions = 'dome.lp'\n")
+    (tmp_path / "setup.toml").write_text(text)
+    samples = measure(tmp_path)
+    known = model.evaluate(*samples.directions)
+    ratio = samples.values / known
+    assert np.median(np.abs(ratio / np.median(ratio) - 1)) < (0.015 if lens else 0.025)
+    if lens:
+        said = next(note for note in samples.notes if note.startswith("The camera is"))
+        # 2 m for a radius of 0.05 m
+        assert float(said.split()[3]) == pytest.approx(setup.RADIUS * 40, rel=0.01)
+
+
+def test_photographs_of_a_dome_whose_lights_were_found_with_others(openimageio, scenes, written, tmp_path):
+    """Names in the .lp file are of the chrome ball: what belongs together says the order, and a note."""
+    for number in (1, 2, 3):
+        os.link(written.parent / f"lamp{number}.exr", tmp_path / f"vase{number + 8}.exr")
+    directions = [np.array(scene.lamp) / np.linalg.norm(scene.lamp) for scene in scenes]
+    (tmp_path / "dome.lp").write_text("\n".join(["3", *(f"/home/x/chrome{k}.jpg {x} {z} {-y}"
+                                                       for k, (x, y, z) in enumerate(directions))]))
+    samples = measure(tmp_path)
+    assert any("belong together by their order" in note for note in samples.notes)
+    (tmp_path / "vase11.exr").unlink()
+    with pytest.raises(fitter.DatasetError, match=r"chrome0.jpg: .* no such file, and 2 pictures beside it"):
+        measure(tmp_path)
+    (tmp_path / "other.lp").write_text("1\na.exr 0 0 1")
+    with pytest.raises(fitter.DatasetError, match=r"several descriptions found, dome\.lp, other\.lp"):
+        measure(tmp_path)
+    with pytest.raises(fitter.DatasetError, match="a folder without a description"):
+        measure(tmp_path.parent)
+
+
+def test_a_chrome_ball_of_another_size_and_place(openimageio, scenes, tmp_path):
+    """By its outline, which a mask says; the highlight is saturated."""
+    chrome = ball_scene.truths.Truth("", "", ball_scene.truths._lobe(3000.0, 0.01, f0=0.9).evaluate)
+    lines = []
+    for number, scene in enumerate(scenes[:2]):
+        other = dataclasses.replace(scene, centre=(0.02, 0.01, -0.01), radius=0.03, size=(240, 240))
+        ball_files.write_picture(tmp_path / f"{number}.exr", ball_scene.photograph(ball_scene.satin(), other))
+        ball_files.write_picture(tmp_path / f"c{number}.exr", ball_scene.photograph(chrome, other, points=3))
+        distance = np.linalg.norm(np.subtract(scene.lamp, other.centre))
+        lines.append(f'[[photograph]]\nfiles = ["{number}.exr"]\nchrome = "c{number}.exr"\ndistance = {distance}\n')
+    away = other.rays() @ np.subtract(other.centre, scene.camera)
+    miss = np.sqrt(np.sum(np.subtract(other.centre, scene.camera) ** 2) - away ** 2)
+    ball_files.write_picture(tmp_path / "mask.png", (miss < other.radius)[..., None] * np.ones(3))
+    text = (
+        f"[camera]\nposition = {list(scene.camera)}\nfield_of_view = {scene.angle}\n[ball]\ncentre = [0, 0, 0]\n"
+        f"radius = {scene.radius}\n[chrome]\nradius = 0.03\nmask = 'mask.png'\n[scale]\nalbedo = 0.5\n")
+    (tmp_path / "setup.toml").write_text(text + "".join(lines))
+    for shot, scene in zip(setup.photographed(*descriptions.read(tmp_path)), scenes[:2], strict=True):
+        angle = np.arccos(shot.lamp @ scene.lamp / np.linalg.norm(shot.lamp) / np.linalg.norm(scene.lamp))
+        assert np.degrees(angle) < 1.0

@@ -1,0 +1,204 @@
+"""A ball in a picture, found by its outline, whatever else is there.
+
+What is brighter than a level is regions, of which one is the ball, with or without its stand, or the room before which
+it stands: so several levels are tried. Which parts of a region's edge are the ball's outline, and not where its lit
+part ends, is decided by random samples (M. A. Fischler, R. C. Bolles: Random Sample Consensus, Communications of the
+ACM 24(6), 1981).
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arrays import BoolArray, FloatArray
+from ..errors import DatasetError
+from .camera import pixel_angle
+from .outline import ABOVE_NOISE, BRIGHT, CLEAR, SECTORS, WINDOW, Outline, angle_beyond, profile_of, robust, scatter
+
+_LEVELS = BRIGHT, 0.05, 0.1, 0.2, 0.4       # of a ball above its background, of the brightest of the picture
+_LEAST = 5.0                # pixels, of a ball's radius
+_SECOND = 0.1               # of the largest region's pixels, that another must have to count as a ball
+_COARSE = 200               # pixels along a picture in which regions are told apart
+_TRIALS, _NEAR = 400, 1.5   # random samples; pixels from an outline within which an edge is a part of it
+_FITS = 0.5                 # pixels, of the median edge from the outline of a ball
+_LEAST_ARC = 1 / 3          # of the outline, that must be seen
+_BRIGHTEST = 99.5           # percentile of a picture that stands for its largest value
+_NO_DISC = "no outline of a ball found: what is bright is no disc"
+
+
+def find_ball(picture: FloatArray, rays: FloatArray, name: str = "picture") -> Outline:
+    """Find the one ball in a picture, brighter than its background, most of it.
+
+    Raises DatasetError if there is no ball, a part of it is beyond the frame, or there are two.
+
+    Parameters
+    ----------
+    picture : (height, width, channels) float64
+        Linear; of several photographs from one place the brightest of each pixel (`brightest`).
+    rays : (height, width, 3) float64
+        Directions through the pixels' centres.
+    name : str
+        For messages.
+    """
+    grey = picture.mean(axis=2)
+    border = _border(grey)
+    dark, noise = float(np.median(border)), scatter(border)
+    above = float(np.percentile(grey, _BRIGHTEST)) - dark
+    first: DatasetError | None = None
+    for share in _LEVELS:
+        try:
+            return _outline_above(dark + max(share * above, ABOVE_NOISE * noise), grey, rays, name)
+        except DatasetError as error:
+            first = first or error
+    raise first or DatasetError(_NO_DISC, name)
+
+
+def _border(grey: FloatArray) -> FloatArray:
+    return np.concatenate([grey[0], grey[-1], grey[:, 0], grey[:, -1]])
+
+
+def _outline_above(level: float, grey: FloatArray, rays: FloatArray, name: str) -> Outline:
+    """The outline of the only ball among the regions that are brighter than a level."""
+    found: list[Outline] = []
+    first: DatasetError | None = None
+    regions = _large_regions(grey > level, name)
+    for region in regions:
+        try:
+            found.append(_outline_of(region, level, grey, rays, name))
+        except DatasetError as error:
+            first = first or error
+    if len(found) > 1 or (not found and len(regions) > 1):
+        raise DatasetError("two bright things found, expected one ball: mask the other one", name)
+    if first is not None and not found:
+        raise first
+    return found[0]
+
+
+def _outline_of(region: BoolArray, level: float, grey: FloatArray, rays: FloatArray, name: str) -> Outline:
+    """The outline of a region, if it is that of a ball."""
+    edges, size = _edges(region, grey, level, rays), pixel_angle(rays)
+    if len(edges) < 2 * _LEAST:
+        raise DatasetError(_NO_DISC, name)
+    v = _consensus(edges, size)
+    for _ in range(3):
+        v, residual, arc = _refined(v, grey, rays, size, name)
+    outline = Outline(v / np.linalg.norm(v), float(np.arccos(1 / np.linalg.norm(v))), residual)
+    is_cut = bool((_border(angle_beyond(rays, v)) < size).any())
+    if is_cut or (residual > _FITS and _border(region.astype(float)).any()):
+        raise DatasetError("the ball is cut by the frame, or the background is as bright as it is", name)
+    return _checked(outline, arc, size, name)
+
+
+def disc_of(mask: BoolArray, rays: FloatArray, name: str = "mask") -> Outline:
+    """The outline of the ball that a mask, (h, w), is; raises DatasetError if it is no disc."""
+    size, grey = pixel_angle(rays), mask.astype(float)
+    edges = _edges(mask, grey, 0.5, rays)
+    if len(edges) < 2 * _LEAST:
+        raise DatasetError(_NO_DISC, name)
+    v, arc = robust(edges, _consensus(edges, size), size)
+    residual = float(np.median(np.abs(angle_beyond(edges, v)))) / size
+    return _checked(Outline(v / np.linalg.norm(v), float(np.arccos(1 / np.linalg.norm(v))), residual), arc, size, name)
+
+
+def _checked(outline: Outline, arc: float, size: float, name: str) -> Outline:
+    """An outline, if it is that of a ball, and so much of it has an edge."""
+    if outline.half_angle < _LEAST * size or outline.residual > _FITS or arc < _LEAST_ARC:
+        raise DatasetError(f"{_NO_DISC} (edges {outline.residual:.1f} pixels off, over {arc:.0%} of its outline)", name)
+    return outline
+
+
+def brightest(pictures: Sequence[FloatArray], mask: BoolArray | None = None) -> FloatArray:
+    """Of several pictures of one size, each relative to its own brightness, the largest of each pixel; 0 where a mask,
+    (h, w), is False."""
+    largest = np.max([each / max(float(np.percentile(each, _BRIGHTEST)), np.finfo(float).tiny) for each in pictures],
+                     axis=0)
+    return np.asarray(largest if mask is None else largest * mask[..., None])
+
+
+def _large_regions(bright: BoolArray, name: str) -> list[BoolArray]:
+    """The largest connected region, (h, w) bool, and those that are not much smaller."""
+    step = -(-max(bright.shape) // _COARSE)
+    height, width = (-(-side // step) for side in bright.shape)
+    blocks = np.zeros((height * step, width * step), bool)
+    blocks[:bright.shape[0], :bright.shape[1]] = bright
+    # a block is bright where at least half of it is, so that noise joins nothing
+    coarse = blocks.reshape(height, step, width, step).mean(axis=(1, 3)) >= 0.5
+    regions = sorted(_regions(coarse), key=np.count_nonzero, reverse=True)
+    if not regions or np.count_nonzero(regions[0]) * step ** 2 < _LEAST ** 2:
+        raise DatasetError("no ball found: nothing in the picture is large and brighter than its border", name)
+    large = [each for each in regions if np.count_nonzero(each) > _SECOND * np.count_nonzero(regions[0])]
+    whole = [np.kron(_grown(each), np.ones((step, step), bool))[:bright.shape[0], :bright.shape[1]] for each in large]
+    return [np.asarray(each & bright) for each in whole]
+
+
+def _regions(bright: BoolArray) -> list[BoolArray]:
+    """The connected regions of a small picture, those of a single pixel left out."""
+    left, regions = bright.copy(), []
+    while left.any():
+        region = np.zeros_like(left)
+        region[np.unravel_index(int(np.argmax(left)), left.shape)] = True
+        count = 0
+        while (now := int(np.count_nonzero(region))) != count:
+            count, region = now, _grown(region) & left
+        left &= ~region
+        if count > 1:
+            regions.append(region)
+    return regions
+
+
+def _grown(region: BoolArray) -> BoolArray:
+    """A region and the pixels that touch it."""
+    padded = np.pad(region, 1)
+    return np.asarray(padded[1:-1, 1:-1] | padded[:-2, 1:-1] | padded[2:, 1:-1] | padded[1:-1, :-2] | padded[1:-1, 2:])
+
+
+def _edges(region: BoolArray, grey: FloatArray, level: float, rays: FloatArray) -> FloatArray:
+    """Rays where the brightness crosses a level, at the edge of a region: (n, 3)."""
+    crossings = []
+    for axis in (0, 1):
+        here = [slice(None)] * 2
+        there = [slice(None)] * 2
+        here[axis], there[axis] = slice(None, -1), slice(1, None)
+        first, second = tuple(here), tuple(there)
+        crossed = region[first] != region[second]
+        a, b = grey[first][crossed], grey[second][crossed]
+        share = np.clip((level - a) / np.where(a == b, 1, b - a), 0, 1)[:, None]
+        crossings.append((1 - share) * rays[first][crossed] + share * rays[second][crossed])
+    edges = np.concatenate(crossings)
+    return np.asarray(edges / np.linalg.norm(edges, axis=1, keepdims=True))
+
+
+def _consensus(edges: FloatArray, size: float) -> FloatArray:
+    """The v that most edges agree with."""
+    random = np.random.default_rng(0)
+    best: FloatArray = np.zeros(3)
+    most = -1
+    for _ in range(_TRIALS):
+        three = edges[random.choice(len(edges), 3, replace=False)]
+        if abs(np.linalg.det(three)) < 1e-12:
+            continue
+        v = np.asarray(np.linalg.solve(three, np.ones(3)), dtype=float)
+        if np.linalg.norm(v) <= 1:
+            continue
+        agree = int(np.count_nonzero(np.abs(angle_beyond(edges, v)) < _NEAR * size))
+        if agree > most:
+            best, most = v, agree
+    near = edges[np.abs(angle_beyond(edges, best)) < _NEAR * size] if most > 0 else edges
+    return np.asarray(np.linalg.lstsq(near, np.ones(len(near)), rcond=None)[0])
+
+
+def _refined(v: FloatArray, grey: FloatArray, rays: FloatArray, size: float, name: str,
+             ) -> tuple[FloatArray, float, float]:
+    """A better v from profiles across the outline; the residual, pixels; and the share of it that has an edge."""
+    if np.linalg.norm(v) <= 1 or not np.isfinite(v).all():
+        raise DatasetError(_NO_DISC, name)
+    profile = profile_of(v, grey, rays, size)
+    with np.errstate(invalid="ignore"):
+        clear = (profile.beyond < (1 - CLEAR) * profile.within) & (np.abs(profile.edge) < WINDOW / 2)
+    if np.count_nonzero(clear) < _LEAST_ARC * SECTORS:
+        return v, np.inf, np.count_nonzero(clear) / SECTORS
+    axis, gamma = v / np.linalg.norm(v), np.arccos(1 / np.linalg.norm(v))
+    at = gamma + profile.edge[clear] * size
+    touching = np.cos(at)[:, None] * axis + np.sin(at)[:, None] * profile.around[clear]
+    v, arc = robust(touching, v, size)
+    return v, float(np.median(np.abs(angle_beyond(touching, v)))) / size, arc

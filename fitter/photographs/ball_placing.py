@@ -1,0 +1,138 @@
+"""Photographs with the ball where its outline is, if that is near where it is said to be.
+
+Of a picture only the outline is judged. What is beside it, a stand, or a dim room, does not count; a mask may be that
+of the ball itself.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..arrays import BoolArray, FloatArray
+from ..errors import DatasetError
+from .ball import BallPhotograph, of_neighbours, seen
+from .camera import pixel_angle
+from .outline import (
+    ABOVE_NOISE,
+    BRIGHT,
+    CLEAR,
+    SECTORS,
+    WINDOW,
+    Outline,
+    Profile,
+    angle_beyond,
+    profile_of,
+    robust,
+    scatter,
+)
+
+MOVED = 2.0                 # pixels by which an outline may be off
+_ENOUGH = 1 / 2             # of the outline, that must be seen to move a ball
+_SHARP = 0.8                # least share of the brightness that is missing beyond an edge that places a ball
+_WITHIN, _LIT = 3.0, 0.2    # where the cosine of incidence so many pixels within the outline is larger, it has an edge
+_FITTING = 2 / 3            # share of its edges that must be where they are expected
+_WHOLE = 0.3                # share of the pixels that should be lit, of which as many are bright where the ball is
+_WRONG = "the ball's outline is not where it is said to be"
+_OF_BALL = 0.5              # a mask with a smaller share of the pixels around an outline is that of the ball
+
+
+def placed(photographs: Sequence[BallPhotograph]) -> list[BallPhotograph]:
+    """Photographs with the ball where its outline is, seen from each place in all photographs of it together.
+
+    A pixel is a degree of its normals, or several where they graze, and a tape measure or a hand in the window does not
+    place a ball as well as its outline does. Where less than half of that is seen, the ball stays where it was said to
+    be; where it is farther away than `MOVED` pixels, `check_outline` has refused it.
+    """
+    moved = list(photographs)
+    together: dict[tuple[object, ...], list[int]] = {}
+    for number, each in enumerate(moved):
+        place = (*each.camera.tolist(), *each.centre.tolist(), each.radius, each.rays.shape, each.rays.tobytes())
+        together.setdefault(place, []).append(number)
+    for numbers in together.values():
+        first = moved[numbers[0]]
+        axis, _, gamma = first.sight
+        v = axis / np.cos(gamma)
+        touching = np.concatenate([_touching(v, moved[number]) for number in numbers])
+        v, arc = robust(touching, v, pixel_angle(first.rays))
+        if arc >= _ENOUGH and np.linalg.norm(v) > 1:
+            outline = Outline(v / np.linalg.norm(v), float(np.arccos(1 / np.linalg.norm(v))), 0.0)
+            for number in numbers:
+                moved[number] = replace(moved[number], centre=outline.centre(first.camera, first.radius))
+    return moved
+
+
+def _touching(v: FloatArray, photograph: BallPhotograph) -> FloatArray:
+    """Rays through the clear edges near the outline v: (n, 3)."""
+    size, grey = pixel_angle(photograph.rays), photograph.radiance.mean(axis=2)
+    profile = _profile(v, photograph)
+    level = BRIGHT * float(np.percentile(grey, 99.5))
+    with np.errstate(invalid="ignore"):
+        clear = ((profile.beyond < (1 - _SHARP) * profile.within) & (profile.within > level)
+                 & (np.abs(profile.edge) < MOVED + 0.5))
+    axis, at = v / np.linalg.norm(v), np.arccos(1 / np.linalg.norm(v)) + profile.edge[clear] * size
+    return np.asarray(np.cos(at)[:, None] * axis + np.sin(at)[:, None] * profile.around[clear])
+
+
+def _profile(v: FloatArray, photograph: BallPhotograph) -> Profile:
+    """The edges of the ball across the outline v, of pixels that count."""
+    size, grey, mask = pixel_angle(photograph.rays), photograph.radiance.mean(axis=2), photograph.mask
+    if mask is not None:
+        off = angle_beyond(photograph.rays, v) / size
+        around = (off > WINDOW / 2) & (off < WINDOW)
+        if mask[around].mean() < _OF_BALL if around.any() else True:
+            grey, mask = grey * mask, None          # beside the ball it is black
+    return profile_of(v, grey, photograph.rays, size, mask)
+
+
+def check_outline(photograph: BallPhotograph) -> None:
+    """Compare the outline in a photograph, where the ball is lit there, with where the ball is said to be.
+
+    Raises DatasetError if much of it is more than `MOVED` pixels off.
+    """
+    axis, _, gamma = photograph.sight
+    size, grey = pixel_angle(photograph.rays), photograph.radiance.mean(axis=2)
+    v = axis / np.cos(gamma)
+    off = angle_beyond(photograph.rays, v) / size
+    if not (off < 0).any():
+        raise DatasetError("no pixel sees the ball: it is not in the picture", photograph.name)
+    residual = grey - of_neighbours(photograph.radiance).mean(axis=2)
+    around = residual[off > WINDOW]
+    noise = scatter(around) / np.sqrt(1.25) if len(around) else 0.0
+    is_bright = grey > max(BRIGHT * float(np.percentile(grey, 99.5)), ABOVE_NOISE * noise)
+    if photograph.mask is not None:
+        is_bright &= photograph.mask
+    of_ball = np.count_nonzero(is_bright & (off < 0))
+    if is_bright.any() and not of_ball:
+        raise DatasetError(f"{_WRONG}: nothing is bright there", photograph.name)
+    # where only a highlight is bright, the edge of a dark and glossy ball need not be seen
+    is_whole = of_ball > _WHOLE * len(seen(photograph).pixel)
+    profile = _profile(v, photograph)
+    with np.errstate(invalid="ignore"):
+        brighter = np.fmax(profile.within, profile.beyond)
+        judged = _is_lit(photograph, profile, gamma / size) & (is_whole | (brighter > ABOVE_NOISE * noise))
+        # a dark ball before a room has an edge as well
+        clear = (brighter > ABOVE_NOISE * noise) & (np.abs(profile.within - profile.beyond) > CLEAR * brighter)
+        fits = clear & (np.abs(profile.edge) < MOVED)
+    if np.count_nonzero(judged & fits) < _FITTING * np.count_nonzero(judged):
+        raise DatasetError(_told(judged, clear, fits, profile), photograph.name)
+
+
+def _is_lit(photograph: BallPhotograph, profile: Profile, pixels: float) -> BoolArray:
+    """In which sectors of its outline a ball, of a radius of so many pixels, is lit: (sectors,)."""
+    axis = photograph.sight[0]
+    # the normal a few pixels within the outline, and the light that falls there
+    rise = np.sqrt(min(2 * _WITHIN / pixels, 1.0))
+    normal = np.sqrt(1 - rise ** 2) * profile.around - rise * axis
+    away = photograph.lamp - photograph.centre - photograph.radius * normal
+    return np.asarray(np.sum(normal * away, axis=1) > _LIT * np.linalg.norm(away, axis=1))
+
+
+def _told(judged: BoolArray, clear: BoolArray, fits: BoolArray, profile: Profile) -> str:
+    """What was measured of an outline that is not where it should be."""
+    others = np.abs(profile.edge[judged & clear & ~fits])
+    off = f"; {len(others)} have it {np.median(others):.1f} pixels off, in the median" * bool(len(others))
+    return (f"{_WRONG}: of {np.count_nonzero(judged)} of its {SECTORS} sectors, those that are lit, "
+            f"{np.count_nonzero(judged & fits)} have their edge within {MOVED:g} pixels, expected two thirds{off}, "
+            f"and {np.count_nonzero(judged & ~clear)} show none. The camera or the ball was moved, or their places are "
+            f"wrong")

@@ -1,0 +1,105 @@
+"""How bright the lamps of a description are, by its table `scale`."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..errors import DatasetError
+from .ball import BallPhotograph
+from .descriptions import Description
+from .lamps import FAR, Lamp, alike, direction_of
+from .light import Light
+from .pictures import Pictures
+from .scale import intensity_of_ball, intensity_of_card
+from .table import Table, is_number
+
+SCALES = ("intensity", "albedo", "card", "ball")
+_LAMP = "lamp", "direction"
+
+
+class Measured(NamedTuple):
+    """What is measured: where it is, (3,), and its size; metres."""
+
+    middle: FloatArray
+    size: float
+
+
+def check(scale: Table) -> None:
+    """Raise DatasetError if a table says none, or more than one."""
+    if sum(map(scale.only(*SCALES).has, SCALES)) != 1:
+        found = ", ".join(filter(scale.has, SCALES)) or "nothing"
+        raise DatasetError(f"scale has {found}, expected one of {', '.join(SCALES)}", scale.path)
+
+
+def intensity_of(scale: Table, pictures: Pictures, channels: int, what: Measured, lamps_are_far: bool,
+                 photograph: Callable[[Light, FloatArray, FloatArray, str], BallPhotograph],
+                 ) -> tuple[FloatArray, tuple[str, ...]]:
+    """The radiant intensity of lamps, (channels,), W/sr in units of the pictures, and a note of where it is from.
+
+    Of lamps far away the intensity that is given is that at a distance of 1 m, which is their irradiance. `photograph`
+    makes one of light, lamp, intensity and name.
+    """
+    # of a lamp that brings the irradiance 1
+    unit = np.full(channels, (FAR * what.size) ** 2 if lamps_are_far else 1.0)
+    if scale.has("albedo"):
+        return unit, ("Colours are those that the lamp and the camera give",)
+    if scale.has("intensity"):
+        value = scale.value("intensity")
+        given = [value] * channels if is_number(value) else value
+        if not isinstance(given, list) or len(given) != channels or not all(is_number(each) and each > 0
+                                                                            for each in given):
+            raise scale.error("intensity", f"a number above 0, or {channels}")
+        return unit * np.array(given, dtype=float), ("The lamp's intensity as it was given",)
+    if scale.has("ball"):
+        known = scale.table("ball").only("file", "exposures", "albedo", *_LAMP)
+        white = photograph(pictures.of_lamp(known, "file"), _lamp(known, what, lamps_are_far), unit,
+                           known.files("file")[0].name)
+        return intensity_of_ball(white, _albedo(known, channels)), ("Scale and colour by a ball of known albedo",)
+    card = scale.table("card").only("file", "exposures", "albedo", "normal", "region", *_LAMP)
+    part, name = _region(card, pictures), card.files("file")[0]
+    try:
+        return intensity_of_card(part, what.middle, card.numbers("normal", 3), _lamp(card, what, lamps_are_far),
+                                 _albedo(card, channels)), ("Scale and colour by a card of known albedo",)
+    except DatasetError as error:
+        raise DatasetError(str(error), name) from error
+
+
+def resolved(scale: Description, what: Measured, lamps_are_far: bool) -> Description:
+    """The table `scale` with what belongs to the places of lamps far away, in the place of directions."""
+    if not lamps_are_far:
+        return scale
+    (key, given), = scale.items()
+    if key == "intensity":
+        return {key: (np.array(given) * (FAR * what.size) ** 2).tolist()}
+    if key == "albedo":
+        return scale
+    place = Lamp(np.array(given["direction"]) / np.linalg.norm(given["direction"]), True).at(*what)
+    return {key: {name: value for name, value in given.items() if name != "direction"} | {"lamp": place.tolist()}}
+
+
+def _region(card: Table, pictures: Pictures) -> FloatArray:
+    """The radiance of the pixels that a card fills: (n, channels)."""
+    light = pictures.of_lamp(card, "file")
+    left, top, right, bottom = card.numbers("region", 4).astype(int)
+    height, width = light.known.shape
+    if not (0 <= left < right <= width and 0 <= top < bottom <= height):
+        raise card.error("region", f"left, top, right and bottom within {width} x {height} pixels")
+    part = light.radiance[top:bottom, left:right][light.known[top:bottom, left:right]]
+    if not len(part):
+        raise DatasetError("the card is saturated", card.files("file")[0])
+    return np.asarray(part)
+
+
+def _lamp(table: Table, what: Measured, others_are_far: bool) -> FloatArray:
+    """The place of the lamp that lights what is known."""
+    lamp = Lamp(direction_of(table), True) if table.has("direction") else Lamp(table.numbers("lamp", 3), False)
+    alike([lamp, Lamp(lamp.toward, others_are_far)], table.path)
+    return lamp.at(what.middle, what.size)
+
+
+def _albedo(table: Table, channels: int) -> FloatArray:
+    if isinstance(table.value("albedo"), list):
+        return table.numbers("albedo", channels)
+    return np.full(channels, table.needed("albedo"))
