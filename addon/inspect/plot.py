@@ -86,25 +86,27 @@ def placed(free: Rectangle, side: str, scale: float) -> Plot:
 
 
 def free_part(region: Rectangle, others: Sequence[Rectangle]) -> Rectangle:
-    """The part of a region that others, which lie over its edges, leave free: in pixels of the region; the rest, of the
-    window.
+    """The part of a region that others over it leave free: in pixels of the region; the rest, of the window.
+
+    Of the parts beside each of them, the largest: a header or a sidebar lies along an edge, and Adjust Last Operation
+    in a corner.
     """
     x, y, width, height = region
-    left, bottom, right, top = x, y, x + width, y + height
-    for other_x, other_y, other_width, other_height in others:
-        end_x, end_y = other_x + other_width, other_y + other_height
-        if min(end_x, x + width) <= max(other_x, x) or min(end_y, y + height) <= max(other_y, y):
-            continue
-        if other_width < other_height:
-            if other_x <= x:
-                left = max(left, end_x)
-            else:
-                right = min(right, other_x)
-        elif other_y <= y:
-            bottom = max(bottom, end_y)
-        else:
-            top = min(top, other_y)
-    return left - x, bottom - y, max(right - left, 0), max(top - bottom, 0)
+    free = 0.0, 0.0, width, height
+    for other_x, other_y, *size in others:
+        free = _largest_beside(free, (other_x - x, other_y - y, *size))
+    return free
+
+
+def _largest_beside(free: Rectangle, other: Rectangle) -> Rectangle:
+    x, y, width, height = free
+    right, top = x + width, y + height
+    other_right, other_top = other[0] + other[2], other[1] + other[3]
+    if min(other_right, right) <= max(other[0], x) or min(other_top, top) <= max(other[1], y):
+        return free
+    parts = ((x, y, other[0] - x, height), (other_right, y, right - other_right, height),
+             (x, y, width, other[1] - y), (x, other_top, width, top - other_top))
+    return max(parts, key=lambda part: max(part[2], 0) * max(part[3], 0))
 
 
 def lengths(values: FloatArray, largest: float, radius: Radius) -> FloatArray:

@@ -60,6 +60,23 @@ def test_sidebars_and_headers_are_left_free(plot):
     assert plot.free_part(region, [(100, 50, 1000, 40)]) == (0, 40, 1000, 560)
 
 
+@pytest.mark.parametrize(("panel", "free"), [
+    ((168, 58, 300, 34), (60, 42, 940, 508)),           # Adjust Last Operation: closed
+    ((168, 58, 300, 320), (368, 0, 632, 550)),          # open
+    ((168, 58, 700, 320), (60, 328, 940, 222)),
+])
+def test_a_panel_that_floats_in_a_corner_leaves_the_larger_part_beside_it(plot, panel, free):
+    tools, header = (100, 50, 60, 550), (100, 600, 1000, 50)
+    assert plot.free_part((100, 50, 1000, 600), [tools, header, panel]) == free
+    assert plot.free_part((100, 50, 1000, 600), [panel, header, tools])[3] >= free[3]
+
+
+def test_what_is_covered_as_a_whole_has_no_free_part(plot):
+    _, _, width, height = plot.free_part((100, 50, 300, 200), [(0, 0, 900, 900)])
+    assert max(width, 0) * max(height, 0) == 0
+    assert plot.placed(plot.free_part((100, 50, 300, 200), [(0, 0, 900, 900)]), "LEFT", 1.0).radius > 0
+
+
 @pytest.mark.parametrize(("radius", "root"), [("cube root", 3), ("linear", 1)])
 @pytest.mark.parametrize("largest", [0.0313, 0.9999, 1.0, 47.3, 8123.0])
 def test_rings_have_values_of_one_digit_and_lie_where_such_values_do(plot, radius, root, largest):
