@@ -4,8 +4,8 @@ The mean of a Gaussian process minimises the squared errors at the samples plus 
 the kernel's Hilbert space (C. E. Rasmussen, C. K. I. Williams: Gaussian Processes for Machine Learning, 2006, section
 6.2). Two solvers minimise it:
 
-- `of_field`, where the process itself can be solved. The dense lattice interpolates its mean at the nodes. The sparse
-  one follows the mean at the samples and at directions between them, by least squares.
+- `of_field`, where the process itself can be solved. The dense lattice interpolates its mean at the nodes; both then
+  follow the mean at the samples and at directions between them, by least squares.
 - `of_samples`, of more. The norm is that of the dense lattice's control points, c^T K^-1 c with the kernel's covariance
   K of their places, and a multiple of the squared control points of the sparse lattice. Errors are those at the samples
   themselves.
@@ -37,6 +37,8 @@ MOST = 50_000               # samples that lattices are fitted to: of a few thou
 _FINEST = {3: 4, 4: 2}      # by the number of axes, level of the largest dense lattice whose equations are solved: a
                             # finer one is refined from it, and corrected where that helps most
 _TRIED = {3: 3, 4: 2}       # likewise, of the lattice whose likelihood is computed
+_STIFFNESS = 0.1            # of a control point that moves from the spline through the nodes: errors at as many samples
+                            # as that count as much as a move (.01 follows 1,439 samples too closely, 1 few too little)
 _VARIANCE = 1e-3            # of a sparse control point, relative to the field's
 _TOGETHER = 4500            # control points that are fitted together: their equations take the square of it in memory
 _BATCHES = {3: 2, 4: 3}     # by the number of axes, in which the control points of the sparse lattice are chosen
@@ -61,10 +63,8 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
     if levels.diffuse:
         values[0] = _mean_over_azimuths(field, 2 * nodes[0] - 1)
     values = _guessed(values, nodes, samples, coordinates, field)
-    diffuse = DenseLattice(levels.diffuse, dense.interpolate(values, levels.diffuse).astype(np.float32))
-    if levels.specular is None:
-        return diffuse, None
-    progress.report(0.3, "Fitting the sparse lattice")
+    box = dense.interpolate(values, levels.diffuse)
+    progress.report(0.2)
     between = _between(samples)
     directions = joined([samples.directions, between])
     x = coordinates.encode(*directions)
@@ -72,8 +72,20 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
     # together the directions between weigh as much as the samples
     share = np.concatenate([np.ones(len(samples)), np.full(_BETWEEN, math.sqrt(len(samples) / _BETWEEN))])
     bright = np.maximum(transform.reflectance(wanted, *directions), 0).mean(axis=1) + transform.offset
-    return diffuse, least_squares.sparse_fit(x, wanted - diffuse.evaluate(x), share * bright ** WEIGHT,
-                                             levels.specular, levels.kept_of(3))
+    weights = share * bright ** WEIGHT
+    weights /= math.sqrt(np.mean(weights ** 2))
+    if levels.diffuse <= _FINEST[x.shape[1]]:       # a finer one interpolates well enough
+        residual = wanted - dense.evaluate(box, levels.diffuse, x)
+        chosen = _most_useful(x, levels.diffuse, weights, residual, _TOGETHER, np.zeros(0, int))
+        norm = np.diag(np.full(len(chosen), _STIFFNESS))
+        moves, = NormalEquations(x, [(levels.diffuse, chosen)]).solve(weights, residual, [norm])
+        box += _boxed(levels.diffuse, x.shape[1], chosen, moves)
+    diffuse = DenseLattice(levels.diffuse, box.astype(np.float32))
+    if levels.specular is None:
+        return diffuse, None
+    progress.report(0.3, "Fitting the sparse lattice")
+    return diffuse, least_squares.sparse_fit(x, wanted - diffuse.evaluate(x), weights, levels.specular,
+                                             levels.kept_of(3))
 
 
 def _guessed(values: FloatArray, nodes: FloatArray, samples: Samples, coordinates: Coordinates, field: Field,

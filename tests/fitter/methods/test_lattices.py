@@ -5,10 +5,11 @@ import pytest
 from scipy import stats
 
 from fitter import Samples
+from fitter.arrays import joined
 from fitter.coordinates.half_difference import HalfDifference
 from fitter.lattice import dense
 from fitter.methods import lattices, prior
-from fitter.methods.gaussian_process import Kernel
+from fitter.methods.gaussian_process import Kernel, krige
 from fitter.methods.levels import Levels
 from fitter.model.transform import LogRelative
 
@@ -108,6 +109,34 @@ def test_a_finer_dense_lattice_adds_what_lowers_the_errors(monkeypatch, samples,
                             np.concatenate([(z - coarse.evaluate(x)) * weight, np.zeros((len(root), 2))]),
                             rcond=None)[0]
     np.testing.assert_allclose(fine.evaluate(x), coarse.evaluate(x) + design @ added, atol=2e-4)
+
+
+def test_the_dense_lattice_of_a_field_moves_to_what_its_nodes_do_not_say(samples, transform):
+    """From the spline that interpolates at the nodes, by NumPy's least squares over all control points."""
+    coordinates = HalfDifference(stretch=5.0)
+    x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
+    field, _ = krige(2 * x - 1, z, KERNEL, np.zeros(len(x)))
+    fitted, _ = lattices.of_field(samples, coordinates, transform, field, Levels(2, None, 0.0))
+
+    nodes = dense.nodes(2)
+    values = field.at(2 * nodes.reshape(-1, 3) - 1).reshape(*nodes.shape[:-1], 2)
+    values[0] = lattices._mean_over_azimuths(field, 2 * nodes[0] - 1)
+    box = dense.interpolate(values, 2)
+    directions = joined([samples.directions, lattices._between(samples)])
+    x = coordinates.encode(*directions)
+    wanted = field.at(2 * x - 1)
+    wanted[:len(samples)] = field.at_samples
+    bright = transform.reflectance(wanted, *directions).mean(axis=1) + transform.offset
+    share = np.where(np.arange(len(x)) < len(samples), 1, np.sqrt(len(samples) / (len(x) - len(samples))))
+    weight = share * bright ** (1 / 3)
+    weight = (weight / np.sqrt(np.mean(weight ** 2)))[:, None]
+    design, same = basis(x, 2)[0], dense.representative(2).ravel()
+    root = np.diag(np.sqrt(lattices._STIFFNESS * np.unique(same, return_counts=True)[1]))
+    before = dense.evaluate(box, 2, x)
+    moved = np.linalg.lstsq(np.concatenate([design * weight, root]),
+                            np.concatenate([(wanted - before) * weight, np.zeros((len(root), 2))]), rcond=None)[0]
+    np.testing.assert_allclose(fitted.evaluate(x), before + design @ moved, atol=2e-4)
+    assert np.sqrt(np.mean((design @ moved) ** 2)) > 0.01
 
 
 def test_both_lattices_of_many_samples_have_the_least_errors_and_norm_together(samples, transform):
