@@ -109,7 +109,10 @@ def add_reading(parser: argparse.ArgumentParser, colours: str | None = DEFAULT_C
     parser.add_argument("--angles", choices=reading.ANGLES, help="the unit of a table's angles, whatever the file says")
     parser.add_argument("--quantity", choices=reading.QUANTITIES,
                         help="what a table's values are, whatever the file says: the BRDF, or it times the cosine of "
-                             "theta_o, or of theta_i")
+                             "theta_o, or of theta_i; a reflectance factor, which is pi times the BRDF; or percent of one")
+    parser.add_argument("--columns", metavar="NAMES",
+                        help="what the columns of a table are, in their order, where their names mean nothing or are not "
+                             "there: theta_i[deg],-,theta_o[deg],phi[deg],BRDF; - is not read")
     parser.add_argument("--illuminant", choices=illuminants.ILLUMINANTS, default=illuminants.DEFAULT,
                         help="the light under which spectra become colours, default: %(default)s")
     parser.add_argument("--isotropic", type=_yes_or_no, metavar="yes|no",
@@ -126,7 +129,7 @@ def add_reading(parser: argparse.ArgumentParser, colours: str | None = DEFAULT_C
 def reading_of(options: argparse.Namespace) -> dict[str, Any]:
     """The keyword arguments of `load` that `add_reading` asked for."""
     return {name: getattr(options, name) for name in ("angles", "quantity", "illuminant", "isotropic", "symmetry",
-                                                      "encoding", "keep_unmeasured", "colours")}
+                                                      "encoding", "keep_unmeasured", "columns", "colours")}
 
 
 def _yes_or_no(text: str) -> bool:
@@ -143,7 +146,7 @@ def _info(options: argparse.Namespace) -> None:
     if _is_fit(options.file):
         _describe_fit(Fit.load(options.file))
         return
-    samples = list_samples(options.file)
+    samples = list_samples(options.file, options.columns)
     if samples and options.sample is None:
         print(f"{options.file}: {len(samples)} samples; describe one with --sample")
         for number, name in samples:

@@ -1,4 +1,4 @@
-"""The one exception that bad input raises."""
+"""The one exception that bad input raises, and its kinds: what a user can be asked about."""
 
 from pathlib import Path
 
@@ -32,6 +32,10 @@ class SampleUnknownError(DatasetError):
 
 class UnitsUnknownError(DatasetError):
     """A file does not say what its numbers mean; the options `angles` and `quantity` of reading do."""
+
+
+class ImplausibleError(UnitsUnknownError):
+    """The numbers of a file are those of no surface: it would reflect more light than arrives."""
 
 
 class ColumnsUnknownError(DatasetError):

@@ -139,9 +139,10 @@ class Surface(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """Everything that a material is made from."""
+    """Everything that a material is made from; `doubt` is what is to be said of measurements that no surface has."""
 
     measured: Measured
     fitted: Fitted
     verdict: verdict.Verdict
     surface: Surface
+    doubt: str = ""

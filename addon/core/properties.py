@@ -23,7 +23,8 @@ NO_SPECULAR_LEVEL = -1
 LEVELS = ("diffuse_level", "specular_level", "compression")
 RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels", "changes",
            "version", "colours", "sphere", "fitted_as", "match", "between", "farthest", "hole", "least", "adjusted")
-READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding", "keep_unmeasured")
+READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding", "keep_unmeasured",
+           "columns")
 CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", "rendering", *READING)
 AUTOMATIC, EXACT, NODES = "AUTO", "EXACT", "NODES"
 _FAST = "FAST"              # of version 0.2: accepted where a rendering is named, and means NODES
@@ -54,7 +55,10 @@ _QUANTITIES = ((AS_THE_FILE_SAYS, "As the File Says", "What the file names, or w
                ("brdf", "BRDF", "Reflected radiance divided by irradiance"),
                ("brdf_cos", "BRDF times Cosine", "Times the cosine of the outgoing angle, as goniometers usually print "
                                                  "it (cosine-corrected)"),
-               ("brdf_cos_i", "BRDF times Incident Cosine", "Times the cosine of the incident angle"))
+               ("brdf_cos_i", "BRDF times Incident Cosine", "Times the cosine of the incident angle"),
+               ("reflectance_factor", "Reflectance Factor", "Times pi: what a white diffuser in its place would reflect"),
+               ("reflectance_percent", "Reflectance Factor, Percent", "Times 100 pi: a white diffuser has about 100"),
+               ("brdf_percent", "BRDF, Percent", "Times 100"))
 _LIGHTS = (("D65", "Daylight (D65)", "Daylight of noon; white is that of screens"),
            ("D50", "Horizon Daylight (D50)", "Warmer daylight, the standard of print"),
            ("A", "Incandescent (A)", "A light bulb"),
@@ -145,6 +149,11 @@ class FitChoices:
         name="Keep Unmeasured", default=False,
         description="Fit values that nobody measured too: those drawn beyond the angle at which the instrument ended, "
                     "as a straight line to 0 or the last value again")
+    columns: StringProperty(
+        name="Columns",
+        description="What the columns of a table are, in their order, where their names mean nothing: names separated by "
+                    "commas, and - for those that are not read, such as theta_i, -, theta_o, phi, BRDF. Empty: as the "
+                    "file names them")
 
 
 def rendering_named(name: str) -> str:

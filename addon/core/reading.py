@@ -43,16 +43,16 @@ def load_arguments(choices: Choices) -> Arguments:
             "illuminant": choices.illuminant or illuminants.DEFAULT, "colours": scene_colours() or DEFAULT,
             "isotropic": _ISOTROPIC.get(choices.isotropic),
             "encoding": None if choices.encoding in ("", ENCODINGS[0]) else choices.encoding,
-            "keep_unmeasured": choices.keep_unmeasured}
+            "keep_unmeasured": choices.keep_unmeasured, "columns": choices.columns or None}
 
 
 def use_reading(choices: Choices, angles: str | None = None, quantity: str | None = None,
                 illuminant: str = illuminants.DEFAULT, isotropic: bool | None = None, symmetry: str | None = None,
-                encoding: str | None = None, keep_unmeasured: bool = False) -> None:
+                encoding: str | None = None, keep_unmeasured: bool = False, columns: str | None = None) -> None:
     """Choose the options of reading as `fitter.load` has them."""
     choices.angles, choices.quantity = angles or AS_THE_FILE_SAYS, quantity or AS_THE_FILE_SAYS
     choices.symmetry, choices.encoding = symmetry or AS_THE_FILE_SAYS, encoding or ENCODINGS[0]
-    choices.illuminant, choices.keep_unmeasured = illuminant, keep_unmeasured
+    choices.illuminant, choices.keep_unmeasured, choices.columns = illuminant, keep_unmeasured, columns or ""
     choices.isotropic = next((name for name, value in _ISOTROPIC.items() if value == isotropic), AS_THE_FILE_SAYS)
 
 

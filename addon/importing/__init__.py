@@ -5,7 +5,18 @@ import bpy
 from ..core import checks, manual
 from ..core.registration import Registration
 from ..panel import main, menu, nodes
-from . import colours, compared_presets, curves, details, fit, import_data, measurements, relink, samples
+from . import (
+    colours,
+    compared_presets,
+    curves,
+    details,
+    fit,
+    import_data,
+    measurements,
+    name_columns,
+    relink,
+    samples,
+)
 
 _ENTRIES = menu.entries((import_data.MEASUREDBRDF_OT_import_data, "Import Measured BRDF..."),
                         (import_data.MEASUREDBRDF_OT_import_folder, "Import Folder of Measured BRDFs..."),
@@ -16,7 +27,8 @@ _IN_FILE_MENU = menu.entries(
     (import_data.MEASUREDBRDF_OT_import_folder, "Measured BRDFs (folder)"))
 _IN_DATA_MENU = menu.entries((relink.MEASUREDBRDF_OT_find_missing, "Find Missing Measurements..."))
 _IN_ADD_MENU = menu.entries((import_data.MEASUREDBRDF_OT_import_data, "Import..."))
-_TOPICS = (*manual.over_operators("manual#get-data-in", "import_data", "import_folder", "choose_sample"),
+_TOPICS = (*manual.over_operators("manual#get-data-in", "import_data", "import_folder", "choose_sample",
+                                 "name_columns"),
            *manual.over_operators("manual#fit", "fit"),
            *manual.over_operators("manual#choose-what-it-may-cost", "use_preset"),
            *manual.over_operators("manual#keep-and-reuse", "find_file", "find_missing"))
@@ -27,7 +39,7 @@ def _draw_import(layout: bpy.types.UILayout) -> None:
 
 
 _slice = Registration(
-    import_data, samples, fit, relink, curves, measurements, compared_presets, details, additions=(
+    import_data, name_columns, samples, fit, relink, curves, measurements, compared_presets, details, additions=(
         (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU),
         ("TOPBAR_MT_file_external_data", _IN_DATA_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
         (nodes.MEASUREDBRDF_MT_add_node, _IN_ADD_MENU), (main.beginnings, _draw_import),

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-from bpy.props import CollectionProperty, StringProperty
+from bpy.props import BoolProperty, CollectionProperty, StringProperty
 
-from ...fitter import DatasetError, SampleUnknownError, UnitsUnknownError
+from ...fitter import ColumnsUnknownError, DatasetError, ImplausibleError, SampleUnknownError, UnitsUnknownError
 from ...fitter.formats import EXTENSIONS, choices_of, list_samples
 from ..core import preferences
 from ..core.annotations import OperatorResult, not_none
@@ -27,7 +27,7 @@ from ..work.making import (
 )
 from ..work.modal import AsksForPath, Steps, errors_reported
 
-_DIALOG, _CHARACTER = 480, 7       # pixels: the width of a dialog, and of a character on average
+DIALOG, _CHARACTER = 480, 7       # pixels: the width of a dialog, and of a character on average
 _EDITORS = {"VIEW_3D", "PROPERTIES", "OUTLINER", "NODE_EDITOR", "FILE_BROWSER"}
 
 
@@ -43,6 +43,7 @@ or else to all selected ones"""
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     complaint: StringProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Why users are asked what the numbers are")
+    is_checked: BoolProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Whether users know that no surface is like this")
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         begin_with_preference(self, context)
@@ -54,12 +55,14 @@ or else to all selected ones"""
             return {"RUNNING_MODAL"}
         self.remember_target(context, event)
         if self.complaint:
-            return context.window_manager.invoke_props_dialog(self, width=_DIALOG, title="What Are These Numbers?",
+            return context.window_manager.invoke_props_dialog(self, width=DIALOG, title="What Are These Numbers?",
                                                               confirm_text="Import")
         paths = self._paths()
         try:
-            if len(paths) == 1 and not self.sample and len(list_samples(paths[0])) > 1:
+            if len(paths) == 1 and not self.sample and len(list_samples(paths[0], self.columns or None)) > 1:
                 return self._ask_for_sample()
+        except ColumnsUnknownError as error:
+            return self._failed(error)
         except DatasetError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -88,16 +91,25 @@ or else to all selected ones"""
     def work(self, context: bpy.types.Context) -> process.Calculation:
         self.remember_target(context)
         begin_as_script(self)
+        paths = self._paths()
+        ask = _can_ask(self) and len(paths) == 1 and not self.is_checked
         return process.Calculation(
-            partial(tasks.outcomes, [(path, self.sample) for path in self._paths()], fit_arguments(self),
-                    how=load_arguments(self)))
+            partial(tasks.outcomes, [(path, self.sample) for path in paths], fit_arguments(self), how=load_arguments(self),
+                    ask=ask))
 
     def _failed(self, error: Exception) -> OperatorResult:
         # another operator asks, and starts anew
-        if self.options.is_invoke and not bpy.app.background:
+        if _can_ask(self):
             if isinstance(error, UnitsUnknownError):
+                checked = self.is_checked or isinstance(error, ImplausibleError)
                 with errors_reported(self):
-                    bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **self.given() | {"complaint": str(error)})
+                    bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", **self.given() | {
+                        "complaint": str(error), "is_checked": checked})
+                return {"CANCELLED"}
+            if isinstance(error, ColumnsUnknownError) and len(self._paths()) == 1:
+                with errors_reported(self):
+                    bpy.ops.measured_brdf.name_columns("INVOKE_DEFAULT", **choices_and_target(self) | {
+                        "filepath": self._paths()[0], "complaint": str(error)})
                 return {"CANCELLED"}
             if isinstance(error, SampleUnknownError):
                 return self._ask_for_sample()
@@ -128,7 +140,7 @@ class MEASUREDBRDF_OT_import_folder(FromFolder, MakesMaterials, bpy.types.Operat
     def work(self, context: bpy.types.Context) -> process.Calculation:
         self.remember_target(context)
         begin_as_script(self)
-        sources, self._failures = sources_in([self.checked_folder()])
+        sources, self._failures = sources_in([self.checked_folder()], self.columns or None)
         return process.Calculation(partial(tasks.outcomes, sources, fit_arguments(self), how=load_arguments(self)))
 
     def prepare(self, outcomes: Outcomes) -> Steps:
@@ -148,12 +160,22 @@ class MEASUREDBRDF_FH_measurements(bpy.types.FileHandler):
         return context.area is not None and context.area.type in _EDITORS
 
 
+def _can_ask(operator: bpy.types.Operator) -> bool:
+    """Whether there is a user who can answer."""
+    return bool(operator.options.is_invoke) and not bpy.app.background
+
+
 def _draw_question(layout: bpy.types.UILayout, operator: Any) -> None:
     """Ask what the numbers of a file are that does not say it."""
-    for number, line in enumerate(textwrap.wrap(operator.complaint, _DIALOG // _CHARACTER)):
-        layout.label(text=line, icon="QUESTION" if number == 0 else "BLANK1")
+    draw_complaint(layout, operator.complaint)
     for name in ("angles", "quantity"):
         layout.prop(operator, name)
+
+
+def draw_complaint(layout: bpy.types.UILayout, text: str) -> None:
+    """Draw why a dialog asks."""
+    for number, line in enumerate(textwrap.wrap(text, DIALOG // _CHARACTER)):
+        layout.label(text=line, icon="QUESTION" if number == 0 else "BLANK1")
 
 
 def choices_and_target(operator: Any) -> dict[str, Any]:

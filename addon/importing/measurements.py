@@ -5,7 +5,7 @@ from typing import Any
 
 import bpy
 
-from ...fitter import SampleUnknownError, published
+from ...fitter import ColumnsUnknownError, SampleUnknownError, published
 from ...fitter.formats import choices_of
 from ..core import material as materials
 from ..core import mixing
@@ -17,7 +17,7 @@ from ..core.reading import draw_reading, other_colours, scene_colours
 from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped, has_data, name_beside_value
 from ..work import queries
 from ..work.job import Job
-from . import fit, relink, samples
+from . import fit, name_columns, relink, samples
 from .compared_presets import draw_cost
 
 
@@ -99,6 +99,12 @@ def _draw_state(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitt
         row.operator_context = "INVOKE_DEFAULT"
         chosen = row.operator(samples.MEASUREDBRDF_OT_choose_sample.bl_idname, icon="VIEWZOOM")
         chosen.for_material, chosen.refit = True, fit.AS_CHOSEN if fitted else ""
+    elif isinstance(data.error, ColumnsUnknownError):
+        draw_warning(layout, str(data.error))
+        row = layout.row()
+        row.operator_context = "INVOKE_DEFAULT"
+        asked = row.operator(name_columns.MEASUREDBRDF_OT_name_columns.bl_idname, icon="QUESTION")
+        asked.for_material, asked.complaint = True, str(data.error)
     elif data.error is not None:
         if fitted:
             draw_wrapped(layout, f"The material renders without its measurements. {data.error}", "INFO")

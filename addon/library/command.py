@@ -112,7 +112,7 @@ def _choices(options: argparse.Namespace) -> Choices:
 
 def _convert(options: argparse.Namespace) -> int:
     _say_without_osl()
-    sources, failures = sources_in(options.paths)
+    sources, failures = sources_in(options.paths, options.columns)
     part, parts = options.shard
     out = real(options.out)
     may_be_empty = parts > 1 and len(sources) > 0
@@ -156,7 +156,7 @@ def _save(options: argparse.Namespace) -> int:
 
 def _render(options: argparse.Namespace) -> int:
     _say_without_osl()
-    sources, failures = sources_in(options.paths)
+    sources, failures = sources_in(options.paths, options.columns)
     choices, out = _choices(options), Path(options.out)
     how = {**load_arguments(choices), **({"colours": options.colours} if options.colours else {})}
     out.mkdir(parents=True, exist_ok=True)

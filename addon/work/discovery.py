@@ -31,10 +31,10 @@ class Failure(NamedTuple):
     error: ValueError
 
 
-def files_in(paths: Iterable[str | Path]) -> list[Path]:
+def files_in(paths: Iterable[str | Path], columns: str | None = None) -> list[Path]:
     """The files and virtual paths given, and those in the folders given whose names have the extension of a format.
 
-    Of plain text and .bin, only what is recognised: most of it is something else.
+    Of plain text and .bin, only what is recognised, as tables with these `columns` too: most of it is something else.
     """
     files: list[Path] = []
     for path in map(Path, paths):
@@ -43,7 +43,7 @@ def files_in(paths: Iterable[str | Path]) -> list[Path]:
         else:
             files += sorted(item for item in path.iterdir()
                             if item.suffix.lower() in EXTENSIONS
-                            and (item.suffix.lower() not in PLAIN or is_recognised(item)))
+                            and (item.suffix.lower() not in PLAIN or is_recognised(item, columns)))
     return files
 
 
@@ -74,19 +74,20 @@ def files_below(folder: str) -> Iterator["os.DirEntry[str]"]:
         left = max(left - len(entries), 0)
 
 
-def sources_in(paths: Iterable[str | Path]) -> tuple[list[Source], list[Failure]]:
+def sources_in(paths: Iterable[str | Path], columns: str | None = None) -> tuple[list[Source], list[Failure]]:
     """The measurements in files and folders, and those that could not be read.
 
-    A CURET file has one for each sample; red, green and blue files side by side are one.
+    A CURET file has one for each sample; red, green and blue files side by side are one. `columns` are of tables, as
+    `fitter.load` takes them.
     """
-    files = files_in(paths)
+    files = files_in(paths, columns)
     sources: list[Source] = []
     failures: list[Failure] = []
     for file in files:
         if is_read_with_another(file, files):
             continue
         try:
-            samples = list_samples(file)
+            samples = list_samples(file, columns)
         except DatasetError as error:
             failures.append(Failure(str(file), "", error))
             continue

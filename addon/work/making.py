@@ -83,8 +83,9 @@ class MakesMaterials(HasTarget, InBackground):
         if why := targets.assign_all(self.all_targets(), made[0]):
             made[0].use_fake_user = True
             self.report({"WARNING"}, f"{made[0].name} is not assigned: {why}")
-        for error in failed:
-            self.report({"WARNING"}, str(error))
+        for said in (*failed, *(outcome.doubt for _, _, outcome, _ in prepared if not isinstance(outcome, Exception))):
+            if str(said):
+                self.report({"WARNING"}, str(said))
         self.report({"INFO"}, f"{told}. {how}" if how else told)
         if self.options.is_invoke:
             show_first(context, made)

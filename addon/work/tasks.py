@@ -26,7 +26,7 @@ from ...fitter.methods.regression_kriging import MOST_SAMPLES
 from ...fitter.model import fit_file
 from ...fitter.model.mix import Mix
 from ...fitter.packed_picture import SIZE, packed
-from ...fitter.quality import cross_validation, describe, verdict
+from ...fitter.quality import albedo, cross_validation, describe, verdict
 from ...fitter.ready import Ready
 from ...fitter.samples import distinct_channels
 from ..core.annotations import Arguments, Report
@@ -125,19 +125,28 @@ def _stamp(path: str) -> tuple[int, int] | None:
 
 
 def outcome(path: str, sample: str | None, arguments: Arguments, report: Report = silent,
-            how: Arguments | None = None, edit: Arguments | None = None) -> Outcome:
+            how: Arguments | None = None, edit: Arguments | None = None, ask: bool = False) -> Outcome:
     """Read measurements, fit them, and bake the shader's source.
 
     `arguments` are of the fit, `how` keyword arguments of `fitter.load`, and `edit` of `fitter.edited`. Raises
-    ValueError, of which DatasetError is one, if the measurements or the arguments are invalid.
+    ValueError, of which DatasetError is one, if the measurements or the arguments are invalid; where users can be asked,
+    ImplausibleError, if the measurements are those of no surface.
     """
     report(0.0, "Reading")
     samples, measured = _load(path, sample, how)
+    if ask and (doubt := _doubt(samples)):
+        raise fitter.ImplausibleError(f"{doubt} Choose what the numbers are, or import them as they are", path)
     share = _share_of_fit(samples, arguments)
     with progress.part(0.0, share, "Fitting"):
         made = fitted(samples, measured.digest, arguments)
     with progress.part(share, 1.0):
         return _finish(samples, measured, made, fitter.edited(made.fit, **(edit or {})), edit or {}, report)
+
+
+def _doubt(samples: fitter.Samples) -> str:
+    """What is to be said of measurements that no surface has, or ""."""
+    found = albedo.of(samples)
+    return f"{samples.name} reflects {found.text()}" if found.is_doubtful else ""
 
 
 def outcome_of(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
@@ -148,7 +157,7 @@ def outcome_of(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
 
 
 def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: Report = silent,
-             how: Arguments | None = None) -> list[tuple[str, str, Outcome | ValueError]]:
+             how: Arguments | None = None, ask: bool = False) -> list[tuple[str, str, Outcome | ValueError]]:
     """Outcomes of several measurements, (path, sample) each, as `outcome` makes them; for those that failed, the error.
     """
     done: list[tuple[str, str, Outcome | ValueError]] = []
@@ -156,7 +165,7 @@ def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: R
         about = f"{sample or Path(path).name}: " if len(sources) > 1 else ""
         try:
             with progress.part(number / len(sources), (number + 1) / len(sources), about=about):
-                done.append((path, sample, outcome(path, sample, arguments, report, how=how)))
+                done.append((path, sample, outcome(path, sample, arguments, report, how=how, ask=ask)))
         except ValueError as error:
             done.append((path, sample, error))
     return done
@@ -222,7 +231,7 @@ def _finish(samples: fitter.Samples, measured: Measured, fitting: Fitted, made: 
             report: Report) -> Outcome:
     """Add to a fit what else a material needs; `made` is the fit as `edit` has changed it."""
     return Outcome(measured, fitting, verdict.of(samples, fitting.fit, fitting.unseen),
-                   _surface(made, measured.colours, edit, report))
+                   _surface(made, measured.colours, edit, report), _doubt(samples))
 
 
 def adjusted(kept: Kept, edit: Arguments, report: Report = silent) -> Surface:

@@ -34,9 +34,10 @@ from ..arrays import FloatArray, mapped
 from ..errors import DatasetError
 from ..samples import Samples
 from . import unmeasured
-from .columns import ANGLES, angle, angles_note, look_like_degrees, reflectance, without_cosine
+from .columns import angle, angles_note, look_like_degrees, reflectance, without_cosine
 from .format import Format
 from .isotropy import finished
+from .names import ANGLES
 from .reading import BY_DEFAULT, QUANTITIES, Reading
 from .text import check_thetas, decode, line_number, lines, nth_line, parse_number, parse_rows
 

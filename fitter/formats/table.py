@@ -123,8 +123,8 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     def line_of(row: int) -> int:
         return line_number(content, cells.at[row])
 
-    directions, values, channels, more = _measurements(columns, cells.numbers, reading, line_of, path, layout.line)
-    channels, values, of_channels = reflectance(channels, values, path, layout.line, reading)
+    directions, values, read_as, more = _measurements(columns, cells.numbers, reading, line_of, path, layout.line)
+    channels, values, of_channels = reflectance(read_as, values, path, layout.line, reading)
     directions, values, deviation, repeated = averaged(directions, values)
     samples = Samples(*mapped(np.asarray, directions.T), values, channels, name_of(said) or Path(path).stem, str(path),
                       (*notes, *more, *of_channels, *repeated), deviation=deviation)

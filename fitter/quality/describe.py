@@ -7,6 +7,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..samples import Rotations, Samples, rotations
 from ..shader_constants import GRAZING
+from . import albedo
 from .coverage import widest_hole
 
 WIDE_GAP = 25.0             # degrees: no fit is reliable across a wider hole
@@ -35,6 +36,8 @@ class Description:
         Values that share their channel's maximum, as a saturated detector makes them, or of `Samples.saturated`.
     lowest, mean, highest : (channels,) tuple of float
         1/sr.
+    albedo : Albedo
+        The share of light that is reflected, and what would explain one that no surface has.
     notes : tuple of str
         What reading made of the file.
     rotations : Rotations, or None
@@ -54,6 +57,7 @@ class Description:
     lowest: tuple[float, ...]
     mean: tuple[float, ...]
     highest: tuple[float, ...]
+    albedo: albedo.Albedo
     notes: tuple[str, ...] = ()
     rotations: Rotations | None = None
 
@@ -77,7 +81,8 @@ class Description:
                 ("Outgoing", "{:.1f}° to {:.1f}°".format(*self.theta_o), False),
                 ("Widest hole", f"{self.gap:.0f}° at {at}", self.gap > WIDE_GAP),
                 ("Negative", f"{self.negative:,} of {values:,} values", self.negative > 0),
-                ("Saturated", f"{self.saturated:,} of {values:,} values", self.saturated > 0)]
+                ("Saturated", f"{self.saturated:,} of {values:,} values", self.saturated > 0),
+                ("Albedo", self.albedo.text(), self.albedo.is_doubtful)]
         if self.farthest < np.degrees(GRAZING):
             rows.insert(4, ("Guessed", f"beyond {self.farthest:.0f}°, where nothing was measured", False))
         rows += [(f"Range {channel}", f"{low:.4g} to {high:.4g} / sr, mean {mean:.4g}", False)
@@ -98,7 +103,8 @@ def describe(samples: Samples) -> Description:
     gap, at = widest_hole(samples)
     return Description(samples.name, samples.channels, len(samples), _range(samples.theta_i), _range(samples.theta_o),
                        gap, at, int(np.count_nonzero(values < 0)), _saturated(samples),
-                       _floats(values.min(0)), _floats(values.mean(0)), _floats(values.max(0)), samples.notes,
+                       _floats(values.min(0)), _floats(values.mean(0)), _floats(values.max(0)), albedo.of(samples),
+                       samples.notes,
                        None if samples.isotropic else rotations(samples.theta_i, samples.phi_i))
 
 

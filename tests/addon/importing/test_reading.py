@@ -93,7 +93,7 @@ def test_what_is_known_of_the_material_reaches_the_reader(blender, cube, tmp_pat
     """Options of anisotropic measurements, from the operator and from the command line: as `fitter.load` takes them."""
     materials = extension.addon.core
     choices = SimpleNamespace(angles="auto", quantity="auto", illuminant="D65", isotropic="anisotropic",
-                              symmetry="half_turn", encoding="srgb", keep_unmeasured=True)
+                              symmetry="half_turn", encoding="srgb", keep_unmeasured=True, columns="")
     asked = materials.reading.load_arguments(choices)
     assert (asked["isotropic"], asked["symmetry"], asked["encoding"]) == (False, "half_turn", "srgb")
     assert asked["keep_unmeasured"]
@@ -138,7 +138,7 @@ def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, exten
                                filepath=file, preset="Paper", diffuse_level=2, specular_level=-1, compression=0.0,
                                use_tolerance=False, tolerance=1.0, rendering="AUTO", angles="auto", quantity="auto",
                                illuminant="D65", isotropic="auto", symmetry="auto", encoding="raw", target=7, slot=1,
-                               others="8", report=lambda kind, text: reports.append(text))
+                               is_checked=False, others="8", report=lambda kind, text: reports.append(text))
     operator.given = lambda: {"filepath": file, "target": 7, "slot": 1, "others": "8"}
     with pytest.raises(ValueError, match="degrees or radians") as raised:
         extension.fitter.load(file)
@@ -156,7 +156,7 @@ def test_a_dropped_file_without_units_opens_the_dialog_of_options(blender, exten
 def test_the_dialogs_draw_the_options(extension):
     module = extension.addon.importing.import_data
     for complaint, expected in (("", {"angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding",
-                                      "keep_unmeasured", "sample",
+                                      "keep_unmeasured", "columns", "sample",
                                       "diffuse_level", "specular_level", "compression", "use_tolerance", "tolerance"}),
                                 ("the angles may be degrees or radians " * 5, {"angles", "quantity"})):
         layout, body = MagicMock(), MagicMock()

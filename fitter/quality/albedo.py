@@ -1,0 +1,128 @@
+"""The share of light that measurements reflect, estimated from the samples alone, and what would explain one above 1.
+
+Tables say percent, reflectance factors and cosines in many ways, or not at all; a surface that reflects three hundred
+times the light that arrives is the sign of it. The estimate is the integral of f cos(theta_o) over the outgoing hemisphere,
+for light from three of the measured angles. In each direction f is that of the sample that is nearest in the half vector
+first, and then in the angle between the light and it, which is what a scan in the plane of incidence tells of the directions
+beside it (S. M. Rusinkiewicz: A New Change of Variables for Efficient BRDF Representation, 1998). The brightest tenth of
+the directions counts as the next: narrow highlights are measured too coarsely for an integral, and units are wrong of all
+directions alike.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..samples import HORIZON, Samples, some
+
+PLAUSIBLE = 1.3             # estimates of real surfaces are up to 1.1
+_MOST = 3000                # samples
+_CELLS = 20                 # of the integral, along radius and azimuth
+_FROM = (0.1, 0.5, 0.9)     # quantiles of theta_i
+_STEEPEST = np.radians(75)
+_BRIGHTEST = 0.9            # the quantile that brighter directions count as
+_AT_NORMAL = np.radians(1.6)        # pi/2, read as degrees
+_DARK = 0.03                # an explanation leaves at least so much
+_PERCENT = 10.0             # times the light that arrives, from which it may be percent
+_WEIGHTS = np.array([2.0, 2.0, 1.0, 0.3, 0.3])
+
+
+@dataclass(frozen=True)
+class Albedo:
+    """What measurements reflect, and why it may be too much.
+
+    Attributes
+    ----------
+    share : float
+        Of the channel and the angle with the largest, without the brightest directions.
+    reasons : tuple of str
+        What would explain a share above `PLAUSIBLE`, as questions; and angles that are all at the normal.
+    """
+
+    share: float
+    reasons: tuple[str, ...] = ()
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether no surface is like this, or its angles are none of a measurement."""
+        return self.share > PLAUSIBLE or bool(self.reasons)
+
+    def text(self) -> str:
+        """The share, and what would explain it."""
+        if not self.is_doubtful:
+            return f"{self.share:.2g} or more"
+        what = f"{self.share:,.3g} times the light that arrives" if self.share > PLAUSIBLE else f"{self.share:.2g} or more"
+        return f"{what}: {' or '.join(self.reasons) or 'in which units?'}"
+
+
+def of(samples: Samples) -> Albedo:
+    """Estimate what measurements reflect.
+
+    Examples
+    --------
+    >>> white = np.full((9, 1), 97.0)
+    >>> angles = np.radians(np.arange(0, 90, 10))
+    >>> found = of(Samples(angles, 0 * angles, angles, 0 * angles, white))
+    >>> found.share > 300, found.text()
+    (True, '305 times the light that arrives: reflectance factors in percent? (Values: reflectance_percent)')
+    """
+    share = _share(samples)
+    reasons = []
+    if max(samples.theta_i.max(), samples.theta_o.max()) < _AT_NORMAL and len(samples) > 1:
+        reasons.append("angles in radians? (Angles: radians)")
+    elif share > PLAUSIBLE:
+        reasons += _reasons(samples, share)
+    return Albedo(share, tuple(reasons))
+
+
+def _reasons(samples: Samples, share: float) -> Iterator[str]:
+    """What would make a share plausible."""
+    scales = ((np.pi, "reflectance factors? (Values: reflectance_factor)", 0.0),
+              (100, "in percent? (Values: brdf_percent)", _PERCENT),
+              (100 * np.pi, "reflectance factors in percent? (Values: reflectance_percent)", _PERCENT))
+    for times, question, least in scales:
+        if share > least and _DARK < share / times < PLAUSIBLE:
+            yield question
+    for name in ("theta_i", "theta_o"):
+        if any(note.startswith(f"Divided by the cosine of {name}") for note in samples.notes):
+            without = samples.values * np.cos(getattr(samples, name))[:, None]
+            if _share(replace(samples, values=without)) < PLAUSIBLE:
+                yield "the BRDF, without a cosine? (Values: brdf)"
+
+
+def _share(samples: Samples) -> float:
+    """The largest share of light that is reflected, of any channel."""
+    fewer = some(samples, _MOST)
+    known = _features(*fewer.directions, fewer.isotropic)
+    squares = (known ** 2).sum(axis=1)
+    radius = np.sqrt((np.arange(_CELLS) + 0.5) / _CELLS)
+    radii, turns = (grid.ravel() for grid in np.meshgrid(radius, np.pi * (2 * np.arange(_CELLS) + 1) / _CELLS))
+    shares = [0.0]
+    for quantile in _FROM:
+        k = int(np.argsort(fewer.theta_i, kind="stable")[int(quantile * (len(fewer) - 1))])
+        theta, turn = min(float(fewer.theta_i[k]), _STEEPEST), float(fewer.phi_i[k])
+        wanted = _features(np.full(len(radii), theta), np.full(len(radii), turn), np.arcsin(radii), turns + turn,
+                           fewer.isotropic)
+        nearest = (squares - 2 * wanted @ known.T).argmin(axis=1)
+        values = np.maximum(fewer.values[nearest], 0)
+        values = np.minimum(values, np.quantile(values, _BRIGHTEST, axis=0))
+        shares.append(float(np.pi * values.mean(axis=0).max()))
+    return max(shares)
+
+
+def _features(theta_i: FloatArray, phi_i: FloatArray, theta_o: FloatArray, phi_o: FloatArray,
+              isotropic: bool) -> FloatArray:
+    """What makes values alike, (n, 5): the half vector, the angle between it and the light, and where the detector is.
+
+    The half vector of an isotropic material has no azimuth.
+    """
+    apart = phi_o - phi_i
+    x, y = np.sin(theta_i) + np.sin(theta_o) * np.cos(apart), np.sin(theta_o) * np.sin(apart)
+    z = np.cos(theta_i) + np.cos(theta_o)
+    steep = np.sqrt(np.arctan2(np.hypot(x, y), z) / HORIZON)       # finer near the mirror direction
+    azimuth = np.zeros(len(x)) if isotropic else np.arctan2(y, x) + phi_i
+    half = np.arctan2(np.hypot(np.hypot(x, y), z), np.sqrt(np.maximum(4 - x * x - y * y - z * z, 0)))
+    return np.stack([steep * np.cos(azimuth), steep * np.sin(azimuth), half, np.sin(theta_o) * np.abs(np.sin(apart)),
+                     np.sin(theta_o) * np.cos(apart)], axis=1) * _WEIGHTS
