@@ -30,6 +30,6 @@ from .quality.metrics import ErrorMetrics, channel_metrics, error_metrics
 from .samples import Samples
 from .tolerance import fit_within
 
-__all__ = ["PRESETS", "BallPhotograph", "ColumnsUnknownError", "DatasetError", "ErrorMetrics", "Fit", "ImplausibleError",
-           "Mix", "SampleUnknownError", "Samples", "UnitsUnknownError", "channel_metrics", "edited", "error_metrics", "fit",
-           "fit_within", "list_published", "load", "load_published", "samples_from_ball"]
+__all__ = ["PRESETS", "BallPhotograph", "ColumnsUnknownError", "DatasetError", "ErrorMetrics", "Fit",
+           "ImplausibleError", "Mix", "SampleUnknownError", "Samples", "UnitsUnknownError", "channel_metrics", "edited",
+           "error_metrics", "fit", "fit_within", "list_published", "load", "load_published", "samples_from_ball"]

@@ -109,10 +109,10 @@ def add_reading(parser: argparse.ArgumentParser, colours: str | None = DEFAULT_C
     parser.add_argument("--angles", choices=reading.ANGLES, help="the unit of a table's angles, whatever the file says")
     parser.add_argument("--quantity", choices=reading.QUANTITIES,
                         help="what a table's values are, whatever the file says: the BRDF, or it times the cosine of "
-                             "theta_o, or of theta_i; a reflectance factor, which is pi times the BRDF; or percent of one")
+                             "theta_o, or of theta_i; a reflectance factor, which is pi times the BRDF; or percent")
     parser.add_argument("--columns", metavar="NAMES",
-                        help="what the columns of a table are, in their order, where their names mean nothing or are not "
-                             "there: theta_i[deg],-,theta_o[deg],phi[deg],BRDF; - is not read")
+                        help="what the columns of a table are, in their order, where their names mean nothing or are "
+                             "not there: theta_i[deg],-,theta_o[deg],phi[deg],BRDF; - is not read")
     parser.add_argument("--illuminant", choices=illuminants.ILLUMINANTS, default=illuminants.DEFAULT,
                         help="the light under which spectra become colours, default: %(default)s")
     parser.add_argument("--isotropic", type=_yes_or_no, metavar="yes|no",

@@ -16,5 +16,6 @@ def made(values=None, incidences=(15, 40), rotations=(0,), polar=(0, 20, 40, 60,
              "\t".join(map(str, flags)), int(is_bsdf), *lists * sum(flags), *spectrum * sum(flags)]
     for table in values:
         lines += [f"{len(polar)} {len(azimuths)}", "\t" + "\t".join(map(str, azimuths)),
-                  *(f"{angle}\t" + "\t".join(map(repr, map(float, row))) for angle, row in zip(polar, table, strict=True))]
+                  *(f"{angle}\t" + "\t".join(map(repr, map(float, row)))
+                    for angle, row in zip(polar, table, strict=True))]
     return end.join([*map(str, lines), "End of file", ""])

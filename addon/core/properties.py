@@ -56,7 +56,7 @@ _QUANTITIES = ((AS_THE_FILE_SAYS, "As the File Says", "What the file names, or w
                ("brdf_cos", "BRDF times Cosine", "Times the cosine of the outgoing angle, as goniometers usually print "
                                                  "it (cosine-corrected)"),
                ("brdf_cos_i", "BRDF times Incident Cosine", "Times the cosine of the incident angle"),
-               ("reflectance_factor", "Reflectance Factor", "Times pi: what a white diffuser in its place would reflect"),
+               ("reflectance_factor", "Reflectance Factor", "Times pi: relative to a white diffuser"),
                ("reflectance_percent", "Reflectance Factor, Percent", "Times 100 pi: a white diffuser has about 100"),
                ("brdf_percent", "BRDF, Percent", "Times 100"))
 _LIGHTS = (("D65", "Daylight (D65)", "Daylight of noon; white is that of screens"),
@@ -151,9 +151,9 @@ class FitChoices:
                     "as a straight line to 0 or the last value again")
     columns: StringProperty(
         name="Columns",
-        description="What the columns of a table are, in their order, where their names mean nothing: names separated by "
-                    "commas, and - for those that are not read, such as theta_i, -, theta_o, phi, BRDF. Empty: as the "
-                    "file names them")
+        description="What the columns of a table are, in their order, where their names mean nothing: names separated "
+                    "by commas, and - for those that are not read, such as theta_i, -, theta_o, phi, BRDF. Empty: as "
+                    "the file names them")
 
 
 def rendering_named(name: str) -> str:

@@ -43,7 +43,8 @@ or else to all selected ones"""
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     complaint: StringProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Why users are asked what the numbers are")
-    is_checked: BoolProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Whether users know that no surface is like this")
+    is_checked: BoolProperty(options={"HIDDEN", "SKIP_SAVE"},
+                             description="Whether users know that no surface is like this")
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
         begin_with_preference(self, context)
@@ -94,8 +95,8 @@ or else to all selected ones"""
         paths = self._paths()
         ask = _can_ask(self) and len(paths) == 1 and not self.is_checked
         return process.Calculation(
-            partial(tasks.outcomes, [(path, self.sample) for path in paths], fit_arguments(self), how=load_arguments(self),
-                    ask=ask))
+            partial(tasks.outcomes, [(path, self.sample) for path in paths], fit_arguments(self),
+                    how=load_arguments(self), ask=ask))
 
     def _failed(self, error: Exception) -> OperatorResult:
         # another operator asks, and starts anew

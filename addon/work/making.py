@@ -129,8 +129,7 @@ def begin_with_preference(operator: Any, context: bpy.types.Context) -> None:
 
 
 def begin_as_script(operator: Any) -> None:
-    """Use the preset Standard if a script gave neither a preset nor levels; with levels alone, it is the method of 2002.
-    """
+    """Use the preset Standard if a script gave neither a preset nor levels; levels alone are the method of 2002."""
     if not _says_how_to_fit(operator):
         use_preset(operator, OFFERED[0])
 

@@ -129,8 +129,8 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
     """Read measurements, fit them, and bake the shader's source.
 
     `arguments` are of the fit, `how` keyword arguments of `fitter.load`, and `edit` of `fitter.edited`. Raises
-    ValueError, of which DatasetError is one, if the measurements or the arguments are invalid; where users can be asked,
-    ImplausibleError, if the measurements are those of no surface.
+    ValueError, of which DatasetError is one, if the measurements or the arguments are invalid; where users can be
+    asked, ImplausibleError, if the measurements are those of no surface.
     """
     report(0.0, "Reading")
     samples, measured = _load(path, sample, how)

@@ -39,7 +39,8 @@ from .text import is_plain, plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
 FORMATS: tuple[Format, ...] = (rgl.FORMAT, merl.FORMAT, mbsdf.FORMAT, cornell_mat.FORMAT, saved_samples.FORMAT,
-                               utia.FORMAT, fred.FORMAT, speos.FORMAT, zemax.FORMAT, astm.FORMAT, pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
+                               utia.FORMAT, fred.FORMAT, speos.FORMAT, zemax.FORMAT, astm.FORMAT, pbrt_brdf.FORMAT,
+                               table.FORMAT, curet.FORMAT)
 _WITHOUT_MARK = (pbrt_brdf.FORMAT, table.FORMAT, curet.FORMAT)
 EXTENSIONS = tuple(sorted({extension for known in FORMATS for extension in known.extensions}))
 PLAIN = (".bin", ".npz", ".txt")      # extensions of which most files are no measurements
@@ -62,8 +63,8 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
         The unit of the angles of a table or an ASTM file, whatever it says. The other formats define theirs.
     quantity : {"brdf", "brdf_cos", "brdf_cos_i", "reflectance_factor", "reflectance_percent", "brdf_percent"}, optional
         What such a file holds, whatever it says: the BRDF, or the BRDF times the cosine of theta_o, which goniometers
-        usually print, or times that of theta_i; the reflectance factor, which is pi times the BRDF, or it in percent; or
-        the BRDF in percent. The other formats define that, too.
+        usually print, or times that of theta_i; the reflectance factor, which is pi times the BRDF, or it in percent;
+        or the BRDF in percent. The other formats define that, too.
     illuminant : {"D65", "D50", "A", "E"}
         The light under which spectra become colours. White stays white.
     colours : {"Rec.709", "Rec.2020", "ACEScg"}
@@ -81,7 +82,8 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
         which the instrument ended. By default they are left out.
     columns : str, optional
         What the columns of a table are, in their order, where their names mean nothing or are not there: names as a
-        table of one's own has them, separated by commas, and "-" for what is not read: ``"theta_i,-,theta_o,phi,BRDF"``.
+        table of one's own has them, separated by commas, and "-" for what is not read:
+        ``"theta_i,-,theta_o,phi,BRDF"``.
 
     Returns
     -------
@@ -167,7 +169,7 @@ def choices_of(path: str | Path) -> frozenset[str]:
 
 
 def list_samples(path: str | Path, columns: str | None = None) -> list[tuple[int, str]]:
-    """The (number, name) of each sample in a file; empty if the format has one sample a file. `columns` as in `load`."""
+    """The (number, name) of each sample in a file; empty if the format has one a file. `columns` as in `load`."""
     if (name := published.name_in(path)) is not None:
         published.find(name)
         return []

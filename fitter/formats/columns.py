@@ -105,8 +105,8 @@ def reflectance(names: Sequence[str], values: FloatArray, path: str | Path, line
         return ("grey",), values, ()
     if bands is None:
         shown = ",".join(names[:4]) + "..." * (len(names) > 4)
-        raise ColumnsUnknownError(f"channels {shown} found, expected R,G,B, or wavelengths such as 400nm, or BRDF", path,
-                                  line)
+        raise ColumnsUnknownError(f"channels {shown} found, expected R,G,B, or wavelengths such as 400nm, or BRDF",
+                                  path, line)
     lamps = [np.flatnonzero((bands >= low) & (bands < high)) for low, high in _LAMPS]
     if len(names) == 3 and np.ptp(bands) < SPAN and all(len(lamp) == 1 for lamp in lamps):
         return RGB, values[:, np.concatenate(lamps)], ()

@@ -1,7 +1,8 @@
 """What the name of a column means: an angle, a value, or something beside them; and its unit.
 
 Names are taken word by word, as people write them: ``theta_i[deg]``, ``AOI``, ``Incident Angle (°)``, ``θr``, ``sza``,
-``BSDF [1/sr]``, ``BRDF_550nm``, ``Reflectance factor, %``. Letters are folded first (Unicode's NFKC), Greek ones spelt out.
+``BSDF [1/sr]``, ``BRDF_550nm``, ``Reflectance factor, %``. Letters are folded first (Unicode's NFKC), Greek ones spelt
+out.
 """
 
 import re
@@ -27,24 +28,26 @@ _UNITS = {
     **dict.fromkeys(("um", "micron", "microns", "micrometer", "micrometers", "micrometre", "micrometres"), "um"),
     **dict.fromkeys(("", "-", "1", "unitless", "dimensionless", "none"), "")}
 _BRACKETED = re.compile(r"(.*?)[\s_,;]*[\[(]([^\[\]()]{0,24})[\])]")
-_SUFFIX = re.compile(r"(.*?)(?:[\s_,;/-]+(?:in\s+)?(deg|degs|degrees?|rads?|radians?|%|percent|1/sr|sr\^?-1|per sr|nm|um)|"
-                     r"(?<=.)(\u00b0|%))")
+_SUFFIX = re.compile(r"(.*?)(?:[\s_,;/-]+(?:in\s+)?(deg|degs|degrees?|rads?|radians?|%|percent|1/sr|sr\^?-1|per sr|nm|"
+                     r"um)|(?<=.)(\u00b0|%))")
 _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _WORD = re.compile(r"[a-z]+|\d+(?:\.\d+)?")
 _JOINED = re.compile(r"(d|delta)?(theta|zenith|polar|phi|azimuth(?:al)?)([a-z]*)")
 _POLAR, _AZIMUTH = frozenset({"theta", "zenith", "polar"}), frozenset({"phi", "azimuth", "azimuthal", "az", "azi"})
-_INCIDENT = frozenset("i in inc incident incidence incoming illumination illuminating illum source light lamp l sun solar "
-                      "irradiation input".split())
-_OUTGOING = frozenset("o out outgoing r refl reflected reflection s scat scatter scattered scattering v view viewing viewer "
-                      "sensor observation observer obs detector det detection e exit exitance exitant emergent emergence "
-                      "emission receiver camera output".split())
+_INCIDENT = frozenset({"i", "in", "inc", "incident", "incidence", "incoming", "illumination", "illuminating",
+                       "illum", "source", "light", "lamp", "l", "sun", "solar", "irradiation", "input"})
+_OUTGOING = frozenset({"o", "out", "outgoing", "r", "refl", "reflected", "reflection", "s", "scat", "scatter",
+                       "scattered", "scattering", "v", "view", "viewing", "viewer", "sensor", "observation",
+                       "observer", "obs", "detector", "det", "detection", "e", "exit", "exitance", "exitant",
+                       "emergent", "emergence", "emission", "receiver", "camera", "output"})
 _BETWEEN = frozenset({"relative", "rel", "delta", "d", "difference", "diff", "between"})
 _FILLERS = frozenset({"angle", "angles", "ang", "of", "the", "direction", "to", "from", "normal"})
 _SHORT = {"aoi": "theta_i", "aos": "theta_s", "aoe": "theta_s", "aor": "theta_s", "aov": "theta_s", "sza": "theta_i",
           "iza": "theta_i", "vza": "theta_s", "oza": "theta_s", "saa": "phi_i", "vaa": "phi_s", "raa": RELATIVE}
 _ALONE = {"incidence": "theta_i", "emergence": "theta_s", "exitance": "theta_s"}      # without the word angle
-_BESIDE = frozenset("index no nr number id point time timestamp date temperature uncertainty std stdev stddev sigma error "
-                    "comment comments remark remarks note notes scan repeat rep".split())
+_BESIDE = frozenset({"index", "no", "nr", "number", "id", "point", "time", "timestamp", "date", "temperature",
+                     "uncertainty", "std", "stdev", "stddev", "sigma", "error", "comment", "comments", "remark",
+                     "remarks", "note", "notes", "scan", "repeat", "rep"})
 _COLOURS = {"r": "R", "g": "G", "b": "B", "red": "R", "green": "G", "blue": "B"}
 _KINDS = {
     **dict.fromkeys(("", "grey", "gray", "value", "values", "y"), UNSAID),
@@ -134,8 +137,8 @@ def role(name: str) -> str | None:
 
     Examples
     --------
-    >>> [role(name) for name in ("theta_o[deg]", "PhiIn", "AOS", "Angle of incidence", "raa", "phi", "\u03b8\u1d62", "R")]
-    ['theta_s', 'phi_i', 'theta_s', 'theta_i', 'phi', 'phi', 'theta_i', None]
+    >>> [role(name) for name in ("theta_o[deg]", "PhiIn", "AOS", "Angle of incidence", "raa", "\u03b8\u1d62", "R")]
+    ['theta_s', 'phi_i', 'theta_s', 'theta_i', 'phi', 'theta_i', None]
     """
     words = parse(name).words
     if len(words) == 1 and words[0] in {**_SHORT, **_ALONE}:
@@ -143,7 +146,7 @@ def role(name: str) -> str | None:
     kept = [word for word in words if word not in _FILLERS]
     polar, azimuth = _POLAR.intersection(kept), _AZIMUTH.intersection(kept)
     rest = [word for word in kept if word not in polar and word not in azimuth]
-    if polar and not azimuth or (not azimuth and {"angle", "angles", "ang"}.intersection(words)):
+    if (polar and not azimuth) or (not azimuth and {"angle", "angles", "ang"}.intersection(words)):
         return "theta_i" if _all(rest, _INCIDENT) else "theta_s" if _all(rest, _OUTGOING) else None if rest else THETA
     if azimuth and (not polar or polar == {"polar"}):
         return ("phi_i" if _all(rest, _INCIDENT) else "phi_s" if _all(rest, _OUTGOING) else
@@ -164,8 +167,8 @@ def value(name: str) -> Value | None:
 
     Examples
     --------
-    >>> value("BSDF [1/sr]"), value("R*cos_o")
-    (Value(channel='BRDF', kind='brdf', cosine='', percent=False), Value(channel='R', kind='', cosine='s', percent=False))
+    >>> value("BSDF [1/sr]"), value("R*cos_o")[:3]
+    (Value(channel='BRDF', kind='brdf', cosine='', percent=False), ('R', '', 's'))
     >>> value("Reflectance factor (%)").kind, value("BRDF_0.55um").channel, value("550").channel, value("humidity")
     ('factor', '550nm', '550nm', None)
     """

@@ -30,12 +30,12 @@ Layout: a line for each fact, then a table for each rotation of the sample and e
 
 Where there is transmission as well, its rotations, angles and spectrum follow those of the reflection, and its tables
 those of the reflection: they are not read. Polar angles are from the normal; azimuth 0 is on the mirror's side. Values
-have no unit: one factor for all makes what is reflected at the incidence of the spectrum, the integral of f cos(theta_o),
-the percentage of each band. Where that incidence was not measured, the two beside it are weighted.
+have no unit: one factor for all makes what is reflected at the incidence of the spectrum, the integral of f
+cos(theta_o), the percentage of each band. Where that incidence was not measured, the two beside it are weighted.
 
-Values of 0 are not measurements, as in Zemax's files; those at polar angle 0 are one direction, their mean. The rotation
-turns the sample as in Zemax's (`zemax`), whose converted files have the same numbers. Whether a material of three
-rotations or more is anisotropic is found from the values.
+Values of 0 are not measurements, as in Zemax's files; those at polar angle 0 are one direction, their mean. The
+rotation turns the sample as in Zemax's (`zemax`), whose converted files have the same numbers. Whether a material of
+three rotations or more is anisotropic is found from the values.
 
 Limits: text of version 7 or later. Binary ones and Speos' .brdf and .scattering are refused.
 """

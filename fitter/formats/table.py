@@ -1,9 +1,9 @@
 """A table of one's own: text with a line of column names, as spreadsheets and instruments export it.
 
 Layout: one line of names, then rows of as many cells (`table_layout`). The separator is the first of tab, semicolon,
-comma, ``|``, colon and blanks that the line of names has, or what a line ``sep=;`` before it says, as Excel has it. Title
-lines may stand before the names, and a line of units after them. Lines that begin with # are comments; some of them, and
-some titles, say what the names do not ::
+comma, ``|``, colon and blanks that the line of names has, or what a line ``sep=;`` before it says, as Excel has it.
+Title lines may stand before the names, and a line of units after them. Lines that begin with # are comments; some of
+them, and some titles, say what the names do not ::
 
     # name: Gold foil
     # angles: degrees
@@ -16,11 +16,12 @@ Columns may be in any order, and have the names that people give them (`names`):
 
 theta_i, phi_i, theta_o, phi_o
     The polar angle from the normal and the azimuth; toward the light and toward the detector. Also theta_in, theta_r,
-    zenith_out, AOI, Scatter Angle, sza and the like. Instead of two azimuths there may be one between the directions, phi
-    or raa: 180 degrees to the mirror direction. Without any azimuth it is a scan in the plane of incidence, whose polar
-    angles may have signs (`plane`). An angle that is the same in all rows may stand in a line before, ``AOI: 30``. The
-    unit stands in the name, theta_i[deg] or theta_i (°), in the line of units, behind the numbers, 30°, or in a comment
-    ``angles: degrees``; where none does, and no angle is too large for radians, reading asks: `Reading.angles`.
+    zenith_out, AOI, Scatter Angle, sza and the like. Instead of two azimuths there may be one between the directions,
+    phi or raa: 180 degrees to the mirror direction. Without any azimuth it is a scan in the plane of incidence, whose
+    polar angles may have signs (`plane`). An angle that is the same in all rows may stand in a line before, ``AOI:
+    30``. The unit stands in the name, theta_i[deg] or theta_i (°), in the line of units, behind the numbers, 30°, or in
+    a comment ``angles: degrees``; where none does, and no angle is too large for radians, reading asks:
+    `Reading.angles`.
 R, G, B; or wavelengths, 550nm or 0.55um; or one value, BRDF
     1/sr. A reflectance factor is divided by pi, and percent by 100. ``R*cos_i``, or a comment ``values: BRDF * cos_o``,
     says that the cosine is in them, and which; or `Reading.quantity` does.
@@ -84,7 +85,7 @@ def unknown_columns(content: bytes, path: str | Path) -> ColumnsUnknownError | N
     >>> unknown_columns(b"Tuesday: measured\nthe blue one\n", "scan.csv")
     """
     found = table_layout.preview(content)
-    if found is None or len(found[1][0]) < 3 and (found[0] is None or len(found[1]) < 2):
+    if found is None or (len(found[1][0]) < 3 and (found[0] is None or len(found[1]) < 2)):
         return None
     heads, rows = found
     what = f"columns {shown(heads)} found" if heads else f"{len(rows[0])} columns of numbers without names found"
@@ -115,10 +116,12 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     if cells.in_degrees or cells.in_percent:
         columns = meaning(_with_units(layout, columns, cells), said, reading, path)
     if not len(cells.numbers):
-        raise DatasetError(f"{cells.left_out} rows found, none of them complete, expected measurements", path, layout.line)
+        raise DatasetError(f"{cells.left_out} rows found, none of them complete, expected measurements", path,
+                           layout.line)
     notes = [*cells.notes]
     if cells.left_out:
-        notes.append(f"{cells.left_out:,} of {len(cells.numbers) + cells.left_out:,} rows have empty cells and are left out")
+        notes.append(f"{cells.left_out:,} of {len(cells.numbers) + cells.left_out:,} rows have empty cells and are "
+                     "left out")
 
     def line_of(row: int) -> int:
         return line_number(content, cells.at[row])

@@ -1,10 +1,10 @@
 """The numbers of a table, whatever sign its decimals have.
 
-**A column proves its own decimal sign.** What follows the last sign of a number, where it has two kinds, is its decimals;
-a sign that comes twice groups thousands; so does one after which there are never other than three digits, where the other
-sign is proven. 987.5 beside 1,234 is a thousand and more; 0,5 and 1,234 are decimals, since no thousands begin with 0. A
-column that proves nothing is written as the other columns are; where none proves anything, a comma is a decimal sign, and
-the notes say so. A column that proves both is refused.
+**A column proves its own decimal sign.** What follows the last sign of a number, where it has two kinds, is its
+decimals; a sign that comes twice groups thousands; so does one after which there are never other than three digits,
+where the other sign is proven. 987.5 beside 1,234 is a thousand and more; 0,5 and 1,234 are decimals, since no
+thousands begin with 0. A column that proves nothing is written as the other columns are; where none proves anything, a
+comma is a decimal sign, and the notes say so. A column that proves both is refused.
 
 No-break spaces and apostrophes group digits, too. The signs of degrees and of percent may follow a number.
 """
@@ -111,7 +111,7 @@ def read(content: bytes, layout: Layout, used: Sequence[int], path: str | Path) 
                 raise DatasetError(f"more than {count} cells found, expected one for each name", path,
                                    line_number(content, row.start()))
             chosen = [cells[k] if k < len(cells) else b"" for k in used]
-            if len(cells) < count and separator is None or not MISSING.isdisjoint(cell.lower() for cell in chosen):
+            if (len(cells) < count and separator is None) or not MISSING.isdisjoint(cell.lower() for cell in chosen):
                 left_out += 1
                 continue
             values = []
@@ -159,7 +159,8 @@ def _plain(cell: bytes, sign: int) -> bytes:
     return cell.replace(b".", b"").replace(b",", b".") if sign == _COMMA else cell.replace(b",", b"")
 
 
-def _decimal_signs(content: bytes, layout: Layout, used: Sequence[int], path: str | Path) -> tuple[list[int], list[str]]:
+def _decimal_signs(content: bytes, layout: Layout, used: Sequence[int],
+                   path: str | Path) -> tuple[list[int], list[str]]:
     """The decimal sign of each column, and notes on those that prove nothing."""
     columns, known = [_Column() for _ in layout.names], 0
     for row in lines(content, layout.start):
@@ -185,7 +186,7 @@ def _decimal_signs(content: bytes, layout: Layout, used: Sequence[int], path: st
         if not sign:
             sign = _COMMA if b"," in column.is_open else _POINT
             if column.is_open and sign == _COMMA:
-                notes.append(f"{name}: {decode(column.is_open)} is read as {decode(_plain(column.is_open, sign))}, since "
-                             "no number proves the comma to group thousands")
+                notes.append(f"{name}: {decode(column.is_open)} is read as {decode(_plain(column.is_open, sign))}, "
+                             "since no number proves the comma to group thousands")
         signs.append(sign)
     return signs, notes

@@ -114,8 +114,8 @@ class _Found:
 def meaning(layout: Layout, said: dict[str, str], reading: Reading, path: str | Path) -> Columns:
     """What the columns of a table are.
 
-    Raises ColumnsUnknownError if their names mean nothing, or too little; UnitsUnknownError if the values may be several
-    things, and `reading` does not say which.
+    Raises ColumnsUnknownError if their names mean nothing, or too little; UnitsUnknownError if the values may be
+    several things, and `reading` does not say which.
     """
     if len(layout.names) > MOST_COLUMNS:
         raise DatasetError(f"more than {MOST_COLUMNS} columns found", path, layout.line)
@@ -142,8 +142,8 @@ def meaning(layout: Layout, said: dict[str, str], reading: Reading, path: str | 
     wavelength = found.roles.get(names.WAVELENGTH)
     band_unit = None if wavelength is None else layout.units[wavelength]
     if wavelength is not None and len(found.values) != 1:
-        raise ColumnsUnknownError(f"{len(found.values)} columns of values found beside one of wavelengths, expected one; "
-                                  f"{OTHERWISE}", path, layout.line)
+        raise ColumnsUnknownError(f"{len(found.values)} columns of values found beside one of wavelengths, expected "
+                                  f"one; {OTHERWISE}", path, layout.line)
     reflected = 1.0
     if has_standard:
         reflected = parse_number(said.get("standard", "1").encode(), path)
@@ -183,7 +183,8 @@ def _found(layout: Layout, path: str | Path) -> _Found:
         elif (kind := names.value(name)) is None:
             found.unknown.append(name)
         elif kind.kind == names.TRANSMITTED:
-            raise DatasetError(f"'{name[:40]}' found, expected a BRDF: transmitted light cannot be used", path, layout.line)
+            raise DatasetError(f"'{name[:40]}' found, expected a BRDF: transmitted light cannot be used", path,
+                               layout.line)
         else:
             found.values.append(column)
             found.kinds.append(kind._replace(percent=kind.percent or layout.units[column] in ("%", "%/sr")))
@@ -247,8 +248,9 @@ def _quantity(found: _Found, layout: Layout, said: dict[str, str], reading: Read
         return QUANTITIES[reading.quantity], "", cosine if cosine in ("i", "s") else ""
     line = layout.line
     if len(cosines) > 1 or not cosines <= {"", "i", "s"}:
-        raise UnitsUnknownError("values with a cosine must name it, one for all: BRDF*cos_i or BRDF*cos_o; or choose what "
-                                "they are (the option quantity of reading; in Blender's import, Values)", path, line)
+        raise UnitsUnknownError("values with a cosine must name it, one for all: BRDF*cos_i or BRDF*cos_o; or choose "
+                                "what they are (the option quantity of reading; in Blender's import, Values)", path,
+                                line)
     if has_standard:
         return Quantity(cosine, 1.0), "", cosine
     said_kinds = kinds - {names.UNSAID}
@@ -260,9 +262,9 @@ def _quantity(found: _Found, layout: Layout, said: dict[str, str], reading: Read
     if in_percent and kind in (names.UNSAID, names.REFLECTANCE) and not per_steradian:
         kind = names.FACTOR
     if kind == names.REFLECTANCE or (kind == names.BRDF and in_percent and not per_steradian):
-        raise UnitsUnknownError("the values may be the BRDF or a reflectance factor, which is pi times as much: choose "
-                                "which (the option quantity of reading; in Blender's import, Values), or name them BRDF or "
-                                "reflectance_factor", path, line)
+        raise UnitsUnknownError("the values may be the BRDF or a reflectance factor, which is pi times as much: "
+                                "choose which (the option quantity of reading; in Blender's import, Values), or name them "
+                                "BRDF or reflectance_factor", path, line)
     name = {(names.FACTOR, False): "reflectance_factor", (names.FACTOR, True): "reflectance_percent"}.get(
         (kind, in_percent), "brdf_percent" if in_percent else "brdf")
     scale = QUANTITIES[name].scale

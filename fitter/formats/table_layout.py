@@ -20,11 +20,11 @@ _MOST_TITLES = 100          # lines before the names
 _SEPARATORS = b"\t", b";", b",", b"|", b":"
 _SAID = re.compile(rb"\"?sep=([^\w\r\n])\"?[ \t]*\Z")
 _QUOTED = re.compile(rb"\"[^\"]*\"")
-_POLAR = re.compile(rb"theta|zenith|polar|angle|incidence|\b(?:ao[ieorsv]|[siov]za)\b|\xce\xb8|\xce\x98|\xcf\x91|\xcf\xb4",
-                    re.IGNORECASE)
+_POLAR = re.compile(rb"theta|zenith|polar|angle|incidence|\b(?:ao[ieorsv]|[siov]za)\b|"
+                    rb"\xce\xb8|\xce\x98|\xcf\x91|\xcf\xb4", re.IGNORECASE)      # the last ones: theta in UTF-8
 _ERRORS = (b"#n/a", b"#div/0!", b"#value!", b"#ref!", b"#name?", b"#num!", b"#null!", b"#spill!", b"#calc!")
-MISSING = frozenset((b"", b"na", b"n/a", b"nan", b"null", b"none", b"-", b"--", b"*", b"nan(ind)", b"-nan", b"-nan(ind)",
-                     b"1.#qnan", b"-1.#ind", b"1.#inf", *_ERRORS))
+MISSING = frozenset((b"", b"na", b"n/a", b"nan", b"null", b"none", b"-", b"--", b"*", b"nan(ind)", b"-nan",
+                     b"-nan(ind)", b"1.#qnan", b"-1.#ind", b"1.#inf", *_ERRORS))
 _WIDE = b"  "               # two blanks or more: names may have single ones
 _BLANKS = re.compile(rb"\s{2,}")
 
@@ -100,8 +100,8 @@ def find(content: bytes, columns: str | None = None) -> Layout | None:
 
 
 def preview(content: bytes, most: int = 4) -> tuple[list[str] | None, list[list[str]]] | None:
-    r"""The first rows of numbers of a text, and the cells of the line before them where it has as many; None where there
-    are no rows.
+    r"""The first rows of numbers of a text, and the cells of the line before them where it has as many; None where
+    there are no rows.
 
     Examples
     --------

@@ -197,8 +197,8 @@ def _header(path: str | Path, content: bytes) -> _Header:
     if begin is None:
         raise DatasetError("no line DataBegin", path)
     if _LIGHTTOOLS.match(content, begin.end()):
-        raise DatasetError("a BSDF of LightTools, which is not read; export it as Zemax .bsdf, or write its reflectance "
-                           "as a table with column names", path, line_number(content, begin.start()))
+        raise DatasetError("a BSDF of LightTools, which is not read; export it as Zemax .bsdf, or write its "
+                           "reflectance as a table with column names", path, line_number(content, begin.start()))
     words: dict[str, str] = {}
     angles: dict[str, FloatArray] = {}
     for line in _KEYWORD.finditer(content, 0, begin.start()):

@@ -1,4 +1,4 @@
-"""Scans as people have them: one surface, written with the names, units and signs that instruments and spreadsheets use.
+"""Scans as people have them: one surface, written with names, units and signs of instruments and spreadsheets.
 
 Each table must give the surface's own formula at the directions that were meant.
 """
@@ -15,7 +15,7 @@ SCAN = np.arange(-80.0, 81, 10)
 
 
 def truth(theta_i, theta_o, between):
-    """A BRDF with a highlight across from the light, 1/sr; degrees, 180 between the azimuths to the mirror direction."""
+    """A BRDF with a highlight across from the light, 1/sr; degrees, 180 between to the mirror direction."""
     i, o, apart = np.radians(theta_i), np.radians(theta_o), np.radians(between)
     cosine = np.cos(i) * np.cos(o) - np.sin(i) * np.sin(o) * np.cos(apart)
     return 0.1 + 0.8 * np.maximum(cosine, 0) ** 40
@@ -49,14 +49,17 @@ def rows(columns, separator=",", form="{:.10g}".format):
 def assert_is_truth(samples, times=1.0, rtol=1e-6):
     between = np.degrees(samples.phi_o - samples.phi_i)
     expected = truth(np.degrees(samples.theta_i), np.degrees(samples.theta_o), between)
-    np.testing.assert_allclose(samples.values, np.repeat(times * expected[:, None], samples.values.shape[1], 1), rtol=rtol)
+    expected_of_all = np.repeat(times * expected[:, None], samples.values.shape[1], axis=1)
+    np.testing.assert_allclose(samples.values, expected_of_all, rtol=rtol)
     assert np.ptp(expected) > 0.5
 
 
 @pytest.mark.parametrize("names", [
     "theta_i,phi,theta_r,BSDF [1/sr]", "AOI,raa,AOS,BRDF [sr^-1]", "Incident Angle,Azimuth,Scatter Angle,BRDF (1/sr)",
-    "sza,raa,vza,BRDF", "Solar Zenith,Relative Azimuth,View Zenith,BRDF", "θ_i,φ,θ_r,BRDF [sr⁻¹]", "θᵢ (°),Δφ (°),θₒ (°),fr",
-    '"theta_i, deg","phi, deg","theta_r, deg","BRDF, 1/sr"', "Angle of incidence [deg],phi [deg],Angle of scatter [deg],f_r",
+    "sza,raa,vza,BRDF", "Solar Zenith,Relative Azimuth,View Zenith,BRDF", "θ_i,φ,θ_r,BRDF [sr⁻¹]",
+    "θᵢ (°),Δφ (°),θₒ (°),fr",
+    '"theta_i, deg","phi, deg","theta_r, deg","BRDF, 1/sr"',
+    "Angle of incidence [deg],phi [deg],Angle of scatter [deg],f_r",
     "Incidence angle (deg),delta_phi (deg),Viewing angle (deg),brdf", "AOI (deg.),Phi,AOE (deg.),Value",
     "theta_s,phi,theta_v,BRDF", "ThetaIn,Phi,ThetaOut,BSDF", "zenith incident,azimuth difference,zenith reflected,grey",
     "polar_i,phi,polar_o,R", "Theta-In,Phi,Theta-Out,550 nm", "Detector angle,phi,Source angle,BRDF"])
@@ -122,7 +125,8 @@ def test_an_angle_that_is_said_once_before_the_names(load, before):
 
 
 @pytest.mark.parametrize("before", [
-    "Goniometer report\nOperator;Smith\nDate;2024-05-01 10:30\n\n", "sep=;\n", "# a comment\nScan of paint, 30 degrees\n",
+    "Goniometer report\nOperator;Smith\nDate;2024-05-01 10:30\n\n", "sep=;\n",
+    "# a comment\nScan of paint, 30 degrees\n",
     "Sample: gold, theta_i and theta_r in degrees\n", '"Name";"Gold foil"\n'])
 @pytest.mark.parametrize("units", ["", "deg;deg;deg;1/sr\n", "[°];[°];[°];\n", "(deg);(deg);(deg);(sr^-1)\n"])
 def test_title_lines_and_a_line_of_units(load, before, units):
@@ -188,7 +192,8 @@ def test_a_column_proves_its_own_decimal_sign(load, cells, numbers, quote):
     separator = "," if quote else ";"
     directions = [(10 + k, 20, 180) for k in range(len(cells))]
     samples = load(separator.join(["theta_i", "theta_o", "phi", "BRDF"]) + "\n" + "".join(
-        separator.join([*map(str, row), f"{quote}{cell}{quote}"]) + "\n" for row, cell in zip(directions, cells, strict=True)))
+        separator.join([*map(str, row), f"{quote}{cell}{quote}"]) + "\n"
+        for row, cell in zip(directions, cells, strict=True)))
     np.testing.assert_allclose(samples.values[:, 0], numbers)
 
 
@@ -236,7 +241,8 @@ def test_values_that_may_be_several_things_are_asked_for(load, name):
 
 
 @pytest.mark.parametrize("names", [
-    "700nm,600nm,500nm,400nm", "0.7 µm,0.6 µm,0.5 µm,0.4 µm", "0.7,0.6,0.5,0.4", "BRDF_700nm,BRDF_600nm,BRDF_500nm,BRDF_400nm",
+    "700nm,600nm,500nm,400nm", "0.7 µm,0.6 µm,0.5 µm,0.4 µm", "0.7,0.6,0.5,0.4",
+    "BRDF_700nm,BRDF_600nm,BRDF_500nm,BRDF_400nm",
     "R700,R600,R500,R400", "700 [nm],600 [nm],500 [nm],400 [nm]", "0.70um,0.60um,0.50um,0.40um"])
 def test_falling_wavelengths_and_micrometres(load, names):
     """As the same spectrum with rising nanometres."""
@@ -270,11 +276,13 @@ def test_rows_whose_directions_share_no_wavelengths_are_refused(load, table, exp
 def test_columns_beside_the_measurement_are_passed_over(load):
     i, o, apart, values = hemisphere()
     text = "No.,time,theta_i,theta_o,phi,BRDF,comment\n" + "".join(
-        f"{k},10:{k % 60:02},{a},{b},{c},{d:.9g},fine\n" for k, (a, b, c, d) in enumerate(zip(i, o, apart, values, strict=True)))
+        f"{k},10:{k % 60:02},{a},{b},{c},{d:.9g},fine\n"
+        for k, (a, b, c, d) in enumerate(zip(i, o, apart, values, strict=True)))
     assert_is_truth(load(text))
 
 
-@pytest.mark.parametrize("head", ["", "alpha;beta;gamma;delta;intensity\n", "a report\nwithout names\n", "theta_i;x;y;z;f\n"])
+@pytest.mark.parametrize("head", ["", "alpha;beta;gamma;delta;intensity\n", "a report\nwithout names\n",
+                                  "theta_i;x;y;z;f\n"])
 def test_columns_are_what_a_user_says(load, head):
     i, o, apart, values = hemisphere()
     text = head + rows([i, 7 + 0 * i, o, apart, values], ";")
@@ -307,7 +315,8 @@ def test_what_names_mean_and_what_they_do_not(name, meant):
     assert role(name) == meant
 
 
-@pytest.mark.parametrize("name", ["intensity", "humidity", "theta_i", "BRDF_s", "30", "2", "1e5", "nm", "", "R G", "12,5"])
+@pytest.mark.parametrize("name", ["intensity", "humidity", "theta_i", "BRDF_s", "30", "2", "1e5", "nm", "", "R G",
+                                  "12,5"])
 def test_names_that_are_no_values(name):
     assert value(name) is None
     assert parse(name).text == name

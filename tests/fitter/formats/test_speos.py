@@ -78,7 +78,7 @@ def test_between_two_incidences_both_are_weighted(tmp_path):
 
 def test_a_spectrum_becomes_a_colour(tmp_path):
     flat = np.ones((1, 5, 7))
-    kinds = dict(incidences=(0,), at=(0, 0), polar=(0, 22.5, 45, 67.5, 90))
+    kinds = {"incidences": (0,), "at": (0, 0), "polar": (0, 22.5, 45, 67.5, 90)}
     red = load(tmp_path, made(flat, bands=((400, 10), (550, 10), (600, 60), (700, 60)), **kinds))
     nm = np.arange(400, 701, 10)
     spectrum = np.interp(nm, [400, 550, 600, 700], [0.1, 0.1, 0.6, 0.6]) / np.pi

@@ -123,8 +123,8 @@ def test_the_tis_of_real_files_is_told_where_it_is_another(goniometer):
     """Arizona's are weighted otherwise; those of the imaging sphere count the horizon, which it did not see."""
     told = [fitter.load(goniometer(f"{name}.bsdf")).notes[0] for name in (
         "AnoBlackEC1onAlum.zemax", "ansys_planesymmetric_brdf_zemax")]
-    assert told[0].startswith("TIS: at 10 degrees of incidence the file says 0.03866, its values integrate to 0.05069; 3 of 4 "
-                              "differ by more than a tenth")
+    assert told[0].startswith("TIS: at 10 degrees of incidence the file says 0.03866, its values integrate to 0.05069; "
+                              "3 of 4 differ by more than a tenth")
     assert told[1].endswith("8 of 13 differ by more than a tenth")
 
 
