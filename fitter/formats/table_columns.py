@@ -263,8 +263,8 @@ def _quantity(found: _Found, layout: Layout, said: dict[str, str], reading: Read
         kind = names.FACTOR
     if kind == names.REFLECTANCE or (kind == names.BRDF and in_percent and not per_steradian):
         raise UnitsUnknownError("the values may be the BRDF or a reflectance factor, which is pi times as much: "
-                                "choose which (the option quantity of reading; in Blender's import, Values), or name them "
-                                "BRDF or reflectance_factor", path, line)
+                                "choose which (the option quantity of reading; in Blender's import, Values), or "
+                                "name them BRDF or reflectance_factor", path, line)
     name = {(names.FACTOR, False): "reflectance_factor", (names.FACTOR, True): "reflectance_percent"}.get(
         (kind, in_percent), "brdf_percent" if in_percent else "brdf")
     scale = QUANTITIES[name].scale

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter import cli
 from support import anisotropic_instruments as instruments
 from support.checkout import ROOT
 
@@ -102,3 +103,18 @@ def test_errors_are_one_line_and_exit_code_1(file, tmp_path, arguments, expected
     assert expected in done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_info_and_fit_take_the_columns_of_a_table_and_say_what_no_surface_reflects(tmp_path, capsys):
+    path = tmp_path / "scan.txt"
+    path.write_text("a report\n" + "".join(f"{i};{o};180;{97:.1f}\n" for i in (0, 20, 40) for o in range(0, 81, 10)))
+    assert cli.main(["info", str(path)]) == 1
+    assert "4 columns of numbers without names found" in capsys.readouterr().err
+    columns = ["--columns", "AOI[deg],AOS[deg],phi[deg],value"]
+    assert cli.main(["info", str(path), *columns]) == 0
+    assert "305 times the light that arrives: reflectance factors in percent? (Values: reflectance_percent)  (!)" in (
+        capsys.readouterr().out)
+    out = tmp_path / "fit.npz"
+    options = [*columns, "--quantity", "reflectance_percent", "--preset", "Draft", "-o", str(out)]
+    assert cli.main(["fit", str(path), *options]) == 0
+    assert fitter.Fit.load(out).evaluate([0.3], [0], [0.3], [3.1])[0, 0] == pytest.approx(0.97 / np.pi, rel=1e-3)

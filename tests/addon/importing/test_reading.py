@@ -121,8 +121,9 @@ class Window:
     """Blender's module as `import_data` sees it in a window: operators that are called are noted."""
 
     def __init__(self, bpy):
-        self.called = []
-        operators = SimpleNamespace(import_data=lambda *arguments, **options: self.called.append((arguments, options)))
+        self.called, self.columns = [], []
+        operators = SimpleNamespace(import_data=lambda *arguments, **options: self.called.append((arguments, options)),
+                                    name_columns=lambda *given, **options: self.columns.append((given, options)))
         self.ops = SimpleNamespace(measured_brdf=operators)
         self.app = SimpleNamespace(background=False)
         self.types, self.data, self.path = bpy.types, bpy.data, bpy.path

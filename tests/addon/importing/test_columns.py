@@ -1,0 +1,124 @@
+"""Tables whose columns mean nothing, and numbers that no surface has: what users are asked, and what becomes of it."""
+
+from types import SimpleNamespace
+from unittest.mock import MagicMock
+
+import numpy as np
+import pytest
+
+import fitter
+from support.stage import black_scene
+
+CHEAP = {"diffuse_level": 1, "specular_level": -1}
+MEANT = "theta_i[deg],theta_o[deg],phi[deg],BRDF"
+
+
+def rows(value=0.25):
+    return "".join(f"{i};{o};180;{value}\n" for i in (0, 30, 60) for o in range(0, 81, 20))
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "scan.csv"
+    path.write_text(f"incoming tilt;Angle of scatter;Azimuth;x\n{rows()}")
+    return str(path)
+
+
+@pytest.fixture
+def cube(blender):
+    black_scene(8, 8, samples=1, span=1)
+    blender.ops.mesh.primitive_cube_add()
+    return blender.context.object
+
+
+def test_a_script_names_the_columns_and_the_material_keeps_them(blender, cube, file):
+    with pytest.raises(RuntimeError, match=r"scan\.csv:1: columns incoming tilt, .* Columns"):
+        blender.ops.measured_brdf.import_data(filepath=file, **CHEAP)
+    assert cube.active_material is None
+    assert blender.ops.measured_brdf.import_data(filepath=file, columns=MEANT, **CHEAP) == {"FINISHED"}
+    settings = cube.active_material.measured_brdf
+    assert settings.columns == MEANT
+    before = settings.digest
+    assert blender.ops.measured_brdf.fit() == {"FINISHED"}          # reads the file in the same way
+    assert settings.digest == before
+
+
+def test_a_folder_of_such_tables_is_imported(blender, cube, file, tmp_path):
+    (tmp_path / "other.txt").write_text(rows(0.1))
+    assert blender.ops.measured_brdf.import_folder(directory=str(tmp_path), columns=MEANT, **CHEAP) == {"FINISHED"}
+    assert {item.name for item in blender.data.materials} == {"scan", "other"}
+
+
+def operator(file, **given):
+    items = []
+    table = SimpleNamespace(add=lambda: items.append(SimpleNamespace(meaning="SKIP")) or items[-1], clear=items.clear)
+    return SimpleNamespace(table=table, filepath=file, **given), items
+
+
+def test_the_dialog_shows_the_first_rows_and_what_names_say(extension, file):
+    module = extension.addon.importing.name_columns
+    asked, items = operator(file)
+    module.fill(asked, file)
+    assert [item.label for item in items] == ["incoming tilt", "Angle of scatter", "Azimuth", "x"]
+    assert [item.meaning for item in items] == ["SKIP", "theta_o", "phi", "SKIP"]
+    assert items[1].numbers == "0, 20, 40, 60"
+    items[0].meaning, items[3].meaning = "theta_i", "BRDF"
+    assert module.said(items) == "theta_i,theta_o,phi,BRDF"
+    samples = fitter.load(file, columns=module.said(items), angles="degrees")
+    assert np.unique(samples.theta_i) == pytest.approx(np.radians([0, 30, 60]))
+
+
+def test_columns_without_names_and_names_with_commas(extension, tmp_path):
+    module = extension.addon.importing.name_columns
+    path = tmp_path / "bare.txt"
+    path.write_text(rows())
+    asked, items = operator(str(path))
+    module.fill(asked, str(path))
+    assert [item.label for item in items] == ["Column 1", "Column 2", "Column 3", "Column 4"]
+    named = SimpleNamespace(label='550 nm, "left"', meaning="NAMED")
+    assert module.said([named, SimpleNamespace(label="a", meaning="SKIP")]) == "\"550 nm, 'left'\",-"
+
+
+def test_the_dialog_is_drawn_with_a_choice_for_each_column(extension, file):
+    module = extension.addon.importing.name_columns
+    asked, items = operator(file, layout=MagicMock(), complaint="columns incoming tilt mean nothing here")
+    module.fill(asked, file)
+    asked.table = items
+    column = asked.layout.column.return_value
+    module.MEASUREDBRDF_OT_name_columns.draw(asked, None)
+    drawn = [call.args for call in column.split.return_value.split.return_value.prop.call_args_list]
+    assert [name for _, name in drawn] == ["meaning"] * 4
+    assert [call.args[1] for call in asked.layout.prop.call_args_list] == ["angles", "quantity"]
+
+
+@pytest.mark.parametrize(("kind", "text"), [("ColumnsUnknownError", "columns"), ("ImplausibleError", "numbers")])
+def test_in_a_window_a_file_that_is_not_understood_is_asked_about(blender, extension, file, monkeypatch, kind, text):
+    module, called = extension.addon.importing.import_data, []
+    operators = SimpleNamespace(import_data=lambda *given, **options: called.append(("import_data", options)),
+                                name_columns=lambda *given, **options: called.append(("name_columns", options)))
+    monkeypatch.setattr(module, "bpy", SimpleNamespace(
+        ops=SimpleNamespace(measured_brdf=operators), app=SimpleNamespace(background=False), types=blender.types))
+    choices = dict.fromkeys((*extension.addon.core.properties.CHOICES, "target", "slot", "others"), 0) | {"filepath": file}
+    importing = SimpleNamespace(options=SimpleNamespace(is_invoke=True), is_checked=False, **choices,
+                                _paths=lambda: [file], given=lambda: {"filepath": file})
+    error = getattr(extension.fitter, kind)(text, file)
+    assert module.MEASUREDBRDF_OT_import_data._failed(importing, error) == {"CANCELLED"}
+    (name, options), = called
+    assert options["filepath"] == file
+    assert options["complaint"] == f"{file}: {text}"
+    assert name == ("name_columns" if text == "columns" else "import_data")
+    assert text == "columns" or options["is_checked"]
+
+
+def test_numbers_that_no_surface_has_are_imported_by_scripts_with_a_warning(extension, tmp_path):
+    tasks = extension.addon.work.tasks
+    path = tmp_path / "white.csv"
+    path.write_text(f"theta_i[deg];theta_o[deg];phi[deg];BRDF\n{rows(97)}")
+    arguments = {"diffuse_level": 1, "specular_level": None}
+    (_, _, made), = tasks.outcomes([(str(path), "")], arguments)
+    assert made.doubt.startswith("white reflects 305 times the light that arrives: reflectance factors in percent?")
+    (_, _, refused), = tasks.outcomes([(str(path), "")], arguments, ask=True)
+    assert isinstance(refused, extension.fitter.ImplausibleError)
+    assert "Choose what the numbers are, or import them as they are" in str(refused)
+    (_, _, mended), = tasks.outcomes([(str(path), "")], arguments, how={"quantity": "reflectance_percent"}, ask=True)
+    assert mended.doubt == ""

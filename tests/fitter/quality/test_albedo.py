@@ -1,0 +1,125 @@
+"""The energy check: what surfaces of a known albedo are said to reflect, and what explains too much."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.quality import albedo
+from fitter.quality.describe import describe
+from support.cases import release
+
+
+def hemisphere(step=15):
+    return np.radians(np.meshgrid((10.0, 40.0, 70.0), np.arange(0.0, 81, step), np.arange(0.0, 181, 30)))
+
+
+def plane():
+    i, o = np.meshgrid((10.0, 40.0, 70.0), np.arange(-80.0, 81, 5))
+    return np.radians([i, np.abs(o), np.where(o > 0, 180.0, 0.0)])
+
+
+def samples(grid, values, **more):
+    i, o, apart = (np.ravel(angle) for angle in grid)
+    return fitter.Samples(i, 0 * i, o, apart, np.ravel(values(i, o, apart))[:, None], **more)
+
+
+def lambertian(share):
+    return lambda i, o, apart: np.full(len(i), share / np.pi)
+
+
+def gloss(i, o, apart):
+    """A highlight above a diffuse .3."""
+    half = np.sqrt((np.sin(i) + np.sin(o) * np.cos(apart)) ** 2 + (np.sin(o) * np.sin(apart)) ** 2)
+    return 0.3 / np.pi + 3 * np.exp(-(np.arctan2(half, np.cos(i) + np.cos(o)) / 0.12) ** 2)
+
+
+@pytest.mark.parametrize("grid", [hemisphere(), plane()])
+@pytest.mark.parametrize("share", [0.04, 0.5, 0.98])
+def test_a_diffuse_surface_reflects_its_albedo(grid, share):
+    found = albedo.of(samples(grid, lambertian(share)))
+    assert found.share == pytest.approx(share, rel=1e-6)
+    assert not found.is_doubtful
+
+
+@pytest.mark.parametrize("grid", [hemisphere(5), plane()])
+def test_a_narrow_highlight_is_no_doubt(grid):
+    """Also of a scan in the plane of incidence, in which every second value is bright."""
+    found = albedo.of(samples(grid, gloss))
+    assert not found.is_doubtful
+    assert 0.3 <= found.share < 0.8
+
+
+@pytest.mark.parametrize(("times", "share", "question"), [
+    (100 * np.pi, 0.98, "reflectance factors in percent? (Values: reflectance_percent)"),
+    (np.pi, 0.8, "reflectance factors? (Values: reflectance_factor)"),
+    (100, 0.9, "in percent? (Values: brdf_percent) or reflectance factors in percent? (Values: reflectance_percent)"),
+    (1e6, 0.5, "in which units?")])
+def test_what_would_explain_too_much_light(times, share, question):
+    found = albedo.of(samples(hemisphere(), lambda *angles: times * lambertian(share)(*angles)))
+    assert found.is_doubtful
+    assert found.share == pytest.approx(times * share, rel=1e-6)
+    assert found.text() == f"{times * share:,.3g} times the light that arrives: {question}"
+
+
+def test_the_issue_s_table_of_percent_is_told_in_the_description(tmp_path):
+    path = tmp_path / "white.csv"
+    path.write_text("theta_i[deg],theta_o[deg],phi[deg],BRDF\n" + "".join(
+        f"{i},{o},180,{96 + o / 40}\n" for i in (0, 30, 60) for o in range(0, 81, 10)))
+    row, = (row for row in describe(fitter.load(path)).rows() if row[0] == "Albedo")
+    assert row[2]
+    assert row[1].startswith("303 times the light that arrives: reflectance factors in percent?")
+    mended = describe(fitter.load(path, quantity="reflectance_percent"))
+    assert mended.albedo.share == pytest.approx(0.97, rel=0.01)
+
+
+def test_a_cosine_that_is_not_in_the_values_explains_what_dividing_by_it_does(tmp_path):
+    i, o, apart = (np.degrees(np.ravel(angle)) for angle in hemisphere())
+    o = np.where(o == 75, 86, o)
+    path = tmp_path / "white.csv"
+    path.write_text("theta_i,theta_o,phi,BRDF*cos_o\n" + "".join(
+        f"{a},{b},{c},{0.9 / np.pi}\n" for a, b, c in zip(i, o, apart, strict=True)))
+    found = albedo.of(fitter.load(path))
+    assert "without a cosine? (Values: brdf)" in found.text()
+    assert not albedo.of(fitter.load(path, quantity="brdf")).is_doubtful
+
+
+def test_radians_that_are_read_as_degrees_are_all_at_the_normal(tmp_path):
+    i, o, apart = (np.ravel(angle) for angle in hemisphere())
+    path = tmp_path / "white.csv"
+    path.write_text("theta_i[deg],theta_o[deg],phi[deg],BRDF\n" + "".join(
+        f"{a},{b},{c},{0.9 / np.pi}\n" for a, b, c in zip(i, o, apart, strict=True)))
+    assert albedo.of(fitter.load(path)).text().endswith(": angles in radians? (Angles: radians)")
+    assert not albedo.of(fitter.load(path, angles="radians")).is_doubtful
+
+
+@pytest.mark.parametrize("name", ["cornell/krylon_blue_RGB.astm", "goniometer/AnoBlackEC2onAlum_fred.txt",
+                                  "goniometer/aeroglaze_inplane.zemax.bsdf"])
+def test_a_real_measurement_is_not_doubted(data, name):
+    assert not albedo.of(fitter.load(data / name)).is_doubtful
+
+
+@release
+def test_no_real_measurement_and_no_published_fit_is_doubted(data):
+    files = [*data.glob("cornell/*"), *data.glob("rgl/*.bsdf"), *data.glob("goniometer/*.*")]
+    assert len(files) > 20
+    shares = {path.name: albedo.of(fitter.load(path)) for path in files}
+    assert not {name for name, found in shares.items() if found.is_doubtful}
+    curet = fitter.load(data / "curet" / "abrdf.dat", "plaster a")
+    assert not albedo.of(curet).is_doubtful
+    for name in fitter.list_published()[::10]:
+        assert not albedo.of(fitter.load_published(name)).is_doubtful
+
+
+def test_an_anisotropic_highlight_is_not_taken_for_one_around_the_normal():
+    """Brushed: the half vector's slope along x counts ten times as much."""
+    i, pi, o, po = (np.ravel(grid) for grid in np.meshgrid(
+        np.radians((20, 50)), np.radians(np.arange(0, 360, 30)), np.radians(np.arange(0, 80, 10)),
+        np.radians(np.arange(0, 360, 30))))
+    x, y = (np.sin(i) * turn(pi) + np.sin(o) * turn(po) for turn in (np.cos, np.sin))
+    z = np.cos(i) + np.cos(o)
+    values = 0.1 + np.exp(-((x / z) / 0.06) ** 2 - ((y / z) / 0.6) ** 2)
+    turned = fitter.Samples(i, pi, o, po, values[:, None], isotropic=False)
+    assert not albedo.of(turned).is_doubtful
+    assert albedo.of(replace(turned, values=turned.values * 30)).is_doubtful
