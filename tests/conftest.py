@@ -13,7 +13,7 @@ MEASUREMENTS = ("curet/abrdf.dat", "curet/table.txt", "cornell/cayman.astm", "co
                 "cornell/garnet_red.brdf", "cornell/garnet_red_RGB.astm", "cornell/krylon_blue.astm",
                 "cornell/krylon_blue_RGB.astm")
 # and what a command names to run them
-APART = {"test_slurm": "test_slurm", "test_mitsuba": "tests/mitsuba", "test_rgl_values": "tests/mitsuba",
+APART = {"test_mitsuba": "tests/mitsuba", "test_rgl_values": "tests/mitsuba",
          "test_ball_in_mitsuba": "tests/mitsuba", "test_window": "tests/window"}
 
 

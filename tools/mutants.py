@@ -2,10 +2,11 @@
 
 A mutant is the checkout with one guard taken out, made in a copy; the working tree is not touched. In Python, guards
 are found by their form (`python_mutants`); those of the shader are listed (`shader_guards`). For each mutant the tests
-that cover its file run until one fails, and a line says which, or that the mutant survived. A survivor is a guard
-without a test, or one that protects nothing: docs/robustness.md lists them.
+that reach its line run, the quickest first, until one fails, and a line says which, or that the mutant survived. A
+survivor is a guard without a test, or one that protects nothing. Which tests reach which line is found once, by
+`tools.reached`, over the quick suite of `tests/addon`, and kept in `build/mutants`.
 
-    python -m tools.mutants                                 # all of them: about an hour
+    python -m tools.mutants                                 # all of them
     python -m tools.mutants addon/library/batch.py osl/lamps.h      # those of two files
     python -m tools.mutants --every 10                      # every tenth
     python -m tools.mutants --list                          # list, run nothing
@@ -13,58 +14,41 @@ without a test, or one that protects nothing: docs/robustness.md lists them.
 
 import argparse
 import ast
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
+from collections import Counter, defaultdict
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from queue import Queue
 from typing import NamedTuple
 
 from support import kept
 from support.checkout import ROOT, measurements
+from support.evidence import digest
 from tools.shader_guards import SHADER_GUARDS
 
 # what undoes, bounds or forgives; without it, the block runs by itself
 _CONTEXTS = {"new_data_removed_on_error", "restored_on_error", "unmarked_on_error", "locked", "writing", "suppress"}
 _NOTHING = '__import__("contextlib").nullcontext()'
 
-_LIMIT = 600                # s, for the tests of one mutant
+_LIMIT = 120                # s, for the tests of one mutant
+_SECONDS = 40               # of the tests that reach a line, the quickest first
 _USAGE = 4, 5                # how pytest ends where there are no such tests
+FOLDER = ROOT / "build" / "mutants"         # the maps of which test reaches which line
 
-_FAILING = "tests/addon/work/test_failing_operators.py"
-_IMPORT = "tests/addon/importing/test_import.py"
-_JOBS = "tests/addon/work/test_jobs.py"
-_LIBRARY = "tests/addon/library/test_library.py"
-_REUSE = "tests/addon/library/test_reuse.py"
-_LAMPS = ("tests/addon/core/test_lamps.py", "-k",
-          "any_edits or instanced or hidden or group_has or older_shaders or named or gone or still or bright or layer")
-# the tests of each file, those that are likeliest to notice first
-TESTS = {
-    "addon/core/transaction.py": (_FAILING, "-k", "refit or update or dies"),
-    "addon/core/material.py": (_IMPORT, _FAILING, "-k", "refit or update or import or fitting"),
-    "addon/work/modal.py": (_JOBS, _IMPORT, _FAILING, "-k",
-                            "(operator or escape or begin or without_osl) and not anywhere or folder"),
-    "addon/importing/import_data.py": (_IMPORT, _REUSE, _FAILING, "-k",
-                                       "import and not folder or linked or dropped or samples_of"),
-    "addon/core/library_file.py": (_LIBRARY, "-k", "ours or open_file or second_writer or sav or version"),
-    "addon/library/operators.py": (_LIBRARY, _REUSE, _FAILING, "-k",
-                                   "saving or saved_again or becomes_an_asset or library_it_is or asset"),
-    "addon/library/batch.py": (_LIBRARY, _REUSE, "-k",
-                               "cannot_be_read or gone or large or second or ten_files or killed"),
-    "addon/work/process.py": (_JOBS,),
-    "addon/work/queue.py": (_JOBS,),
-    "addon/work/blender_process.py": (_JOBS, _LIBRARY),
-    "addon/core/checks.py": ("tests/addon/core/test_checks.py",),
-    "addon/core/lamps/__init__.py": _LAMPS,
-    "addon/core/lamps/changes.py": _LAMPS,
-    "addon/core/lamps/drivers.py": _LAMPS,
-    "addon/core/lamps/group.py": _LAMPS,
-    "addon/core/lamps/instances.py": _LAMPS,
-    "addon/core/lamps/lamp.py": _LAMPS,
-    "addon/core/lamps/light_objects.py": _LAMPS,
-}
+GUARDED = ("addon/core/checks.py", "addon/core/lamps", "addon/core/library_file.py", "addon/core/material.py",
+           "addon/core/transaction.py", "addon/importing/import_data.py", "addon/library/batch.py",
+           "addon/library/operators.py", "addon/work/blender_process.py", "addon/work/modal.py",
+           "addon/work/process.py", "addon/work/queue.py")
+# of what other processes run, which the map does not see
+_JOBS, _LIBRARY = "tests/addon/work/test_jobs.py", "tests/addon/library/test_library.py"
+UNSEEN = {"addon/core/library_file.py": (_LIBRARY,), "addon/library/batch.py": (_LIBRARY,),
+          "addon/work/blender_process.py": (_JOBS,), "addon/work/process.py": (_JOBS,)}
 
 
 class Mutant(NamedTuple):
@@ -80,7 +64,7 @@ class Mutant(NamedTuple):
     text : str
         The file as it is without.
     tests : tuple of str
-        What is run: arguments of pytest.
+        What is run: arguments of pytest; of Python, the map says it.
     """
 
     path: str
@@ -107,7 +91,7 @@ def python_mutants(path, text):
         source = text.encode()
         was = " ".join(source[begin:end].decode().split())
         mutated = (source[:begin] + replacement.encode() + source[end:]).decode()
-        made.append(Mutant(path, first[0], f"{what}: {was}", mutated, TESTS.get(path, ("tests",))))
+        made.append(Mutant(path, first[0], f"{what}: {was}", mutated, ()))
     return made
 
 
@@ -155,9 +139,42 @@ def shader_mutants(path, text):
 
 
 def mutants(paths):
-    """Those of some files: a list of Mutant."""
-    return [mutant for path in paths
+    """Those of some files and folders: a list of Mutant."""
+    files = [file.relative_to(ROOT).as_posix() for path in paths
+             for file in (sorted((ROOT / path).rglob("*.py")) if (ROOT / path).is_dir() else [ROOT / path])]
+    return [mutant for path in files
             for mutant in (python_mutants if path.endswith(".py") else shader_mutants)(path, (ROOT / path).read_text())]
+
+
+def reached():
+    """Which tests reach a line: {(file, line): [(test, seconds), ...]}, the quickest first; made once for the code."""
+    path = FOLDER / f"reached_{digest(('addon', 'fitter', 'tests'))}.jsonl"
+    if not path.is_file():
+        FOLDER.mkdir(parents=True, exist_ok=True)
+        part = path.with_suffix(".part")
+        part.unlink(missing_ok=True)
+        subprocess.run([sys.executable, "-m", "pytest", "-p", "tools.reached", "--reached", part, "-n", "auto",
+                        "--dist", "loadfile", "-q", "-m", "not release", "tests/addon"], cwd=ROOT, check=False)
+        part.rename(path)
+    found = defaultdict(list)
+    for record in sorted(map(json.loads, path.read_text("utf-8").splitlines()), key=lambda each: each["seconds"]):
+        for file, lines in record["lines"].items():
+            for line in lines:
+                found[file, line].append((record["test"], record["seconds"]))
+    return found
+
+
+def tests_of(mutant, known):
+    """The tests of a mutant, as arguments of pytest: those that reach its line, for _SECONDS; none where none does."""
+    if mutant.tests:
+        return mutant.tests
+    chosen, seconds = [], 0.0
+    for test, each in known.get((mutant.path, mutant.line), ()):
+        if chosen and seconds + each > _SECONDS:
+            break
+        chosen.append(test)
+        seconds += each
+    return tuple(chosen) or UNSEEN.get(mutant.path, ())
 
 
 def copy_checkout(folder):
@@ -188,32 +205,46 @@ def run_tests(folder, tests):
     return failed[1] if failed else f"pytest ended with code {done.returncode}"
 
 
+def outcome(mutant, known, folders):
+    """What the tests say of a mutant, made in one of the copies of the checkout, which are taken from a queue."""
+    tests = tests_of(mutant, known)
+    if not tests:
+        return "UNREACHED", ""
+    folder = folders.get()
+    try:
+        original = (folder / mutant.path).read_text()
+        (folder / mutant.path).write_text(mutant.text)
+        failed = run_tests(folder, tests)
+        (folder / mutant.path).write_text(original)
+    finally:
+        folders.put(folder)
+    return ("killed", failed) if failed else ("SURVIVED", f"of {len(tests)} tests")
+
+
 def main():
     """Print a line for each mutant, and a summary. It says something only where the tests pass without a mutation."""
     parser = argparse.ArgumentParser(prog="python -m tools.mutants", description="Which tests notice a missing guard?")
     parser.add_argument("paths", nargs="*", metavar="FILE", help="files to mutate, relative to the checkout")
     parser.add_argument("--every", type=int, default=1, metavar="N", help="only every N-th mutant")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="copies that are tested at once")
     parser.add_argument("--list", action="store_true", help="list the mutants, run nothing")
     chosen = parser.parse_args()
-    made = mutants(chosen.paths or [*TESTS, *dict.fromkeys(guard.path for guard in SHADER_GUARDS)])[::chosen.every]
+    made = mutants(chosen.paths or [*GUARDED, *dict.fromkeys(guard.path for guard in SHADER_GUARDS)])[::chosen.every]
     if chosen.list:
         for mutant in made:
             print(f"{mutant.path}:{mutant.line} {mutant.change}")
         return 0
-    survivors = 0
-    with tempfile.TemporaryDirectory(prefix="mutants_") as name:
-        folder = Path(name)
-        copy_checkout(folder)
-        for mutant in made:
-            original = (folder / mutant.path).read_text()
-            (folder / mutant.path).write_text(mutant.text)
-            failed = run_tests(folder, mutant.tests)
-            (folder / mutant.path).write_text(original)
-            if not failed:
-                survivors += 1
-            print(f"{'killed  ' if failed else 'SURVIVED'} {mutant.path}:{mutant.line} {mutant.change}"
-                  f"{f'  by {failed}' if failed else ''}", flush=True)
-    print(f"{len(made)} mutants, {len(made) - survivors} killed, {survivors} survived")
+    known, counted = reached(), Counter()
+    with tempfile.TemporaryDirectory(prefix="mutants_") as name, ThreadPoolExecutor(chosen.jobs) as pool:
+        folders = Queue()
+        for number in range(chosen.jobs):
+            folder = Path(name) / str(number)
+            copy_checkout(folder)
+            folders.put(folder)
+        for mutant, (said, by) in zip(made, pool.map(lambda each: outcome(each, known, folders), made), strict=True):
+            counted[said] += 1
+            print(f"{said:9} {mutant.path}:{mutant.line} {mutant.change}  {by}", flush=True)
+    print(f"{len(made)} mutants: {', '.join(f'{count} {said}' for said, count in counted.items())}")
     return 0
 
 
