@@ -8,11 +8,13 @@ below zero.
 
 EEVEE needs OpenGL: Mesa's in software will do (on Debian: libegl-mesa0 and libgl1-mesa-dri). ``python -m
 benchmarks.contact [--published N] [--only TEXT ...] [--out FOLDER]``: N of the starter library, evenly;
-materials whose name contains one of the texts.
+materials whose name contains one of the texts. ``--turn VERSION`` is what a release renders: MARKED, and a third of the
+rest, another one for the next version.
 """
 
 import argparse
 import functools
+import re
 import sys
 import tempfile
 import time
@@ -41,6 +43,11 @@ EDITED = ("published:gold-metallic-paint", "published:red-fabric", "cornell/kryl
           "curet/abrdf.dat leather", "rgl/irid_flake_paint1_rgb.bsdf")
 EDITS = {"coat": {"coat": 1.0, "coat_width": 0.05}, "gain 8": {"highlight": 8.0}, "width .25": {"width": 0.25},
          "width 4": {"width": 4.0}, "red": {"diffuse": (1, 0.1, 0.1), "highlight": (1, 0.1, 0.1)}}
+# hard to render, and looked at in each release
+MARKED = ("published:hematite", "curet/abrdf.dat velvet", "curet/abrdf.dat aluminum foil", "curet/abrdf.dat moss",
+          "cornell/garnet_red_RGB.astm", "cornell/cayman.astm", "goniometer/IMX455.bsdf",
+          "goniometer/carpaint_blue.mbsdf", "rgl/chm_mint_rgb.bsdf", "rgl/cc_green_malachite_rgb.bsdf",
+          "rgl/ilm_solo_m_68_rgb.bsdf", "rgl/irid_flake_paint1_rgb.bsdf", "cornell/krylon_blue.astm, width .25")
 WAYS = ("Exact", "Nodes", "EEVEE", "Principled", "Principled in EEVEE")
 # of the columns; EEVEE is not denoised
 TITLES = [text for way in WAYS for text in ((way,) if way.endswith("EEVEE") else (way, f"{way}, denoised"))]
@@ -70,6 +77,13 @@ def materials(published=None):
         for edit, arguments in EDITS.items():
             found[f"{name}, {edit}"] = functools.partial(_edited, found[name], arguments)
     return found
+
+
+def in_turn(names, version):
+    """MARKED of the names, and a third of the others, which the numbers of a version choose."""
+    turn = sum(map(int, re.findall(r"\d+", version)))
+    others = [name for name in names if name not in MARKED]
+    return {*MARKED} & {*names} | {*others[turn % 3::3]}
 
 
 def _fit(settings, load, *arguments):
@@ -187,6 +201,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--published", type=int)
     parser.add_argument("--only", nargs="*", default=[""])
+    parser.add_argument("--turn", metavar="VERSION")
     parser.add_argument("--out", type=Path, default=OUT)
     options = parser.parse_args()
     checkout.extension().register()
@@ -195,6 +210,9 @@ def main():
     options.out.mkdir(parents=True, exist_ok=True)
     chosen = {name: fit for name, fit in materials(options.published).items()
               if any(text in name for text in options.only)}
+    if options.turn:
+        turn = in_turn(chosen, options.turn)
+        chosen = {name: fit for name, fit in chosen.items() if name in turn}
     rows, total = [], np.zeros(3 * len(TITLES), int)
     with open(options.out / "counts.txt", "w", encoding="utf-8") as table:
         titles = "".join(f"{title.split(', ')[-1][:12]:14}" for title in TITLES)
