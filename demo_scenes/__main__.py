@@ -1,7 +1,7 @@
 """``make demo``: imports measurements through the add-on and renders the paper's figures, anisotropic materials and a
 photographed ball.
 
-Two processes draw small pictures with few samples; ``make figures`` (``--full``) draws the same ones as the pages have
+Two processes draw small pictures with few samples; ``--full`` draws the same ones as the pages have
 them.
 """
 

@@ -1,6 +1,6 @@
 """Anisotropic materials: a brushed pan and a satin cloth, measured at 16 rotations (synthetic tables).
 
-``make demo`` draws them, ``make figures`` the README's picture; ``python -m demo_scenes.anisotropic PATH`` only these.
+``make demo`` draws them; ``python -m demo_scenes.anisotropic PATH`` only these.
 """
 
 import sys

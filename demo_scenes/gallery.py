@@ -1,4 +1,4 @@
-"""``make gallery``: the pictures of the site's first page, a ball of each material under the same sky and lamps.
+"""``python -m demo_scenes.gallery``: the pictures of the first page, balls of materials under one sky and lamps.
 
 ``python -m demo_scenes.gallery FOLDER [NAME ...] [--size PIXELS] [--format PNG]``. Measurements that are not at
 hand are left out, and named.

@@ -1,4 +1,4 @@
-"""``make title``: the pictures that open README.md, a product shot in measured materials and in Principled BSDFs.
+"""``python -m demo_scenes.title``: the picture that opens README.md, in measured materials and in Principled BSDFs.
 
 The product scene of the benchmarks (`benchmarks.ordinary.car`): a body in car paint with flakes, a ring of gold, a
 cloth, balls of colour-changing film and lacquer. Writes PATH.jpg, Exact; PATH_principled.jpg, where each material is

@@ -28,8 +28,8 @@ Row = dict[str, Any]
 
 def ways(levels: Sequence[int] = ()) -> dict[str, Callable[[Samples], Fit]]:
     """The presets, and plain MBA of some levels: functions that fit samples, by name."""
-    presets = {name: partial(_preset, name) for name in PRESETS}
-    return presets | {notation(level): partial(_plain, level) for level in levels}
+    found: dict[str, Callable[[Samples], Fit]] = {name: partial(_preset, name) for name in PRESETS}
+    return found | {notation(level): partial(_plain, level) for level in levels}
 
 
 def rows(samples: Samples, fits: Mapping[str, Callable[[Samples], Fit]]) -> list[Row]:

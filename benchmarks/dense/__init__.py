@@ -1,4 +1,4 @@
-"""``make dense``: Standard and its rivals on dense measurements, the files of RGL and MERL's materials made of nets.
+"""``python -m benchmarks.dense``: Standard and its rivals on dense measurements, RGL's files and materials of MERL's nets.
 
 `materials` says which they are, what is true of them and which published models there are, `judging` fits and measures
 one, and `harness` goes through them. `sphere` integrates pictures under the `sky`, and `image_errors` compares them.

@@ -67,3 +67,11 @@ def test_the_worst_are_no_more_conspicuous_than_a_principled(extension, openimag
     assert raw.below <= MOST_BELOW
     for ours, theirs in zip((exact, *nodes), (like[1], *like), strict=True):
         is_no_more_conspicuous(ours, theirs)
+
+
+def test_three_releases_render_everything_and_each_what_is_marked():
+    names = [*contact.MARKED, *(f"other {number}" for number in range(10))]
+    turns = [contact.in_turn(names, version) for version in ("0.4.0", "0.4.1", "0.5.0")]
+    assert turns[1] == turns[2]
+    assert set().union(*turns, contact.in_turn(names, "0.6.0")) == {*names}
+    assert all(turn >= {*contact.MARKED} and len(turn) <= len(contact.MARKED) + 4 for turn in turns)

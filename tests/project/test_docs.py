@@ -273,6 +273,8 @@ def test_every_mark_is_of_an_entry_and_every_table_stands_somewhere():
     tables = [table for entry in evidence.ENTRIES.values() for table in entry.tables]
     assert set(stated) == set(tables)
     assert len(tables) == len(set(tables))
+    for page in evidence.PAGES:             # at the beginning of a line, a mark ends its paragraph
+        assert re.findall(r"^<!-- evidence: [^>]*-->(?!\n)", page.read_text("utf-8"), re.MULTILINE) == [], page
     for entry in evidence.ENTRIES.values():
         assert entry.measured
         assert missing_commands(f"`{entry.command}`") == []
