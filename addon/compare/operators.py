@@ -20,9 +20,9 @@ SIZE, _SAMPLES = 256, 64    # of renders: pixels on a side, and samples per pixe
 
 
 def has_measured(cls: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
-    """For `poll`: whether the active material is measured."""
+    """For `poll`: whether the active material is measured, or a mix of such."""
     target = active_material(context)
-    if target is None or materials.group_node(target) is None:
+    if target is None or not materials.is_shown(target):
         cls.poll_message_set("There is no active material with a measured BRDF")
         return False
     return True

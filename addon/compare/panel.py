@@ -2,7 +2,7 @@
 
 import math
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import bpy
 import numpy as np
@@ -27,11 +27,12 @@ _TWO_ABREAST = 36           # characters that two pictures, or two columns of nu
 
 
 class MeasuredPanel(MaterialPanel):
-    """A mix-in for panels shown where a material has a measured BRDF, whether or not its measurements are there."""
+    """A mix-in for panels shown where a material has a measured BRDF, whether or not its measurements are there, or is
+    a mix of some."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.material is not None and materials.group_node(context.material) is not None
+        return context.material is not None and materials.is_shown(context.material)
 
 
 class MEASUREDBRDF_PT_compare_with(MeasuredPanel, bpy.types.Panel):
@@ -124,7 +125,7 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
     columns = 1 if is_narrow(_TWO_ABREAST) else 2
     scale = picture_scale(context, columns)
     grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True)
-    first, second = not_none(queries.kept(material)), not_none(queries.kept(other))
+    first, second = _shown(material), _shown(other)
     column, at = grid.column(), round(chosen.divide, 2)
     draw_picture(column, *icons.icon(("split", (first.digest, second.digest), at),
                                      partial(comparisons.split_sphere, first, second, at)), scale)
@@ -138,19 +139,28 @@ def _draw_pictures(layout: bpy.types.UILayout, context: bpy.types.Context, mater
 
 def _numbers(material: bpy.types.Material, scene: bpy.types.Scene) -> dict[str, str]:
     """The numbers of a material as text, by name, as far as they are known."""
-    settings, kept = material.measured_brdf, not_none(queries.kept(material))
-    figures: Job[comparisons.Figures] = queue.ask(("figures", kept.digest), partial(comparisons.figures, kept))
+    settings, shown = material.measured_brdf, _shown(material)
+    figures: Job[comparisons.Figures] = queue.ask(("figures", shown.digest), partial(comparisons.figures, shown))
+    parts = [part.measured_brdf for part in materials.measured_parts(material)]
     error = f"{rendered.in_scene(material, scene).error:.1%}"
     wait = "..." if figures.finished is None else "-"
     fitted, known = settings.coefficients > 0, figures.result
-    return {"Match": verdict.grade(settings.match, verdict.MATCH_LIMITS) if settings.match >= 0 else "-",
-            "Between Measured Angles": (verdict.grade(settings.between, verdict.BETWEEN_LIMITS)
-                                        if settings.between >= 0 else "-"),
+    return {"Match": _worst([part.match for part in parts], verdict.MATCH_LIMITS),
+            "Between Measured Angles": _worst([part.between for part in parts], verdict.BETWEEN_LIMITS),
             "Coefficients": f"{known.coefficients:,}" if known is not None else wait,
             "Bytes": f"{known.nbytes:,}" if known is not None else wait,
             "RMSE": f"{settings.rmse:.3g}" if fitted and math.isfinite(settings.rmse) else "-",
             "Albedo %": _percent(known.albedo) if known is not None else wait,
             "Highlight Error": error}
+
+
+def _shown(material: bpy.types.Material) -> comparisons.Shown:
+    return cast(comparisons.Shown, queries.shown(material))
+
+
+def _worst(errors: list[float], limits: tuple[float, ...]) -> str:
+    """The grade of the worst of a mix's parts, or of the one material, where all are known."""
+    return verdict.grade(max(errors), limits) if min(errors, default=-1) >= 0 else "-"
 
 
 def _percent(albedo: Any) -> str:

@@ -13,15 +13,15 @@ from ..core import material as materials
 from ..core.look import BALL, LIGHTINGS, SHAPES, STUDIO
 
 
-def _is_measured(_settings: Any, material: bpy.types.Material) -> bool:
-    return materials.group_node(material) is not None
+def _is_shown(_settings: Any, material: bpy.types.Material) -> bool:
+    return materials.is_shown(material)
 
 
 class MeasuredComparison(bpy.types.PropertyGroup):
     """Stored with the scene."""
 
     pinned: PointerProperty(
-        name="Compare With", type=bpy.types.Material, poll=_is_measured,
+        name="Compare With", type=bpy.types.Material, poll=_is_shown,
         description="A measured material beside which the others are shown")
     divide: FloatProperty(
         name="Line", default=0.5, min=0, max=1, subtype="FACTOR",
@@ -38,7 +38,7 @@ def of(scene: bpy.types.Scene) -> Any:
 def pinned(scene: bpy.types.Scene, material: bpy.types.Material) -> bpy.types.Material | None:
     """The material with which another is compared in a scene; None if there is none, or it is the same."""
     other: bpy.types.Material | None = of(scene).pinned
-    return None if other is None or other == material or not _is_measured(None, other) else other
+    return None if other is None or other == material or not materials.is_shown(other) else other
 
 
 def register() -> None:

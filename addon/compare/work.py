@@ -11,8 +11,11 @@ from ...fitter import pictures
 from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.quality import physics
 from ..core.annotations import Report
+from ..core.outcomes import Kept, KeptMix
 from ..work.recent import Recent
-from ..work.tasks import Kept, kept_fit, lit_sphere, silent
+from ..work.tasks import fit_of, kept_fit, lit_sphere, silent
+
+Shown = Kept | KeptMix
 
 _spheres: Recent[str, SingleArray] = Recent(8)       # by digest
 
@@ -25,29 +28,34 @@ class Figures(NamedTuple):
     albedo: FloatArray
 
 
-def figures(kept: Kept, report: Report = silent) -> Figures:
-    """The numbers of the fit in a material's shader. Raises ValueError if there is none."""
+def figures(shown: Shown, report: Report = silent) -> Figures:
+    """The numbers of the fit in a material's shader, or of those of a mix. Raises ValueError if one has none."""
     report(0.0, "Albedo")
-    fit = kept_fit(kept)
-    albedo = np.broadcast_to(physics.directional_albedo(fit, [0.0])[0], 3)
-    return Figures(fit.coefficient_count, fit.nbytes, np.array(albedo))
+    albedo = np.broadcast_to(physics.directional_albedo(fit_of(shown), [0.0])[0], 3)
+    fits = [kept_fit(part) for part in {part.digest: part for part in _parts(shown)}.values()]
+    return Figures(sum(fit.coefficient_count for fit in fits), sum(fit.nbytes for fit in fits), np.array(albedo))
 
 
-def _sphere(kept: Kept) -> SingleArray:
-    """The lit sphere of the fit in a material's shader: (size, size, 4)."""
-    if kept.digest not in _spheres:
-        _spheres[kept.digest] = lit_sphere(kept, None)
-    return _spheres[kept.digest]
+def _parts(shown: Shown) -> list[Kept]:
+    return [*_parts(shown.first), *_parts(shown.second)] if isinstance(shown, KeptMix) else [shown]
 
 
-def split_sphere(left: Kept, right: Kept, at: float, report: Report = silent) -> SingleArray:
+def _sphere(shown: Shown) -> SingleArray:
+    """The lit sphere of a material: (size, size, 4). A mix by a mask has half of each: the picture is split already."""
+    if shown.digest not in _spheres:
+        evenly = shown._replace(share=0.5) if isinstance(shown, KeptMix) and shown.share is None else shown
+        _spheres[shown.digest] = lit_sphere(evenly, None)
+    return _spheres[shown.digest]
+
+
+def split_sphere(left: Shown, right: Shown, at: float, report: Report = silent) -> SingleArray:
     """A sphere of two materials, with a line between them: (size, size, 4). Raises ValueError if one has no fit."""
     report(0.0, "Drawing")
     return pictures.split(_sphere(left), _sphere(right), at)
 
 
-def polar(first: Kept, second: Kept, theta_i: float, report: Report = silent) -> SingleArray:
+def polar(first: Shown, second: Shown, theta_i: float, report: Report = silent) -> SingleArray:
     """The polar plot of two materials: (size, size, 4). Raises as `split_sphere` does."""
     report(0.0, "Drawing")
-    return pictures.polar_comparison(kept_fit(first), kept_fit(second), theta_i,
+    return pictures.polar_comparison(fit_of(first), fit_of(second), theta_i,
                                      colours=(first.colours, second.colours))

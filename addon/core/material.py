@@ -180,9 +180,18 @@ def _measured_nodes(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
             yield from _measured_nodes(node.node_tree)
 
 
+def measured_parts(material: bpy.types.Material) -> list[bpy.types.Material]:
+    """The materials that a mix is made of, less those that have been deleted; of another material, itself."""
+    node = None if group_node(material) is not None else mix_node(material)
+    if node is None:
+        return [material]
+    both = [measured_parts(part) for part in mixing.mixes.parts(node)[:2] if part is not None]
+    return list(dict.fromkeys(part for parts in both for part in parts))
+
+
 def tangent_input(material: bpy.types.Material) -> bpy.types.NodeSocket | None:
-    """The input of an anisotropic material that its direction comes from; None for other materials."""
-    node = group_node(material)
+    """The input of an anisotropic material, or of a mix with one, that its direction comes from; None for others."""
+    node = surface_node(material)
     return node.inputs.get("Tangent") if node is not None else None
 
 

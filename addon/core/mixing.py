@@ -23,6 +23,11 @@ class Mixes:
         return None, None, None
 
     @staticmethod
+    def factor(_node: bpy.types.Node, /) -> bpy.types.NodeSocket:
+        """The input of a mix's node that says the share of the second material."""
+        raise LookupError("not the node of a mix")
+
+    @staticmethod
     def nodes(_node: bpy.types.Node, /) -> tuple[bpy.types.Node, ...]:
         """The nodes inside of a mix's that show the first and the second material."""
         return ()

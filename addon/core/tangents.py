@@ -67,7 +67,7 @@ def has_uv(mesh: bpy.types.Mesh, name: str = "") -> bool:
 
 def take_from_uv(material: bpy.types.Material) -> None:
     """Let the direction of an anisotropic material be that of the rendered UV map."""
-    tree, group = not_none(material.node_tree), not_none(materials.group_node(material))
+    tree, group = not_none(material.node_tree), not_none(materials.surface_node(material))
     node: Any = tree.nodes.new("ShaderNodeTangent")
     node.direction_type = "UV_MAP"
     node.location = group.location.x - 220, group.location.y - 160

@@ -5,6 +5,7 @@ from typing import Any, Literal, NamedTuple
 import bpy
 
 from ...fitter import PRESETS, Fit
+from ...fitter.model import Reflectance
 from ..core.annotations import Arguments, not_none
 from ..core.outcomes import Data, Fitted, Wanted
 from ..core.properties import OFFERED, ORIGINAL, PRESET_ITEMS, fit_arguments, name_of_fit
@@ -63,14 +64,14 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
             layout.label(text=line)
 
 
-def _shown(material: bpy.types.Material, data: Data, kept: Job[Fit] | None, name: str) -> _Shown:
+def _shown(material: bpy.types.Material, data: Data, kept: Job[Reflectance] | None, name: str) -> _Shown:
     """What is shown of a preset; `kept` reads the fit that the material has, which is not made again."""
     if kept is not None and kept.finished is None:
         return _Shown(0, kept, _UNKNOWN, False)
     arguments: Arguments = {**PRESETS[name]}
     settings = material.measured_brdf
     is_chosen = kept is not None and data.digest == settings.digest and name_of_fit(settings) == name
-    if is_chosen and kept is not None and kept.result is not None and kept.result.edit is None:
+    if is_chosen and kept is not None and isinstance(kept.result, Fit) and kept.result.edit is None:
         icon, job = queries.material_sphere(material)
         numbers = _texts(settings.coefficients, settings.bytes, settings.rmse)
         return _Shown(icon, job, (*numbers, _held_out(queries.held_out(data, arguments))), True)

@@ -1,15 +1,15 @@
 """Pictures of the fit with the present settings."""
 
 import math
-from typing import Any
+from typing import Any, cast
 
 import bpy
 
 from ..core import material as materials
 from ..core.annotations import not_none
-from ..core.outcomes import Shown, Wanted
+from ..core.outcomes import KeptMix, Shown, Wanted
 from ..core.properties import fit_arguments, is_as_fitted
-from ..panel.layout import MaterialPanel, draw_picture
+from ..panel.layout import MaterialPanel, draw_picture, has_data
 from ..work import queries
 from ..work.job import Job
 
@@ -22,17 +22,23 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
     bl_order = 20
 
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return has_data(context)
+
     def draw(self, context: bpy.types.Context) -> None:
         material = not_none(context.material)
-        settings, data = material.measured_brdf, queries.data(material).result
+        settings = material.measured_brdf
+        data = queries.data(material).result if settings.filepath else None
+        kept = queries.shown(material) if materials.is_measured(material) or not settings.filepath else None
         # the fit in the shader, which needs no measurements, unless the settings have been changed since
-        is_kept = materials.is_measured(material) and (data is None or is_as_fitted(settings))
+        is_kept = kept is not None and (data is None or is_as_fitted(settings))
         if data is None and not is_kept:
             return
         about = is_kept, material.session_uid       # neither's picture stands for the other's
         if is_kept or data is None:
             anisotropic = materials.tangent_input(material) is not None
-            shown: Shown = not_none(queries.kept(material))
+            shown: Shown = cast(Shown, kept)
             sphere = queries.material_sphere(material)
         else:
             anisotropic = data.description.rotations is not None
@@ -50,6 +56,8 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
         if job.result is not None and not math.isnan(job.result[1]):
             column.label(text=f"Samples at {math.degrees(job.result[1]):.1f}°")
         column.label(text="Radius: cube root")
+        if isinstance(shown, KeptMix) and shown.share is None:
+            column.label(text="Mask: half of each")
         if anisotropic:
             column = pictures.column()
             column.label(text="Light's Azimuth")

@@ -1,6 +1,5 @@
 """What a material is made from: its file of measurements, how it is fitted, and what the file holds."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import bpy
@@ -8,7 +7,6 @@ import bpy
 from ...fitter import ColumnsUnknownError, SampleUnknownError, published
 from ...fitter.formats import choices_of
 from ..core import material as materials
-from ..core import mixing
 from ..core.active_material import can_change
 from ..core.annotations import not_none
 from ..core.outcomes import Data
@@ -36,21 +34,14 @@ class MEASUREDBRDF_PT_data(MaterialPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = not_none(self.layout), not_none(context.material)
         name_beside_value(layout)
-        parts = [*_parts(material)]
-        if not parts:
+        parts = materials.measured_parts(material)
+        if parts == [material]:
             draw_source(layout, material)
             _draw_description(layout, queries.data(material))
+            return
         for part in parts:
             draw_wrapped(layout, part.name, "MATERIAL")
             _draw_description(layout, queries.data(part))
-
-
-def _parts(material: bpy.types.Material) -> Iterator[bpy.types.Material]:
-    """The materials with measurements that a mix is made of."""
-    node = materials.mix_node(material)
-    for part in mixing.mixes.parts(node)[:2] if node is not None else ():
-        if part is not None:
-            yield from _parts(part) if materials.mix_node(part) is not None else (part,)
 
 
 def _draw_description(layout: bpy.types.UILayout, data: Job[Data]) -> None:

@@ -7,10 +7,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ...fitter import Fit
 from ...fitter.arrays import ArrayLike, BoolArray, FloatArray
 from ...fitter.lobe import RADII, Lobe, Radius, at_angle, lobe_surface, plane_curve
 from ...fitter.methods import beyond
+from ...fitter.model import Reflectance, is_isotropic
 from ..core.annotations import not_none
 from .plot import Plot
 from .surface import Spot
@@ -25,12 +25,19 @@ _KEYS = {"LEFT_ARROW": (_STEP, 0.0), "RIGHT_ARROW": (-_STEP, 0.0), "UP_ARROW": (
 
 
 class Shown(NamedTuple):
-    """A fit, its name, the space of its colours, and how far its measurements go, if that is known."""
+    """A fit or a mix, its name, the space of its colours, how far its measurements go, as far as that is known, and
+    what else is said of it."""
 
-    fit: Fit
+    fit: Reflectance
     name: str
     space: str
-    reach: beyond.Reach | None = None
+    reaches: tuple[beyond.Reach, ...] = ()
+    note: str = ""
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether it has no tangent to be turned by."""
+        return is_isotropic(self.fit)
 
 
 class Measurements(NamedTuple):
@@ -156,10 +163,8 @@ class Inspection:
 
     def guessed(self, theta: FloatArray) -> BoolArray:
         """Whether nobody measured what leaves at polar angles (n,), radians; they may be negative."""
-        reach = None if self.shown is None else self.shown.reach
-        if reach is None:
-            return np.zeros(len(theta), dtype=bool)
-        return beyond.are(np.full(len(theta), self.theta_i), np.abs(theta), reach)
+        reaches = () if self.shown is None else self.shown.reaches
+        return beyond.are_of_any(np.full(len(theta), self.theta_i), np.abs(theta), reaches)
 
     def _evaluate(self, detail: tuple[int, int] = _FINE) -> None:
         if self.shown is None:

@@ -162,7 +162,7 @@ class MEASUREDBRDF_OT_inspect(Inspecting, bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         item = context.object
         material = item.active_material if item is not None else None
-        if material is None or materials.group_node(material) is None:
+        if material is None or not materials.is_shown(material):
             cls.poll_message_set("The active object has no measured material")
             return False
         return True

@@ -93,7 +93,7 @@ def _draw_lines(inspection: Inspection, scale: float, opacity: float) -> None:
     drawing.line(_arrow(np.array([0, 0, 1.0]), HANDLE, outward=True), faded(_INK), 1.6, scale)
     drawing.line([0 * light, HANDLE * light], faded(_LIGHT), 2.4, scale)
     drawing.line(_arrow(light, 0.62 * HANDLE, outward=False), faded(_LIGHT), 2.4, scale)
-    if inspection.shown is not None and not inspection.shown.fit.isotropic:
+    if inspection.shown is not None and not inspection.shown.isotropic:
         drawing.line([(-HANDLE, 0, 0), (HANDLE, 0, 0)], faded(_TANGENT), 2.4, scale)
         drawing.line(_arrow(np.array([1.0, 0, 0]), HANDLE, outward=True), faded(_TANGENT), 2.4, scale)
     if inspection.curve is not None:
@@ -135,7 +135,7 @@ def draw_labels(inspection: Inspection, frame: FloatArray, view: View, scale: fl
     """Write angles beside the light and the normal."""
     labels = [(HANDLE * inspection.light(), f"{math.degrees(inspection.theta_i):.1f}\u00b0", _LIGHT),
               (np.array([0, 0, HANDLE]), "Normal", _INK)]
-    if inspection.shown is not None and not inspection.shown.fit.isotropic:
+    if inspection.shown is not None and not inspection.shown.isotropic:
         labels.append((np.array([HANDLE, 0, 0]), f"Tangent, {inspection.spot.origin}", _TANGENT))
     for place, string, color in labels:
         at = view.project(frame[:3, 3] + frame[:3, :3] @ (inspection.size * place))
@@ -226,10 +226,12 @@ def _draw_titles(inspection: Inspection, plot: Plot) -> None:
     name = shown.name if len(shown.name) <= _LONGEST else f"{shown.name[:_LONGEST - 1]}\u2026"
     drawing.text(name, plot.line(0), _TEXT * scale, _INK)
     parts = [f"Light {math.degrees(inspection.theta_i):.1f}\u00b0", f"radius: {inspection.radius}"]
-    if not shown.fit.isotropic:
+    if not shown.isotropic:
         parts[0] += f", azimuth {math.degrees(inspection.phi_i) % 360:.0f}\u00b0"
     if inspection.samples is not None and len(inspection.samples.theta_o):
         parts.append(f"dots: {inspection.samples.source} at {math.degrees(inspection.samples.theta_i):.1f}\u00b0")
+    if shown.note:
+        parts.append(shown.note)
     if inspection.guessed(not_none(inspection.curve)[0]).any():
         parts.append("dashed: a guess")
     drawing.text("   ".join(parts), plot.line(1), _SMALL * scale, _DIM)

@@ -93,8 +93,8 @@ def free_part(region: Rectangle, others: Sequence[Rectangle]) -> Rectangle:
     """
     x, y, width, height = region
     free = 0.0, 0.0, width, height
-    for other_x, other_y, *size in others:
-        free = _largest_beside(free, (other_x - x, other_y - y, *size))
+    for other_x, other_y, other_width, other_height in others:
+        free = _largest_beside(free, (other_x - x, other_y - y, other_width, other_height))
     return free
 
 

@@ -12,11 +12,12 @@ import bpy
 import numpy as np
 from bpy.app.handlers import persistent
 
-from ...fitter import Fit, published
+from ...fitter import published
 from ...fitter.arrays import FloatArray
-from ...fitter.colours import COLOURS, DEFAULT
-from ...fitter.methods import beyond
+from ...fitter.model import Reflectance
+from ...fitter.model.mix import Mix
 from ..core import material as materials
+from ..core import mixing
 from ..core.annotations import not_none
 from ..core.transaction import by_session_uid
 from ..work import queries
@@ -99,7 +100,7 @@ class Session:
     def material(self) -> bpy.types.Material | None:
         """The material, if it is still there and measured."""
         material = by_session_uid(bpy.data.materials, self.inspection.spot.material)
-        return None if material is None or materials.group_node(material) is None else material
+        return None if material is None or not materials.is_shown(material) else material
 
     def redraw(self) -> None:
         """Have the area drawn again."""
@@ -112,10 +113,10 @@ class Session:
         material, inspection = self.material(), self.inspection
         if material is None:
             return
-        job = queries.of_material(material)
+        job = queries.of_material(material, inspection.spot.masked)
         if job is not None and job.error is not None:
             self._waiting = str(job.error)
-        changed = inspection.show(_shown(material, job))
+        changed = inspection.show(_shown(material, job, inspection.spot.masked))
         samples = queries.near_plane(material, inspection.theta_i, inspection.phi_i)
         if samples is not None and samples.finished is not None:
             source = "measured" if published.name_in(material.measured_brdf.filepath) is None else "published fit"
@@ -175,13 +176,14 @@ def stop() -> None:
         running.end()
 
 
-def _shown(material: bpy.types.Material, job: Job[Fit] | None) -> Shown | None:
+def _shown(material: bpy.types.Material, job: Job[Reflectance] | None, masked: float | None) -> Shown | None:
     if job is None or job.result is None:
         return None
-    settings = material.measured_brdf
-    space, angles = settings.colours, (settings.farthest, settings.least)
-    reach = beyond.Reach(*np.radians(angles).tolist()) if min(angles) > 0 else None
-    return Shown(job.result, material.name, space if space in COLOURS else DEFAULT, reach)
+    space, node = not_none(queries.shown(material)).colours, materials.mix_node(material)
+    note = ""
+    if isinstance(job.result, Mix) and mixing.mixes.parts(not_none(node))[2] is None:
+        note = "mask: half of each" if masked is None else f"mask here: {masked:.0%}"
+    return Shown(job.result, material.name, space, queries.reaches(material), note)
 
 
 def _same(one: Measurements | None, other: Measurements | None) -> bool:

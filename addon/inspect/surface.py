@@ -12,8 +12,9 @@ from mathutils import Vector
 
 from ...fitter.arrays import ArrayLike, FloatArray
 from ..core import material as materials
-from ..core import tangents
+from ..core import mixing, tangents
 from ..core.annotations import not_none
+from . import mask
 
 _LEAST = 1e-9               # length of a tangent that says something
 
@@ -34,6 +35,8 @@ class Spot:
         By how much the material turns the tangent, counter-clockwise, radians.
     origin : str
         Where the tangent comes from, for users.
+    masked : float, or None
+        Of a mix by a mask, the share of the second material there, if it is known.
     """
 
     item: int
@@ -44,6 +47,7 @@ class Spot:
     as_normal: bool
     turn: float
     origin: str
+    masked: float | None = None
 
     def frame(self, world: ArrayLike) -> FloatArray:
         """The frame of the surface in the world, (4, 4): x is the tangent, z the normal, and the last column the spot.
@@ -102,11 +106,12 @@ def _spot(item: bpy.types.Object, evaluated: bpy.types.Object, location: FloatAr
         normal = -normal                    # as a renderer does that sees the back
     slots = evaluated.material_slots
     there = slots[min(mesh.polygons[face].material_index, len(slots) - 1)].material if len(slots) else None
-    if there is None or materials.group_node(there) is None:
+    if there is None or not materials.is_shown(there):
         there = item.active_material
     material = not_none(not_none(there).original)
     tangent, as_normal, origin = _tangent(material, evaluated, corners, weights)
-    return Spot(item.session_uid, material.session_uid, location, normal, tangent, as_normal, _turn(material), origin)
+    return Spot(item.session_uid, material.session_uid, location, normal, tangent, as_normal, _turn(material), origin,
+                _masked(material, mesh, corners, weights))
 
 
 def _triangle(mesh: bpy.types.Mesh, face: int, location: FloatArray) -> tuple[list[int], FloatArray]:
@@ -169,9 +174,21 @@ def _along_u(evaluated: bpy.types.Object, corners: list[int], weights: FloatArra
     return along if np.linalg.norm(along) > _LEAST else None
 
 
+def _masked(material: bpy.types.Material, mesh: bpy.types.Mesh, corners: list[int],
+            weights: FloatArray) -> float | None:
+    """The share of the second material of a mix by a mask; None of other materials, and where it is not known."""
+    node = None if materials.group_node(material) is not None else materials.mix_node(material)
+    if node is None or mixing.mixes.parts(node)[2] is not None:
+        return None
+    uv_maps = {layer.name: weights @ np.array([layer.uv[corner].vector for corner in corners])
+               for layer in mesh.uv_layers if len(layer.uv) > max(corners)}
+    rendered = next((layer.name for layer in mesh.uv_layers if layer.active_render), None)
+    return mask.value(mixing.mixes.factor(node), uv_maps | ({"": uv_maps[rendered]} if rendered in uv_maps else {}))
+
+
 def _turn(material: bpy.types.Material) -> float:
     """The material's Rotation as an angle; that of a texture is not known, and 0."""
-    node = materials.group_node(material)
+    node = materials.surface_node(material)
     socket: Any = None if node is None else node.inputs.get("Rotation")
     return 0.0 if socket is None or socket.is_linked else 2 * math.pi * float(socket.default_value)
 

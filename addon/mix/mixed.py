@@ -53,9 +53,13 @@ class Mixes(mixing.Mixes):
     following = staticmethod(mix_group.following)
 
     def parts(self, node: bpy.types.Node) -> tuple[bpy.types.Material | None, bpy.types.Material | None, float | None]:
-        factor = node.inputs[mix_group.FACTOR]
+        factor = self.factor(node)
         first, second = mix_group.parts(not_none(node.node_tree))
         return first, second, None if factor.is_linked else factor.default_value
+
+    @staticmethod
+    def factor(node: bpy.types.Node) -> bpy.types.NodeSocket:
+        return node.inputs[mix_group.FACTOR]
 
     def changed(self, material: bpy.types.Material) -> None:
         waiting, seen = [material], {material}

@@ -5,10 +5,12 @@ from functools import partial
 from typing import Any, cast
 
 import bpy
+import numpy as np
 
-from ...fitter import Fit
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import COLOURS, DEFAULT
+from ...fitter.methods import beyond
+from ...fitter.model import Reflectance
 from ...fitter.packed_picture import unpacked
 from ..core import edits, mixing, node_group
 from ..core import material as materials
@@ -69,13 +71,14 @@ def turned_plane(about: Hashable, shown: Shown, theta_i: float) -> tuple[int, Jo
     return icons.icon(("turned", about, shown.digest, theta_i), partial(tasks.turned_plane, shown, theta_i))
 
 
-def of_material(material: bpy.types.Material) -> Job[Fit] | None:
-    """The job that reads the fit that a material keeps; None where the material is not measured.
+def of_material(material: bpy.types.Material, masked: float | None = None) -> Job[Reflectance] | None:
+    """The job that reads the fit that a material keeps, or the mix of several; None where the material is not measured.
 
-    It needs no measurements, and fits nothing. The job fails with ValueError where the fit has been damaged.
+    It needs no measurements, and fits nothing. The job fails with ValueError where a fit has been damaged. `masked` is
+    as `shown` takes it.
     """
-    stored = kept(material)
-    return None if stored is None else queue.ask(("kept fit", stored.digest), partial(tasks.kept_fit, stored))
+    stored = shown(material, masked)
+    return None if stored is None else queue.ask(("kept fit", stored.digest), partial(tasks.fit_of, stored))
 
 
 def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
@@ -90,12 +93,15 @@ def material_sphere(material: bpy.types.Material) -> tuple[int, Job[Any]]:
     return icon or _small_sphere(material), job
 
 
-def shown(material: bpy.types.Material) -> Kept | KeptMix | None:
-    """What a material keeps: its fit, or those that it mixes; None where there is none left."""
-    return kept(material) or _mixed(materials.mix_node(material))
+def shown(material: bpy.types.Material, masked: float | None = None) -> Kept | KeptMix | None:
+    """What a material keeps: its fit, or those that it mixes; None where there is none left.
+
+    Of a mix by a mask, `masked` is the share of the second material; None leaves it open.
+    """
+    return kept(material) or _mixed(materials.mix_node(material), masked)
 
 
-def _mixed(node: bpy.types.Node | None) -> Kept | KeptMix | None:
+def _mixed(node: bpy.types.Node | None, masked: float | None = None) -> Kept | KeptMix | None:
     if node is None or not mixing.mixes.is_mix(node.node_tree):
         return None
     *mixed, share = mixing.mixes.parts(node)
@@ -103,7 +109,13 @@ def _mixed(node: bpy.types.Node | None) -> Kept | KeptMix | None:
                     for part, inner in zip(mixed, mixing.mixes.nodes(node), strict=True))
     if base is None or on_top is None:
         return base or on_top
-    return KeptMix(base, on_top, share)
+    return KeptMix(base, on_top, masked if share is None else share)
+
+
+def reaches(material: bpy.types.Material) -> tuple[beyond.Reach, ...]:
+    """How far the measurements of a material go, or of those that it mixes, as far as that is known."""
+    angles = [(part.measured_brdf.farthest, part.measured_brdf.least) for part in materials.measured_parts(material)]
+    return tuple(beyond.Reach(*np.radians(each).tolist()) for each in angles if min(each) > 0)
 
 
 def near_plane(material: bpy.types.Material, theta_i: float,

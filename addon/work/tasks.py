@@ -385,7 +385,7 @@ def kept_bytes(fit: fitter.Fit) -> bytes:
     return replace(fit, name="", source="").to_bytes()
 
 
-def fit_of(shown: Shown) -> fitter.Fit | Mix:
+def fit_of(shown: Shown, _report: Report = silent) -> fitter.Fit | Mix:
     """The reflectance that is shown. Raises ValueError if there is none."""
     if isinstance(shown, Wanted):
         return fitted_of(*shown).fit

@@ -7,6 +7,8 @@ the continued one; of many samples, whose lattices know no process, not where it
 is the prior's.
 """
 
+from collections.abc import Iterable
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +40,12 @@ def reach(samples: Samples) -> Reach:
 def are(theta_i: FloatArray, theta_o: FloatArray, limits: Reach) -> BoolArray:
     """Whether pairs of directions are beyond what was measured; by reciprocity either may be the light's."""
     return np.asarray((np.maximum(theta_i, theta_o) > limits.larger) | (np.minimum(theta_i, theta_o) > limits.smaller))
+
+
+def are_of_any(theta_i: FloatArray, theta_o: FloatArray, limits: Iterable[Reach]) -> BoolArray:
+    """Whether pairs of directions, (n,) radians each, are beyond what was measured of any of several materials."""
+    none: BoolArray = np.zeros(len(theta_i), dtype=bool)
+    return reduce(np.logical_or, (are(theta_i, theta_o, each) for each in limits), none)
 
 
 def directions(limits: Reach, isotropic: bool) -> Directions:
