@@ -7,28 +7,9 @@ import os
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"    # before NumPy starts them: a process for each core has the materials
 
-import numpy as np
-
-from fitter.files import replacing
-
 from ..harness import running
-from . import judging, materials, sheet, summary
-
-
-def _judged(material, out):
-    """The record of a material. Its pictures are written beside."""
-    record, pictures = judging.judge(material)
-    with replacing(sheet.pictures_of(record, out), "wb") as stream:
-        np.savez_compressed(stream, **pictures)
-    return record
-
-
-def _is_whole(record, out):
-    return sheet.pictures_of(record, out).is_file()
-
-
-BENCH = running.Bench("dense", "materials", _judged, _is_whole, "models", "samples_cube_root_rmse", summary.show,
-                      sheet.draw, ("support/merl_files.py", "benchmarks/dense"))
+from . import materials
+from .bench import BENCH
 
 
 def main(arguments=None):

@@ -5,24 +5,8 @@ import os
 os.environ["OPENBLAS_NUM_THREADS"] = "1"    # before NumPy starts them: a process for each core has the sets
 
 from ..harness import running
-from ..report.methods import METHODS
-from . import judging, pictures, sets, summary
-
-
-def _judged(found, out):
-    """The record of a set. A telling one's spheres are written beside."""
-    record, models = judging.judge(found, tuple(METHODS))
-    if found.name in pictures.TELLING:
-        pictures.write(found, models, out)
-    return record
-
-
-def _is_whole(record, out):
-    return record["name"] not in pictures.TELLING or pictures.path(out, record["name"]).is_file()
-
-
-BENCH = running.Bench("held_out", "sets", _judged, _is_whole, "methods", "held_out_cube_root_rmse", summary.show,
-                      pictures.draw, ("support/truths.py", "benchmarks/held_out"))
+from . import sets
+from .bench import BENCH
 
 
 def main(arguments=None):
