@@ -17,7 +17,7 @@ SYMMETRIES = (NO_SYMMETRY, HALF_TURN, MIRROR, HALF_TURN_AND_MIRROR)
 MOST_REPEATED = 4_000_000   # samples that symmetry makes, at most: 200 MB
 _IMAGES = {NO_SYMMETRY: (), HALF_TURN: ((1, np.pi),), MIRROR: ((-1, 0.0),),
            HALF_TURN_AND_MIRROR: ((1, np.pi), (-1, 0.0), (-1, np.pi))}      # of an azimuth: its factor, and a turn
-_ROUNDING = 1e-5            # radians: files print angles to 6 decimals, and round pi/2 up
+ROUNDING = 1e-5            # radians: files print angles to 6 decimals, and round pi/2 up
 _AT_NORMAL = 1e-3           # radians from the normal within which a direction has no azimuth
 _STEPS = 15_000             # in a quarter turn: directions that agree so far are one
 _Array = TypeVar("_Array", FloatArray, BoolArray)
@@ -103,7 +103,7 @@ class Samples:
         for field in ("theta_i", "phi_i", "theta_o", "phi_o"):
             angle = self._checked(field, _unchangeable(getattr(self, field)))
             if field.startswith("theta"):
-                beyond = np.flatnonzero((angle < 0) | (angle > HORIZON + _ROUNDING))
+                beyond = np.flatnonzero((angle < 0) | (angle > HORIZON + ROUNDING))
                 if len(beyond):
                     raise self._error(f"{field}[{beyond[0]}] is {angle[beyond[0]]:g}, expected 0 to pi/2 radians")
                 if angle.max() > HORIZON:

@@ -16,6 +16,7 @@ from ..coordinates import ISOTROPIC_AXES, Coordinates
 from ..lattice import dense, sparse
 from ..lattice.dense import DenseLattice
 from ..lattice.sparse import SparseLattice
+from ..samples import HORIZON, ROUNDING
 from . import fit_file
 from .edit import Edit
 from .transform import LogRelative
@@ -117,23 +118,27 @@ class Fit:
         Parameters
         ----------
         theta_i, phi_i, theta_o, phi_o : array_like, broadcast to (...)
-            Incident and outgoing direction, radians.
+            Incident and outgoing direction, radians. A polar angle below 0 is the same angle at the opposite azimuth.
 
         Returns
         -------
         (..., channels) float64
-            1/sr, without the cosine. A fit that was not made plausible may be negative.
+            1/sr, without the cosine; 0 where a direction is below the horizon. A fit that was not made plausible may be
+            negative.
         """
         angles = np.broadcast_arrays(*(np.asarray(angle, dtype=float) for angle in (theta_i, phi_i, theta_o, phi_o)))
         directions = [angle.ravel() for angle in angles]
         if not all(np.isfinite(angle).all() for angle in directions):
             raise ValueError("directions that are not finite numbers")
+        directions = [*_upright(*directions[:2]), *_upright(*directions[2:])]
+        below = np.maximum(directions[0], directions[2]) > HORIZON + ROUNDING
         values = np.empty((angles[0].size, len(self.columns)))
         for start in range(0, len(values), _CHUNK):
             part = slice(start, start + _CHUNK)
             at = [angle[part] for angle in directions]
             values[part] = (self._stored_columns(*at)[:, self.columns] if self.edit is None else
                             self.edit.reflectance(self._stored_columns, self.columns, *at))
+        values[below] = 0
         return values.reshape(*angles[0].shape, len(self.columns))
 
     @cached_property
@@ -182,3 +187,9 @@ def notation(diffuse_level: int, specular_level: int | None = None, compression:
     """
     return f"level {diffuse_level}" if specular_level is None else (
         f"({diffuse_level},{specular_level},{compression:g})")
+
+
+def _upright(theta: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The same directions with polar angles of 0 to pi, radians."""
+    turned = theta - 2 * np.pi * np.round(theta / (2 * np.pi))
+    return np.abs(turned), np.where(turned < 0, phi + np.pi, phi)
