@@ -54,7 +54,8 @@ def test_several_files_dropped_become_materials_and_the_first_is_assigned(blende
     (tmp_path / "broken.astm").write_text("nonsense")
     handler = blender.types.FileHandler.bl_rna_get_subclass_py("MEASUREDBRDF_FH_measurements")
     assert set(handler.bl_file_extensions.split(";")) == {
-        ".dat", ".astm", ".brdf", ".mat", ".bsdf", ".bin", ".binary", ".mbsdf", ".csv", ".npz", ".tsv", ".txt"}
+        ".dat", ".astm", ".brdf", ".mat", ".bsdf", ".bin", ".binary", ".mbsdf", ".csv", ".npz", ".tsv", ".txt",
+        ".anisotropicbsdf"}
     assert handler.bl_import_operator == "measured_brdf.import_data"
     # as Blender calls it for files that are dropped
     blender.ops.measured_brdf.import_data("INVOKE_DEFAULT", directory=str(tmp_path), **CHEAP, files=[

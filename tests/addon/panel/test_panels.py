@@ -109,7 +109,7 @@ def test_a_mix_shows_its_picture_and_the_measurements_of_its_parts(ui, material,
         shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, mix)
     assert shown.kinds[0] == "picture"
     assert shown.texts.startswith("glossy + dull: Mix ")
-    assert controls(shown)[-2:] == ["Mix...", "Save..."]
+    assert controls(shown)[-3:] == ["Mix...", "Inspect", "Save..."]
     assert ui.data.poll(SimpleNamespace(material=mix))
     rows = [entry[2] for entry in drawn(ui, ui.data, mix).drawn if entry[0] == "text"]
     assert rows.count(f"{len(glossy):,} direction pairs, {' '.join(glossy.channels)}") == 2

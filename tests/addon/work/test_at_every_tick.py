@@ -13,7 +13,7 @@ from support.stage import black_scene
 CHOICES = {"preset": "Paper", "diffuse_level": 1, "specular_level": -1, "compression": 80.0, "use_tolerance": False,
            "tolerance": 1.0, "filepath": "", "sample": "", "rendering": "AUTO", "angles": "auto", "quantity": "auto",
            "illuminant": "D65", "isotropic": "auto", "symmetry": "auto", "encoding": "raw",
-           "keep_unmeasured": False, "target": 0, "slot": -1, "others": ""}
+           "keep_unmeasured": False, "columns": "", "target": 0, "slot": -1, "others": ""}
 TICKS = 4                   # as many as the longest of these operators takes, once its process is done
 
 
@@ -41,7 +41,9 @@ def driven(cls, base, **attributes):
     made = type("Driven", (base,), own)()
     made.reports = []
     made.report = lambda kind, text: made.reports.append((kind, text))
-    for name, value in (CHOICES | {"_timer": None, "options": SimpleNamespace(is_invoke=False)} | attributes).items():
+    of_blender = {"_timer": None, "options": SimpleNamespace(is_invoke=False),
+                  "properties": SimpleNamespace(is_property_set=lambda name: True)}
+    for name, value in (CHOICES | of_blender | attributes).items():
         setattr(made, name, value)
     return made
 
