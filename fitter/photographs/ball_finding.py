@@ -83,7 +83,7 @@ def _outline_of(region: BoolArray, level: float, grey: FloatArray, rays: FloatAr
     for _ in range(3):
         v, residual, arc = _refined(v, grey, rays, size, name)
     outline = Outline(v / np.linalg.norm(v), float(np.arccos(1 / np.linalg.norm(v))), residual)
-    is_cut = bool((_border(angle_beyond(rays, v)) < size).any())
+    is_cut = bool((_border(angle_beyond(rays, v)) < 0).any())
     if is_cut or (residual > _FITS and _border(region.astype(float)).any()):
         raise DatasetError("the ball is cut by the frame, or the background is as bright as it is", name)
     return _checked(outline, arc, size, name)
