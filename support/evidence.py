@@ -42,6 +42,7 @@ def table(header, rows):
     | felt | 16,384 |
     | a\\|b |  |
     """
+    rows = [*rows]
     text = [[_cell(value) for value in row] for row in rows]
     rule = ["---:" if rows and _is_number(value) else "---" for value in (rows[0] if rows else header)]
     return "\n".join("| " + " | ".join(row) + " |" for row in [list(header), rule, *text]) + "\n"
