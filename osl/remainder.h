@@ -35,15 +35,15 @@ vector sample_remainder(Mixture mixture, LampList lamps, RemainderPlan plan, poi
 }
 
 /* A phong_ramp so narrow that it sends a path in the sampled direction, with what is left there besides the lobes. Where
- * the mixture is above the fit after all, it is taken away toward known lamps only, and no more than half of it: a
- * direction that meets a light by chance, and takes it away, would leave a black pixel. */
+ * the mixture is above the fit after all, it is taken away toward known lamps only: a direction that meets a light by
+ * chance, and takes it away, would leave a black pixel. */
 closure color remainder_closure(float FLAT_RAMP[], Mixture mixture, Evaluated all, LampList lamps, LampLobes lobes,
                                 RemainderPlan plan, ShadingFrame frame, color tint)
 {
   int last = all.count - 1;
   vector wi = all.direction[last];
-  float most = is_in_lamp(lamps, wi) ? MOST_TAKEN : 0.0;
-  color value = max(all.left[last], -most * all.mixed[last]) - eval_lobes(FLAT_RAMP, lobes, mixture.wo, wi);
+  color left = is_in_lamp(lamps, wi) ? all.left[last] : max(all.left[last], 0.0);
+  color value = left - eval_lobes(FLAT_RAMP, lobes, mixture.wo, wi);
   float density = (1.0 - plan.toward_lamp) * all.density;
   if (plan.toward_lamp > 0.0) {
     density += plan.toward_lamp * pdf_lamps(lamps, wi);

@@ -148,7 +148,7 @@ def test_sampled_directions_are_where_the_mixture_is_wrong(curet, cornell, mater
         left, p = np.maximum(truth - found, 0).sum(axis=1), density(mixture, theta_o, to.unit)
         moments.append([noise(carried, p, to.solid_angle) for carried in (left + 0.1 * truth.sum(axis=1), left)])
     moments = np.array(moments)
-    assert moments[:, 0].max() < 1.27           # equal shares have 1.4, even directions 47
+    assert moments[:, 0].max() < 1.5            # equal shares have 1.6, even directions 47
     assert moments[:, 1].mean() < 2.4
 
 
@@ -178,7 +178,7 @@ def test_where_the_shader_is_exact_the_mixture_is_hardly_above_the_fit_and_has_m
         above, left = (to.solid_angle @ np.maximum(each, 0) for each in (found - truth, truth - found))
         shares.append([each.sum() / (to.solid_angle @ truth).sum() for each in (above, left)])
     above, left = np.mean(shares, axis=0)
-    assert above < 0.004
+    assert above < 0.0012
     assert left < 0.3
 
 
