@@ -121,7 +121,7 @@ LOBE_TILT = 0.00423
 LOBE_EDGE_KNOT = 1
 # Share of all that a mixture below the fit leaves of it that the lobe of a lamp carries which is not small.
 MOST_GIVEN = 0.1
-# Share of the mixture that the lobe of a lamp which is not small takes away at most, where the mixture is above the fit.
+# Share of the mixture that the lobe of a lamp which is not small takes away at most, where it is above the fit.
 MOST_TAKEN = 0.5
 # Where a lobe has fallen to less it counts as 0.
 LEAST_FALLOFF = 1e-6
