@@ -152,7 +152,7 @@ SHADER_GUARDS = [
          ('(Everywhere || raytype("camera") || raytype("singular"))', "1",
           "after a rough bounce the mixture stands in")),
     *_of("osl/remainder.h", _DOTS,
-         ("max(all.left[last], -most * all.mixed[last])", "all.left[last]",
+         ("is_in_lamp(lamps, wi) ? all.left[last] : max(all.left[last], 0.0)", "all.left[last]",
           "a sampled direction takes nothing away from lights that the shader does not know")),
     *_of("osl/lamps.h", _HALF,
          ("lamps.radius[i] >= SMALL_LAMP_RADIUS && dot(w, lamps.direction[i]) > cos(lamps.radius[i])", "0",
