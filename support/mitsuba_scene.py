@@ -5,6 +5,7 @@ hands arrays of directions to `Fit.evaluate`. It shares with the shader neither 
 """
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
@@ -22,12 +23,28 @@ _EXPONENT = 150.0           # of the directions that are sampled about the mirro
 _fits = {}                  # by the name of a material
 
 
+@dataclass(frozen=True)
+class Bumpy:
+    """A fit on a surface that is raised by the heights of an image over the UV map.
+
+    Attributes
+    ----------
+    fit : Fit
+    heights : (rows, columns) float32
+        Metres, the same upside down.
+    """
+
+    fit: object
+    heights: np.ndarray
+
+
 class _FitBSDF(mi.BSDF):
     """The reflectance of a fit; directions are sampled by the cosine and about the mirror direction, half each."""
 
     def __init__(self, props):
         super().__init__(props)
-        self.fit = _fits[props["material"]]
+        named = _fits[props["material"]]
+        self.fit = named.fit if isinstance(named, Bumpy) else named
         self.m_flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide
         self.m_components = [self.m_flags]
 
@@ -78,8 +95,8 @@ def render(scene, fits, samples, bounces, seed=0):
         Of meshes, one material each; of suns without a size, point lamps with one, and rectangular area lamps; under an
         even world or an image; with an orthographic or a perspective camera.
     fits : dict
-        By the name of a material: its `Fit`, a number, the albedo of a Lambertian surface, or the path of an RGL file,
-        which Mitsuba's own BSDF `measured` reads. The tangent of that is the mesh's along its active UV map.
+        By the name of a material: its `Fit`, or `Bumpy`; a number, the albedo of a Lambertian surface; or the path of
+        an RGL file, which Mitsuba's own BSDF `measured` reads. Its tangent is the mesh's along the active UV map.
     samples : int
         Of a pixel.
     bounces : int
@@ -125,8 +142,8 @@ def _mesh(name, item, matrix, fits):
     of_corner = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("vertex_index", of_corner)
     texture = np.zeros((len(mesh.loops), 2), np.float32)
-    measured = isinstance(fits[item.material_slots[0].material.name], Path)
-    if measured:
+    mapped = isinstance(fits[item.material_slots[0].material.name], (Path, Bumpy))
+    if mapped:
         mesh.uv_layers.active.data.foreach_get("uv", texture.ravel())
     linear = matrix[:3, :3]
     world = positions[of_corner[corners]] @ linear.T + matrix[:3, 3]
@@ -136,11 +153,11 @@ def _mesh(name, item, matrix, fits):
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict(_bsdf(material, fits[material]))
     item.to_mesh_clear()
-    made = mi.Mesh(name, len(corners), len(corners) // 3, has_vertex_normals=True, has_vertex_texcoords=measured,
+    made = mi.Mesh(name, len(corners), len(corners) // 3, has_vertex_normals=True, has_vertex_texcoords=mapped,
                    props=properties)
     values = mi.traverse(made)
     values["vertex_positions"], values["vertex_normals"] = world.ravel(), turned.ravel()
-    if measured:
+    if mapped:
         values["vertex_texcoords"] = texture[corners].ravel()
     values["faces"] = np.arange(len(corners), dtype=np.uint32)
     values.update()
@@ -152,6 +169,9 @@ def _bsdf(material, fit):
         return {"type": "diffuse", "reflectance": {"type": "rgb", "value": float(fit)}}
     if isinstance(fit, Path):
         return {"type": "measured", "filename": str(fit)}
+    if isinstance(fit, Bumpy):
+        return {"type": "bumpmap", "bsdf": {"type": "fit", "material": material},
+                "heights": {"type": "bitmap", "bitmap": mi.Bitmap(fit.heights[..., None]), "raw": True}}
     return {"type": "fit", "material": material}
 
 
