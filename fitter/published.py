@@ -1,16 +1,20 @@
-"""A starter library: all materials of MERL by the published parameters of a microfacet model, as if they were files.
+"""A starter library of models, as if they were files: metals by their optical constants, and all materials of MERL.
 
-The parameters are those of J. Low, J. Kronander, A. Ynnerman, J. Unger: BRDF Models for Accurate and Efficient
-Rendering of Glossy Surfaces, ACM TOG 31(1), 2012 (`model.low2012`). They were fitted to measurements of W. Matusik,
-H. Pfister, M. Brand, L. McMillan: A Data-Driven Reflectance Model, ACM TOG 22(3), 2003, and are no measurements.
+Metals are computed: microfacets (`model.conductor`) with the refractive indices of `data/metals_nk.csv`, whose sources
+are in `data/metals.csv`, in some finishes. The other parameters are those of J. Low, J. Kronander, A. Ynnerman,
+J. Unger: BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces, ACM TOG 31(1), 2012 (`model.low2012`).
+They were fitted to measurements of W. Matusik, H. Pfister, M. Brand, L. McMillan: A Data-Driven Reflectance Model, ACM
+TOG 22(3), 2003, and are no measurements.
 
 `formats.load` takes a virtual path, ``published:NAME``, where it takes files. Samples of the model are then made, where
-fits need them: in half and difference angles, and close together where the lobe falls. Near the horizon the model has a
-ridge (the shadowing of its grooves), which no fit of this size follows and no camera resolves: it is left out.
+fits need them: in half and difference angles, and close together where the lobe falls. Near the horizon the model of
+Low and others has a ridge (the shadowing of its grooves), which no fit of this size follows and no camera resolves: it
+is left out.
 """
 
 import csv
 import difflib
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -20,16 +24,23 @@ import numpy as np
 from .arrays import Directions, FloatArray, selected
 from .coordinates.rusinkiewicz import of_half_and_difference
 from .errors import DatasetError
+from .model import is_isotropic
+from .model.conductor import Conductor
 from .model.low2012 import Low2012
 from .samples import HORIZON, RGB, Samples
 
 PREFIX = "published:"
+COMPUTED = "Computed from measured optical constants"
 CITATION = "Low, Kronander, Ynnerman, Unger 2012, ACM TOG 31(1)"
-TAGS = ("paint", "metallic", "plastic", "rubber", "fabric", "wood", "stone", "ceramic", "foam", "metal")
-_DARKER = "metal"           # the tag of what a published fit makes darker than it is
+METAL = "metal"
+TAGS = (METAL, "paint", "metallic", "plastic", "rubber", "fabric", "wood", "stone", "ceramic", "foam")
+FINISHES = {"polished": (0.04, 0.04), "satin": (0.15, 0.15), "rough": (0.35, 0.35), "brushed": (0.08, 0.3)}
+"""Widths of the lobe of metals, as slopes, along the tangent (of a brushed metal, along its grooves) and across it."""
 _DATA = Path(__file__).parent / "data"
 _HALF, _DIFFERENCE, _AROUND = 20, 18, 6         # angles theta_h and theta_d, and azimuths phi_d in a quarter turn
-_GRAZING = np.radians(85)
+_OF_METALS = 22, 24, 6                          # the same: their Fresnel term turns at grazing angles
+_OF_BRUSHED, _TURNS = (20, 14, 6), 16           # and of brushed metals, with azimuths of the half vector
+_GRAZING, _GRAZING_OF_METALS = np.radians(85), np.radians(88)
 _FALL, _TURN = 2.0, np.radians(6)       # changes of the lobe's logarithm, and of theta_h, that count the same
 
 
@@ -39,18 +50,27 @@ class Published(NamedTuple):
     Attributes
     ----------
     name : str
-        In MERL's database.
+        In MERL's database; of a metal, with its finish.
     label : str
         What people call it.
     tags : tuple of str
         What it is made of, of `TAGS`.
-    model : Low2012
+    model : Low2012 or Conductor
+    source : str
+        Whose numbers they are.
+    words : str
+        Other words by which it is found.
+    excess : float
+        How many times as bright as the measurement it is off its highlight, where much brighter; else 1.
     """
 
     name: str
     label: str
     tags: tuple[str, ...]
-    model: Low2012
+    model: Low2012 | Conductor
+    source: str
+    words: str = ""
+    excess: float = 1.0
 
     @property
     def path(self) -> str:
@@ -58,14 +78,25 @@ class Published(NamedTuple):
         return PREFIX + self.name
 
     @property
+    def is_computed(self) -> bool:
+        """Whether it is computed from optical constants; else it was fitted to measurements, by others."""
+        return isinstance(self.model, Conductor)
+
+    @property
     def brief(self) -> str:
         """What it is, in a line."""
-        return f"Published fit of MERL's {self.name} (Low et al. 2012), not a measurement"
+        return COMPUTED if self.is_computed else (
+            f"Published fit of MERL's {self.name} (Low et al. 2012), not a measurement{self._too_bright}")
 
     @property
     def description(self) -> str:
         """What it is, with the source."""
-        return f"Published fit of MERL's {self.name}, not a measurement ({CITATION})"
+        return f"{COMPUTED} ({self.source}), not a measurement of a surface" if self.is_computed else (
+            f"Published fit of MERL's {self.name}, not a measurement ({self.source}){self._too_bright}")
+
+    @property
+    def _too_bright(self) -> str:
+        return "" if self.excess == 1 else f"; off its highlight {self.excess:g} times as bright as what was measured"
 
 
 def list_published() -> list[str]:
@@ -74,18 +105,18 @@ def list_published() -> list[str]:
     Examples
     --------
     >>> len(list_published()), list_published()[:2]
-    (100, ['alum-bronze', 'alumina-oxide'])
+    (150, ['alum-bronze', 'alumina-oxide'])
     """
     return sorted(materials())
 
 
 def offered() -> list[Published]:
-    """The materials that users are offered to begin with: all but the metals.
+    """The materials that users are offered to begin with: all but MERL's metals.
 
     A metal reflects more than half of the light that falls straight on it. The published fits of MERL's metals reflect
     3 to 19 %, because the mirror peak is not in them: they would look black. They can still be loaded by name.
     """
-    return [each for each in materials().values() if _DARKER not in each.tags]
+    return [each for each in materials().values() if each.is_computed or METAL not in each.tags]
 
 
 def load_published(name: str) -> Samples:
@@ -114,7 +145,8 @@ def load_published(name: str) -> Samples:
     """
     material = find(name)
     at = directions(material.model)
-    return Samples(*at, material.model.evaluate(*at), RGB, material.label, material.path, (material.description,))
+    return Samples(*at, material.model.evaluate(*at), RGB, material.label, material.path, (material.description,),
+                   isotropic=is_isotropic(material.model))
 
 
 def find(name: str) -> Published:
@@ -142,14 +174,33 @@ def name_in(path: str | Path) -> str | None:
 @cache
 def materials() -> dict[str, Published]:
     """All materials by name."""
+    by_name = {each.name: each for each in _metals()}
     names = {row["name"]: row for row in _rows("merl_names.csv")}
-    by_name = {}
     for row in _rows("low2012.csv"):
         name = row["name"]
         kd, a = ([float(row[f"{what}_{channel}"]) for channel in "rgb"] for what in ("kd", "a"))
         model = Low2012(np.array(kd), np.array(a), float(row["b"]), float(row["c"]), float(row["eta"]))
-        by_name[name] = Published(name, names[name]["label"], tuple(names[name]["tags"].split()), model)
+        told = names[name]
+        by_name[name] = Published(name, told["label"], tuple(told["tags"].split()), model, CITATION,
+                                  excess=float(told["excess"] or 1))
     return by_name
+
+
+def _metals() -> Iterator[Published]:
+    """Each metal in each finish."""
+    spectra: dict[str, FloatArray] = {}
+    for row in _rows("metals_nk.csv"):
+        name, quantity, *numbers = row.values()
+        spectra[f"{name} {quantity}"] = np.array(numbers, dtype=float)
+    weights = np.array([spectra[f"weight {channel}"] for channel in "rgb"])
+    for finish, widths in FINISHES.items():
+        for row in _rows("metals.csv"):
+            if finish == "brushed" and row["brushed"] != "yes":
+                continue
+            name = row["name"]
+            model = Conductor(spectra[f"{name} n"], spectra[f"{name} k"], weights, *widths)
+            yield Published(f"{name}-{finish}", f"{finish.capitalize()} {row['label']}", (METAL,), model,
+                            f"{row['sample']}: {row['source']}", row["words"])
 
 
 def _rows(name: str) -> list[dict[str, str]]:
@@ -157,22 +208,26 @@ def _rows(name: str) -> list[dict[str, str]]:
         return [*csv.DictReader(line for line in stream if not line.startswith("#"))]
 
 
-def directions(model: Low2012) -> Directions:
+def directions(model: Low2012 | Conductor) -> Directions:
     """Where samples of a model are made: pairs of directions, radians."""
-    theta_h, theta_d, phi_d = (grid.ravel() for grid in np.meshgrid(
-        _half_angles(model), np.linspace(0, _GRAZING, _DIFFERENCE), np.linspace(0, HORIZON, _AROUND), indexing="ij"))
+    grazing = _GRAZING if isinstance(model, Low2012) else _GRAZING_OF_METALS
+    half, difference, around = ((_HALF, _DIFFERENCE, _AROUND) if isinstance(model, Low2012) else
+                                _OF_METALS if model.isotropic else _OF_BRUSHED)
+    phi_d, phi_h = np.linspace(0, HORIZON, around), np.zeros(1)
+    if not is_isotropic(model):
+        phi_d, phi_h = np.arange(2 * around) * np.pi / around, np.arange(_TURNS) * 2 * np.pi / _TURNS
+    theta_h, theta_d, phi_d, phi_h = (grid.ravel() for grid in np.meshgrid(
+        _half_angles(model, half), np.linspace(0, grazing, difference), phi_d, phi_h, indexing="ij"))
     at_normal = theta_h == 0                # there, phi_d turns both directions alike
-    distinct = ~at_normal | (phi_d == HORIZON)
-    theta_h, theta_d, phi_d = theta_h[distinct], theta_d[distinct], phi_d[distinct]
-    pairs = of_half_and_difference(theta_h, np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d),
-                                   np.cos(theta_d))
-    return selected(pairs, np.maximum(pairs[0], pairs[2]) < _GRAZING + 1e-9)
+    distinct = ~at_normal | (phi_d == HORIZON) if is_isotropic(model) else ~at_normal | (phi_h == 0)
+    theta_h, theta_d, phi_d, phi_h = (each[distinct] for each in (theta_h, theta_d, phi_d, phi_h))
+    theta_i, phi_i, theta_o, phi_o = of_half_and_difference(
+        theta_h, np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d))
+    return selected((theta_i, phi_i + phi_h, theta_o, phi_o + phi_h), np.maximum(theta_i, theta_o) < grazing + 1e-9)
 
 
-def _half_angles(model: Low2012) -> FloatArray:
-    """theta_h of samples, (_HALF,) radians from 0 to grazing: evenly spaced in the lobe's fall and in the angle."""
-    narrow = min(0.05 * np.sqrt(2 / model.b), 0.01)
-    theta = np.concatenate([[0.0], np.geomspace(narrow, _GRAZING, 4000)])
-    fall = model.c * np.log1p(model.b * (1 - np.cos(theta)))
-    way = fall / _FALL + theta / _TURN
-    return np.interp(np.linspace(0, way[-1], _HALF), way, theta)
+def _half_angles(model: Low2012 | Conductor, count: int) -> FloatArray:
+    """theta_h of samples, (count,) radians from 0 to grazing: evenly spaced in the lobe's fall and in the angle."""
+    theta = np.concatenate([[0.0], np.geomspace(model.width, _GRAZING, 4000)])
+    way = model.falls(theta) / _FALL + theta / _TURN
+    return np.interp(np.linspace(0, way[-1], count), way, theta)

@@ -21,12 +21,16 @@ from .cycles.node_mixture import NodeMixture, Nodes, Sampling, node_mixtures
 from .cycles.principled import principled
 from .cycles.principled_bsdf import Principled
 from .errors import DatasetError
+from .methods import regression_kriging
+from .methods.levels import Levels
+from .model.conductor import Conductor
 from .model.fit import Fit
 
 PRESET = "Standard"         # whose method it is
 ARGUMENTS: dict[str, Any] = {"diffuse_level": 3, "specular_level": 4, "compression": 95.0, "method": "kriging"}
 FOLDER = Path(__file__).parents[1] / "starter_library" / "fits"
 _INPUTS = [field.name for field in fields(Principled)]
+_OF_MIXTURE = "kinds", "errors", "colours", "table"
 _WIDTHS = 3, 1, 1, 1, 3, 1, 1, 1        # of the inputs
 
 
@@ -54,19 +58,27 @@ def find(name: str) -> Ready:
 
 def make(name: str) -> Ready:
     """Fit a published material, in linear Rec.709. Raises DatasetError if there is none of this name."""
-    fit = methods.fit(published.load_published(name), **ARGUMENTS)
+    model, samples = published.find(name).model, published.load_published(name)
+    if isinstance(model, Conductor):        # all but its Fresnel term is known
+        levels = Levels(ARGUMENTS["diffuse_level"], ARGUMENTS["specular_level"], ARGUMENTS["compression"])
+        fit = regression_kriging.fit(samples, levels, estimated=regression_kriging.estimate(samples, model.lobes))
+    else:
+        fit = methods.fit(samples, **ARGUMENTS)
     return Ready(fit, node_mixtures(fit), principled(fit))
 
 
 def write(made: Ready, path: str | Path) -> None:
-    """Write an isotropic fit of three channels into a file, and what belongs to it in single precision."""
+    """Write a fit of three channels into a file, and what belongs to it in single precision."""
     arrays: dict[str, NDArray[Any]] = {
         "fit": np.frombuffer(made.fit.to_bytes(), np.uint8),
         "principled": np.hstack([getattr(made.principled, name) for name in _INPUTS]).astype(np.float32)}
     for engine, mixture in made.nodes._asdict().items():
-        columns = mixture.theta, *mixture.shape, mixture.colour, *(mixture.sampling or ())
+        columns = [mixture.theta, *mixture.shape, *(mixture.sampling or ())[1:]]
+        colours = [mixture.colour, *(mixture.sampling or ())[:1]]
         arrays |= {f"{engine}_kinds": np.array(mixture.kinds),
-                   f"{engine}_errors": np.array([mixture.error, mixture.worst, mixture.albedo_error]),
+                   f"{engine}_errors": np.array([mixture.error, mixture.worst, mixture.albedo_error,
+                                                np.nan if mixture.turn is None else mixture.turn]),
+                   f"{engine}_colours": np.stack(colours).astype(np.float32),
                    f"{engine}_table": np.hstack([column.reshape(len(mixture.theta), -1)
                                                  for column in columns]).astype(np.float32)}
     with files.replacing(path) as stream:
@@ -77,21 +89,21 @@ def read(path: str | Path) -> Ready:
     """Read a file that `write` wrote. Raises DatasetError if it is damaged."""
     try:
         arrays = npz.read(files.read_bytes(path, npz.LARGEST))
-        nodes = Nodes(*(_mixture(*(arrays[f"{engine}_{name}"] for name in ("kinds", "errors", "table")))
-                        for engine in Nodes._fields))
+        nodes = Nodes(*(_mixture(*(arrays[f"{engine}_{name}"] for name in _OF_MIXTURE)) for engine in Nodes._fields))
         return Ready(Fit.from_bytes(arrays["fit"].tobytes()), nodes, _principled(arrays["principled"]))
     except (ValueError, KeyError) as error:
         raise DatasetError(f"a damaged fit of the starter library: {error}", path) from error
 
 
-def _mixture(kinds: NDArray[Any], errors: NDArray[Any], table: NDArray[Any]) -> NodeMixture:
-    stops, lobes = len(table), len(kinds)
-    widths = 1, lobes, lobes, lobes, 3 * lobes, 3 * lobes, lobes + 1, 1         # of the columns that `write` writes
-    theta, *shape, colour, below, shares, probability = np.split(table.astype(float), np.cumsum(widths)[:-1], axis=1)
-    colours = stops, lobes, 1, 3
-    sampling = Sampling(below.reshape(colours), shares, probability[:, 0]) if probability.size else None
-    return NodeMixture(tuple(kinds.tolist()), theta[:, 0], Shape(*shape), colour.reshape(colours), None, sampling,
-                       *errors.tolist())
+def _mixture(kinds: NDArray[Any], errors: NDArray[Any], colours: NDArray[Any], table: NDArray[Any]) -> NodeMixture:
+    lobes = len(kinds)
+    widths = 1, lobes, lobes, lobes, lobes + 1, 1           # of the columns that `write` writes
+    theta, *shape, shares, probability = np.split(table.astype(float), np.cumsum(widths)[:-1], axis=1)
+    colour, *below = colours.astype(float)
+    *found, turn = errors.tolist()
+    sampling = Sampling(below[0], shares, probability[:, 0]) if below else None
+    return NodeMixture(tuple(kinds.tolist()), theta[:, 0], Shape(*shape), colour,
+                       None if np.isnan(turn) else turn, sampling, *found)
 
 
 def _principled(numbers: NDArray[Any]) -> Principled:

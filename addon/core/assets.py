@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import bpy
 
 from ...fitter.arrays import SingleArray
+from ...fitter.errors import DatasetError
 from ...fitter.files import locked, replacing
-from ...fitter.published import CITATION, name_in
+from ...fitter.published import find, name_in
 from . import previews
 from .annotations import not_none
 
@@ -52,7 +53,12 @@ def describe(settings: Any) -> str:
     if not settings.coefficients:
         return f"{settings.id_data.name}: a mix of measured reflectance"
     published = name_in(settings.filepath)
-    what = "measured reflectance" if published is None else f"{CITATION}, not a measurement"
+    what = "measured reflectance"
+    if published is not None:
+        try:
+            what = find(published).description
+        except DatasetError:            # the name of another version
+            what = "not a measurement"
     return (f"{settings.name_of_data}: {what}, fit {settings.fitted_levels}, "
             f"{settings.coefficients:,} coefficients, RMSE {settings.rmse:.3g} / sr. "
             f"Needs Cycles with OSL; EEVEE shows an approximation")

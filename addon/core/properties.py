@@ -257,7 +257,9 @@ def worth(settings: Any) -> Worth:
     name = published.name_in(settings.filepath)
     if name is not None:
         try:
-            return Worth("Published fit, not a measurement", published.find(name).brief, False)
+            material = published.find(name)
+            line = published.COMPUTED if material.is_computed else "Published fit, not a measurement"
+            return Worth(line, material.brief, material.is_computed)
         except DatasetError as error:
             return Worth(str(error), str(error), False)
     if settings.match < 0:

@@ -98,7 +98,8 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, colu
                                     shelf.published_icon(each.name), scale=scale):
             button.name = each.name
     _draw_rest(layout, len(offered) - most, "materials")
-    draw_wrapped(layout, "Published fits of MERL's materials (Low et al. 2012), not measurements", "INFO")
+    draw_wrapped(layout, "Metals: computed from measured optical constants. Others: published fits of MERL's materials "
+                         "(Low et al. 2012), not measurements", "INFO")
     if not starter.is_offered(context):
         layout.operator(library.MEASUREDBRDF_OT_add_starter_library.bl_idname, icon="ASSET_MANAGER")
 

@@ -42,12 +42,12 @@ def tags() -> list[str]:
 
 
 def offered(search: str, tag: str) -> list[published.Published]:
-    """The published materials that have a tag (or `ALL`), and all words of a search in name, label or tags: the
-    brightest first, since dark ones look alike."""
+    """The published materials that have a tag (or `ALL`), and all words of a search in name, label or tags: metals
+    in the order of their table, then the brightest first, since dark ones look alike."""
     words = search.lower().split()
     found = [each for each in published.offered() if tag in (ALL, *each.tags)
-             and all(word in f"{each.name} {each.label} {' '.join(each.tags)}".lower() for word in words)]
-    return sorted(found, key=lambda each: -each.model.kd.max())
+             and all(word in f"{each.name} {each.label} {' '.join(each.tags)} {each.words}".lower() for word in words)]
+    return sorted(found, key=lambda each: (not each.is_computed, 0 if each.is_computed else -each.model.brightness))
 
 
 def published_icon(name: str) -> int:

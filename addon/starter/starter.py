@@ -27,7 +27,7 @@ SHIPPED = Path(__file__).parents[2] / "starter_library"
 FILE = "starter.blend"
 LICENSE = "CC0-1.0"         # of the assets; the figures are facts, whose source each asset names
 _VERSION = "version.json"   # which Blender wrote the library, and of which version of the table
-_REVISION = 3               # a new one makes users' libraries anew
+_REVISION = 4               # a new one makes users' libraries anew
 _CATALOGUE = f"{assets.CATALOGUE}/Starter"
 _STEP = 4                   # of 255: colours of thumbnails are rounded to it, so that they compress well
 
@@ -99,9 +99,10 @@ def _mark(material: bpy.types.Material, wanted: published.Published) -> None:
     material.asset_mark()
     data = not_none(material.asset_data)
     data.description = wanted.description
-    data.author, data.license = published.CITATION, LICENSE
+    data.author, data.license = wanted.source, LICENSE
     data.catalog_id = str(assets.catalogue_id(_catalogue(wanted.tags[0])))
-    for tag in (*wanted.tags, "published fit", "MERL", wanted.name):
+    others = wanted.words.split() if wanted.is_computed else ["published fit", "MERL"]
+    for tag in (*wanted.tags, *others, wanted.name):
         data.tags.new(tag, skip_if_exists=True)
     picture = not_none(unpacked(material.measured_brdf.sphere))
     step = _STEP / 255

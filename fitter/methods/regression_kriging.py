@@ -73,8 +73,9 @@ class Estimate:
     left_out: FloatArray | None
 
 
-def estimate(samples: Samples) -> Estimate:
-    """The likeliest coordinates, prior and kernel of samples, and the field where there are few."""
+def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
+    """The likeliest coordinates, prior and kernel of samples, and the field where there are few; the prior is `lobes`
+    where these are known."""
     grey = _grey(samples.values)
     plain = replace(samples, values=greyed(samples.values, grey))
     typical = _typical(plain)
@@ -83,7 +84,8 @@ def estimate(samples: Samples) -> Estimate:
     with progress.part(0.0, 0.4, "Fitting lobes"):
         of_lattices = some(samples, _OF_LATTICES)
         transforms = [LogRelative(model, offset, ceiling, grey=grey)
-                      for model in prior.candidates(some(plain, _OF_LATTICES), typical, offset)]
+                      for model in ([lobes] if lobes is not None else
+                                    prior.candidates(some(plain, _OF_LATTICES), typical, offset))]
     richest = transforms[-1]
     searched = some(samples, _SEARCHED)
     families = _families(samples, richest.prior)

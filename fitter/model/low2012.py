@@ -60,6 +60,20 @@ class Low2012:
         """Bytes of the parameters of all channels in single precision."""
         return 4 * (2 * len(self.kd) + 3)
 
+    @property
+    def brightness(self) -> float:
+        """The largest component of the Lambertian's albedo."""
+        return float(self.kd.max())
+
+    @property
+    def width(self) -> float:
+        """The half angle within which the lobe is level, radians."""
+        return float(min(0.05 * np.sqrt(2 / self.b), 0.01))
+
+    def falls(self, theta_h: FloatArray) -> FloatArray:
+        """By how much the logarithm of the lobe is lower than at its peak, at half angles of (n,) radians."""
+        return np.asarray(self.c * np.log1p(self.b * (1 - np.cos(theta_h))))
+
     def evaluate(self, theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> FloatArray:
         """The BRDF, 1/sr: angles broadcast to (...), radians, to (..., channels) float64."""
         at = geometry(theta_i, phi_i, theta_o, phi_o)

@@ -96,30 +96,37 @@ def test_an_asset_of_a_published_fit_says_what_it_is(cube):
     assert "measured" not in [tag.name for tag in item.asset_data.tags]
 
 
-def test_the_library_begins_with_what_is_bright_and_the_pop_up_has_as_much_as_it_has_room_for(extension):
+def test_the_library_begins_with_metals_and_what_is_bright_and_the_pop_up_has_as_much_as_it_has_room_for(extension):
     from measured_brdf.addon.starter import panel, shelf
 
-    brightest = [max(each.model.kd) for each in shelf.offered("", shelf.ALL)]
+    offered = shelf.offered("", shelf.ALL)
+    assert [each.name for each in offered[:2]] == ["gold-polished", "silver-polished"]
+    assert [each.is_computed for each in offered] == [True] * 50 + [False] * (len(offered) - 50)
+    brightest = [max(each.model.kd) for each in offered[50:]]
     assert brightest == sorted(brightest, reverse=True)
     choices = bpy.context.window_manager.measured_brdf_shelf
     choices.tag = shelf.ALL
     shown = draw(panel.MEASUREDBRDF_PT_library)
     choices.property_unset("tag")
     assert shown.kinds.count("picture") == 28
-    assert "61 more materials" in shown.texts
+    assert f"{len(offered) - 28} more materials" in shown.texts
 
 
 def test_search_finds_by_words_in_name_label_and_tags(extension):
     from measured_brdf.addon.starter import shelf
+    from measured_brdf.fitter import published
 
     def found(search, tag=shelf.ALL):
         return [each.name for each in shelf.offered(search, tag)]
 
-    assert len(found("")) == 89
+    assert len(found("")) == len(published.offered())
     assert found("PLASTIC matte yellow") == ["yellow-matte-plastic"]
     assert "color-changing-paint1" in found("colour")
     assert "gold-paint" in found("gold", "metallic")
-    assert found("", "metal") == found("chrome") == []
+    assert found("chrome") == ["chromium-polished", "chromium-satin", "chromium-rough", "chromium-brushed"]
+    assert "stainless-steel-brushed" in found("steel")
+    assert found("gold brushed") == ["gold-brushed"]
+    assert all(each.is_computed for each in shelf.offered("", "metal"))
     assert found("", "foam") == ["polyurethane-foam"]
     assert found("unobtainium") == []
 
@@ -128,6 +135,7 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
                                                                           monkeypatch):
     from measured_brdf.addon.starter import shelf
     from measured_brdf.addon.work import queue
+    from measured_brdf.fitter import published
 
     queue.unregister()                  # what panels have asked for before
     shelf._icons._ids.clear()
@@ -145,7 +153,7 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
     assert shelf.measurement_icon(measurement, {"colours": "Rec.709"}) == (0, None)
     assert shelf.published_icon("chrome") == 0
     queue.answer_all()
-    assert kept == [(128, 128, 4)] * 90         # all 89 of the library at once
+    assert kept == [(128, 128, 4)] * (1 + len(published.offered()))         # all of the library at once
     assert len(list((tmp_path / "user" / "thumbnails").iterdir())) == 1
 
 

@@ -1,0 +1,36 @@
+"""Metals of the library, rendered by Cycles: no negative light, and what the formula reflects."""
+
+import bpy
+import numpy as np
+import pytest
+
+from fitter import published
+from support.cases import quick
+from support.stage import add_sphere, background, black_scene, render
+
+POLISHED = [each.name for each in published.offered() if each.name.endswith("-polished")]
+
+
+@pytest.mark.parametrize("name", quick([*POLISHED, "gold-brushed", "copper-satin", "iron-rough"], "gold-polished"))
+def test_an_exact_metal_has_no_light_below_zero_and_in_a_white_room_its_own_colour(blender, extension, name):
+    """A sphere under an even sky shows the directional albedo, whose middle is that at normal incidence."""
+    scene = black_scene(32, 32, 64, span=2)
+    scene.cycles.max_bounces = 0
+    background(scene, 1)
+    add_sphere()
+    bpy.ops.measured_brdf.use_published(name=name)
+    item = bpy.context.object.active_material
+    extension.addon.core.material.use_rendering(item, "EXACT")
+    even = render(scene)[..., :3]
+    assert even.min() >= 0
+    assert even.max() < 1.1
+    model = published.find(name).model
+    if max(model.alpha, model.across) < 0.1:
+        assert even[13:19, 13:19].mean(axis=(0, 1)) == pytest.approx(model.fresnel(np.ones(1))[0], rel=0.03)
+    background(scene, 0)
+    bpy.ops.object.light_add(type="AREA", radius=1, location=(2, -2, 3))
+    bpy.context.object.data.energy = 200
+    bpy.context.object.rotation_euler = (0.756, 0, 0.785)
+    lit = render(scene)[..., :3]
+    assert lit.min() >= 0
+    assert lit.max() > 0.5
