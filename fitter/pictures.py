@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from . import studio
 from .arrays import ArrayLike, BoolArray, FloatArray, SingleArray
 from .colours import DEFAULT, conversion, luminance
 from .drawing import GRID, INK, Color, blank, dots, line, write
@@ -21,9 +22,9 @@ PAIR: tuple[Color, Color] = ((1.0, 0.6, 0.2), (0.35, 0.7, 1.0))        # of two 
 _ORIGIN, _RADIUS = (0.5, 0.27), 0.46       # of a polar plot, over its size
 
 
-def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIGHTS,
+def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = (),
                colours: str = DEFAULT, with_tangent: bool = False) -> SingleArray:
-    """A sphere of the material, lit by a key and a fill light, in orthographic view on a transparent background.
+    """A sphere of the material in a studio (`studio`), in orthographic view on a transparent background.
 
     The tangent of an anisotropic material goes around the vertical axis.
 
@@ -32,7 +33,7 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIG
     size : int
         Pixels.
     lights : sequence of (direction, strength)
-        Far away: the direction to each, and its irradiance / pi. The view is (0, 0, 1).
+        Instead of the studio: far away, the direction to each, and its irradiance / pi. The view is (0, 0, 1).
     colours : str
         One of `colours.COLOURS`: that of the fit.
     with_tangent : bool
@@ -43,11 +44,15 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = LIG
     (size, size, 4) float32
     """
     normal, inside, cover = sphere(size)
-    radiance = np.zeros((len(normal), 3))
-    for direction, strength in lights:
-        radiance += np.pi * strength * reflected(fit, normal, direction)
+    if lights:
+        radiance = np.zeros((len(normal), 3))
+        for direction, strength in lights:
+            radiance += np.pi * strength * reflected(fit, normal, direction)
+    else:
+        radiance = np.broadcast_to(studio.on_sphere(fit, normal), (len(normal), 3))
+    linear = radiance @ conversion(colours, DEFAULT).T
     picture = np.zeros((size, size, 4), dtype=np.float32)
-    picture[inside, :3] = srgb(radiance @ conversion(colours, DEFAULT).T)
+    picture[inside, :3] = srgb(linear if lights else studio.developed(linear))
     picture[..., 3] = cover
     if with_tangent and not is_isotropic(fit):
         for stroke in _strokes(size):

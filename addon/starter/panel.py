@@ -58,7 +58,8 @@ class MEASUREDBRDF_PT_library(bpy.types.Panel):
 
 def draw_button(layout: bpy.types.UILayout) -> None:
     """Draw the button that opens the library."""
-    shelf.published_icon(published.offered()[0].name)       # a popover does not notice what comes later
+    for each in published.offered():            # a popover does not notice what comes later
+        shelf.published_icon(each.name)
     layout.popover(MEASUREDBRDF_PT_library.__name__, text="Library", icon="ASSET_MANAGER")
 
 

@@ -5,7 +5,7 @@ Everything is asked of workers (`work.queue`); what is drawn meanwhile is what i
 
 from collections.abc import Callable
 from contextlib import suppress
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import bpy
@@ -23,6 +23,7 @@ _PACKAGE = __package__.rpartition(".addon")[0]
 _RECHECK = 2.0              # s, after which a folder is scanned again
 _TICK = 2.5                 # s, between two redraws of a panel that shows a folder
 _KEPT = 600                 # icons
+_AT_A_TIME = 14             # pictures of the library that are drawn in one go: half a second
 _icons = icons.Icons(_KEPT)
 _failed: Recent[icons.Key, Exception] = Recent(_KEPT)     # the queue forgets: they would be tried for ever
 _was_drawn = False
@@ -51,11 +52,19 @@ def offered(search: str, tag: str) -> list[published.Published]:
 
 
 def published_icon(name: str) -> int:
-    """The icon of a published material; 0 until it has been drawn."""
+    """The icon of a published material; 0 until it has been drawn, with some others of its kind."""
     key = "published", name
     if key not in _icons:
-        queue.ask("library", thumbnails.of_library, "read", then=_keep_library)
+        together = next((each for each in _together() if name in each), (name,))
+        queue.ask(("library", together), partial(thumbnails.of_library, together), "read", then=_keep_library)
     return _icons.known(key)
+
+
+@cache
+def _together() -> list[tuple[str, ...]]:
+    """The names of materials whose pictures are drawn at a time: of a kind, in the order in which they are shown."""
+    kinds = [[each.name for each in offered("", ALL) if each.tags[0] == tag] for tag in published.TAGS]
+    return [tuple(names[first:first + _AT_A_TIME]) for names in kinds for first in range(0, len(names), _AT_A_TIME)]
 
 
 def watched(folder: str) -> Job[list[thumbnails.Found]]:

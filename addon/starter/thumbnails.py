@@ -4,7 +4,7 @@ Nothing here imports bpy. Pictures of measurements are cached on disk, by the co
 """
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -26,7 +26,7 @@ SIZE = 128
 LARGEST_FITTED = 8 << 20    # bytes: larger files get no thumbnail, their fit would take longer than people look
 MOST = 400                  # measurements that a folder shows
 _QUICK: Arguments = {**fitter.PRESETS["Draft"]}
-_VERSION = 1                # of pictures; a new one makes all anew
+_VERSION = 2                # of pictures; a new one makes all anew
 _KEPT = 1500                # pictures on disk
 _known: 'Recent[tuple[str, tuple[int, int]], list["Found"]]' = Recent(1 << 16)     # what files hold, by path and stamp
 
@@ -105,9 +105,9 @@ def _as_unicode(text: str) -> str:
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def of_library(_report: Report = silent) -> dict[str, SingleArray]:
-    """The pictures of the starter library by name: (SIZE, SIZE, 4) float32 each."""
-    return {each.name: lit_sphere(each.model, SIZE) for each in published.offered()}
+def of_library(names: Sequence[str], _report: Report = silent) -> dict[str, SingleArray]:
+    """The pictures of materials of the starter library by name: (SIZE, SIZE, 4) float32 each. Raises DatasetError."""
+    return {name: lit_sphere(published.find(name).model, SIZE) for name in names}
 
 
 def of_measurement(found: Found, cache: str, how: Arguments, _report: Report = silent) -> SingleArray:

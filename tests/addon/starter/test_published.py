@@ -151,7 +151,8 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
     kept = []
     monkeypatch.setattr(shelf._icons, "add", lambda key, picture: kept.append(picture.shape))
     assert shelf.measurement_icon(measurement, {"colours": "Rec.709"}) == (0, None)
-    assert shelf.published_icon("chrome") == 0
+    for each in published.offered():
+        assert shelf.published_icon(each.name) == 0
     queue.answer_all()
     assert kept == [(128, 128, 4)] * (1 + len(published.offered()))         # all of the library at once
     assert len(list((tmp_path / "user" / "thumbnails").iterdir())) == 1

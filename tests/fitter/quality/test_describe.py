@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter import pictures
+from fitter import pictures, studio
 from fitter.cycles.principled import albedo
 from fitter.quality.describe import describe
 
@@ -200,7 +200,10 @@ def test_the_lit_sphere_of_a_lambertian_follows_the_cosine():
     picture = pictures.lit_sphere(Lambertian(), 101)
     assert picture[0, 0, 3] == 0                                        # around the sphere
     assert picture[50, 50, 3] == 1
-    expected = sum(strength * toward[2] / np.linalg.norm(toward) for toward, strength in pictures.LIGHTS) / 2
+    n = 400_000
+    z, azimuth = np.sqrt((np.arange(n) + 0.5) / n), np.arange(n) * math.pi * (3 - math.sqrt(5))     # cosine-weighted
+    toward = np.stack([np.sqrt(1 - z ** 2) * np.cos(azimuth), np.sqrt(1 - z ** 2) * np.sin(azimuth), z], axis=-1)
+    expected = studio.developed(np.full((1, 3), studio.radiance(toward).mean() / 2))[0, 0]
     assert picture[50, 50, 0] == pytest.approx(pictures.srgb(np.array(expected)), abs=0.01)
     assert picture[70, 30, 0] > picture[30, 30, 0]                      # the key light is at the upper left
 
