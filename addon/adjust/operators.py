@@ -8,11 +8,14 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
+from types import SimpleNamespace
+from typing import Any
 
 import bpy
 from bpy.app.handlers import persistent
-from bpy.props import BoolProperty
+from bpy.props import BoolProperty, EnumProperty
 
+from ...fitter.variations import variation
 from ..core import compiler, edits
 from ..core import material as materials
 from ..core.active_material import active_material, is_editable
@@ -23,6 +26,13 @@ from ..work import modal, process, queries, tasks
 from ..work.modal import InBackground, Steps
 from . import settings as adjustments
 
+_NONE = "NONE"
+VARIATIONS = ((_NONE, "None", "What the sliders have"),
+              ("SATIN", "Satin", "The highlight twice as wide"),
+              ("AGED", "Aged", "Yellower and darker, with a wider and weaker highlight"),
+              ("LACQUERED", "Lacquered", "A smooth clear coat above"),
+              ("WET", "Wet", "A coat of water; what is porous gets darker"),
+              ("DUSTY", "Dusty", "Two fifths of the surface under dust. Metals get dull, not grey"))
 _PAUSE = 0.4                # s without a change, after which adjustments are applied
 _AGAIN = 0.1                # s, after which is asked again whether they can be
 _changed: dict[int, float] = {}         # session_uid of materials with adjustments to apply, and when they were changed
@@ -37,6 +47,13 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     reset: BoolProperty(name="Reset", options={"SKIP_SAVE"}, description="Take all adjustments back first")
+    variation: EnumProperty(name="Variation", items=VARIATIONS, default=_NONE, options={"SKIP_SAVE"},
+                            description="Adjust as this variation of what was measured has it")
+
+    @classmethod
+    def description(cls, _context: bpy.types.Context, properties: Any) -> str:
+        told = next((told for name, _, told in VARIATIONS[1:] if name == properties.variation), None)
+        return not_none(cls.__doc__) if told is None else f"{told}. All sliders below follow"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -47,8 +64,13 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
         target = not_none(active_material(context))
         self._target = target.session_uid
         _changed.pop(self._target, None)
-        edit = {} if self.reset else adjustments.edit_arguments(target)
-        return process.Calculation(partial(tasks.adjusted, not_none(queries.kept(target)), edit))
+        kept = not_none(queries.kept(target))
+        self._values = None
+        if self.variation != _NONE:
+            self._values = adjustments.values_of(variation(self.variation.lower(), tasks.kept_fit(kept)))
+        edit = ({} if self.reset else adjustments.edit_arguments(target) if self._values is None else
+                adjustments.arguments_of(SimpleNamespace(**self._values)))
+        return process.Calculation(partial(tasks.adjusted, kept, edit))
 
     def prepare(self, surface: Surface) -> Steps:
         yield 0.95, "Compiling"
@@ -59,11 +81,14 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
         if target is None or not target.is_editable or not materials.is_measured(target):
             raise ValueError("The material has been removed meanwhile")
         surface, shader = prepared
-        if not self.reset and adjustments.edit_arguments(target) != surface.edit:
+        chosen = self.reset or self._values is not None
+        if not chosen and adjustments.edit_arguments(target) != surface.edit:
             _apply_soon(target)             # the user has undone or changed something meanwhile
         materials.edit(target, surface, context, shader)
-        if self.reset:
+        if chosen:
             adjustments.reset(target)
+        for name, value in (self._values or {}).items():
+            setattr(adjustments.of(target), name, value)
 
 
 def _apply_soon(material: bpy.types.Material) -> None:

@@ -6,9 +6,9 @@ from ..core import edits
 from ..core import material as materials
 from ..core.active_material import active_material
 from ..core.annotations import not_none
-from ..panel.layout import MaterialPanel, name_beside_value
+from ..panel.layout import MaterialPanel, choices, name_beside_value
 from . import flakes
-from .operators import MEASUREDBRDF_OT_adjust
+from .operators import VARIATIONS, MEASUREDBRDF_OT_adjust
 from .settings import edit_arguments, of
 
 _TEXTURED = "Tint", "Strength", "Normal"        # inputs of the node
@@ -19,6 +19,9 @@ def draw(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
     settings = of(material)
     name_beside_value(layout)
     layout.enabled = material.is_editable
+    buttons = choices(layout, [label for _, label, _ in VARIATIONS[1:]])
+    for name, label, _ in VARIATIONS[1:]:
+        buttons.operator(MEASUREDBRDF_OT_adjust.bl_idname, text=label).variation = name
     for names in (("diffuse_gain", "diffuse_tint"), ("highlight_gain", "highlight_tint", "highlight_width"),
                   ("coat",)):
         column = layout.column(align=True)

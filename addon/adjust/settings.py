@@ -65,7 +65,11 @@ def of(material: bpy.types.Material) -> Any:
 
 def edit_arguments(material: bpy.types.Material) -> Arguments:
     """The keyword arguments of `fitter.edited` that adjustments ask for; empty if nothing is adjusted."""
-    settings = of(material)
+    return arguments_of(of(material))
+
+
+def arguments_of(settings: Any) -> Arguments:
+    """The keyword arguments of `fitter.edited` that `MeasuredAdjustments`, or what has their values, ask for."""
     wanted = {
         "diffuse": tuple(round(settings.diffuse_gain * value, _DIGITS) for value in settings.diffuse_tint),
         "highlight": tuple(round(settings.highlight_gain * value, _DIGITS) for value in settings.highlight_tint),
@@ -90,22 +94,24 @@ def reset(material: bpy.types.Material) -> None:
         of(material).property_unset(name)
 
 
+def values_of(edit: Arguments) -> dict[str, Any]:
+    """All adjustments that keyword arguments of `fitter.edited` stand for, in single precision, as Blender has them."""
+    values: dict[str, Any] = {"highlight_width": edit.get("width", 1), "coat": edit.get("coat", 0),
+                              "coat_roughness": edit["coat_width"] ** 0.5 if "coat_width" in edit else 0.1}
+    for part in ("diffuse", "highlight"):
+        factors = np.broadcast_to(edit.get(part, 1), 3)
+        values[f"{part}_gain"] = float(factors.max()) or 1.0
+        values[f"{part}_tint"] = factors / values[f"{part}_gain"]
+    return {name: np.asarray(value, np.float32).tolist() for name, value in values.items()}
+
+
 def take_over(material: bpy.types.Material) -> None:
     """Give a material of version 0.2 the adjustments that its shader was edited by, if it has none yet."""
     settings = of(material)
     if any(settings.is_property_set(name) for name in ADJUSTMENTS):
         return
-    edit: Arguments = json.loads(material.measured_brdf.adjusted or "{}")
-    for part in ("diffuse", "highlight"):
-        if part in edit:
-            factors = np.broadcast_to(edit[part], 3)
-            gain = float(factors.max()) or 1.0
-            setattr(settings, f"{part}_gain", gain)
-            setattr(settings, f"{part}_tint", (factors / gain).tolist())
-    for name, value in (("highlight_width", edit.get("width")), ("coat", edit.get("coat")),
-                        ("coat_roughness", edit["coat_width"] ** 0.5 if "coat_width" in edit else None)):
-        if value is not None:
-            setattr(settings, name, value)
+    for name, value in values_of(json.loads(material.measured_brdf.adjusted or "{}")).items():
+        setattr(settings, name, value)
 
 
 @persistent

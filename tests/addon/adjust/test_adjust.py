@@ -239,3 +239,20 @@ def test_a_file_of_version_0_2_is_opened_with_its_adjustments(blender, material,
     opened = blender.context.object.active_material
     assert edits.edit_arguments(opened) == edit
     assert edits.is_as_wanted(opened)
+
+
+@pytest.mark.parametrize("name", ["satin", "aged", "lacquered", "wet", "dusty"])
+def test_a_variation_is_one_step_from_what_was_measured_and_its_sliders_show_it(blender, material, extension, name):
+    from fitter.variations import variation
+
+    measured = shown(material)
+    settings = material.measured_brdf_adjustments
+    settings.diffuse_gain = 0.3                         # what was there before goes
+    assert blender.ops.measured_brdf.adjust(variation=name.upper()) == {"FINISHED"}
+    at = np.full(20, 0.5), np.zeros(20), np.linspace(0, 1.3, 20), np.full(20, 3.0)
+    wanted = fitter.edited(measured, **variation(name, measured))
+    first, second = np.broadcast_arrays(shown(material).evaluate(*at), wanted.evaluate(*at))
+    np.testing.assert_allclose(first, second, rtol=1e-4, atol=1e-6)
+    assert extension.addon.core.edits.is_as_wanted(material), "nothing is left to apply"
+    assert blender.ops.measured_brdf.adjust(reset=True) == {"FINISHED"}
+    np.testing.assert_array_equal(*np.broadcast_arrays(shown(material).evaluate(*at), measured.evaluate(*at)))
