@@ -16,6 +16,7 @@ class _Defaults(NamedTuple):
     preset: str = "Standard"
     data_folder: str = ""
     asset_library: str = ""
+    favourites: str = ""
 
 
 _DEFAULTS = _Defaults()
@@ -35,6 +36,9 @@ class MeasuredPreferences(bpy.types.AddonPreferences):
                                   description="Folder that Save to Asset Library offers first, and into which folders "
                                               "of measurements are converted. Scripts save into it without a question; "
                                               "if it is empty, they make materials assets of the open file")
+
+    favourites: StringProperty(options={"HIDDEN"}, description="Names of favourite materials of the library, with "
+                                                               "commas between them")
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = not_none(self.layout)

@@ -60,6 +60,25 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
         return process.Calculation(partial(work.outcomes, self.name, load_arguments(choices)))
 
 
+class MEASUREDBRDF_OT_favourite(bpy.types.Operator):
+    """Keep this material in the row of favourites above the library, or take it out. They are in the preferences"""
+
+    bl_idname = "measured_brdf.favourite"
+    bl_label = "Favourite"
+    bl_options = {"INTERNAL"}
+
+    name: StringProperty(options={"SKIP_SAVE"})
+
+    def execute(self, _context: bpy.types.Context) -> OperatorResult:
+        try:
+            is_one = shelf.toggle_favourite(self.name)
+        except ValueError as error:             # DatasetError too
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"{find(self.name).label} is {'a' if is_one else 'no longer a'} favourite")
+        return {"FINISHED"}
+
+
 class MEASUREDBRDF_OT_add_starter_library(InBackground, bpy.types.Operator):
     """Show the published fits in the Asset Browser: add their library to those of the preferences. Where it is not \
 there yet, it is made first, which takes half a minute; some minutes in a checkout"""
@@ -86,7 +105,7 @@ there yet, it is made first, which takes half a minute; some minutes in a checko
         self.report({"INFO"}, f"The Asset Browser has the library {starter.NAME}")
 
 
-classes = (MeasuredShelf, MEASUREDBRDF_OT_use_published, MEASUREDBRDF_OT_add_starter_library)
+classes = (MeasuredShelf, MEASUREDBRDF_OT_use_published, MEASUREDBRDF_OT_favourite, MEASUREDBRDF_OT_add_starter_library)
 
 
 def register() -> None:

@@ -14,6 +14,7 @@ from . import shelf, starter, thumbnails
 
 _CELL = 16                  # characters: the width of a cell with a thumbnail
 _SCALE = 4.5                # of thumbnails
+_OF_FAVOURITES = 2.0        # scale of the pictures of favourites
 _MOST = 60                  # cells
 _ABREAST, _SMALL = 7, 3.2   # cells of the popover beside one another, and the scale of their thumbnails
 _FEW = 4 * _ABREAST         # cells of the popover: one that is higher than its window opens at its end
@@ -89,15 +90,25 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, colu
     kind = row.row(align=True)
     kind.active = not choices.search        # which is in all kinds
     kind.prop(choices, "tag", text="")
+    favourites = shelf.favourites()
+    if favourites:
+        kept = layout.row(align=True)
+        kept.alignment = "LEFT"
+        for each in favourites[:columns * 2]:
+            picture_button(kept.column(), library.MEASUREDBRDF_OT_use_published.bl_idname,
+                           shelf.published_icon(each.name) or _icon("TIME"), _OF_FAVOURITES).name = each.name
     offered = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
     if not offered:
         draw_wrapped(layout, "No material has these words in its name or kind", "INFO")
     grid = _grid(layout, columns)
     for each in offered[:most]:
-        cell = grid.column(align=True)
-        for button in _draw_buttons(cell, each.label, library.MEASUREDBRDF_OT_use_published.bl_idname,
-                                    shelf.published_icon(each.name), scale=scale):
+        row = grid.row(align=True)
+        for button in _draw_buttons(row.column(align=True), each.label,
+                                    library.MEASUREDBRDF_OT_use_published.bl_idname, shelf.published_icon(each.name),
+                                    scale=scale):
             button.name = each.name
+        row.operator(library.MEASUREDBRDF_OT_favourite.bl_idname, text="", emboss=False,
+                     icon="SOLO_ON" if each in favourites else "SOLO_OFF").name = each.name
     _draw_rest(layout, len(offered) - most, "materials")
     draw_wrapped(layout, "Metals: computed from measured optical constants. Others: published fits of MERL's materials "
                          "(Low et al. 2012), not measurements", "INFO")
@@ -147,10 +158,14 @@ def _draw_measurement(cell: bpy.types.UILayout, measurement: thumbnails.Found, h
 def _draw_buttons(cell: bpy.types.UILayout, label: str, operator: str, icon_id: int,
                   meanwhile: str = "TIME", scale: float = _SCALE) -> list[Any]:
     """A picture, or an icon in as much space, and a name below it: buttons, whose properties are returned."""
-    if not icon_id:
-        icon_id = bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items[meanwhile].value
+    icon_id = icon_id or _icon(meanwhile)
     return [picture_button(cell, operator, icon_id, scale),
             *(cell.operator(operator, text=line) for line in on_buttons(label, _columns()))]
+
+
+def _icon(name: str) -> int:
+    """Blender's icon of a name."""
+    return bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items[name].value
 
 
 def _draw_rest(layout: bpy.types.UILayout, count: int, what: str) -> None:

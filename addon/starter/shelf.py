@@ -12,6 +12,7 @@ import bpy
 
 from ...fitter import published
 from ...fitter.arrays import SingleArray
+from ..core import preferences
 from ..core.annotations import Arguments, Report, not_none
 from ..work import icons, queue, tasks
 from ..work.job import Job
@@ -34,6 +35,30 @@ def user_folder(name: str) -> Path:
     with suppress(ValueError):                  # a checkout is no extension
         return Path(bpy.utils.extension_path_user(_PACKAGE, path=name))
     return Path(bpy.utils.user_resource("DATAFILES", path="measured_brdf")) / name
+
+
+def favourites() -> list[published.Published]:
+    """The user's favourite materials, those chosen last first; names that this version does not know are left out."""
+    names = preferences.get(bpy.context).favourites.split(",")
+    return [published.materials()[name] for name in names if name in published.materials()]
+
+
+def toggle_favourite(name: str) -> bool:
+    """Make a material a favourite, or no longer one: whether it is one now. It is stored in the preferences.
+
+    Raises DatasetError if there is none of this name, and ValueError where there are no preferences to store it in.
+    """
+    published.find(name)
+    settings = preferences.get(bpy.context)
+    names = [each for each in settings.favourites.split(",") if each]
+    is_new = name not in names
+    try:
+        settings.favourites = ",".join([name, *names] if is_new else [each for each in names if each != name])
+    except AttributeError as error:         # the defaults
+        raise ValueError("Favourites are kept in the preferences of the installed extension, and it is not "
+                         "installed") from error
+    bpy.context.preferences.is_dirty = True         # so that Blender saves them
+    return is_new
 
 
 def tags() -> list[str]:
