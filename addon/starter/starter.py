@@ -14,20 +14,19 @@ import bpy
 from ...fitter import published, ready
 from ...fitter.colours import DEFAULT
 from ...fitter.files import replacing
-from ...fitter.packed_picture import unpacked
 from ..core import assets, library_file, previews
 from ..core import material as materials
 from ..core.annotations import not_none
 from ..core.compiler import Shader
 from ..core.properties import LEVELS, Choices, default_choices, use_preset
-from . import shelf, work
+from . import shelf, thumbnails, work
 
 NAME = "Measured BRDF Starter Library"
 SHIPPED = Path(__file__).parents[2] / "starter_library"
 FILE = "starter.blend"
 LICENSE = "CC0-1.0"         # of the assets; the figures are facts, whose source each asset names
 _VERSION = "version.json"   # which Blender wrote the library, and of which version of the table
-_REVISION = 4               # a new one makes users' libraries anew
+_REVISION = 5               # a new one makes users' libraries anew
 _CATALOGUE = f"{assets.CATALOGUE}/Starter"
 _STEP = 4                   # of 255: colours of thumbnails are rounded to it, so that they compress well
 
@@ -104,7 +103,7 @@ def _mark(material: bpy.types.Material, wanted: published.Published) -> None:
     others = wanted.words.split() if wanted.is_computed else ["published fit", "MERL"]
     for tag in (*wanted.tags, *others, wanted.name):
         data.tags.new(tag, skip_if_exists=True)
-    picture = not_none(unpacked(material.measured_brdf.sphere))
+    picture = thumbnails.of_published(wanted)
     step = _STEP / 255
     picture[..., :3] = (picture[..., :3] / step).round() * step
     previews.fill(not_none(material.preview_ensure()), picture)

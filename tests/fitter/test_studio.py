@@ -5,7 +5,7 @@ import pytest
 
 from fitter import published, studio
 from fitter.model import is_isotropic
-from fitter.pictures import lit_sphere
+from fitter.pictures import lit_cloth, lit_sphere
 from support.cases import quick
 
 BLACK = {"black-fabric", "black-obsidian", "black-phenolic", "black-soft-plastic", "silicon-nitrade",
@@ -63,6 +63,20 @@ def test_a_polished_metal_shows_the_window():
                                        "white-paint", "black-obsidian", "dark-blue-paint", "red-fabric"))
 def test_pictures_of_the_library_are_neither_black_nor_white(name):
     """The mean of the displayed values within the sphere."""
-    picture = lit_sphere(published.find(name).model, 48)
+    material = published.find(name)
+    picture = (lit_cloth if "fabric" in material.tags else lit_sphere)(material.model, 48)
     mean = (picture[..., :3].mean(axis=-1) * picture[..., 3]).sum() / picture[..., 3].sum()
     assert (0.06 if name in BLACK else 0.15) < mean < (0.67 if name in NEARLY_WHITE else 0.6)
+
+
+def test_a_cloth_shows_its_folds_and_its_colour():
+    model = published.find("red-fabric").model
+    picture = lit_cloth(model, 96)
+    assert picture[0, 0, 3] == 0
+    assert picture[48, 48, 3] == 1
+    cloth, ball = (each[each[..., 3] == 1][:, :3].astype(float) ** 2.2 for each in (picture, lit_sphere(model, 96)))
+    hue, expected = (each.mean(axis=0) / each.mean() for each in (cloth, ball))
+    assert hue == pytest.approx(expected, rel=0.1)
+    row = picture[48, 10:86, 0]
+    assert ((row[1:-1] > row[:-2]) & (row[1:-1] > row[2:])).sum() >= 2     # lit folds
+    assert np.ptp(row) > 0.1
