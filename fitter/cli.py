@@ -5,13 +5,14 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load, report
 from . import fit as fit_samples
 from .colours import COLOURS
 from .colours import DEFAULT as DEFAULT_COLOURS
 from .cycles.bake import bake
+from .errors import printable
 from .files import replacing
 from .formats import KNOWN_FILES, illuminants, list_samples, reading, saved_samples
 from .methods import METHODS
@@ -21,11 +22,12 @@ from .published import name_in
 from .quality.describe import describe
 from .samples import SYMMETRIES
 
+CANCELLED = 130             # as shells have it for Ctrl-C
 _NOT_GIVEN = object()       # None means plain MBA
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command. The exit code is 0, or 1 with a message on standard error.
+    """Run one command. The exit code is 0, or 1 with a message on standard error; or `CANCELLED`.
 
     Parameters
     ----------
@@ -44,12 +46,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options.run(options)
     except (DatasetError, ImportError, ValueError) as error:
-        print(f"error: {error}", file=sys.stderr)
+        say(f"error: {error}", file=sys.stderr)
         return 1
     except BrokenPipeError:     # the reader has closed the pipe: write no more
         sys.stdout = None       # print then does nothing
+    except KeyboardInterrupt:
+        say("cancelled", file=sys.stderr)
+        return CANCELLED
     except OSError as error:
-        print(f"error: {error.filename}: {error.strerror or error}", file=sys.stderr)
+        say(f"error: {error.filename}: {error.strerror or error}", file=sys.stderr)
         return 1
     return 0
 
@@ -148,9 +153,9 @@ def _info(options: argparse.Namespace) -> None:
         return
     samples = list_samples(options.file, options.columns)
     if samples and options.sample is None:
-        print(f"{options.file}: {len(samples)} samples; describe one with --sample")
+        say(f"{options.file}: {len(samples)} samples; describe one with --sample")
         for number, name in samples:
-            print(f"{number:4d}  {name}")
+            say(f"{number:4d}  {name}")
         return
     _describe_samples(options.file, options.sample, reading_of(options))
 
@@ -166,15 +171,15 @@ def _is_fit(path: str) -> bool:
 
 def _describe_samples(path: str, sample: str | None, how: dict[str, Any]) -> None:
     samples = load(path, sample, **how)
-    print(samples.name)
+    say(samples.name)
     for label, text, warning in describe(samples).rows():
-        print(f"  {label:12} {text}{'  (!)' if warning else ''}")
+        say(f"  {label:12} {text}{'  (!)' if warning else ''}")
 
 
 def _describe_fit(fit: Fit) -> None:
     transform = "identity" if fit.transform is None else fit.transform.name
     form = f"{transform} in {fit.coordinates.name} coordinates".replace("_", "-")
-    print(f"{fit.name}: {fit.notation}, {form}, channels {' '.join(fit.channels)}, "
+    say(f"{fit.name}: {fit.notation}, {form}, channels {' '.join(fit.channels)}, "
           f"{fit.coefficient_count:,} coefficients, {fit.nbytes:,} bytes")
 
 
@@ -193,30 +198,30 @@ def _fit(options: argparse.Namespace) -> None:
     fit.save(options.out)
     _describe_fit(fit)
     for change in fit.changes:
-        print(f"  {change}")
-    print(f"  fitted in {seconds:.3f} s")
+        say(f"  {change}")
+    say(f"  fitted in {seconds:.3f} s")
     fitted = fit.evaluate(*samples.directions)
     rows = [("all", error_metrics(samples.values, fitted))]
     if len(samples.channels) > 1:
         rows += zip(samples.channels, channel_metrics(samples.values, fitted), strict=True)
     for name, errors in rows:
-        print(f"  {name:5s} RMSE {errors.rmse:.6g}  MAE {errors.mae:.6g}  MRE {errors.mre:.6g}")
+        say(f"  {name:5s} RMSE {errors.rmse:.6g}  MAE {errors.mae:.6g}  MRE {errors.mre:.6g}")
 
 
 def _bake(options: argparse.Namespace) -> None:
     source = bake(Fit.load(options.file))
     with replacing(options.out, "w") as stream:
         stream.write(source)
-    print(f"{options.out}: {len(source):,} bytes of OSL")
+    say(f"{options.out}: {len(source):,} bytes of OSL")
 
 
 def _photographs(options: argparse.Namespace) -> None:
     samples = measure(options.file)
     saved_samples.write(samples, options.out)
-    print(samples.name)
+    say(samples.name)
     for line in (*samples.notes, *advice(coverage(samples))):
-        print(f"  {line}")
-    print(f"{options.out}: {len(samples):,} samples; python -m fitter fit {options.out} -o FIT.npz fits them")
+        say(f"  {line}")
+    say(f"{options.out}: {len(samples):,} samples; python -m fitter fit {options.out} -o FIT.npz fits them")
 
 
 def _report(options: argparse.Namespace) -> None:
@@ -227,7 +232,12 @@ def _report(options: argparse.Namespace) -> None:
         found += report.rows(each, fits)
     show_progress(len(samples), len(samples), "")
     report.write(found, options.out)
-    print(report.markdown(found), end="")
+    say(report.markdown(found), end="")
+
+
+def say(text: str, end: str = "\n", file: TextIO | None = None) -> None:
+    """Print text in which there may be names of files, which may hold anything."""
+    print(printable(text), end=end, file=file)
 
 
 def show_progress(done: int, total: int, name: str) -> None:
@@ -235,4 +245,4 @@ def show_progress(done: int, total: int, name: str) -> None:
     if sys.stderr.isatty():
         bar = "#" * (30 * done // total)
         end = "\n" if done == total else ""
-        print(f"\r[{bar:30}] {done}/{total} {name:24.24}", end=end, file=sys.stderr, flush=True)
+        print(f"\r[{bar:30}] {done}/{total} {printable(name):24.24}", end=end, file=sys.stderr, flush=True)

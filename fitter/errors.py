@@ -1,6 +1,22 @@
 """The one exception that bad input raises, and its kinds: what a user can be asked about."""
 
+import unicodedata
 from pathlib import Path
+
+_UNSHOWN = {"Cc", "Cf", "Cs"}       # categories of Unicode: control characters, formats, and halves of characters
+
+
+def printable(text: str) -> str:
+    r"""Text from a file, or the name of one, as terminals and Blender can show it: what would steer them, or is no
+    character at all, as an escape.
+
+    Examples
+    --------
+    >>> print(printable("gold \x1b[31m \udcff"))
+    gold \x1b[31m \udcff
+    """
+    return "".join(ascii(each)[1:-1] if each != "\n" and unicodedata.category(each) in _UNSHOWN else each
+                   for each in text)
 
 
 class DatasetError(ValueError):
@@ -21,7 +37,7 @@ class DatasetError(ValueError):
 
     def __init__(self, message: str, path: str | Path | None = None, line: int | None = None) -> None:
         where = "" if path is None else f"{path}:{line}: " if line is not None else f"{path}: "
-        super().__init__(where + message)
+        super().__init__(printable(where + message))
         self.path = path
         self.line = line
 

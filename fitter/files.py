@@ -28,6 +28,8 @@ def read_bytes(path: str | Path, largest: int) -> bytes:
     Raises DatasetError if it is not a regular file, cannot be read, has more than `largest` bytes, or changes while it
     is read.
     """
+    if not str(path):
+        raise DatasetError("no file is named: the path is empty")
     path = Path(path)
     try:
         if path.is_dir():

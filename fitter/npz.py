@@ -51,10 +51,11 @@ def _entry(name: str) -> zipfile.ZipInfo:
     return entry
 
 
-def read(content: bytes) -> dict[str, NDArray[Any]]:
+def read(content: bytes, largest: int = LARGEST) -> dict[str, NDArray[Any]]:
     """The arrays of an .npz file, by name; they are read-only.
 
-    Raises ValueError if the file is damaged, or anything else than an archive of plain arrays.
+    Raises ValueError if the file is damaged, or anything else than an archive of plain arrays, of `largest` bytes in all
+    at most.
 
     Examples
     --------
@@ -63,11 +64,11 @@ def read(content: bytes) -> dict[str, NDArray[Any]]:
     """
     _check_directory(content)
     arrays: dict[str, NDArray[Any]] = {}
-    allowance = LARGEST
+    allowance = largest
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as file:
-            if sum(member.file_size for member in file.infolist()) > LARGEST:
-                raise ValueError(f"its arrays claim more than {LARGEST:,} bytes, more than there may be")
+            if sum(member.file_size for member in file.infolist()) > largest:
+                raise ValueError(f"its arrays claim more than {largest:,} bytes, more than there may be")
             for member in file.infolist():
                 name = _name(member)
                 if name in arrays:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import bpy
 
 from ...fitter.arrays import SingleArray
-from ...fitter.errors import DatasetError
+from ...fitter.errors import DatasetError, printable
 from ...fitter.files import locked, replacing
 from ...fitter.published import find, name_in
 from . import previews
@@ -41,7 +41,7 @@ def mark(material: bpy.types.Material, picture: SingleArray | None = None) -> No
     data.catalog_id = str(catalogue_id())
     published = name_in(settings.filepath)
     for tag in ("mix", "BRDF") if not settings.coefficients else (
-            "measured", "BRDF", settings.preset, Path(settings.filepath).stem) if published is None else (
+            "measured", "BRDF", settings.preset, printable(Path(settings.filepath).stem)) if published is None else (
             "published fit", "BRDF", settings.preset, published):
         data.tags.new(tag, skip_if_exists=True)
     if picture is not None:

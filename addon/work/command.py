@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import bpy
 
+from ...fitter import cli
 from ..core import annotations
 from ..core.reading import scene_colours
 from .blender_process import Command, CommandError, Report
@@ -33,7 +34,7 @@ class Row(NamedTuple):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command. The exit code is 1 if any file failed, else 0."""
+    """Run one command. The exit code is 1 if any file failed, `cli.CANCELLED` if it was cancelled, else 0."""
     options = build_parser().parse_args(arguments)
     try:
         if options.opens_files and bpy.data.filepath and options.report_to is None:
@@ -46,10 +47,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return exit_code
     except (OSError, ValueError, CommandError) as error:
         message = f"{error.filename}: {error.strerror}" if getattr(error, "filename", None) else str(error)
-        print(f"error: {message}", file=sys.stderr)
+        cli.say(f"error: {message}", file=sys.stderr)
         if options.report_to is not None:
             Report(options.report_to).result({"error": message})
         return 1
+    except KeyboardInterrupt:
+        cli.say("cancelled", file=sys.stderr)
+        return cli.CANCELLED
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -92,9 +96,9 @@ def summary(rows: Iterable[Row], out: str | Path, may_be_empty: bool = False) ->
     failed = sum(row.status.startswith("failed") for row in rows)
     for row in rows:
         numbers = f"{row.coefficients:10,} {row.nbytes / 1000:8,.0f} KB  RMSE {row.rmse:<9.3g}"
-        print(f"{row.name:28.28} {numbers if row.coefficients else '':42} {row.status}")
+        cli.say(f"{row.name:28.28} {numbers if row.coefficients else '':42} {row.status}")
     done = sum(row.status in DONE for row in rows)
-    print(f"{out}: {done} done, {failed} failed")
+    cli.say(f"{out}: {done} done, {failed} failed")
     return int(failed > 0 or not (rows or may_be_empty))
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from .. import published
 from ..colours import COLOURS, DEFAULT
-from ..errors import DatasetError
+from ..errors import DatasetError, printable
 from ..samples import Samples
 from . import (
     astm,
@@ -129,6 +129,8 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
         samples = isotropy.as_asked(samples, isotropic)
     if isotropic is None:
         samples = isotropy.mirrored(samples)
+    samples = replace(samples, name=printable(samples.name), notes=tuple(map(printable, samples.notes)),
+                      channels=tuple(map(printable, samples.channels)))
     return converted(_without(reading, known.options, f"{known.name} files", samples), colours)
 
 
@@ -175,7 +177,8 @@ def list_samples(path: str | Path, columns: str | None = None) -> list[tuple[int
         return []
     known, content = _recognised(path, columns)
     with _errors_of(path):
-        return [] if known.list_samples is None else known.list_samples(path, content)
+        listed = [] if known.list_samples is None else known.list_samples(path, content)
+    return [(number, printable(name)) for number, name in listed]
 
 
 def preview(path: str | Path) -> tuple[list[str] | None, list[list[str]]]:

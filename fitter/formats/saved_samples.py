@@ -21,6 +21,8 @@ from .format import Format
 _FORMAT, _VERSION = "measured-brdf-samples", 1
 _ENTRIES = {"samples", "directions", "values"}, {"samples", "directions", "values", "deviation"}
 _BEGINS = b"PK\3\4", b"samples.npy"     # a zip archive, and after 26 bytes the name of its first member
+_COMPRESSED = 50            # times the file that its arrays may have: of noisy values they have twice, and
+_SMALL = 16 << 20           # up to so many bytes as much as they like, as an even grid of one value does, 300 times
 LARGEST = 64 << 20          # bytes; of 200,000 samples of a ball a tenth
 
 
@@ -48,7 +50,7 @@ def recognises(content: bytes) -> bool:
 def read(path: str | Path, content: bytes) -> Samples:
     """Read what `write` wrote. Raises DatasetError if it is damaged, or of another version."""
     try:
-        entries = npz.read(content)
+        entries = npz.read(content, max(_COMPRESSED * len(content), _SMALL))
         header = json.loads(str(entries["samples"]))
         if header["format"] != _FORMAT or set(entries) not in _ENTRIES:
             raise ValueError("other entries than those of samples")

@@ -10,6 +10,8 @@ from ..files import read_bytes
 from . import light_positions
 
 LARGEST = 1 << 20           # bytes of the file
+_LONGEST_LINE = 4096        # bytes
+_DEEPEST = 6                # a matrix in a table in a list of tables has 5
 PICTURES = ".exr", ".tif", ".tiff", ".png", ".jpg", ".jpeg"
 GUESS = 0.5                 # of an albedo, where there is nothing better
 _FILES = "mask", "dark", "flat", "file", "files", "chrome", "positions"
@@ -60,10 +62,25 @@ def _only_one(folder: Path) -> Path:
 
 
 def _toml(path: Path) -> Description:
+    content = read_bytes(path, LARGEST)
+    for number, line in enumerate(content.splitlines(), start=1):
+        if len(line) > _LONGEST_LINE:       # its reader takes minutes for keys of a hundred thousand parts
+            raise DatasetError(f"{len(line):,} bytes in a line, expected at most {_LONGEST_LINE:,}", path, number)
     try:
-        return tomllib.loads(read_bytes(path, LARGEST).decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        description = tomllib.loads(content.decode("utf-8"))
+    except (ValueError, RecursionError) as error:       # ValueError of whole numbers of many thousand digits, too
         raise DatasetError(f"not TOML: {error}", path) from error
+    if _is_deeper(description, _DEEPEST):
+        raise DatasetError(f"tables within tables, expected at most {_DEEPEST} deep", path)
+    return description
+
+
+def _is_deeper(value: Any, levels: int) -> bool:
+    """Whether tables and lists lie within each other more than so many times."""
+    if not isinstance(value, dict | list):
+        return False
+    return levels == 0 or any(_is_deeper(each, levels - 1)
+                              for each in (value.values() if isinstance(value, dict) else value))
 
 
 def pictures_in(folder: Path) -> tuple[Path, ...]:

@@ -9,7 +9,7 @@ from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError
 from .light import Exposure, Light, flattened, merged, without
 from .picture_files import ENCODINGS, Picture, read_picture
-from .table import Table, is_number
+from .table import LARGEST, LEAST, Table, is_number
 
 _MASKED = 0.5               # of white
 
@@ -52,8 +52,8 @@ class Pictures:
         self.said |= {path: replace(each, pixels=each.pixels[:0], step=0.0)
                       for path, each in zip(paths, pictures, strict=True)}
         given = table.numbers("exposures", len(paths)) if table.has("exposures") else None
-        if given is not None and not (given > 0).all():
-            raise table.error("exposures", "numbers above 0")
+        if given is not None and not (given >= LEAST).all():
+            raise table.error("exposures", f"numbers of {LEAST:g} to {LARGEST:g}")
         if given is None and len(paths) > 1 and any(each.exposure is None for each in pictures):
             raise table.error("exposures", "one for each file, for these do not say theirs")
         exposures = [each.exposure or 1.0 for each in pictures] if given is None else given.tolist()

@@ -69,7 +69,7 @@ from .light import Light
 from .pictures import Pictures, mask_of
 from .samples import gathered, in_place
 from .scale import reflected, scaled, too_bright
-from .table import Table
+from .table import POSITIVE, Table
 
 RADIUS = 0.025              # m, of a ball whose size does not matter
 
@@ -219,7 +219,7 @@ def _stage(table: Table, lights: Sequence[Light], pictures: Pictures, path: Path
     mask = mask_of(ball, (height, width))
     radius = ball.number("radius", RADIUS if view.position is None and not _any_is_near(table) else None)
     if radius is None:
-        raise ball.error("radius", "a number above 0")
+        raise ball.error("radius", POSITIVE)
     notes: tuple[str, ...] = ()
     if view.position is None or _is_by_outline(ball):
         outline = find_ball(brightest([light.radiance for light in lights], mask), view.rays, str(path))

@@ -9,13 +9,17 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import DatasetError
 
+LEAST, LARGEST = 1e-9, 1e9  # of numbers: their squares and quotients are within double precision by far
+POSITIVE = f"a number of {LEAST:g} to {LARGEST:g}"
+_LONGEST = 80               # characters of a value in a message
+
 
 class Table:
     """A table, of the description at a path or of this name; files are beside it."""
 
     def __init__(self, values: Any, where: str, path: Path) -> None:
         if not isinstance(values, dict):
-            raise DatasetError(f"{where} is {values!r}, expected a table", path)
+            raise DatasetError(f"{where} is {_shown(values)}, expected a table", path)
         self._values, self._where, self.path = dict(values), where, path
 
     def _name(self, key: str) -> str:
@@ -23,7 +27,7 @@ class Table:
 
     def error(self, key: str, expected: str) -> DatasetError:
         """What to raise where the value of a key is not as expected."""
-        value = f"is {self._values[key]!r}" if key in self._values else "is missing"
+        value = f"is {_shown(self._values[key])}" if key in self._values else "is missing"
         return DatasetError(f"{self._name(key)} {value}, expected {expected}", self.path)
 
     def has(self, key: str) -> bool:
@@ -35,15 +39,15 @@ class Table:
         if key not in self._values:
             return default
         value = self._values[key]
-        if not is_number(value) or not value > 0:
-            raise self.error(key, "a number above 0")
+        if not is_number(value) or value < LEAST:
+            raise self.error(key, POSITIVE)
         return float(value)
 
     def needed(self, key: str) -> float:
         """A number above 0, which must be there."""
         value = self.number(key)
         if value is None:
-            raise self.error(key, "a number above 0")
+            raise self.error(key, POSITIVE)
         return value
 
     def numbers(self, key: str, count: int, default: Sequence[float] | None = None) -> FloatArray:
@@ -92,5 +96,10 @@ class Table:
 
 
 def is_number(value: object) -> bool:
-    """Whether a value is a finite number."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
+    """Whether a value is a number of a size that cameras, lamps and exposures have."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= _LONGEST else text[:_LONGEST] + "..."
