@@ -54,8 +54,7 @@ def _entry(name: str) -> zipfile.ZipInfo:
 def read(content: bytes, largest: int = LARGEST) -> dict[str, NDArray[Any]]:
     """The arrays of an .npz file, by name; they are read-only.
 
-    Raises ValueError if the file is damaged, or anything else than an archive of plain arrays, of `largest` bytes in all
-    at most.
+    Raises ValueError if the file is damaged, or is no archive of plain arrays, in all of `largest` bytes at most.
 
     Examples
     --------
