@@ -17,6 +17,7 @@ SYMMETRIES = (NO_SYMMETRY, HALF_TURN, MIRROR, HALF_TURN_AND_MIRROR)
 MOST_REPEATED = 4_000_000   # samples that symmetry makes, at most: 200 MB
 _IMAGES = {NO_SYMMETRY: (), HALF_TURN: ((1, np.pi),), MIRROR: ((-1, 0.0),),
            HALF_TURN_AND_MIRROR: ((1, np.pi), (-1, 0.0), (-1, np.pi))}      # of an azimuth: its factor, and a turn
+LARGEST_AZIMUTH = 1e6       # radians or degrees: up to it, double precision resolves directions to 1e-10
 ROUNDING = 1e-5            # radians: files print angles to 6 decimals, and round pi/2 up
 _AT_NORMAL = 1e-3           # radians from the normal within which a direction has no azimuth
 _STEPS = 15_000             # in a quarter turn: directions that agree so far are one
@@ -108,6 +109,11 @@ class Samples:
                     raise self._error(f"{field}[{beyond[0]}] is {angle[beyond[0]]:g}, expected 0 to pi/2 radians")
                 if angle.max() > HORIZON:
                     angle = np.minimum(angle, HORIZON)
+            else:
+                beyond = np.flatnonzero(np.abs(angle) > LARGEST_AZIMUTH)
+                if len(beyond):
+                    raise self._error(f"{field}[{beyond[0]}] is {angle[beyond[0]]:g}, expected at most "
+                                      f"{LARGEST_AZIMUTH:,.0f} radians")
             self._freeze(field, angle)
         if self.deviation is not None:
             deviation = self._checked("deviation", _unchangeable(self.deviation))

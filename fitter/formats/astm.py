@@ -39,7 +39,7 @@ from .format import Format
 from .isotropy import finished
 from .names import ANGLES
 from .reading import BY_DEFAULT, QUANTITIES, Reading
-from .text import check_thetas, decode, line_number, lines, nth_line, parse_number, parse_rows
+from .text import check_azimuths, check_thetas, decode, line_number, lines, nth_line, parse_number, parse_rows
 
 MOST_VARIABLES = 1000
 _VARS = re.compile(rb"(?:\A|(?<=[\r\n]))VARS\b([^\r\n]*)")
@@ -62,7 +62,12 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     angles = table[:, columns.angles]
     in_degrees = reading.angles == "degrees" if reading.angles else (
         columns.unit == "deg" or (columns.unit is None and look_like_degrees(angles)))
-    check_thetas(angles[:, [0, 2]], lambda row: nth_line(content, columns.start, row), path, in_degrees)
+
+    def line_of(row: int) -> int:
+        return nth_line(content, columns.start, row)
+
+    check_thetas(angles[:, [0, 2]], line_of, path, in_degrees)
+    check_azimuths(angles[:, [1, 3]], line_of, path)
     directions, values = np.radians(angles) if in_degrees else angles, table[:, columns.values]
     notes = [angles_note(in_degrees, columns.unit, reading)] if reading.angles else []
     quantity = QUANTITIES[reading.quantity or "brdf"]

@@ -34,7 +34,7 @@ from . import unmeasured
 from .format import Format
 from .isotropy import finished
 from .reading import BY_DEFAULT, Reading
-from .text import check_thetas, decode, floats, line_number, lines, parse_number
+from .text import check_azimuths, check_thetas, decode, floats, line_number, lines, parse_number
 
 _TYPE = re.compile(rb"\s*type[ \t]+bsdf_data\b[^\r\n]*", re.IGNORECASE)
 _SETTING = re.compile(rb"(\w+)[ \t]*=[ \t]*([^\s=]+)")
@@ -54,7 +54,12 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     table, at = _rows(path, content, start)
     angles = table[:, :4] * (_UNITS[settings["angles"]])
     signed = np.abs(angles[:, [0, 2]])
-    check_thetas(np.degrees(signed), lambda row: line_number(content, at[row]), path, in_degrees=True)
+
+    def line_of(row: int) -> int:
+        return line_number(content, at[row])
+
+    check_thetas(np.degrees(signed), line_of, path, in_degrees=True)
+    check_azimuths(table[:, [1, 3]], line_of, path)
     theta_i, theta_o = signed.T
     # where the light is: opposite to where it is mirrored to; a negative polar angle is on the other side
     phi_i = angles[:, 1] + np.pi * (angles[:, 0] < 0)

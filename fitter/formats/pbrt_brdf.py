@@ -26,7 +26,7 @@ from ..samples import RGB, Samples
 from .format import Format
 from .reading import BY_DEFAULT, Reading
 from .spectra import to_linear_srgb
-from .text import check_thetas, parse_numbers
+from .text import check_azimuths, check_thetas, parse_numbers
 
 _FEWEST, _MOST = 3, 1000    # plausible numbers of wavelengths
 _FIRST = re.compile(rb"(?:\A|[\r\n])[ \t\f\v]*([^\s#])")      # of the first line that is not a comment
@@ -50,7 +50,12 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         raise DatasetError(f"{len(values)} numbers found, expected {bands} wavelengths and rows of {columns}: "
                            f"theta_i phi_i theta_s phi_s and a value for each wavelength", path, line(len(values) - 1))
     table = values[1 + bands:].reshape(rows, columns)
-    check_thetas(table[:, [0, 2]], lambda row: line(1 + bands + row * columns), path)
+
+    def line_of(row: int) -> int | None:
+        return line(1 + bands + row * columns)
+
+    check_thetas(table[:, [0, 2]], line_of, path)
+    check_azimuths(table[:, [1, 3]], line_of, path)
     reflectance = to_linear_srgb(values[1:1 + bands], table[:, 4:], path, line(1), reading.illuminant)
     directions = mapped(np.copy, table[:, :4].T)
     del values, table           # they may take more memory than the file

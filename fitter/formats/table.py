@@ -61,7 +61,7 @@ from .repeats import averaged
 from .table_cells import Cells
 from .table_columns import EXPECTED, OTHERWISE, Columns, meaning, name_of, said_before, shown
 from .table_layout import Layout
-from .text import check_thetas, decode, line_number, lines
+from .text import check_azimuths, check_thetas, decode, line_number, lines
 from .wavelength_rows import in_columns
 
 _SYMMETRY = re.compile(rb"#+[ \t]*symmetry[ \t]*[:=][ \t]*", re.IGNORECASE)
@@ -150,6 +150,7 @@ def _measurements(columns: Columns, numbers: FloatArray, reading: Reading, line_
     angles = columns.angles_of(numbers)
     in_degrees = _in_degrees(columns.unit, angles, reading, path, line)
     check_thetas(np.abs(angles[:, [0, 2]]), line_of, path, in_degrees)
+    check_azimuths(angles[:, [1, 3]], line_of, path)
     notes.append(angles_note(in_degrees, columns.unit, reading))
     values, channels = numbers[:, columns.values], columns.channels
     if columns.wavelength is not None:

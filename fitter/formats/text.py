@@ -17,7 +17,7 @@ import numpy as np
 from .. import files
 from ..arrays import FloatArray
 from ..errors import DatasetError
-from ..samples import HORIZON
+from ..samples import HORIZON, LARGEST_AZIMUTH
 from .format import LARGEST_TEXT
 
 _BEGINNING = 400            # bytes by which UTF-16 without a byte-order mark is told: they are in ASCII
@@ -231,6 +231,23 @@ def check_thetas(thetas: FloatArray, line: Callable[[int], int | None], path: st
     if len(bad):
         row, column = bad[0]
         raise DatasetError(f"a polar angle of {thetas[row, column]:g} found, expected 0 to {expected}", path, line(row))
+
+
+def check_azimuths(phis: FloatArray, line: Callable[[int], int | None], path: str | Path) -> None:
+    """Raise `DatasetError` for the first row with an azimuth that is no angle: beyond `LARGEST_AZIMUTH`.
+
+    Parameters
+    ----------
+    phis : (n, k) array
+        Radians, or degrees.
+    line : callable
+        As of `check_thetas`.
+    """
+    bad = np.argwhere(np.abs(phis) > LARGEST_AZIMUTH)
+    if len(bad):
+        row, column = bad[0]
+        raise DatasetError(f"an azimuth of {phis[row, column]:g} found, expected at most {LARGEST_AZIMUTH:,.0f}", path,
+                           line(row))
 
 
 def floats(text: bytes, tokens: Sequence[bytes]) -> list[float] | None:
