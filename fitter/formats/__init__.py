@@ -9,6 +9,8 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .. import published
 from ..colours import COLOURS, DEFAULT
 from ..errors import DatasetError, printable
@@ -252,9 +254,11 @@ def _unknown(path: str | Path, content: bytes, text: bytes, largest: int, column
 
 @contextmanager
 def _errors_of(path: str | Path) -> Iterator[None]:
-    """Make whatever a reader raises an error of its file: the work on other files goes on."""
+    """Make whatever a reader raises an error of its file: the work on other files goes on. What NumPy would warn of is
+    found by the checks of what was read."""
     try:
-        yield
+        with np.errstate(all="ignore"):
+            yield
     except DatasetError:
         raise
     except MemoryError as error:

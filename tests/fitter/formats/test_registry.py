@@ -2,6 +2,8 @@
 
 import io
 import tempfile
+import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -164,3 +166,18 @@ def test_arbitrary_bytes_are_read_or_refused(known, path, random):
 @pytest.mark.parametrize("content", [b"", b"\n \t\r\n", b"\0", b"\xef\xbb\xbf", b"#", b"-", b"VARS"])
 def test_a_file_without_measurements_is_refused(path, content):
     assert not read_or_refuse(path, content)
+
+
+def test_what_numpy_warns_of_while_a_file_is_read_reaches_nobody(tmp_path, monkeypatch):
+    """Of damaged RGL files it did; what comes of it is refused where it is no number."""
+    (tmp_path / "a.astm").write_bytes(astm())
+    known = next(each for each in FORMATS if ".astm" in each.extensions)
+
+    def read(*given, **options):
+        np.array([np.nan, 1e300]).astype(int)
+        return known.read(*given, **options)
+
+    monkeypatch.setattr(formats, "FORMATS", (replace(known, read=read),))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(fitter.load(tmp_path / "a.astm")) == 3
