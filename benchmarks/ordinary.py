@@ -100,8 +100,11 @@ def interior(of):
     stage.look((-1.5, -2.7, 1.5), (0.1, 1, 0.9), 24)
 
 
-def car(of):
-    """A car-like body, a ring, a cloth and two balls on a wooden floor; two area lamps, a spot and a dim sky."""
+def car(of, body=None):
+    """A car-like body, a ring, a cloth and two balls on a wooden floor; two area lamps, a spot and a dim sky.
+
+    `body`, a function of the materials as `of` is, makes another body than two boxes.
+    """
     scene = bpy.context.scene
     scene.cycles.sample_clamp_indirect = 10         # as Cycles has it by default
     stage.background(scene, 0.1, (0.7, 0.8, 1.0))
@@ -109,8 +112,7 @@ def car(of):
     area(120, (4, -2, 3), (0, 0, 0.5), 1.0)
     stage.add_lamp("SPOT", 600, (1, -5, 5), stage.rotation_toward((1, -5, 5), (0, 0, 0.5)), shadow_soft_size=0.1,
                    spot_size=0.8)
-    for size, location in (((2.6, 1.2, 0.55), (-0.2, 0.6, 0.35)), ((1.3, 1.0, 0.45), (-0.1, 0.6, 0.8))):
-        _rounded_box(of("irid"), size, location)
+    (body or _boxes)(of)
     bpy.ops.mesh.primitive_torus_add(major_radius=0.45, minor_radius=0.12, location=(1.6, -0.6, 0.5),
                                      rotation=(1.2, 0, 0.5))
     _smooth(of("gold"))
@@ -119,6 +121,11 @@ def car(of):
     _sphere(of("garnet"), (-0.6, -1.2, 0.35), 0.35)
     _plane(of("cherry"))
     stage.look((0.3, -7.5, 2.8), (0, 0, 0.4), 60)
+
+
+def _boxes(of):
+    for size, location in (((2.6, 1.2, 0.55), (-0.2, 0.6, 0.35)), ((1.3, 1.0, 0.45), (-0.1, 0.6, 0.8))):
+        _rounded_box(of("irid"), size, location)
 
 
 def _smooth(material):

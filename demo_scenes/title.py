@@ -1,8 +1,8 @@
 """``python -m demo_scenes.title``: the picture that opens README.md, in measured materials and in Principled BSDFs.
 
-The product scene of the benchmarks (`benchmarks.ordinary.car`): a body in car paint with flakes, a ring of gold, a
-cloth, balls of colour-changing film and lacquer. Writes PATH.jpg, Exact; PATH_principled.jpg, where each material is
-the Principled BSDF that other programs get of it; and the scene itself, build/demo/title.blend.
+The product scene of the benchmarks (`benchmarks.ordinary.car`) with a car's body in paint with flakes (`car_body`), a
+ring of gold, a cloth, balls of colour-changing film and lacquer. Writes PATH.jpg, Exact; PATH_principled.jpg, where
+each material is the Principled BSDF that other programs get of it; and the scene itself, build/demo/title.blend.
 ``python -m demo_scenes.title [--out PATH] [--width PIXELS] [--height PIXELS] [--samples N]``.
 """
 
@@ -14,17 +14,22 @@ from pathlib import Path
 import bpy
 
 from benchmarks import ordinary
-from fitter.formats import list_samples
+from fitter.formats import is_there, list_samples
+from fitter.published import name_in
 from support import synthetic
 from support.checkout import ROOT, extension
 from support.stage import background, black_scene, look, set_input
+
+from .car_body import car_body
 
 OUT = ROOT / "build" / "demo" / "title"
 EXPOSURE = 0.3
 # what stands for a material of the scene: file, sample, and a tint for what CURET measured in grey
 MATERIALS = {
     "irid": ("rgl/irid_flake_paint1_rgb.bsdf", "", (1, 1, 1)),
-    "gold": ("goniometer/lighttec_C9_Gold.astm", "", (1, 1, 1)),
+    "gold": ("published:gold-polished", "", (1, 1, 1)),
+    "rims": ("published:aluminium-satin", "", (1, 1, 1)),
+    "glass": ("published:black-obsidian", "", (1, 1, 1)),
     "velvet": ("curet/abrdf.dat", "velvet", (0.10, 0.34, 0.18)),
     "chrome": ("rgl/cc_ibiza_sunset_rgb.bsdf", "", (1, 1, 1)),
     "garnet": ("cornell/garnet_red.astm", "", (1, 1, 1)),
@@ -38,7 +43,7 @@ def stage(scene, of):
     scene.cycles.use_denoising = True
     scene.view_settings.view_transform, scene.view_settings.look = "AgX", "AgX - Medium High Contrast"
     scene.view_settings.exposure = EXPOSURE
-    ordinary.car(of)
+    ordinary.car(of, car_body)
     background(scene, 0.4, (0.86, 0.93, 1.0))
     look((-0.07, -8.4, 2.4), (-0.07, 0, 0.22), lens=62)
 
@@ -47,7 +52,7 @@ def measured(name, data, preset):
     """The material of a name, imported as users do; no object may be selected."""
     file, sample, tint = MATERIALS[name]
     known = {*bpy.data.materials}
-    bpy.ops.measured_brdf.import_data(filepath=str(data / file), sample=sample, preset=preset, rendering="EXACT")
+    bpy.ops.measured_brdf.import_data(filepath=path_of(data, file), sample=sample, preset=preset, rendering="EXACT")
     made, = {*bpy.data.materials} - known
     set_input(made, "Tint", (*tint, 1))
     return made
@@ -64,10 +69,15 @@ def use_principled(material, tint):
         material.node_tree.links.new(principled.outputs[0], output.inputs["Surface"])
 
 
+def path_of(data, file):
+    """The path of a file of measurements, or that of a material of the library."""
+    return file if name_in(file) else str(data / file)
+
+
 def is_present(data, file, sample):
     """Whether the measurements have a sample: the synthetic ones have fewer."""
-    path = data / file
-    return path.is_file() and (not sample or sample in [name for _, name in list_samples(path)])
+    path = path_of(data, file)
+    return is_there(path) and (not sample or sample in [name for _, name in list_samples(path)])
 
 
 def draw(path, width=1600, height=640, samples=32, preset="Standard"):
