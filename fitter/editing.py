@@ -7,7 +7,7 @@ import numpy as np
 from .arrays import ArrayLike, FloatArray
 from .coordinates.half_difference import unproject
 from .methods import energy
-from .model import edit
+from .model import Reflectance, edit
 from .model.edit import COAT_WIDTHS, WIDTHS, Edit
 from .model.fit import Fit
 from .model.transform import factor_of_angle
@@ -121,13 +121,18 @@ class _Columns:
 
 
 def _level(fit: Fit) -> FloatArray:
-    """The level of the split: (columns,), 1/sr. Below it lies a quarter of all pairs of directions, each distributed as
-    a Lambertian reflects."""
+    """The level of the split: (columns,), 1/sr."""
+    return level_of(_Columns(fit), fit.isotropic)
+
+
+def level_of(model: Reflectance, isotropic: bool = True) -> FloatArray:
+    """The level at which `edited` splits a reflectance: (channels,), 1/sr. Below it lies a quarter of all pairs of
+    directions, each distributed as a Lambertian reflects."""
     at = np.arange(_PAIRS)
     u, v, turn = ((0.5 + at * step) % 1 for step in (0.8191725134, 0.6710436067, 0.5497004779))     # a rank-1 lattice
     theta_i, theta_o, phi_o = np.arcsin(np.sqrt(u)), np.arcsin(np.sqrt(v)), 2 * np.pi * turn
-    phi_i = np.zeros(_PAIRS) if fit.isotropic else 2 * np.pi * (at % _TURNS) / _TURNS
-    values = _Columns(fit).evaluate(theta_i, phi_i, theta_o, phi_i + phi_o)
+    phi_i = np.zeros(_PAIRS) if isotropic else 2 * np.pi * (at % _TURNS) / _TURNS
+    values = model.evaluate(theta_i, phi_i, theta_o, phi_i + phi_o)
     return np.maximum(np.quantile(values, _QUANTILE, axis=0), _LEAST_LEVEL)
 
 

@@ -9,6 +9,7 @@ with the studio over the azimuth. Directions are those of half vectors, close to
 Where the material is anisotropic, each normal is looked at by itself, of fewer of them.
 """
 
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 from .arrays import FloatArray
 from .model import Reflectance, is_isotropic
 
+Sky = Callable[[FloatArray], FloatArray]        # radiance from unit vectors (..., 3): (...)
 _WINDOW = (-0.5, 0.6, 0.62), 0.42, 0.42, 8.4        # direction, half width and half height as slopes, and radiance
 _STRIP = (0.93, 0.05, 0.36), 0.13, 0.75, 3.1
 _CEILING, _WALL, _FLOOR, _REFLECTOR = 0.66, 0.19, 0.12, 0.54    # radiances
@@ -46,14 +48,22 @@ def radiance(direction: FloatArray) -> FloatArray:
     found = _WALL + (_CEILING - _WALL) * _step(-0.1, 0.9, height) + (_FLOOR - _WALL) * _step(0.05, -0.1, height)
     found = found + _REFLECTOR * _step(-0.5, -0.75, height) * _step(-0.5, 0.3, direction[..., 2])
     for toward, width, tall, strength in (_WINDOW, _STRIP):
-        axis = np.array(toward) / np.linalg.norm(toward)
-        side = np.cross([0, 1, 0], axis)
-        side /= np.linalg.norm(side)
-        along = direction @ axis
-        slopes = [np.abs(direction @ each) / np.maximum(along, 1e-6) for each in (side, np.cross(axis, side))]
-        inside = _step(width + 0.02, width - 0.02, slopes[0]) * _step(tall + 0.02, tall - 0.02, slopes[1])
-        found = found + strength * inside * (along > 0)
+        found = found + strength * window(direction, toward, width, tall)
     return np.asarray(found)
+
+
+def window(direction: FloatArray, toward: tuple[float, float, float], width: float, tall: float) -> FloatArray:
+    """Whether a rectangle far away is seen in directions (..., 3): (...), 1 within it and 0 beyond its soft edges.
+
+    `toward` is the direction of its middle, `width` and `tall` half of its sides as slopes.
+    """
+    axis = np.array(toward) / np.linalg.norm(toward)
+    side = np.cross([0, 1, 0], axis)
+    side /= np.linalg.norm(side)
+    along = direction @ axis
+    slopes = [np.abs(direction @ each) / np.maximum(along, 1e-6) for each in (side, np.cross(axis, side))]
+    inside = _step(width + 0.02, width - 0.02, slopes[0]) * _step(tall + 0.02, tall - 0.02, slopes[1])
+    return np.asarray(inside * (along > 0))
 
 
 def _step(first: float, last: float, value: FloatArray) -> FloatArray:
@@ -75,27 +85,32 @@ def developed(linear: FloatArray) -> FloatArray:
     return np.asarray(linear * (1 + _TOE * largest) / (1 + _SHOULDER * largest))
 
 
-def on_sphere(fit: Reflectance, normal: FloatArray) -> FloatArray:
-    """What a sphere shows of the studio at normals (n, 3): (n, channels).
+def on_sphere(fit: Reflectance, normal: FloatArray, sky: Sky = radiance) -> FloatArray:
+    """What a sphere shows of the studio, or of another sky, at normals (n, 3): (n, channels).
 
     The tangent of an anisotropic material goes around the vertical axis.
     """
+    return under_skies(fit, normal, (sky,))[0]
+
+
+def under_skies(fit: Reflectance, normal: FloatArray, skies: tuple[Sky, ...]) -> FloatArray:
+    """The same under several skies, (skies, n, channels), in the time of one."""
     isotropic = is_isotropic(fit)
     angles, sectors = (_ANGLES, _SECTORS) if isotropic else (_FEW_ANGLES, _FEW_SECTORS)
     theta_o = np.linspace(0, _LAST, angles)
     seen_at = _around if isotropic else _at
-    shown = np.stack([seen_at(fit, theta) for theta in theta_o])        # (angles, sectors, channels)
+    shown = np.stack([seen_at(fit, theta, skies) for theta in theta_o], axis=1)     # skies, angles, sectors, channels
     row = np.arccos(np.clip(normal[:, 2], 0, 1)) / theta_o[1]
     column = np.arctan2(normal[:, 1], normal[:, 0]) / (2 * np.pi) * sectors
     above, left = np.minimum(row.astype(int), angles - 2), np.floor(column).astype(int)
     down, right = np.minimum(row - above, 1)[:, None], (column - left)[:, None]
     first, second = left % sectors, (left + 1) % sectors
-    return np.asarray((1 - down) * ((1 - right) * shown[above, first] + right * shown[above, second])
-                      + down * ((1 - right) * shown[above + 1, first] + right * shown[above + 1, second]))
+    return np.asarray((1 - down) * ((1 - right) * shown[:, above, first] + right * shown[:, above, second])
+                      + down * ((1 - right) * shown[:, above + 1, first] + right * shown[:, above + 1, second]))
 
 
-def _around(fit: Reflectance, theta_o: float) -> FloatArray:
-    """What a normal at an angle to the view shows, for its azimuths about the view: (sectors, channels)."""
+def _around(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...]) -> FloatArray:
+    """What a normal at an angle to the view shows, for its azimuths about the view: (skies, sectors, channels)."""
     h, size = _half_vectors(_HALF, _TURNS)
     view = np.array([np.sin(theta_o), 0, np.cos(theta_o)])
     light, weight = _incident(h, size, view)
@@ -110,11 +125,12 @@ def _around(fit: Reflectance, theta_o: float) -> FloatArray:
     weights = np.stack([np.bincount(cell, (weight * channel[:, None]).ravel(), _RINGS * _SECTORS)
                         for channel in value.T], axis=-1)
     turned = np.fft.rfft(weights.reshape(_RINGS, _SECTORS, -1), axis=1)
-    return np.asarray(np.fft.irfft((np.conj(turned) * _studio()[..., None]).sum(axis=0), _SECTORS, axis=0))
+    return np.stack([np.fft.irfft((np.conj(turned) * _transformed(sky)[..., None]).sum(axis=0), _SECTORS, axis=0)
+                     for sky in skies])
 
 
-def _at(fit: Reflectance, theta_o: float) -> FloatArray:
-    """The same of an anisotropic material, (few sectors, channels)."""
+def _at(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...]) -> FloatArray:
+    """The same of an anisotropic material, (skies, few sectors, channels)."""
     h, size = _half_vectors(_FEW_HALF, _FEW_TURNS)
     view, found = np.array([0.0, 0.0, 1.0]), []
     for azimuth in np.arange(_FEW_SECTORS) * 2 * np.pi / _FEW_SECTORS:
@@ -128,8 +144,8 @@ def _at(fit: Reflectance, theta_o: float) -> FloatArray:
         value = np.maximum(fit.evaluate(np.arccos(np.clip(middle[:, 2], _LOWEST, 1)),
                                         np.arctan2(middle[:, 1], middle[:, 0]), theta_o,
                                         np.arctan2(toward[1], toward[0])), 0)
-        found.append((weight * radiance(light @ frame)).sum(axis=1) @ value)
-    return np.stack(found)
+        found.append([(weight * sky(light @ frame)).sum(axis=1) @ value for sky in skies])
+    return np.stack(found, axis=1)
 
 
 def _incident(h: FloatArray, size: FloatArray, view: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -141,9 +157,9 @@ def _incident(h: FloatArray, size: FloatArray, view: FloatArray) -> tuple[FloatA
 
 
 @cache
-def _studio() -> FloatArray:
-    """The studio's radiance in cells about the view, transformed over the azimuth."""
-    return np.asarray(np.fft.rfft(radiance(_cells(_RINGS, _SECTORS)), axis=1))
+def _transformed(sky: Sky) -> FloatArray:
+    """A sky's radiance in cells about the view, transformed over the azimuth."""
+    return np.asarray(np.fft.rfft(sky(_cells(_RINGS, _SECTORS)), axis=1))
 
 
 def _cells(rings: int, sectors: int) -> FloatArray:

@@ -8,7 +8,8 @@ from . import command, compiling, operators, panel
 
 _ENTRY = menu.entries(
     (operators.MEASUREDBRDF_OT_add_starter_library, "Starter Library of Measured BRDFs to the Asset Browser"))
-_TOPICS = (*manual.over_operators("manual#start-from-the-library", "use_published", "add_starter_library"),
+_TOPICS = (*manual.over_operators("manual#start-from-the-library", "use_published", "favourite",
+                                  "add_starter_library", "match_photograph"),
            *manual.over_settings("manual#your-data-folder", "measuredshelf", "data_search"),
            *manual.over_settings("manual#start-from-the-library", "measuredshelf", "*"))
 _slice = Registration(operators, panel, compiling, additions=(

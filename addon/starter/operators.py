@@ -8,17 +8,22 @@ import bpy
 from bpy.props import EnumProperty, PointerProperty, StringProperty
 
 from ...fitter import DatasetError
+from ...fitter.matching import WINDOWS, Match, told
 from ...fitter.published import find
-from ..core.annotations import OperatorResult
+from ..core import osl_support
+from ..core.annotations import OperatorResult, not_none
 from ..core.reading import load_arguments, scene_colours
 from ..work import process
 from ..work.blender_process import Command
 from ..work.making import MakesMaterials
-from ..work.modal import InBackground
+from ..work.modal import AsksForPath, InBackground
 from . import shelf, starter, work
 
 _TAG_ITEMS = ((shelf.ALL, "All", "All materials"), *((tag, tag.capitalize(), f"Materials with the tag {tag}")
                                                      for tag in shelf.tags()))
+
+_WINDOWS = (("AUTO", "Find Out", "Where the light suits the photograph best"),
+            *((name.upper(), name.capitalize(), f"A window: {name}") for name in WINDOWS))
 
 
 class MeasuredShelf(bpy.types.PropertyGroup):
@@ -40,6 +45,7 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
     bl_options = {"UNDO", "INTERNAL"}
 
     name: StringProperty(options={"SKIP_SAVE"})
+    note: StringProperty(options={"SKIP_SAVE", "HIDDEN"})       # for the tooltip
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: Any) -> str:
@@ -47,6 +53,8 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
             material = find(properties.name)
         except DatasetError as error:
             return str(error)
+        if properties.note:
+            return properties.note
         return f"{material.label}, assigned to all selected objects. {material.description}"
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
@@ -58,6 +66,36 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
             setattr(self, name, value)
         self.remember_target(context)
         return process.Calculation(partial(work.outcomes, self.name, load_arguments(choices)))
+
+
+class MEASUREDBRDF_OT_match_photograph(AsksForPath, bpy.types.Operator):
+    """Find the library's materials that are nearest to a photograph of a ball, cropped to it. They appear in a row \
+above the library"""
+
+    bl_idname = "measured_brdf.match_photograph"
+    bl_label = "Match a Photograph"
+    bl_options = {"REGISTER"}
+
+    path_name = "filepath"
+    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filter_glob: StringProperty(default="*.exr;*.tif;*.tiff;*.png;*.jpg;*.jpeg", options={"HIDDEN"})
+    window: EnumProperty(name="Light", items=_WINDOWS, default="AUTO",
+                         description="Where the window is that the ball was photographed by")
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        layout = not_none(self.layout)
+        layout.use_property_split = True
+        layout.prop(self, "window")
+
+    def work(self, _context: bpy.types.Context) -> process.Calculation:
+        osl_support.make_importable("OpenImageIO")
+        window = "" if self.window == "AUTO" else self.window.lower()
+        return process.Calculation(partial(work.matched, bpy.path.abspath(self.filepath), window))
+
+    def apply(self, _context: bpy.types.Context, result: tuple[str, list[Match]]) -> None:
+        shelf.nearest[:] = result[1]
+        for line in told(*result):
+            self.report({"INFO"}, line)
 
 
 class MEASUREDBRDF_OT_favourite(bpy.types.Operator):
@@ -105,11 +143,13 @@ there yet, it is made first, which takes half a minute; some minutes in a checko
         self.report({"INFO"}, f"The Asset Browser has the library {starter.NAME}")
 
 
-classes = (MeasuredShelf, MEASUREDBRDF_OT_use_published, MEASUREDBRDF_OT_favourite, MEASUREDBRDF_OT_add_starter_library)
+classes = (MeasuredShelf, MEASUREDBRDF_OT_match_photograph, MEASUREDBRDF_OT_use_published, MEASUREDBRDF_OT_favourite,
+           MEASUREDBRDF_OT_add_starter_library)
 
 
 def register() -> None:
     shelf.register()
+    shelf.nearest.clear()
     bpy.types.WindowManager.measured_brdf_shelf = PointerProperty(type=MeasuredShelf)
 
 

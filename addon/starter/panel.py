@@ -5,6 +5,7 @@ from typing import Any
 import bpy
 
 from ...fitter import published
+from ...fitter.matching import told
 from ..core import manual, preferences
 from ..core.annotations import not_none
 from ..core.reading import scene_colours
@@ -91,12 +92,10 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, colu
     kind.active = not choices.search        # which is in all kinds
     kind.prop(choices, "tag", text="")
     favourites = shelf.favourites()
-    if favourites:
-        kept = layout.row(align=True)
-        kept.alignment = "LEFT"
-        for each in favourites[:columns * 2]:
-            picture_button(kept.column(), library.MEASUREDBRDF_OT_use_published.bl_idname,
-                           shelf.published_icon(each.name) or _icon("TIME"), _OF_FAVOURITES).name = each.name
+    _draw_row(layout, [(each.name, "") for each in favourites[:columns * 2]])
+    layout.operator(library.MEASUREDBRDF_OT_match_photograph.bl_idname, text="Match a Photograph...", icon="IMAGE_DATA")
+    _draw_row(layout, [(each.material.name, line) for each, line in
+                       zip(shelf.nearest, told("", shelf.nearest)[1:], strict=True)])
     offered = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
     if not offered:
         draw_wrapped(layout, "No material has these words in its name or kind", "INFO")
@@ -161,6 +160,17 @@ def _draw_buttons(cell: bpy.types.UILayout, label: str, operator: str, icon_id: 
     icon_id = icon_id or _icon(meanwhile)
     return [picture_button(cell, operator, icon_id, scale),
             *(cell.operator(operator, text=line) for line in on_buttons(label, _columns()))]
+
+
+def _draw_row(layout: bpy.types.UILayout, materials: list[tuple[str, str]]) -> None:
+    """Draw small pictures of materials by name, each with a note for its tooltip."""
+    if materials:
+        row = layout.row(align=True)
+        row.alignment = "LEFT"
+    for name, note in materials:
+        button = picture_button(row.column(), library.MEASUREDBRDF_OT_use_published.bl_idname,
+                                shelf.published_icon(name) or _icon("TIME"), _OF_FAVOURITES)
+        button.name, button.note = name, note
 
 
 def _icon(name: str) -> int:

@@ -12,6 +12,7 @@ import bpy
 
 from ...fitter import published
 from ...fitter.arrays import SingleArray
+from ...fitter.matching import Match
 from ..core import preferences
 from ..core.annotations import Arguments, Report, not_none
 from ..work import icons, queue, tasks
@@ -35,6 +36,10 @@ def user_folder(name: str) -> Path:
     with suppress(ValueError):                  # a checkout is no extension
         return Path(bpy.utils.extension_path_user(_PACKAGE, path=name))
     return Path(bpy.utils.user_resource("DATAFILES", path="measured_brdf")) / name
+
+
+nearest: list[Match] = []
+"""What the last photograph was matched with."""
 
 
 def favourites() -> list[published.Published]:

@@ -1,11 +1,23 @@
 """Materials of the starter library, of the fits that were made beforehand. Nothing here imports bpy."""
 
-from ...fitter import published, ready
+import numpy as np
+
+from ...fitter import DatasetError, matching, published, ready
 from ...fitter.colours import DEFAULT
+from ...fitter.photographs.picture_files import read_picture
 from ..core.annotations import Arguments, Report
 from ..core.outcomes import Outcome
 from ..work import tasks
 from ..work.tasks import silent
+
+
+def matched(path: str, window: str, report: Report = silent) -> tuple[str, list[matching.Match]]:
+    """What `matching.nearest` says of a photograph of a ball. Raises DatasetError."""
+    pixels = read_picture(path).pixels
+    try:
+        return matching.nearest(np.broadcast_to(pixels, (*pixels.shape[:2], 3)), window, report=report)
+    except DatasetError as error:
+        raise DatasetError(str(error), path) from error
 
 
 def is_quick(name: str, colours: str) -> bool:

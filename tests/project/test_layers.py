@@ -9,7 +9,8 @@ from support.checkout import ROOT
 # from low to high; parts of one layer do not import one another
 FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files", "npz", "progress"), ("samples",),
           ("coordinates", "lattice"), ("model",), ("quality", "published", "studio"), ("methods",),
-          ("editing", "presets", "tolerance"), ("cycles", "formats", "lobe", "photographs", "pictures", "variations"),
+          ("editing", "presets", "tolerance"),
+          ("cycles", "formats", "lobe", "matching", "photographs", "pictures", "variations"),
           ("packed_picture", "ready", "report"),
           ("__init__",), ("cli",), ("__main__",))
 ADDON = (("core",), ("work",), ("panel",),

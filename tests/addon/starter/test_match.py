@@ -1,0 +1,49 @@
+"""Match a Photograph: the nearest materials of the library, in a row above it."""
+
+import bpy
+import numpy as np
+import pytest
+
+from fitter import published, studio
+from fitter.pictures import sphere
+from support.blend_state import state
+from support.drawn import draw
+
+
+@pytest.fixture
+def photograph(openimageio, tmp_path):
+    """A green latex ball in the studio of thumbnails, as a file of linear values."""
+    normal, inside, _ = sphere(100)
+    picture = np.full((100, 100, 3), 0.05, np.float32)
+    picture[inside] = 0.3 * studio.on_sphere(published.find("green-latex").model, normal)
+    pixels = picture[::-1][2:98, 2:98]                  # the outline touches the edges
+    path = tmp_path / "ball.exr"
+    import OpenImageIO
+
+    file = OpenImageIO.ImageOutput.create(str(path))
+    file.open(str(path), OpenImageIO.ImageSpec(96, 96, 3, "float"))
+    file.write_image(np.ascontiguousarray(pixels))
+    file.close()
+    return path
+
+
+def test_the_nearest_materials_appear_in_a_row_and_are_told(extension, photograph, capfd):
+    from measured_brdf.addon.starter import panel, shelf
+
+    assert bpy.ops.measured_brdf.match_photograph(filepath=str(photograph), window="LEFT") == {"FINISHED"}
+    assert shelf.nearest[0].material.name == "green-latex"
+    assert "Green latex: difference" in capfd.readouterr().out
+    choices = bpy.context.window_manager.measured_brdf_shelf
+    choices.search = "unobtainium"
+    assert draw(panel.MEASUREDBRDF_PT_library).kinds.count("picture") == 5
+    choices.property_unset("search")
+    shelf.nearest.clear()
+
+
+def test_a_file_that_is_no_picture_is_refused_and_nothing_changes(extension, openimageio, tmp_path):
+    path = tmp_path / "no.png"
+    path.write_bytes(b"no picture")
+    before = state()
+    with pytest.raises(RuntimeError, match=r"no\.png"):
+        bpy.ops.measured_brdf.match_photograph(filepath=str(path))
+    assert state() == before
