@@ -107,7 +107,8 @@ def test_an_interrupted_conversion_says_so_in_one_line(blender, tmp_path):
     for number in range(60):
         (tmp_path / "files" / f"{number}.csv").write_text(ROWS)
     process = subprocess.Popen([sys.executable, ".", "convert", tmp_path / "files", "-o", tmp_path / "library.blend"],
-                               cwd=ROOT, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
+                               cwd=ROOT, stderr=subprocess.PIPE, stdout=subprocess.PIPE,
+                               preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
     while not [*tmp_path.glob("*/*.npz"), *tmp_path.glob("*.blend")]:       # until the first fit is there
         assert process.poll() is None
         time.sleep(0.05)

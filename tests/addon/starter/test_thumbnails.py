@@ -76,7 +76,7 @@ def test_names_that_are_not_unicode_are_listed_as_text(thumbnails, folder):
     _, readable, broken = thumbnails.scan(str(folder))
     assert readable.label.encode() == b"caf?.astm"
     assert os.path.samefile(readable.path, os.fsencode(folder) + b"/caf\xe9.astm")
-    assert b"no?.astm" in broken.error.encode()
+    assert rb"no\udce9.astm" in broken.error.encode()
 
 
 def test_the_files_of_a_folder_are_gathered_once(thumbnails, folder, monkeypatch):
