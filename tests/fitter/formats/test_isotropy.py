@@ -208,9 +208,9 @@ def test_formats_that_define_an_isotropic_material_are_not_examined(curet, data,
 
 
 @pytest.mark.parametrize("count", [5, 300])
-def test_azimuths_may_be_as_large_as_numbers_get(random, count):
+def test_azimuths_may_be_of_many_turns(random, count):
     angles = random.random((4, count)) * [[1.5], [6], [1.5], [6]]
-    angles[1, ::2], angles[3, ::2] = -1.7e308, 1.7e308
+    angles[1, ::2], angles[3, ::2] = -1e6, 1e6
     for values in (np.ones((count, 1)), random.random((count, 1)) - 0.5, np.zeros((count, 1))):
         assert isotropy.decided(Samples(*angles, values)).isotropic
 
