@@ -23,6 +23,8 @@ from .methods import fit
 from .model.fit import Fit
 from .model.mix import Mix
 from .photographs.ball import BallPhotograph
+from .photographs.flat import Maps, maps_from_flat
+from .photographs.flat_photograph import FlatPhotograph
 from .photographs.samples import samples_from_ball
 from .presets import PRESETS
 from .published import list_published, load_published
@@ -30,6 +32,7 @@ from .quality.metrics import ErrorMetrics, channel_metrics, error_metrics
 from .samples import Samples
 from .tolerance import fit_within
 
-__all__ = ["PRESETS", "BallPhotograph", "ColumnsUnknownError", "DatasetError", "ErrorMetrics", "Fit",
-           "ImplausibleError", "Mix", "SampleUnknownError", "Samples", "UnitsUnknownError", "channel_metrics", "edited",
-           "error_metrics", "fit", "fit_within", "list_published", "load", "load_published", "samples_from_ball"]
+__all__ = ["PRESETS", "BallPhotograph", "ColumnsUnknownError", "DatasetError", "ErrorMetrics", "Fit", "FlatPhotograph",
+           "ImplausibleError", "Maps", "Mix", "SampleUnknownError", "Samples", "UnitsUnknownError", "channel_metrics",
+           "edited", "error_metrics", "fit", "fit_within", "list_published", "load", "load_published", "maps_from_flat",
+           "samples_from_ball"]

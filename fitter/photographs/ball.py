@@ -219,7 +219,7 @@ def measured(photograph: BallPhotograph) -> Measured:
     noise = (_noise(photograph, lit.pixel) if photograph.noise is None
              else photograph.noise.reshape(radiance.shape)[lit.pixel])
     # what a pixel's neighbours show is free of its own noise: pixels whose noise is bright are not preferred
-    good = (neighbours.mean(axis=1) > noise.mean(axis=1)) & ~_saturated(radiance)[lit.pixel]
+    good = (neighbours.mean(axis=1) > noise.mean(axis=1)) & ~saturated(radiance)[lit.pixel]
     if photograph.mask is not None:
         good &= photograph.mask.ravel()[lit.pixel]
     if not good.any():
@@ -243,7 +243,7 @@ def of_neighbours(picture: FloatArray) -> FloatArray:
     return np.asarray((padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]) / 4)
 
 
-def _saturated(radiance: FloatArray) -> BoolArray:
+def saturated(radiance: FloatArray) -> BoolArray:
     """The pixels with a channel at that channel's largest value, where many share it: (n, channels) to (n,)."""
     at_most = (radiance == radiance.max(axis=0)) & (radiance > 0)
     return np.asarray((at_most & (at_most.sum(axis=0) >= _SATURATED)).any(axis=1))

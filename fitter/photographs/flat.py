@@ -1,0 +1,233 @@
+"""Photographs of a flat sample as maps: at each texel a mix of a few materials, and a normal.
+
+The reflectance of a texel is a non-negative mix of a few measured ones, turned by the texel's own normal: H. Lensch,
+J. Kautz, M. Goesele, W. Heidrich, H.-P. Seidel: Image-Based Reconstruction of Spatial Appearance and Geometric Detail,
+ACM Transactions on Graphics 22(2), 2003; P. Ren, J. Wang, J. Snyder, X. Tong, B. Guo: Pocket Reflectometry, SIGGRAPH
+2011.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import progress
+from ..arrays import ArrayLike, FloatArray, IntArray
+from ..errors import DatasetError
+from ..model.fit import Fit
+from .flat_photograph import FlatPhotograph, lit, observed
+from .flat_solving import Texels, given_normals, normals_of, radiances, solved
+
+MOST_MATERIALS = 4          # every choice of them is tried at each texel
+_BLOCK = 4096               # texels at a time: 50 MB with 16 photographs and 4 materials
+_EVEN = 0.01                # of the longest side, by which corners may be out of a plane
+_LEAST_RELIEF = 1e-3        # slope from texel to texel, .06 degrees, below which nobody sees it
+_SMOOTHED = 100             # rounds, each of which carries a normal by one texel
+
+
+@dataclass(frozen=True, eq=False)
+class Maps:
+    """A flat sample as a mix of materials with a normal at each texel.
+
+    Row 0 lies along the edge from the first corner to the second, and column 0 along that from the first to the last;
+    a texel's place is its centre.
+
+    Attributes
+    ----------
+    fits : tuple of Fit
+        The materials that are mixed.
+    weights : (h, w, materials) float64
+        At least 0; 0 where no photograph tells.
+    normals : (h, w, 3) float64
+        Unit vectors in the coordinates of the corners.
+    corners : (4, 3) float64
+        Metres.
+    deviation : (h, w, materials) float64
+        The standard deviation of the weights; infinite where no photograph tells.
+    used : (h, w) int
+        How many photographs tell of a texel.
+    """
+
+    fits: tuple[Fit, ...]
+    weights: FloatArray
+    normals: FloatArray
+    corners: FloatArray
+    deviation: FloatArray
+    used: IntArray
+
+    def radiance(self, camera: ArrayLike, lamp: ArrayLike, intensity: ArrayLike) -> FloatArray:
+        """What each texel sends to a camera at this place, under a lamp at that of this intensity: (h, w, channels).
+
+        Shadows of texels on one another are not in it. Places are (3,), metres; the intensity is (channels,), W/sr.
+        """
+        points, weights = points_of(self.corners, self.weights.shape[:2]), self.weights.reshape(-1, len(self.fits))
+        normals, places = self.normals.reshape(-1, 3), [np.asarray(each, dtype=float)[None] for each in (camera, lamp)]
+        found = []
+        for part in _blocks(len(points)):
+            seen = lit(points[part], *places, np.atleast_1d(np.asarray(intensity, dtype=float))[None])
+            found.append(np.einsum("npcm,nm->nc", radiances(self.fits, seen, normals[part]), weights[part]))
+        return np.concatenate(found).reshape(*self.weights.shape[:2], -1)
+
+
+def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, shape: tuple[int, int],
+                   fits: Sequence[Fit]) -> Maps:
+    """The maps of a flat sample that photographs show.
+
+    Parameters
+    ----------
+    photographs : sequence of FlatPhotograph
+        Of one sample, two or more.
+    corners : (4, 3) array_like
+        Of the sample, metres, counter-clockwise as the camera sees it; the first is at texel (0, 0), the second at the
+        end of its row.
+    shape : (h, w)
+        Texels.
+    fits : sequence of Fit
+        One to four isotropic materials that are mixed.
+
+    Normals are smooth as far as the photographs leave them open; where they tell nothing, the surface is flat.
+
+    Raises
+    ------
+    DatasetError
+        If there are fewer than two photographs, their sizes differ, corners are crossed, clockwise or not in a plane, a
+        lamp is behind the sample, or no texel is seen in two photographs.
+    ValueError
+        If the materials are too many or anisotropic, or their channels are not those of the photographs.
+    """
+    photographs = list(photographs)
+    _check_photographs(photographs)
+    corners = np.array(corners, dtype=float)
+    height, width = (int(each) for each in shape)
+    if min(height, width) < 1:
+        raise ValueError(f"{width} x {height} texels, expected one or more along both sides")
+    frame = frame_of(corners, photographs)
+    points = points_of(corners, (height, width))
+    fits = tuple(fits)
+    _check_fits(fits, photographs[0].radiance.shape[2])
+    parts = []
+    blocks = list(_blocks(len(points)))
+    with progress.part(0.4, 0.9, "Finding weights and normals"):
+        for number, part in enumerate(blocks):
+            progress.report(number / len(blocks))
+            parts.append(solved(fits, observed(photographs, points[part], frame[2]), frame))
+    texels = Texels(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+    if not (texels.used.sum(axis=1) > 1).any():
+        raise DatasetError("no texel is seen and lit in two photographs or more: the corners are not where the sample "
+                           "is in the pictures, or lamps and camera graze it", photographs[0].name)
+    with progress.part(0.9, 1.0, "Smoothing normals"):
+        slopes = smoothed(texels.slopes.reshape(height, width, 2), texels.precision.reshape(height, width, 2, 2))
+        slopes = slopes.reshape(-1, 2)
+        weights = np.concatenate([given_normals(fits, observed(photographs, points[part], frame[2]), frame, Texels(
+            *(array[part] for array in texels)), slopes[part]) for part in blocks])
+    return Maps(fits, weights.reshape(height, width, -1), normals_of(slopes, frame).reshape(height, width, 3), corners,
+                texels.deviation.reshape(height, width, -1), texels.used.sum(axis=1).reshape(height, width))
+
+
+def _blocks(count: int) -> Iterator[slice]:
+    return (slice(start, start + _BLOCK) for start in range(0, count, _BLOCK))
+
+
+def _check_photographs(photographs: Sequence[FlatPhotograph]) -> None:
+    if len(photographs) < 2:
+        raise DatasetError(f"{len(photographs)} photograph{'s' * (not photographs)} found, expected two or more under "
+                           f"lamps in several places", photographs[0].name if photographs else None)
+    first = photographs[0]
+    for other in photographs[1:]:
+        if other.radiance.shape != first.radiance.shape:
+            raise DatasetError("a picture of {1} x {0} pixels with {2} channels found, expected {4} x {3} with {5} as "
+                               "in {6}".format(*other.radiance.shape, *first.radiance.shape, first.name), other.name)
+
+
+def _check_fits(fits: Sequence[Fit], channels: int) -> None:
+    if not 1 <= len(fits) <= MOST_MATERIALS:
+        raise ValueError(f"{len(fits)} materials found, expected 1 to {MOST_MATERIALS}")
+    for each in fits:
+        if not each.isotropic:
+            raise ValueError(f"{each.name}: anisotropic, expected materials that are isotropic")
+        if len(each.channels) not in (1, channels):
+            raise ValueError(f"{each.name}: {len(each.channels)} channels found, expected {channels} as in the "
+                             f"photographs, or 1")
+
+
+def frame_of(corners: FloatArray, photographs: Sequence[FlatPhotograph]) -> FloatArray:
+    """The axes of a sample: along its rows, along its columns nearly, and its normal toward the camera; rows of (3, 3).
+
+    Raises DatasetError as `maps_from_flat` does.
+    """
+    name = photographs[0].name
+    if corners.shape != (4, 3) or not np.isfinite(corners).all():
+        raise DatasetError(f"corners of the shape {corners.shape} found, expected four points (4, 3)", name)
+    sides = np.roll(corners, -1, axis=0) - corners
+    turns = np.cross(np.roll(sides, 1, axis=0), sides)
+    size = np.linalg.norm(sides, axis=1).max()
+    normal = np.cross(corners[2] - corners[0], corners[3] - corners[1])
+    if not np.linalg.norm(normal) > 1e-6 * size ** 2:
+        raise DatasetError("the corners lie on a line, or their order is crossed: expected them one after the other "
+                           "around the sample", name)
+    normal /= np.linalg.norm(normal)
+    out = np.abs((corners - corners.mean(axis=0)) @ normal).max()
+    if out > _EVEN * size:
+        raise DatasetError(f"the corners are not in a plane: they are {out:.3g} m out of it", name)
+    if not (turns @ normal > 0).all():
+        raise DatasetError("the corners are crossed: expected them one after the other around the sample", name)
+    for each in photographs:
+        if not (each.camera - corners.mean(axis=0)) @ normal > 0:
+            raise DatasetError("the corners run clockwise as the camera sees them, or it is behind the sample: "
+                               "expected them counter-clockwise", each.name)
+        if not ((each.lamp - corners) @ normal > 0).any():
+            raise DatasetError("the lamp is behind the sample", each.name)
+    along = sides[0] - sides[0] @ normal * normal
+    along /= np.linalg.norm(along)
+    return np.stack([along, np.cross(normal, along), normal])
+
+
+def points_of(corners: FloatArray, shape: tuple[int, int]) -> FloatArray:
+    """The centres of texels, row by row: (h w, 3).
+
+    Examples
+    --------
+    >>> points_of(np.array([[0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]]), (1, 2)).tolist()
+    [[1.0, 1.0, 0.0], [3.0, 1.0, 0.0]]
+    """
+    v, u = ((np.arange(count) + 0.5) / count for count in shape)
+    v, u = v[:, None, None], u[:, None]
+    return np.asarray((1 - v) * ((1 - u) * corners[0] + u * corners[1])
+                      + v * ((1 - u) * corners[3] + u * corners[2])).reshape(-1, 3)
+
+
+def smoothed(slopes: FloatArray, precision: FloatArray) -> FloatArray:
+    """Slopes that are their neighbours' as far as they are not known themselves.
+
+    The most probable ones, where those of neighbours differ by as much as they do beyond what their uncertainty makes.
+
+    Parameters
+    ----------
+    slopes : (h, w, 2)
+    precision : (h, w, 2, 2)
+        The inverse of their covariance.
+    """
+    variance = np.trace(np.linalg.inv(precision), axis1=2, axis2=3)
+    pairs = [((slopes[1:] - slopes[:-1]) ** 2, variance[1:] + variance[:-1]),
+             ((slopes[:, 1:] - slopes[:, :-1]) ** 2, variance[:, 1:] + variance[:, :-1])]
+    squared = np.concatenate([each.sum(axis=2).ravel() for each, _ in pairs])
+    doubt = np.concatenate([each.ravel() for _, each in pairs])
+    if not len(squared):
+        return slopes
+    sure = doubt <= np.median(doubt)
+    relief = max(float((squared - doubt)[sure].mean()) / 2, _LEAST_RELIEF ** 2)
+    height, width = slopes.shape[:2]
+    beside = np.full((height, width), 4.0)
+    for edge in (beside[0], beside[-1], beside[:, 0], beside[:, -1]):
+        edge -= 1
+    inverse = np.linalg.inv(precision + beside[..., None, None] / relief * np.eye(2))
+    own = np.einsum("hwij,hwj->hwi", precision, slopes)
+    found = slopes
+    for _ in range(_SMOOTHED):
+        around = np.zeros_like(found)
+        around[1:] += found[:-1]
+        around[:-1] += found[1:]
+        around[:, 1:] += found[:, :-1]
+        around[:, :-1] += found[:, 1:]
+        found = np.einsum("hwij,hwj->hwi", inverse, own + around / relief)
+    return np.asarray(found)

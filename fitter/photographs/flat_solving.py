@@ -1,0 +1,283 @@
+"""Weights of materials and a normal at each texel of a flat sample, from what it shows under several lamps.
+
+The radiance is linear in the weights w, which are not negative, and not in the slopes s of the normal
+n ~ s_1 t + s_2 b + n_0. For given slopes the weights are least squares; the slopes descend by damped Gauss-Newton
+with the weights projected out (G. Golub, V. Pereyra: The Differentiation of Pseudo-Inverses and Nonlinear Least Squares
+Problems Whose Variables Separate, SIAM Journal on Numerical Analysis 10(2), 1973).
+"""
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import BoolArray, FloatArray
+from ..model.fit import Fit
+from .ball import STEEPEST, about
+from .flat_photograph import Lit, Observed
+
+NOISE = 0.01                # of a value: what photographs are out by beside their noise, as lamps flicker
+STEEP = 0.5                 # slope that is expected of a normal, where nothing tells: 27 degrees
+_DIFFERENCE = 2e-3          # of slopes, .1 degrees: less than lobes are wide
+_TRIED, _DESCENDED = 4, 12  # steps from each start, and from the best
+_STILL = 2e-4               # slope, .01 degrees: a step at which it ends
+_DARK = 0.1                 # of the median reflectance over the lamps: less is a shadow, until a model says better
+_MISSING = 0.3              # of what a model expects: where so much is missing, and 5 deviations, is a shadow
+_DEVIATIONS = 5.0
+_FEWEST = 3                 # photographs of a texel that shadows may leave
+_RIDGE = 1e-9               # of materials that are one
+
+
+class Texels(NamedTuple):
+    """What is found of n texels."""
+
+    weights: FloatArray
+    """(n, materials)."""
+    deviation: FloatArray
+    """Their standard deviation."""
+    slopes: FloatArray
+    """(n, 2)."""
+    precision: FloatArray
+    """The inverse of their covariance: (n, 2, 2)."""
+    used: BoolArray
+    """The photographs that count: (n, p)."""
+
+
+def normals_of(slopes: FloatArray, frame: FloatArray) -> FloatArray:
+    """Unit normals (..., 3) of slopes (..., 2) along the first two rows of a frame (3, 3); its last is the plane's."""
+    steep = slopes @ frame[:2] + frame[2]
+    return np.asarray(steep / np.linalg.norm(steep, axis=-1, keepdims=True))
+
+
+def slopes_of(normals: FloatArray, frame: FloatArray, most: float) -> FloatArray:
+    """The inverse of `normals_of`; of 0 where the slope is more than this."""
+    along = normals @ frame.T
+    slopes = along[..., :2] / np.maximum(along[..., 2:], 1e-9)
+    return np.where(np.linalg.norm(slopes, axis=-1, keepdims=True) < most, slopes, 0.0)
+
+
+def radiances(fits: Sequence[Fit], lit: Lit, normals: FloatArray, good: BoolArray | None = None) -> FloatArray:
+    """What points with normals (n, 3) send to the cameras, of each material with the weight 1.
+
+    Parameters
+    ----------
+    good : (n, p) bool, optional
+        What is worked out; elsewhere it is 0.
+
+    Returns
+    -------
+    (n, p, channels, materials) float64
+    """
+    good = np.ones(lit.light.shape[:2], bool) if good is None else good
+    normal = np.broadcast_to(normals[:, None], lit.light.shape)[good]
+    directions = about(normal, lit.light[good], lit.view[good])
+    brought = np.maximum(np.cos(directions[0]), 0)[:, None] * lit.brought[good]
+    found = np.zeros((*lit.brought.shape, len(fits)))
+    found[good] = np.stack([fit.evaluate(*directions) * brought for fit in fits], axis=-1)
+    return found
+
+
+def solved(fits: Sequence[Fit], seen: Observed, frame: FloatArray, first: FloatArray | None = None) -> Texels:
+    """The weights and slopes of n texels.
+
+    Parameters
+    ----------
+    first : (n, 2), optional
+        Slopes to begin with, beside flat ones, those of a Lambertian, and those that mirror the brightest lamp.
+    """
+    used = seen.good & ~_dark(seen, frame)
+    scale = np.hypot(seen.noise, NOISE * np.maximum(seen.radiance, _typical(seen.radiance, used)))
+    starts = [np.zeros((len(used), 2)), *guessed(seen, used, frame), *([] if first is None else [first])]
+    best, lowest = starts[0], np.full(len(used), np.inf)
+    for start in starts:
+        found, cost = _descended(fits, seen, used, scale, frame, start, _TRIED)[:2]
+        better = cost < lowest
+        best, lowest = np.where(better[:, None], found, best), np.where(better, cost, lowest)
+    for _ in range(2):
+        unit = radiances(fits, seen.lit, normals_of(best, frame), seen.good)
+        expected = np.einsum("npcm,nm->npc", unit, _weights(unit, seen, used, scale))
+        scale = np.hypot(seen.noise, NOISE * np.maximum(expected, _typical(expected, used)))
+        missing = (expected - seen.radiance).mean(axis=2)
+        shadow = (missing > _MISSING * expected.mean(axis=2)) & (
+            missing > _DEVIATIONS * np.sqrt((scale ** 2).mean(axis=2) / scale.shape[2]))
+        normal = normals_of(best, frame)
+        upright = np.minimum(*(np.einsum("npk,nk->np", toward, normal) for toward in seen.lit[:2])) > np.cos(STEEPEST)
+        trusted = seen.good & ~shadow & upright
+        used = np.where((trusted.sum(axis=1) >= _FEWEST)[:, None], trusted, used)
+        descent = _descended(fits, seen, used, scale, frame, best, _DESCENDED)
+        best = descent.slopes
+    return _judged(fits, seen, used, scale, frame, descent)
+
+
+def given_normals(fits: Sequence[Fit], seen: Observed, frame: FloatArray, found: Texels,
+                  slopes: FloatArray) -> FloatArray:
+    """The weights, (n, materials), of texels whose slopes are these, (n, 2)."""
+    unit = radiances(fits, seen.lit, normals_of(slopes, frame), found.used)
+    expected = np.einsum("npcm,nm->npc", unit, found.weights)
+    return _weights(unit, seen, found.used, np.hypot(seen.noise, NOISE * np.maximum(
+        expected, _typical(expected, found.used))))
+
+
+def least_squares(unit: FloatArray, values: FloatArray) -> FloatArray:
+    """Least squares without negative coefficients, of few unknowns: by every choice of those that are not 0.
+
+    Parameters
+    ----------
+    unit : (n, q, m)
+    values : (n, q)
+
+    Returns
+    -------
+    (n, m)
+
+    Examples
+    --------
+    >>> least_squares(np.array([[[1.0, 1.0], [0.0, 1.0]]]), np.array([[2.0, -1.0]]))
+    array([[2., 0.]])
+    """
+    gram, right = _gram(unit), np.einsum("nqm,nq->nm", unit, values)
+    found, most = np.zeros(right.shape), np.zeros(len(right))
+    for count in range(1, right.shape[1] + 1):
+        for chosen in combinations(range(right.shape[1]), count):
+            part = np.ix_(range(len(right)), chosen, chosen)
+            w = np.linalg.solve(gram[part], right[:, chosen, None])[..., 0]
+            explained = np.einsum("nm,nm->n", w, right[:, chosen])
+            better = (w >= 0).all(axis=1) & (explained > most)
+            of_all = np.zeros(right.shape)
+            of_all[:, chosen] = w
+            found, most = np.where(better[:, None], of_all, found), np.where(better, explained, most)
+    return found
+
+
+def _gram(unit: FloatArray) -> FloatArray:
+    gram = np.einsum("nqm,nqk->nmk", unit, unit)
+    trace = np.einsum("nmm->n", gram)
+    return np.asarray(gram + (_RIDGE * trace + np.finfo(float).tiny)[:, None, None] * np.eye(gram.shape[1]))
+
+
+def _weights(unit: FloatArray, seen: Observed, used: BoolArray, scale: FloatArray) -> FloatArray:
+    """The weights for radiances of unit weights: (n, p, c, m) to (n, m)."""
+    share = used[..., None] / scale
+    n, m = len(unit), unit.shape[-1]
+    return least_squares((unit * share[..., None]).reshape(n, -1, m), (seen.radiance * share).reshape(n, -1))
+
+
+def _typical(radiance: FloatArray, used: BoolArray) -> FloatArray:
+    """What values of a texel are taken to be at least, where their noise is a share of them: (n, p, c) to (n, 1, c)."""
+    count = np.maximum(used.sum(axis=1), 1)[:, None, None]
+    return _DARK * np.maximum((radiance * used[..., None]).sum(axis=1, keepdims=True) / count, 0)
+
+
+def _dark(seen: Observed, frame: FloatArray) -> BoolArray:
+    """Where a texel is so much darker than under other lamps that it may be in a shadow: (n, p)."""
+    reflected = _reflected(seen, frame)
+    typical = np.nanmedian(np.where(seen.good, reflected, np.nan), axis=1) if seen.good.any(axis=1).all() else np.array(
+        [np.median(each[good]) if good.any() else 0.0 for each, good in zip(reflected, seen.good, strict=True)])
+    return np.asarray(reflected < _DARK * typical[:, None])
+
+
+def _reflected(seen: Observed, frame: FloatArray) -> FloatArray:
+    """What a flat texel reflects, in the mean over channels, 1/sr: (n, p)."""
+    cosine = np.maximum(seen.lit.light @ frame[2], np.cos(STEEPEST))
+    return np.asarray((seen.radiance / (seen.lit.brought * cosine[..., None])).mean(axis=2))
+
+
+def guessed(seen: Observed, used: BoolArray, frame: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Slopes of a Lambertian, whatever shines, and those that mirror the lamp under which a texel is brightest: (n, 2).
+
+    Of the first the sum of absolute differences is least, by weights in turn: highlights count little.
+    """
+    brightness = (seen.radiance / seen.lit.brought).mean(axis=2)
+    weight = used.astype(float)
+    turned = seen.lit.light @ frame.T
+    for _ in range(6):
+        gram = np.einsum("np,npi,npj->nij", weight, turned, turned)
+        gram += (1e-6 * weight.sum(axis=1) + 1e-12)[:, None, None] * np.eye(3)
+        pointing = np.linalg.solve(gram, np.einsum("np,npi,np->ni", weight, turned, brightness)[..., None])[..., 0]
+        off = np.abs(brightness - np.einsum("npi,ni->np", turned, pointing))
+        weight = used / np.maximum(off, NOISE * np.abs(brightness) + 1e-12)
+    lambertian = slopes_of(pointing @ frame, frame, 2 * STEEP)
+    brightest = np.where(used, _reflected(seen, frame), -np.inf).argmax(axis=1)
+    half = (seen.lit.light + seen.lit.view)[np.arange(len(used)), brightest]
+    return lambertian, slopes_of(half, frame, 2 * STEEP)
+
+
+class _Descent(NamedTuple):
+    slopes: FloatArray
+    cost: FloatArray
+    weights: FloatArray
+
+
+def _descended(fits: Sequence[Fit], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
+               start: FloatArray, steps: int) -> _Descent:
+    """Slopes (n, 2) that descended from a start by so many steps, the cost (n,), and the weights."""
+    slopes = start.copy()
+    unit, values = _whitened(fits, seen, used, scale, frame, slopes)
+    weights = least_squares(unit, values)
+    cost = _cost(unit, values, weights, slopes)
+    damping, going = np.full(len(slopes), 1e-2), np.arange(len(slopes))
+    for _ in range(steps):
+        if not len(going):
+            break
+        part = seen.some(going), used[going], scale[going], frame
+        _, hessian, right = _normal_equations(fits, *part, slopes[going], weights[going])
+        diagonal = np.einsum("nii->ni", hessian)[..., None] * np.eye(2)
+        step = np.linalg.solve(hessian + damping[going, None, None] * diagonal, right[..., None])[..., 0]
+        step *= np.minimum(1, STEEP / 2 / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12))
+        tried = slopes[going] + step
+        unit, values = _whitened(fits, *part, tried)
+        w = least_squares(unit, values)
+        now = _cost(unit, values, w, tried)
+        better = now < cost[going]
+        at = going[better]
+        slopes[at], weights[at], cost[at] = tried[better], w[better], now[better]
+        damping[going] *= np.where(better, 0.2, 6.0)
+        still = np.linalg.norm(step, axis=1) < _STILL
+        going = going[~still]
+    return _Descent(slopes, cost, weights)
+
+
+def _whitened(fits: Sequence[Fit], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
+              slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Radiances of unit weights, (n, q, m), and those that were seen, (n, q), in units of their deviation."""
+    share = used[..., None] / scale
+    unit = radiances(fits, seen.lit, normals_of(slopes, frame), used) * share[..., None]
+    return unit.reshape(len(unit), -1, unit.shape[-1]), (seen.radiance * share).reshape(len(unit), -1)
+
+
+def _cost(unit: FloatArray, values: FloatArray, weights: FloatArray, slopes: FloatArray) -> FloatArray:
+    off = values - np.einsum("nqm,nm->nq", unit, weights)
+    return np.asarray((off ** 2).sum(axis=1) + (slopes ** 2).sum(axis=1) / STEEP ** 2)
+
+
+def _normal_equations(fits: Sequence[Fit], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
+                      slopes: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The inverse of the weights' covariance (n, m, m), with the slopes projected out, that of the slopes' (n, 2, 2),
+    with the weights above 0 projected out, and the right side of a step of the slopes (n, 2)."""
+    unit, values = _whitened(fits, seen, used, scale, frame, slopes)
+    now = np.einsum("nqm,nm->nq", unit, weights)
+    change = np.stack([(np.einsum("nqm,nm->nq", _whitened(fits, seen, used, scale, frame, slopes + shift)[0], weights)
+                        - now) / _DIFFERENCE for shift in _DIFFERENCE * np.eye(2)], axis=2)
+    gram = _gram(unit)
+    across = np.einsum("nqm,nqk->nmk", unit, change)
+    own = np.einsum("nqi,nqk->nik", change, change) + np.eye(2) / STEEP ** 2
+    right = np.einsum("nqk,nq->nk", change, values - now) - slopes / STEEP ** 2
+    taken = gram - across @ np.linalg.solve(own, np.swapaxes(across, 1, 2))
+    held = weights <= 0
+    active = np.where(held[:, :, None] | held[:, None, :], 0.0, gram) + held[:, :, None] * np.eye(held.shape[1])
+    across = np.where(held[..., None], 0.0, across)
+    return taken, own - np.swapaxes(across, 1, 2) @ np.linalg.solve(active, across), right
+
+
+def _judged(fits: Sequence[Fit], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
+            found: _Descent) -> Texels:
+    """What was found, with its deviation: by the noise, or where more is left, by that."""
+    taken, precision, _ = _normal_equations(fits, seen, used, scale, frame, found.slopes, found.weights)
+    known = used.sum(axis=1) * seen.radiance.shape[2]
+    left = np.maximum(found.cost / np.maximum(known - found.weights.shape[1] - 2, 1), 1)
+    trace = np.einsum("nmm->n", taken)
+    safe = taken + (_RIDGE * np.abs(trace) + np.finfo(float).tiny)[:, None, None] * np.eye(taken.shape[1])
+    variance = np.einsum("nmm->nm", np.linalg.inv(safe)) * left[:, None]
+    deviation = np.where((known > 0)[:, None], np.sqrt(np.maximum(variance, 0)), np.inf)
+    return Texels(found.weights, deviation, found.slopes, precision / left[:, None, None], used)

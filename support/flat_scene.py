@@ -1,0 +1,132 @@
+"""Synthetic photographs of a flat sample of several materials, by a small renderer that shares nothing with
+`fitter.photographs`: point by point, by dot products in the point's own frame."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+
+CAMERA, TARGET = np.array([0.03, -0.12, 0.5]), np.zeros(3)
+SIZE = 0.1                  # m, along u; along v it is .8 of it
+INTENSITY = np.array([2.0, 1.5, 1.0])
+UNUSED = np.array([0.3, 0.15, 0.55])
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Materials, and functions of u and v, both (n,), to their weights, (n, materials), and slopes, (n, 2)."""
+
+    fits: tuple
+    weights: Any
+    slopes: Any
+
+    def normals(self, u, v):
+        """Unit normals, (n, 3): the plane's is z."""
+        slope = self.slopes(u, v)
+        steep = np.column_stack([slope, np.ones(len(slope))])
+        return steep / np.sqrt((steep ** 2).sum(axis=1))[:, None]
+
+
+def corners():
+    """Of the sample, (4, 3): u runs along x, v along y."""
+    x, y = SIZE / 2, SIZE * 0.4
+    return np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
+
+
+def lamps(count=16):
+    """Places of lamps in rings around the camera, (count, 3), half a metre to a metre away."""
+    k = np.arange(count)
+    theta, phi = np.radians(np.array([12, 30, 48, 62]))[k % 4], 2.399 * k + 0.3
+    distance = 0.6 + 0.05 * (k % 5)
+    return distance[:, None] * np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi),
+                                                np.cos(theta)])
+
+
+def radiance(sample, u, v, lamp, camera=CAMERA):
+    """What points of the sample send to the camera: (n, 3)."""
+    place = np.column_stack([(u - 0.5) * SIZE, (v - 0.5) * SIZE * 0.8, np.zeros(len(u))])
+    normal, weights, found = sample.normals(u, v), sample.weights(u, v), np.zeros((len(u), 3))
+    for k, (point, n) in enumerate(zip(place, normal, strict=True)):
+        to_lamp, to_camera = lamp - point, camera - point
+        d = np.sqrt(to_lamp @ to_lamp)
+        light, view = to_lamp / d, to_camera / np.sqrt(to_camera @ to_camera)
+        cos_i, cos_o = n @ light, n @ view
+        if cos_i <= 0 or cos_o <= 0:
+            continue
+        azimuth = np.arccos(np.clip((light @ view - cos_i * cos_o) / max(
+            np.sqrt((1 - cos_i ** 2) * (1 - cos_o ** 2)), 1e-12), -1, 1))
+        found[k] = [np.arccos(min(cos_i, 1)), np.arccos(min(cos_o, 1)), azimuth]
+        weights[k] *= cos_i / d ** 2
+    values = np.stack([fit.evaluate(found[:, 0], 0, found[:, 1], found[:, 2]) * np.ones(3) for fit in sample.fits],
+                      axis=2)
+    lit = (found[:, 0] > 0)[:, None]
+    return np.where(lit, (values * weights[:, None]).sum(axis=2), 0) * INTENSITY
+
+
+def rays(size):
+    """Unit directions through the centres of so many pixels, (height, width), that see the sample: (h, w, 3)."""
+    height, width = size
+    forward = (TARGET - CAMERA) / np.linalg.norm(TARGET - CAMERA)
+    right = np.cross(forward, (0, 0, 1))
+    right /= np.linalg.norm(right)
+    up = np.cross(right, forward)
+    y, x = np.mgrid[:height, :width] + 0.5
+    step = 0.25 / width
+    found = (forward + ((x - width / 2) * step)[..., None] * right + ((height / 2 - y) * step)[..., None] * up)
+    return found / np.linalg.norm(found, axis=2)[..., None]
+
+
+def photograph(sample, lamp, size=(90, 100), noise=0.01, seed=0):
+    """A photograph, (h, w, 3), dark around the sample; noise is relative, with a floor of .1 % of what is typical."""
+    toward = rays(size).reshape(-1, 3)
+    place = CAMERA - toward * (CAMERA[2] / toward[:, 2])[:, None]
+    u, v = place[:, 0] / SIZE + 0.5, place[:, 1] / (SIZE * 0.8) + 0.5
+    inside = (u > 0) & (u < 1) & (v > 0) & (v < 1)
+    picture = np.zeros((len(toward), 3))
+    picture[inside] = radiance(sample, u[inside], v[inside], lamp)
+    random = np.random.default_rng(seed)
+    typical = np.median(picture[inside])
+    picture = picture * (1 + noise * random.standard_normal(picture.shape))
+    return (picture + 0.1 * noise * typical * random.standard_normal(picture.shape)).reshape(*size, 3)
+
+
+def texels(shape):
+    """u and v of the centres of texels, row by row: (n,) each."""
+    v, u = (np.mgrid[:shape[0], :shape[1]] + 0.5) / np.array(shape)[:, None, None]
+    return u.ravel(), v.ravel()
+
+
+def smooth_weights(count):
+    """Weights of 2 or 3 materials that pass into one another, of sum 1."""
+    def weights(u, v):
+        first = 0.5 + 0.5 * np.sin(5 * u + 2 * v)
+        second = (1 - first) * (1 if count == 2 else 0.5 + 0.5 * np.cos(6 * v - u))
+        return np.column_stack([first, second, 1 - first - second][:count])
+    return weights
+
+
+def sharp_weights(count):
+    """Weights of 2 or 3 materials in fields beside each other."""
+    def weights(u, v):
+        field = np.where((u - 0.5) ** 2 + (v - 0.5) ** 2 < 0.1, 0, 1 if count == 2 else 1 + (u > 0.5))
+        return np.eye(count)[field]
+    return weights
+
+
+def bumps(u, v):
+    """Slopes to 15 degrees."""
+    steepest = np.tan(np.radians(15)) / np.sqrt(2)
+    return steepest * np.column_stack([np.sin(9 * u + 3 * v), np.cos(7 * v - 2 * u)])
+
+
+def shown(picture, shape):
+    """A picture at the centres of texels, by SciPy's linear interpolation: (h, w, 3)."""
+    u, v = texels(shape)
+    toward = np.column_stack([(u - 0.5) * SIZE, (v - 0.5) * SIZE * 0.8, np.zeros(len(u))]) - CAMERA
+    forward = (TARGET - CAMERA) / np.linalg.norm(TARGET - CAMERA)
+    right = np.cross(forward, (0, 0, 1)) / np.linalg.norm(np.cross(forward, (0, 0, 1)))
+    deep, (height, width) = toward @ forward, picture.shape[:2]
+    x = width / 2 - 0.5 + toward @ right / deep * width / 0.25
+    y = height / 2 - 0.5 - toward @ np.cross(right, forward) / deep * width / 0.25
+    return np.stack([map_coordinates(picture[..., k], [y, x], order=1) for k in range(3)], axis=1).reshape(*shape, 3)
