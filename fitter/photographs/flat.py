@@ -61,10 +61,11 @@ class Maps:
         Shadows of texels on one another are not in it. Places are (3,), metres; the intensity is (channels,), W/sr.
         """
         points, weights = points_of(self.corners, self.weights.shape[:2]), self.weights.reshape(-1, len(self.fits))
-        normals, places = self.normals.reshape(-1, 3), [np.asarray(each, dtype=float)[None] for each in (camera, lamp)]
+        normals = self.normals.reshape(-1, 3)
+        eye, light = (np.asarray(each, dtype=float)[None] for each in (camera, lamp))
         found = []
         for part in _blocks(len(points)):
-            seen = lit(points[part], *places, np.atleast_1d(np.asarray(intensity, dtype=float))[None])
+            seen = lit(points[part], eye, light, np.atleast_1d(np.asarray(intensity, dtype=float))[None])
             found.append(np.einsum("npcm,nm->nc", radiances(self.fits, seen, normals[part]), weights[part]))
         return np.concatenate(found).reshape(*self.weights.shape[:2], -1)
 
@@ -118,8 +119,8 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     with progress.part(0.9, 1.0, "Smoothing normals"):
         slopes = smoothed(texels.slopes.reshape(height, width, 2), texels.precision.reshape(height, width, 2, 2))
         slopes = slopes.reshape(-1, 2)
-        weights = np.concatenate([given_normals(fits, observed(photographs, points[part], frame[2]), frame, Texels(
-            *(array[part] for array in texels)), slopes[part]) for part in blocks])
+        weights = np.concatenate([given_normals(fits, observed(photographs, points[part], frame[2]), frame,
+                                                texels.part(part), slopes[part]) for part in blocks])
     return Maps(fits, weights.reshape(height, width, -1), normals_of(slopes, frame).reshape(height, width, 3), corners,
                 texels.deviation.reshape(height, width, -1), texels.used.sum(axis=1).reshape(height, width))
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..errors import DatasetError
 from .ball import STEEPEST, saturated
 
@@ -105,9 +105,10 @@ class Observed(NamedTuple):
     good: BoolArray
     """Where it counts: (n, p)."""
 
-    def some(self, which: BoolArray) -> "Observed":
-        """Those of some points, (n,)."""
-        return Observed(Lit(*(part[which] for part in self.lit)), *(part[which] for part in self[1:]))
+    def some(self, which: IntArray) -> "Observed":
+        """Those of some points, by their numbers."""
+        return Observed(Lit(*(part[which] for part in self.lit)), self.radiance[which], self.noise[which],
+                        self.good[which])
 
 
 def lit(points: FloatArray, camera: FloatArray, lamp: FloatArray, intensity: FloatArray) -> Lit:
@@ -137,7 +138,9 @@ def observed(photographs: Sequence[FlatPhotograph], points: FloatArray, normal: 
         radiance[:, k] = _between(each.radiance, corner, share)
         typical = np.median(each.radiance[each.radiance > 0]) if (each.radiance > 0).any() else 1.0
         noise[:, k] = _FLOOR * typical if each.noise is None else _between(each.noise, corner, share)
-        counts = each.mask & ~saturated(each.radiance.reshape(-1, shape[2])).reshape(each.radiance.shape[:2])
+        counts = ~saturated(each.radiance.reshape(-1, shape[2])).reshape(each.radiance.shape[:2])
+        if each.mask is not None:
+            counts &= each.mask
         good[:, k] = inside & (_between(counts[..., None].astype(float), corner, share)[:, 0] > 1 - 1e-9)
     steepest = np.minimum(seen.light @ normal, seen.view @ normal)
     return Observed(seen, radiance, noise, good & (steepest > np.cos(STEEPEST)))

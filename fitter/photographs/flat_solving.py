@@ -43,6 +43,11 @@ class Texels(NamedTuple):
     used: BoolArray
     """The photographs that count: (n, p)."""
 
+    def part(self, which: slice) -> "Texels":
+        """Some of them."""
+        return Texels(self.weights[which], self.deviation[which], self.slopes[which], self.precision[which],
+                      self.used[which])
+
 
 def normals_of(slopes: FloatArray, frame: FloatArray) -> FloatArray:
     """Unit normals (..., 3) of slopes (..., 2) along the first two rows of a frame (3, 3); its last is the plane's."""
