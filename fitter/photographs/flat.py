@@ -71,7 +71,7 @@ class Maps:
 
 
 def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, shape: tuple[int, int],
-                   fits: Sequence[Fit]) -> Maps:
+                   fits: Sequence[Fit] | None = None) -> Maps:
     """The maps of a flat sample that photographs show.
 
     Parameters
@@ -84,7 +84,7 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     shape : (h, w)
         Texels.
     fits : sequence of Fit
-        One to four isotropic materials that are mixed.
+        One to four isotropic materials that are mixed; they must be given.
 
     Normals are smooth as far as the photographs leave them open; where they tell nothing, the surface is flat.
 
@@ -104,7 +104,7 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
         raise ValueError(f"{width} x {height} texels, expected one or more along both sides")
     frame = frame_of(corners, photographs)
     points = points_of(corners, (height, width))
-    fits = tuple(fits)
+    fits = tuple(fits or ())
     _check_fits(fits, photographs[0].radiance.shape[2])
     parts = []
     blocks = list(_blocks(len(points)))

@@ -118,3 +118,5 @@ def test_what_cannot_be_is_refused(materials, corners, change, message):
         fitter.maps_from_flat(shots[:1], CORNERS, (4, 4), materials[:1])
     with pytest.raises(ValueError, match="expected 1 to 4"):
         fitter.maps_from_flat(shots, CORNERS, (4, 4), ())
+    with pytest.raises(ValueError, match="0 materials found, expected 1 to 4"):
+        fitter.maps_from_flat(shots, CORNERS, (4, 4))
