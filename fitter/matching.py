@@ -9,13 +9,13 @@ What brings a material nearer is how much brighter, in each channel, its diffuse
 be, as `editing.edited` has them.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
 
-from . import published, studio
+from . import progress, published, studio
 from .arrays import ArrayLike, FloatArray
 from .editing import level_of
 from .errors import DatasetError
@@ -66,8 +66,7 @@ class _Split:
         return np.concatenate([whole, diffuse_part(whole, self._level)], axis=-1)
 
 
-def nearest(picture: FloatArray, window: str = "", count: int = 5,
-            report: Callable[[float, str], None] = lambda _fraction, _doing: None) -> tuple[str, list[Match]]:
+def nearest(picture: FloatArray, window: str = "", count: int = 5) -> tuple[str, list[Match]]:
     """The isotropic materials of the library that are nearest to a photograph of a ball.
 
     Parameters
@@ -77,8 +76,6 @@ def nearest(picture: FloatArray, window: str = "", count: int = 5,
     window : str
         Where the light comes from, of `WINDOWS`; empty: wherever it suits the photograph best.
     count : int
-    report : callable
-        Is told the fraction that is done, and what is being done.
 
     Returns
     -------
@@ -99,7 +96,7 @@ def nearest(picture: FloatArray, window: str = "", count: int = 5,
     materials = [each for each in published.offered() if is_isotropic(each.model)]
     found: dict[str, list[Match]] = {name: [] for name in names}
     for number, material in enumerate(materials):
-        report(number / len(materials), material.label)
+        progress.report(number / len(materials), material.label)
         shown = studio.under_skies(_Split(material.model), normal, (_even, *map(_sky, names)))
         for name, lit in zip(names, shown[1:], strict=True):
             found[name].append(_match(material, shown[0], lit, values, weight))

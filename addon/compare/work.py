@@ -1,19 +1,15 @@
-"""The work of the background processes where two materials are compared. Nothing here imports bpy.
-
-Functions take `report(fraction, doing)`, as in `tasks`.
-"""
+"""The work of the background processes where two materials are compared. Nothing here imports bpy."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ...fitter import pictures
+from ...fitter import pictures, progress
 from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.quality import physics
-from ..core.annotations import Report
 from ..core.outcomes import Kept, KeptMix
 from ..work.recent import Recent
-from ..work.tasks import fit_of, kept_fit, lit_sphere, silent
+from ..work.tasks import fit_of, kept_fit, lit_sphere
 
 Shown = Kept | KeptMix
 
@@ -28,9 +24,9 @@ class Figures(NamedTuple):
     albedo: FloatArray
 
 
-def figures(shown: Shown, report: Report = silent) -> Figures:
+def figures(shown: Shown) -> Figures:
     """The numbers of the fit in a material's shader, or of those of a mix. Raises ValueError if one has none."""
-    report(0.0, "Albedo")
+    progress.report(0.0, "Albedo")
     albedo = np.broadcast_to(physics.directional_albedo(fit_of(shown), [0.0])[0], 3)
     fits = [kept_fit(part) for part in {part.digest: part for part in _parts(shown)}.values()]
     return Figures(sum(fit.coefficient_count for fit in fits), sum(fit.nbytes for fit in fits), np.array(albedo))
@@ -48,14 +44,14 @@ def _sphere(shown: Shown) -> SingleArray:
     return _spheres[shown.digest]
 
 
-def split_sphere(left: Shown, right: Shown, at: float, report: Report = silent) -> SingleArray:
+def split_sphere(left: Shown, right: Shown, at: float) -> SingleArray:
     """A sphere of two materials, with a line between them: (size, size, 4). Raises ValueError if one has no fit."""
-    report(0.0, "Drawing")
+    progress.report(0.0, "Drawing")
     return pictures.split(_sphere(left), _sphere(right), at)
 
 
-def polar(first: Shown, second: Shown, theta_i: float, report: Report = silent) -> SingleArray:
+def polar(first: Shown, second: Shown, theta_i: float) -> SingleArray:
     """The polar plot of two materials: (size, size, 4). Raises as `split_sphere` does."""
-    report(0.0, "Drawing")
+    progress.report(0.0, "Drawing")
     return pictures.polar_comparison(fit_of(first), fit_of(second), theta_i,
                                      colours=(first.colours, second.colours))

@@ -1,6 +1,5 @@
 """Names for types that annotations share."""
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 if TYPE_CHECKING:
@@ -13,7 +12,6 @@ else:
     OperatorResult = set
     OperatorMixIn = object
 
-Report = Callable[[float, str], None]
 """Receives the progress of some work: the fraction done, and what is being done."""
 Arguments = dict[str, Any]
 """Keyword arguments of `fitter.fit`, or ``{"tolerance": RMSE}``."""

@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from contextvars import copy_context
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,9 +20,10 @@ import numpy as np
 from bpy.app.handlers import persistent
 from mathutils import Matrix, Vector
 
+from ...fitter import progress
 from ...fitter.arrays import FloatArray, SingleArray
 from . import osl_support
-from .annotations import Report, Vector3, not_none
+from .annotations import Vector3, not_none
 from .previews import picture_of
 
 SPHERE, BALL = "SPHERE", "BALL"
@@ -74,9 +76,9 @@ def write_request(folder: Path, request: Request) -> None:
     (folder / _REQUEST).write_text(json.dumps(request._asdict()), "utf-8")
 
 
-def answer(folder: Path, report: Report) -> None:
+def answer(folder: Path) -> None:
     """Render the materials of a folder's `SOURCE`, as its request says. `pictures` reads them."""
-    report(0.0, "Opening")
+    progress.report(0.0, "Opening")
     request = Request(**json.loads((folder / _REQUEST).read_text("utf-8")))
     with bpy.data.libraries.load(str(folder / SOURCE), link=False) as (_, target):
         target.materials, target.worlds = list(request.materials), [request.world] if request.world else []
@@ -88,11 +90,8 @@ def answer(folder: Path, report: Report) -> None:
         scene.view_settings.exposure = request.exposure
         with suppress(TypeError):               # another OpenColorIO configuration has other transforms
             scene.view_settings.view_transform = request.transform
-    for number, material in enumerate(target.materials):
-        def within(fraction: float, doing: str, number: int = number) -> None:
-            report((number + fraction) / len(request.materials), doing)
-
-        np.save(folder / f"{number}.npy", render(scene, material, folder / "render.png", within))
+    for number, material in enumerate(progress.each(target.materials)):
+        np.save(folder / f"{number}.npy", render(scene, material, folder / "render.png"))
 
 
 def pictures(folder: Path, count: int) -> list[SingleArray]:
@@ -129,8 +128,7 @@ def scene_for(shape: str, lighting: str, world: bpy.types.World | None, size: in
     return scene
 
 
-def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path,
-           report: Report) -> SingleArray:
+def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path) -> SingleArray:
     """Render a material in a scene of `scene_for` into a .png: (size, size, 4), sRGB, the bottom row first. OSError if
     the picture cannot be written.
     """
@@ -138,7 +136,7 @@ def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path,
         if item.name.startswith(_SUBJECT):
             item.material_slots[0].material = material
     scene.render.filepath = str(path)
-    with _reported(report):
+    with _reported():
         bpy.ops.render.render(write_still=True, scene=scene.name)
     if not path.read_bytes().endswith(_END):        # Blender does not tell
         raise OSError(errno.EIO, "it could not be written whole; the disk may be full", str(path))
@@ -149,14 +147,16 @@ def render(scene: bpy.types.Scene, material: bpy.types.Material, path: Path,
 
 
 @contextmanager
-def _reported(report: Report) -> Iterator[None]:
+def _reported() -> Iterator[None]:
+    here = copy_context()
+
     @persistent
-    def on_stats(statistics: Any, *_: object) -> None:
+    def on_stats(statistics: Any, *_: object) -> None:      # in the thread that renders
         sample = _SAMPLE.search(str(statistics))
         if sample is not None:
-            report(int(sample[1]) / int(sample[2]), "Rendering")
+            here.run(progress.report, int(sample[1]) / int(sample[2]), "Rendering")
 
-    report(0.0, "Rendering")
+    progress.report(0.0, "Rendering")
     bpy.app.handlers.render_stats.append(on_stats)
     try:
         yield

@@ -169,7 +169,7 @@ def _render(options: argparse.Namespace) -> int:
             with quiet():
                 made = tasks.outcome(path, sample, fit_arguments(choices), how=how)
                 item = materials.create(made, choices, bpy.context)
-                look.render(scene, item, real(out) / f"{assets.file_name(item.name)}.png", tasks.silent)
+                look.render(scene, item, real(out) / f"{assets.file_name(item.name)}.png")
         except (ValueError, RuntimeError) as error:
             rows.append(Row(f"{Path(path).name} {sample}".strip(), f"failed: {error}"))
         else:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import bpy
 import numpy as np
 
+from ...fitter import progress
 from ...fitter.arrays import BoolArray, FloatArray, SingleArray
 from ...fitter.colours import DEFAULT, conversion
 from ...fitter.photographs import setup
@@ -14,7 +15,7 @@ from ...fitter.photographs.compared import Part, part_of_ball, reduced, relative
 from ...fitter.photographs.descriptions import Description
 from ...fitter.pictures import srgb
 from ..core import osl_support
-from ..core.annotations import Report, not_none
+from ..core.annotations import not_none
 from ..core.previews import picture_of
 from ..core.reading import scene_colours
 
@@ -45,11 +46,11 @@ def write_request(folder: Path, scene: bpy.types.Scene, description: Description
     (folder / _REQUEST).write_text(json.dumps(request), "utf-8")
 
 
-def answer(folder: Path, report: Report) -> None:
+def answer(folder: Path) -> None:
     """Read the photograph of a folder's request, and render the ball in the same place. `compared` reads both."""
     osl_support.make_importable("OpenImageIO")
     request = json.loads((folder / _REQUEST).read_text("utf-8"))
-    report(0.0, "Reading")
+    progress.report(0.0, "Reading")
     shot, = setup.photographed(request["description"], request["scene"])
     part = part_of_ball(shot)
     size = min(part.side, _SIZE)
@@ -57,7 +58,7 @@ def answer(folder: Path, report: Report) -> None:
     counted = reduced(not_none(shot.mask)[..., None].astype(float), part, size)[..., 0] > 1 - 1e-6
     if photograph.shape[2] == 3:
         photograph = photograph @ conversion(DEFAULT, request["colours"]).T
-    report(0.3, "Rendering")
+    progress.report(0.3, "Rendering")
     with bpy.data.libraries.load(str(folder / SOURCE), link=False) as (_, target):
         target.scenes = [request["scene"]]
     picture = _rendered(target.scenes[0], part, shot.radiance.shape, size, folder / "render.exr")

@@ -14,7 +14,7 @@ from ...fitter.photographs import setup
 from ...fitter.photographs.coverage import advice, coverage
 from ...fitter.photographs.descriptions import GUESS, Description, in_order, read
 from ...fitter.photographs.picture_files import About, about
-from ..core.annotations import Arguments, Report
+from ..core.annotations import Arguments
 from ..core.outcomes import Outcome
 from ..work import tasks
 
@@ -47,8 +47,7 @@ class Result(NamedTuple):
     told: tuple[str, ...]
 
 
-def described(paths: Sequence[str], radius: float, distance: float, count: int,
-              report: Report = tasks.silent) -> setup.Resolved:
+def described(paths: Sequence[str], radius: float, distance: float, count: int) -> setup.Resolved:
     """A description of pictures of a ball at the origin, whose lamps nobody has placed yet.
 
     Radius of the ball, and distance of the camera from it, are in metres; `count` is that of exposures under each lamp,
@@ -57,7 +56,7 @@ def described(paths: Sequence[str], radius: float, distance: float, count: int,
     paths = sorted(paths, key=lambda path: in_order(Path(path).name))
     abouts: list[About] = []
     for number, path in enumerate(paths):
-        report(number / len(paths), f"Looking at {Path(path).name}")
+        progress.report(number / len(paths), f"Looking at {Path(path).name}")
         abouts.append(about(path))
     sizes = dict.fromkeys(each.size for each in abouts)
     if len(sizes) > 1:
@@ -100,20 +99,19 @@ def _lens(said: About) -> dict[str, float]:
     return {"focal_length": focal, "sensor_width": 2 * focal * half}
 
 
-def opened(path: str, _report: Report = tasks.silent) -> setup.Resolved:
+def opened(path: str) -> setup.Resolved:
     """The description in a file, with absolute paths and all places in numbers."""
     return setup.resolved(*read(path))
 
 
-def outline(description: Description, name: str, _report: Report = tasks.silent) -> list[float]:
+def outline(description: Description, name: str) -> list[float]:
     """Where the ball of a description is, by its outline in the photographs."""
     ball = {**description["ball"], "centre": "outline"}
     centre: list[float] = setup.resolved({**description, "ball": ball}, name).description["ball"]["centre"]
     return centre
 
 
-def lamp_by_chrome(description: Description, name: str, chrome: str, distance: float,
-                   _report: Report = tasks.silent) -> list[float]:
+def lamp_by_chrome(description: Description, name: str, chrome: str, distance: float) -> list[float]:
     """Where the lamp of the only photograph of a description was, by the picture of a chrome ball and the lamp's
     distance from the middle of the ball, metres."""
     photograph, = description["photograph"]
@@ -124,8 +122,7 @@ def lamp_by_chrome(description: Description, name: str, chrome: str, distance: f
     return lamp
 
 
-def measured(description: Description, name: str, path: str, arguments: Arguments, how: Arguments,
-             report: Report = tasks.silent) -> Result:
+def measured(description: Description, name: str, path: str, arguments: Arguments, how: Arguments) -> Result:
     """Measure, and fit what was measured, as `setup.measured` and `tasks.outcome` do.
 
     The file of the samples is not written; `path` is where it will be.
@@ -135,7 +132,7 @@ def measured(description: Description, name: str, path: str, arguments: Argument
     with tempfile.TemporaryDirectory() as folder, progress.part(0.4, 1.0):
         part = Path(folder, Path(path).name)
         saved_samples.write(samples, part)
-        outcome = tasks.outcome(str(part), "", arguments, report, how=how)
+        outcome = tasks.outcome(str(part), "", arguments, how=how)
         content = part.read_bytes()
     return Result(outcome._replace(measured=outcome.measured._replace(path=path)), content, photographs[0].centre,
                   photographs[0].intensity, (*samples.notes, *advice(coverage(samples))))

@@ -14,7 +14,7 @@ from ...fitter import published
 from ...fitter.arrays import SingleArray
 from ...fitter.matching import Match
 from ..core import preferences
-from ..core.annotations import Arguments, Report, not_none
+from ..core.annotations import Arguments, not_none
 from ..work import icons, queue, tasks
 from ..work.job import Job
 from ..work.recent import Recent
@@ -112,7 +112,7 @@ def measurement_icon(measurement: thumbnails.Found, how: Arguments) -> tuple[int
                  lambda folder: partial(thumbnails.of_measurement, measurement, folder, how), "slow")
 
 
-def _icon(key: icons.Key, work: Callable[[str], Callable[[Report], SingleArray]],
+def _icon(key: icons.Key, work: Callable[[str], Callable[[], SingleArray]],
           lane: str) -> tuple[int, Exception | None]:
     """An icon, 0 until it has been drawn, by what `work` makes of the folder of thumbnails; and why it cannot be."""
     if key in _icons:

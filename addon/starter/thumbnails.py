@@ -17,10 +17,9 @@ from ...fitter.arrays import SingleArray
 from ...fitter.files import replacing
 from ...fitter.formats import EXTENSIONS, PLAIN
 from ...fitter.pictures import lit_cloth, lit_sphere
-from ..core.annotations import Arguments, Report
+from ..core.annotations import Arguments
 from ..work import discovery, tasks
 from ..work.recent import Recent
-from ..work.tasks import silent
 
 SIZE = 128
 LARGEST_FITTED = 8 << 20    # bytes: larger files get no thumbnail, their fit would take longer than people look
@@ -59,7 +58,7 @@ class Found(NamedTuple):
         return not self.error and self.stamp[1] <= LARGEST_FITTED
 
 
-def scan(folder: str, _report: Report = silent) -> list[Found]:
+def scan(folder: str) -> list[Found]:
     """The measurements in a folder and in those below it, in the order of `discovery.files_below`.
 
     Files are read only where they have changed since the last scan. A file that cannot be read is listed with its
@@ -105,7 +104,7 @@ def _as_unicode(text: str) -> str:
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def of_library(names: Sequence[str], _report: Report = silent) -> dict[str, SingleArray]:
+def of_library(names: Sequence[str]) -> dict[str, SingleArray]:
     """The pictures of materials of the starter library by name: (SIZE, SIZE, 4) float32 each. Raises DatasetError."""
     return {name: of_published(published.find(name)) for name in names}
 
@@ -115,7 +114,7 @@ def of_published(wanted: published.Published) -> SingleArray:
     return (lit_cloth if "fabric" in wanted.tags else lit_sphere)(wanted.model, SIZE)
 
 
-def of_measurement(found: Found, cache: str, how: Arguments, _report: Report = silent) -> SingleArray:
+def of_measurement(found: Found, cache: str, how: Arguments) -> SingleArray:
     """The picture of a quick fit of a measurement: (SIZE, SIZE, 4) float32. Raises DatasetError, ValueError."""
 
     def draw() -> SingleArray:

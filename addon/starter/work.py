@@ -5,17 +5,16 @@ import numpy as np
 from ...fitter import DatasetError, matching, published, ready
 from ...fitter.colours import DEFAULT
 from ...fitter.photographs.picture_files import read_picture
-from ..core.annotations import Arguments, Report
+from ..core.annotations import Arguments
 from ..core.outcomes import Outcome
 from ..work import tasks
-from ..work.tasks import silent
 
 
-def matched(path: str, window: str, report: Report = silent) -> tuple[str, list[matching.Match]]:
+def matched(path: str, window: str) -> tuple[str, list[matching.Match]]:
     """What `matching.nearest` says of a photograph of a ball. Raises DatasetError."""
     pixels = read_picture(path).pixels
     try:
-        return matching.nearest(np.broadcast_to(pixels, (*pixels.shape[:2], 3)), window, report=report)
+        return matching.nearest(np.broadcast_to(pixels, (*pixels.shape[:2], 3)), window)
     except DatasetError as error:
         raise DatasetError(str(error), path) from error
 
@@ -25,17 +24,17 @@ def is_quick(name: str, colours: str) -> bool:
     return colours in ("", DEFAULT) and name in published.materials() and ready.is_there(name)
 
 
-def outcome(name: str, how: Arguments, report: Report = silent) -> Outcome:
+def outcome(name: str, how: Arguments) -> Outcome:
     """What a material is made from, of a published fit; where the file has other colours, it is fitted for them.
 
     Raises DatasetError if there is none of this name, or its fit is damaged.
     """
     path = published.find(name).path
     if how["colours"] != DEFAULT:
-        return tasks.outcome(path, None, ready.ARGUMENTS, report, how=how)
+        return tasks.outcome(path, None, ready.ARGUMENTS, how=how)
     return tasks.outcome_of(ready.find(name), path, how)
 
 
-def outcomes(name: str, how: Arguments, report: Report = silent) -> list[tuple[str, str, Outcome]]:
+def outcomes(name: str, how: Arguments) -> list[tuple[str, str, Outcome]]:
     """The one outcome, as `tasks.outcomes` returns several."""
-    return [(published.find(name).path, "", outcome(name, how, report))]
+    return [(published.find(name).path, "", outcome(name, how))]

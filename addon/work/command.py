@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 
 import bpy
 
-from ...fitter import cli
-from ..core import annotations
+from ...fitter import cli, progress
 from ..core.reading import scene_colours
 from .blender_process import Command, CommandError, Report
 
@@ -72,13 +71,13 @@ def report_of(options: argparse.Namespace) -> Report | None:
     return None if options.report_to is None else Report(options.report_to)
 
 
-def answering(name: str, answer: Callable[[Path, annotations.Report], None]) -> Callable[[Any], None]:
+def answering(name: str, answer: Callable[[Path], None]) -> Callable[[Any], None]:
     """What adds a command by which another Blender answers a request: `answer` takes the folder that holds it, and
     writes the answer there."""
     def run(options: argparse.Namespace) -> int:
         report = Report(options.report_to)
-        with quiet():
-            answer(Path(options.folder), report.progress)
+        with quiet(), progress.listening(report.progress):
+            answer(Path(options.folder))
         report.result({})
         return 0
 

@@ -7,7 +7,7 @@ import bpy.utils.previews
 
 from ...fitter.arrays import SingleArray
 from ..core import previews
-from ..core.annotations import Report, not_none
+from ..core.annotations import not_none
 from . import queue
 from .job import Job
 from .recent import Recent
@@ -59,7 +59,7 @@ _icons = Icons(48)
 register, unregister = _icons.register, _icons.unregister
 
 
-def icon(key: Key, function: Callable[[Report], Any], lane: str = "fit",
+def icon(key: Key, function: Callable[[], Any], lane: str = "fit",
          latest: bool = False) -> tuple[int, Job[Any]]:
     """The icon of a picture, which is drawn in the background when first asked for, and its job.
 

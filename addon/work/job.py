@@ -10,8 +10,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
-from ..core.annotations import Report
-
 _Result = TypeVar("_Result")
 
 
@@ -29,7 +27,8 @@ class Job(Generic[_Result]):
     Attributes
     ----------
     function : callable, or None
-        Takes `report(fraction, doing)`. The function and its result can be pickled. None for a Blender process.
+        Of no parameters. It and its result can be pickled, and it tells `fitter.progress` how far it is. None for
+        a Blender process.
     worker : AnyWorker, or None
         None until the job begins.
     number : int
@@ -44,7 +43,7 @@ class Job(Generic[_Result]):
         When a panel last asked for the result.
     """
 
-    def __init__(self, function: Callable[[Report], _Result] | None) -> None:
+    def __init__(self, function: Callable[[], _Result] | None) -> None:
         self.function = function
         self.worker: AnyWorker | None = None
         self.number = 0

@@ -16,10 +16,8 @@ from typing import IO, Any, TypeVar, cast
 
 import bpy
 
-from ..core.annotations import Report
 from . import shared
 from .job import Job, read_progress
-from .tasks import silent
 
 _Result = TypeVar("_Result")
 
@@ -87,8 +85,8 @@ _workers: dict[str, Worker] = {}
 _folder: "tempfile.TemporaryDirectory[str] | None" = None
 
 
-def start(function: Callable[[Report], _Result]) -> Job[_Result]:
-    """Begin function(report) in the operators' worker."""
+def start(function: Callable[[], _Result]) -> Job[_Result]:
+    """Begin function() in the operators' worker."""
     job = Job(function)
     worker("operator").begin(job)
     return job
@@ -97,7 +95,7 @@ def start(function: Callable[[Report], _Result]) -> Job[_Result]:
 class Calculation:
     """A function as the work of an operator; the function and its result can be pickled."""
 
-    def __init__(self, function: Callable[[Report], Any]) -> None:
+    def __init__(self, function: Callable[[], Any]) -> None:
         self._function = function
 
     def start(self) -> Job[Any]:
@@ -106,7 +104,7 @@ class Calculation:
 
     def run(self) -> Any:
         """Call the function here and now."""
-        return self._function(silent)
+        return self._function()
 
 
 def worker(name: str) -> Worker:

@@ -9,11 +9,9 @@ from typing import Any, NamedTuple, TypeVar
 
 import bpy
 
-from ..core.annotations import Report
 from .job import Job
 from .process import worker
 from .recent import Recent
-from .tasks import silent
 
 _Answer = TypeVar("_Answer")
 _Then = Callable[[Job[Any]], object] | None
@@ -74,7 +72,7 @@ class _Lane:
 _lanes = {name: _Lane(name) for name in ("read", "fit", "slow")}
 
 
-def ask(key: Hashable, function: Callable[[Report], _Answer], lane: str = "fit", then: _Then = None,
+def ask(key: Hashable, function: Callable[[], _Answer], lane: str = "fit", then: _Then = None,
         max_age: float | None = None) -> Job[_Answer]:
     """The job that answers a question, finished or not. Callers ask again until there is an answer.
 
@@ -117,7 +115,7 @@ def answer_all() -> None:
             question = lane.queue.pop(0)
             job = question.job
             if job.function is not None:
-                job.result, job.finished = job.function(silent), time.monotonic()
+                job.result, job.finished = job.function(), time.monotonic()
             _keep(question)
 
 

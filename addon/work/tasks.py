@@ -1,7 +1,4 @@
-"""The work of the background processes: reading, fitting, costs and pictures. Nothing here imports bpy.
-
-Every function takes `report(fraction, doing)`, and calls it with its progress.
-"""
+"""The work of the background processes: reading, fitting, costs and pictures. Nothing here imports bpy."""
 
 import hashlib
 import json
@@ -29,7 +26,7 @@ from ...fitter.packed_picture import SIZE, packed
 from ...fitter.quality import albedo, cross_validation, describe, verdict
 from ...fitter.ready import Ready
 from ...fitter.samples import distinct_channels
-from ..core.annotations import Arguments, Report
+from ..core.annotations import Arguments
 from ..core.outcomes import Data, Fitted, Kept, KeptMix, Measured, Outcome, Shown, Surface, Wanted
 from . import discovery, shared
 from .recent import Recent
@@ -51,13 +48,9 @@ _described: Recent[Measured, Data] = Recent(1)
 _preparations: Recent[tuple[str, str], Arguments] = Recent(1)
 
 
-def silent(_fraction: float, _doing: str) -> None:
-    """A `report` that does nothing."""
-
-
-def read(path: str, sample: str | None, report: Report = silent, how: Arguments | None = None) -> Data:
+def read(path: str, sample: str | None, how: Arguments | None = None) -> Data:
     """Read and describe measurements; `how` are keyword arguments of `fitter.load`. Raises DatasetError."""
-    report(0.0, "Reading")
+    progress.report(0.0, "Reading")
     samples, measured = _load(path, sample, how)
     if measured in _described and _stamp(path) is not None:
         return _described[measured]
@@ -66,20 +59,20 @@ def read(path: str, sample: str | None, report: Report = silent, how: Arguments 
     return data
 
 
-def found_again(wanted: Sequence[tuple[str, str, Arguments, str]], folder: str, report: Report = silent) -> list[str]:
+def found_again(wanted: Sequence[tuple[str, str, Arguments, str]], folder: str) -> list[str]:
     """The paths of files in a folder, or below it, that have the names of missing files; empty where there is none.
 
     Of each missing file it is told how it was read, and the digest of its measurements: among files of one name, that
     which has it is taken.
     """
-    report(0.0, "Searching")
+    progress.report(0.0, "Searching")
     there: dict[str, list[str]] = {Path(path).name: [] for path, *_ in wanted}
     for entry in discovery.files_below(folder):
         if entry.name in there:
             there[entry.name].append(entry.path)
     answers = []
     for number, (path, sample, how, key) in enumerate(wanted):
-        report(number / len(wanted), f"Comparing {Path(path).name}")
+        progress.report(number / len(wanted), f"Comparing {Path(path).name}")
         paths = there[Path(path).name]
         same = (each for each in paths if len(paths) > 1 and _has_digest(each, sample, how, key))
         answers.append(next(same, paths[0] if paths else ""))
@@ -124,7 +117,7 @@ def _stamp(path: str) -> tuple[int, int] | None:
     return (status.st_mtime_ns, status.st_size) if status.st_size > _SMALL else None
 
 
-def outcome(path: str, sample: str | None, arguments: Arguments, report: Report = silent,
+def outcome(path: str, sample: str | None, arguments: Arguments,
             how: Arguments | None = None, edit: Arguments | None = None, ask: bool = False) -> Outcome:
     """Read measurements, fit them, and bake the shader's source.
 
@@ -132,7 +125,7 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
     ValueError, of which DatasetError is one, if the measurements or the arguments are invalid; where users can be
     asked, ImplausibleError, if the measurements are those of no surface.
     """
-    report(0.0, "Reading")
+    progress.report(0.0, "Reading")
     samples, measured = _load(path, sample, how)
     if ask and (doubt := _doubt(samples)):
         raise fitter.ImplausibleError(f"{doubt} Choose what the numbers are, or import them as they are", path)
@@ -140,7 +133,7 @@ def outcome(path: str, sample: str | None, arguments: Arguments, report: Report 
     with progress.part(0.0, share, "Fitting"):
         made = fitted(samples, measured.digest, arguments)
     with progress.part(share, 1.0):
-        return _finish(samples, measured, made, fitter.edited(made.fit, **(edit or {})), edit or {}, report)
+        return _finish(samples, measured, made, fitter.edited(made.fit, **(edit or {})), edit or {})
 
 
 def _doubt(samples: fitter.Samples) -> str:
@@ -156,7 +149,7 @@ def outcome_of(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
                    _assembled(made, measured.colours, {}))
 
 
-def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: Report = silent,
+def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments,
              how: Arguments | None = None, ask: bool = False) -> list[tuple[str, str, Outcome | ValueError]]:
     """Outcomes of several measurements, (path, sample) each, as `outcome` makes them; for those that failed, the error.
     """
@@ -165,7 +158,7 @@ def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments, report: R
         about = f"{sample or Path(path).name}: " if len(sources) > 1 else ""
         try:
             with progress.part(number / len(sources), (number + 1) / len(sources), about=about):
-                done.append((path, sample, outcome(path, sample, arguments, report, how=how, ask=ask)))
+                done.append((path, sample, outcome(path, sample, arguments, how=how, ask=ask)))
         except ValueError as error:
             done.append((path, sample, error))
     return done
@@ -186,7 +179,7 @@ def _is_fine(arguments: Arguments) -> bool:
     return (arguments.get("specular_level") or 0) >= _FINE
 
 
-def asset(path: str, sample: str | None, arguments: Arguments, folder: str, report: Report = silent,
+def asset(path: str, sample: str | None, arguments: Arguments, folder: str,
           how: Arguments | None = None, edit: Arguments | None = None) -> tuple[Outcome, SingleArray]:
     """An outcome and a thumbnail. The fit is saved in a folder, as measured, and loaded from there the next time."""
     samples, measured = _load(path, sample, how)
@@ -198,7 +191,7 @@ def asset(path: str, sample: str | None, arguments: Arguments, folder: str, repo
         keep.parent.mkdir(parents=True, exist_ok=True)
         fitting.fit.save(keep)
     made = fitter.edited(fitting.fit, **(edit or {}))
-    return (_finish(samples, measured, fitting, made, edit or {}, report),
+    return (_finish(samples, measured, fitting, made, edit or {}),
             pictures.lit_sphere(made, colours=samples.colours))
 
 
@@ -213,11 +206,11 @@ def asset_key(key_of_fit: str) -> str:
     return hashlib.sha256(f"{key_of_fit}\n{SHADER_VERSION}".encode()).hexdigest()[:24]
 
 
-def rebake(fits: Sequence[Kept], report: Report = silent) -> list[Rebaked | ValueError]:
+def rebake(fits: Sequence[Kept]) -> list[Rebaked | ValueError]:
     """The shaders of this version for fits of materials; for those that have been damaged, the error."""
     done: list[Rebaked | ValueError] = []
     for number, kept in enumerate(fits):
-        report(number / len(fits), f"Updating {number + 1} of {len(fits)}")
+        progress.report(number / len(fits), f"Updating {number + 1} of {len(fits)}")
         try:
             fit = kept_fit(kept)
             nodes = node_mixtures(fit)
@@ -227,26 +220,25 @@ def rebake(fits: Sequence[Kept], report: Report = silent) -> list[Rebaked | Valu
     return done
 
 
-def _finish(samples: fitter.Samples, measured: Measured, fitting: Fitted, made: fitter.Fit, edit: Arguments,
-            report: Report) -> Outcome:
+def _finish(samples: fitter.Samples, measured: Measured, fitting: Fitted, made: fitter.Fit, edit: Arguments) -> Outcome:
     """Add to a fit what else a material needs; `made` is the fit as `edit` has changed it."""
     return Outcome(measured, fitting, verdict.of(samples, fitting.fit, fitting.unseen),
-                   _surface(made, measured.colours, edit, report), _doubt(samples))
+                   _surface(made, measured.colours, edit), _doubt(samples))
 
 
-def adjusted(kept: Kept, edit: Arguments, report: Report = silent) -> Surface:
+def adjusted(kept: Kept, edit: Arguments) -> Surface:
     """Edit the fit of a material anew. Raises ValueError if there is none, or an argument is wrong."""
-    report(0.0, "Editing")
-    return _surface(fitter.edited(kept_fit(kept), **edit), kept.colours, edit, report)
+    progress.report(0.0, "Editing")
+    return _surface(fitter.edited(kept_fit(kept), **edit), kept.colours, edit)
 
 
-def _surface(fit: fitter.Fit, space: str, edit: Arguments, report: Report) -> Surface:
+def _surface(fit: fitter.Fit, space: str, edit: Arguments) -> Surface:
     """What a material shows of a fit that `edit` has made."""
     with progress.part(0.0, 0.75, "Matching closures"):
         nodes = node_mixtures(fit)
-    report(0.75, "Matching the viewport colour")
+    progress.report(0.75, "Matching the viewport colour")
     made = Ready(fit, nodes, principled.principled(fit))
-    report(0.85, "Writing the shader")
+    progress.report(0.85, "Writing the shader")
     return _assembled(made, space, edit)
 
 
@@ -319,16 +311,16 @@ def assess(samples: fitter.Samples, made: fitter.Fit, seconds: float) -> Fitted:
     return Fitted(made, fitter.error_metrics(samples.values, made.evaluate(*samples.directions)), seconds)
 
 
-def fitted_of(data: Data, arguments: Arguments, _report: Report = silent) -> Fitted:
+def fitted_of(data: Data, arguments: Arguments) -> Fitted:
     """As `fitted`."""
     return fitted(samples_of(data), data.digest, arguments)
 
 
-def held_out(data: Data, arguments: Arguments, report: Report = silent) -> float:
+def held_out(data: Data, arguments: Arguments) -> float:
     """RMSE at held-out samples, 1/sr. A tolerance gives the levels from all samples."""
     samples, folds = samples_of(data), iter(range(cross_validation.FOLDS))
     if "tolerance" in arguments:
-        report(0.0, "Fitting")
+        progress.report(0.0, "Fitting")
         arguments = tolerance.arguments_of(fitted(samples, data.digest, arguments).fit)
 
     def reported_fit(part: fitter.Samples) -> fitter.Fit:
@@ -340,7 +332,7 @@ def held_out(data: Data, arguments: Arguments, report: Report = silent) -> float
     return cross_validation.held_out(samples, reported_fit).rmse
 
 
-def lit_sphere(shown: Shown, edit: Arguments | None, _report: Report = silent) -> SingleArray:
+def lit_sphere(shown: Shown, edit: Arguments | None) -> SingleArray:
     """A lit sphere, with the tangent of an anisotropic fit: (size, size, 4); of a mix by a mask, the half of each.
 
     `edit` are keyword arguments of `fitter.edited`, by which a fit is changed first, or None. Raises ValueError if
@@ -354,24 +346,22 @@ def lit_sphere(shown: Shown, edit: Arguments | None, _report: Report = silent) -
     return pictures.lit_sphere(made, colours=shown.colours, with_tangent=True)
 
 
-def polar_plot(shown: Shown, data: Data | None, theta_i: float, phi_i: float = 0.0,
-               _report: Report = silent) -> tuple[SingleArray, float]:
+def polar_plot(shown: Shown, data: Data | None, theta_i: float, phi_i: float = 0.0) -> tuple[SingleArray, float]:
     """The polar plot, and the angle of incidence of the samples in it (radians), nan without measurements."""
     return pictures.polar_plot(fit_of(shown), None if data is None else samples_of(data), theta_i, phi_i=phi_i)
 
 
-def turned_plane(shown: Shown, theta_i: float, _report: Report = silent) -> SingleArray:
+def turned_plane(shown: Shown, theta_i: float) -> SingleArray:
     """The picture of the plane of incidence as it turns about the normal: (size, size, 4)."""
     return pictures.turned_plane(fit_of(shown), theta_i, colours=shown.colours)
 
 
-def near_plane(data: Data, theta_i: float, phi_i: float = 0.0,
-               _report: Report = silent) -> tuple[FloatArray, FloatArray, float]:
+def near_plane(data: Data, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
     """As `pictures.near_plane`."""
     return pictures.near_plane(samples_of(data), theta_i, phi_i)
 
 
-def kept_fit(kept: Kept, _report: Report = silent) -> fitter.Fit:
+def kept_fit(kept: Kept) -> fitter.Fit:
     """The fit of a material. Raises ValueError if there is none."""
     key = kept.digest
     if key not in _kept_fits:
@@ -385,7 +375,7 @@ def kept_bytes(fit: fitter.Fit) -> bytes:
     return replace(fit, name="", source="").to_bytes()
 
 
-def fit_of(shown: Shown, _report: Report = silent) -> fitter.Fit | Mix:
+def fit_of(shown: Shown) -> fitter.Fit | Mix:
     """The reflectance that is shown. Raises ValueError if there is none."""
     if isinstance(shown, Wanted):
         return fitted_of(*shown).fit

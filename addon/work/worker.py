@@ -2,7 +2,7 @@
 
 Python threads that outlive a script crash Blender. So work goes to this process, which has the modules of the extension
 under the same names, but no bpy. It reads pickled pairs (number, function) from standard input, calls
-function(report), and writes (result, exception) to FOLDER/number.done and the progress to FOLDER/number.progress. It
+function(), and writes (result, exception) to FOLDER/number.done and the progress to FOLDER/number.progress. It
 ends at the end of its standard input: when Blender does, whatever ends that.
 """
 
@@ -45,7 +45,7 @@ def serve(package: str, folder: Path) -> None:
         answer: tuple[object, Exception | None]
         try:
             with progress.listening(tell):
-                answer = function(progress.report), None
+                answer = function(), None
         except Exception as error:      # the job raises it again, or reports it
             answer = None, error
         part = folder / f"{number}.part"

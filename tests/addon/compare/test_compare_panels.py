@@ -122,8 +122,8 @@ def test_the_fit_that_the_material_has_is_marked_and_not_made_again(ui, material
     quick_held_out(monkeypatch)
     assert bpy.ops.measured_brdf.fit(preset="Paper") == {"FINISHED"}
     asked, fitted_of = [], tasks.fitted_of
-    monkeypatch.setattr(tasks, "fitted_of", lambda data, arguments, report=tasks.silent: (
-        asked.append(arguments["method"]), fitted_of(data, arguments, report))[1])
+    monkeypatch.setattr(tasks, "fitted_of", lambda data, arguments: (
+        asked.append(arguments["method"]), fitted_of(data, arguments))[1])
     marked = {}
     monkeypatch.setattr("support.drawn.Layout.operator", lambda layout, name, text="", **options: (
         marked.update({text: options["depress"]}), SimpleNamespace())[1])
@@ -195,7 +195,7 @@ def test_a_damaged_fit_is_said_and_the_other_is_still_shown(ui, material, other)
         while lane.queue:
             question = lane.queue.pop(0)
             try:
-                question.job.result = question.job.function(lambda *_: None)
+                question.job.result = question.job.function()
             except ValueError as error:
                 question.job.error = error
             question.job.finished = 1.0

@@ -321,7 +321,7 @@ def test_a_wrong_sample_leads_to_the_list_of_samples(ui, blender, data):
     lane = ui.queue._lanes["read"]
     for key, job, _then in lane.queue:
         with pytest.raises(ValueError, match="no such stone") as caught:
-            job.function(lambda *_: None)
+            job.function()
         job.error, job.finished = caught.value, float("inf")
         ui.queue._answers[key] = job
     lane.queue.clear()
