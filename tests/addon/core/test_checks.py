@@ -1,6 +1,6 @@
 import pytest
 
-from support.stage import add_lamp, black_scene
+from support.stage import EEVEE, add_lamp, black_scene
 
 
 @pytest.fixture
@@ -68,6 +68,39 @@ def test_materials_that_mix_more_than_cycles_has_room_for_are_reported(blender, 
     assert "mixed:Patina" in keys(scene)
 
 
+def measured(blender, glossy, write_astm, folder, **choices):
+    blender.ops.mesh.primitive_plane_add()
+    path = write_astm(folder / "glossy.astm", glossy)
+    blender.ops.measured_brdf.import_data(filepath=str(path), preset="Paper", diffuse_level=1, specular_level=-1,
+                                          **choices)
+    return blender.context.object.active_material
+
+
+@pytest.mark.parametrize("without", ["OSL", "Cycles"])
+def test_where_osl_cannot_run_the_way_out_of_exact_is_automatic(blender, scene, glossy, write_astm, tmp_path,
+                                                                monkeypatch, without):
+    from measured_brdf.addon.core import osl_support
+
+    material = measured(blender, glossy, write_astm, tmp_path, rendering="EXACT")
+    if without == "OSL":
+        monkeypatch.setattr(osl_support, "missing", lambda: "no OSL")
+    else:
+        scene.render.engine = EEVEE
+    assert "osl" in keys(scene)
+    assert blender.ops.measured_brdf.fix_setting(key="osl") == {"FINISHED"}
+    assert "osl" not in keys(scene)
+    assert material.measured_brdf.rendering == "AUTO"
+
+
+def test_bump_map_correction_is_found_and_turned_off(blender, scene, glossy, write_astm, tmp_path):
+    material = measured(blender, glossy, write_astm, tmp_path)
+    assert keys(scene) == [], "imported materials have it off"
+    material.cycles.use_bump_map_correction = True
+    assert keys(scene) == ["bump:glossy"]
+    assert blender.ops.measured_brdf.fix_setting(key="bump:glossy") == {"FINISHED"}
+    assert not material.cycles.use_bump_map_correction
+
+
 def test_the_command_reports_what_it_finds(blender, scene, capfd):
     scene.cycles.sample_clamp_indirect = 10
     assert blender.ops.measured_brdf.check_scene() == {"FINISHED"}
@@ -77,11 +110,8 @@ def test_the_command_reports_what_it_finds(blender, scene, capfd):
 def test_the_method_is_chosen_in_the_node(blender, scene, glossy, write_astm, tmp_path):
     from measured_brdf.addon.core.material import group_node
 
-    blender.ops.mesh.primitive_plane_add()
     assert not blender.ops.measured_brdf.use_method.poll()
-    path = write_astm(tmp_path / "glossy.astm", glossy)
-    blender.ops.measured_brdf.import_data(filepath=str(path), preset="Paper", diffuse_level=1, specular_level=-1)
-    node = group_node(blender.context.object.active_material)
+    node = group_node(measured(blender, glossy, write_astm, tmp_path))
     assert not node.inputs["Nodes"].default_value
     assert blender.ops.measured_brdf.use_method(method="NODES") == {"FINISHED"}
     assert node.inputs["Nodes"].default_value

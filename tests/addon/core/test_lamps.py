@@ -3,6 +3,7 @@
 import functools
 import math
 import threading
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -837,3 +838,44 @@ def test_lamps_are_written_without_copying_materials_which_are_taken_anew(blende
     assert places() == before
     inner = next(node.node_tree for node in material.evaluated_get(graph).node_tree.nodes if node.type == "GROUP")
     assert inner.nodes["Lamp1"].inputs[0].default_value == 5
+
+
+def test_a_lamp_that_hangs_from_part_of_an_object_can_move(blender, lamps, scene):
+    """A bone may have constraints of its own, and a vertex goes with the shape."""
+    holder = add(points(blender))
+    lamp = add_lamp("POINT", 10)
+    lamp.parent = holder
+    assert not lamps.drivers.can_move(lamp)
+    lamp.parent_type = "VERTEX"
+    assert lamps.drivers.can_move(lamp)
+
+
+def test_a_lamp_below_an_ordinary_object_is_no_instance(blender, lamps, scene):
+    holder, lamp = add(points(blender)), add_lamp("POINT", 10)
+    lamp.parent = holder
+    assert not lamps.instances.may_be_instanced(scene, [lamp])
+    holder.instance_type = "VERTS"
+    assert lamps.instances.may_be_instanced(scene, [lamp])
+
+
+def test_of_many_changes_none_is_looked_at(lamps):
+    """A change of frame in a large scene lists every object."""
+    looked_at = []
+    updates = (looked_at.append(number) for number in range(100_000))
+    assert lamps.changes.changed_objects(SimpleNamespace(updates=updates)) is None
+    assert len(looked_at) < 200
+
+
+def test_a_lamp_of_this_file_is_written_at_once(lamps):
+    """One socket at a time, Blender looks at every material each time: 2.6 s instead of 1 ms for 32 lamps, of 300."""
+    class Sockets(list):
+        id_data = SimpleNamespace(library=None, override_library=None)
+
+        def foreach_set(self, name, values):
+            self[:] = [SimpleNamespace(**{name: value}) for value in values]
+
+    sockets = Sockets(SimpleNamespace(default_value=value) for value in (1.0, 2.0))
+    first = sockets[0]
+    assert lamps.group._write(sockets, [3.0, 2.0])
+    assert [each.default_value for each in sockets] == [3, 2]
+    assert first.default_value == 1, "not one by one"
