@@ -74,14 +74,8 @@ def build_parser() -> argparse.ArgumentParser:
     fit.add_argument("file", help="measurements")
     fit.add_argument("--sample", help="which of several samples in a file, by number or name")
     add_reading(fit)
-    fit.add_argument("--preset", choices=PRESETS, default="Standard", help="default: %(default)s")
+    add_fitting(fit)
     fit.add_argument("--method", choices=METHODS, help="instead of the preset's")
-    fit.add_argument("--diffuse-level", type=int, metavar="D", help="level of the dense lattice, 0 to 8")
-    fit.add_argument("--specular-level", type=_level_or_none, metavar="S", default=_NOT_GIVEN,
-                     help="level of the sparse lattice, 0 to 8, or 'none' for plain MBA")
-    fit.add_argument("--compression", type=float, metavar="C", help="percentage of the sparse lattice to drop")
-    fit.add_argument("--tolerance", type=float, metavar="T",
-                     help="the smallest fit with at most this RMSE (1/sr), instead of a preset and levels")
     fit.add_argument("--held-out", action="store_true", help="judge --tolerance by samples that were not fitted")
     fit.add_argument("-o", "--out", required=True, help="where to save the fit (.npz)")
     fit.set_defaults(run=_fit)
@@ -107,6 +101,24 @@ def build_parser() -> argparse.ArgumentParser:
     compare.add_argument("--out", default="report", help="folder to write, default: %(default)s")
     compare.set_defaults(run=_report)
     return parser
+
+
+def add_fitting(parser: argparse.ArgumentParser) -> None:
+    """Add what a fit is chosen by, of which `levels_of` returns the levels, to a command."""
+    parser.add_argument("--preset", choices=PRESETS, default="Standard", help="default: %(default)s")
+    parser.add_argument("--diffuse-level", type=int, metavar="D", help="level of the dense lattice, 0 to 8")
+    parser.add_argument("--specular-level", type=_level_or_none, metavar="S", default=_NOT_GIVEN,
+                        help="level of the sparse lattice, 0 to 8, or 'none' for plain MBA")
+    parser.add_argument("--compression", type=float, metavar="C", help="percentage of the sparse lattice to drop")
+    parser.add_argument("--tolerance", type=float, metavar="T",
+                        help="the smallest fit with at most this RMSE (1/sr), instead of a preset and levels")
+
+
+def levels_of(options: argparse.Namespace) -> dict[str, Any]:
+    """The keyword arguments of a fit that were given beside its preset."""
+    given = {name: getattr(options, name) for name in ("diffuse_level", "compression")}
+    chosen = {name: value for name, value in given.items() if value is not None}
+    return chosen if options.specular_level is _NOT_GIVEN else {**chosen, "specular_level": options.specular_level}
 
 
 def add_reading(parser: argparse.ArgumentParser, colours: str | None = DEFAULT_COLOURS) -> None:
@@ -184,12 +196,9 @@ def _describe_fit(fit: Fit) -> None:
 
 
 def _fit(options: argparse.Namespace) -> None:
-    arguments: dict[str, Any] = {**PRESETS[options.preset]}
-    for name in ("diffuse_level", "compression", "method"):
-        if getattr(options, name) is not None:
-            arguments[name] = getattr(options, name)
-    if options.specular_level is not _NOT_GIVEN:
-        arguments["specular_level"] = options.specular_level
+    arguments: dict[str, Any] = {**PRESETS[options.preset], **levels_of(options)}
+    if options.method is not None:
+        arguments["method"] = options.method
     samples = load(options.file, options.sample, **reading_of(options))
     start = time.perf_counter()
     fit = (fit_samples(samples, **arguments) if options.tolerance is None

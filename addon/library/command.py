@@ -10,7 +10,7 @@ from typing import Any
 
 import bpy
 
-from ...fitter import PRESETS, cli
+from ...fitter import cli
 from ...fitter.colours import DEFAULT
 from ...fitter.files import real
 from ..core import assets, library_file, look, osl_support
@@ -18,7 +18,6 @@ from ..core import material as materials
 from ..core.properties import (
     AUTOMATIC,
     CHOICES,
-    LEVELS,
     NO_SPECULAR_LEVEL,
     RENDERINGS,
     Choices,
@@ -66,22 +65,12 @@ def add(commands: Any) -> None:
 
 def _add_inputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("paths", nargs="+", metavar="PATH", help="files or folders of measurements")
-    parser.add_argument("--preset", choices=PRESETS, default="Standard", help="default: %(default)s")
-    parser.add_argument("--diffuse-level", type=int, metavar="D", help="level of the dense lattice, 0 to 8")
-    parser.add_argument("--specular-level", type=_level_or_none, metavar="S",
-                        help="level of the sparse lattice, 0 to 8, or 'none'")
-    parser.add_argument("--compression", type=float, metavar="C", help="percentage of the sparse lattice to drop")
-    parser.add_argument("--tolerance", type=float, metavar="T",
-                        help="choose the smallest fit with this RMSE at the samples (1/sr), instead of setting levels")
+    cli.add_fitting(parser)
     parser.add_argument("--rendering", type=rendering_named, choices=[key for key, *_ in RENDERINGS],
                         default=AUTOMATIC,
                         help="how materials are rendered: exactly where Cycles has OSL, by closure nodes, or AUTO: "
                              "exactly where Cycles has OSL and by nodes elsewhere; default: %(default)s")
     cli.add_reading(parser, None)
-
-
-def _level_or_none(text: str) -> int:
-    return NO_SPECULAR_LEVEL if text.lower() == "none" else int(text)
 
 
 def _count(text: str) -> int:
@@ -100,9 +89,8 @@ def _shard(text: str) -> tuple[int, int]:
 def _choices(options: argparse.Namespace) -> Choices:
     choices: Choices = SimpleNamespace(**dict.fromkeys(CHOICES))
     use_preset(choices, options.preset)
-    for name in LEVELS:
-        if getattr(options, name) is not None:
-            setattr(choices, name, getattr(options, name))
+    for name, value in cli.levels_of(options).items():
+        setattr(choices, name, NO_SPECULAR_LEVEL if value is None else value)
     choices.use_tolerance = options.tolerance is not None
     choices.tolerance = options.tolerance if choices.use_tolerance else _TOLERANCE
     choices.rendering = options.rendering
