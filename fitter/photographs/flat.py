@@ -15,6 +15,7 @@ from .. import progress
 from ..arrays import ArrayLike, FloatArray, IntArray
 from ..errors import DatasetError
 from ..model.fit import Fit
+from .flat_finding import MOST_TEXELS, materials_found
 from .flat_photograph import FlatPhotograph, lit, observed
 from .flat_solving import Texels, given_normals, normals_of, radiances, solved
 
@@ -84,7 +85,8 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     shape : (h, w)
         Texels.
     fits : sequence of Fit
-        One to four isotropic materials that are mixed; they must be given.
+        One to four isotropic materials that are mixed; by default they are found in the photographs
+        (`flat_finding`), which then say nothing of the scale of each one's weights: its purest texels have about 1.
 
     Normals are smooth as far as the photographs leave them open; where they tell nothing, the surface is flat.
 
@@ -92,7 +94,7 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     ------
     DatasetError
         If there are fewer than two photographs, their sizes differ, corners are crossed, clockwise or not in a plane, a
-        lamp is behind the sample, or no texel is seen in two photographs.
+        lamp is behind the sample, no texel is seen in two photographs, or too few for materials to be found in them.
     ValueError
         If the materials are too many or anisotropic, or their channels are not those of the photographs.
     """
@@ -104,7 +106,11 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
         raise ValueError(f"{width} x {height} texels, expected one or more along both sides")
     frame = frame_of(corners, photographs)
     points = points_of(corners, (height, width))
-    fits = tuple(fits or ())
+    if fits is None:
+        with progress.part(0.0, 0.4, "Finding materials"):
+            some = points.reshape(height, width, 3)[_evenly(height, width)].reshape(-1, 3)
+            fits = materials_found(observed(photographs, some, frame[2]), frame, MOST_MATERIALS, photographs[0].name)
+    fits = tuple(fits)
     _check_fits(fits, photographs[0].radiance.shape[2])
     parts = []
     blocks = list(_blocks(len(points)))
@@ -127,6 +133,12 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
 
 def _blocks(count: int) -> Iterator[slice]:
     return (slice(start, start + _BLOCK) for start in range(0, count, _BLOCK))
+
+
+def _evenly(height: int, width: int) -> tuple[slice, slice]:
+    """As many rows and columns as have `MOST_TEXELS` texels at most."""
+    step = int(np.ceil(np.sqrt(height * width / MOST_TEXELS)))
+    return slice(step // 2, None, step), slice(step // 2, None, step)
 
 
 def _check_photographs(photographs: Sequence[FlatPhotograph]) -> None:

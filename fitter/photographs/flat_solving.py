@@ -12,14 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray
-from ..model.fit import Fit
+from ..arrays import BoolArray, FloatArray, IntArray
+from ..model import Reflectance
 from .ball import STEEPEST, about
 from .flat_photograph import Lit, Observed
 
 NOISE = 0.01                # of a value: what photographs are out by beside their noise, as lamps flicker
 STEEP = 0.5                 # slope that is expected of a normal, where nothing tells: 27 degrees
-_DIFFERENCE = 2e-3          # of slopes, .1 degrees: less than lobes are wide
+DIFFERENCE = 2e-3          # of slopes, .1 degrees: less than lobes are wide
 _TRIED, _DESCENDED = 4, 12  # steps from each start, and from the best
 _STILL = 2e-4               # slope, .01 degrees: a step at which it ends
 _DARK = 0.1                 # of the median reflectance over the lamps: less is a shadow, until a model says better
@@ -43,7 +43,7 @@ class Texels(NamedTuple):
     used: BoolArray
     """The photographs that count: (n, p)."""
 
-    def part(self, which: slice) -> "Texels":
+    def part(self, which: slice | IntArray) -> "Texels":
         """Some of them."""
         return Texels(self.weights[which], self.deviation[which], self.slopes[which], self.precision[which],
                       self.used[which])
@@ -62,7 +62,7 @@ def slopes_of(normals: FloatArray, frame: FloatArray, most: float) -> FloatArray
     return np.where(np.linalg.norm(slopes, axis=-1, keepdims=True) < most, slopes, 0.0)
 
 
-def radiances(fits: Sequence[Fit], lit: Lit, normals: FloatArray, good: BoolArray | None = None) -> FloatArray:
+def radiances(fits: Sequence[Reflectance], lit: Lit, normals: FloatArray, good: BoolArray | None = None) -> FloatArray:
     """What points with normals (n, 3) send to the cameras, of each material with the weight 1.
 
     Parameters
@@ -83,7 +83,7 @@ def radiances(fits: Sequence[Fit], lit: Lit, normals: FloatArray, good: BoolArra
     return found
 
 
-def solved(fits: Sequence[Fit], seen: Observed, frame: FloatArray, first: FloatArray | None = None) -> Texels:
+def solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, first: FloatArray | None = None) -> Texels:
     """The weights and slopes of n texels.
 
     Parameters
@@ -92,7 +92,7 @@ def solved(fits: Sequence[Fit], seen: Observed, frame: FloatArray, first: FloatA
         Slopes to begin with, beside flat ones, those of a Lambertian, and those that mirror the brightest lamp.
     """
     used = seen.good & ~_dark(seen, frame)
-    scale = np.hypot(seen.noise, NOISE * np.maximum(seen.radiance, _typical(seen.radiance, used)))
+    scale = scale_of(seen, seen.radiance, used)
     starts = [np.zeros((len(used), 2)), *guessed(seen, used, frame), *([] if first is None else [first])]
     best, lowest = starts[0], np.full(len(used), np.inf)
     for start in starts:
@@ -102,7 +102,7 @@ def solved(fits: Sequence[Fit], seen: Observed, frame: FloatArray, first: FloatA
     for _ in range(2):
         unit = radiances(fits, seen.lit, normals_of(best, frame), seen.good)
         expected = np.einsum("npcm,nm->npc", unit, _weights(unit, seen, used, scale))
-        scale = np.hypot(seen.noise, NOISE * np.maximum(expected, _typical(expected, used)))
+        scale = scale_of(seen, expected, used)
         missing = (expected - seen.radiance).mean(axis=2)
         shadow = (missing > _MISSING * expected.mean(axis=2)) & (
             missing > _DEVIATIONS * np.sqrt((scale ** 2).mean(axis=2) / scale.shape[2]))
@@ -115,13 +115,12 @@ def solved(fits: Sequence[Fit], seen: Observed, frame: FloatArray, first: FloatA
     return _judged(fits, seen, used, scale, frame, descent)
 
 
-def given_normals(fits: Sequence[Fit], seen: Observed, frame: FloatArray, found: Texels,
+def given_normals(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, found: Texels,
                   slopes: FloatArray) -> FloatArray:
     """The weights, (n, materials), of texels whose slopes are these, (n, 2)."""
     unit = radiances(fits, seen.lit, normals_of(slopes, frame), found.used)
     expected = np.einsum("npcm,nm->npc", unit, found.weights)
-    return _weights(unit, seen, found.used, np.hypot(seen.noise, NOISE * np.maximum(
-        expected, _typical(expected, found.used))))
+    return _weights(unit, seen, found.used, scale_of(seen, expected, found.used))
 
 
 def least_squares(unit: FloatArray, values: FloatArray) -> FloatArray:
@@ -141,7 +140,11 @@ def least_squares(unit: FloatArray, values: FloatArray) -> FloatArray:
     >>> least_squares(np.array([[[1.0, 1.0], [0.0, 1.0]]]), np.array([[2.0, -1.0]])).round(6)
     array([[2., 0.]])
     """
-    gram, right = _gram(unit), np.einsum("nqm,nq->nm", unit, values)
+    return nonnegative(_gram(unit), np.einsum("nqm,nq->nm", unit, values))
+
+
+def nonnegative(gram: FloatArray, right: FloatArray) -> FloatArray:
+    """The same by the normal equations, (n, m, m) and (n, m)."""
     found, most = np.zeros(right.shape), np.zeros(len(right))
     for count in range(1, right.shape[1] + 1):
         for chosen in combinations(range(right.shape[1]), count):
@@ -168,10 +171,12 @@ def _weights(unit: FloatArray, seen: Observed, used: BoolArray, scale: FloatArra
     return least_squares((unit * share[..., None]).reshape(n, -1, m), (seen.radiance * share).reshape(n, -1))
 
 
-def _typical(radiance: FloatArray, used: BoolArray) -> FloatArray:
-    """What values of a texel are taken to be at least, where their noise is a share of them: (n, p, c) to (n, 1, c)."""
+def scale_of(seen: Observed, expected: FloatArray, used: BoolArray, share: float = NOISE) -> FloatArray:
+    """The deviation that is expected of values, (n, p, c): their noise, and a share of them, or of what is typical of
+    the texel where they are far below it."""
     count = np.maximum(used.sum(axis=1), 1)[:, None, None]
-    return _DARK * np.maximum((radiance * used[..., None]).sum(axis=1, keepdims=True) / count, 0)
+    typical = _DARK * (expected * used[..., None]).sum(axis=1, keepdims=True) / count
+    return np.hypot(seen.noise, share * np.maximum(expected, np.maximum(typical, 0)))
 
 
 def _dark(seen: Observed, frame: FloatArray) -> BoolArray:
@@ -214,7 +219,7 @@ class _Descent(NamedTuple):
     weights: FloatArray
 
 
-def _descended(fits: Sequence[Fit], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
+def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
                start: FloatArray, steps: int) -> _Descent:
     """Slopes (n, 2) that descended from a start by so many steps, the cost (n,), and the weights."""
     slopes = start.copy()
@@ -243,7 +248,7 @@ def _descended(fits: Sequence[Fit], seen: Observed, used: BoolArray, scale: Floa
     return _Descent(slopes, cost, weights)
 
 
-def _whitened(fits: Sequence[Fit], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
+def _whitened(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
               slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Radiances of unit weights, (n, q, m), and those that were seen, (n, q), in units of their deviation."""
     share = used[..., None] / scale
@@ -256,14 +261,15 @@ def _cost(unit: FloatArray, values: FloatArray, weights: FloatArray, slopes: Flo
     return np.asarray((off ** 2).sum(axis=1) + (slopes ** 2).sum(axis=1) / STEEP ** 2)
 
 
-def _normal_equations(fits: Sequence[Fit], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
-                      slopes: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _normal_equations(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, scale: FloatArray,
+                      frame: FloatArray, slopes: FloatArray, weights: FloatArray,
+                      ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The inverse of the weights' covariance (n, m, m), with the slopes projected out, that of the slopes' (n, 2, 2),
     with the weights above 0 projected out, and the right side of a step of the slopes (n, 2)."""
     unit, values = _whitened(fits, seen, used, scale, frame, slopes)
     now = np.einsum("nqm,nm->nq", unit, weights)
     change = np.stack([(np.einsum("nqm,nm->nq", _whitened(fits, seen, used, scale, frame, slopes + shift)[0], weights)
-                        - now) / _DIFFERENCE for shift in _DIFFERENCE * np.eye(2)], axis=2)
+                        - now) / DIFFERENCE for shift in DIFFERENCE * np.eye(2)], axis=2)
     gram = _gram(unit)
     across = np.einsum("nqm,nqk->nmk", unit, change)
     own = np.einsum("nqi,nqk->nik", change, change) + np.eye(2) / STEEP ** 2
@@ -275,7 +281,7 @@ def _normal_equations(fits: Sequence[Fit], seen: Observed, used: BoolArray, scal
     return taken, own - np.swapaxes(across, 1, 2) @ np.linalg.solve(active, across), right
 
 
-def _judged(fits: Sequence[Fit], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
+def _judged(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
             found: _Descent) -> Texels:
     """What was found, with its deviation: by the noise, or where more is left, by that."""
     taken, precision, _ = _normal_equations(fits, seen, used, scale, frame, found.slopes, found.weights)

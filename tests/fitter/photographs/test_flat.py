@@ -58,6 +58,30 @@ def test_an_unseen_lamp_masks_and_normals_with_the_materials_given(materials, we
         assert 0.25 < np.median(wrong / maps.deviation.reshape(-1, count)) < 1.4
 
 
+@pytest.mark.parametrize(("count", "weights"), [
+    (1, lambda count: lambda u, v: np.ones((len(u), count))), (2, flat_scene.smooth_weights),
+    (3, flat_scene.sharp_weights),
+    pytest.param(2, flat_scene.sharp_weights, marks=pytest.mark.release),
+    pytest.param(3, flat_scene.smooth_weights, marks=pytest.mark.release)])
+def test_an_unseen_lamp_and_normals_with_the_materials_found(materials, count, weights):
+    """Issue: 8 % and 2 degrees. Reached: at most 6.1 % and .48 degrees.
+
+    What is found may be any mixes of the true materials that others are mixes of, so masks are compared as far as they
+    are a linear function of the true ones.
+    """
+    sample = flat_scene.Sample(materials[:count], weights(count), flat_scene.bumps)
+    maps = fitter.maps_from_flat(photographed(sample, flat_scene.lamps()), flat_scene.corners(), SHAPE)
+    assert len(maps.fits) == count
+    truth, found = sample.weights(*flat_scene.texels(SHAPE)), maps.weights.reshape(-1, count)
+    mapped = found @ np.linalg.lstsq(found, truth, rcond=None)[0]
+    print(f"unseen lamp {off(maps, sample):.2%}, masks {np.abs(mapped - truth).mean(axis=0).max():.4f}, normals "
+          f"{turned(maps, sample):.3f} degrees")
+    assert off(maps, sample) < 0.08
+    assert np.abs(mapped - truth).mean(axis=0).max() < 0.05
+    assert turned(maps, sample) < 2
+    assert 0.7 < np.quantile(found, 0.98, axis=0).min() < 1.4
+
+
 def test_shadows_and_saturated_texels_do_not_count(materials):
     sample = flat_scene.Sample(materials[:2], flat_scene.smooth_weights(2), flat_scene.bumps)
     shots = photographed(sample, flat_scene.lamps())
@@ -118,5 +142,5 @@ def test_what_cannot_be_is_refused(materials, corners, change, message):
         fitter.maps_from_flat(shots[:1], CORNERS, (4, 4), materials[:1])
     with pytest.raises(ValueError, match="expected 1 to 4"):
         fitter.maps_from_flat(shots, CORNERS, (4, 4), ())
-    with pytest.raises(ValueError, match="0 materials found, expected 1 to 4"):
+    with pytest.raises(fitter.DatasetError, match=r"0 texels .*expected 30 for the materials"):
         fitter.maps_from_flat(shots, CORNERS, (4, 4))
