@@ -18,9 +18,9 @@ from ..samples import Samples
 REACH = np.radians(5)       # a pair of directions is covered by a sample whose both directions are as near
 MOST = 75                   # degrees of difference angle that a ball can show: beyond it all that is lit is grazing
 WIDE = 12                   # degrees between difference angles: no sample is within `REACH` in the middle
+LEAST = 5                   # degrees of difference angle: nearer the camera is in the lamp's way
 _CELL = np.radians(4)       # in which pairs of directions are compared together
 _PAIRS = 2000               # of which the share is found
-_LEAST = 5                  # degrees of difference angle: nearer the camera is in the lamp's way
 
 
 class Coverage(NamedTuple):
@@ -112,7 +112,7 @@ def _range(angle: FloatArray) -> tuple[float, float]:
 
 def _gaps(angle: FloatArray) -> tuple[tuple[float, float], ...]:
     """The wide gaps between difference angles in degrees, the widest first."""
-    inside = np.unique(np.concatenate([[_LEAST, MOST], angle[(angle > _LEAST) & (angle < MOST)]]))
+    inside = np.unique(np.concatenate([[LEAST, MOST], angle[(angle > LEAST) & (angle < MOST)]]))
     wide = np.flatnonzero(np.diff(inside) > WIDE)
     gaps = [(round(float(inside[k]), 6), round(float(inside[k + 1]), 6)) for k in wide]
     return tuple(sorted(gaps, key=lambda gap: gap[0] - gap[1]))

@@ -108,7 +108,7 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     points = points_of(corners, (height, width))
     if fits is None:
         with progress.part(0.0, 0.4, "Finding materials"):
-            some = points.reshape(height, width, 3)[_evenly(height, width)].reshape(-1, 3)
+            some = points.reshape(height, width, 3)[evenly(height, width, MOST_TEXELS)].reshape(-1, 3)
             fits = materials_found(observed(photographs, some, frame[2]), frame, MOST_MATERIALS, photographs[0].name)
     fits = tuple(fits)
     _check_fits(fits, photographs[0].radiance.shape[2])
@@ -135,9 +135,9 @@ def _blocks(count: int) -> Iterator[slice]:
     return (slice(start, start + _BLOCK) for start in range(0, count, _BLOCK))
 
 
-def _evenly(height: int, width: int) -> tuple[slice, slice]:
-    """As many rows and columns as have `MOST_TEXELS` texels at most."""
-    step = int(np.ceil(np.sqrt(height * width / MOST_TEXELS)))
+def evenly(height: int, width: int, most: int) -> tuple[slice, slice]:
+    """As many rows and columns as have so many texels at most."""
+    step = int(np.ceil(np.sqrt(height * width / most)))
     return slice(step // 2, None, step), slice(step // 2, None, step)
 
 

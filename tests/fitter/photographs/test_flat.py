@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import spearmanr
 
 import fitter
+from fitter.photographs.flat_advice import next_lamp
 from support import flat_scene
 
 SHAPE = (24, 24)
@@ -118,6 +120,27 @@ def test_the_first_corner_is_at_the_first_texel_and_the_second_ends_its_row(mate
     maps = fitter.maps_from_flat(photographed(sample, flat_scene.lamps(6)), flat_scene.corners(), (5, 7), sample.fits)
     np.testing.assert_allclose(maps.weights[0, :, 0], (np.arange(7) + 0.5) / 7, atol=0.02)
     np.testing.assert_allclose(maps.weights[:, 0, 1], 0.1 + (np.arange(5) + 0.5) / 5, atol=0.02)
+
+
+def test_the_next_lamp_is_one_whose_photograph_lowers_the_errors_most(materials):
+    """Of lamps on one side; the errors are those of maps with a photograph more, from the truth."""
+    sample, shape = flat_scene.Sample(materials[:2], flat_scene.smooth_weights(2), flat_scene.bumps), (12, 12)
+    lamps = [each for each in flat_scene.lamps() if each[0] > 0][:3]
+    maps = fitter.maps_from_flat(photographed(sample, lamps), flat_scene.corners(), shape, sample.fits)
+    advised = next_lamp(maps, photographed(sample, lamps))
+    tried = [advised.place, *flat_scene.lamps(40)[3:38:5]]
+    gains = [next_lamp(maps, photographed(sample, lamps), [place]).gain for place in tried]
+    errors = [turned(fitter.maps_from_flat(photographed(sample, [*lamps, place]), flat_scene.corners(), shape,
+                                           sample.fits), sample) for place in tried]
+    assert errors[0] < turned(maps, sample) / 1.5
+    assert errors[0] <= sorted(errors)[2]
+    assert spearmanr(gains, errors).statistic < -0.7
+    assert gains[0] == max(gains) == advised.gain > 0.2
+    assert np.linalg.norm(advised.place) == pytest.approx(np.median(np.linalg.norm(lamps, axis=1)))
+    assert f"{advised.polar_angle:.0f}° from the sample's normal" in advised.advice
+    many = photographed(sample, flat_scene.lamps(32))
+    told = next_lamp(fitter.maps_from_flat(many, flat_scene.corners(), (4, 4), sample.fits), many)
+    assert told.gain < advised.gain / 5
 
 
 CORNERS = flat_scene.corners()
