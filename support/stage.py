@@ -1,6 +1,7 @@
 """An empty black scene in Cycles, what stands in it, and its picture as an array."""
 
 import math
+import signal
 import tempfile
 from pathlib import Path
 
@@ -11,6 +12,8 @@ from fitter.cycles.node_mixture import Nodes, cycles_mixture
 
 TILE = 256                  # pixels across the picture of a lit sphere
 EEVEE = "BLENDER_EEVEE_NEXT" if bpy.app.version < (5, 0) else "BLENDER_EEVEE"
+# bpy 4.2.23 as a module of Python ends with a segmentation fault after any operator has been registered
+EXITS = (0, -signal.SIGSEGV) if bpy.app.version < (4, 3) else (0,)
 
 
 def black_scene(width, height, samples, span):
@@ -155,6 +158,7 @@ def blank_material(name, shader):
     material = bpy.data.materials.new(name)
     if not material.node_tree:
         material.use_nodes = True           # as for the world
+    material.cycles.use_bump_map_correction = False     # as the extension has it: 4.2 heeds it for tilted closures too
     tree = material.node_tree
     tree.nodes.clear()
     return material, tree.nodes.new(shader), tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"]
@@ -173,7 +177,6 @@ def material_for(fit, nodes=None):
     group.node_tree = (node_group.of(fit) if nodes is None
                        else node_group.create(compile_shader(bake(fit, mixture=nodes.cycles), nodes)))
     material.node_tree.links.new(group.outputs["BSDF"], surface)
-    material.cycles.use_bump_map_correction = False
     return material
 
 

@@ -3,22 +3,19 @@
 import ast
 import os
 import re
-import signal
 import subprocess
 import sys
 import tomllib
 import zipfile
 
-import bpy
 import pytest
 
 from fitter import published
 from support.cases import release
 from support.checkout import ROOT
+from support.stage import EXITS
 
 TOOL = ROOT / "tools" / "blender_extension.py"
-# bpy 4.2.23 as a module of Python ends with a segmentation fault after any operator has been registered
-EXITS = (0, -signal.SIGSEGV) if bpy.app.version < (4, 3) else (0,)
 
 
 USE_IT = """

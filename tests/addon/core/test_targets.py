@@ -137,9 +137,10 @@ def test_a_text_and_a_turned_object_with_modifiers_have_faces_too(scene, targets
     front = max((face for face in mesh.polygons if face.normal.z > 0.5), key=lambda face: face.area).center
     letter = text.matrix_world @ front
     text.to_mesh_clear()
+    no_texts = bpy.app.version < (4, 3)         # there, rays meet no texts
     for item, point, slot in ((turned, (0.3, 3.2, 1), 1), (text, letter, 0)):
         target = targets.under_mouse(*context_and_event(looking_down(), point))
-        assert target == (item.session_uid, slot)
+        assert target == (None if item == text and no_texts else (item.session_uid, slot))
 
 
 def test_what_lies_over_the_viewport_hides_it(scene, targets):
