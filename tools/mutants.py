@@ -165,11 +165,19 @@ def reached():
 
 
 def tests_of(mutant, known):
-    """The tests of a mutant, as arguments of pytest: those that reach its line, for _SECONDS; none where none does."""
+    """The tests of a mutant, as arguments of pytest: those that reach its line, for _SECONDS; none where none does.
+
+    The quickest of each file come first: they differ more than those of one file.
+    """
     if mutant.tests:
         return mutant.tests
-    chosen, seconds = [], 0.0
+    chosen, seconds, of_file = [], 0.0, Counter()
+    ranked = []
     for test, each in known.get((mutant.path, mutant.line), ()):
+        file = test.partition("::")[0]
+        ranked.append((of_file[file], each, test))
+        of_file[file] += 1
+    for _, each, test in sorted(ranked):
         if chosen and seconds + each > _SECONDS:
             break
         chosen.append(test)

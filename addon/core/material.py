@@ -58,7 +58,7 @@ def assign(material: bpy.types.Material, outcome: Outcome, choices: Choices, con
 
 def edit(material: bpy.types.Material, surface: Surface, context: bpy.types.Context, shader: Shader) -> None:
     """Give a measured material the shader of its fit as it was edited; if that fails, it stays as it was."""
-    with new_data_removed_on_error(), restored_on_error(material, RESULTS):
+    with restored_on_error(material, RESULTS):
         node, before = _show_surface(material, surface, shader)
         settings = material.measured_brdf
         settings.sphere, settings.adjusted, settings.version = surface.sphere, as_text(surface.edit), versions.CURRENT

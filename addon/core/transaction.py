@@ -14,7 +14,7 @@ _State = tuple[dict[str, Any], list[Any]]       # a node: its properties, and th
 
 _KINDS = ("materials", "node_groups", "texts", "images", "meshes", "objects", "lights", "cameras", "worlds", "scenes")
 _VIEWPORT_PROPERTIES = ("diffuse_color", "roughness", "metallic")
-_NODE_PROPERTIES = ("label", "location", "node_tree", "target", "is_active_output")
+_NODE_PROPERTIES = ("name", "label", "location", "node_tree", "target", "is_active_output")
 
 
 @contextmanager
@@ -43,7 +43,7 @@ def restored_on_error(material: bpy.types.Material, names: Iterable[str]) -> Ite
     bump, settings = material.cycles.use_bump_map_correction, material.measured_brdf
     stored = {name: getattr(settings, name) for name in names}
     tree = material.node_tree
-    nodes = {node.name: _state(node) for node in tree.nodes} if tree is not None else {}
+    nodes = {node.as_pointer(): _state(node) for node in tree.nodes} if tree is not None else {}
     links = [_ends(link) for link in tree.links] if tree is not None else []
     try:
         yield
@@ -65,11 +65,12 @@ def _state(node: bpy.types.Node) -> _State:
             [_plain(socket.default_value) if hasattr(socket, "default_value") else None for socket in node.inputs])
 
 
-def _restore(tree: bpy.types.NodeTree, nodes: Mapping[str, _State], links: Iterable[_Ends]) -> None:
-    for node in [node for node in tree.nodes if node.name not in nodes]:
+def _restore(tree: bpy.types.NodeTree, nodes: Mapping[int, _State], links: Iterable[_Ends]) -> None:
+    """Nodes are known by their place in memory: the block may have given them other names."""
+    for node in [node for node in tree.nodes if node.as_pointer() not in nodes]:
         tree.nodes.remove(node)
-    for name, (properties, inputs) in nodes.items():
-        node = tree.nodes[name]
+    for node in tree.nodes:
+        properties, inputs = nodes[node.as_pointer()]
         _set_changed(node, properties)
         for socket, value in zip(node.inputs, inputs, strict=False):
             if value is not None:

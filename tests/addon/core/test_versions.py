@@ -49,6 +49,22 @@ def glossy_material():
     return bpy.data.materials["glossy"]
 
 
+def test_a_shader_that_cannot_take_anothers_place_leaves_nothing_behind(old_scene, monkeypatch):
+    from measured_brdf.addon.core import compiler, lamps, material
+    from measured_brdf.addon.work import queries, tasks
+
+    made, = tasks.rebake([queries.kept(glossy_material())])
+    before, shader = state(), compiler.compile_shader(*made)
+
+    def fail(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(lamps, "update", fail)
+    with pytest.raises(MemoryError):
+        material.replace_shader([glossy_material()], shader, bpy.context)
+    assert state() == before
+
+
 def test_a_scene_of_the_first_version_renders_as_it_did_and_is_told_apart(old_scene):
     from measured_brdf.addon.core import checks, material, versions
 

@@ -51,12 +51,12 @@ def append(starter, name, link=False):
     return target.materials[0]
 
 
-def test_it_holds_an_asset_of_each_material_that_is_offered_and_takes_four_megabytes(blender, starter):
+def test_it_holds_an_asset_of_each_material_that_is_offered_and_takes_seventy_kilobytes_for_each(blender, starter):
     from measured_brdf.fitter import published
 
     with bpy.data.libraries.load(str(starter.SHIPPED / starter.FILE), assets_only=True) as (source, _):
         assert sorted(source.materials) == sorted(each.label for each in published.offered())
-    assert sum(path.stat().st_size for path in starter.SHIPPED.iterdir()) < 4.5e6
+    assert sum(path.stat().st_size for path in starter.SHIPPED.iterdir()) < 0.07e6 * len(published.offered())
 
 
 def test_the_assets_are_cc0_and_hold_no_byte_code(blender, starter):
