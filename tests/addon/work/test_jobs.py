@@ -450,3 +450,18 @@ def test_the_bar_of_an_import_goes_on_from_the_fit_when_shaders_are_compiled(ext
     outcomes = [(name, "", SimpleNamespace(measured=SimpleNamespace(name=name))) for name in "ab"]
     steps = extension.addon.work.making.MakesMaterials.prepare(None, outcomes)
     assert next(steps) == (0.95, "Compiling a")
+
+
+def test_a_command_that_is_interrupted_takes_its_blender_with_it(extension, process, monkeypatch, tmp_path):
+    from measured_brdf.addon.work import blender_process
+
+    jobs, start = [], blender_process.Command.start
+    monkeypatch.setattr(blender_process.Command, "start", lambda command: jobs.append(start(command)) or jobs[-1])
+
+    def interrupt(_seconds):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(blender_process.time, "sleep", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        blender_process.Command("starter", "-o", tmp_path / "library").run()
+    assert not jobs[0].worker.is_alive()
