@@ -465,3 +465,13 @@ def test_a_command_that_is_interrupted_takes_its_blender_with_it(extension, proc
     with pytest.raises(KeyboardInterrupt):
         blender_process.Command("starter", "-o", tmp_path / "library").run()
     assert not jobs[0].worker.is_alive()
+
+
+def test_a_command_whose_blender_was_killed_fails_and_says_so(extension, process, tmp_path):
+    from measured_brdf.addon.work import blender_process
+
+    job = blender_process.Command("starter", "-o", tmp_path / "library").start()
+    job.worker._process.kill()
+    wait(job)
+    assert isinstance(job.error, process.WorkerError)
+    assert "Blender ended early, with exit code -9" in str(job.error)
