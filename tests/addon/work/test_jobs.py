@@ -475,3 +475,15 @@ def test_a_command_whose_blender_was_killed_fails_and_says_so(extension, process
     wait(job)
     assert isinstance(job.error, process.WorkerError)
     assert "Blender ended early, with exit code -9" in str(job.error)
+
+
+def test_a_worker_answers_one_question_after_the_other_and_tells_each_answer(queue, process):
+    told, questions = [], [(number, partial(pow, 2, number)) for number in (3, 4)]
+    end = time.monotonic() + 60
+    while time.monotonic() < end and len(told) < 2:
+        for number, function in questions:          # as panels do, time and again
+            queue.ask(number, function, then=told.append)
+        queue._poll()
+        time.sleep(0.02)
+    assert [job.result for job in told] == [8, 16]
+    assert [queue.ask(number, function) for number, function in questions] == told
