@@ -1,4 +1,4 @@
-"""The command line: ``python -m fitter info|fit|bake|photographs|report``."""
+"""The command line: ``python -m fitter info|fit|bake|photographs|flat|report``."""
 
 import argparse
 import sys
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
-from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load, report
+from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load, maps_from_flat, report
 from . import fit as fit_samples
 from .colours import COLOURS
 from .colours import DEFAULT as DEFAULT_COLOURS
@@ -16,7 +16,9 @@ from .errors import printable
 from .files import replacing
 from .formats import KNOWN_FILES, illuminants, list_samples, reading, saved_samples
 from .methods import METHODS
+from .photographs import flat_maps
 from .photographs.coverage import advice, coverage
+from .photographs.flat_setup import flat
 from .photographs.setup import measure
 from .published import name_in
 from .quality.describe import describe
@@ -91,6 +93,13 @@ def build_parser() -> argparse.ArgumentParser:
     photographs.add_argument("-o", "--out", required=True,
                              help="where to save the samples (.npz); info describes them, fit fits them")
     photographs.set_defaults(run=_photographs)
+
+    flat = commands.add_parser("flat", help="make maps of photographs of a flat sample (needs OpenImageIO)")
+    flat.add_argument("file", metavar="SETUP.toml",
+                      help="describes camera, sample, lamps and files: see the manual, Measure your own")
+    flat.add_argument("-o", "--out", required=True, metavar="FOLDER",
+                      help="where to write masks and normal map (.png), fits (.npz) and a report")
+    flat.set_defaults(run=_flat)
 
     compare = commands.add_parser("report", help="compare presets on measurements: size, errors, seconds")
     compare.add_argument("files", nargs="+", metavar="FILE",
@@ -231,6 +240,22 @@ def _photographs(options: argparse.Namespace) -> None:
     for line in (*samples.notes, *advice(coverage(samples))):
         say(f"  {line}")
     say(f"{options.out}: {len(samples):,} samples; python -m fitter fit {options.out} -o FIT.npz fits them")
+
+
+def _flat(options: argparse.Namespace) -> None:
+    sample = flat(options.file)
+    fits = None if sample.materials is None else [_material(path) for path in sample.materials]
+    maps = maps_from_flat(sample.photographs, sample.corners, sample.shape, fits)
+    lines = [sample.name, *sample.notes, *flat_maps.report(maps, sample.photographs)]
+    written = flat_maps.write(maps, lines, options.out)
+    for line in lines:
+        say(line)
+    say(f"{options.out}: {', '.join(written)}")
+
+
+def _material(path: Path) -> Fit:
+    """A saved fit, or that of measurements."""
+    return Fit.load(path) if _is_fit(str(path)) else fit_samples(load(path), **PRESETS["Standard"])
 
 
 def _report(options: argparse.Namespace) -> None:

@@ -28,13 +28,20 @@ def rays(height: int, width: int, field_of_view: float, orientation: ArrayLike |
     >>> rays(1, 2, np.pi / 2)[0].round(3).tolist()
     [[-0.447, 0.0, -0.894], [0.447, 0.0, -0.894]]
     """
+    across, down = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    directions = rays_through(np.stack([across, down], axis=-1), (height, width), field_of_view)
+    return np.asarray(directions if orientation is None else directions @ np.asarray(orientation, dtype=float).T)
+
+
+def rays_through(places: FloatArray, size: tuple[int, int], field_of_view: float) -> FloatArray:
+    """Unit vectors, in the camera's axes, through places (..., 2) of a picture of this height and width: pixels from
+    its left edge, and from its top."""
     if not 0 < field_of_view < np.pi:
         raise DatasetError(f"a field of view of {np.degrees(field_of_view):g} degrees found, expected 0 to 180")
-    step = 2 * np.tan(field_of_view / 2) / width
-    x, y = np.meshgrid(step * (np.arange(width) + 0.5 - width / 2), step * (height / 2 - np.arange(height) - 0.5))
+    (height, width), step = size, 2 * np.tan(field_of_view / 2) / size[1]
+    x, y = step * (places[..., 0] - width / 2), step * (height / 2 - places[..., 1])
     directions = np.stack([x, y, -np.ones_like(x)], axis=-1)
-    directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
-    return np.asarray(directions if orientation is None else directions @ np.asarray(orientation, dtype=float).T)
+    return np.asarray(directions / np.linalg.norm(directions, axis=-1, keepdims=True))
 
 
 def field_of_view(focal_length: float, sensor_width: float) -> float:

@@ -1,6 +1,6 @@
 """How bright the lamps of a description are, by its table `scale`."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -26,20 +26,20 @@ class Measured(NamedTuple):
     size: float
 
 
-def check(scale: Table) -> None:
-    """Raise DatasetError if a table says none, or more than one."""
-    if sum(map(scale.only(*SCALES).has, SCALES)) != 1:
-        found = ", ".join(filter(scale.has, SCALES)) or "nothing"
-        raise DatasetError(f"scale has {found}, expected one of {', '.join(SCALES)}", scale.path)
+def check(scale: Table, ways: Sequence[str] = SCALES) -> None:
+    """Raise DatasetError if a table says none of these ways, or more than one."""
+    if sum(map(scale.only(*ways).has, ways)) != 1:
+        found = ", ".join(filter(scale.has, ways)) or "nothing"
+        raise DatasetError(f"scale has {found}, expected one of {', '.join(ways)}", scale.path)
 
 
 def intensity_of(scale: Table, pictures: Pictures, channels: int, what: Measured, lamps_are_far: bool,
-                 photograph: Callable[[Light, FloatArray, FloatArray, str], BallPhotograph],
+                 photograph: Callable[[Light, FloatArray, FloatArray, str], BallPhotograph] | None = None,
                  ) -> tuple[FloatArray, tuple[str, ...]]:
     """The radiant intensity of lamps, (channels,), W/sr in units of the pictures, and a note of where it is from.
 
     Of lamps far away the intensity that is given is that at a distance of 1 m, which is their irradiance. `photograph`
-    makes one of light, lamp, intensity and name.
+    makes one of light, lamp, intensity and name, for a ball of known albedo.
     """
     # of a lamp that brings the irradiance 1
     unit = np.full(channels, (FAR * what.size) ** 2 if lamps_are_far else 1.0)
@@ -52,7 +52,7 @@ def intensity_of(scale: Table, pictures: Pictures, channels: int, what: Measured
                                                                             for each in given):
             raise scale.error("intensity", f"a number above 0, or {channels}")
         return unit * np.array(given, dtype=float), ("The lamp's intensity as it was given",)
-    if scale.has("ball"):
+    if scale.has("ball") and photograph is not None:
         known = scale.table("ball").only("file", "exposures", "albedo", *_LAMP)
         white = photograph(pictures.of_lamp(known, "file"), _lamp(known, what, lamps_are_far), unit,
                            known.files("file")[0].name)

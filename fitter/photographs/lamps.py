@@ -13,9 +13,10 @@ from . import light_positions
 from .chrome import lamp_of_highlight
 from .descriptions import Description, pictures_in
 from .table import Table
-from .viewpoint import Viewpoint, orientation
+from .viewpoint import Viewpoint
 
 KEYS = "lamp", "direction", "chrome", "distance"
+PLACED = "lamp", "direction", "distance"     # those that need no chrome ball
 FAR = 1e4                   # sizes of what it lights, to a lamp far away, which lights all of it alike to 1e-4
 _OF_UNIT = 1e-12            # least length of a vector that has a direction
 
@@ -53,19 +54,25 @@ def lamp_of(table: Table, shown: FloatArray | None, view: Viewpoint, camera: Arr
         Of what is measured, which distances count from, metres.
     chrome : ChromeBall
     """
-    ways = [key for key in ("lamp", "direction", "chrome") if table.has(key)]
-    if len(ways) != 1:
+    if sum(map(table.has, ("lamp", "direction", "chrome"))) != 1:
         raise table.error("lamp", "a position, or instead of it a direction, or chrome")
-    if ways == ["lamp"]:
-        return Lamp(table.numbers("lamp", 3), False)
     if shown is None:
-        direction = direction_of(table)
-        return Lamp(middle + table.needed("distance") * direction, False) if table.has("distance") else Lamp(
-            direction, True)
+        return placed_lamp(table, middle)
     highlight = lamp_of_highlight(shown, view.rays, camera, chrome.centre, chrome.radius,
                                   table.files("chrome")[0].name)
     return (Lamp(highlight.at(table.needed("distance")), False) if table.has("distance")
             else Lamp(highlight.direction, True))
+
+
+def placed_lamp(table: Table, middle: FloatArray, turn: FloatArray | None = None) -> Lamp:
+    """The lamp of a table that has one of `PLACED`; `turn` (3, 3) is from the axes of its direction to the scene's."""
+    if sum(map(table.has, ("lamp", "direction"))) != 1:
+        raise table.error("lamp", "a position, or instead of it a direction")
+    if table.has("lamp"):
+        return Lamp(table.numbers("lamp", 3), False)
+    direction = direction_of(table) if turn is None else turn @ direction_of(table)
+    return Lamp(middle + table.needed("distance") * direction, False) if table.has("distance") else Lamp(
+        direction, True)
 
 
 def direction_of(table: Table) -> FloatArray:
@@ -86,13 +93,13 @@ def alike(lamps: Sequence[Lamp], path: Path) -> bool:
     return lamps[0].is_far
 
 
-def with_light_positions(description: Description, path: Path, middle: ArrayLike,
+def with_light_positions(description: Description, path: Path, turn: FloatArray,
                          ) -> tuple[Description, tuple[str, ...]]:
     """A description whose photographs have the directions of its `lamp.positions`, a file of `light_positions`; and
     notes.
 
-    Where it has no photographs they are those of the file, or all pictures beside it. `middle` is where the camera
-    looks by default, (3,).
+    Where it has no photographs they are those of the file, or all pictures beside it. `turn` is the rotation from the
+    camera's axes, which the file has, to those of the directions: (3, 3).
     """
     table = Table(description, "", path)
     lamp = table.table("lamp")
@@ -111,7 +118,7 @@ def with_light_positions(description: Description, path: Path, middle: ArrayLike
         shots = [{"files": [str(each.absolute())]} for each in files]
         if not are_named:
             notes = f"{file.name} names other files: photographs and light positions belong together by their order",
-    directions = found.directions @ orientation(table.table("camera"), middle).T
+    directions = found.directions @ turn.T
     distance = {"distance": lamp.needed("distance")} if lamp.has("distance") else {}
     lit = [{**shot, "direction": direction.tolist(), **distance}
            for shot, direction in zip(shots, directions, strict=True)]

@@ -156,7 +156,7 @@ def resolved(description: Description, path: str | Path) -> Resolved:
     checked, path = _checked(description, path), Path(path)
     table = checked.table
     pictures = Pictures.of(table.table("camera"), table.table("lamp"))
-    lights = _lights(table, pictures, path)
+    lights = lights_of(table, pictures, path)
     stage = _stage(table, lights, pictures, path)
     lamps, are_far = _lamps(table, pictures, stage, path)
     view, given = stage.view, checked.description
@@ -183,7 +183,8 @@ def _checked(description: Description, path: str | Path) -> _Checked:
     table.table("lamp").only("radius", "positions", "distance", "dark", "flat")
     lamp_scale.check(table.table("scale"))
     centre = np.zeros(3) if _is_by_outline(ball) else ball.numbers("centre", 3)
-    description, notes = with_light_positions(description, path, centre)
+    turn = viewpoint.orientation(table.table("camera"), centre)
+    description, notes = with_light_positions(description, path, turn)
     table = Table(description, "", path)
     for each in table.tables("photograph"):
         each.only("files", "exposures", *KEYS)
@@ -194,21 +195,22 @@ def _is_by_outline(ball: Table) -> bool:
     return bool(ball.value("centre") == "outline")
 
 
-def _lights(table: Table, pictures: Pictures, path: Path) -> list[Light]:
+def lights_of(table: Table, pictures: Pictures, path: Path) -> list[Light]:
     """What the photographs show, each of one size."""
     lights, tables = [], table.tables("photograph")
     for number, each in enumerate(tables):
-        progress.report(number / len(tables), f"Reading {_name(each)}")
+        progress.report(number / len(tables), f"Reading {name_of(each)}")
         lights.append(pictures.of_lamp(each, "files"))
     sizes = {light.radiance.shape for light in lights}
     if len(sizes) > 1:
         raise DatasetError("photographs of several sizes found: " + ", ".join(
-            f"{_name(each)} {light.radiance.shape[1]} x {light.radiance.shape[0]}" for each, light in zip(
+            f"{name_of(each)} {light.radiance.shape[1]} x {light.radiance.shape[0]}" for each, light in zip(
                 tables, lights, strict=True)), path)
     return lights
 
 
-def _name(photograph: Table) -> str:
+def name_of(photograph: Table) -> str:
+    """The name of a photograph: that of its first file."""
     return photograph.files("files")[0].name
 
 
@@ -268,7 +270,7 @@ def _photographs(checked: _Checked, path: Path) -> tuple[list[BallPhotograph], t
     """The photographs of a description, and notes of how they were read."""
     table = checked.table
     pictures = Pictures.of(table.table("camera"), table.table("lamp"))
-    lights, tables = _lights(table, pictures, path), table.tables("photograph")
+    lights, tables = lights_of(table, pictures, path), table.tables("photograph")
     stage = _stage(table, lights, pictures, path)
 
     def photograph(light: Light, lamp: FloatArray, intensity: FloatArray, name: str) -> BallPhotograph:
@@ -279,6 +281,6 @@ def _photographs(checked: _Checked, path: Path) -> tuple[list[BallPhotograph], t
     lamps, are_far = _lamps(table, pictures, stage, path)
     intensity, note = lamp_scale.intensity_of(table.table("scale"), pictures, lights[0].radiance.shape[2], stage.ball,
                                               are_far, photograph)
-    photographs = [photograph(light, lamp, intensity, _name(each))
+    photographs = [photograph(light, lamp, intensity, name_of(each))
                    for light, lamp, each in zip(lights, lamps, tables, strict=True)]
     return photographs, (*pictures.notes, *checked.notes, *stage.notes, *note)

@@ -55,12 +55,13 @@ def orientation(camera: Table, middle: ArrayLike) -> FloatArray:
 def viewpoint(camera: Table, pictures: Iterable[Picture], size: tuple[int, int], middle: ArrayLike, path: Path,
               ) -> Viewpoint:
     """The camera of a description whose pictures have this height and width, pixels."""
-    turned, angle = orientation(camera, middle), _field_of_view(camera, pictures, path)
+    turned, angle = orientation(camera, middle), field_of_view(camera, pictures, path)
     return Viewpoint(None if is_far(camera) else camera.numbers("position", 3), turned, angle,
                      cameras.rays(*size, angle, turned))
 
 
-def _field_of_view(camera: Table, pictures: Iterable[Picture], path: Path) -> float:
+def field_of_view(camera: Table, pictures: Iterable[Picture], path: Path) -> float:
+    """The angle of the pictures' width, radians, by the table `camera`, or else by what the pictures say."""
     if camera.has("field_of_view"):
         return float(np.radians(camera.needed("field_of_view")))
     pictures = list(pictures)

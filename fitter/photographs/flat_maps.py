@@ -1,0 +1,140 @@
+"""Maps of a flat sample as pictures: masks of 8 bits, and a normal map of 16.
+
+A mask is white where the weight of its material is the largest of all; what that is, stands in the report. The normal
+map is in tangent space: x to the right in the picture, y upward (OpenGL, as Blender has it), z out of the surface.
+"""
+
+import os
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import FloatArray
+from ..errors import DatasetError
+from .flat import Maps, frame_of, maps_from_flat, points_of
+from .flat_photograph import FlatPhotograph, observed
+from .picture_files import NEEDED
+
+UNSURE = 0.1                # standard deviation of a weight, of the largest, that is uncertain
+_LEFT_OUT = 48              # texels along a side, of maps without one of the photographs
+
+
+class Layers(NamedTuple):
+    """Weights as materials that lie upon one another, 0 to 1, the top row of the picture first.
+
+    Attributes
+    ----------
+    masks : (h, w, materials - 1) float64
+        The share of each material but the first, where it lies upon those before it.
+    brightness : (h, w) float64
+        The sum of the weights, over `most`.
+    most : float
+    """
+
+    masks: FloatArray
+    brightness: FloatArray
+    most: float
+
+
+def layers(weights: FloatArray) -> Layers:
+    """The layers that have weights (h, w, materials).
+
+    Examples
+    --------
+    >>> masks, brightness, most = layers(np.array([[[0.2, 0.2, 0.4]]]))
+    >>> masks.round(6).tolist(), brightness.round(6).tolist(), round(most, 6)
+    ([[[0.5, 0.5]]], [[1.0]], 0.8)
+    """
+    sums = np.cumsum(weights, axis=2)[::-1]
+    masks = weights[::-1, :, 1:] / np.where(sums[..., 1:] > 0, sums[..., 1:], 1.0)
+    most = float(sums[..., -1].max()) or 1.0
+    return Layers(masks, sums[..., -1] / most, most)
+
+
+def normal_map(maps: Maps) -> FloatArray:
+    """Normals in tangent space, 0 to 1, the top row of the picture first: (h, w, 3)."""
+    along = maps.corners[1] - maps.corners[0]
+    normal = np.cross(along, maps.corners[3] - maps.corners[0])
+    x, z = (each / np.linalg.norm(each) for each in (along, normal))
+    return np.asarray((maps.normals @ np.stack([x, np.cross(z, x), z]).T)[::-1] / 2 + 0.5)
+
+
+def stored(values: FloatArray, bits: int) -> NDArray[Any]:
+    """Values of 0 to 1 as integers of 8 or 16 bits."""
+    return np.round(np.clip(values, 0, 1) * (2 ** bits - 1)).astype(f"uint{bits}")
+
+
+def left_out(maps: Maps, photographs: Sequence[FlatPhotograph]) -> float | None:
+    """How far a photograph is from what the others say of it, of its root mean square; None where these are too few.
+
+    It is the middle one, and the maps are coarse ones of the same materials.
+    """
+    number = len(photographs) // 2
+    others, shot = [*photographs[:number], *photographs[number + 1:]], photographs[number]
+    if len(others) < 2:
+        return None
+    height, width = (min(each, _LEFT_OUT) for each in maps.weights.shape[:2])
+    coarse = maps_from_flat(others, maps.corners, (height, width), maps.fits)
+    normal = frame_of(maps.corners, photographs)[2]
+    seen = observed([shot], points_of(maps.corners, (height, width)), normal)
+    counts = seen.good[:, 0] & (coarse.used.ravel() > 0)
+    there = seen.radiance[counts, 0]
+    expected = coarse.radiance(shot.camera, shot.lamp, shot.intensity).reshape(len(counts), -1)[counts]
+    size = float(np.linalg.norm(there))
+    return float(np.linalg.norm(expected - there)) / size if size else None
+
+
+def report(maps: Maps, photographs: Sequence[FlatPhotograph]) -> list[str]:
+    """What is to be said of maps: lines."""
+    height, width, count = maps.weights.shape
+    most = float(maps.weights.max()) or 1.0
+    unsure = (maps.deviation.max(axis=2) > UNSURE * most).mean()
+    missed = left_out(maps, photographs)
+    lines = [f"{width} x {height} texels of {count} material{'s' * (count > 1)}, {len(photographs)} photographs, of "
+             f"which {maps.used.mean():.1f} tell of a texel in the mean",
+             f"{(maps.used == 0).mean():.1%} of the texels are in none; the weights of {unsure:.1%} are uncertain by "
+             f"more than {UNSURE:.0%} of the largest"]
+    if missed is not None:
+        lines.append(f"Without {photographs[len(photographs) // 2].name}, that photograph is predicted within "
+                     f"{missed:.1%}")
+    return lines
+
+
+def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:
+    """Write masks, normal map, fits and a report of these lines to a folder, which is made: the names of the files.
+
+    All of them are written beside first; if that fails, the folder stays as it was. Raises OSError, or ImportError if
+    OpenImageIO is absent.
+    """
+    folder, most = Path(folder), float(maps.weights.max()) or 1.0
+    folder.mkdir(parents=True, exist_ok=True)
+    told = [*lines, f"White in a mask is a weight of {most:.6g}"]
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".part") as beside:
+        part = Path(beside)
+        for number, fit in enumerate(maps.fits):
+            _write_picture(part / f"mask-{number + 1}.png", stored(maps.weights[::-1, :, number] / most, 8)[..., None])
+            fit.save(part / f"material-{number + 1}.npz")
+            told.append(f"mask-{number + 1}.png is the mask of material-{number + 1}.npz, {fit.name}")
+        _write_picture(part / "normal.png", stored(normal_map(maps), 16))
+        (part / "report.txt").write_text("\n".join(told) + "\n", "utf-8")
+        names = sorted(each.name for each in part.iterdir())
+        for name in names:
+            os.replace(part / name, folder / name)
+    return names
+
+
+def _write_picture(path: Path, pixels: NDArray[Any]) -> None:
+    try:
+        import OpenImageIO
+    except ImportError as error:
+        raise ImportError(NEEDED) from error
+    height, width, channels = pixels.shape
+    file = OpenImageIO.ImageOutput.create(str(path))
+    if file is None or not file.open(str(path), OpenImageIO.ImageSpec(width, height, channels, str(pixels.dtype))):
+        raise DatasetError(f"cannot be written: {OpenImageIO.geterror() or 'unknown'}", path)
+    if not file.write_image(np.ascontiguousarray(pixels)) or not file.close():
+        raise DatasetError(f"cannot be written: {file.geterror() or 'the disk may be full'}", path)

@@ -1,0 +1,240 @@
+"""The description of photographs of a flat sample in a file: as that of a ball (`setup`), but for what is here.
+
+Places are the sample's: its middle is at 0, x runs along its width, y along its height, and z toward the camera ::
+
+    [name] = "printed card"
+    [materials] = ["gold.npz", "lacquer.astm"]      # what it is made of: saved fits, or measurements; else it is found
+    [texels] = 512                  # of the maps, along the width; by default as many as it has pixels
+
+    [camera]
+    [position] = [0, -0.1, 0.5]     # by default where the corners say, or "far": straight above, nobody knows how far
+    [field_of_view] = 12            # and matrix, encoding, as of a ball
+
+    [sample]
+    width = 0.1                     # metres
+    height = 0.08
+    corners = [[31.5, 402], [610, 398], [588, 60.5], [52, 66]]  # in the pictures, pixels from the left and the top:
+                                    # bottom left, bottom right, top right, top left of the maps
+
+    [lamp]                          # positions, dark, flat, as of a ball
+
+    [scale]                         # one of these:
+    intensity = 3.2
+    albedo = 0.5                    # of the sample, in the mean: a guess
+    card = {file = "card.exr", albedo = 0.18, lamp = [0, -0.3, 0.5], region = [200, 180, 260, 240]}    # it lies in the
+                                    # sample's plane, also beside it in one of the photographs; [normal] is [0, 0, 1]
+
+    [[photograph]]
+    files = ["a1.exr", "a2.exr"]
+    [exposures] = [0.01, 0.08]
+    lamp = [0.3, -0.2, 0.4]         # or direction = [0.2, -0.9, 0.4], with distance = 1.2 if it is not far away
+
+The lens is without distortion. The camera's place follows from the corners of a rectangle (three unknowns of its place;
+its turn is that which brings four rays closest to them: W. Kabsch, Acta Crystallographica A32, 1976).
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..errors import DatasetError
+from . import lamp_scale, viewpoint
+from .camera import pixel_angle, rays, rays_through
+from .descriptions import read
+from .flat import frame_of, points_of
+from .flat_photograph import FlatPhotograph, observed
+from .lamp_scale import Measured
+from .lamps import PLACED, alike, placed_lamp, with_light_positions
+from .pictures import Pictures
+from .setup import lights_of, name_of
+from .table import Table, is_number
+
+MOST_TEXELS, _DEFAULT_TEXELS = 4096, 1024   # along the width
+_CAMERA = "position", "field_of_view", "focal_length", "sensor_width", "matrix", "encoding"
+_SCALES = "intensity", "albedo", "card"
+_OFF = 3.0                  # pixels that a corner may be off: an edge is found within one by hand
+_MEASURED = 0.02            # of its distance, by which a camera's place may be wrong that somebody has measured
+_ROUNDS = 40                # toward the camera's place; it takes 10
+_GUESSED = 32, 32           # points of a sample whose albedo is a guess
+
+
+class Flat(NamedTuple):
+    """What `maps_from_flat` takes of a description, and the files of materials: None where they are to be found."""
+
+    name: str
+    photographs: list[FlatPhotograph]
+    corners: FloatArray
+    shape: tuple[int, int]
+    materials: list[Path] | None
+    notes: tuple[str, ...]
+
+
+class _Pose(NamedTuple):
+    """A camera beside a sample."""
+
+    position: FloatArray
+    turn: FloatArray
+    """The rotation from its axes to the sample's: (3, 3)."""
+    off: FloatArray
+    """By how much the corners' rays miss them: (4, 3), radians."""
+
+
+def flat(path: str | Path) -> Flat:
+    """The photographs of a flat sample that a description shows.
+
+    Raises
+    ------
+    DatasetError
+        If the description or a file is wrong; the message names file and key.
+    ImportError
+        If OpenImageIO is absent.
+    """
+    description, path = read(path)
+    table = Table(description, "", path).only("name", "materials", "texels", "camera", "sample", "lamp", "scale",
+                                              "photograph")
+    table.table("camera").only(*_CAMERA)
+    sample = table.table("sample").only("width", "height", "corners")
+    table.table("lamp").only("positions", "distance", "dark", "flat")
+    lamp_scale.check(table.table("scale"), _SCALES)
+    materials = table.files("materials") if table.has("materials") else None
+    x, y = sample.needed("width") / 2, sample.needed("height") / 2
+    corners = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
+    # directions of light positions are the camera's until it is known how that is turned
+    description, notes = with_light_positions(description, path, np.eye(3))
+    table = Table(description, "", path)
+    tables = [each.only("files", "exposures", *PLACED) for each in table.tables("photograph")]
+    camera, lamp = table.table("camera"), table.table("lamp")
+    pictures = Pictures.of(camera, lamp)
+    lights = lights_of(table, pictures, path)
+    height, width, channels = lights[0].radiance.shape
+    places = _places(sample, (height, width))
+    angle = viewpoint.field_of_view(camera, pictures.said.values(), path)
+    pose = _pose(camera, rays_through(places, (height, width), angle), corners, angle / width)
+    toward = rays(height, width, angle, pose.turn)
+    off = float(np.linalg.norm(pose.off, axis=1).max() / pixel_angle(toward))
+    if off > _OFF:
+        raise sample.error("corners", f"those of a rectangle of {2 * x:g} x {2 * y:g} m that this lens sees, within "
+                                      f"{_OFF:g} pixels: one is {off:.1f} off")
+    lamps = [placed_lamp(each, np.zeros(3), pose.turn if lamp.has("positions") else None) for each in tables]
+    are_far, size = alike(lamps, path), 2 * float(np.hypot(x, y))
+    scale, what = _scale(table, (height, width), angle, pose, size)
+    intensity, note = lamp_scale.intensity_of(scale, pictures, channels, what, are_far)
+    photographs = [FlatPhotograph(light.radiance, toward, pose.position, each.at(np.zeros(3), size), intensity,
+                                  light.noise, light.known, name_of(shot))
+                   for light, each, shot in zip(lights, lamps, tables, strict=True)]
+    frame_of(corners, photographs)          # lamps are not behind it
+    if scale.has("albedo"):
+        share = _albedo(photographs, corners) / scale.needed("albedo")
+        photographs = [replace(each, intensity=each.intensity * share) for each in photographs]
+        note = "The scale is a guess: an albedo of {:g} was given".format(scale.needed("albedo")), *note
+    where = "The camera is at {:.4g}, {:.4g}, {:.4g} m by the corners, which are within {:.1f} pixels".format(
+        *pose.position, off)
+    return Flat(table.text("name", path.stem), photographs, corners, _shape(table, places, y / x), materials,
+                (*pictures.notes, *notes, where, *note))
+
+
+def _places(sample: Table, size: tuple[int, int]) -> FloatArray:
+    """The corners in the pictures, (4, 2), which run counter-clockwise there."""
+    found = sample.value("corners")
+    if not isinstance(found, list) or [len(each) for each in found if isinstance(each, list)] != [2] * 4 or not all(
+            is_number(number) for each in found for number in each):
+        raise sample.error("corners", "four places of two numbers, pixels from the left and the top")
+    places = np.array(found, dtype=float)
+    if not ((places >= 0) & (places <= size[::-1])).all():
+        raise sample.error("corners", f"four places in pictures of {size[1]} x {size[0]} pixels: the sample is not "
+                                      f"whole in them")
+    sides = np.roll(places, -1, axis=0) - places
+    (a, b), (c, d) = np.roll(sides, 1, axis=0).T, sides.T
+    turns = a * d - b * c
+    if (turns > 0).all():
+        raise sample.error("corners", "them counter-clockwise: bottom left, bottom right, top right, top left")
+    if not (turns < 0).all():
+        raise sample.error("corners", "them one after the other around the sample: they are crossed")
+    return places
+
+
+def _pose(camera: Table, toward: FloatArray, corners: FloatArray, pixel: float) -> _Pose:
+    """Where a camera is that sees the corners (4, 3) in the directions (4, 3) of its own axes; `pixel` is an angle."""
+    spread = np.linalg.norm(toward - toward.mean(axis=0), axis=1).sum()
+    distance = float(np.linalg.norm(corners, axis=1).sum() / spread)
+    if viewpoint.is_far(camera):
+        return _turned(np.array([0, 0, distance]), toward, corners)
+    given = camera.numbers("position", 3) if camera.has("position") else None
+    if given is not None and not given[2] > 0:
+        raise camera.error("position", "one above the sample, z more than 0")
+    tilts = [(0.0, 0.0), (0.6, 0.0), (-0.6, 0.0), (0.0, 0.6), (0.0, -0.6)]
+    starts = [given] if given is not None else [distance * np.array([a, b, np.sqrt(1 - a * a - b * b)])
+                                                for a, b in tilts]
+
+    def miss(position: FloatArray) -> FloatArray:
+        off = _turned(position, toward, corners).off.ravel() / pixel
+        return off if given is None else np.append(off, (position - given) / (_MEASURED * np.linalg.norm(given)))
+
+    ends = [end for start in starts if (end := _descended(miss, start))[2] > 0]
+    return _turned(min(ends or starts, key=lambda end: float((miss(end) ** 2).sum())), toward, corners)
+
+
+def _descended(miss: Callable[[FloatArray], FloatArray], position: FloatArray) -> FloatArray:
+    """Where the least squares of what a function misses are, near a position: by damped Gauss-Newton."""
+    damping, now = 1e-3, miss(position)
+    for _ in range(_ROUNDS):
+        step = 1e-6 * float(np.linalg.norm(position))
+        slope = np.stack([(miss(position + step * axis) - now) / step for axis in np.eye(3)], axis=1)
+        gram = slope.T @ slope
+        tried = position - np.linalg.solve(gram + damping * np.diag(gram.diagonal()), slope.T @ now)
+        after = miss(tried)
+        if (after ** 2).sum() < (now ** 2).sum():
+            position, now, damping = tried, after, damping / 10
+        else:
+            damping *= 10
+    return position
+
+
+def _turned(position: FloatArray, toward: FloatArray, corners: FloatArray) -> _Pose:
+    """A camera at this position, turned so that its rays miss the corners least."""
+    there = corners - position
+    there /= np.linalg.norm(there, axis=1, keepdims=True)
+    u, _, v = np.linalg.svd(there.T @ toward)
+    turn = u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v
+    return _Pose(position, turn, toward @ turn.T - there)
+
+
+def _shape(table: Table, places: FloatArray, aspect: float) -> tuple[int, int]:
+    """Texels: (height, width)."""
+    sides = np.linalg.norm(np.roll(places, -1, axis=0) - places, axis=1)
+    texels = table.number("texels", float(np.clip(max(sides[0], sides[2]), 1, _DEFAULT_TEXELS)))
+    count = round(texels or 0)
+    if not 1 <= count <= MOST_TEXELS or max(round(count * aspect), 1) > MOST_TEXELS:
+        raise table.error("texels", f"1 to {MOST_TEXELS} along each side")
+    return max(round(count * aspect), 1), count
+
+
+def _scale(table: Table, size: tuple[int, int], angle: float, pose: _Pose, length: float) -> tuple[Table, Measured]:
+    """The table `scale`, and what its lamps light: a card is where the sample's plane is seen in its region."""
+    scale = table.table("scale")
+    if not scale.has("card"):
+        return scale, Measured(np.zeros(3), length)
+    card = scale.table("card")
+    left, top, right, bottom = card.numbers("region", 4)
+    ray = pose.turn @ rays_through(np.array([left + right, top + bottom]) / 2, size, angle)
+    if not ray[2] < 0:
+        raise card.error("region", "a part of the picture in which the sample's plane is seen")
+    full = {"card": {"normal": [0, 0, 1], **scale.value("card")}}
+    return (Table(full, "scale", table.path),
+            Measured(pose.position - pose.position[2] / ray[2] * ray, length))
+
+
+def _albedo(photographs: list[FlatPhotograph], corners: FloatArray) -> float:
+    """The albedo of a sample under lamps of these intensities, as if it were Lambertian: the mean over it and the
+    channels of the median over the lamps, since a highlight is under few of them."""
+    seen = observed(photographs, points_of(corners, _GUESSED), np.array([0.0, 0, 1]))
+    light = np.where(seen.good, seen.lit.light[..., 2], np.nan)[..., None] * seen.lit.brought
+    with np.errstate(all="ignore"):
+        albedo = np.nanmean(np.nanmedian(np.pi * seen.radiance / light, axis=1))
+    if not albedo > 0:
+        raise DatasetError("nothing is bright between the corners: no sample is in the picture", photographs[0].name)
+    return float(albedo)

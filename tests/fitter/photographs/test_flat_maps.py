@@ -1,0 +1,79 @@
+"""Maps of a flat sample as files: the command line."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.photographs import flat_maps
+from fitter.photographs.picture_files import read_picture
+from support import flat_files, flat_scene
+from support.checkout import ROOT
+
+
+@pytest.fixture(scope="module")
+def sample(cornell):
+    fits = tuple(fitter.fit(cornell(name), **fitter.PRESETS["Draft"]) for name in ("garnet_red_RGB", "krylon_blue_RGB"))
+    return flat_scene.Sample(fits, flat_scene.smooth_weights(2), flat_scene.bumps)
+
+
+def test_the_command_line_writes_masks_and_normals_that_are_the_truth(openimageio, sample, tmp_path):
+    top = "texels = 20\nmaterials = ['first.npz', 'second.npz']"
+    path = flat_files.write(tmp_path, sample, flat_scene.lamps(10), top=top)
+    for fit, name in zip(sample.fits, ("first.npz", "second.npz"), strict=True):
+        fit.save(tmp_path / name)
+    environment = os.environ | {"PYTHONPATH": str(openimageio)}
+
+    def run(file, out):
+        return subprocess.run([sys.executable, "-m", "fitter", "flat", str(file), "-o", str(out)], cwd=ROOT,
+                              env=environment, capture_output=True, text=True, check=False, timeout=120)
+
+    done = run(path, tmp_path / "maps")
+    assert done.returncode == 0, done.stderr
+    report = (tmp_path / "maps" / "report.txt").read_text("utf-8")
+    assert "20 x 16 texels of 2 materials, 10 photographs" in report
+    missed = float(report.partition("is predicted within ")[2].partition("%")[0])
+    assert 0.1 < missed < 5         # the noise is 1 %
+    most = float(report.partition("a weight of ")[2].split()[0])
+    u, v = flat_scene.texels((16, 20))
+    for number in (0, 1):
+        mask = read_picture(tmp_path / "maps" / f"mask-{number + 1}.png", "linear").pixels[::-1, :, 0] * most
+        assert np.abs(mask.ravel() - sample.weights(u, v)[:, number]).mean() < 0.03
+        saved = fitter.Fit.load(tmp_path / "maps" / f"material-{number + 1}.npz")
+        np.testing.assert_allclose(saved.evaluate(0.3, 0, 0.5, 2), sample.fits[number].evaluate(0.3, 0, 0.5, 2))
+    normal = read_picture(tmp_path / "maps" / "normal.png", "linear")
+    assert normal.step == pytest.approx(1 / 65535)
+    found = (normal.pixels[::-1] * 2 - 1).reshape(-1, 3)
+    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1, atol=1e-4)
+    cosine = (found * sample.normals(u, v)).sum(axis=1)
+    assert np.degrees(np.median(np.arccos(np.clip(cosine, -1, 1)))) < 1
+    # what fails writes nothing
+    before = {each.name: each.stat().st_mtime_ns for each in (tmp_path / "maps").iterdir()}
+    bad = tmp_path / "bad.toml"
+    bad.write_text(path.read_text("utf-8").replace("second.npz", "third.npz"), "utf-8")
+    refused = run(bad, tmp_path / "maps")
+    assert refused.returncode == 1
+    assert "third.npz" in refused.stderr
+    one = tmp_path / "one.toml"
+    one.write_text(path.read_text("utf-8").partition("[[photograph]]\nfiles = ['lamp2")[0], "utf-8")
+    assert "1 photograph found, expected two or more" in run(one, tmp_path / "none").stderr
+    assert {each.name: each.stat().st_mtime_ns for each in (tmp_path / "maps").iterdir()} == before
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_layers_upon_one_another_have_the_weights(random, count):
+    weights = random.uniform(0, 1.5, (5, 4, count)) * (random.uniform(size=(5, 4, 1)) > 0.2)
+    masks, brightness, most = flat_maps.layers(weights)
+    assert min(masks.min(initial=0), brightness.min()) >= 0
+    assert max(masks.max(initial=0), brightness.max()) <= 1
+    shown = np.zeros((5, 4, count))
+    shown[..., 0] = 1
+    for number in range(1, count):
+        share = masks[..., number - 1]
+        shown *= (1 - share)[..., None]
+        shown[..., number] = share
+    np.testing.assert_allclose(shown * (brightness * most)[..., None], weights[::-1], atol=1e-12)

@@ -1,0 +1,135 @@
+"""Photographs of a flat sample from files, by a description in TOML."""
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter.photographs.flat_photograph import pixel_of
+from fitter.photographs.flat_setup import flat
+from support import ball_files, flat_files, flat_scene
+
+LAMPS = flat_scene.lamps(5)
+NAMES = [f"lamp{number}.exr" for number in range(1, 6)]
+PLACES = flat_files.corners()
+
+
+def lambertian(samples, albedo=0.3):
+    return fitter.fit(fitter.Samples(*samples.directions, np.full_like(samples.values, albedo / np.pi),
+                                     samples.channels), **fitter.PRESETS["Draft"])
+
+
+@pytest.fixture(scope="module")
+def paper(glossy):
+    return flat_scene.Sample((lambertian(glossy),), lambda u, v: np.ones((len(u), 1)),
+                             lambda u, v: np.zeros((len(u), 2)))
+
+
+@pytest.fixture(scope="module")
+def written(openimageio, paper, tmp_path_factory):
+    return flat_files.write(tmp_path_factory.mktemp("flat"), paper, LAMPS, noise=0)
+
+
+@pytest.fixture
+def described(written):
+    """Write a description beside the photographs: its path."""
+    def write(**how):
+        path = written.with_name("other.toml")
+        path.write_text(flat_files.description(NAMES, LAMPS, **how), "utf-8")
+        return path
+    return write
+
+
+def angle(a, b):
+    """Degrees between unit vectors (..., 3)."""
+    return np.degrees(np.arccos(np.clip((a * b).sum(axis=-1), -1, 1)))
+
+
+def seen(shot):
+    """Where a photograph shows the sample's corners: (4, 2), pixels from the left and the top."""
+    return pixel_of(shot.rays, flat_scene.corners() - shot.camera)[:, ::-1] + 0.5
+
+
+def test_the_camera_stands_where_the_corners_say(written):
+    found = flat(written)
+    assert (found.name, found.shape, found.materials) == ("flat sample (synthetic)", (63, 79), None)
+    np.testing.assert_allclose(found.corners, flat_scene.corners())
+    shot = found.photographs[2]
+    assert np.linalg.norm(shot.camera - flat_scene.CAMERA) < 1e-3
+    assert angle(shot.rays, flat_scene.rays(flat_files.SIZE)).max() < 0.1
+    np.testing.assert_allclose(shot.lamp, LAMPS[2], atol=1e-6)
+    np.testing.assert_allclose(shot.intensity, flat_scene.INTENSITY)
+    assert shot.name == "lamp3.exr"
+
+
+@pytest.mark.parametrize("camera", ["", "position = [0.035, -0.125, 0.49]\n"])
+def test_corners_half_a_pixel_off_put_the_sample_less_than_a_pixel_off(described, camera):
+    places = PLACES + np.random.default_rng(3).uniform(-0.5, 0.5, (4, 2))
+    found = flat(described(camera=f"{camera}field_of_view = {flat_files.ANGLE}",
+                           sample=f"width = 0.1\nheight = 0.08\ncorners = {places.tolist()}"))
+    assert np.linalg.norm(seen(found.photographs[0]) - PLACES, axis=1).max() < 0.8
+    if camera:
+        assert np.linalg.norm(found.photographs[0].camera - flat_scene.CAMERA) < 0.015
+
+
+def test_light_positions_of_a_camera_far_away_turn_with_the_sample(written, described):
+    """The sample's x runs upward in the picture: its lamps are where x of the picture is -y of the sample."""
+    written.with_name("dome.lp").write_text("5\n" + "".join(f"{name} 0.6 {y} 0.8\n" for name, y in zip(
+        NAMES, (0, 0.1, 0.2, -0.1, -0.2), strict=True)), "utf-8")
+    path = described(camera="position = 'far'", shots=["exposures = [1]"] * 5,
+                     sample="width = 0.1\nheight = 0.08\ncorners = [[74, 80], [74, 20], [26, 20], [26, 80]]")
+    path.write_text(path.read_text("utf-8") + "[lamp]\npositions = 'dome.lp'\n", "utf-8")
+    found = flat(path)
+    shot = found.photographs[1]
+    np.testing.assert_allclose(seen(shot), [[74, 80], [74, 20], [26, 20], [26, 80]], atol=0.05)
+    assert angle(shot.lamp / np.linalg.norm(shot.lamp), np.array([0.1, -0.6, 0.8]) / np.sqrt(1.01)) < 1
+    # the irradiance is what was given
+    np.testing.assert_allclose(shot.intensity / (shot.lamp @ shot.lamp), flat_scene.INTENSITY)
+
+
+def test_the_scale_is_a_guess_or_by_a_card(described):
+    guessed = flat(described(scale="albedo = 0.3"))
+    np.testing.assert_allclose(guessed.photographs[0].intensity, 1.5, rtol=0.01)
+    assert any(note.startswith("The scale is a guess") for note in guessed.notes)
+    lamp = LAMPS[0].tolist()
+    carded = flat(described(scale=f"card = {{file = 'lamp1.exr', albedo = 0.3, lamp = {lamp}, "
+                                  f"region = [30, 30, 36, 36]}}"))
+    np.testing.assert_allclose(carded.photographs[0].intensity, flat_scene.INTENSITY, rtol=0.01)
+
+
+def with_corners(places, size="width = 0.1\nheight = 0.08"):
+    return {"sample": f"{size}\ncorners = {np.asarray(places).tolist()}"}
+
+
+@pytest.mark.parametrize(("how", "message"), [
+    (with_corners(PLACES + [60, 0]), "sample.corners .*not whole in them"),
+    (with_corners(PLACES[[0, 2, 1, 3]]), "sample.corners .*crossed"),
+    (with_corners(PLACES[::-1]), "sample.corners .*counter-clockwise: bottom left"),
+    (with_corners(PLACES[:3]), "sample.corners .*expected four places"),
+    (with_corners(PLACES, "width = 0.1\nheight = 0.03"), "a rectangle of 0.1 x 0.03 m that this lens sees"),
+    ({"camera": "encoding = 'linear'"}, "camera.field_of_view is missing"),
+    ({"camera": "position = [0, 0, -1]\nfield_of_view = 14"}, "camera.position .*one above the sample"),
+    ({"scale": "ball = {file = 'lamp1.exr', albedo = 0.9, lamp = [0, 0, 1]}"}, "scale.ball is not known"),
+    ({"shots": ["lamp = [0, 0, 1]"] * 4 + ["lamp = [0.1, 0, -1]"]}, "lamp5.exr: the lamp is behind the sample"),
+    ({"shots": ["lamp = [0, 0, 1]"] * 4 + ["direction = [0.1, 0, 1]"]}, "some lamps have a place"),
+    ({"top": "texels = 1000000"}, "texels .*expected 1 to 4096"),
+    ({"top": "materials = 3"}, "materials is 3"),
+])
+def test_what_cannot_be_is_refused(described, how, message):
+    path = described(**how)
+    with pytest.raises(fitter.DatasetError, match=message) as error:
+        flat(path)
+    assert path.name in str(error.value) or "lamp5" in str(error.value)
+
+
+def test_photographs_of_several_sizes_and_a_dark_sample_are_refused(described):
+    path = described(scale="albedo = 0.5")
+    for name, picture, message in (("lamp4.exr", np.ones((9, 9, 3)), "photographs of several sizes"),
+                                   ("lamp4.exr", np.zeros((90, 100, 3)), "no sample is in the picture")):
+        here = [name] if picture.any() else NAMES
+        kept = {each: path.with_name(each).read_bytes() for each in here}
+        for each in here:
+            ball_files.write_picture(path.with_name(each), picture)
+        with pytest.raises(fitter.DatasetError, match=message):
+            flat(path)
+        for each, content in kept.items():
+            path.with_name(each).write_bytes(content)
