@@ -6,8 +6,11 @@ ACM Transactions on Graphics 22(2), 2003; P. Ren, J. Wang, J. Snyder, X. Tong, B
 2011.
 """
 
-from collections.abc import Iterator, Sequence
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,14 +19,16 @@ from ..arrays import ArrayLike, FloatArray, IntArray
 from ..errors import DatasetError
 from ..model.fit import Fit
 from .flat_finding import MOST_TEXELS, materials_found
-from .flat_photograph import FlatPhotograph, lit, observed
+from .flat_photograph import FlatPhotograph, between, corners_of, lit, observed
 from .flat_solving import Texels, given_normals, normals_of, radiances, solved
 
 MOST_MATERIALS = 4          # every choice of them is tried at each texel
 _BLOCK = 4096               # texels at a time: 50 MB with 16 photographs and 4 materials
+_COARSER, _COARSEST = 4, 4096   # of how many texels along both axes one is solved first; the fewest that follow others
 _EVEN = 0.01                # of the longest side, by which corners may be out of a plane
 _LEAST_RELIEF = 1e-3        # slope from texel to texel, .06 degrees, below which nobody sees it
 _SMOOTHED = 100             # rounds, each of which carries a normal by one texel
+_Result = TypeVar("_Result")
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,23 +117,51 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
             fits = materials_found(observed(photographs, some, frame[2]), frame, MOST_MATERIALS, photographs[0].name)
     fits = tuple(fits)
     _check_fits(fits, photographs[0].radiance.shape[2])
-    parts = []
-    blocks = list(_blocks(len(points)))
+    grid = points.reshape(height, width, 3)
     with progress.part(0.4, 0.9, "Finding weights and normals"):
-        for number, part in enumerate(blocks):
-            progress.report(number / len(blocks))
-            parts.append(solved(fits, observed(photographs, points[part], frame[2]), frame))
-    texels = Texels(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+        texels = _solved(fits, photographs, grid, frame)
     if not (texels.used.sum(axis=1) > 1).any():
         raise DatasetError("no texel is seen and lit in two photographs or more: the corners are not where the sample "
                            "is in the pictures, or lamps and camera graze it", photographs[0].name)
     with progress.part(0.9, 1.0, "Smoothing normals"):
         slopes = smoothed(texels.slopes.reshape(height, width, 2), texels.precision.reshape(height, width, 2, 2))
         slopes = slopes.reshape(-1, 2)
-        weights = np.concatenate([given_normals(fits, observed(photographs, points[part], frame[2]), frame,
-                                                texels.part(part), slopes[part]) for part in blocks])
+        weights = np.concatenate(_in_parts(lambda part: given_normals(
+            fits, observed(photographs, points[part], frame[2]), frame, texels.part(part), slopes[part]), len(points)))
     return Maps(fits, weights.reshape(height, width, -1), normals_of(slopes, frame).reshape(height, width, 3), corners,
                 texels.deviation.reshape(height, width, -1), texels.used.sum(axis=1).reshape(height, width))
+
+
+def _solved(fits: Sequence[Fit], photographs: Sequence[FlatPhotograph], grid: FloatArray, frame: FloatArray) -> Texels:
+    """The texels of a grid of points (h, w, 3), row by row: from many starts of few of them, and then from these
+    slopes."""
+    height, width = grid.shape[:2]
+    points, first = grid.reshape(-1, 3), None
+    if min(height, width) >= 2 * _COARSER and len(points) > _COARSEST:
+        middle = slice(_COARSER // 2, None, _COARSER)
+        with progress.part(0.0, 2 / _COARSER ** 2):
+            few = grid[middle, middle]
+            coarse = _solved(fits, photographs, few, frame).slopes.reshape(*few.shape[:2], 2)
+        place = (np.indices((height, width)).reshape(2, -1).T - _COARSER // 2) / _COARSER
+        first = between(coarse, *corners_of(place, few.shape[:2])[:2])
+    with progress.part(0.0 if first is None else 2 / _COARSER ** 2, 1.0):
+        parts = _in_parts(lambda part: solved(fits, observed(photographs, points[part], frame[2]), frame,
+                                              None if first is None else first[part]), len(points))
+    return Texels(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+
+
+def _in_parts(work: Callable[[slice], _Result], count: int) -> list[_Result]:
+    """What work returns of so many things, in blocks of which several are worked on at once."""
+    blocks, results = list(_blocks(count)), []
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        try:
+            for number, result in enumerate(threads.map(work, blocks)):
+                results.append(result)
+                progress.report((number + 1) / len(blocks))
+        except BaseException:
+            threads.shutdown(cancel_futures=True)       # who listens may cancel
+            raise
+    return results
 
 
 def _blocks(count: int) -> Iterator[slice]:

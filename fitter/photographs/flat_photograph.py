@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from ..errors import DatasetError
 from .ball import STEEPEST, saturated
 
 _STEPS = 12                 # of Newton's method toward a pixel, which doubles the digits; of 120 degrees it takes 7
+_EXACT = 1e-9               # of a pixel: a step at which it ends
 _FLOOR = 1e-3               # of the picture's typical brightness, where its noise is not known
 
 
@@ -71,6 +73,18 @@ class FlatPhotograph:
         if mask.shape != radiance.shape[:2]:
             raise DatasetError(f"the mask has the shape {mask.shape}, expected {radiance.shape[:2]}", self.name)
         object.__setattr__(self, "mask", mask)
+
+    @cached_property
+    def counts(self) -> FloatArray:
+        """1 for pixels that count and are not saturated, 0 for others: (height, width, 1)."""
+        spent = saturated(self.radiance.reshape(-1, self.radiance.shape[2])).reshape(self.radiance.shape[:2])
+        return np.asarray((~spent if self.mask is None else self.mask & ~spent)[..., None].astype(float))
+
+    @cached_property
+    def floor(self) -> float:
+        """The noise that is taken for granted where it is not known, in the units of `radiance`."""
+        bright = self.radiance[self.radiance > 0]
+        return _FLOOR * float(np.median(bright)) if len(bright) else _FLOOR
 
     def _set(self, field: str, shape: tuple[int, ...] | None = None) -> FloatArray:
         array = np.asarray(getattr(self, field), dtype=float)
@@ -134,14 +148,10 @@ def observed(photographs: Sequence[FlatPhotograph], points: FloatArray, normal: 
         before = photographs[k - 1]
         if k == 0 or each.rays is not before.rays or (each.camera != before.camera).any():
             pixel = pixel_of(each.rays, -seen.view[:, k])
-        corner, share, inside = _corners(pixel, each.radiance.shape[:2])
-        radiance[:, k] = _between(each.radiance, corner, share)
-        typical = np.median(each.radiance[each.radiance > 0]) if (each.radiance > 0).any() else 1.0
-        noise[:, k] = _FLOOR * typical if each.noise is None else _between(each.noise, corner, share)
-        counts = ~saturated(each.radiance.reshape(-1, shape[2])).reshape(each.radiance.shape[:2])
-        if each.mask is not None:
-            counts &= each.mask
-        good[:, k] = inside & (_between(counts[..., None].astype(float), corner, share)[:, 0] > 1 - 1e-9)
+        corner, share, inside = corners_of(pixel, each.radiance.shape[:2])
+        radiance[:, k] = between(each.radiance, corner, share)
+        noise[:, k] = each.floor if each.noise is None else between(each.noise, corner, share)
+        good[:, k] = inside & (between(each.counts, corner, share)[:, 0] > 1 - 1e-9)
     steepest = np.minimum(seen.light @ normal, seen.view @ normal)
     return Observed(seen, radiance, noise, good & (steepest > np.cos(STEEPEST)))
 
@@ -168,7 +178,7 @@ def pixel_of(rays: FloatArray, toward: FloatArray) -> FloatArray:
     """
     place = np.tile((np.array(rays.shape[:2]) - 1) / 2, (len(toward), 1))
     for _ in range(_STEPS):
-        corner, share, _ = _corners(place, rays.shape[:2])
+        corner, share, _ = corners_of(place, rays.shape[:2])
         row, column = corner.T
         a, b, c, d = rays[row, column], rays[row, column + 1], rays[row + 1, column], rays[row + 1, column + 1]
         y, x = share[:, :1], share[:, 1:]
@@ -177,11 +187,13 @@ def pixel_of(rays: FloatArray, toward: FloatArray) -> FloatArray:
         along = np.stack([here, (1 - x) * (c - a) + x * (d - b), (1 - y) * (b - a) + y * (d - c)], axis=2)
         step = np.linalg.solve(along, toward[..., None])[..., 0]
         forward = np.where(step[:, :1] > 0, step[:, :1], np.inf)
-        place = np.where(step[:, :1] > 0, corner + share + step[:, 1:] / forward, -1.0)
+        before, place = place, np.where(step[:, :1] > 0, corner + share + step[:, 1:] / forward, -1.0)
+        if np.abs(place - before).max(initial=0) < _EXACT:
+            break
     return np.asarray(place)
 
 
-def _corners(place: FloatArray, size: tuple[int, ...]) -> tuple[FloatArray, FloatArray, BoolArray]:
+def corners_of(place: FloatArray, size: tuple[int, ...]) -> tuple[FloatArray, FloatArray, BoolArray]:
     """The first of the four pixels around each place, the shares of the others along both axes, and which are inside.
 
     Those outside are moved to the edge.
@@ -192,7 +204,7 @@ def _corners(place: FloatArray, size: tuple[int, ...]) -> tuple[FloatArray, Floa
     return corner, held - corner, np.asarray((np.abs(place - held) < 1e-6).all(axis=1))
 
 
-def _between(picture: FloatArray, corner: FloatArray, share: FloatArray) -> FloatArray:
+def between(picture: FloatArray, corner: FloatArray, share: FloatArray) -> FloatArray:
     """A picture (h, w, k) at places between its pixels: (n, k)."""
     (row, column), y, x = corner.T, share[:, :1], share[:, 1:]
     return np.asarray((1 - y) * ((1 - x) * picture[row, column] + x * picture[row, column + 1])

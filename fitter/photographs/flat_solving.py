@@ -22,6 +22,9 @@ STEEP = 0.5                 # slope that is expected of a normal, where nothing 
 DIFFERENCE = 2e-3          # of slopes, .1 degrees: less than lobes are wide
 _TRIED, _DESCENDED = 4, 12  # steps from each start, and from the best
 _STILL = 2e-4               # slope, .01 degrees: a step at which it ends
+_CURVED = 0.02              # slope, 1.1 degrees, from where derivatives were worked out to where they are used
+_SHADOWS = 2                # times that shadows are looked for
+_DOUBTFUL = 4.0             # squared error of a value in units of its variance, and of the median over texels
 _DARK = 0.1                 # of the median reflectance over the lamps: less is a shadow, until a model says better
 _MISSING = 0.3              # of what a model expects: where so much is missing, and 5 deviations, is a shadow
 _DEVIATIONS = 5.0
@@ -42,11 +45,13 @@ class Texels(NamedTuple):
     """The inverse of their covariance: (n, 2, 2)."""
     used: BoolArray
     """The photographs that count: (n, p)."""
+    left: FloatArray
+    """The squared error of a value, in units of its variance: (n,)."""
 
     def part(self, which: slice | IntArray) -> "Texels":
         """Some of them."""
         return Texels(self.weights[which], self.deviation[which], self.slopes[which], self.precision[which],
-                      self.used[which])
+                      self.used[which], self.left[which])
 
 
 def normals_of(slopes: FloatArray, frame: FloatArray) -> FloatArray:
@@ -89,30 +94,72 @@ def solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, first
     Parameters
     ----------
     first : (n, 2), optional
-        Slopes to begin with, beside flat ones, those of a Lambertian, and those that mirror the brightest lamp.
+        Slopes to begin with, where they lead to what is seen: else, and by default, flat ones, those of a Lambertian,
+        and those that mirror the brightest lamp.
     """
+    if first is None:
+        return _solved(fits, seen, frame, _started(fits, seen, frame))
+    found = _solved(fits, seen, frame, first)
+    off = np.flatnonzero(found.left > np.maximum(_DOUBTFUL, _DOUBTFUL * np.median(found.left)))
+    if len(off):
+        part = seen.some(off)
+        again = _solved(fits, part, frame, _started(fits, part, frame))
+        better = again.left < found.left[off]
+        for old, new in zip(found, again, strict=True):
+            old[off[better]] = new[better]
+    return found
+
+
+def _started(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray) -> FloatArray:
+    """The slopes to which the best of several starts leads: (n, 2)."""
     used = seen.good & ~_dark(seen, frame)
     scale = scale_of(seen, seen.radiance, used)
-    starts = [np.zeros((len(used), 2)), *guessed(seen, used, frame), *([] if first is None else [first])]
+    starts = [np.zeros((len(used), 2)), *guessed(seen, used, frame)]
     best, lowest = starts[0], np.full(len(used), np.inf)
     for start in starts:
         found, cost = _descended(fits, seen, used, scale, frame, start, _TRIED)[:2]
         better = cost < lowest
         best, lowest = np.where(better[:, None], found, best), np.where(better, cost, lowest)
-    for _ in range(2):
-        unit = radiances(fits, seen.lit, normals_of(best, frame), seen.good)
-        expected = np.einsum("npcm,nm->npc", unit, _weights(unit, seen, used, scale))
-        scale = scale_of(seen, expected, used)
-        missing = (expected - seen.radiance).mean(axis=2)
+    return best
+
+
+def _solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slopes: FloatArray) -> Texels:
+    """The same from slopes to begin with, (n, 2). What is in a shadow is found by the model, until that changes no
+    more."""
+    used = seen.good & ~_dark(seen, frame)
+    scale = scale_of(seen, seen.radiance, used)
+    found: Texels | None = None
+    going = np.arange(len(used))
+    for _ in range(_SHADOWS):
+        part, start = seen.some(going), slopes[going]
+        normal = normals_of(start, frame)
+        unit = radiances(fits, part.lit, normal, part.good)
+        expected = np.einsum("npcm,nm->npc", unit, _weights(unit, part, used[going], scale[going]))
+        scale[going] = scale_of(part, expected, used[going])
+        missing = (expected - part.radiance).mean(axis=2)
         shadow = (missing > _MISSING * expected.mean(axis=2)) & (
-            missing > _DEVIATIONS * np.sqrt((scale ** 2).mean(axis=2) / scale.shape[2]))
-        normal = normals_of(best, frame)
-        upright = np.minimum(*(np.einsum("npk,nk->np", toward, normal) for toward in seen.lit[:2])) > np.cos(STEEPEST)
-        trusted = seen.good & ~shadow & upright
-        used = np.where((trusted.sum(axis=1) >= _FEWEST)[:, None], trusted, used)
-        descent = _descended(fits, seen, used, scale, frame, best, _DESCENDED)
-        best = descent.slopes
-    return _judged(fits, seen, used, scale, frame, descent)
+            missing > _DEVIATIONS * np.sqrt((scale[going] ** 2).mean(axis=2) / scale.shape[2]))
+        upright = np.minimum(*(np.einsum("npk,nk->np", toward, normal) for toward in part.lit[:2])) > np.cos(STEEPEST)
+        trusted = part.good & ~shadow & upright
+        trusted = np.where((trusted.sum(axis=1) >= _FEWEST)[:, None], trusted, used[going])
+        if found is not None:
+            changed = (trusted != used[going]).any(axis=1)
+            going, trusted, unit = going[changed], trusted[changed], unit[changed]
+        if not len(going):
+            break
+        used[going] = trusted
+        part = seen.some(going)
+        descent = _descended(fits, part, trusted, scale[going], frame, slopes[going], _DESCENDED, unit)
+        slopes = slopes.copy()
+        slopes[going] = descent.slopes
+        now = _judged(part, trusted, scale[going], descent)
+        if found is None:
+            found = now
+        else:
+            for old, new in zip(found, now, strict=True):
+                old[going] = new
+    assert found is not None
+    return found
 
 
 def given_normals(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, found: Texels,
@@ -217,43 +264,63 @@ class _Descent(NamedTuple):
     slopes: FloatArray
     cost: FloatArray
     weights: FloatArray
+    unit: FloatArray
+    """Radiances of unit weights in units of their deviation: (n, q, m)."""
+    change: FloatArray
+    """Their derivatives by both slopes: (n, q, m, 2)."""
 
 
 def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
-               start: FloatArray, steps: int) -> _Descent:
-    """Slopes (n, 2) that descended from a start by so many steps, the cost (n,), and the weights."""
+               start: FloatArray, steps: int, unit: FloatArray | None = None) -> _Descent:
+    """Slopes (n, 2) that descended from a start by so many steps.
+
+    Derivatives are worked out again where the slopes have changed by more than `_CURVED` since.
+
+    Parameters
+    ----------
+    unit : (n, p, channels, materials), optional
+        The radiances of unit weights at the start.
+    """
     slopes = start.copy()
-    unit, values = _whitened(fits, seen, used, scale, frame, slopes)
+    share = used[..., None] / scale
+    values = (seen.radiance * share).reshape(len(used), -1)
+
+    def at(which: IntArray, tried: FloatArray) -> FloatArray:
+        part = Lit(*(each[which] for each in seen.lit))
+        found = radiances(fits, part, normals_of(tried, frame), used[which]) * share[which][..., None]
+        return found.reshape(len(which), values.shape[1], -1)
+
+    everywhere = np.arange(len(slopes))
+    unit = at(everywhere, slopes) if unit is None else (unit * share[..., None]).reshape(*values.shape, -1)
     weights = least_squares(unit, values)
     cost = _cost(unit, values, weights, slopes)
-    damping, going = np.full(len(slopes), 1e-2), np.arange(len(slopes))
+    change, derived = np.zeros((*unit.shape, 2)), np.full_like(slopes, np.inf)
+    damping, going = np.full(len(slopes), 1e-2), everywhere
     for _ in range(steps):
         if not len(going):
             break
-        part = seen.some(going), used[going], scale[going], frame
-        _, hessian, right = _normal_equations(fits, *part, slopes[going], weights[going])
+        stale = going[~(np.linalg.norm(slopes[going] - derived[going], axis=1) < _CURVED)]
+        if len(stale):
+            for k, shift in enumerate(DIFFERENCE * np.eye(2)):
+                change[stale, ..., k] = (at(stale, slopes[stale] + shift) - unit[stale]) / DIFFERENCE
+            derived[stale] = slopes[stale]
+        _, hessian, right = _normal_equations(unit[going], values[going], change[going], slopes[going], weights[going])
         diagonal = np.einsum("nii->ni", hessian)[..., None] * np.eye(2)
         step = np.linalg.solve(hessian + damping[going, None, None] * diagonal, right[..., None])[..., 0]
         step *= np.minimum(1, STEEP / 2 / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12))
         tried = slopes[going] + step
-        unit, values = _whitened(fits, *part, tried)
-        w = least_squares(unit, values)
-        now = _cost(unit, values, w, tried)
+        there = at(going, tried)
+        w = least_squares(there, values[going])
+        now = _cost(there, values[going], w, tried)
         better = now < cost[going]
-        at = going[better]
-        slopes[at], weights[at], cost[at] = tried[better], w[better], now[better]
+        at_better = going[better]
+        slopes[at_better], weights[at_better], cost[at_better] = tried[better], w[better], now[better]
+        unit[at_better] = there[better]
         damping[going] *= np.where(better, 0.2, 6.0)
+        derived[going[~better & (derived[going] != slopes[going]).any(axis=1)]] = np.inf
         still = np.linalg.norm(step, axis=1) < _STILL
         going = going[~still]
-    return _Descent(slopes, cost, weights)
-
-
-def _whitened(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
-              slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Radiances of unit weights, (n, q, m), and those that were seen, (n, q), in units of their deviation."""
-    share = used[..., None] / scale
-    unit = radiances(fits, seen.lit, normals_of(slopes, frame), used) * share[..., None]
-    return unit.reshape(len(unit), -1, unit.shape[-1]), (seen.radiance * share).reshape(len(unit), -1)
+    return _Descent(slopes, cost, weights, unit, change)
 
 
 def _cost(unit: FloatArray, values: FloatArray, weights: FloatArray, slopes: FloatArray) -> FloatArray:
@@ -261,18 +328,15 @@ def _cost(unit: FloatArray, values: FloatArray, weights: FloatArray, slopes: Flo
     return np.asarray((off ** 2).sum(axis=1) + (slopes ** 2).sum(axis=1) / STEEP ** 2)
 
 
-def _normal_equations(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, scale: FloatArray,
-                      frame: FloatArray, slopes: FloatArray, weights: FloatArray,
-                      ) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _normal_equations(unit: FloatArray, values: FloatArray, change: FloatArray, slopes: FloatArray,
+                      weights: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The inverse of the weights' covariance (n, m, m), with the slopes projected out, that of the slopes' (n, 2, 2),
     with the weights above 0 projected out, and the right side of a step of the slopes (n, 2)."""
-    unit, values = _whitened(fits, seen, used, scale, frame, slopes)
     now = np.einsum("nqm,nm->nq", unit, weights)
-    change = np.stack([(np.einsum("nqm,nm->nq", _whitened(fits, seen, used, scale, frame, slopes + shift)[0], weights)
-                        - now) / DIFFERENCE for shift in DIFFERENCE * np.eye(2)], axis=2)
+    change = np.einsum("nqmk,nm->nqk", change, weights)
     gram = _gram(unit)
-    across = np.einsum("nqm,nqk->nmk", unit, change)
-    own = np.einsum("nqi,nqk->nik", change, change) + np.eye(2) / STEEP ** 2
+    across = np.swapaxes(unit, 1, 2) @ change
+    own = np.swapaxes(change, 1, 2) @ change + np.eye(2) / STEEP ** 2
     right = np.einsum("nqk,nq->nk", change, values - now) - slopes / STEEP ** 2
     taken = gram - across @ np.linalg.solve(own, np.swapaxes(across, 1, 2))
     held = weights <= 0
@@ -281,14 +345,15 @@ def _normal_equations(fits: Sequence[Reflectance], seen: Observed, used: BoolArr
     return taken, own - np.swapaxes(across, 1, 2) @ np.linalg.solve(active, across), right
 
 
-def _judged(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
-            found: _Descent) -> Texels:
+def _judged(seen: Observed, used: BoolArray, scale: FloatArray, found: _Descent) -> Texels:
     """What was found, with its deviation: by the noise, or where more is left, by that."""
-    taken, precision, _ = _normal_equations(fits, seen, used, scale, frame, found.slopes, found.weights)
+    values = (seen.radiance * (used[..., None] / scale)).reshape(len(used), -1)
+    taken, precision, _ = _normal_equations(found.unit, values, found.change, found.slopes, found.weights)
     known = used.sum(axis=1) * seen.radiance.shape[2]
-    left = np.maximum(found.cost / np.maximum(known - found.weights.shape[1] - 2, 1), 1)
+    left = found.cost / np.maximum(known - found.weights.shape[1] - 2, 1)
+    more = np.maximum(left, 1)
     trace = np.einsum("nmm->n", taken)
     safe = taken + (_RIDGE * np.abs(trace) + np.finfo(float).tiny)[:, None, None] * np.eye(taken.shape[1])
-    variance = np.einsum("nmm->nm", np.linalg.inv(safe)) * left[:, None]
+    variance = np.einsum("nmm->nm", np.linalg.inv(safe)) * more[:, None]
     deviation = np.where((known > 0)[:, None], np.sqrt(np.maximum(variance, 0)), np.inf)
-    return Texels(found.weights, deviation, found.slopes, precision / left[:, None, None], used)
+    return Texels(found.weights, deviation, found.slopes, precision / more[:, None, None], used, left)

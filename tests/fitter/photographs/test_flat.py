@@ -7,6 +7,8 @@ import pytest
 from scipy.stats import spearmanr
 
 import fitter
+from fitter import progress
+from fitter.photographs import flat
 from fitter.photographs.flat_advice import next_lamp
 from support import flat_scene
 
@@ -120,6 +122,29 @@ def test_the_first_corner_is_at_the_first_texel_and_the_second_ends_its_row(mate
     maps = fitter.maps_from_flat(photographed(sample, flat_scene.lamps(6)), flat_scene.corners(), (5, 7), sample.fits)
     np.testing.assert_allclose(maps.weights[0, :, 0], (np.arange(7) + 0.5) / 7, atol=0.02)
     np.testing.assert_allclose(maps.weights[:, 0, 1], 0.1 + (np.arange(5) + 0.5) / 5, atol=0.02)
+
+
+def test_texels_that_start_from_coarser_ones_end_where_others_do(materials, monkeypatch):
+    sample = flat_scene.Sample(materials[:2], flat_scene.sharp_weights(2), flat_scene.bumps)
+    shots = photographed(sample, flat_scene.lamps(8))
+    whole = fitter.maps_from_flat(shots, flat_scene.corners(), SHAPE, sample.fits)
+    monkeypatch.setattr(flat, "_COARSEST", 50)
+    monkeypatch.setattr(flat, "_BLOCK", 100)
+    told = []
+    with progress.listening(lambda fraction, doing: told.append(fraction)):
+        quick = fitter.maps_from_flat(shots, flat_scene.corners(), SHAPE, sample.fits)
+    assert np.abs(quick.weights - whole.weights).mean() < 0.002
+    apart = np.degrees(np.linalg.norm(quick.normals - whole.normals, axis=2))
+    assert np.quantile(apart, 0.95) < 0.1
+    assert apart.max() < 3
+    assert len(set(told)) > 8
+    assert told[-1] == 1
+
+    def cancel(fraction, doing):
+        if fraction > 0.5:
+            raise InterruptedError
+    with progress.listening(cancel), pytest.raises(InterruptedError):
+        fitter.maps_from_flat(shots, flat_scene.corners(), SHAPE, sample.fits)
 
 
 def test_the_next_lamp_is_one_whose_photograph_lowers_the_errors_most(materials):
