@@ -6,7 +6,7 @@ from ..core import edits
 from ..core import material as materials
 from ..core.active_material import active_material
 from ..core.annotations import not_none
-from ..panel.layout import MaterialPanel, choices, name_beside_value
+from ..panel.layout import MaterialPanel, choices, is_narrow, name_beside_value
 from . import flakes
 from .operators import VARIATIONS, MEASUREDBRDF_OT_adjust
 from .settings import edit_arguments, of
@@ -25,18 +25,29 @@ def draw(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
     for names in (("diffuse_gain", "diffuse_tint"), ("highlight_gain", "highlight_tint", "highlight_width"),
                   ("coat",)):
         column = layout.column(align=True)
-        for name in names:
-            column.prop(settings, name, slider=True)
-    row = layout.row()
-    row.active = settings.coat > 0
-    row.prop(settings, "coat_roughness", slider=True)
-    row = layout.row(align=True)
+        _draw_sliders(column, settings, names)
+    column = layout.column(align=True)
+    column.active = settings.coat > 0
+    _draw_sliders(column, settings, ("coat_roughness",))
+    row = layout.column(align=True) if is_narrow() else layout.row(align=True)
     apply = row.row(align=True)
     apply.enabled = not edits.is_as_wanted(material)
     apply.operator(MEASUREDBRDF_OT_adjust.bl_idname, text="Apply").reset = False
     back = row.row(align=True)
     back.enabled = bool(edit_arguments(material)) or not edits.is_as_wanted(material)
     back.operator(MEASUREDBRDF_OT_adjust.bl_idname, text="As Measured", icon="LOOP_BACK").reset = True
+
+
+def _draw_sliders(column: bpy.types.UILayout, settings: bpy.types.PropertyGroup, names: tuple[str, ...]) -> None:
+    """Draw sliders with their names before them, or, where these would be cut, above them."""
+    is_above = is_narrow()
+    column.use_property_split = not is_above
+    for name in names:
+        if is_above:
+            column.label(text=settings.bl_rna.properties[name].name)
+            column.prop(settings, name, text="", slider=True)
+        else:
+            column.prop(settings, name, slider=True)
 
 
 def draw_of_a_part(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:

@@ -144,7 +144,7 @@ def _materials(looked_at: Sequence[bpy.types.Material]) -> Iterator[Finding]:
     for material in looked_at:
         if material.users > material.use_fake_user and (count := materials.mixed(material.node_tree)) > MOST_MIXED:
             yield Finding(f"mixed:{material.name}", f"{material.name} mixes {count} measured materials: Cycles has "
-                          f"room for the closures of {MOST_MIXED}, and where there are several lamps, light of the "
+                          f"room for {MOST_MIXED}, and where there are several lamps, light of the "
                           "others is lost. Mix them by Mix Measured BRDFs, which renders some of them at a time")
     outdated = [material for material in looked_at if material.measured_brdf.coefficients
                 and material.is_editable and versions.made_by(material) != versions.CURRENT

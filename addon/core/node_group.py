@@ -194,9 +194,9 @@ def _fill(tree: bpy.types.NodeTree, shader: Shader) -> None:
     everywhere = tree.interface.new_socket(EVERYWHERE, in_out="INPUT", socket_type="NodeSocketBool")
     everywhere.default_value = False
     everywhere.description = (
-        "Exact after rough bounces too, for validation. By default the measured reflectance is exact where the camera "
-        "sees the surface, directly or through sharp reflection, glass or transparency, and its mixture of closures "
-        "stands in after rough bounces")
+        "For comparisons with other renderers; in pictures nobody sees the difference, only more noise. Off: exact "
+        "where the camera sees the surface, directly or through sharp reflection, glass or transparency; light that "
+        "has come by a rough surface sees the nodes, which are close. On: exact for that light too")
 
     script = tree.nodes.new("ShaderNodeScript")
     script.name = script.label = SCRIPT_NODE

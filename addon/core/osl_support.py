@@ -8,7 +8,7 @@ from pathlib import Path
 
 import bpy
 
-NO_OSL = ("This Blender was built without OSL (Open Shading Language): measured materials are rendered by closure "
+NO_OSL = ("This Blender was built without OSL (Open Shading Language): measured materials are rendered by ordinary "
           "nodes, approximately. For exact ones, use a Blender from blender.org")
 
 

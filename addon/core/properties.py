@@ -114,8 +114,8 @@ class FitChoices:
                     "brighter, as measured. -1: no sparse lattice")
     compression: FloatProperty(
         name="Compression", default=_PAPER["compression"], min=0, max=100, subtype="PERCENTAGE", precision=2,
-        description="Share of the fine, sparse lattice that is dropped, smallest coefficients first: at 98.2 %, 1.8 % "
-                    "are kept. Higher values make smaller files and flatter highlights")
+        description="How much of the fine detail is left out, the least visible first: at 98.2 %, 1.8 % are kept. "
+                    "Higher values make smaller files and flatter highlights; lower ones, sharper highlights")
     use_tolerance: BoolProperty(
         name="Auto", default=False,
         description="Choose the smallest fit within the tolerance, instead of setting levels")

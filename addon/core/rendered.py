@@ -144,7 +144,7 @@ def in_words(found: Rendered, is_previewed: bool = False) -> str:
     if found.how != NODES:
         return "Black: update it" if found.how == BLACK else "Older version: update it"
     if found.why in ("", _IN_EEVEE, _IN_ANOTHER):
-        return f"Nodes: within {math.ceil(100 * found.error)} %"
+        return f"Nodes: within {math.ceil(100 * found.error)} % of the light"
     if found.why == _NOT_COMPILED:
         return "Nodes: not compiled yet"
     return "Nodes: OSL is off" if found.can_enable else "Nodes: no OSL here"

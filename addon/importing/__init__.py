@@ -35,7 +35,7 @@ _TOPICS = (*manual.over_operators("manual#get-data-in", "import_data", "import_f
 
 
 def _draw_import(layout: bpy.types.UILayout) -> None:
-    layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, text="Import File...", icon="IMPORT")
+    layout.operator(import_data.MEASUREDBRDF_OT_import_data.bl_idname, text="Import...", icon="IMPORT")
 
 
 _slice = Registration(

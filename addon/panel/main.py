@@ -3,6 +3,7 @@
 Slices add buttons to it, and panels below it.
 """
 
+import time
 from collections.abc import Callable
 
 import bpy
@@ -94,7 +95,9 @@ def draw_running(row: bpy.types.UILayout) -> bool:
     if modal.running is None:
         return False
     after = f" ({len(modal.waiting)} waiting)" if modal.waiting else ""
-    row.progress(factor=modal.running.fraction, text=f"{modal.running.doing}{after}")
+    left = modal.running.left(time.monotonic())
+    row.progress(factor=modal.running.fraction,
+                 text=f"{modal.running.doing}{after}" + (f": {left}" if left else ""))
     row.operator(modal.MEASUREDBRDF_OT_cancel.bl_idname, text="", icon="X")
     return True
 

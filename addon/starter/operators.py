@@ -9,7 +9,7 @@ from bpy.props import EnumProperty, PointerProperty, StringProperty
 
 from ...fitter import DatasetError
 from ...fitter.matching import WINDOWS, Match, told
-from ...fitter.published import find
+from ...fitter.published import METAL, find
 from ..core import osl_support
 from ..core.annotations import OperatorResult, not_none
 from ..core.reading import load_arguments, scene_colours
@@ -31,7 +31,7 @@ class MeasuredShelf(bpy.types.PropertyGroup):
 
     search: StringProperty(name="Search", options={"TEXTEDIT_UPDATE", "SKIP_SAVE"},
                            description="Show the materials whose names or tags hold these words")
-    tag: EnumProperty(name="Kind", items=_TAG_ITEMS, default="paint", options={"SKIP_SAVE"},
+    tag: EnumProperty(name="Kind", items=_TAG_ITEMS, default=METAL, options={"SKIP_SAVE"},
                       description="Show the materials of this kind")
     data_search: StringProperty(name="Search", options={"TEXTEDIT_UPDATE", "SKIP_SAVE"},
                                 description="Show the measurements whose names hold these words")

@@ -5,12 +5,15 @@ bpy 4.2 as a module crashes if something keeps it that long.
 """
 
 import contextlib
+import math
 import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
 _Result = TypeVar("_Result")
+_SURE = 0.08                # of the work, done before it is said how long the rest takes,
+_SOON = 3                   # s; and since when it runs, before which nobody asks
 
 
 class AnyWorker(Protocol):
@@ -52,6 +55,19 @@ class Job(Generic[_Result]):
         self.error: Exception | None = None
         self.finished: float | None = None
         self.asked = 0.0
+        self._began: float | None = None
+
+    def left(self, now: float) -> str:
+        """How long the rest takes at the pace so far, for users; empty while too little is known of the pace.
+
+        `now` is of `time.monotonic`. The time counts from the first call: an operator calls it at every tick.
+        """
+        if self._began is None:
+            self._began = now
+        elapsed = now - self._began
+        if self.finished is not None or elapsed < _SOON or not _SURE <= self.fraction < 1:
+            return ""
+        return f"about {_in_words(elapsed * (1 - self.fraction) / self.fraction)} left"
 
     def poll(self) -> bool:
         """Update progress and result: whether the job is finished."""
@@ -71,6 +87,14 @@ class Work(Protocol):
     def start(self) -> Job[Any]: ...
 
     def run(self) -> Any: ...
+
+
+def _in_words(seconds: float) -> str:
+    """A time, as roughly as it is known."""
+    if seconds >= 90:
+        return f"{round(seconds / 60)} min"
+    step = 5 if seconds > 10 else 1
+    return f"{max(math.ceil(seconds / step), 1) * step} s"
 
 
 def read_progress(path: Path, job: Job[Any]) -> None:

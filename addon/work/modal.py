@@ -7,6 +7,7 @@ timer events: an operator remembers the `session_uid` of its target, and looks i
 result.
 """
 
+import time
 import traceback
 from collections.abc import Generator, Iterator
 from contextlib import closing, contextmanager
@@ -109,7 +110,8 @@ class InBackground(OperatorMixIn):
             self._end(context)
             return {"FINISHED"}
         if context.workspace is not None:
-            context.workspace.status_text_set(f"{self._job.doing}    {self._job.fraction:.0%}    Esc: Cancel")
+            context.workspace.status_text_set("    ".join(filter(None, (
+                self._job.doing, f"{self._job.fraction:.0%}", self._job.left(time.monotonic()), "Esc: Cancel"))))
         queue.redraw()
         return {"PASS_THROUGH"}
 

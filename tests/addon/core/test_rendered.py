@@ -215,8 +215,8 @@ def test_the_sentence_names_what_was_chosen_and_why_it_is_not_shown():
 
 
 @pytest.mark.parametrize(("how", "error", "why", "can_enable", "words"), [
-    ("EXACT", 0.0, "", False, "Exact"), ("NODES", 0.0051, "", False, "Nodes: within 1 %"),
-    ("NODES", 0.0849, "the engine is EEVEE", True, "Nodes: within 9 %"),
+    ("EXACT", 0.0, "", False, "Exact"), ("NODES", 0.0051, "", False, "Nodes: within 1 % of the light"),
+    ("NODES", 0.0849, "the engine is EEVEE", True, "Nodes: within 9 % of the light"),
     ("NODES", 0.01, "OSL is off", True, "Nodes: OSL is off"),
     ("NODES", 0.01, "its shader is not compiled yet", False, "Nodes: not compiled yet"),
     ("NODES", 0.01, "this Blender was built without OSL", False, "Nodes: no OSL here"),

@@ -65,7 +65,7 @@ def use_cycles(scene, osl=True):
 def test_without_a_material_the_panel_offers_to_import(ui, blender):
     blender.ops.mesh.primitive_cube_add()
     shown = draw(ui.fit.MEASUREDBRDF_PT_material)
-    assert shown.button("Import File...").operator == "measured_brdf.import_data"
+    assert shown.button("Import...").operator == "measured_brdf.import_data"
 
 
 def test_the_panel_opens_with_the_picture_the_preset_and_a_verdict(ui, material, monkeypatch):
@@ -87,7 +87,7 @@ def controls(shown):
 def test_before_the_first_sub_panel_there_are_six_controls_and_all_but_adjust_are_closed(ui, material):
     use_cycles(bpy.context.scene)
     shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
-    assert controls(shown) == ["Import File...", "MEASUREDBRDF_PT_library", "", "Mix...", "Inspect", "Save..."]
+    assert controls(shown) == ["Import...", "MEASUREDBRDF_PT_library", "", "Mix...", "Inspect", "Save..."]
     bpy.context.scene.cycles.shading_system = False
     assert len(controls(drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material))) == 7, "and Enable OSL"
     others = "Mix", "Material Library"          # of mixes, and of materials that are not measured

@@ -238,7 +238,7 @@ def test_the_bar_of_an_import_moves_to_its_end_through_the_words_of_its_steps(pr
     assert fractions == sorted(fractions)
     assert len({*fractions}) > 15
     assert max(fractions) > 0.95
-    steps = "Fitting shape", "Fitting the sparse lattice", "Writing the shader", "Matching closures"
+    steps = "Fitting shape", "Fitting the sparse lattice", "Writing the shader", "Matching nodes"
     assert {f"glossy.astm: {step}" for step in steps} <= {doing for _, doing in told}
 
 

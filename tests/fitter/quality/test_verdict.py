@@ -89,9 +89,11 @@ def test_kriging_predicts_a_sample_from_the_others_alone(glossy, random):
     (Verdict(3.01, 4.01, 90.0, 25.0), "Matches the measurements: fair. Between measured angles: fair"),
     (Verdict(6.01, 8.01, 70.4, 30.0), "Matches the measurements: poor. Between measured angles: poor, uncertain beyond "
                                       "70 degrees and in gaps of up to 30 degrees"),
-    (Verdict(0.1, UNKNOWN, 70, 5.0), "Matches the measurements: excellent. Not tested between measured angles, "
+    (Verdict(0.1, UNKNOWN, 70, 5.0), "Matches the measurements: excellent. Not tested between measured angles "
+     "(Error at Unseen Angles does that), "
                                      "uncertain beyond 70 degrees"),
-    (Verdict(0.1, UNKNOWN, 90.0, 5.0), "Matches the measurements: excellent. Not tested between measured angles")])
+    (Verdict(0.1, UNKNOWN, 90.0, 5.0), "Matches the measurements: excellent. Not tested between measured angles "
+     "(Error at Unseen Angles does that)")])
 def test_the_verdict_in_words(found, text):
     assert verdict.sentence(found) == text
 
