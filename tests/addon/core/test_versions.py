@@ -22,7 +22,7 @@ from fitter.cycles.unbake import unbake
 from support.blend_state import state
 from support.cases import quick, release
 from support.checkout import ROOT
-from support.stage import render
+from support.stage import EXITS, render
 
 DATA = ROOT / "tests" / "data"
 
@@ -222,7 +222,7 @@ def test_converting_again_brings_a_library_of_the_first_version_up_to_date(blend
     from measured_brdf.addon.core import material, versions
 
     done = convert(old_library)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode in EXITS, done.stderr
     assert done.stdout.count("up to date") == 0
     assert "1 done, 0 failed" in done.stdout
     assert convert(old_library).stdout.count("up to date") == 1
