@@ -81,11 +81,6 @@ LEAST_LAMP_COSINE = 0.1
 # The least light of a lamp by which it is chosen: one of strength 0, which may be lit in the next frame, is known too
 # (numerical).
 LEAST_LAMP_LIGHT = 1e-12
-# A lamp is left out where the sum of the directions to it and to the viewer is shorter: they have no half vector
-# (numerical).
-LEAST_HALF_VECTOR = 1e-3
-# The least distance of a lamp, in units of the scene (numerical).
-LEAST_DISTANCE = 1e-6
 
 # Mixes (osl/mix.osl).
 

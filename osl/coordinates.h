@@ -44,7 +44,7 @@ vector coordinates(vector wi, vector wo)
     return stretched(0.0, length(half), 0.0);
   }
   float outer = half[0] * difference[1] - half[1] * difference[0];
-  float softened = SOFTENING_2 * sqrt(max(1.0 - difference2 * difference2, 0.0) / (d2 + difference2)) * length(half);
+  float softened = SOFTENING_2 * sqrt((1.0 - difference2 * difference2) / (d2 + difference2)) * length(half);
   return stretched(d, dot(half, difference) / d, hypot(outer, softened) / d);
 }
 #elif RUSINKIEWICZ

@@ -17,7 +17,8 @@ vector turned(vector w, vector axis, float cosine, float sine)
   return normalize(moved);
 }
 
-/* Where the highlight is read, and the density of its half vectors relative to there. */
+/* Where the highlight is read, and the density of its half vectors relative to there. OSL divides by 0 to 0, where the
+ * half vector is the normal and nothing turns. */
 float narrowed(vector wi, vector wo, output vector narrow_i, output vector narrow_o)
 {
   vector h = wi + wo;
@@ -27,10 +28,7 @@ float narrowed(vector wi, vector wo, output vector narrow_i, output vector narro
   float scale = 1.0 / sqrt((1.0 + slope * slope) * (1.0 + narrow * narrow));
   float cosine = (1.0 + slope * narrow) * scale;
   float sine = (narrow - slope) * scale;
-  vector axis = vector(1.0, 0.0, 0.0);
-  if (run > LEAST_LENGTH) {
-    axis = vector(h[0] / run, h[1] / run, 0.0);
-  }
+  vector axis = vector(h[0] / run, h[1] / run, 0.0);
   narrow_i = turned(wi, axis, cosine, sine);
   narrow_o = turned(wo, axis, cosine, sine);
   float density = (1.0 + slope * slope) / ((1.0 + narrow * narrow) * EDIT_WIDTH);
@@ -46,7 +44,7 @@ float eval_coat(vector wi, vector wo)
   float steepness = (1.0 + slope2) / (1.0 + slope2 / COAT_ALPHA_2);
   float visibility = 0.5 / max(wo[2] * sqrt(wi[2] * wi[2] * (1.0 - COAT_ALPHA_2) + COAT_ALPHA_2) +
                                wi[2] * sqrt(wo[2] * wo[2] * (1.0 - COAT_ALPHA_2) + COAT_ALPHA_2), LEAST_LENGTH);
-  float fresnel = COAT_F0 + (1.0 - COAT_F0) * pow(1.0 - min(0.5 * length(h), 1.0), 5.0);
+  float fresnel = COAT_F0 + (1.0 - COAT_F0) * pow(1.0 - 0.5 * length(h), 5.0);
   return steepness * steepness / (M_PI * COAT_ALPHA_2) * fresnel * visibility;
 }
 #endif

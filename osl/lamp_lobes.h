@@ -22,7 +22,7 @@ vector lobe_axis(LampList lamps, int lamp)
 float lobe_falloff(vector axis, float exponent, vector w)
 {
   float cosine = dot(axis, w);
-  return cosine <= 0.0 ? 0.0 : min(pow(cosine, exponent), 1.0);
+  return cosine <= 0.0 ? 0.0 : pow(cosine, exponent);
 }
 
 /* The sum of all lobes in a direction: what Cycles makes of them. */
@@ -69,17 +69,15 @@ void sample_lobes(LampList lamps, int frugal, point seed, output float times[MAX
     times[i] = frugal ? lamps.light[i] * has_lobe(lamps, i) : lamps.light[i];
     all_light += times[i];
   }
-  int room = frugal ? FRUGAL_LOBES : SAMPLED_LOBES + 1;
   float stride = all_light / (frugal ? FRUGAL_LOBES : SAMPLED_LOBES);
   float next = stride * random(seed, RANDOM_LOBES);
   float passed = 0.0;
   for (int i = 0; i < lamps.count; i++) {
     float taken = 0.0;
     passed += times[i];
-    while (passed > next && room > 0) {
+    while (passed > next) {
       taken += 1.0;
       next += stride;
-      room--;
     }
     times[i] = has_lobe(lamps, i) * taken * stride / lamps.light[i];
   }

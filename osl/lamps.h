@@ -17,8 +17,8 @@ vector lamp_direction(vector lamp, vector extent, point at, output float radius,
     return normalize(lamp);
   }
   vector toward = lamp - at;
-  float distance = max(length(toward), LEAST_DISTANCE);
-  radius = distance > extent[0] ? asin(extent[0] / distance) : M_PI_2;
+  float distance = length(toward);
+  radius = asin(extent[0] / distance);
   light = extent[1] / (distance * distance);
   return toward / distance;
 }
@@ -28,7 +28,7 @@ void add_lamp(vector lamp, vector extent, point at, ShadingFrame frame, output L
 {
   float radius, light;
   vector w = to_local(frame, lamp_direction(lamp, extent, at, radius, light));
-  if (w[2] > -sin(radius) && length(frame.wo + w) > LEAST_HALF_VECTOR) {
+  if (w[2] > -sin(radius)) {
     lamps.direction[lamps.count] = w;
     lamps.radius[lamps.count] = radius;
     lamps.light[lamps.count] = max(light * max(w[2], LEAST_LAMP_COSINE), LEAST_LAMP_LIGHT);

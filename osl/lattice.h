@@ -23,7 +23,8 @@ int locate_cell(float mu, int cells, output float w[4])
   return cell;
 }
 
-/* Control points along an axis of which all are stored, and along one of which half is. */
+/* Control points along an axis of which all are stored, and along one of which half is, since the coordinate is not
+ * negative. */
 #define ROWS(cells) ((cells) + 3)
 #define COLUMNS(cells) ((cells) - (cells) / 2 + 3)
 
@@ -38,7 +39,7 @@ int first_tap(COORDINATES, int cells, output float w[4], output float wa[4], out
   int block = locate_cell(mu[0], cells, w) + cells / 2;
   int a = locate_cell(mu[1], cells, wa) + cells / 2;
   int b = locate_cell(mu[2], cells, wb) + cells / 2;
-  int c = max(locate_cell(mu[3], cells, wc), 0);
+  int c = locate_cell(mu[3], cells, wc);
   return block * BLOCK(cells) + (a * ROWS(cells) + b) * COLUMNS(cells) + c;
 }
 #else
@@ -47,9 +48,9 @@ int first_tap(COORDINATES, int cells, output float w[4], output float wa[4], out
 /* The index of the first of the 4 x 4 x 4 control points that mu reads, and their weights along each axis. */
 int first_tap(COORDINATES, int cells, output float wa[4], output float wb[4], output float wc[4])
 {
-  int a = max(locate_cell(mu[0], cells, wa), 0);
+  int a = locate_cell(mu[0], cells, wa);
   int b = locate_cell(mu[1], cells, wb) + cells / 2;
-  int c = max(locate_cell(mu[2], cells, wc), 0);
+  int c = locate_cell(mu[2], cells, wc);
   return (a * ROWS(cells) + b) * COLUMNS(cells) + c;
 }
 #endif

@@ -42,7 +42,7 @@ int lobe_kind(int lobe)
 /* Where a viewing direction is among the tabulated polar angles, which are closer toward the horizon. */
 float stop_of(vector wo, output int stop)
 {
-  float theta = acos(clamp(wo[2], 0.0, 1.0));
+  float theta = acos(wo[2]);
   float x = (STOPS - 1) * (1.0 - pow(max(1.0 - theta / GRAZING, 0.0), 2.0 / 3.0));
   stop = min((int)x, STOPS - 2);
   /* between stops, linear in the angle */
@@ -189,7 +189,7 @@ color eval_mixture(Mixture mixture, vector wi, output float density)
 vector around(vector axis, float z, float turn)
 {
   vector x = perpendicular(axis);
-  float r = sqrt(max(0.0, 1.0 - z * z));
+  float r = sqrt(1.0 - z * z);
   return z * axis + r * (cos(turn) * x + sin(turn) * cross(axis, x));
 }
 

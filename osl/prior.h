@@ -32,7 +32,7 @@ VALUE eval_prior(vector wi, vector wo)
   float slope_y = h[1] / sqrt(height2);
 #endif
   float slope2 = (h[0] * h[0] + h[1] * h[1]) / height2;
-  float difference = 1.0 - min(0.5 * length(h), 1.0);
+  float difference = 1.0 - 0.5 * length(h);
   float grazing = pow(difference, 5.0);
   VALUE b = PRIOR_KD;
 #define LOBE(ks, inverse_alpha2, gamma, f0, m2) \

@@ -60,7 +60,7 @@ ShadingFrame shading_frame(normal shading_normal, normal surface_normal, vector 
   frame.wo = to_local(frame, to_viewer);
 #else
   float cosine = dot(to_viewer, frame.z);
-  frame.wo = vector(sqrt(max(0.0, 1.0 - cosine * cosine)), 0.0, cosine);
+  frame.wo = vector(sqrt(1.0 - cosine * cosine), 0.0, cosine);
 #endif
   return frame;
 }

@@ -64,7 +64,7 @@ def probe_scene(fit, code, count, functions="", mixture=None, **tables):
     -------
     bpy.types.Scene
     """
-    width = math.ceil(math.sqrt(count))
+    width = max(4, math.ceil(math.sqrt(count)))       # Blender renders no smaller pictures
     arrays = "".join(_exactly(name, np.ravel(table)) for name, table in tables.items())
     source = bake(fit, PROBE % (functions, arrays, width, code), mixture)
     scene = black_scene(width, width, samples=1, span=width)

@@ -8,6 +8,7 @@ import pytest
 import fitter
 from fitter.editing import edited
 from support.cases import quick
+from support.made_fits import MADE_FITS
 from support.osl_probe import probe_osl
 
 from .test_shader import COUNT, VECTORS, angles, direction_pairs
@@ -23,12 +24,13 @@ FITS = {
     "krylon, Standard": lambda curet, cornell: fitter.fit(cornell("krylon_blue_RGB"), **fitter.PRESETS["Standard"]),
     "leather, Standard": lambda curet, cornell: fitter.fit(curet("leather"), **fitter.PRESETS["Standard"]),
     "leather (4,6,95)": lambda curet, cornell: fitter.fit(curet("leather")),
+    "lobes of all kinds": lambda curet, cornell: MADE_FITS["Rusinkiewicz, stretched by 33, all lobes, damped"],
 }
 
 
 @pytest.mark.parametrize(("name", "edit"), quick(
     itertools.product(FITS, EDITS), ("krylon, Standard", "all"), ("krylon, Standard", "sharpened"),
-    ("leather (4,6,95)", "coated")))
+    ("lobes of all kinds", "sharpened"), ("leather (4,6,95)", "coated")))
 def test_the_shader_evaluates_the_edited_fit(blender, curet, cornell, random, name, edit):
     from measured_brdf.addon.core import osl_support
 

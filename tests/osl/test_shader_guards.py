@@ -3,6 +3,7 @@
 Planes and parts of the shader, against integrals of `Fit.evaluate` and geometry in NumPy.
 """
 
+import dataclasses
 import math
 
 import bpy
@@ -11,7 +12,9 @@ import pytest
 from mathutils import Matrix
 
 import fitter
+from fitter.shader_constants import KNOTS
 from support.cases import quick
+from support.made_fits import MADE_FITS
 from support.osl_probe import probe_osl
 from support.spheres import normals, reflected
 from support.stage import (
@@ -255,3 +258,131 @@ def test_a_small_lamp_is_not_drawn_at_as_well(blender, foil):
     n = normals(96)
     brightest = reflected(foil, n, np.broadcast_to(toward, n.shape)).max()
     assert picture.max() < 1.2 * brightest
+
+
+LAMPS = """LampList lamps;
+    lamps.count = 3;
+    for (int i = 0; i < 3; i++) {
+      lamps.direction[i] = vector(DIRECTION[3 * i], DIRECTION[3 * i + 1], DIRECTION[3 * i + 2]);
+      lamps.radius[i] = RADIUS[i];
+      lamps.light[i] = 1.0;
+    }
+"""
+
+
+def lamps_of(*lamps):
+    """Tables for `LAMPS`, of three pairs of a direction and a radius."""
+    return {"DIRECTION": np.array([direction for direction, _ in lamps]), "RADIUS": np.array([r for _, r in lamps])}
+
+
+def test_a_lobe_stands_at_lamps_whose_middle_is_seen_and_that_are_not_wide(probe, foil):
+    around = lamps_of((leaning(50), 0.5), (leaning(91), 0.5), (leaning(50), 0.9))
+    found = probe(foil, LAMPS + "out = color(has_lobe(lamps, 0), has_lobe(lamps, 1), has_lobe(lamps, 2));", 1, **around)
+    np.testing.assert_array_equal(found[0], [1, 0, 0])
+
+
+def test_directions_are_sampled_about_lamps_only_where_one_of_them_is_large(probe, foil):
+    share = """Mixture mixture;
+      mixture_of(MIXTURE, vector(0.6, 0.0, 0.8), 1, mixture);
+      RemainderPlan all = plan_remainder(mixture, lamps, point(0.5));
+      lamps.count = 0;
+      RemainderPlan none = plan_remainder(mixture, lamps, point(0.5));
+      out = color(all.toward_lamp, none.toward_lamp, 0.0);"""
+    up = leaning(0)
+    small, large = (probe(foil, LAMPS + share, 1, **lamps_of((up, 0.0), (up, radius), (leaning(50), 0.004)))[0]
+                    for radius in (0.003, 0.05))
+    np.testing.assert_array_equal(small, 0)
+    assert large[0] > 0.1
+    assert large[1] == 0
+
+
+def test_the_light_of_a_lamp_on_the_horizon_is_about_its_irradiance(probe, foil):
+    """By which one of several is chosen: against a sum over its disk."""
+    elevation = np.array([-0.1, -0.05, 0.0, 0.1, 0.5, 1.5])
+    radius = 0.3
+    code = """if (pixel < 6) {
+        ShadingFrame frame;
+        frame.x = vector(1.0, 0.0, 0.0); frame.y = vector(0.0, 1.0, 0.0); frame.z = vector(0.0, 0.0, 1.0);
+        LampList lamps;
+        lamps.count = 0;
+        add_lamp(vector(cos(ELEVATION[pixel]), 0.0, sin(ELEVATION[pixel])), vector(-0.3, 2.0, 0.0), point(0.0), frame,
+                 lamps);
+        out = lamps.light[0]; }"""
+    light = probe(foil, code, 6, ELEVATION=elevation)[:, 0]
+    r = radius * np.sqrt((np.arange(200) + 0.5) / 200)[:, None]
+    turn = 2 * np.pi * (np.arange(200) + 0.5) / 200
+    height = np.cos(r) * np.sin(elevation)[:, None, None] + np.sin(r) * np.cos(turn) * np.cos(elevation)[:, None, None]
+    irradiance = 2 * np.maximum(height, 0).mean(axis=(1, 2))       # of a strength of 2
+    assert np.abs(np.log(light / irradiance)).max() < np.log(5)
+    assert light[-1] == pytest.approx(irradiance[-1], rel=0.05)
+
+
+def test_the_lobe_of_a_small_lamp_covers_its_disk_and_not_what_is_beside_it(probe, foil):
+    angles = np.array([0.0, 0.004, 0.01, 0.04, 0.1, 1.0])
+    code = LAMPS + "if (pixel < 6) { out = covered_by_lobe(lamps, vector(sin(ANGLE[pixel]), 0.0, cos(ANGLE[pixel]))); }"
+    lamps = [(leaning(0), 0.004), (leaning(0), 0.3), (leaning(100), 0.3)]
+    np.testing.assert_array_equal(probe(foil, code, 6, ANGLE=angles, **lamps_of(*lamps))[:, 0], [1, 1, 1, 0, 0, 0])
+
+
+def test_the_lobe_of_a_small_lamp_is_as_high_as_what_is_left_there(probe, foil):
+    """Its axis is beside the lamp, which shows where the half vector leans."""
+    code = LAMPS + """
+      LampLobes lobes;
+      Evaluated all;
+      Mixture mixture;
+      float times[MAX_LAMPS];
+      mixture_of(MIXTURE, normalize(vector(0.995, 0.0, 0.1)), 1, mixture);
+      for (int i = 0; i < 3; i++) {
+        all.direction[i] = lamps.direction[i]; all.needed[i] = i == 0; times[i] = 1.0; all.left[i] = 1.0;
+      }
+      fit_lamp_lobes(FLAT_RAMP, lamps, all, mixture, times, lobes);
+      vector l = lamps.direction[0];
+      vector axis = lobes.axis[0], half = mixture.wo + axis;
+      out = eval_lobes(FLAT_RAMP, lobes, mixture.wo, l);
+      out[1] = lobes.height[0][0] * dot(half, l) / dot(half, axis);"""
+    around = lamps_of((leaning(84.0, 170.0), 0.0), (leaning(10), 0.0), (leaning(20), 0.0))
+    found = probe(foil, code, 1, **around)[0]
+    assert found[1] == pytest.approx(1, abs=1e-4)
+    assert found[0] == pytest.approx(1, abs=3e-3)
+
+
+def test_a_lobe_is_as_high_beyond_its_last_knot_and_nothing_behind_it(probe, foil):
+    """Cosines round to more than 1, and a ramp has no knot there: what follows it in memory is not read."""
+    ramp = np.array([1.0] * KNOTS + [1e9])
+    code = """
+      LampLobes lobes;
+      lobes.count = 1; lobes.axis[0] = vector(0.0, 0.0, 1.0); lobes.exponent[0] = 4.0; lobes.height[0] = 1.0;
+      color ahead = eval_lobes(RAMP, lobes, vector(0.0, 0.0, 1.0), vector(0.0, 0.0, 1.000001));
+      color behind = eval_lobes(RAMP, lobes, vector(0.0, 0.8, 0.6), vector(0.0, 0.6, -0.8));
+      out = color(ahead[0], fabs(behind[0]), 0.0);"""
+    assert probe(foil, code, 1, RAMP=ramp)[0] == pytest.approx([1, 0, 0], abs=1e-4)
+
+
+def test_only_lobes_that_were_taken_are_left(probe, foil):
+    """Of others the height was needed."""
+    code = """LampLobes lobes;
+      lobes.count = 4;
+      for (int i = 0; i < 4; i++) { lobes.axis[i] = vector(0.0, 0.0, 1.0); lobes.exponent[i] = 1.0;
+        lobes.height[i] = i; lobes.times[i] = 3.0 * (i % 2); }
+      keep_taken(lobes);
+      out = color(lobes.count, lobes.height[0][0], lobes.height[1][0]);"""
+    np.testing.assert_array_equal(probe(foil, code, 1)[0], [2, 3, 9])
+
+
+def test_the_last_coordinate_is_in_the_last_cell_and_the_last_view_between_the_last_stops(probe, foil):
+    """A coordinate of 1 for an odd number of cells, what rounds beyond it for an even one; a view at the horizon."""
+    code = """float w[4], odd[4];
+      int stop;
+      float t = stop_of(vector(1.0, 0.0, 0.0), stop);
+      out = color(locate_cell(1.0000001, 16, w) + w[3], locate_cell(1.0, 17, odd) + odd[3], STOPS - stop - t);"""
+    np.testing.assert_allclose(probe(foil, code, 1)[0], [7 + 1 / 6, 8 + 1 / 6, 1], rtol=1e-5)
+
+
+def test_a_field_that_overflows_has_the_hue_of_the_ceiling(probe):
+    fit = MADE_FITS["Rusinkiewicz"]
+    points = fit.diffuse.control_points + np.float32(200)
+    steep = dataclasses.replace(fit, diffuse=dataclasses.replace(fit.diffuse, control_points=points))
+    found = probe(steep, "out = eval_fit(FIT, vector(0.6, 0.0, 0.8), vector(0.0, 0.6, 0.8));", 1)[0]
+    directions = (np.array([angle]) for angle in (np.arcsin(0.6), 0, np.arcsin(0.6), np.pi / 2))
+    hue = fit.transform.prior.evaluate(*directions)[0] + fit.transform.offset       # times exp(40)
+    assert found == pytest.approx(hue / (hue / fit.transform.ceiling).max(), rel=1e-4)
