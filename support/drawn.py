@@ -120,6 +120,6 @@ def draw(panel, context=None, **shown):
     """Draw a panel, or a menu; `shown` are members of the context that it looks at, such as the material."""
     layout, context = Layout(), bpy.context if context is None else context
     names = ("scene", "screen", "object", "region", "preferences", "window_manager", "workspace", "space_data")
-    given = {name: getattr(context, name, None) for name in names} | {"material": None} | shown
+    given = {name: getattr(context, name, None) for name in names} | {"material": None, "window": None} | shown
     panel.draw(SimpleNamespace(layout=layout), SimpleNamespace(**given))
     return layout

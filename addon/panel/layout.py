@@ -66,19 +66,23 @@ def wrapped(text: str) -> tuple[str, ...]:
     return _wrap(text, 1, _MARGIN, 0, True)
 
 
-def on_buttons(text: str, columns: int) -> tuple[str, ...]:
-    """The text of a button in lines, each for a button of its own, where buttons stand in so many columns."""
-    return _wrap(text, columns, _EDGES, _BUTTON, False) if bpy.context.region is not None else (text,)
+def on_buttons(text: str, columns: int, beside: int = 0, width: int = 0) -> tuple[str, ...]:
+    """The text of a button in lines, each for a button of its own, where buttons stand in so many columns.
+
+    In pixels at a scale of 1: `beside` is what stands beside each, and `width` that of a pop-up, else of the region.
+    """
+    return _wrap(text, columns, _EDGES, _BUTTON + beside, False, width) if bpy.context.region is not None else (text,)
 
 
-def _wrap(text: str, columns: int, margin: int, beside: int, breaks_words: bool) -> tuple[str, ...]:
+def _wrap(text: str, columns: int, margin: int, beside: int, breaks_words: bool, width: int = 0) -> tuple[str, ...]:
     """Text in lines as wide as a column: of the region without a margin, and each without what is beside the text."""
     region, preferences = bpy.context.region, bpy.context.preferences
     if region is None:
         return _broken(text, _SHORTEST, True)
     scale = preferences.system.ui_scale
-    width = (region.width - scale * (margin + _tabs(region))) / columns - scale * beside
-    return _lines(text, int(width), scale * preferences.ui_styles[0].widget.points, breaks_words)
+    whole = scale * width or region.width - scale * (margin + _tabs(region))
+    size = scale * preferences.ui_styles[0].widget.points
+    return _lines(text, int(whole / columns - scale * beside), size, breaks_words)
 
 
 def fits(text: str) -> bool:

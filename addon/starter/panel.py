@@ -4,7 +4,6 @@ from typing import Any
 
 import bpy
 
-from ...fitter import published
 from ...fitter.matching import told
 from ..core import manual, preferences
 from ..core.annotations import not_none
@@ -18,7 +17,9 @@ _SCALE = 4.5                # of thumbnails
 _OF_FAVOURITES = 2.0        # scale of the pictures of favourites
 _MOST = 60                  # cells
 _ABREAST, _SMALL = 7, 3.2   # cells of the popover beside one another, and the scale of their thumbnails
-_FEW = 4 * _ABREAST         # cells of the popover: one that is higher than its window opens at its end
+_WIDTH = 7                  # units of Blender's interface: of a cell of the popover
+_UNIT, _STAR = 20, 22       # pixels at a scale of 1: of a unit, and of a star with the gap before it
+_ROWS, _ROW, _AROUND = 4, 95, 200       # rows of the popover at most; pixels at a scale of 1: of one, and around all
 _RGL = "https://rgl.epfl.ch/materials"       # measurements under CC0, with pictures; the browser opens it
 _IMPORT = "measured_brdf.import_data"
 
@@ -52,16 +53,25 @@ class MEASUREDBRDF_PT_library(bpy.types.Panel):
     bl_space_type = "PROPERTIES"
     bl_region_type = "HEADER"               # of no editor: a popover
     bl_label = "Material Library"
-    bl_ui_units_x = 7 * _ABREAST
+    bl_ui_units_x = _WIDTH * _ABREAST
 
     def draw(self, context: bpy.types.Context) -> None:
-        _draw_published(not_none(self.layout), context, _ABREAST, _SMALL, _FEW)
+        _draw_published(not_none(self.layout), context, _ABREAST, _SMALL, _ABREAST * _rows(context),
+                        _UNIT * _WIDTH * _ABREAST)
+
+
+def _rows(context: bpy.types.Context) -> int:
+    """Rows of the popover that fit above or below its button: one that has more opens at its end."""
+    if context.window is None:
+        return _ROWS
+    scale = context.preferences.system.ui_scale or 1            # 0 without a screen
+    room_for = (context.window.height / scale / 2 - _AROUND) / _ROW
+    return min(max(int(room_for), 1), _ROWS)
 
 
 def draw_button(layout: bpy.types.UILayout) -> None:
     """Draw the button that opens the library."""
-    for each in published.offered():            # a popover does not notice what comes later
-        shelf.published_icon(each.name)
+    shelf.coming()
     layout.popover(MEASUREDBRDF_PT_library.__name__, text="Library", icon="ASSET_MANAGER")
 
 
@@ -84,7 +94,7 @@ class MEASUREDBRDF_PT_folder(_BeginPanel, bpy.types.Panel):
 
 
 def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, columns: int, scale: float = _SCALE,
-                    most: int = _MOST) -> None:
+                    most: int = _MOST, width: int = 0) -> None:
     choices = context.window_manager.measured_brdf_shelf
     row = layout.row(align=True)
     row.prop(choices, "search", text="", icon="VIEWZOOM")
@@ -102,9 +112,9 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, colu
     grid = _grid(layout, columns)
     for each in offered[:most]:
         row = grid.row(align=True)
-        for button in _draw_buttons(row.column(align=True), each.label,
-                                    library.MEASUREDBRDF_OT_use_published.bl_idname, shelf.published_icon(each.name),
-                                    scale=scale):
+        lines = on_buttons(each.label, columns, _STAR, width)
+        for button in _draw_buttons(row.column(align=True), lines, library.MEASUREDBRDF_OT_use_published.bl_idname,
+                                    shelf.published_icon(each.name), scale):
             button.name = each.name
         row.operator(library.MEASUREDBRDF_OT_favourite.bl_idname, text="", emboss=False,
                      icon="SOLO_ON" if each in favourites else "SOLO_OFF").name = each.name
@@ -150,16 +160,15 @@ def _draw_folder(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
 def _draw_measurement(cell: bpy.types.UILayout, measurement: thumbnails.Found, how: dict[str, str]) -> None:
     icon, error = shelf.measurement_icon(measurement, how) if measurement.has_picture else (0, None)
     meanwhile = "ERROR" if error is not None else "FILE" if not measurement.has_picture else "TIME"
-    for button in _draw_buttons(cell, measurement.label, _IMPORT, icon, meanwhile):
+    lines = on_buttons(measurement.label, _columns())
+    for button in _draw_buttons(cell, lines, _IMPORT, icon or _icon(meanwhile)):
         button.filepath, button.sample = measurement.path, measurement.sample
 
 
-def _draw_buttons(cell: bpy.types.UILayout, label: str, operator: str, icon_id: int,
-                  meanwhile: str = "TIME", scale: float = _SCALE) -> list[Any]:
-    """A picture, or an icon in as much space, and a name below it: buttons, whose properties are returned."""
-    icon_id = icon_id or _icon(meanwhile)
-    return [picture_button(cell, operator, icon_id, scale),
-            *(cell.operator(operator, text=line) for line in on_buttons(label, _columns()))]
+def _draw_buttons(cell: bpy.types.UILayout, lines: tuple[str, ...], operator: str, icon_id: int,
+                  scale: float = _SCALE) -> list[Any]:
+    """A picture, and a name below it: buttons, whose properties are returned."""
+    return [picture_button(cell, operator, icon_id, scale), *(cell.operator(operator, text=line) for line in lines)]
 
 
 def _draw_row(layout: bpy.types.UILayout, materials: list[tuple[str, str]]) -> None:
@@ -169,7 +178,7 @@ def _draw_row(layout: bpy.types.UILayout, materials: list[tuple[str, str]]) -> N
         row.alignment = "LEFT"
     for name, note in materials:
         button = picture_button(row.column(), library.MEASUREDBRDF_OT_use_published.bl_idname,
-                                shelf.published_icon(name) or _icon("TIME"), _OF_FAVOURITES)
+                                shelf.published_icon(name), _OF_FAVOURITES)
         button.name, button.note = name, note
 
 

@@ -9,6 +9,7 @@ from functools import cache, partial
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 from ...fitter import published
 from ...fitter.arrays import SingleArray
@@ -25,8 +26,10 @@ _PACKAGE = __package__.rpartition(".addon")[0]
 _RECHECK = 2.0              # s, after which a folder is scanned again
 _TICK = 2.5                 # s, between two redraws of a panel that shows a folder
 _KEPT = 600                 # icons
+_GREY = 0.3                 # of the disc that stands for a picture
 _AT_A_TIME = 14             # pictures of the library that are drawn in one go: half a second
 _icons = icons.Icons(_KEPT)
+_coming: set[str] = set()   # published materials whose pictures are being drawn
 _failed: Recent[icons.Key, Exception] = Recent(_KEPT)     # the queue forgets: they would be tried for ever
 _was_drawn = False
 
@@ -82,12 +85,31 @@ def offered(search: str, tag: str) -> list[published.Published]:
 
 
 def published_icon(name: str) -> int:
-    """The icon of a published material; 0 until it has been drawn, with some others of its kind."""
+    """The icon of a published material: a grey disc until it has been drawn, with some others of its kind."""
     key = "published", name
     if key not in _icons:
+        _icons.add(key, _disc())
+        _coming.add(name)
+    if name in _coming:
         together = next((each for each in _together() if name in each), (name,))
         queue.ask(("library", together), partial(thumbnails.of_library, together), "read", then=_keep_library)
     return _icons.known(key)
+
+
+def coming() -> set[str]:
+    """The published materials whose pictures were asked for and are not there yet. They are asked for again: a pop-up
+    is laid out once, and the queue forgets what nobody asks."""
+    for name in tuple(_coming):
+        published_icon(name)
+    return _coming
+
+
+@cache
+def _disc() -> SingleArray:
+    """A grey disc, where a picture will be."""
+    y, x = (np.indices((thumbnails.SIZE, thumbnails.SIZE)) + 0.5) / thumbnails.SIZE * 2 - 1
+    shade = np.array([*[_GREY] * 3, 1], np.float32)
+    return np.where((x ** 2 + y ** 2 < 1)[..., None], shade, np.float32(0))
 
 
 @cache
@@ -129,6 +151,9 @@ def _icon(key: icons.Key, work: Callable[[str], Callable[[], SingleArray]],
 def _keep_library(job: Job[dict[str, SingleArray]]) -> None:
     for name, picture in not_none(job.result).items():
         _icons.add(("published", name), picture)
+        _coming.discard(name)
+    search = bpy.context.window_manager.measured_brdf_shelf.path_resolve("search", False)
+    bpy.msgbus.publish_rna(key=search)          # pop-ups that have it are drawn again, in the same layout
 
 
 def _tick() -> float | None:
@@ -149,3 +174,4 @@ def unregister() -> None:
         bpy.app.timers.unregister(_tick)
     _icons.unregister()
     _failed.clear()
+    _coming.clear()

@@ -37,9 +37,9 @@ class Icons:
         return next((icon for other, icon in reversed(self._ids.items()) if other[:2] == key[:2]), 0)
 
     def add(self, key: Key, picture: SingleArray) -> None:
-        """Make an icon, unless there is one: a forgotten question may be asked again."""
-        if self._previews is not None and key not in self._ids:
-            preview = self._previews.new(repr(key))
+        """Make an icon; one that there is shows the new picture."""
+        if self._previews is not None:
+            preview = self._previews[repr(key)] if key in self._ids else self._previews.new(repr(key))
             previews.fill(preview, picture)
             self._ids[key] = preview.icon_id
 

@@ -327,7 +327,7 @@ def until_there(h):
     if column(h).spaces.active.context != "MATERIAL" and time.monotonic() - began["tab"] > 5:
         raise RuntimeError("the click has not opened the material tab")
     shelf = importlib.import_module("bl_ext.user_default.measured_brdf.addon.starter.shelf")
-    if not shelf.published_icon("gold-polished"):           # with what is beside it
+    if not shelf.published_icon("gold-polished") or shelf.coming():
         h.later.append(until_there)
         h.wait(0.2)
         return
@@ -373,6 +373,31 @@ def until_rendered(h):
     tell("F12, until the picture is rendered", "render")
     tell("All, with the way of the pointer", "all")
     h.wait(3)
+
+
+def popover(h):
+    """The library opened from the panel of a material, whose pictures nobody has asked for before."""
+    stage(h)
+    bpy.ops.measured_brdf.use_published(name="violet-acrylic")
+    h.area("VIEW_3D").spaces.active.shading.type = "SOLID"
+
+
+def open_library(h):
+    area = column(h)
+    began["longest"] = 0
+    press(h, area.x + 200, area.y + area.height - 466, "library")
+    h.wait(0.1)
+
+
+def until_pictures(h):
+    shelf = importlib.import_module("bl_ext.user_default.measured_brdf.addon.starter.shelf")
+    if shelf.coming() or not shelf._icons.known(("published", "gold-polished")):
+        h.later.append(until_pictures)
+        h.wait(0.1)
+        return
+    tell("Open the library, until its pictures are there", "library")
+    h.wait(1)
+    h.later.append(lambda h: h.shoot("/share/extra-popup.png"))         # which closes when the pointer leaves it
 
 
 def until_icon(h):
@@ -563,6 +588,7 @@ OTHERS = {
               column),
     "ring": (gold_ring, (install, open_tab, until_there, click_picture, until_made, render_ring, until_rendered),
              screen),
+    "popover": (popover, (settle, open_library, until_pictures), screen),
     "icon": (first_material, (install, open_tab, until_there, until_icon), column),
 }
 setup, steps, crop = (PICTURES | OTHERS)[PICTURE]

@@ -106,10 +106,11 @@ def test_the_library_begins_with_metals_and_what_is_bright_and_the_pop_up_has_as
     assert brightest == sorted(brightest, reverse=True)
     choices = bpy.context.window_manager.measured_brdf_shelf
     choices.tag = shelf.ALL
-    shown = draw(panel.MEASUREDBRDF_PT_library)
+    drawn = {height: draw(panel.MEASUREDBRDF_PT_library, window=height and SimpleNamespace(height=height))
+             for height in (None, 2000, 1080, 100)}
     choices.property_unset("tag")
-    assert shown.kinds.count("picture") == 28
-    assert f"{len(offered) - 28} more materials" in shown.texts
+    assert [each.kinds.count("picture") for each in drawn.values()] == [28, 28, 21, 7]
+    assert f"{len(offered) - 21} more materials" in drawn[1080].texts
 
 
 def test_search_finds_by_words_in_name_label_and_tags(extension):
@@ -135,10 +136,10 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
                                                                           monkeypatch):
     from measured_brdf.addon.starter import shelf
     from measured_brdf.addon.work import queue
-    from measured_brdf.fitter import published
 
     queue.unregister()                  # what panels have asked for before
-    shelf._icons._ids.clear()
+    shelf.unregister()
+    shelf.register()
     monkeypatch.setattr(shelf, "user_folder", lambda name: tmp_path / "user" / name)
     folder = tmp_path / "data"
     folder.mkdir()
@@ -148,14 +149,46 @@ def test_the_panel_asks_for_the_folder_and_its_pictures_in_the_background(extens
     queue.answer_all()
     measurement, = shelf.watched(str(folder)).result
     assert measurement.label == "a.astm"
-    kept = []
-    monkeypatch.setattr(shelf._icons, "add", lambda key, picture: kept.append(picture.shape))
     assert shelf.measurement_icon(measurement, {"colours": "Rec.709"}) == (0, None)
-    for each in published.offered():
-        assert shelf.published_icon(each.name) == 0
     queue.answer_all()
-    assert kept == [(128, 128, 4)] * (1 + len(published.offered()))         # all of the library at once
+    assert [key[:2] for key in shelf._icons._ids] == [("watched", str(folder / "a.astm"))]
     assert len(list((tmp_path / "user" / "thumbnails").iterdir())) == 1
+
+
+def test_pictures_of_the_library_are_asked_for_when_it_is_opened_and_appear_in_the_open_pop_up(extension, monkeypatch):
+    from measured_brdf.addon.panel import main
+    from measured_brdf.addon.starter import panel, shelf
+    from measured_brdf.addon.work import queue
+
+    bpy.ops.mesh.primitive_cube_add()
+    queue.unregister()
+    shelf.unregister()
+    shelf.register()
+
+    def picture(name):
+        return np.array(shelf._icons._previews[repr(("published", name))].image_pixels_float[:])
+
+    def asked():
+        return [question.key for lane in queue._lanes.values() for question in lane.pending()]
+
+    draw(main.MEASUREDBRDF_PT_material)
+    assert asked() == []
+    opened = draw(panel.MEASUREDBRDF_PT_library, window=None)
+    shown = shelf.offered("", "metal")[:panel._ABREAST * panel._ROWS]
+    assert opened.kinds.count("picture") == len(shown)
+    assert shelf.coming() == {each.name for each in shown}
+    wanted, disc = asked(), picture("gold-polished")
+    queue.unregister()                      # nobody has asked again: the pop-up is laid out once
+    draw(main.MEASUREDBRDF_PT_material)
+    assert sorted(asked()) == sorted(wanted)
+    told, publish = [], bpy.msgbus.publish_rna
+    monkeypatch.setattr(bpy.msgbus, "publish_rna", lambda key: (told.append(key.id_data), publish(key=key)))
+    queue.answer_all()
+    assert not shelf.coming()
+    assert np.abs(picture("gold-polished") - disc).max() > 0.5          # the same icon shows another picture
+    assert told == [bpy.context.window_manager] * len(wanted)
+    draw(main.MEASUREDBRDF_PT_material)
+    assert asked() == []
 
 
 def test_a_folder_is_looked_at_for_as_long_as_it_is_drawn(extension, tmp_path, monkeypatch):
