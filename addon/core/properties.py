@@ -18,6 +18,7 @@ from ...fitter.quality import verdict
 from ...fitter.quality.verdict import UNKNOWN
 from ...fitter.samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY
 from .annotations import Arguments
+from .paths import RELATIVE
 
 NO_SPECULAR_LEVEL = -1
 LEVELS = ("diffuse_level", "specular_level", "compression")
@@ -96,7 +97,7 @@ class FitChoices:
     """
 
     filepath: StringProperty(
-        name="File", subtype="FILE_PATH",
+        name="File", subtype="FILE_PATH", options=RELATIVE,
         description=f"File of measured reflectance: {KNOWN_FILES}")
     sample: StringProperty(
         name="Sample",

@@ -10,6 +10,7 @@ from mathutils import Color
 from ...fitter.colours import COLOURS, DEFAULT, conversion, to_xyz
 from ...fitter.formats import choices_of, illuminants, is_there
 from ...fitter.formats.reading import ENCODINGS
+from . import paths
 from .annotations import Arguments
 from .properties import AS_THE_FILE_SAYS, READING, Choices
 
@@ -76,5 +77,4 @@ def other_colours(settings: Any, here: str) -> str:
 
 def has_file(material: bpy.types.Material) -> bool:
     """Whether the measurements of a material are where its settings say, or are a published fit."""
-    path = material.measured_brdf.filepath
-    return bool(path) and is_there(bpy.path.abspath(path, library=material.library))
+    return bool(material.measured_brdf.filepath) and is_there(paths.absolute(material))

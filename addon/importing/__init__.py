@@ -11,6 +11,7 @@ from . import (
     curves,
     details,
     fit,
+    forget,
     import_data,
     measurements,
     name_columns,
@@ -18,20 +19,22 @@ from . import (
     samples,
 )
 
+_OF_FILES = ((relink.MEASUREDBRDF_OT_find_missing, "Find Missing Measurements..."),
+             (forget.MEASUREDBRDF_OT_forget_paths, "Forget Paths of Measurements"))
 _ENTRIES = menu.entries((import_data.MEASUREDBRDF_OT_import_data, "Import Measured BRDF..."),
                         (import_data.MEASUREDBRDF_OT_import_folder, "Import Folder of Measured BRDFs..."),
                         (fit.MEASUREDBRDF_OT_fit, "Fit Measured BRDF Again"),
-                        (relink.MEASUREDBRDF_OT_find_missing, "Find Missing Measurements..."))
+                        *_OF_FILES)
 _IN_FILE_MENU = menu.entries(
     (import_data.MEASUREDBRDF_OT_import_data, "Measured BRDF (MERL, RGL, CURET, table...)"),
     (import_data.MEASUREDBRDF_OT_import_folder, "Measured BRDFs (folder)"))
-_IN_DATA_MENU = menu.entries((relink.MEASUREDBRDF_OT_find_missing, "Find Missing Measurements..."))
+_IN_DATA_MENU = menu.entries(*_OF_FILES)
 _IN_ADD_MENU = menu.entries((import_data.MEASUREDBRDF_OT_import_data, "Import..."))
 _TOPICS = (*manual.over_operators("manual#get-data-in", "import_data", "import_folder", "choose_sample",
                                  "name_columns"),
            *manual.over_operators("manual#fit", "fit"),
            *manual.over_operators("manual#choose-what-it-may-cost", "use_preset"),
-           *manual.over_operators("manual#keep-and-reuse", "find_file", "find_missing"))
+           *manual.over_operators("manual#keep-and-reuse", "find_file", "find_missing", "forget_paths"))
 
 
 def _draw_import(layout: bpy.types.UILayout) -> None:
@@ -39,7 +42,8 @@ def _draw_import(layout: bpy.types.UILayout) -> None:
 
 
 _slice = Registration(
-    import_data, name_columns, samples, fit, relink, curves, measurements, compared_presets, details, additions=(
+    import_data, name_columns, samples, fit, relink, forget, curves, measurements, compared_presets, details,
+    additions=(
         (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU),
         ("TOPBAR_MT_file_external_data", _IN_DATA_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),
         (nodes.MEASUREDBRDF_MT_add_node, _IN_ADD_MENU), (main.beginnings, _draw_import),

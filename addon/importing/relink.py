@@ -10,6 +10,7 @@ from bpy_extras.io_utils import ImportHelper
 from ...fitter.formats import is_there
 from ..core.active_material import active_material, can_change, is_editable
 from ..core.annotations import OperatorResult, not_none
+from ..core.paths import absolute
 from ..core.reading import load_arguments
 from ..core.transaction import by_session_uid
 from ..work import process, tasks
@@ -37,7 +38,7 @@ class MEASUREDBRDF_OT_find_file(FitsWithPreset, bpy.types.Operator, ImportHelper
         return f"Choose the file of measurements that this material was made from{', and fit it' * properties.refit}"
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
-        missing = Path(_path(not_none(active_material(context))))
+        missing = Path(absolute(not_none(active_material(context))))
         self.filepath = str(missing if missing.parent.is_dir() else Path(bpy.path.abspath("//"), missing.name))
         ImportHelper.invoke(self, context, event)
         return {"RUNNING_MODAL"}
@@ -65,11 +66,11 @@ Fits stay as they are"""
 
     def work(self, _context: bpy.types.Context) -> process.Calculation:
         missing = [item for item in bpy.data.materials if item.measured_brdf.filepath and can_change(item)
-                   and not is_there(_path(item))]
+                   and not is_there(absolute(item))]
         if not missing:
             raise ValueError("No measurements of this file's materials are missing")
         self._missing = [item.session_uid for item in missing]
-        wanted = [(_path(item), settings.sample, load_arguments(settings), settings.digest)
+        wanted = [(absolute(item), settings.sample, load_arguments(settings), settings.digest)
                   for item in missing if (settings := item.measured_brdf)]
         return process.Calculation(partial(tasks.found_again, wanted, bpy.path.abspath(self.directory)))
 
@@ -81,12 +82,7 @@ Fits stay as they are"""
             if path:
                 target.measured_brdf.filepath = path
             else:
-                self.report({"WARNING"}, f"{target.name}: {Path(_path(target)).name} is not in {self.directory}")
+                self.report({"WARNING"}, f"{target.name}: {Path(absolute(target)).name} is not in {self.directory}")
         self.report({"INFO"}, f"{sum(map(bool, paths))} of {len(paths)} materials relinked")
-
-
-def _path(material: bpy.types.Material) -> str:
-    return bpy.path.abspath(material.measured_brdf.filepath)
-
 
 classes = (MEASUREDBRDF_OT_find_file, MEASUREDBRDF_OT_find_missing)

@@ -18,7 +18,7 @@ import bpy
 from ... import fitter
 from ...fitter.arrays import SingleArray
 from ...fitter.colours import DEFAULT
-from ..core import assets, library_file
+from ..core import assets, library_file, paths
 from ..core import material as materials
 from ..core.annotations import Arguments, not_none
 from ..core.edits import edit_arguments
@@ -127,7 +127,7 @@ def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Seq
 def _entries_in(part: Path) -> list[_Entry]:
     """The materials in a part that `convert` made."""
     library_file.open_part(part)
-    entries = [_Entry(part, item.name, item.measured_brdf.asset_key, item.measured_brdf.filepath,
+    entries = [_Entry(part, item.name, item.measured_brdf.asset_key, paths.absolute(item),
                     item.measured_brdf.sample, item.users > item.use_fake_user, item.asset_data is not None,
                     _is_named_after_data(item), edit_arguments(item), row(item, "up to date"))
              for item in library_file.measured() if item.measured_brdf.asset_key]
@@ -175,7 +175,7 @@ def _is_original(entry: _Entry) -> tuple[bool, bool]:
 
 
 def _is_same_file(task: _Task, entry: _Entry) -> bool:
-    return (task.path, task.sample) == (entry.filepath, entry.sample)
+    return (os.path.abspath(task.path), task.sample) == (os.path.abspath(entry.filepath), entry.sample)
 
 
 def _has_same_name(task: _Task, entry: _Entry) -> bool:

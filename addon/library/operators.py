@@ -8,7 +8,7 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ...fitter.arrays import SingleArray
 from ...fitter.files import real
-from ..core import assets, library_file, preferences
+from ..core import assets, library_file, paths, preferences
 from ..core import material as materials
 from ..core.active_material import active_material
 from ..core.annotations import OperatorMixIn, OperatorResult, not_none
@@ -134,6 +134,7 @@ in other files"""
         copy, name = target.copy(), target.name
         try:
             target.name, copy.name = f"{name} (kept)", name
+            copy.measured_brdf.filepath = paths.absolute(target)
             assets.renew(copy, assets.remember(copy), picture)
             bpy.data.libraries.write(str(source), {copy}, path_remap="ABSOLUTE", fake_user=True)
         finally:

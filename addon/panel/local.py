@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..core import paths
 from ..core.active_material import active_material, can_change
 from ..core.annotations import OperatorResult, not_none
 
@@ -19,7 +20,9 @@ class MEASUREDBRDF_OT_make_local(bpy.types.Operator):
         return target is not None and not can_change(target)
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
-        not_none(active_material(context)).make_local(clear_liboverride=True)
+        target = not_none(active_material(context))
+        path = paths.absolute(target)
+        target.make_local(clear_liboverride=True).measured_brdf.filepath = path
         return {"FINISHED"}
 
 

@@ -1,6 +1,6 @@
 """Photographs of a painted ball become its material: in a scene that stands for the dark room."""
 
-from ..core import manual
+from ..core import manual, paths
 from ..core.registration import Registration
 from ..panel import menu
 from ..work import command
@@ -16,5 +16,6 @@ _TOPICS = (*manual.over_operators(f"{_PAGE}#in-blender", "measure_photographs", 
 
 _slice = Registration(settings, operators, panel, additions=(
     (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRY),
+    (paths.of_scenes, settings.places),
     (command.commands, command.answering("photograph", comparison.answer))))
 register, unregister = _slice.register, _slice.unregister

@@ -22,6 +22,7 @@ from bpy.props import (
 
 from ...fitter.photographs.descriptions import GUESS as GUESSED
 from ...fitter.photographs.picture_files import ENCODINGS
+from ..core.paths import RELATIVE, Place
 from ..core.properties import PRESET_ITEMS
 
 AS_THE_FILE_SAYS = "auto"
@@ -38,7 +39,7 @@ _ENCODINGS = ((AS_THE_FILE_SAYS, "As the Files Say", "sRGB where the files say s
 class MeasuredExposure(bpy.types.PropertyGroup):
     """A file of a photograph."""
 
-    filepath: StringProperty(name="File", subtype="FILE_PATH",
+    filepath: StringProperty(name="File", subtype="FILE_PATH", options=RELATIVE,
                              description="EXR, TIFF, PNG or JPEG; linear ones are best")
     exposure: FloatProperty(
         name="Exposure", min=0, precision=5,
@@ -87,11 +88,11 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     ball: PointerProperty(name="Ball", type=bpy.types.Object)
     radius: FloatProperty(name="Ball Radius", get=_radius, set=_set_radius, min=0, subtype="DISTANCE", precision=5,
                           description="Of the ball: the scale of its object")
-    dark: StringProperty(name="Lamp Off", subtype="FILE_PATH",
+    dark: StringProperty(name="Lamp Off", subtype="FILE_PATH", options=RELATIVE,
                          description="Photograph with the lamp off, if there is one")
-    flat: StringProperty(name="Even Surface", subtype="FILE_PATH",
+    flat: StringProperty(name="Even Surface", subtype="FILE_PATH", options=RELATIVE,
                          description="Photograph of an evenly bright surface, if the lens darkens the corners")
-    mask: StringProperty(name="Mask", subtype="FILE_PATH",
+    mask: StringProperty(name="Mask", subtype="FILE_PATH", options=RELATIVE,
                          description="Picture that is white where pixels count, for a stand or a reflection")
     encoding: EnumProperty(name="Values", items=_ENCODINGS, default=AS_THE_FILE_SAYS,
                            description="What the pixels of the photographs are")
@@ -101,7 +102,8 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     scale: EnumProperty(name="Scale", items=_SCALES, default=GUESS, description="How bright the lamp is")
     albedo: FloatProperty(name="Albedo", default=GUESSED, min=0, max=1, subtype="FACTOR",
                           description="What you guess the ball to have: the share of even light that it reflects")
-    known: StringProperty(name="File", subtype="FILE_PATH", description="Photograph of the card or of the white ball")
+    known: StringProperty(name="File", subtype="FILE_PATH", options=RELATIVE,
+                          description="Photograph of the card or of the white ball")
     known_exposure: FloatProperty(name="Exposure", min=0, precision=5,
                                   description="Exposure time in seconds. 0: as the file says")
     known_albedo: FloatVectorProperty(name="Albedo", size=3, default=(0.18, 0.18, 0.18), min=0, max=1, subtype="COLOR",
@@ -115,7 +117,7 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     intensity: FloatVectorProperty(name="Intensity", size=3, default=(1, 1, 1), min=0,
                                    description="Radiant intensity of the lamp, W/sr in units of the pictures")
     preset: EnumProperty(name="Preset", items=PRESET_ITEMS, default="Standard", description="Method of the fit")
-    samples: StringProperty(name="Save As", subtype="FILE_PATH",
+    samples: StringProperty(name="Save As", subtype="FILE_PATH", options=RELATIVE,
                             description="File of the samples that are measured, .npz, which the material is fitted to")
     told: StringProperty(name="What Was Measured")      # lines
 
@@ -133,6 +135,15 @@ def active(settings: Any) -> Any:
 def lamps(settings: Any) -> Iterator[bpy.types.Object]:
     """The lamps of all photographs."""
     yield from (each.lamp for each in settings.photographs if each.lamp is not None)
+
+
+def places(scene: bpy.types.Scene) -> Iterator[Place]:
+    """Where the files of a scene's photographs are told."""
+    settings = of(scene)
+    yield from ((settings, name) for name in ("dark", "flat", "mask", "known", "samples"))
+    for each in settings.photographs:
+        yield from ((file, "filepath") for file in each.files)
+        yield from ((picture, "filepath_raw") for picture in (each.picture, each.comparison) if picture is not None)
 
 
 def show(settings: Any) -> None:

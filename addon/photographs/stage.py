@@ -5,6 +5,7 @@ The description is what `python -m fitter photographs` reads, as `fitter.photogr
 
 import json
 import math
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from ...fitter.arrays import FloatArray
 from ...fitter.photographs import camera as cameras
 from ...fitter.photographs.descriptions import Description
 from ...fitter.photographs.setup import Resolved
-from ..core import look, material, osl_support
+from ..core import look, material, osl_support, paths
 from ..core.annotations import not_none
 from . import settings as photographs
 from .settings import AS_THE_FILE_SAYS, BALL, CARD, GUESS, INTENSITY
@@ -59,7 +60,7 @@ def make(resolved: Resolved) -> bpy.types.Scene:
 def add(scene: bpy.types.Scene, shots: Sequence[Description], light: Any) -> None:
     """Add photographs of a description to a scene, each with a lamp that has this light."""
     names = [Path(shot["files"][0]).stem for shot in shots]
-    pictures = [bpy.data.images.load(shot["files"][0], check_existing=True) for shot in shots]
+    pictures = [_picture(shot["files"][0]) for shot in shots]
     lamps = [_lamp(scene, name, light, shot["lamp"]) for name, shot in zip(names, shots, strict=True)]
     # last, because it is not taken back on an error
     for shot, name, picture, lamp in zip(shots, names, pictures, lamps, strict=True):
@@ -69,6 +70,13 @@ def add(scene: bpy.types.Scene, shots: Sequence[Description], light: Any) -> Non
             file = added.files.add()
             file.filepath = path
             file.exposure = shot["exposures"][number] if "exposures" in shot else 0.0
+
+
+def _picture(path: str) -> bpy.types.Image:
+    picture = bpy.data.images.load(path, check_existing=True)
+    if bpy.data.filepath and picture.is_editable:       # else Blender does it when the file is saved
+        picture.filepath_raw = paths.relative(path, os.path.dirname(bpy.data.filepath))
+    return picture
 
 
 def _camera(scene: bpy.types.Scene, description: Description, centre: Sequence[float]) -> bpy.types.Object:

@@ -12,7 +12,7 @@ from ...fitter.colours import COLOURS, DEFAULT
 from ...fitter.methods import beyond
 from ...fitter.model import Reflectance
 from ...fitter.packed_picture import unpacked
-from ..core import edits, mixing, node_group
+from ..core import edits, mixing, node_group, paths
 from ..core import material as materials
 from ..core.annotations import Arguments, not_none
 from ..core.outcomes import Data, Fitted, Kept, KeptMix, Shown
@@ -26,7 +26,7 @@ _RECHECK = 5.0              # seconds after which the file of a shown material i
 def data(material: bpy.types.Material) -> Job[Data]:
     """The job that reads the file of a material."""
     settings = material.measured_brdf
-    path = bpy.path.abspath(settings.filepath, library=material.library)
+    path = paths.absolute(material)
     how = load_arguments(settings)
     return queue.ask(("data", path, settings.sample, tasks.freeze(how)),
                      partial(tasks.read, path, settings.sample, how=how), "read", max_age=_RECHECK)

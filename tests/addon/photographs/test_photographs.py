@@ -476,6 +476,19 @@ def test_it_is_all_in_the_file(opened, tmp_path):
     assert settings.told.splitlines()[-1] == told.splitlines()[-1]
 
 
+def test_its_paths_are_relative_where_it_is_saved_and_may_be_forgotten(opened, written, tmp_path):
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "ball.blend"), compress=False)
+    files = [file.filepath for shot in opened.photographs for file in shot.files]
+    assert {path[:2] for path in (*files, opened.samples)} == {"//"}
+    assert bpy.ops.measured_brdf.measure_ball() == {"FINISHED"}
+    folder, opened.mask = written.parent.name.encode(), str(written.with_name("mask.png"))
+    for is_forgotten in (False, True):
+        if is_forgotten:
+            assert bpy.ops.measured_brdf.forget_paths() == {"FINISHED"}
+        bpy.ops.wm.save_mainfile(compress=False)
+        assert (folder in (tmp_path / "ball.blend").read_bytes()) != is_forgotten
+
+
 def test_undo_takes_it_back(opened):
     bpy.ops.ed.undo_push(message="opened")
     before = whole()
