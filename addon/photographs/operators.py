@@ -54,8 +54,8 @@ class HasPhotographs(InBackground):
 
 
 class MEASUREDBRDF_OT_measure_photographs(AsksForPath, bpy.types.Operator):
-    """Make a scene of photographs of a painted ball, in which its material is measured: choose all of them, or a \
-description (.toml)"""
+    """Make a scene of photographs of a painted ball, in which its material is measured: choose all of them, \
+their folder, or a description (.toml, .lp)"""
 
     bl_idname = "measured_brdf.measure_photographs"
     bl_label = "Measure Photographs"
@@ -63,7 +63,7 @@ description (.toml)"""
 
     path_name = "filepath"
     filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-    filter_glob: StringProperty(default=f"{_PICTURES};*.toml", options={"HIDDEN"})
+    filter_glob: StringProperty(default=f"{_PICTURES};*.toml;*.lp", options={"HIDDEN"})
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     radius: FloatProperty(name="Ball Radius", default=0.025, min=1e-5, subtype="DISTANCE", precision=5,
@@ -86,10 +86,10 @@ description (.toml)"""
         osl_support.make_importable("OpenImageIO")
         self._scene = not_none(context.scene).session_uid
         paths = [str(Path(self.directory) / item.name) for item in self.files if item.name] or [
-            bpy.path.abspath(self.filepath)]
-        if len(paths) == 1 and paths[0].lower().endswith(".toml"):
-            return process.Calculation(partial(measuring.opened, paths[0]))
-        return process.Calculation(partial(measuring.described, paths, self.radius, self.distance, self.exposures))
+            bpy.path.abspath(self.filepath or self.directory)]
+        if not paths[0]:
+            raise ValueError("The path is empty: choose the photographs, their folder, or a description")
+        return process.Calculation(partial(measuring.found, paths, self.radius, self.distance, self.exposures))
 
     def apply(self, context: bpy.types.Context, described: Resolved) -> None:
         if self.to_scene:

@@ -12,7 +12,16 @@ from ...fitter.arrays import FloatArray
 from ...fitter.formats import saved_samples
 from ...fitter.photographs import setup
 from ...fitter.photographs.coverage import advice, coverage
-from ...fitter.photographs.descriptions import GUESS, Description, in_order, read
+from ...fitter.photographs.descriptions import (
+    GUESS,
+    PICTURES,
+    SUFFIXES,
+    Description,
+    descriptions_in,
+    in_order,
+    pictures_in,
+    read,
+)
 from ...fitter.photographs.picture_files import About, about
 from ..core.annotations import Arguments
 from ..core.outcomes import Outcome
@@ -45,6 +54,19 @@ class Result(NamedTuple):
     centre: FloatArray
     intensity: FloatArray
     told: tuple[str, ...]
+
+
+def found(paths: Sequence[str], radius: float, distance: float, count: int) -> setup.Resolved:
+    """The description that a file is, or a folder has; else one of the pictures, or of those in the folder, as
+    `described` makes it."""
+    folder = Path(paths[0])
+    if len(paths) == 1 and (folder.suffix.lower() in SUFFIXES or (folder.is_dir() and descriptions_in(folder))):
+        return opened(paths[0])
+    if len(paths) == 1 and folder.is_dir():
+        paths = list(map(str, pictures_in(folder)))
+        if not paths:
+            raise DatasetError(f"a folder without photographs ({', '.join(PICTURES)})", folder)
+    return described(paths, radius, distance, count)
 
 
 def described(paths: Sequence[str], radius: float, distance: float, count: int) -> setup.Resolved:

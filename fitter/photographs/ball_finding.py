@@ -60,18 +60,28 @@ def _border(grey: FloatArray) -> FloatArray:
 def _outline_above(level: float, grey: FloatArray, rays: FloatArray, name: str) -> Outline:
     """The outline of the only ball among the regions that are brighter than a level."""
     found: list[Outline] = []
+    others: list[BoolArray] = []
     first: DatasetError | None = None
     regions = _large_regions(grey > level, name)
     for region in regions:
         try:
             found.append(_outline_of(region, level, grey, rays, name))
         except DatasetError as error:
+            others.append(region)
             first = first or error
-    if len(found) > 1 or (not found and len(regions) > 1):
+    # what reaches the border is the room, or a stand
+    whole = [each for each in others if not _border(each.astype(float)).any()]
+    beside = [each for ball in found for each in whole if _is_beside(each, ball, rays)]
+    if len(found) > 1 or beside or (not found and len(regions) > 1):
         raise DatasetError("two bright things found, expected one ball: mask the other one", name)
     if first is not None and not found:
         raise first
     return found[0]
+
+
+def _is_beside(region: BoolArray, ball: Outline, rays: FloatArray) -> bool:
+    """Whether a region is not a part of a ball."""
+    return bool((rays[region] @ ball.axis < np.cos(ball.half_angle)).mean() > 0.5)
 
 
 def _outline_of(region: BoolArray, level: float, grey: FloatArray, rays: FloatArray, name: str) -> Outline:

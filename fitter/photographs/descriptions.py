@@ -14,6 +14,7 @@ _LONGEST_LINE = 4096        # bytes
 _DEEPEST = 6                # a matrix in a table in a list of tables has 5
 PICTURES = ".exr", ".tif", ".tiff", ".png", ".jpg", ".jpeg"
 GUESS = 0.5                 # of an albedo, where there is nothing better
+SUFFIXES = ".toml", light_positions.SUFFIX       # of what is a description
 _FILES = "mask", "dark", "flat", "file", "files", "chrome", "positions"
 
 
@@ -44,21 +45,25 @@ def read(path: str | Path) -> Read:
     return Read(_toml(path), path)
 
 
-def _only_one(folder: Path) -> Path:
-    """The description in a folder, or else its light positions."""
+def descriptions_in(folder: Path) -> list[Path]:
+    """The descriptions in a folder, or where there are none its light positions."""
     try:
-        files = sorted(each for each in folder.iterdir() if each.is_file())
+        files = sorted(each for each in folder.iterdir() if each.is_file() and not each.name.startswith("."))
     except OSError as error:
         raise DatasetError(f"cannot be read: {error.strerror or error}", folder) from error
-    for suffix in (".toml", light_positions.SUFFIX):
-        found = [each for each in files if each.suffix.lower() == suffix and not each.name.startswith(".")]
-        if len(found) > 1:
-            raise DatasetError(f"several descriptions found, {', '.join(each.name for each in found[:4])}: choose one "
-                               f"of them", folder)
-        if found:
-            return found[0]
-    raise DatasetError("a folder without a description: expected light positions (.lp) beside the photographs, or a "
-                       "description in TOML", folder)
+    found = ([each for each in files if each.suffix.lower() == suffix] for suffix in SUFFIXES)
+    return next(filter(None, found), [])
+
+
+def _only_one(folder: Path) -> Path:
+    found = descriptions_in(folder)
+    if len(found) > 1:
+        raise DatasetError(f"several descriptions found, {', '.join(each.name for each in found[:4])}: choose one of "
+                           f"them", folder)
+    if not found:
+        raise DatasetError("a folder without a description: expected light positions (.lp) beside the photographs, or "
+                           "a description in TOML", folder)
+    return found[0]
 
 
 def _toml(path: Path) -> Description:

@@ -290,6 +290,17 @@ def test_lamps_that_nobody_has_placed_are_not_measured(chosen):
     refused(bpy.ops.measured_brdf.measure_ball, "ball2_0.5: say where the lamp stood")
 
 
+@pytest.mark.parametrize("has_description", [False, True])
+def test_a_folder_of_photographs_is_understood(chosen, written, tmp_path, has_description):
+    """Its description, or else its pictures."""
+    folder = written.parent if has_description else tmp_path
+    assert bpy.ops.measured_brdf.measure_photographs(filepath=str(folder)) == {"FINISHED"}
+    settings = bpy.context.scene.measured_brdf_photographs
+    assert [each.name for each in settings.photographs] == (
+        ["lamp1", "lamp2", "lamp3"] if has_description else ["ball1_0.5", "ball2_0.5", "ball10_0.5"])
+    assert settings.camera.location[1] == pytest.approx(PLACE["camera"][1] if has_description else -1.5)
+
+
 def test_photographs_are_added_to_a_scene(opened, chosen):
     assert choose(chosen[:2], exposures=2, to_scene=True) == {"FINISHED"}
     assert [each.name for each in opened.photographs] == ["lamp1", "lamp2", "lamp3", chosen[0].stem]
@@ -323,7 +334,7 @@ def dark(settings, folder):
 def two_balls(settings, folder):
     wide = ball_scene.scenes(PHASES[:1], **PLACE | {"angle": 14.0})[0]
     picture = ball_scene.photograph(ball_scene.satin(), wide)
-    ball_files.write_picture(folder / "two.exr", picture + np.roll(picture, 26, axis=1))
+    ball_files.write_picture(folder / "two.exr", np.roll(picture, -13, axis=1) + np.roll(picture, 13, axis=1))
     settings.camera.data.lens *= 4.2 / 14
     for shot in settings.photographs:
         shot.files[0].filepath = str(folder / "two.exr")
@@ -384,6 +395,8 @@ def test_no_outline_of_one_ball_moves_nothing(opened, tmp_path, spoil, message):
 
 
 def test_a_description_that_is_wrong_makes_no_scene(blender, written, tmp_path):
+    refused(bpy.ops.measured_brdf.measure_photographs, "The path is empty: choose the photographs")
+    refused(bpy.ops.measured_brdf.measure_photographs, "a folder without photographs", filepath=str(tmp_path))
     refused(bpy.ops.measured_brdf.measure_photographs, "none.toml: cannot be read",
             filepath=str(tmp_path / "none.toml"))
     text = written.read_text().replace("radius = 0.05", "radius = -1")
