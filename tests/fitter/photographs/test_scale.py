@@ -1,5 +1,6 @@
 """Scale, chrome balls and coverage."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 import fitter
 from fitter.photographs import coverage
 from fitter.photographs.chrome import lamp_of_highlight
-from fitter.photographs.scale import intensity_of_ball, intensity_of_card, reflected, scaled
+from fitter.photographs.scale import intensity_of_ball, intensity_of_card, reflected, scaled, too_bright
 from fitter.quality.physics import direction_pairs
 from support import ball_scene
 from support.truths import Truth
@@ -41,6 +42,27 @@ def test_an_albedo_that_is_given_scales_the_samples_and_a_note_says_that_it_is_a
     guessed = scaled(replace(samples, values=samples.values * 7), 0.4)
     assert np.median(guessed.values) == pytest.approx(0.4 / np.pi, rel=0.01)
     assert guessed.notes[-1] == "The scale is a guess: an albedo of 0.4 was given"
+
+
+@pytest.mark.parametrize(("times", "note"), [
+    (1.2, ""), (1.5, r"More light leaves than arrives, 1\.\d+ of it at .* degrees: the lamp's intensity, a card's .*")])
+def test_a_lamp_that_makes_a_paint_reflect_more_than_arrives_is_told(times, note):
+    shots = [photographed(scene, WHITE, noise=0.01) for scene in ball_scene.scenes((30, 80, 130), size=(60, 60))]
+    shots = [replace(each, intensity=each.intensity / times) for each in shots]
+    assert re.fullmatch(note, "".join(too_bright(reflected(fitter.samples_from_ball(shots)))))
+
+
+@pytest.mark.parametrize("albedo", [0.8, 0.9])
+def test_an_albedo_that_no_paint_of_this_kind_can_have_is_told_and_the_largest_that_it_can(albedo):
+    """Of cos i + cos o the share of light from theta is cos theta + 2 / 3, which is 4 / 3 in the mean, and 1.62 at 17
+    degrees, where no more than all may leave."""
+    paint = Truth("", "", lambda *at: np.repeat((np.cos(at[0]) + np.cos(at[2]))[:, None] / 4 / np.pi, 3, axis=1))
+    shots = [photographed(scene, paint, noise=0.01) for scene in ball_scene.scenes((30, 80, 130), size=(60, 60))]
+    notes = scaled(fitter.samples_from_ball(shots), albedo).notes
+    told = re.search(r"More light leaves than arrives, 1\.\d+ of it at 17 degrees: an albedo of (.*) is the largest",
+                     notes[-1])
+    assert (told is None) == (albedo == 0.8)
+    assert told is None or float(told[1]) == pytest.approx(4 / 3 / (np.sqrt(11 / 12) + 2 / 3), abs=0.03)
 
 
 def test_a_chrome_ball_shows_where_the_lamp_is():
