@@ -169,7 +169,7 @@ def _level_or_none(text: str) -> int | None:
 
 
 def _info(options: argparse.Namespace) -> None:
-    if _is_fit(options.file):
+    if name_in(options.file) is None and saved_samples.is_another(options.file):
         _describe_fit(Fit.load(options.file))
         return
     samples = list_samples(options.file, options.columns)
@@ -179,15 +179,6 @@ def _info(options: argparse.Namespace) -> None:
             say(f"{number:4d}  {name}")
         return
     _describe_samples(options.file, options.sample, reading_of(options))
-
-
-def _is_fit(path: str) -> bool:
-    """Whether a file begins like a fit: an .npz file is a zip archive, but not each is a fit."""
-    if name_in(path) is not None or not Path(path).is_file():
-        return False
-    with open(path, "rb") as stream:
-        beginning = stream.read(64)
-    return beginning.startswith(b"PK") and not saved_samples.recognises(beginning)
 
 
 def _describe_samples(path: str, sample: str | None, how: dict[str, Any]) -> None:
@@ -255,7 +246,7 @@ def _flat(options: argparse.Namespace) -> None:
 
 def _material(path: Path) -> Fit:
     """A saved fit, or that of measurements."""
-    return Fit.load(path) if _is_fit(str(path)) else fit_samples(load(path), **PRESETS["Standard"])
+    return Fit.load(path) if saved_samples.is_another(path) else fit_samples(load(path), **PRESETS["Standard"])
 
 
 def _report(options: argparse.Namespace) -> None:

@@ -64,10 +64,10 @@ def radiance(sample, u, v, lamp, camera=CAMERA):
     return np.where(lit, (values * weights[:, None]).sum(axis=2), 0) * INTENSITY
 
 
-def rays(size):
+def rays(size, camera=CAMERA):
     """Unit directions through the centres of so many pixels, (height, width), that see the sample: (h, w, 3)."""
     height, width = size
-    forward = (TARGET - CAMERA) / np.linalg.norm(TARGET - CAMERA)
+    forward = (TARGET - camera) / np.linalg.norm(TARGET - camera)
     right = np.cross(forward, (0, 0, 1))
     right /= np.linalg.norm(right)
     up = np.cross(right, forward)
@@ -77,14 +77,14 @@ def rays(size):
     return found / np.linalg.norm(found, axis=2)[..., None]
 
 
-def photograph(sample, lamp, size=(90, 100), noise=0.01, seed=0):
+def photograph(sample, lamp, size=(90, 100), noise=0.01, seed=0, camera=CAMERA):
     """A photograph, (h, w, 3), dark around the sample; noise is relative, with a floor of .1 % of what is typical."""
-    toward = rays(size).reshape(-1, 3)
-    place = CAMERA - toward * (CAMERA[2] / toward[:, 2])[:, None]
+    toward = rays(size, camera).reshape(-1, 3)
+    place = camera - toward * (camera[2] / toward[:, 2])[:, None]
     u, v = place[:, 0] / SIZE + 0.5, place[:, 1] / (SIZE * 0.8) + 0.5
     inside = (u > 0) & (u < 1) & (v > 0) & (v < 1)
     picture = np.zeros((len(toward), 3))
-    picture[inside] = radiance(sample, u[inside], v[inside], lamp)
+    picture[inside] = radiance(sample, u[inside], v[inside], lamp, camera)
     random = np.random.default_rng(seed)
     typical = np.median(picture[inside])
     picture = picture * (1 + noise * random.standard_normal(picture.shape))

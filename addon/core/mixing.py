@@ -8,6 +8,12 @@ import bpy
 class Mixes:
     """What is known of mixes where there are none."""
 
+    def mix(self, _first: bpy.types.Material, _second: bpy.types.Material, _factor: float,
+            _mask: bpy.types.Image | None, _context: bpy.types.Context, /) -> bpy.types.Material:
+        """Make a material that mixes two, by a factor or by the brightness of an image. ValueError where nothing mixes.
+        """
+        raise ValueError("The part of the extension that mixes materials is not there")
+
     @staticmethod
     def is_mix(_tree: bpy.types.NodeTree | None, /) -> bool:
         """Whether a node group is a mix."""

@@ -99,17 +99,19 @@ def compression_in_words(settings: Any) -> str:
 def rows(material: bpy.types.Material) -> list[tuple[str, str]]:
     """Names and values of what is known of a material's fit."""
     settings, tree = material.measured_brdf, not_none(materials.group_node(material)).node_tree
-    known = [("Levels", settings.fitted_levels),
-             ("RMSE", f"{settings.rmse:.3g} / sr"),
-             ("MRE", f"{settings.mre:.2%} of the peak" if not math.isnan(settings.mre) else "all values are 0"),
-             ("Error at Unseen Angles", _at_unseen_angles(material)),
-             ("Coefficients", f"{settings.coefficients:,}"),
-             ("Storage", f"{settings.bytes:,} bytes")]
+    is_judged = not math.isnan(settings.rmse)           # else its measurements are in no file
+    known = [("Levels", settings.fitted_levels)]
+    if is_judged:
+        known += [("RMSE", f"{settings.rmse:.3g} / sr"),
+                  ("MRE", f"{settings.mre:.2%} of the peak" if not math.isnan(settings.mre) else "all values are 0"),
+                  ("Error at Unseen Angles", _at_unseen_angles(material))]
+    known += [("Coefficients", f"{settings.coefficients:,}"), ("Storage", f"{settings.bytes:,} bytes")]
     if size := node_group.bytes_in_file(tree):
         known.append(("In the .blend", f"about {size / 1000:,.0f} kB"))
     if errors := [f"{name} {tree[error]:.1%}" for name, error in _ERRORS if error in tree]:
         known.append(("Highlight Error", ", ".join(errors)))
-    known.append(("Fitted in", f"{settings.seconds:.2f} s"))
+    if is_judged:
+        known.append(("Fitted in", f"{settings.seconds:.2f} s"))
     if materials.tangent_input(material) is not None:
         known.append(("Direction", "Tangent, Rotation"))
     return known

@@ -33,9 +33,9 @@ def create(first: bpy.types.Material, first_node: bpy.types.Node, second: bpy.ty
            second_node: bpy.types.Node, factor: float) -> bpy.types.NodeTree:
     """Make a node group that mixes what two materials show: the nodes of their measured groups, or of mixes.
 
-    Of the nodes' inputs it takes the factor of a mix; the others are inputs of the new group. Raises ValueError if the
-    mix would hold more than `MOST` measured BRDFs, CompileError if this Blender cannot compile its shader; the file
-    then stays as it was.
+    Of the nodes' inputs it takes the factor of a mix, or its mask; the others are inputs of the new group. Raises
+    ValueError if the mix would hold more than `MOST` measured BRDFs, CompileError if this Blender cannot compile its
+    shader; the file then stays as it was.
     """
     first_tree, second_tree = not_none(first_node.node_tree), not_none(second_node.node_tree)
     held = count(first_tree) + count(second_tree)
@@ -51,6 +51,7 @@ def create(first: bpy.types.Material, first_node: bpy.types.Node, second: bpy.ty
         for name, node in zip(_PARTS, (first_node, second_node), strict=True):
             if FACTOR in node.inputs:
                 tree.nodes[name].inputs[FACTOR].default_value = node.inputs[FACTOR].default_value
+                _copy_mask(node, tree.nodes[name])
         _remember_errors(tree)
     return tree
 
@@ -70,8 +71,27 @@ def left_behind(node: bpy.types.Node) -> list[str]:
     tree = not_none(node.node_tree)
     defaults = {item.name: item.default_value for item in _sockets(tree)
                 if item.in_out == "INPUT" and item.name in _LOOKS}
-    return [socket.name for socket in node.inputs if socket.is_linked
+    return [socket.name for socket in node.inputs if (socket.is_linked and not _mask(socket))
             or (socket.name in defaults and not np.array_equal(socket.default_value, defaults[socket.name]))]
+
+
+def _mask(socket: bpy.types.NodeSocket) -> bpy.types.NodeLink | None:
+    """The link from an image to the factor of a mix, if the UV map that is rendered places it; else None."""
+    link = not_none(socket.links)[0] if socket.name == FACTOR and socket.is_linked else None
+    return link if link is not None and link.from_node.type == "TEX_IMAGE" and not link.from_node.inputs[0].is_linked \
+        else None
+
+
+def _copy_mask(source: bpy.types.Node, node: bpy.types.Node) -> None:
+    """Connect to a mix's node inside of a group what is the mask of another, outside of it."""
+    link = _mask(source.inputs[FACTOR])
+    if link is not None:
+        tree = cast(bpy.types.NodeTree, node.id_data)
+        image, copied = link.from_node, tree.nodes.new("ShaderNodeTexImage")
+        copied.location = node.location.x - 300, node.location.y - 300
+        for name in ("image", "interpolation", "extension", "projection"):
+            setattr(copied, name, getattr(image, name))
+        tree.links.new(copied.outputs[link.from_socket.name], node.inputs[FACTOR])
 
 
 def parts(tree: bpy.types.NodeTree) -> tuple[bpy.types.Material | None, bpy.types.Material | None]:

@@ -47,6 +47,7 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
 class Mixes(mixing.Mixes):
     """What `core.mixing` asks."""
 
+    mix = staticmethod(mix)
     is_mix = staticmethod(mix_group.is_mix)
     count = staticmethod(mix_group.count)
     nodes = staticmethod(mix_group.nodes)

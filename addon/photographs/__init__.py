@@ -1,20 +1,24 @@
-"""Photographs of a painted ball become its material: in a scene that stands for the dark room."""
+"""Photographs of a painted ball become its material, in a scene that stands for the dark room; those of a flat sample a
+plane."""
 
 from ..core import manual, paths
 from ..core.registration import Registration
 from ..panel import menu
 from ..work import command
-from . import comparison, operators, panel, settings
+from . import comparison, flat, operators, panel, settings
 
-_ENTRY = menu.entries((operators.MEASUREDBRDF_OT_measure_photographs, "Measure Photographs of a Ball..."))
-_IN_FILE_MENU = menu.entries((operators.MEASUREDBRDF_OT_measure_photographs, "Photographs of a Ball (measured BRDF)"))
+_ENTRY = menu.entries((operators.MEASUREDBRDF_OT_measure_photographs, "Measure Photographs of a Ball..."),
+                      (flat.MEASUREDBRDF_OT_measure_flat, "Measure Flat Sample..."))
+_IN_FILE_MENU = menu.entries((operators.MEASUREDBRDF_OT_measure_photographs, "Photographs of a Ball (measured BRDF)"),
+                             (flat.MEASUREDBRDF_OT_measure_flat, "Photographs of a Flat Sample (measured BRDF)"))
 _PAGE = "manual/measure-your-own"
 _TOPICS = (*manual.over_operators(f"{_PAGE}#in-blender", "measure_photographs", "fit_outline", "place_lamp",
                                   "measure_ball", "compare_photograph"),
+           *manual.over_operators(f"{_PAGE}#measure-flat-sample", "measure_flat"),
            *manual.over_settings(f"{_PAGE}#in-blender", "measuredphotographs", "*"))
 
 
-_slice = Registration(settings, operators, panel, additions=(
+_slice = Registration(settings, operators, flat, panel, additions=(
     (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRY),
     (paths.of_scenes, settings.places),
     (command.commands, command.answering("photograph", comparison.answer))))

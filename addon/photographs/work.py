@@ -1,16 +1,20 @@
-"""What worker processes do with photographs of a ball. Nothing here imports bpy."""
+"""What worker processes do with photographs of a ball, or of a flat sample. Nothing here imports bpy."""
 
 import math
 import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
-from ...fitter import DatasetError, progress
+import numpy as np
+
+from ...fitter import DatasetError, Fit, FlatPhotograph, maps_from_flat, progress
 from ...fitter.arrays import FloatArray
+from ...fitter.colours import DEFAULT, conversion
 from ...fitter.formats import saved_samples
-from ...fitter.photographs import setup
+from ...fitter.photographs import flat_maps, flat_setup, setup
 from ...fitter.photographs.coverage import advice, coverage
 from ...fitter.photographs.descriptions import (
     GUESS,
@@ -24,7 +28,7 @@ from ...fitter.photographs.descriptions import (
 )
 from ...fitter.photographs.picture_files import About, about
 from ..core.annotations import Arguments
-from ..core.outcomes import Outcome
+from ..core.outcomes import Kept, Outcome
 from ..work import tasks
 
 LENS, SENSOR = 85.0, 36.0   # mm, where the files do not say theirs
@@ -158,3 +162,77 @@ def measured(description: Description, name: str, path: str, arguments: Argument
         content = part.read_bytes()
     return Result(outcome._replace(measured=outcome.measured._replace(path=path)), content, photographs[0].centre,
                   photographs[0].intensity, (*samples.notes, *advice(coverage(samples))))
+
+
+class Maps(NamedTuple):
+    """What photographs of a flat sample have measured.
+
+    Attributes
+    ----------
+    name : str
+    outcomes : list of Outcome
+        Of the materials that are mixed; empty where the file has them.
+    masks : list of (bytes, float)
+        The share of each material but the first, where it lies upon those before it: a PNG of 8 bits, and its mean.
+    brightness : bytes
+        What the mix is multiplied with, over `most`: a PNG of 16 bits.
+    most : float
+    normals : bytes
+        A normal map: a PNG of 16 bits.
+    size : (2,) tuple of float
+        Width and height, metres.
+    told : list of str
+        What is to be said of it.
+    """
+
+    name: str
+    outcomes: list[Outcome]
+    masks: list[tuple[bytes, float]]
+    brightness: bytes
+    most: float
+    normals: bytes
+    size: tuple[float, float]
+    told: list[str]
+
+
+def flat(path: str, chosen: Sequence[Kept], arguments: Arguments, how: Arguments) -> Maps:
+    """Measure the flat sample of a description: a mix of chosen materials, else of those that it names, else of those
+    that are found. `arguments` are of fits, `how` keyword arguments of `fitter.load`. Raises DatasetError, ValueError.
+    """
+    space = how["colours"]
+    with progress.part(0.0, 0.1, "Reading"):
+        sample = flat_setup.flat(path)
+    photographs = [_in_colours(each, space) for each in sample.photographs]
+    outcomes = []
+    with progress.part(0.1, 0.3):
+        for file in progress.each([] if chosen else sample.materials or []):
+            if saved_samples.is_another(file):
+                if space != DEFAULT:
+                    raise DatasetError(f"a fit for the colours {DEFAULT}, and the open file has {space}: name its "
+                                       f"measurements", file)
+                outcomes.append(tasks.outcome_alone(Fit.load(file), space))
+            else:
+                outcomes.append(tasks.outcome(str(file), "", arguments, how=how))
+    fits = [tasks.kept_fit(each) for each in chosen] or [each.fitted.fit for each in outcomes]
+    with progress.part(0.3, 0.9):
+        maps = maps_from_flat(photographs, sample.corners, sample.shape, fits or None)
+    with progress.part(0.9, 1.0):
+        if not fits:
+            outcomes = [tasks.outcome_alone(replace(each, name=f"{sample.name}: {each.name}"), space)
+                        for each in progress.each(maps.fits)]
+    masks, brightness, most = flat_maps.layers(maps.weights)
+    width, height, _ = np.ptp(sample.corners, axis=0).tolist()
+    return Maps(sample.name, outcomes,
+                [(flat_maps.png(each, 8), float(each.mean())) for each in np.moveaxis(masks, 2, 0)],
+                flat_maps.png(brightness, 16), most, flat_maps.png(flat_maps.normal_map(maps), 16), (width, height),
+                [*sample.notes, *flat_maps.report(maps, photographs)])
+
+
+def _in_colours(photograph: FlatPhotograph, space: str) -> FlatPhotograph:
+    """A photograph in another colour space: what it shows under a white lamp."""
+    if space == DEFAULT or photograph.radiance.shape[2] == 1:
+        return photograph
+    given = photograph.intensity
+    return replace(photograph, radiance=photograph.radiance / given @ conversion(DEFAULT, space).T,
+                   intensity=np.ones(3), mask=photograph.counts[..., 0] > 0,
+                   noise=None if photograph.noise is None else photograph.noise / given)

@@ -149,6 +149,14 @@ def outcome_of(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
                    _assembled(made, measured.colours, {}))
 
 
+def outcome_alone(made: fitter.Fit, space: str) -> Outcome:
+    """What a material is made from, of a fit whose measurements are in no file; its errors are not known."""
+    measured = Measured("", "", freeze({}), made.name, made.channels, space, "")
+    errors = fitter.ErrorMetrics(math.nan, math.nan, math.nan)
+    return Outcome(measured, Fitted(made, errors, 0.0), verdict.Verdict(verdict.UNKNOWN, verdict.UNKNOWN, 0.0, 0.0),
+                   _surface(made, space, {}))
+
+
 def outcomes(sources: Sequence[tuple[str, str]], arguments: Arguments,
              how: Arguments | None = None, ask: bool = False) -> list[tuple[str, str, Outcome | ValueError]]:
     """Outcomes of several measurements, (path, sample) each, as `outcome` makes them; for those that failed, the error.

@@ -47,6 +47,15 @@ def recognises(content: bytes) -> bool:
     return content.startswith(_BEGINS[0]) and content[30:30 + len(_BEGINS[1])] == _BEGINS[1]
 
 
+def is_another(path: str | Path) -> bool:
+    """Whether a file is an archive like those of samples, of something else: a saved fit."""
+    if not Path(path).is_file():
+        return False
+    with open(path, "rb") as stream:
+        beginning = stream.read(64)
+    return beginning.startswith(b"PK") and not recognises(beginning)
+
+
 def read(path: str | Path, content: bytes) -> Samples:
     """Read what `write` wrote. Raises DatasetError if it is damaged, or of another version."""
     try:

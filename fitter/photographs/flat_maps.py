@@ -8,14 +8,14 @@ import os
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..errors import DatasetError
 from .flat import Maps, frame_of, maps_from_flat, points_of
+from .flat_advice import next_lamp
 from .flat_photograph import FlatPhotograph, observed
 from .picture_files import NEEDED
 
@@ -63,9 +63,24 @@ def normal_map(maps: Maps) -> FloatArray:
     return np.asarray((maps.normals @ np.stack([x, np.cross(z, x), z]).T)[::-1] / 2 + 0.5)
 
 
-def stored(values: FloatArray, bits: int) -> NDArray[Any]:
-    """Values of 0 to 1 as integers of 8 or 16 bits."""
-    return np.round(np.clip(values, 0, 1) * (2 ** bits - 1)).astype(f"uint{bits}")
+def png(values: FloatArray, bits: int) -> bytes:
+    """A file of values, 0 to 1, (h, w) or (h, w, 3), as integers of 8 or 16 bits.
+
+    Raises ImportError if OpenImageIO is absent.
+    """
+    try:
+        import OpenImageIO
+    except ImportError as error:
+        raise ImportError(NEEDED) from error
+    whole = np.round(np.clip(values, 0, 1) * (2 ** bits - 1)).astype(f"uint{bits}").reshape(*values.shape[:2], -1)
+    height, width, channels = whole.shape
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "map.png")
+        file = OpenImageIO.ImageOutput.create(str(path))
+        if not (file and file.open(str(path), OpenImageIO.ImageSpec(width, height, channels, str(whole.dtype)))
+                and file.write_image(np.ascontiguousarray(whole)) and file.close()):
+            raise DatasetError(f"cannot be written: {OpenImageIO.geterror() or 'the disk may be full'}", path)
+        return path.read_bytes()
 
 
 def left_out(maps: Maps, photographs: Sequence[FlatPhotograph]) -> float | None:
@@ -101,7 +116,7 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph]) -> list[str]:
     if missed is not None:
         lines.append(f"Without {photographs[len(photographs) // 2].name}, that photograph is predicted within "
                      f"{missed:.1%}")
-    return lines
+    return [*lines, next_lamp(maps, photographs).advice]
 
 
 def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:
@@ -116,25 +131,12 @@ def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:
     with tempfile.TemporaryDirectory(dir=folder, prefix=".part") as beside:
         part = Path(beside)
         for number, fit in enumerate(maps.fits):
-            _write_picture(part / f"mask-{number + 1}.png", stored(maps.weights[::-1, :, number] / most, 8)[..., None])
+            (part / f"mask-{number + 1}.png").write_bytes(png(maps.weights[::-1, :, number] / most, 8))
             fit.save(part / f"material-{number + 1}.npz")
             told.append(f"mask-{number + 1}.png is the mask of material-{number + 1}.npz, {fit.name}")
-        _write_picture(part / "normal.png", stored(normal_map(maps), 16))
+        (part / "normal.png").write_bytes(png(normal_map(maps), 16))
         (part / "report.txt").write_text("\n".join(told) + "\n", "utf-8")
         names = sorted(each.name for each in part.iterdir())
         for name in names:
             os.replace(part / name, folder / name)
     return names
-
-
-def _write_picture(path: Path, pixels: NDArray[Any]) -> None:
-    try:
-        import OpenImageIO
-    except ImportError as error:
-        raise ImportError(NEEDED) from error
-    height, width, channels = pixels.shape
-    file = OpenImageIO.ImageOutput.create(str(path))
-    if file is None or not file.open(str(path), OpenImageIO.ImageSpec(width, height, channels, str(pixels.dtype))):
-        raise DatasetError(f"cannot be written: {OpenImageIO.geterror() or 'unknown'}", path)
-    if not file.write_image(np.ascontiguousarray(pixels)) or not file.close():
-        raise DatasetError(f"cannot be written: {file.geterror() or 'the disk may be full'}", path)
