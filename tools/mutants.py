@@ -140,8 +140,10 @@ def shader_mutants(path, text):
 
 def mutants(paths):
     """Those of some files and folders: a list of Mutant."""
-    files = [file.relative_to(ROOT).as_posix() for path in paths
-             for file in (sorted((ROOT / path).rglob("*.py")) if (ROOT / path).is_dir() else [ROOT / path])]
+    shader = {guard.path for guard in SHADER_GUARDS}
+    files = [path for path in paths if (ROOT / path).is_file()]
+    files += [each for path in paths for file in sorted((ROOT / path).rglob("*"))
+              if (each := file.relative_to(ROOT).as_posix()).endswith(".py") or each in shader]
     return [mutant for path in files
             for mutant in (python_mutants if path.endswith(".py") else shader_mutants)(path, (ROOT / path).read_text())]
 
@@ -199,7 +201,8 @@ def run_tests(folder, tests):
     """What the tests of a copy say: an empty string where all pass, else the first that fails, or how they ended."""
     environment = os.environ | {"MEASURED_BRDF_DATA": str(measurements().resolve()), "PYTHONDONTWRITEBYTECODE": "1",
                                 "MEASURED_BRDF_KEPT": str(kept.FOLDER)}
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--tb=line", *tests]
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--tb=line", "-m",
+               "not release", *tests]
     try:
         done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=_LIMIT,
                               check=False)
@@ -242,7 +245,7 @@ def main():
         for mutant in made:
             print(f"{mutant.path}:{mutant.line} {mutant.change}")
         return 0
-    known, counted = reached(), Counter()
+    known, counted = {} if all(mutant.tests for mutant in made) else reached(), Counter()
     with tempfile.TemporaryDirectory(prefix="mutants_") as name, ThreadPoolExecutor(chosen.jobs) as pool:
         folders = Queue()
         for number in range(chosen.jobs):
