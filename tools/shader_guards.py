@@ -78,7 +78,7 @@ SHADER_GUARDS = [
           "lamps whose strength is 0"),
          ("if (w[2] > -sin(radius))", "if (1)", "lamps below the horizon"),
          ("if (w[2] > -sin(radius))", "if (w[2] > 0.0)", "lamps that stand half below the horizon")),
-    *_of("osl/lamps.h", _ADDED,
+    *_of("osl/lamps.h", _SMALL,
          ("clamp(radius + LOBE_MARGIN, MIN_LOBE_RADIUS, MAX_LOBE_RADIUS)", "radius + LOBE_MARGIN",
           "lobes of lamps without a size")),
     *_of("osl/lamp_lobes.h", _SMALL,

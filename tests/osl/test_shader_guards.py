@@ -374,15 +374,18 @@ def test_the_last_coordinate_is_in_the_last_cell_and_the_last_view_between_the_l
     code = """float w[4], odd[4];
       int stop;
       float t = stop_of(vector(1.0, 0.0, 0.0), stop);
-      out = color(locate_cell(1.0000001, 16, w) + w[3], locate_cell(1.0, 17, odd) + odd[3], STOPS - stop - t);"""
-    np.testing.assert_allclose(probe(foil, code, 1)[0], [7 + 1 / 6, 8 + 1 / 6, 1], rtol=1e-5)
+      out = color(locate_cell(1.0000001, 16, w) + w[3], locate_cell(1.0, 17, odd) + odd[3], 10 * (STOPS - stop) + t);"""
+    np.testing.assert_allclose(probe(foil, code, 1)[0], [7 + 1 / 6, 8 + 1 / 6, 21], rtol=1e-5)
 
 
 def test_a_field_that_overflows_has_the_hue_of_the_ceiling(probe):
+    """Where the prior is high too, as at a mirror's peak."""
     fit = MADE_FITS["Rusinkiewicz"]
     points = fit.diffuse.control_points + np.float32(200)
-    steep = dataclasses.replace(fit, diffuse=dataclasses.replace(fit.diffuse, control_points=points))
+    prior = dataclasses.replace(fit.transform.prior, kd=np.array([1e3, 2e3, 4e3]))
+    high = dataclasses.replace(fit.transform, prior=prior)
+    steep = dataclasses.replace(fit, transform=high, diffuse=dataclasses.replace(fit.diffuse, control_points=points))
     found = probe(steep, "out = eval_fit(FIT, vector(0.6, 0.0, 0.8), vector(0.0, 0.6, 0.8));", 1)[0]
     directions = (np.array([angle]) for angle in (np.arcsin(0.6), 0, np.arcsin(0.6), np.pi / 2))
-    hue = fit.transform.prior.evaluate(*directions)[0] + fit.transform.offset       # times exp(40)
-    assert found == pytest.approx(hue / (hue / fit.transform.ceiling).max(), rel=1e-4)
+    hue = high.prior.evaluate(*directions)[0] + high.offset         # times exp(40)
+    assert found == pytest.approx(hue / (hue / high.ceiling).max(), rel=1e-4)
