@@ -9,6 +9,7 @@ from .arrays import ArrayLike, BoolArray, FloatArray, SingleArray
 from .colours import DEFAULT, conversion, luminance
 from .drawing import GRID, INK, Color, blank, dots, line, write
 from .model import Reflectance, is_isotropic
+from .published import Published
 from .samples import Samples
 
 SIZE = 256
@@ -19,6 +20,7 @@ _CHANNELS: dict[int, tuple[Color, ...]] = {
     1: ((0.9, 0.9, 0.9),), 3: ((1.0, 0.38, 0.34), (0.45, 0.85, 0.4), (0.42, 0.62, 1.0))}
 _MARK = (1.0, 0.75, 0.2)
 PAIR: tuple[Color, Color] = ((1.0, 0.6, 0.2), (0.35, 0.7, 1.0))        # of two materials that are compared
+_BRIGHTEST = 0.59           # mean of a thumbnail within its outline
 _HEM = 0.93                 # half the side of a cloth, over that of its picture
 _ORIGIN, _RADIUS = (0.5, 0.27), 0.46       # of a polar plot, over its size
 
@@ -77,6 +79,18 @@ def lit_cloth(fit: Reflectance, size: int = SIZE, colours: str = DEFAULT) -> Sin
     picture[..., :3] = srgb(studio.developed(radiance @ conversion(colours, DEFAULT).T)).reshape(size, size, 3)
     beyond = [np.abs(axis) + 0.012 * np.sin(9 * other) - _HEM for axis, other in ((x, y), (y, x))]
     picture[..., 3] = np.clip(0.5 - np.maximum(*beyond) * size / 2, 0, 1)
+    return picture
+
+
+def thumbnail(material: Published, size: int = SIZE) -> SingleArray:
+    """The picture of a material of the library: a cloth where it is one, else a sphere; (size, size, 4) float32.
+
+    For what is nearly white it is stopped down, as a photographer does.
+    """
+    picture = (lit_cloth if "fabric" in material.tags else lit_sphere)(material.model, size)
+    cover = picture[..., 3:]
+    mean = (picture[..., :3] * cover).sum() / (3 * cover.sum())
+    picture[..., :3] *= min(_BRIGHTEST / mean, 1)
     return picture
 
 

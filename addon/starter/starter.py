@@ -14,6 +14,7 @@ import bpy
 from ...fitter import published, ready
 from ...fitter.colours import DEFAULT
 from ...fitter.files import replacing
+from ...fitter.pictures import thumbnail
 from ..core import assets, library_file, previews
 from ..core import material as materials
 from ..core.annotations import not_none
@@ -103,7 +104,7 @@ def _mark(material: bpy.types.Material, wanted: published.Published) -> None:
     others = wanted.words.split() if wanted.is_computed else ["published fit", "MERL"]
     for tag in (*wanted.tags, *others, wanted.name):
         data.tags.new(tag, skip_if_exists=True)
-    picture = thumbnails.of_published(wanted)
+    picture = thumbnail(wanted, thumbnails.SIZE)
     step = _STEP / 255
     picture[..., :3] = (picture[..., :3] / step).round() * step
     previews.fill(not_none(material.preview_ensure()), picture)

@@ -16,7 +16,7 @@ from ...fitter import published
 from ...fitter.arrays import SingleArray
 from ...fitter.files import replacing
 from ...fitter.formats import EXTENSIONS, PLAIN
-from ...fitter.pictures import lit_cloth, lit_sphere
+from ...fitter.pictures import lit_sphere, thumbnail
 from ..core.annotations import Arguments
 from ..work import discovery, tasks
 from ..work.recent import Recent
@@ -106,12 +106,7 @@ def _as_unicode(text: str) -> str:
 
 def of_library(names: Sequence[str]) -> dict[str, SingleArray]:
     """The pictures of materials of the starter library by name: (SIZE, SIZE, 4) float32 each. Raises DatasetError."""
-    return {name: of_published(published.find(name)) for name in names}
-
-
-def of_published(wanted: published.Published) -> SingleArray:
-    """The picture of a material: a cloth where it is one, else a sphere; (SIZE, SIZE, 4) float32."""
-    return (lit_cloth if "fabric" in wanted.tags else lit_sphere)(wanted.model, SIZE)
+    return {name: thumbnail(published.find(name), SIZE) for name in names}
 
 
 def of_measurement(found: Found, cache: str, how: Arguments) -> SingleArray:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fitter import ready
-from fitter.pictures import lit_cloth, lit_sphere
+from fitter.pictures import thumbnail
 from support.blend_state import state
 from support.cases import release
 from support.checkout import ROOT
@@ -84,8 +84,7 @@ def test_each_asset_has_tags_a_picture_and_says_that_it_is_not_measured(blender,
         assert tuple(item.preview.image_size) == (128, 128)
         pixels = np.empty(128 * 128 * 4, np.float32)
         item.preview.image_pixels_float.foreach_get(pixels)
-        draw = lit_cloth if "fabric" in wanted.tags else lit_sphere
-        expected = draw(ready.find(wanted.name).fit, 128)               # as the panel shows it
+        expected = thumbnail(wanted._replace(model=ready.find(wanted.name).fit), 128)
         assert np.sqrt(np.mean((pixels.reshape(128, 128, 4) - expected) ** 2)) < 0.01
 
 
