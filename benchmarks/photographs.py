@@ -1,12 +1,16 @@
-"""How true materials are that photographs of a ball make: synthetic photographs of known reflectances.
+"""How true materials are that photographs of a ball make: synthetic ones of known reflectances, and real ones.
 
-    python -m benchmarks.photographs [NAME ...] [--lamps 8]     some two minutes; the names of materials choose
+    python -m benchmarks.photographs [NAME ...] [--lamps 8]     some minutes; the names of materials choose
 
 The photographs have 120 x 120 pixels and 1 % of noise, and are fitted by the preset Standard. Errors are root mean
 squares of the difference of cube roots of cosine-weighted values, as shares of those of the truth, at the directions of
 `harness.judging`: at those that photographs cover (`fitter.photographs.coverage`), and at all. FLIP is that of the ball
 under a lamp that was not used. The last columns say by how much, in the same measure at covered directions, the result
 changes where the ball is one pixel beside its place, or each lamp one degree.
+
+Of the real gray ball nobody knows the truth: each of its twelve photographs is predicted by a fit to ten of the others.
+Errors are root mean squares of the difference of radiances, as shares of those that were photographed, at the pixels
+that would be measured; the mean over the photographs, the least and the largest.
 """
 
 import argparse
@@ -20,15 +24,22 @@ from dataclasses import replace
 import numpy as np
 
 import fitter
+from fitter.methods.prior import lambertian
+from fitter.photographs import setup
+from fitter.photographs.ball import measured
 from fitter.photographs.coverage import are_covered
+from fitter.photographs.samples import gathered, in_place
+from fitter.photographs.scale import scaled
 from fitter.quality.cross_validation import cube_root
-from support import ball_scene
+from fitter.samples import choice, subset
+from support import ball_files, ball_scene
 from support.checkout import measurements
 from support.evidence import show_table
 
 from .dense import image_errors
 from .dense.sphere import evaluated
 from .harness.judging import directions
+from .report.baselines import ggx
 
 NOISE = 0.01
 SYNTHETIC = ball_scene.matte, ball_scene.satin, ball_scene.glossy, ball_scene.velvet
@@ -38,6 +49,11 @@ REAL = {"felt": ("curet/abrdf.dat", 1), "leather": ("curet/abrdf.dat", 5), "kryl
     "silk blue": ("rgl/vch_silk_blue_rgb.bsdf", None)}
 COLUMNS = "covered", "all", "FLIP", "1 pixel", "1 degree"
 LIMITS = 0.05, 0.10, 0.03, 0.03, 0.03
+GRAY_BALL = "gray ball"
+LEFT_OUT = (0, 1), (2, 7), (3, 8), (4, 9), (5, 10), (6, 11)     # lamps that stand apart
+PREDICTED = 0.05            # error of the gray ball's photographs that were left out: at most
+_ALBEDO = 0.5               # a guess, which scales all photographs alike
+_PIXELS, _OF_LOBES = 6000, 4000     # of a photograph that are predicted, and to which a lobe is fitted
 
 
 def materials(names=()):
@@ -112,6 +128,43 @@ def judged(model, taken=None):
             flip, *changes)
 
 
+def gray_ball(folder):
+    """The real photographs, with the ball and the lamps at their places: `fitter.BallPhotograph`s."""
+    shots = [{"files": [str(folder / f"gray.{number}.png")], "chrome": str(folder / f"chrome.{number}.png")}
+             for number in range(12)]
+    described = {"camera": {"position": "far", "encoding": "linear"}, "scale": {"albedo": _ALBEDO},
+                 "ball": {"centre": "outline", "mask": str(folder / "gray.mask.png")},
+                 "chrome": {"mask": str(folder / "chrome.mask.png")}, "photograph": shots}
+    return in_place(setup.photographed(described, folder / "none.toml"), GRAY_BALL)
+
+
+def predicted(taken):
+    """The error of each photograph that a fit to others predicts: {method: errors}."""
+    ways = {"Standard": lambda samples: fitter.fit(samples, **fitter.PRESETS["Standard"]),
+            "one GGX lobe": lambda samples: ggx.fit(subset(samples, choice(len(samples), _OF_LOBES))),
+            "Lambert": lambda samples: lambertian(samples.values)}
+    found = {name: [] for name in ways}
+    for left_out in LEFT_OUT:
+        measured_scale = gathered([each for number, each in enumerate(taken) if number not in left_out], GRAY_BALL, "")
+        samples = scaled(measured_scale, _ALBEDO)
+        times = measured_scale.values.sum() / samples.values.sum()
+        for name, way in ways.items():
+            model = way(samples)
+            found[name] += [_unseen(model, times, taken[number]) for number in left_out]
+            print(left_out, name, *np.round(found[name][-2:], 4), file=sys.stderr, flush=True)
+    return found
+
+
+def _unseen(model, times, photograph):
+    """The error of the radiance of a photograph by a model in units that are so many times smaller."""
+    truth = measured(photograph)
+    some = choice(len(truth.reflectance), _PIXELS)
+    light = truth.seen.irradiance[some, None]
+    seen = truth.reflectance[some] * light
+    wrong = times * evaluated(model, [each[some] for each in truth.seen.directions]) * light - seen
+    return float(np.sqrt(np.mean(wrong ** 2) / np.mean(seen ** 2)))
+
+
 def cells(numbers):
     """Numbers as a row of the table has them; one beyond its limit has an asterisk."""
     return ["" if number is None else (f"{number:.3f}" if column == "FLIP" else f"{number:.1%}")
@@ -131,7 +184,17 @@ def main():
         model = make()
         rows.append((name, *cells(judged(model, photographs(model, phases)))))
         print(*rows[-1], file=sys.stderr, flush=True)
-    show_table("photographs", ("material", *COLUMNS), [*rows, ("to reach", *cells(LIMITS))])
+    if rows:
+        show_table("photographs", ("material", *COLUMNS), [*rows, ("to reach", *cells(LIMITS))])
+    folder = measurements() / "photographs" / "gray_ball"
+    if not folder.is_dir():
+        print(f"left out: {GRAY_BALL}, {folder} is not there")
+    elif not options.names or any(part in GRAY_BALL for part in options.names):
+        ball_files.add_openimageio()
+        found = [(name, *(f"{each:.3f}" for each in (np.mean(of), min(of), max(of))))
+                 for name, of in predicted(gray_ball(folder)).items()]
+        found.append(("to reach", f"{PREDICTED:.3f}", "", ""))
+        show_table("gray-ball", ("fitted by", "mean", "least", "largest"), found)
 
 
 if __name__ == "__main__":

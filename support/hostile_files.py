@@ -6,6 +6,7 @@ own, so that processor time and peak memory are the operating system's figures; 
 one row, or with a fit that is in order, are subtracted.
 """
 
+import json
 import os
 import struct
 import subprocess
@@ -17,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fitter import npz
 from support import hostile_fits, mbsdf_files, tensor_files
 from support.checkout import ROOT
 
@@ -60,6 +62,14 @@ def _zemax(azimuths, radials, value=b"1 "):
                      ((b"ScatterAzimuth", azimuths), (b"ScatterRadial", radials)))
     return (b"Symmetry PlaneSymmetrical\nSpectralContent Monochrome\nScatterType BRDF\n" + head + b"DataBegin\nTIS 1\n"
             + (value * radials + b"\n") * azimuths + b"DataEnd\n")
+
+
+def _saved(count):
+    """A small file of so many samples of one value."""
+    header = {"format": "measured-brdf-samples", "version": 1, "name": "", "source": "", "notes": [],
+              "channels": list("RGB"), "isotropic": True}
+    return npz.written({"samples": np.array(json.dumps(header)), "directions": np.full((4, count), 0.5, np.float32),
+                        "values": np.full((count, 3), 0.2, np.float32)})
 
 
 def _inflating_mat():
@@ -113,6 +123,8 @@ CONTENTS = {
                                                                           b"DataEnd\n",
     "Zemax: lines TIS": lambda: _filled(b"TIS 1\n", _zemax(1, 1)[:-12], b"DataEnd\n", 4 * MEGABYTE),
     "MBSDF: a million values": lambda: mbsdf_files.made((100, 100, 100, 1), values=np.ones(1_000_000)),
+    "saved samples: all that a small file may hold": lambda: _saved(580_000),
+    "saved samples: 4 million of one value": lambda: _saved(4_000_000),
     "table: rows": lambda: _filled(_ROW, b"#angles:rad\n" + _VARS[5:], size=LARGE // 2),
     "table: rotations of a symmetry": lambda: (
         b"#symmetry: 180 and mirror\n#angles: degrees\ntheta_i,phi_i,theta_o,phi_o,BRDF\n"

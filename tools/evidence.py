@@ -32,6 +32,8 @@ _BLOCK = re.compile(rf"<!-- evidence: ([\w-]+)(?: (\w+))? -->(.*?){re.escape(END
 _ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \| *(\w*) \|$", re.MULTILINE)
 _SCENES = "demo_scenes", "support/stage.py", "support/sheet.py"
 _WINDOW = "addon", "tools/window"
+_OF_BALLS = (*FITS, "fitter/photographs", "benchmarks/photographs.py", "benchmarks/report/baselines/ggx.py",
+             "support/ball_scene.py")
 _BLENDER = "/tmp/gui/usr/bin/blender"       # with a window: where `tools.window` looks for it
 
 
@@ -76,8 +78,8 @@ ENTRIES = {
                      (*SHADER, "benchmarks/engines.py"), ("engines.png",), "build/engines"),
     "rims": Entry("python -m benchmarks.rims", ("rims-rgl", "rims-others"), (
         *FITS, "benchmarks/rims.py", "support/rims.py")),
-    "photographs": Entry("python -m benchmarks.photographs", ("photographs",), (
-        *FITS, "fitter/photographs", "benchmarks/photographs.py", "support/ball_scene.py")),
+    "photographs": Entry("python -m benchmarks.photographs", ("photographs",), _OF_BALLS),
+    "gray-ball": Entry("python -m benchmarks.photographs gray", ("gray-ball",), _OF_BALLS),
     "scale": Entry("python -m benchmarks.scale", ("scale-convert", "scale-scene"), (
         *SHADER, "addon/library", "addon/work", "benchmarks/scale.py")),
     "dense": Entry("python -m benchmarks.dense --resume --out build/dense",

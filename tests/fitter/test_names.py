@@ -13,6 +13,7 @@ import pytest
 import fitter
 from fitter import cli, npz
 from fitter.errors import printable
+from support import hostile_files
 from support.checkout import ROOT
 
 ROWS = "# angles: degrees\ntheta_i,phi_i,theta_o,phi_o,BRDF\n" + "".join(
@@ -75,12 +76,7 @@ def test_printable_text_stays_as_it_is():
 
 def test_a_small_file_does_not_fill_memory(tmp_path):
     """110 kB that claim 112 MB."""
-    count = 4_000_000
-    header = {"format": "measured-brdf-samples", "version": 1, "name": "", "source": "", "notes": [],
-              "channels": list("RGB"), "isotropic": True}
-    (tmp_path / "a.npz").write_bytes(npz.written({
-        "samples": np.array(json.dumps(header)), "directions": np.full((4, count), 0.5, np.float32),
-        "values": np.full((count, 3), 0.2, np.float32)}))
+    (tmp_path / "a.npz").write_bytes(hostile_files.CONTENTS["saved samples: 4 million of one value"]())
     assert (tmp_path / "a.npz").stat().st_size < 130_000
     with pytest.raises(fitter.DatasetError, match="its arrays claim more than"):
         fitter.load(tmp_path / "a.npz")
