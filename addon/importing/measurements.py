@@ -12,7 +12,15 @@ from ..core.annotations import not_none
 from ..core.outcomes import Data
 from ..core.properties import OFFERED, is_as_fitted, is_preset
 from ..core.reading import draw_reading, other_colours, scene_colours
-from ..panel.layout import MaterialPanel, choices, draw_warning, draw_wrapped, has_data, name_beside_value
+from ..panel.layout import (
+    MaterialPanel,
+    choices,
+    draw_value,
+    draw_warning,
+    draw_wrapped,
+    has_data,
+    name_beside_value,
+)
 from ..work import queries
 from ..work.job import Job
 from . import fit, name_columns, relink, samples
@@ -50,10 +58,9 @@ def _draw_description(layout: bpy.types.UILayout, data: Job[Data]) -> None:
     layout.label(text=data.result.description.name)
     column = layout.column(align=True)
     for label, text, worrying in data.result.description.rows():
-        split = column.split(factor=0.3)
-        split.alert = worrying
-        split.label(text=label)
-        split.label(text=text, icon="ERROR" if worrying else "NONE")
+        row = column.column(align=True)
+        row.alert = worrying
+        draw_value(row, label, text, 0.3, "ERROR" if worrying else "NONE")
 
 
 def draw_source(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:

@@ -11,7 +11,7 @@ import bpy
 from ..core import material as materials
 from ..work.job import Job
 
-_Icon = Literal["CHECKMARK", "DOT", "ERROR", "INFO", "MATERIAL"]
+_Icon = Literal["BLANK1", "CHECKMARK", "DOT", "ERROR", "INFO", "MATERIAL", "NONE"]
 _CHARACTER, _MARGIN = 5.9, 60       # pixels at a scale of 1: of a character on average, and beside texts with an icon
 _TABS = 30                  # pixels at a scale of 1: of the tabs of a sidebar
 _EDGES, _BUTTON = 24, 14    # pixels at a scale of 1: beside buttons, and beside the text of one
@@ -66,7 +66,7 @@ def wrapped(text: str) -> tuple[str, ...]:
     return _wrap(text, 1, _MARGIN, 0, True)
 
 
-def on_buttons(text: str, columns: int, beside: int = 0, width: int = 0) -> tuple[str, ...]:
+def on_buttons(text: str, columns: float, beside: int = 0, width: int = 0) -> tuple[str, ...]:
     """The text of a button in lines, each for a button of its own, where buttons stand in so many columns.
 
     In pixels at a scale of 1: `beside` is what stands beside each, and `width` that of a pop-up, else of the region.
@@ -74,7 +74,7 @@ def on_buttons(text: str, columns: int, beside: int = 0, width: int = 0) -> tupl
     return _wrap(text, columns, _EDGES, _BUTTON + beside, False, width) if bpy.context.region is not None else (text,)
 
 
-def _wrap(text: str, columns: int, margin: int, beside: int, breaks_words: bool, width: int = 0) -> tuple[str, ...]:
+def _wrap(text: str, columns: float, margin: int, beside: int, breaks_words: bool, width: int = 0) -> tuple[str, ...]:
     """Text in lines as wide as a column: of the region without a margin, and each without what is beside the text."""
     region, preferences = bpy.context.region, bpy.context.preferences
     if region is None:
@@ -160,13 +160,20 @@ def choices(layout: bpy.types.UILayout, texts: Collection[str]) -> bpy.types.UIL
     return layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=True, align=True)
 
 
-def draw_value(layout: bpy.types.UILayout, name: str, text: str) -> None:
-    """Draw a name and its value beside it."""
-    split = layout.split(factor=0.4)
-    split.alignment = "RIGHT"
+def draw_value(layout: bpy.types.UILayout, name: str, text: str, share: float = 0.4, icon: _Icon = "NONE") -> None:
+    """Draw a name and its value beside it; below it, in as many lines as it takes, where one of them would be cut.
+
+    `share` is that of the name in the width; of less than 0.4 names begin at the left.
+    """
+    if len(on_buttons(name, 1 / share)) > 1 or len(on_buttons(text, 1 / (1 - share))) > 1:
+        layout.label(text=name)
+        draw_wrapped(layout, text, "BLANK1" if icon == "NONE" else icon)
+        return
+    split = layout.split(factor=share)
+    split.alignment = "RIGHT" if share >= 0.4 else "EXPAND"
     split.label(text=name)
     split.alignment = "LEFT"
-    split.label(text=text)
+    split.label(text=text, icon=icon)
 
 
 def picture_scale(context: bpy.types.Context, columns: int, largest: float = _LARGEST) -> float:

@@ -405,6 +405,25 @@ def test_lines_fill_the_width_of_the_region_and_are_not_cut(ui, monkeypatch, wid
     assert 0.7 * (width - 60) < widest <= width - 50
 
 
+@pytest.mark.parametrize(("width", "is_beside"), [(700, True), (480, True), (250, False)])
+def test_a_value_that_would_be_cut_beside_its_name_stands_below_it(ui, monkeypatch, width, is_beside):
+    import blf
+
+    monkeypatch.setattr(ui.layout, "bpy", SimpleNamespace(context=SimpleNamespace(
+        region=SimpleNamespace(type="WINDOW", width=width), preferences=SimpleNamespace(
+            system=SimpleNamespace(ui_scale=1.0), ui_styles=[SimpleNamespace(widget=SimpleNamespace(points=11.0))]))))
+    name, value = "Widest hole", "17\N{DEGREE SIGN} at 10 in, 40 out, 150 around"
+    layout = Layout()
+    splits = []
+    monkeypatch.setattr(Layout, "split", lambda self, factor: splits.append(factor) or Layout(self), raising=False)
+    ui.layout.draw_value(layout, name, value, 0.3)
+    texts = [entry[2] for entry in layout.drawn]
+    assert (" ".join(texts), splits) == (f"{name} {value}", [0.3] * is_beside)
+    blf.size(0, 11.0)
+    shares = [0.3, 0.7] if is_beside else [1] * len(texts)
+    assert all(blf.dimensions(0, text)[0] < share * width - 20 for text, share in zip(texts, shares, strict=True))
+
+
 def test_the_sidebar_shows_what_the_material_tab_shows(ui, material):
     class WithoutMaterial(SimpleNamespace):
         """The context of a 3-D viewport has no `material`."""
