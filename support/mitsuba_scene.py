@@ -12,6 +12,8 @@ import bpy
 import mitsuba as mi
 import numpy as np
 
+from . import flat_scene
+
 mi.set_variant("llvm_ad_rgb")
 import drjit as dr  # noqa: E402  (after the variant)
 
@@ -194,11 +196,13 @@ def _emitter(radiance):
     return {"type": "area", "radiance": {"type": "rgb", "value": radiance.tolist()}}
 
 
+def _film(width, height):
+    return {"type": "hdrfilm", "width": width, "height": height, "pixel_format": "rgb", "rfilter": {"type": "box"}}
+
+
 def _camera(data, matrix, scene):
     width, height = scene.render.resolution_x, scene.render.resolution_y
-    sensor = {"film": {"type": "hdrfilm", "width": width, "height": height, "pixel_format": "rgb",
-                       "rfilter": {"type": "box"}},
-              "sampler": {"type": "independent"}, "near_clip": 1e-3, "far_clip": 1e4}
+    sensor = {"film": _film(width, height), "sampler": {"type": "independent"}, "near_clip": 1e-3, "far_clip": 1e4}
     looking = matrix @ np.diag([-1, 1, -1, 1])          # Mitsuba's camera looks along +z, its x to the left
     if data.type == "ORTHO":
         half = data.ortho_scale / 2
@@ -230,3 +234,32 @@ def _world(world):
                 "to_world": _transform(upright)}
     colour = strength * np.array(background.inputs["Color"].default_value[:3])
     return {"type": "constant", "radiance": {"type": "rgb", "value": colour.tolist()}} if colour.any() else None
+
+
+def flat_photograph(sample, lamp, size, texels, samples=16):
+    """A photograph of a `flat_scene.Sample` of two materials: (height, width, 3), without noise of its own.
+
+    Mask and normals are images of so many texels, (height, width); lamp and camera are those of `flat_scene`.
+    """
+    u, v = flat_scene.texels(texels)
+    mask = sample.weights(u, v)[:, 1].reshape(*texels, 1).astype(np.float32)
+    normals = (sample.normals(u, v) / 2 + 0.5).reshape(*texels, 3).astype(np.float32)
+    _fits.clear()
+    _fits.update({str(number): fit for number, fit in enumerate(sample.fits)})
+    blended = {"type": "blendbsdf", "weight": _data(mask), **{
+        f"part_{name}": {"type": "fit", "material": name} for name in _fits}}
+    stands = mi.ScalarTransform4f().look_at(flat_scene.CAMERA.tolist(), flat_scene.TARGET.tolist(), [0, 0, 1])
+    half = [flat_scene.SIZE / 2, 0.4 * flat_scene.SIZE, 1]
+    parts = {"type": "scene", "integrator": {"type": "direct", "bsdf_samples": 0, "emitter_samples": 1},
+             "card": {"type": "rectangle", "to_world": mi.ScalarTransform4f().scale(half),
+                      "bsdf": {"type": "normalmap", "normalmap": _data(normals), "bsdf": blended}},
+             "lamp": {"type": "point", "position": lamp.tolist(),
+                      "intensity": {"type": "rgb", "value": flat_scene.INTENSITY.tolist()}},
+             "sensor": {"type": "perspective", "fov": math.degrees(2 * math.atan(0.125)), "fov_axis": "x",
+                        "to_world": stands, "film": _film(*size[::-1])}}
+    return np.array(mi.render(mi.load_dict(parts), spp=samples))
+
+
+def _data(values):
+    """A texture of numbers, whose first row is at v = 0."""
+    return {"type": "bitmap", "bitmap": mi.Bitmap(values), "raw": True, "wrap_mode": "clamp"}
