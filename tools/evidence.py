@@ -80,6 +80,8 @@ ENTRIES = {
         *FITS, "benchmarks/rims.py", "support/rims.py")),
     "photographs": Entry("python -m benchmarks.photographs", ("photographs",), _OF_BALLS),
     "gray-ball": Entry("python -m benchmarks.photographs gray", ("gray-ball",), _OF_BALLS),
+    "flat": Entry("python -m benchmarks.flat", ("flat",), (
+        *FITS, "fitter/photographs", "benchmarks/flat.py", "benchmarks/photographs.py", "support/flat_scene.py")),
     "scale": Entry("python -m benchmarks.scale", ("scale-convert", "scale-scene"), (
         *SHADER, "addon/library", "addon/work", "benchmarks/scale.py")),
     "dense": Entry("python -m benchmarks.dense --resume --out build/dense",
@@ -101,7 +103,8 @@ ENTRIES = {
                      pictures=("gallery/*.jpg",)),
     **{name: Entry(f"python -m demo_scenes.{name} docs/manual/{picture}.png", measured=(*SHADER, *_SCENES),
                    pictures=(f"manual/{picture}.png",))
-       for name, picture in (("adjusted", "adjusted"), ("anisotropic", "anisotropic"), ("ball", "measured_ball"))},
+       for name, picture in (("adjusted", "adjusted"), ("anisotropic", "anisotropic"), ("ball", "measured_ball"),
+                             ("card", "measured_card"))},
     "loops": Entry("python -m tools.window docs/loops drop adjust compare_drag inspect --size 1100x840",
                    measured=_WINDOW, pictures=("loops/*.webp",), needs=_BLENDER),
     "window": Entry("python -m tools.window docs/manual", measured=_WINDOW, pictures=("manual/*.png",),
