@@ -46,9 +46,10 @@ from . import lamp_scale, viewpoint
 from .camera import pixel_angle, rays, rays_through
 from .descriptions import read
 from .flat import frame_of, points_of
-from .flat_photograph import FlatPhotograph, observed
+from .flat_photograph import FlatPhotograph, between, corners_of, observed, pixel_of
 from .lamp_scale import Measured
 from .lamps import PLACED, alike, placed_lamp, with_light_positions
+from .light import Light
 from .pictures import Pictures
 from .setup import lights_of, name_of
 from .table import Table, is_number
@@ -57,6 +58,7 @@ MOST_TEXELS, _DEFAULT_TEXELS = 4096, 1024   # along the width
 _CAMERA = "position", "field_of_view", "focal_length", "sensor_width", "matrix", "encoding"
 _SCALES = "intensity", "albedo", "card"
 _OFF = 3.0                  # pixels that a corner may be off: an edge is found within one by hand
+_EDGE = 1.5                 # pixels from the sample's edge, within which they see what is beside it too
 _MEASURED = 0.02            # of its distance, by which a camera's place may be wrong that somebody has measured
 _ROUNDS = 40                # toward the camera's place; it takes 10
 _GUESSED = 32, 32           # points of a sample whose albedo is a guess
@@ -123,6 +125,7 @@ def flat(path: str | Path) -> Flat:
     are_far, size = alike(lamps, path), 2 * float(np.hypot(x, y))
     scale, what = _scale(table, (height, width), angle, pose, size)
     intensity, note = lamp_scale.intensity_of(scale, pictures, channels, what, are_far)
+    lights = _without_rim(lights, toward, pose, np.array([x, y]))
     photographs = [FlatPhotograph(light.radiance, toward, pose.position, each.at(np.zeros(3), size), intensity,
                                   light.noise, light.known, name_of(shot))
                    for light, each, shot in zip(lights, lamps, tables, strict=True)]
@@ -201,6 +204,27 @@ def _turned(position: FloatArray, toward: FloatArray, corners: FloatArray) -> _P
     u, _, v = np.linalg.svd(there.T @ toward)
     turn = u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v
     return _Pose(position, turn, toward @ turn.T - there)
+
+
+def _without_rim(lights: list[Light], toward: FloatArray, pose: _Pose, half: FloatArray) -> list[Light]:
+    """The same, but pixels that see the sample's edge, or what is right beside it, have what is seen as far within it.
+
+    `half` is of the sample's width and height. Copies of one pixel would look saturated, mirror images do not.
+    """
+    step = _EDGE * pixel_angle(toward) * float(pose.position @ pose.position) / pose.position[2]
+    seen = (pose.position - toward * (pose.position[2] / np.minimum(toward[..., 2:], -1e-9)))[..., :2]
+    within = np.clip(seen, *(sign * np.maximum(half - step, 0) for sign in (-1, 1)))
+    rim = (seen != within).any(axis=2) & (np.abs(seen - within) < 2 * step).all(axis=2)
+    there = np.column_stack([(2 * within - seen)[rim], np.zeros(int(rim.sum()))]) - pose.position
+    place = pixel_of(toward, there / np.linalg.norm(there, axis=1, keepdims=True))
+    corner, share, _ = corners_of(place, rim.shape)
+    filled = []
+    for light in lights:
+        radiance, noise, known = light.radiance.copy(), light.noise.copy(), light.known.copy()
+        radiance[rim], noise[rim] = (between(each, corner, share) for each in light[:2])
+        known[rim] = between(light.known[..., None].astype(float), corner, share)[:, 0] > 1 - 1e-9
+        filled.append(Light(radiance, noise, known))
+    return filled
 
 
 def _shape(table: Table, places: FloatArray, aspect: float) -> tuple[int, int]:

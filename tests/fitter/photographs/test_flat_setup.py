@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs.flat_photograph import pixel_of
+from fitter.photographs.flat import points_of
+from fitter.photographs.flat_photograph import observed, pixel_of
 from fitter.photographs.flat_setup import flat
 from support import ball_files, flat_files, flat_scene
 
@@ -59,6 +60,16 @@ def test_the_camera_stands_where_the_corners_say(written):
     np.testing.assert_allclose(shot.lamp, LAMPS[2], atol=1e-6)
     np.testing.assert_allclose(shot.intensity, flat_scene.INTENSITY)
     assert shot.name == "lamp3.exr"
+
+
+def test_the_dark_beside_the_sample_is_not_in_its_edge(written):
+    """Of photographs that see the edge within a pixel, and texels as small as pixels."""
+    found = flat(written)
+    texels = observed(found.photographs, points_of(found.corners, found.shape), np.array([0.0, 0, 1]))
+    albedo = np.pi * texels.radiance / texels.lit.brought / texels.lit.light[..., 2:]
+    assert texels.good.all()
+    assert albedo.min() > 0.28
+    assert albedo.max() < 0.32
 
 
 @pytest.mark.parametrize("camera", ["", "position = [0.035, -0.125, 0.49]\n"])
