@@ -260,6 +260,30 @@ def test_a_small_lamp_is_not_drawn_at_as_well(blender, foil):
     assert picture.max() < 1.2 * brightest
 
 
+def test_the_lobe_of_a_lamp_without_a_size_is_as_high_as_the_fit_in_every_pixel(blender, foil):
+    """Cosines that round to more than 1 are not raised to the exponent of a lobe: on facets of a thousand normals."""
+    side = 32
+    scene = black_scene(side, side, 4, span=side)
+    scene.cycles.max_bounces, scene.cycles.pixel_filter_type = 0, "BOX"
+    random = np.random.default_rng(1)
+    n = random.uniform(-0.5, 0.5, (side * side, 3)) + [-0.3, 0, 1.2]
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    middle = (np.indices((side, side)).reshape(2, -1)[::-1].T + 0.5 - side / 2)[:, None]
+    corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    height = -(corners[None] * n[:, None, :2]).sum(axis=-1) / n[:, 2:]
+    vertices = np.concatenate([middle + corners, height[..., None]], axis=-1).reshape(-1, 3)
+    mesh = bpy.data.meshes.new("facets")
+    mesh.from_pydata(vertices.tolist(), [], np.arange(len(vertices)).reshape(-1, 4).tolist())
+    mesh.materials.append(osl_material_for(foil))
+    scene.collection.objects.link(bpy.data.objects.new("facets", mesh))
+    toward = leaning(40)
+    add_sun(toward)
+    next(each for each in scene.objects if each.type == "LIGHT").data.use_shadow = False    # of a facet on others
+    found = render(scene)[::-1, :, 0].reshape(-1)
+    expected = reflected(foil, n, np.broadcast_to(toward, n.shape)).mean(axis=-1)
+    assert found == pytest.approx(expected, rel=3e-4)
+
+
 LAMPS = """LampList lamps;
     lamps.count = 3;
     for (int i = 0; i < 3; i++) {
