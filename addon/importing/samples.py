@@ -8,14 +8,16 @@ from ...fitter.formats import list_samples
 from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, not_none
 from ..core.properties import FitChoices
+from ..work import icons
 from ..work.making import HasTarget, begin_with_preference
 from ..work.modal import errors_reported
 from .import_data import choices_and_target
 
-_items: list[tuple[str, str, str]] = []     # Blender keeps no reference to the strings that an items function returns
+_Item = tuple[str, str, str, int, int]
+_items: list[_Item] = []     # Blender keeps no reference to the strings that an items function returns
 
 
-def _list(_operator: bpy.types.Operator, _context: bpy.types.Context | None) -> list[tuple[str, str, str]]:
+def _list(_operator: bpy.types.Operator, _context: bpy.types.Context | None) -> list[_Item]:
     return _items
 
 
@@ -38,15 +40,18 @@ class MEASUREDBRDF_OT_choose_sample(FitChoices, HasTarget, bpy.types.Operator):
         path = self.filepath
         if self.for_material and not path:
             path = not_none(active_material(context)).measured_brdf.filepath
+        path = bpy.path.abspath(path)
         try:
-            samples = list_samples(bpy.path.abspath(path))
+            samples = list_samples(path)
         except DatasetError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         if not samples:
             self.report({"INFO"}, "This file holds only one sample")
             return {"CANCELLED"}
-        _items[:] = [(name, f"{name}  ({number})", f"CURET sample {number}") for number, name in samples]
+        _items[:] = [(name, f"{name}  ({number})", f"CURET sample {number}",
+                      next((icon(path, name) for icon in icons.of_samples), 0), place)
+                     for place, (number, name) in enumerate(samples)]
         context.window_manager.invoke_search_popup(self)
         return {"RUNNING_MODAL"}
 

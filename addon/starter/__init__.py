@@ -4,7 +4,8 @@ from ..core import manual
 from ..core.registration import Registration
 from ..panel import main, menu
 from ..work import command as commands
-from . import command, compiling, operators, panel
+from ..work import icons
+from . import command, compiling, operators, panel, shelf
 
 _ENTRY = menu.entries(
     (operators.MEASUREDBRDF_OT_add_starter_library, "Starter Library of Measured BRDFs to the Asset Browser"))
@@ -14,5 +15,5 @@ _TOPICS = (*manual.over_operators("manual#start-from-the-library", "use_publishe
            *manual.over_settings("manual#start-from-the-library", "measuredshelf", "*"))
 _slice = Registration(operators, panel, compiling, additions=(
     (manual.of_slices, _TOPICS), (menu.MEASUREDBRDF_MT_menu, _ENTRY), (commands.commands, command.add),
-    (main.beginnings, panel.draw_button)))
+    (main.beginnings, panel.draw_button), (icons.of_samples, shelf.sample_icon)))
 register, unregister = _slice.register, _slice.unregister

@@ -3,6 +3,7 @@
 Everything is asked of workers (`work.queue`); what is drawn meanwhile is what is known.
 """
 
+import os
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial
@@ -13,6 +14,7 @@ import numpy as np
 
 from ...fitter import published
 from ...fitter.arrays import SingleArray
+from ...fitter.colours import DEFAULT
 from ...fitter.matching import Match
 from ..core import preferences
 from ..core.annotations import Arguments, not_none
@@ -26,10 +28,12 @@ _PACKAGE = __package__.rpartition(".addon")[0]
 _RECHECK = 2.0              # s, after which a folder is scanned again
 _TICK = 2.5                 # s, between two redraws of a panel that shows a folder
 _KEPT = 600                 # icons
+_PATIENCE = 300.0           # s, for which the icons of a list are wanted
 _GREY = 0.3                 # of the disc that stands for a picture
 _AT_A_TIME = 14             # pictures of the library that are drawn in one go: half a second
 _icons = icons.Icons(_KEPT)
 _coming: set[str] = set()   # published materials whose pictures are being drawn
+_undrawn: set[icons.Key] = set()        # samples whose icons are discs
 _failed: Recent[icons.Key, Exception] = Recent(_KEPT)     # the queue forgets: they would be tried for ever
 _was_drawn = False
 
@@ -134,6 +138,29 @@ def measurement_icon(measurement: thumbnails.Found, how: Arguments) -> tuple[int
                  lambda folder: partial(thumbnails.of_measurement, measurement, folder, how), "slow")
 
 
+def sample_icon(path: str, sample: str) -> int:
+    """The small icon of a sample of a file: a grey disc until it has been drawn. The list that shows it asks once, and
+    waits for as many as a file has."""
+    with suppress(OSError):
+        status = os.stat(path)
+        found = thumbnails.Found(path, sample, (status.st_mtime_ns, status.st_size))
+        key: icons.Key = ("sample", *found)
+        if key not in _icons:
+            _icons.add(key, _disc())
+            _undrawn.add(key)
+        if key in _undrawn:
+            job = queue.ask(key, partial(thumbnails.of_measurement, found, str(user_folder("thumbnails")),
+                                         {"colours": DEFAULT}), "slow", then=partial(_keep_sample, key))
+            job.asked += _PATIENCE
+        return _icons.known(key)
+    return 0
+
+
+def _keep_sample(key: icons.Key, job: Job[SingleArray]) -> None:
+    _icons.add(key, not_none(job.result))
+    _undrawn.discard(key)
+
+
 def _icon(key: icons.Key, work: Callable[[str], Callable[[], SingleArray]],
           lane: str) -> tuple[int, Exception | None]:
     """An icon, 0 until it has been drawn, by what `work` makes of the folder of thumbnails; and why it cannot be."""
@@ -175,3 +202,4 @@ def unregister() -> None:
     _icons.unregister()
     _failed.clear()
     _coming.clear()
+    _undrawn.clear()

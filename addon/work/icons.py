@@ -13,6 +13,8 @@ from .job import Job
 from .recent import Recent
 
 Key = tuple[Any, ...]
+of_samples: list[Callable[[str, str], int]] = []
+"""Of a file and the name of a sample in it the small icon: added by the slice that draws measurements."""
 _Picture = SingleArray | tuple[SingleArray, Any]
 
 
@@ -41,6 +43,7 @@ class Icons:
         if self._previews is not None:
             preview = self._previews[repr(key)] if key in self._ids else self._previews.new(repr(key))
             previews.fill(preview, picture)
+            previews.fill_small(preview, picture)
             self._ids[key] = preview.icon_id
 
     def register(self) -> None:

@@ -84,7 +84,6 @@ def column(h):
 
 def library(h):
     stage(h, "start")
-    h.wait(25)
 
 
 def panel(h):
@@ -188,6 +187,13 @@ def point(h):
 def choose_sample(h):
     with h.override(h.area("VIEW_3D")):
         bpy.ops.measured_brdf.choose_sample("INVOKE_DEFAULT", filepath=CURET)
+    h.wait(2)
+
+
+def nudge(h):
+    """A popup is drawn again when the pointer goes to another of its entries."""
+    subprocess.run(["xdotool", "mousemove_relative", "--", "0", "40", "sleep", "0.3", "mousemove_relative", "0", "-40"],
+                   check=True)
     h.wait(2)
 
 
@@ -559,7 +565,7 @@ def whole(h):
 
 # what arranges the picture, what follows a redraw later, and the area that is shown
 PICTURES = {
-    "library": (library, (), column),
+    "library": (library, (settle,), column),
     "panel": (panel, (settle,), column),
     "layers": (layers, (settle,), column),
     "flakes": (flakes, (settle,), sphere_and_column),
@@ -571,7 +577,7 @@ PICTURES = {
     "rendering": (rendering, (to_the_end,), column),
     "moved": (moved, (to_the_end,), column),
     "fitting": (fitting, (), column),
-    "samples": (samples, (point, choose_sample, shoot_popup), whole),
+    "samples": (samples, (point, choose_sample, settle, nudge, shoot_popup), whole),
     "anisotropy_panel": (anisotropy, (settle, to_the_end), column),
     "assets": (assets, (of_this_file,), whole),
     "lobe": (lobe, (inspect,), whole),

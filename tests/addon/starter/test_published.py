@@ -1,5 +1,6 @@
 """Published fits in Blender: imported, refitted and searched like files."""
 
+import time
 from types import SimpleNamespace
 
 import bpy
@@ -189,6 +190,34 @@ def test_pictures_of_the_library_are_asked_for_when_it_is_opened_and_appear_in_t
     assert told == [bpy.context.window_manager] * len(wanted)
     draw(main.MEASUREDBRDF_PT_material)
     assert asked() == []
+
+
+def test_the_list_of_samples_has_an_icon_of_each_that_is_drawn_while_it_is_open(extension, data, tmp_path, monkeypatch):
+    from measured_brdf.addon.starter import shelf
+    from measured_brdf.addon.work import icons, queue
+    from measured_brdf.fitter import fit, load, pictures, presets
+
+    queue.unregister()
+    shelf.unregister()
+    shelf.register()
+    monkeypatch.setattr(shelf, "user_folder", lambda name: tmp_path / name)
+    path, (icon_of,) = str(data / "curet" / "abrdf.dat"), icons.of_samples
+    for _ in range(2):
+        icon_of(path, "velvet")
+    key, = shelf._undrawn
+    preview = shelf._icons._previews[repr(key)]
+    assert tuple(preview.icon_size) == (32, 32)
+    lane = queue._lanes["slow"]
+    assert [question.key for question in lane.pending()] == [key]
+    lane.drop_unwanted(time.monotonic() + 50)           # the list does not ask again
+    queue.answer_all()
+    small = np.array(preview.icon_pixels_float[:]).reshape(32, 32, 4)
+    expected = pictures.lit_sphere(fit(load(path, "velvet"), **presets.PRESETS["Draft"]), 128)[2::4, 2::4]
+    assert np.abs(small - expected).max() < 0.01
+    assert not shelf._undrawn
+    icon_of(path, "velvet")
+    assert not lane.pending()
+    assert icon_of(str(tmp_path / "gone.dat"), "velvet") == 0
 
 
 def test_a_folder_is_looked_at_for_as_long_as_it_is_drawn(extension, tmp_path, monkeypatch):
