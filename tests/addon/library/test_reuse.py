@@ -33,9 +33,11 @@ def material(blender, file):
 
 
 def settings_of(material):
+    from measured_brdf.addon.core import paths
+
     settings = material.measured_brdf
-    return {name: getattr(settings, name) for name in (
-        "filepath", "sample", "preset", "diffuse_level", "specular_level", "compression", "use_tolerance", "digest",
+    return {"filepath": paths.absolute(material)} | {name: getattr(settings, name) for name in (
+        "sample", "preset", "diffuse_level", "specular_level", "compression", "use_tolerance", "digest",
         "coefficients", "bytes", "rmse", "fitted_levels", "name_of_data")}
 
 
