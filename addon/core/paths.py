@@ -25,7 +25,7 @@ RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if "is_path_supports_blend_relative"
 """Options of a property that may hold a relative path; Blender 4.2 knows none."""
 of_scenes: list[Callable[[bpy.types.Scene], Iterator[Place]]] = []
 """Functions of slices: what else a scene names."""
-_BLEND, _STARTUP = "//", "startup.blend"
+_BLEND = "//"
 
 
 def absolute(material: bpy.types.Material) -> str:
@@ -96,19 +96,14 @@ def _move(before: str, after: str) -> None:
 
 @persistent
 def _before_saving(path: str, *_: object) -> None:
-    _move(bpy.data.filepath, _place(path))
+    _move(bpy.data.filepath, path)         # empty: of the startup file, whose paths are told from nowhere
 
 
 @persistent
 def _after_saving(path: str, *_: object) -> None:
     """Of a copy, and where it failed: the open file is where it was."""
     if path != bpy.data.filepath:
-        _move(_place(path), bpy.data.filepath)
-
-
-def _place(path: str) -> str:
-    """Where the paths of a file are told from: of the one that Blender starts with, from nowhere."""
-    return "" if os.path.basename(path) == _STARTUP else path
+        _move(path, bpy.data.filepath)
 
 
 @persistent
