@@ -104,8 +104,6 @@ SHADER_GUARDS = [
     *_of("osl/shading_frame.h", (*_SMALL[:-1], f"{_SMALL[-1]} or drawn or viewer"),
          ("fabs(axis[2]) < NEARLY_PARALLEL ? vector(0.0, 0.0, 1.0) : vector(1.0, 0.0, 0.0)", "vector(0.0, 0.0, 1.0)",
           "a lamp above the point, a viewer on the normal")),
-    *_of("osl/measured_brdf.osl", _LARGE,
-         ("if (Lamps >= n)", "if (1)", "lamps that the scene does not have")),
     *_of("osl/measured_brdf.osl", _SHARP,
          ('(Everywhere || raytype("camera") || raytype("singular"))', '(Everywhere || raytype("camera"))',
           "what is seen in a mirror is exact"),
