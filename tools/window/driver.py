@@ -390,7 +390,6 @@ def popover(h):
 
 def open_library(h):
     area = column(h)
-    began["longest"] = 0
     press(h, area.x + 200, area.y + area.height - 466, "library")
     h.wait(0.1)
 
