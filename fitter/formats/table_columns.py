@@ -17,7 +17,7 @@ from .table_layout import MOST_COLUMNS, SKIPPED, Layout
 from .text import decode, floats, lines, parse_number
 
 EXPECTED = "theta_i, theta_o, phi (or phi_i and phi_o), and values: BRDF, or R, G and B"
-OTHERWISE = "the option columns of reading says which is which (--columns; in Blender's import, Columns)"
+OTHERWISE = "the option columns says which is which"
 _SAID = re.compile(rb"[#%!/\s\"]*([^:=;,\t|\"]{1,60}?)[\s\"]*[:=;,\t|]+[\s\"]*([^\r\n]{0,200}?)[\s;,|\"]*\Z")
 _NUMBER = re.compile(r"([-+]?\d+(?:[.,]\d+)?)\s*[;,\t|]?\s*(.*)")
 _STRANGE_UNITS = frozenset({"gon", "grad", "grads", "gradian", "gradians", "mrad", "milliradians", "arcmin", "turns"})

@@ -260,6 +260,12 @@ def measure(h):
     until_done(h)
 
 
+def not_yet(h, step, seconds=0.2):
+    """Try a step again, some time later."""
+    h.later.append(step)
+    h.wait(seconds)
+
+
 def until_done(h):
     h.wait(2)
     if importlib.import_module("bl_ext.user_default.measured_brdf.addon.work.modal").running is not None:
@@ -334,9 +340,7 @@ def until_there(h):
         raise RuntimeError("the click has not opened the material tab")
     shelf = importlib.import_module("bl_ext.user_default.measured_brdf.addon.starter.shelf")
     if not shelf.published_icon("gold-polished") or "gold-polished" in shelf.coming():      # and what is beside it
-        h.later.append(until_there)
-        h.wait(0.2)
-        return
+        return not_yet(h, until_there)
     tell("Open the material tab, until its pictures are there", "tab")
     h.wait(0.5)                     # they are drawn
 
@@ -356,9 +360,7 @@ def press(h, x, y, what):
 def until_made(h):
     made = bpy.context.object.active_material
     if made is None or "gold" not in made.name.lower():
-        h.later.append(until_made)
-        h.wait(0.1)
-        return
+        return not_yet(h, until_made, 0.1)
     tell(f"Click a picture, until the object has {made.name}", "click")
 
 
@@ -373,9 +375,7 @@ def render_ring(h):
 
 def until_rendered(h):
     if "rendered" not in began:
-        h.later.append(until_rendered)
-        h.wait(0.2)
-        return
+        return not_yet(h, until_rendered)
     tell("F12, until the picture is rendered", "render")
     tell("All, with the way of the pointer", "all")
     h.wait(3)
@@ -397,9 +397,7 @@ def open_library(h):
 def until_pictures(h):
     shelf = importlib.import_module("bl_ext.user_default.measured_brdf.addon.starter.shelf")
     if shelf.coming() or not shelf._icons.known(("published", "gold-polished")):
-        h.later.append(until_pictures)
-        h.wait(0.1)
-        return
+        return not_yet(h, until_pictures, 0.1)
     tell("Open the library, until its pictures are there", "library")
     h.wait(1)
     h.later.append(lambda h: h.shoot("/share/extra-popup.png"))         # which closes when the pointer leaves it
@@ -408,9 +406,7 @@ def until_pictures(h):
 def until_icon(h):
     """Until Blender has drawn its own picture of the cube's material."""
     if bpy.app.is_job_running("RENDER_PREVIEW") or time.monotonic() - began["tab"] < 20:
-        h.later.append(until_icon)
-        h.wait(0.5)
-        return
+        return not_yet(h, until_icon, 0.5)
     tell("Blender's own picture of the cube's material, or 20 s", "tab")
     print("TIME", "The longest of these that Blender did not answer", f"{began['longest']:.1f} s", sep="|", flush=True)
 
@@ -424,9 +420,7 @@ def drop_file(h):
 
 def until_fitted(h):
     if not bpy.context.object.active_material.name.startswith("Garnet"):
-        h.later.append(until_fitted)
-        h.wait(0.2)
-        return
+        return not_yet(h, until_fitted)
     tell("Drop a file of 1,439 measurements, until the object has the material", "file")
     h.wait(1)
 

@@ -286,7 +286,7 @@ def test_columns_beside_the_measurement_are_passed_over(load):
 def test_columns_are_what_a_user_says(load, head):
     i, o, apart, values = hemisphere()
     text = head + rows([i, 7 + 0 * i, o, apart, values], ";")
-    with pytest.raises(ColumnsUnknownError, match="--columns"):
+    with pytest.raises(ColumnsUnknownError, match="option columns"):
         load(text)
     samples = load(text, columns="theta_i[deg],-,theta_o[deg],phi[deg],BRDF")
     assert_is_truth(samples)

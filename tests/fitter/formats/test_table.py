@@ -215,7 +215,7 @@ def test_trailing_separators_do_not_count(load):
     ("theta_i,theta_o,phi", "30,0,1", r":1: .*expected also values"),
     ("theta_i,theta_o,theta_r,phi,R", "30,30,30,180,1", r":1: 'theta_r' is the second"),
     ("theta_i,theta_o,phi,R,humidity", "30,30,180,1,40",
-     r":1: columns theta_i, .*, of which humidity means nothing here; .*--columns"),
+     r":1: columns theta_i, .*, of which humidity means nothing here; .*option columns"),
     ("theta_i,theta_o,phi,BRDF", "30,30,180,1\n30,x,180,1", r":3: 'x' found, expected a number"),
     ("theta_i,theta_o,phi,BRDF", "30,30,180,1\n30,40,180,1,2", r":3: more than 4 cells found, expected one for each"),
     ("theta_i,theta_o,phi,BRDF", "30,30,180,1\n\n30,95,180,1", r":4: a polar angle of 95 found"),
@@ -243,8 +243,8 @@ def test_real_measurements_written_as_a_table_are_the_same(load, cornell):
 @pytest.mark.parametrize(("text", "says"), [
     ("alpha;beta;gamma\n1;2;3\n", "columns alpha, beta, gamma found; expected theta_i, theta_o, phi"),
     ("# mine\nangle,BRDF\n0.1,0.2\n0.3,0.4\n",
-     "columns angle, BRDF found, expected also theta_i, theta_o; .*--columns"),
-    ("0.5 0.0 0.5 3.14 0.2\n0.5 0.0 0.6 3.14 0.1\n", "5 columns of numbers without names found; .*--columns"),
+     "columns angle, BRDF found, expected also theta_i, theta_o; .*option columns"),
+    ("0.5 0.0 0.5 3.14 0.2\n0.5 0.0 0.6 3.14 0.1\n", "5 columns of numbers without names found; .*option columns"),
     ("30;0;45,5;180;0,2\r\n", "5 columns of numbers without names found"),
     ("1,2\n3,4\n", "in no known format"), ("alpha beta\ngamma delta\n", "in no known format"),
     ("Tuesday: measured\nthe blue one: again\n", "in no known format")])
