@@ -47,11 +47,13 @@ class Texels(NamedTuple):
     """The photographs that count: (n, p)."""
     left: FloatArray
     """The squared error of a value, in units of its variance: (n,)."""
+    response: FloatArray
+    """By how much the weights change with the slopes: (n, materials, 2)."""
 
     def part(self, which: slice | IntArray) -> "Texels":
         """Some of them."""
         return Texels(self.weights[which], self.deviation[which], self.slopes[which], self.precision[which],
-                      self.used[which], self.left[which])
+                      self.used[which], self.left[which], self.response[which])
 
 
 def normals_of(slopes: FloatArray, frame: FloatArray) -> FloatArray:
@@ -129,11 +131,11 @@ def _solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slop
     used = seen.good & ~_dark(seen, frame)
     scale = scale_of(seen, seen.radiance, used)
     found: Texels | None = None
-    going = np.arange(len(used))
+    going, known, unit = np.arange(len(used)), np.zeros_like(used), 0.0
     for _ in range(_SHADOWS):
         part, start = seen.some(going), slopes[going]
         normal = normals_of(start, frame)
-        unit = radiances(fits, part.lit, normal, part.good)
+        unit = unit + radiances(fits, part.lit, normal, part.good & ~known)
         expected = np.einsum("npcm,nm->npc", unit, _weights(unit, part, used[going], scale[going]))
         scale[going] = scale_of(part, expected, used[going])
         missing = (expected - part.radiance).mean(axis=2)
@@ -152,6 +154,7 @@ def _solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slop
         descent = _descended(fits, part, trusted, scale[going], frame, slopes[going], _DESCENDED, unit)
         slopes = slopes.copy()
         slopes[going] = descent.slopes
+        known, unit = trusted, descent.unit.reshape(unit.shape) * scale[going][..., None]
         now = _judged(part, trusted, scale[going], descent)
         if found is None:
             found = now
@@ -165,9 +168,14 @@ def _solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slop
 def given_normals(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, found: Texels,
                   slopes: FloatArray) -> FloatArray:
     """The weights, (n, materials), of texels whose slopes are these, (n, 2)."""
-    unit = radiances(fits, seen.lit, normals_of(slopes, frame), found.used)
-    expected = np.einsum("npcm,nm->npc", unit, found.weights)
-    return _weights(unit, seen, found.used, scale_of(seen, expected, found.used))
+    turned = slopes - found.slopes
+    weights = np.maximum(found.weights + np.einsum("nmk,nk->nm", found.response, turned), 0)
+    far = np.flatnonzero(np.linalg.norm(turned, axis=1) > _CURVED)
+    part, used = seen.some(far), found.used[far]
+    unit = radiances(fits, part.lit, normals_of(slopes[far], frame), used)
+    expected = np.einsum("npcm,nm->npc", unit, found.weights[far])
+    weights[far] = _weights(unit, part, used, scale_of(part, expected, used))
+    return np.asarray(weights)
 
 
 def least_squares(unit: FloatArray, values: FloatArray) -> FloatArray:
@@ -214,8 +222,9 @@ def _gram(unit: FloatArray) -> FloatArray:
 def _weights(unit: FloatArray, seen: Observed, used: BoolArray, scale: FloatArray) -> FloatArray:
     """The weights for radiances of unit weights: (n, p, c, m) to (n, m)."""
     share = used[..., None] / scale
-    n, m = len(unit), unit.shape[-1]
-    return least_squares((unit * share[..., None]).reshape(n, -1, m), (seen.radiance * share).reshape(n, -1))
+    n, p, channels, m = unit.shape
+    return least_squares((unit * share[..., None]).reshape(n, p * channels, m),
+                         (seen.radiance * share).reshape(n, p * channels))
 
 
 def scale_of(seen: Observed, expected: FloatArray, used: BoolArray, share: float = NOISE) -> FloatArray:
@@ -297,17 +306,19 @@ def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, sca
     change, derived = np.zeros((*unit.shape, 2)), np.full_like(slopes, np.inf)
     damping, going = np.full(len(slopes), 1e-2), everywhere
     for _ in range(steps):
-        if not len(going):
-            break
         stale = going[~(np.linalg.norm(slopes[going] - derived[going], axis=1) < _CURVED)]
         if len(stale):
             for k, shift in enumerate(DIFFERENCE * np.eye(2)):
                 change[stale, ..., k] = (at(stale, slopes[stale] + shift) - unit[stale]) / DIFFERENCE
             derived[stale] = slopes[stale]
-        _, hessian, right = _normal_equations(unit[going], values[going], change[going], slopes[going], weights[going])
-        diagonal = np.einsum("nii->ni", hessian)[..., None] * np.eye(2)
-        step = np.linalg.solve(hessian + damping[going, None, None] * diagonal, right[..., None])[..., 0]
+        of = _normal_equations(unit[going], values[going], change[going], slopes[going], weights[going])
+        diagonal = np.einsum("nii->ni", of.slopes)[..., None] * np.eye(2)
+        step = np.linalg.solve(of.slopes + damping[going, None, None] * diagonal, of.right[..., None])[..., 0]
         step *= np.minimum(1, STEEP / 2 / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12))
+        moves = np.linalg.norm(step, axis=1) > _STILL
+        going, step = going[moves], step[moves]
+        if not len(going):
+            break
         tried = slopes[going] + step
         there = at(going, tried)
         w = least_squares(there, values[going])
@@ -318,8 +329,6 @@ def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, sca
         unit[at_better] = there[better]
         damping[going] *= np.where(better, 0.2, 6.0)
         derived[going[~better & (derived[going] != slopes[going]).any(axis=1)]] = np.inf
-        still = np.linalg.norm(step, axis=1) < _STILL
-        going = going[~still]
     return _Descent(slopes, cost, weights, unit, change)
 
 
@@ -328,10 +337,19 @@ def _cost(unit: FloatArray, values: FloatArray, weights: FloatArray, slopes: Flo
     return np.asarray((off ** 2).sum(axis=1) + (slopes ** 2).sum(axis=1) / STEEP ** 2)
 
 
+class _Equations(NamedTuple):
+    weights: FloatArray
+    """The inverse of the weights' covariance, with the slopes projected out: (n, m, m)."""
+    slopes: FloatArray
+    """That of the slopes', with the weights above 0 projected out: (n, 2, 2)."""
+    right: FloatArray
+    """The right side of a step of the slopes: (n, 2)."""
+    response: FloatArray
+    """By how much the weights above 0 change with the slopes: (n, m, 2)."""
+
+
 def _normal_equations(unit: FloatArray, values: FloatArray, change: FloatArray, slopes: FloatArray,
-                      weights: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The inverse of the weights' covariance (n, m, m), with the slopes projected out, that of the slopes' (n, 2, 2),
-    with the weights above 0 projected out, and the right side of a step of the slopes (n, 2)."""
+                      weights: FloatArray) -> _Equations:
     now = np.einsum("nqm,nm->nq", unit, weights)
     change = np.einsum("nqmk,nm->nqk", change, weights)
     gram = _gram(unit)
@@ -342,18 +360,19 @@ def _normal_equations(unit: FloatArray, values: FloatArray, change: FloatArray, 
     held = weights <= 0
     active = np.where(held[:, :, None] | held[:, None, :], 0.0, gram) + held[:, :, None] * np.eye(held.shape[1])
     across = np.where(held[..., None], 0.0, across)
-    return taken, own - np.swapaxes(across, 1, 2) @ np.linalg.solve(active, across), right
+    response = -np.linalg.solve(active, across)
+    return _Equations(taken, own + np.swapaxes(across, 1, 2) @ response, right, response)
 
 
 def _judged(seen: Observed, used: BoolArray, scale: FloatArray, found: _Descent) -> Texels:
     """What was found, with its deviation: by the noise, or where more is left, by that."""
     values = (seen.radiance * (used[..., None] / scale)).reshape(len(used), -1)
-    taken, precision, _ = _normal_equations(found.unit, values, found.change, found.slopes, found.weights)
+    of = _normal_equations(found.unit, values, found.change, found.slopes, found.weights)
     known = used.sum(axis=1) * seen.radiance.shape[2]
     left = found.cost / np.maximum(known - found.weights.shape[1] - 2, 1)
     more = np.maximum(left, 1)
-    trace = np.einsum("nmm->n", taken)
-    safe = taken + (_RIDGE * np.abs(trace) + np.finfo(float).tiny)[:, None, None] * np.eye(taken.shape[1])
+    trace = np.einsum("nmm->n", of.weights)
+    safe = of.weights + (_RIDGE * np.abs(trace) + np.finfo(float).tiny)[:, None, None] * np.eye(of.weights.shape[1])
     variance = np.einsum("nmm->nm", np.linalg.inv(safe)) * more[:, None]
     deviation = np.where((known > 0)[:, None], np.sqrt(np.maximum(variance, 0)), np.inf)
-    return Texels(found.weights, deviation, found.slopes, precision / more[:, None, None], used, left)
+    return Texels(found.weights, deviation, found.slopes, of.slopes / more[:, None, None], used, left, of.response)
