@@ -131,7 +131,7 @@ def _solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slop
     used = seen.good & ~_dark(seen, frame)
     scale = scale_of(seen, seen.radiance, used)
     found: Texels | None = None
-    going, known, unit = np.arange(len(used)), np.zeros_like(used), 0.0
+    going, known, unit = np.arange(len(used)), np.zeros_like(used), np.zeros(())
     for _ in range(_SHADOWS):
         part, start = seen.some(going), slopes[going]
         normal = normals_of(start, frame)
@@ -360,7 +360,7 @@ def _normal_equations(unit: FloatArray, values: FloatArray, change: FloatArray, 
     held = weights <= 0
     active = np.where(held[:, :, None] | held[:, None, :], 0.0, gram) + held[:, :, None] * np.eye(held.shape[1])
     across = np.where(held[..., None], 0.0, across)
-    response = -np.linalg.solve(active, across)
+    response = np.asarray(-np.linalg.solve(active, across), dtype=float)
     return _Equations(taken, own + np.swapaxes(across, 1, 2) @ response, right, response)
 
 
