@@ -20,7 +20,7 @@ from ..errors import DatasetError
 from ..model.fit import Fit
 from .flat_finding import MOST_TEXELS, materials_found
 from .flat_photograph import FlatPhotograph, between, corners_of, lit, observed
-from .flat_solving import Texels, given_normals, normals_of, radiances, solved
+from .flat_solving import Texels, given_normals, normals_of, radiances, solved, turned_weights
 
 MOST_MATERIALS = 4          # every choice of them is tried at each texel
 _BLOCK = 4096               # texels at a time: 50 MB with 16 photographs and 4 materials
@@ -126,8 +126,12 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     with progress.part(0.9, 1.0, "Smoothing normals"):
         slopes = smoothed(texels.slopes.reshape(height, width, 2), texels.precision.reshape(height, width, 2, 2))
         slopes = slopes.reshape(-1, 2)
-        weights = np.concatenate(_in_parts(lambda part: given_normals(
-            fits, observed(photographs, points[part], frame[2]), frame, texels.part(part), slopes[part]), len(points)))
+        weights, far = turned_weights(texels, slopes)
+        for part, exact in zip(_blocks(len(far)), _in_parts(lambda part: given_normals(
+                fits, observed(photographs, points[far[part]], frame[2]), frame, texels.part(far[part]),
+                slopes[far[part]]), len(far)), strict=True):
+            weights[far[part]] = exact
+        progress.report(1.0)
     return Maps(fits, weights.reshape(height, width, -1), normals_of(slopes, frame).reshape(height, width, 3), corners,
                 texels.deviation.reshape(height, width, -1), texels.used.sum(axis=1).reshape(height, width))
 

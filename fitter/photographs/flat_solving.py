@@ -165,17 +165,20 @@ def _solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slop
     return found
 
 
+def turned_weights(found: Texels, slopes: FloatArray) -> tuple[FloatArray, IntArray]:
+    """The weights, (n, materials), of texels whose slopes become these, (n, 2), by their derivative; and the numbers of
+    those that turn too far for it: `given_normals` has their weights."""
+    turned = slopes - found.slopes
+    weights = np.maximum(found.weights + np.einsum("nmk,nk->nm", found.response, turned), 0)
+    return weights, np.flatnonzero(np.linalg.norm(turned, axis=1) > _CURVED)
+
+
 def given_normals(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, found: Texels,
                   slopes: FloatArray) -> FloatArray:
     """The weights, (n, materials), of texels whose slopes are these, (n, 2)."""
-    turned = slopes - found.slopes
-    weights = np.maximum(found.weights + np.einsum("nmk,nk->nm", found.response, turned), 0)
-    far = np.flatnonzero(np.linalg.norm(turned, axis=1) > _CURVED)
-    part, used = seen.some(far), found.used[far]
-    unit = radiances(fits, part.lit, normals_of(slopes[far], frame), used)
-    expected = np.einsum("npcm,nm->npc", unit, found.weights[far])
-    weights[far] = _weights(unit, part, used, scale_of(part, expected, used))
-    return np.asarray(weights)
+    unit = radiances(fits, seen.lit, normals_of(slopes, frame), found.used)
+    expected = np.einsum("npcm,nm->npc", unit, found.weights)
+    return _weights(unit, seen, found.used, scale_of(seen, expected, found.used))
 
 
 def least_squares(unit: FloatArray, values: FloatArray) -> FloatArray:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 from scipy.stats import spearmanr
 
 import fitter
@@ -145,6 +146,29 @@ def test_texels_that_start_from_coarser_ones_end_where_others_do(materials, monk
             raise InterruptedError
     with progress.listening(cancel), pytest.raises(InterruptedError):
         fitter.maps_from_flat(shots, flat_scene.corners(), SHAPE, sample.fits)
+
+
+@pytest.mark.parametrize("turn", [0.004, 0.08])     # by the derivative, and anew
+def test_weights_follow_normals_that_are_smoothed(materials, monkeypatch, turn):
+    """Beside nonnegative least squares at the normals of the maps, by SciPy and another renderer."""
+    sample, lamps, shape = flat_scene.Sample(materials[:2], flat_scene.smooth_weights(2), flat_scene.bumps), \
+        flat_scene.lamps(8), (8, 8)
+    shots = photographed(sample, lamps, noise=0)
+    kept = fitter.maps_from_flat(shots, flat_scene.corners(), shape, sample.fits)
+    monkeypatch.setattr(flat, "smoothed", lambda slopes, precision: slopes + np.array([turn, -turn / 2]))
+    maps = fitter.maps_from_flat(shots, flat_scene.corners(), shape, sample.fits)
+    at, normals = flat_scene.texels(shape), maps.normals.reshape(-1, 3)
+    unit = np.moveaxis([[flat_scene.radiance(flat_scene.Sample((fit,), lambda u, v: np.ones((len(u), 1)),
+                                                               lambda u, v: normals[:, :2] / normals[:, 2:]), *at, lamp)
+                         for fit in sample.fits] for lamp in lamps], 2, 0)
+    shown = np.stack([flat_scene.shown(each.radiance, shape).reshape(-1, 3) for each in shots], axis=1)
+    before = kept.weights.reshape(-1, 2)
+    scale = np.einsum("npmc,nm->npc", unit, before)     # errors are shares of what is expected
+    expected = [nnls((each / by[:, None]).swapaxes(1, 2).reshape(-1, 2), (values / by).ravel())[0]
+                for each, by, values in zip(unit, scale, shown, strict=True)]
+    changed, wrong = (np.abs(each - expected).mean() for each in (before, maps.weights.reshape(-1, 2)))
+    print(f"weights change by {changed:.5f} and are {wrong:.5f} off")
+    assert wrong < 0.5 * changed
 
 
 def test_the_next_lamp_is_one_whose_photograph_lowers_the_errors_most(materials):
