@@ -1,6 +1,7 @@
 """How true materials are that photographs of a ball make: synthetic ones of known reflectances, and real ones.
 
     python -m benchmarks.photographs [NAME ...] [--lamps 8]     some minutes; the names of materials choose
+    python -m benchmarks.photographs [NAME ...] --next-lamp     a quarter of an hour
 
 The photographs have 120 x 120 pixels and 1 % of noise, and are fitted by the preset Standard. Errors are root mean
 squares of the difference of cube roots of cosine-weighted values, as shares of those of the truth, at the directions of
@@ -11,6 +12,10 @@ changes where the ball is one pixel beside its place, or each lamp one degree.
 Of the real gray ball nobody knows the truth: each of its twelve photographs is predicted by a fit to ten of the others.
 Errors are root mean squares of the difference of radiances, as shares of those that were photographed, at the pixels
 that would be measured; the mean over the photographs, the least and the largest.
+
+With `--next-lamp`, of two to four photographs each: the error at all directions after one more, with the lamp in the
+middle of the widest gap between difference angles, and where `fitter.photographs.ball_advice` says, over that with it
+in the best of the gaps' middles; geometric means, and the largest.
 """
 
 import argparse
@@ -27,7 +32,8 @@ import fitter
 from fitter.methods.prior import lambertian
 from fitter.photographs import setup
 from fitter.photographs.ball import measured
-from fitter.photographs.coverage import are_covered
+from fitter.photographs.ball_advice import next_phase_angle
+from fitter.photographs.coverage import are_covered, coverage
 from fitter.photographs.samples import gathered, in_place
 from fitter.photographs.scale import scaled
 from fitter.quality.cross_validation import cube_root
@@ -52,6 +58,7 @@ LIMITS = 0.05, 0.10, 0.03, 0.03, 0.03
 GRAY_BALL = "gray ball"
 LEFT_OUT = (0, 1), (2, 7), (3, 8), (4, 9), (5, 10), (6, 11)     # lamps that stand apart
 PREDICTED = 0.05            # error of the gray ball's photographs that were left out: at most
+FEW = (20, 60), (40, 110), (60, 130), (50, 90), (15, 60, 130), (45, 80, 115), (15, 40, 95, 140), (30, 60, 110, 130)
 _ALBEDO = 0.5               # a guess, which scales all photographs alike
 _PIXELS, _OF_LOBES = 6000, 4000     # of a photograph that are predicted, and to which a lobe is fitted
 
@@ -128,6 +135,27 @@ def judged(model, taken=None):
             flip, *changes)
 
 
+def next_lamps(model):
+    """Errors with one photograph more than `FEW`, over the best one's: of the widest gap, and as advised, (2, n)."""
+    at, found = directions(), []
+    truth = np.broadcast_to(evaluated(model, at), (len(at[0]), 3))
+
+    def measured_under(phases):
+        return fitter.samples_from_ball(photographs(model, phases))
+
+    for phases in FEW:
+        samples = measured_under(phases)
+        covered = coverage(samples)
+        middles = [sum(gap) for gap in covered.gaps]
+        if len(middles) < 2:
+            continue
+        fits = [fitter.fit(measured_under((*phases, middle)), **fitter.PRESETS["Standard"]) for middle in middles]
+        errors = [difference(at[2], truth, evaluated(fit, at)) for fit in fits]
+        advised = middles.index(next_phase_angle(samples, covered))
+        found.append((errors[0] / min(errors), errors[advised] / min(errors)))
+    return np.transpose(found)
+
+
 def gray_ball(folder):
     """The real photographs, with the ball and the lamps at their places: `fitter.BallPhotograph`s."""
     shots = [{"files": [str(folder / f"gray.{number}.png")], "chrome": str(folder / f"chrome.{number}.png")}
@@ -176,7 +204,17 @@ def main():
     parser = argparse.ArgumentParser(prog="python -m benchmarks.photographs", description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help="only materials whose names contain one of these")
     parser.add_argument("--lamps", type=int, default=len(ball_scene.PHASES), help="default: %(default)s")
+    parser.add_argument("--next-lamp", action="store_true", help="only judge the advice where to put the next lamp")
     options = parser.parse_args()
+    if options.next_lamp:
+        rows = []
+        for name, make in materials(options.names):
+            gains = next_lamps(make())
+            rows.append((name, *(f"{each:.2f}" for ratios in gains for each in (np.exp(np.log(ratios).mean()),
+                                                                                ratios.max()))))
+            print(*rows[-1], file=sys.stderr, flush=True)
+        show_table("next-lamp", ("material", "widest gap", "at most", "advised", "at most"), rows)
+        return
     phases = ball_scene.PHASES if options.lamps == len(ball_scene.PHASES) else np.linspace(
         ball_scene.PHASES[0], ball_scene.PHASES[-1], options.lamps)
     rows = []

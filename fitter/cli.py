@@ -17,7 +17,7 @@ from .files import replacing
 from .formats import KNOWN_FILES, illuminants, list_samples, reading, saved_samples
 from .methods import METHODS
 from .photographs import flat_maps
-from .photographs.coverage import advice, coverage
+from .photographs.ball_advice import advice
 from .photographs.flat_setup import flat
 from .photographs.setup import measure
 from .published import name_in
@@ -228,7 +228,7 @@ def _photographs(options: argparse.Namespace) -> None:
     samples = measure(options.file)
     saved_samples.write(samples, options.out)
     say(samples.name)
-    for line in (*samples.notes, *advice(coverage(samples))):
+    for line in (*samples.notes, *advice(samples)):
         say(f"  {line}")
     say(f"{options.out}: {len(samples):,} samples; python -m fitter fit {options.out} -o FIT.npz fits them")
 

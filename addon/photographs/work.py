@@ -15,7 +15,7 @@ from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT, conversion
 from ...fitter.formats import saved_samples
 from ...fitter.photographs import flat_maps, flat_setup, setup
-from ...fitter.photographs.coverage import advice, coverage
+from ...fitter.photographs.ball_advice import advice
 from ...fitter.photographs.descriptions import (
     GUESS,
     PICTURES,
@@ -161,7 +161,7 @@ def measured(description: Description, name: str, path: str, arguments: Argument
         outcome = tasks.outcome(str(part), "", arguments, how=how)
         content = part.read_bytes()
     return Result(outcome._replace(measured=outcome.measured._replace(path=path)), content, photographs[0].centre,
-                  photographs[0].intensity, (*samples.notes, *advice(coverage(samples))))
+                  photographs[0].intensity, (*samples.notes, *advice(samples)))
 
 
 class Maps(NamedTuple):

@@ -1,4 +1,4 @@
-"""Which pairs of directions photographs of a ball cover, and where to put the next lamp.
+"""Which pairs of directions photographs of a ball cover.
 
 A photograph has one angle between lamp and camera, the phase angle, seen from the ball. Half of it is the difference
 angle of all of its pixels, nearly: near lamps and cameras vary it by a few degrees. The half vector goes all over. So
@@ -37,11 +37,6 @@ class Coverage(NamedTuple):
     share: float
     """Of pairs of directions, evenly by projected solid angle, those that are covered."""
 
-    @property
-    def next_phase_angle(self) -> float | None:
-        """Between camera and lamp, seen from the ball, for the photograph that would help most; None if none would."""
-        return sum(self.gaps[0]) if self.gaps else None
-
 
 def coverage(samples: Samples) -> Coverage:
     """What samples cover.
@@ -51,25 +46,13 @@ def coverage(samples: Samples) -> Coverage:
     >>> steps = np.radians(range(0, 70, 4))
     >>> theta_i, theta_o = (grid.ravel() for grid in np.meshgrid(steps, steps))
     >>> found = coverage(Samples(theta_i, 0 * theta_i, theta_o, 0 * theta_o, np.ones((len(theta_i), 1))))
-    >>> found.incidence, round(found.difference[1], 3), found.gaps, found.next_phase_angle
-    ((0.0, 68.0), 34.0, ((34.0, 75.0),), 109.0)
+    >>> found.incidence, round(found.difference[1], 3), found.gaps
+    ((0.0, 68.0), 34.0, ((34.0, 75.0),))
     """
     angle = np.degrees(difference_angle(samples.directions))
     pairs = direction_pairs(_PAIRS)
     return Coverage(_range(np.degrees(samples.theta_i)), _range(np.degrees(samples.theta_o)), _range(angle),
                     _gaps(angle), float(are_covered(samples, pairs).mean()))
-
-
-def advice(covered: Coverage) -> tuple[str, ...]:
-    """The same in words, and where to put the next lamp."""
-    lines = ["Incidence {:.0f}° to {:.0f}°, exitance {:.0f}° to {:.0f}°, difference angle {:.0f}° to {:.0f}°".format(
-        *covered.incidence, *covered.exitance, *covered.difference),
-        f"{covered.share:.0%} of all pairs of directions are within {np.degrees(REACH):.0f}° of a measured one; the "
-        f"rest is a guess"]
-    lines += [f"No photograph has a difference angle between {low:.0f}° and {high:.0f}°" for low, high in covered.gaps]
-    if covered.next_phase_angle is not None:
-        lines.append(f"Put the next lamp at {covered.next_phase_angle:.0f}° from the camera, seen from the ball")
-    return tuple(lines)
 
 
 def difference_angle(directions: Directions) -> FloatArray:

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs import coverage
+from benchmarks.harness.judging import directions
+from benchmarks.photographs import difference
+from fitter.photographs import ball_advice, coverage
 from fitter.photographs.chrome import lamp_of_highlight
 from fitter.photographs.scale import intensity_of_ball, intensity_of_card, reflected, scaled, too_bright
 from fitter.quality.physics import direction_pairs
@@ -110,16 +112,32 @@ def test_coverage_is_that_of_a_search_over_all_pairs(two_lamps, monkeypatch):
         np.testing.assert_array_equal(coverage.are_covered(two_lamps, pairs), near < reach)
 
 
-def test_the_next_lamp_is_where_the_widest_gap_is(two_lamps):
-    covered = coverage.coverage(two_lamps)
-    assert covered.difference == (pytest.approx(20, abs=2.5), pytest.approx(50, abs=2.5))
-    # from 50 to 75, from 20 to 50, and from 5 to 20 degrees
-    assert [round(low / 10) for low, _ in covered.gaps] == [2, 5, 0]
-    assert covered.next_phase_angle == pytest.approx(70, abs=3)
-    said = coverage.advice(covered)
-    assert said[-1] == f"Put the next lamp at {covered.next_phase_angle:.0f}° from the camera, seen from the ball"
+def test_the_next_lamp_is_where_the_only_gap_is_or_nowhere(two_lamps):
+    one = fitter.samples_from_ball([photographed(scene, ball_scene.matte())
+                                    for scene in ball_scene.scenes((20, 40, 60, 80), size=(50, 50))])
+    covered = coverage.coverage(one)
+    assert covered.difference == (pytest.approx(10, abs=2.5), pytest.approx(40, abs=2.5))
+    assert [round(low / 10) for low, _ in covered.gaps] == [4]
+    assert ball_advice.next_phase_angle(one, covered) == pytest.approx(115, abs=3)
     more = fitter.samples_from_ball([photographed(scene, ball_scene.matte()) for scene in ball_scene.scenes()])
-    better = coverage.coverage(more)
-    assert better.next_phase_angle is None
-    assert better.share > 1.5 * covered.share
-    assert not any("next lamp" in line for line in coverage.advice(better))
+    assert coverage.coverage(more).share > 1.5 * coverage.coverage(two_lamps).share
+    assert not any("next lamp" in line for line in ball_advice.advice(more))
+
+
+def test_the_next_lamp_is_where_a_photograph_helps_most():
+    """Beside a fit to each photograph that might be next: not where the gap is the widest."""
+    lamps, paint, at = (40, 110), ball_scene.glossy(), directions()
+
+    def measured_under(phases):
+        return fitter.samples_from_ball([photographed(scene, paint, noise=0.01)
+                                         for scene in ball_scene.scenes(phases, size=(60, 60))])
+
+    samples, truth = measured_under(lamps), paint.evaluate(*at)
+    gaps = coverage.coverage(samples).gaps
+    fits = [fitter.fit(measured_under((*lamps, sum(gap))), **fitter.PRESETS["Standard"]) for gap in gaps]
+    errors = [difference(at[2], truth, fit.evaluate(*at)) for fit in fits]
+    print(gaps, errors)
+    best = gaps[int(np.argmin(errors))]
+    assert best != gaps[0]
+    assert ball_advice.advice(samples)[-1] == \
+        f"Put the next lamp at {sum(best):.0f}° from the camera, seen from the ball"

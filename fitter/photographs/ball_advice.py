@@ -1,0 +1,58 @@
+"""What photographs of a ball have measured, in words, and where to put the next lamp.
+
+It should stand in the middle of a gap that the difference angles leave; where there are several, in that of which fits
+know least: photographs with difference angles between two gaps are left out in turn, and the fits to the others
+disagree where nobody measured. The measure is the variance of cube roots of cosine-weighted values over their mean
+square.
+"""
+
+import numpy as np
+
+from ..arrays import FloatArray, selected
+from ..methods import fit
+from ..presets import PRESETS
+from ..quality.cross_validation import cube_root
+from ..quality.physics import direction_pairs
+from ..samples import Samples, some, subset
+from .ball import STEEPEST
+from .coverage import REACH, Coverage, coverage, difference_angle
+
+_SAMPLES = 8000             # to which each part is fitted
+_PAIRS = 20_000             # of directions, of which those in a gap are looked at
+
+
+def advice(samples: Samples) -> tuple[str, ...]:
+    """What samples of a ball cover, and where to put the next lamp."""
+    covered = coverage(samples)
+    lines = ["Incidence {:.0f}° to {:.0f}°, exitance {:.0f}° to {:.0f}°, difference angle {:.0f}° to {:.0f}°".format(
+        *covered.incidence, *covered.exitance, *covered.difference),
+        f"{covered.share:.0%} of all pairs of directions are within {np.degrees(REACH):.0f}° of a measured one; the "
+        f"rest is a guess"]
+    lines += [f"No photograph has a difference angle between {low:.0f}° and {high:.0f}°" for low, high in covered.gaps]
+    angle = next_phase_angle(samples, covered)
+    if angle is not None:
+        lines.append(f"Put the next lamp at {angle:.0f}° from the camera, seen from the ball")
+    return tuple(lines)
+
+
+def next_phase_angle(samples: Samples, covered: Coverage) -> float | None:
+    """The angle between camera and lamp, seen from the ball, of the photograph that would help most, degrees; None if
+    none would."""
+    if not covered.gaps:
+        return None
+    middles = [sum(gap) / 2 for gap in covered.gaps]
+    angles = np.degrees(difference_angle(samples.directions))
+    between = np.digitize(angles, sorted(middles))
+    parts = np.unique(between)
+    if len(middles) == 1 or len(parts) == 1:
+        return 2 * middles[0]
+    fits = [fit(some(subset(samples, between != part), _SAMPLES), **PRESETS["Standard"]) for part in parts]
+    pairs = direction_pairs(_PAIRS)
+    at = np.degrees(difference_angle(pairs))
+
+    def disagreement(gap: tuple[float, float]) -> float:
+        inside = selected(pairs, (gap[0] < at) & (at < gap[1]) & (np.maximum(pairs[0], pairs[2]) < STEEPEST))
+        found: FloatArray = np.stack([cube_root(inside[2], each.evaluate(*inside)) for each in fits])
+        return float(found.var(axis=0).mean() / (found ** 2).mean())
+
+    return 2 * middles[int(np.argmax([disagreement(gap) for gap in covered.gaps]))]
