@@ -483,15 +483,16 @@ def film_stage(h, *opened):
 def film_adjust(h):
     film_stage(h, "adjust")
     import_sample("", GARNET)
+    h.scroll(h.area("PROPERTIES"), 120)
     h.wait(4)
 
 
 def drag_slider(h):
     """Highlight Width, to the right and back."""
     area = h.area("PROPERTIES")
-    left, right = ((area.x + x, h.window.height - area.y - area.height + 652) for x in (240, 300))
+    left, right = ((area.x + x, h.window.height - area.y - area.height + 689) for x in (240, 300))
     drag(between(left, right) + between(right, (left[0] - 15, left[1])), 0.4)
-    film(h, 24, area)
+    film(h, 40, area)
 
 
 def film_compare(h):
