@@ -25,9 +25,9 @@ from . import fit
 
 _HEADINGS = "Coefficients", "KB of the Fit", "RMSE", "Error at Unseen Angles"
 _CHEAPEST_FIRST = ORIGINAL, *OFFERED
-_ABREAST = 50               # characters that three spheres with their numbers need beside one another
 _FORMS = "{} coefficients", "{} KB of the fit", "RMSE {}", "Unseen Angles {}"
 _LABELS = {key: label for key, label, _ in PRESET_ITEMS}
+_ABREAST = 3 * (max(map(len, _LABELS.values())) + 2)      # characters that three spheres with their names need
 _UNKNOWN, _FAILED = ("...",) * 4, ("-",) * 4
 
 
