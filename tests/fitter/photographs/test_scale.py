@@ -120,7 +120,11 @@ def test_the_next_lamp_is_where_the_only_gap_is_or_nowhere(two_lamps):
     assert [round(low / 10) for low, _ in covered.gaps] == [4]
     assert ball_advice.next_phase_angle(one, covered) == pytest.approx(115, abs=3)
     more = fitter.samples_from_ball([photographed(scene, ball_scene.matte()) for scene in ball_scene.scenes()])
-    assert coverage.coverage(more).share > 1.5 * coverage.coverage(two_lamps).share
+    fewer = coverage.coverage(two_lamps)
+    assert fewer.difference == (pytest.approx(20, abs=2.5), pytest.approx(50, abs=2.5))
+    # from 50 to 75, from 20 to 50, and from 5 to 20 degrees
+    assert [round(low / 10) for low, _ in fewer.gaps] == [2, 5, 0]
+    assert coverage.coverage(more).share > 1.5 * fewer.share
     assert not any("next lamp" in line for line in ball_advice.advice(more))
 
 
