@@ -19,6 +19,7 @@ from .methods import METHODS
 from .photographs import flat_maps
 from .photographs.ball_advice import advice
 from .photographs.flat_setup import flat
+from .photographs.flat_tiling import tiled
 from .photographs.setup import measure
 from .published import name_in
 from .quality.describe import describe
@@ -99,6 +100,7 @@ def build_parser() -> argparse.ArgumentParser:
                       help="describes camera, sample, lamps and files: see the manual, Measure your own")
     flat.add_argument("-o", "--out", required=True, metavar="FOLDER",
                       help="where to write masks and normal map (.png), fits (.npz) and a report")
+    flat.add_argument("--tile", action="store_true", help="cut a part of it that can be repeated")
     flat.set_defaults(run=_flat)
 
     compare = commands.add_parser("report", help="compare presets on measurements: size, errors, seconds")
@@ -238,7 +240,7 @@ def _flat(options: argparse.Namespace) -> None:
     fits = None if sample.materials is None else [_material(path) for path in sample.materials]
     maps = maps_from_flat(sample.photographs, sample.corners, sample.shape, fits)
     lines = [sample.name, *sample.notes, *flat_maps.report(maps, sample.photographs)]
-    written = flat_maps.write(maps, lines, options.out)
+    written = flat_maps.write(tiled(maps) if options.tile else maps, lines, options.out)
     for line in lines:
         say(line)
     say(f"{options.out}: {', '.join(written)}")

@@ -5,8 +5,10 @@ from functools import partial
 from typing import Any
 
 import bpy
-from bpy.props import StringProperty
+import numpy as np
+from bpy.props import BoolProperty, StringProperty
 
+from ...fitter.arrays import FloatArray
 from ..core import compiler, lamps, material, mixing, osl_support
 from ..core.annotations import not_none
 from ..core.outcomes import Kept
@@ -43,12 +45,19 @@ masks and a normal map"""
     second: _chosen(2)
     third: _chosen(3)
     fourth: _chosen(4)
+    mask: StringProperty(name="Corners", options={"SKIP_SAVE"}, description=(
+        "A mask of four points, drawn upon one of the photographs in the Image Editor: the corners of the sample, its "
+        "bottom left first. Where none is chosen, they are those of the description"))
+    tile: BoolProperty(name="Tile", options={"SKIP_SAVE"}, description=(
+        "Cut a part out of the sample that can be repeated, along the least visible seam"))
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = not_none(self.layout)
         layout.use_property_split = True
         for name in _CHOSEN:
             layout.prop_search(self, name, bpy.data, "materials")
+        layout.prop_search(self, "mask", bpy.data, "masks")
+        layout.prop(self, "tile")
 
     def work(self, context: bpy.types.Context) -> Work:
         osl_support.make_importable("OpenImageIO")
@@ -63,7 +72,8 @@ masks and a normal map"""
         self._uids: list[int] = [not_none(each).session_uid for each in chosen]
         choices = default_choices("")
         use_preset(choices, _PRESET)
-        return process.Calculation(partial(measuring.flat, bpy.path.abspath(self.filepath), kept,
+        corners = _drawn(self.mask) if self.mask else None
+        return process.Calculation(partial(measuring.flat, bpy.path.abspath(self.filepath), corners, self.tile, kept,
                                            fit_arguments(choices), load_arguments(choices)))
 
     def prepare(self, result: measuring.Maps) -> Steps:
@@ -97,21 +107,31 @@ masks and a normal map"""
             self.report({"INFO"}, line)
 
 
+def _drawn(name: str) -> FloatArray:
+    """The four points of a mask, (4, 2): as `flat_setup.flat` takes them."""
+    mask: Any = bpy.data.masks.get(name)
+    splines = [] if mask is None else [spline for layer in mask.layers for spline in layer.splines]
+    if [len(each.points) for each in splines] != [4]:
+        raise ValueError(f"Corners: {name!r} is not a mask of one spline with four points")
+    return np.array([tuple(point.co) for point in splines[0].points]) - 0.5
+
+
 def _mixed(parts: Sequence[bpy.types.Material], maps: measuring.Maps,
            context: bpy.types.Context) -> list[bpy.types.Material]:
     """Materials that lay each part upon those before it: the last is the sample's."""
-    mixes = [parts[0]]
+    mixes, beyond = [parts[0]], "REPEAT" if maps.is_tile else "EXTEND"
     for number, (part, (content, share)) in enumerate(zip(parts[1:], maps.masks, strict=True), start=2):
         mask = _image(f"{maps.name} mask {number}", content)
         mixes.append(mixing.mixes.mix(mixes[-1], part, share, mask, context))
         for node in not_none(mixes[-1].node_tree).nodes:
             if node.type == "TEX_IMAGE":
-                node.extension = "EXTEND"
+                node.extension = beyond
     made = mixes[-1] if len(parts) > 1 else parts[0].copy()
     made.name = maps.name
     node, tree = not_none(material.surface_node(made)), not_none(made.node_tree)
-    brightness, normals = (_texture(tree, node, y, _image(f"{maps.name} {name}", content)) for y, name, content in (
-        (-300, "brightness", maps.brightness), (-600, "normals", maps.normals)))
+    brightness, normals = (
+        _texture(tree, node, y, _image(f"{maps.name} {name}", content), beyond) for y, name, content in (
+            (-300, "brightness", maps.brightness), (-600, "normals", maps.normals)))
     strength, normal = tree.nodes.new("ShaderNodeMath"), tree.nodes.new("ShaderNodeNormalMap")
     strength.operation, strength.inputs[1].default_value = "MULTIPLY", maps.most
     strength.location, normal.location = ((node.location.x - 180, node.location.y + y) for y in (-300, -600))
@@ -123,10 +143,11 @@ def _mixed(parts: Sequence[bpy.types.Material], maps: measuring.Maps,
     return [*mixes[1:], *([made] if len(parts) == 1 else [])]
 
 
-def _texture(tree: bpy.types.NodeTree, node: bpy.types.Node, y: float, image: bpy.types.Image) -> bpy.types.Node:
-    """A node of an image, left of another one, that goes on beyond its edges as it is there."""
+def _texture(tree: bpy.types.NodeTree, node: bpy.types.Node, y: float, image: bpy.types.Image,
+             beyond: str) -> bpy.types.Node:
+    """A node of an image, left of another one, with what is beyond its edges."""
     texture = tree.nodes.new("ShaderNodeTexImage")
-    texture.image, texture.extension = image, "EXTEND"
+    texture.image, texture.extension = image, beyond
     texture.location = node.location.x - 480, node.location.y + y
     return texture
 

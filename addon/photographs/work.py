@@ -26,6 +26,7 @@ from ...fitter.photographs.descriptions import (
     pictures_in,
     read,
 )
+from ...fitter.photographs.flat_tiling import tiled
 from ...fitter.photographs.picture_files import About, about
 from ..core.annotations import Arguments
 from ..core.outcomes import Kept, Outcome
@@ -155,13 +156,15 @@ def measured(description: Description, name: str, path: str, arguments: Argument
     """
     with progress.part(0.0, 0.4, "Measuring"):
         samples, photographs = setup.measured(description, name)
-    with tempfile.TemporaryDirectory() as folder, progress.part(0.4, 1.0):
+    with tempfile.TemporaryDirectory() as folder, progress.part(0.4, 0.8):
         part = Path(folder, Path(path).name)
         saved_samples.write(samples, part)
         outcome = tasks.outcome(str(part), "", arguments, how=how)
         content = part.read_bytes()
+    with progress.part(0.8, 1.0, about="Next lamp: "):
+        told = *samples.notes, *advice(samples)
     return Result(outcome._replace(measured=outcome.measured._replace(path=path)), content, photographs[0].centre,
-                  photographs[0].intensity, (*samples.notes, *advice(samples)))
+                  photographs[0].intensity, told)
 
 
 class Maps(NamedTuple):
@@ -181,6 +184,7 @@ class Maps(NamedTuple):
         A normal map: a PNG of 16 bits.
     size : (2,) tuple of float
         Width and height, metres.
+    is_tile : bool
     told : list of str
         What is to be said of it.
     """
@@ -192,16 +196,19 @@ class Maps(NamedTuple):
     most: float
     normals: bytes
     size: tuple[float, float]
+    is_tile: bool
     told: list[str]
 
 
-def flat(path: str, chosen: Sequence[Kept], arguments: Arguments, how: Arguments) -> Maps:
+def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[Kept], arguments: Arguments,
+         how: Arguments) -> Maps:
     """Measure the flat sample of a description: a mix of chosen materials, else of those that it names, else of those
-    that are found. `arguments` are of fits, `how` keyword arguments of `fitter.load`. Raises DatasetError, ValueError.
+    that are found. `corners` are as `flat_setup.flat` takes them, `arguments` are of fits, `how` keyword arguments of
+    `fitter.load`. A tile is `flat_tiling.tiled`. Raises DatasetError, ValueError.
     """
     space = how["colours"]
     with progress.part(0.0, 0.1, "Reading"):
-        sample = flat_setup.flat(path)
+        sample = flat_setup.flat(path, corners)
     photographs = [_in_colours(each, space) for each in sample.photographs]
     outcomes = []
     with progress.part(0.1, 0.3):
@@ -216,16 +223,19 @@ def flat(path: str, chosen: Sequence[Kept], arguments: Arguments, how: Arguments
     fits = [tasks.kept_fit(each) for each in chosen] or [each.fitted.fit for each in outcomes]
     with progress.part(0.3, 0.9):
         maps = maps_from_flat(photographs, sample.corners, sample.shape, fits or None)
+    told = flat_maps.report(maps, photographs)
+    if is_tile:
+        maps = tiled(maps)
     with progress.part(0.9, 1.0):
         if not fits:
             outcomes = [tasks.outcome_alone(replace(each, name=f"{sample.name}: {each.name}"), space)
                         for each in progress.each(maps.fits)]
     masks, brightness, most = flat_maps.layers(maps.weights)
-    width, height, _ = np.ptp(sample.corners, axis=0).tolist()
+    width, height, _ = np.ptp(maps.corners, axis=0).tolist()
     return Maps(sample.name, outcomes,
                 [(flat_maps.png(each, 8), float(each.mean())) for each in np.moveaxis(masks, 2, 0)],
                 flat_maps.png(brightness, 16), most, flat_maps.png(flat_maps.normal_map(maps), 16), (width, height),
-                [*sample.notes, *flat_maps.report(maps, photographs)])
+                is_tile, [*sample.notes, *told])
 
 
 def _in_colours(photograph: FlatPhotograph, space: str) -> FlatPhotograph:

@@ -8,6 +8,7 @@ square.
 
 import numpy as np
 
+from .. import progress
 from ..arrays import FloatArray, selected
 from ..methods import fit
 from ..presets import PRESETS
@@ -46,7 +47,8 @@ def next_phase_angle(samples: Samples, covered: Coverage) -> float | None:
     parts = np.unique(between)
     if len(middles) == 1 or len(parts) == 1:
         return 2 * middles[0]
-    fits = [fit(some(subset(samples, between != part), _SAMPLES), **PRESETS["Standard"]) for part in parts]
+    fits = [fit(some(subset(samples, between != part), _SAMPLES), **PRESETS["Standard"])
+            for part in progress.each(parts.tolist())]
     pairs = direction_pairs(_PAIRS)
     at = np.degrees(difference_angle(pairs))
 

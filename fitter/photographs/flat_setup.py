@@ -85,8 +85,14 @@ class _Pose(NamedTuple):
     """By how much the corners' rays miss them: (4, 3), radians."""
 
 
-def flat(path: str | Path) -> Flat:
+def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     """The photographs of a flat sample that a description shows.
+
+    Parameters
+    ----------
+    corners : (4, 2) float64, optional
+        Where the sample's are, in place of those of the description: from the middle of the picture to the right and
+        upward, as shares of its longer side; bottom left first, either way round.
 
     Raises
     ------
@@ -104,7 +110,7 @@ def flat(path: str | Path) -> Flat:
     lamp_scale.check(table.table("scale"), _SCALES)
     materials = table.files("materials") if table.has("materials") else None
     x, y = sample.needed("width") / 2, sample.needed("height") / 2
-    corners = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
+    whole = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
     # directions of light positions are the camera's until it is known how that is turned
     description, notes = with_light_positions(description, path, np.eye(3))
     table = Table(description, "", path)
@@ -113,9 +119,9 @@ def flat(path: str | Path) -> Flat:
     pictures = Pictures.of(camera, lamp)
     lights = lights_of(table, pictures, path)
     height, width, channels = lights[0].radiance.shape
-    places = _places(sample, (height, width))
+    places = _places(sample, (height, width), corners)
     angle = viewpoint.field_of_view(camera, pictures.said.values(), path)
-    pose = _pose(camera, rays_through(places, (height, width), angle), corners, angle / width)
+    pose = _pose(camera, rays_through(places, (height, width), angle), whole, angle / width)
     toward = rays(height, width, angle, pose.turn)
     off = float(np.linalg.norm(pose.off, axis=1).max() / pixel_angle(toward))
     if off > _OFF:
@@ -129,35 +135,47 @@ def flat(path: str | Path) -> Flat:
     photographs = [FlatPhotograph(light.radiance, toward, pose.position, each.at(np.zeros(3), size), intensity,
                                   light.noise, light.known, name_of(shot))
                    for light, each, shot in zip(lights, lamps, tables, strict=True)]
-    frame_of(corners, photographs)          # lamps are not behind it
+    frame_of(whole, photographs)            # lamps are not behind it
     if scale.has("albedo"):
-        share = _albedo(photographs, corners) / scale.needed("albedo")
+        share = _albedo(photographs, whole) / scale.needed("albedo")
         photographs = [replace(each, intensity=each.intensity * share) for each in photographs]
         note = "The scale is a guess: an albedo of {:g} was given".format(scale.needed("albedo")), *note
     where = "The camera is at {:.4g}, {:.4g}, {:.4g} m by the corners, which are within {:.1f} pixels".format(
         *pose.position, off)
-    return Flat(table.text("name", path.stem), photographs, corners, _shape(table, places, y / x), materials,
+    return Flat(table.text("name", path.stem), photographs, whole, _shape(table, places, y / x), materials,
                 (*pictures.notes, *notes, where, *note))
 
 
-def _places(sample: Table, size: tuple[int, int]) -> FloatArray:
-    """The corners in the pictures, (4, 2), which run counter-clockwise there."""
+def _places(sample: Table, size: tuple[int, int], drawn: FloatArray | None) -> FloatArray:
+    """The corners in the pictures, (4, 2), which run counter-clockwise there: those drawn, else the description's."""
+    if drawn is not None:
+        places = np.array(size[::-1]) / 2 + max(size) * drawn * (1, -1)
+        return _around(sample, places if (_turns(places) < 0).any() else places[[0, 3, 2, 1]], size)
     found = sample.value("corners")
     if not isinstance(found, list) or [len(each) for each in found if isinstance(each, list)] != [2] * 4 or not all(
             is_number(number) for each in found for number in each):
         raise sample.error("corners", "four places of two numbers, pixels from the left and the top")
-    places = np.array(found, dtype=float)
+    return _around(sample, np.array(found, dtype=float), size)
+
+
+def _around(sample: Table, places: FloatArray, size: tuple[int, int]) -> FloatArray:
+    """Corners, (4, 2), if they are within the pictures and run counter-clockwise."""
     if not ((places >= 0) & (places <= size[::-1])).all():
         raise sample.error("corners", f"four places in pictures of {size[1]} x {size[0]} pixels: the sample is not "
                                       f"whole in them")
-    sides = np.roll(places, -1, axis=0) - places
-    (a, b), (c, d) = np.roll(sides, 1, axis=0).T, sides.T
-    turns = a * d - b * c
+    turns = _turns(places)
     if (turns > 0).all():
         raise sample.error("corners", "them counter-clockwise: bottom left, bottom right, top right, top left")
     if not (turns < 0).all():
         raise sample.error("corners", "them one after the other around the sample: they are crossed")
     return places
+
+
+def _turns(places: FloatArray) -> FloatArray:
+    """By how much the outline of places turns at each, (4,): less than 0 where it runs counter-clockwise."""
+    sides = np.roll(places, -1, axis=0) - places
+    (a, b), (c, d) = np.roll(sides, 1, axis=0).T, sides.T
+    return np.asarray(a * d - b * c)
 
 
 def _pose(camera: Table, toward: FloatArray, corners: FloatArray, pixel: float) -> _Pose:

@@ -1,6 +1,7 @@
 """What only a real window does: ``make test-window`` makes one (Debian, as root), and runs this."""
 
 import hashlib
+import json
 import os
 import subprocess
 from dataclasses import replace
@@ -8,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
+import fitter
 from fitter import ready
-from support import ball_files, ball_scene
+from support import ball_files, ball_scene, flat_files, flat_scene
 from support.checkout import ROOT
 
 SCRIPTS = ROOT.parent / "shared" / "tools" / "blender_gui"
@@ -52,6 +54,25 @@ def test_photographs_are_measured_by_the_file_browser_and_in_the_background(open
     assert found["MEASURED"] == "True"
     assert float(found["COMPARED"]) < 0.03
     assert found["UNDONE"] == "0|True"
+
+
+def test_a_flat_sample_whose_corners_are_clicked_is_measured_and_escape_leaves_nothing(openimageio, glossy, tmp_path):
+    folder = tmp_path / "source" / "flat"
+    fits = [fitter.fit(replace(glossy, values=glossy.values * share), **fitter.PRESETS["Draft"]) for share in (0.3, 1)]
+    sample = flat_scene.Sample(tuple(fits), flat_scene.smooth_weights(2), flat_scene.bumps)
+    places = f"corners = {[[round(float(x), 3) for x in place] for place in flat_files.corners()]}"
+    path = flat_files.write(folder, sample, flat_scene.lamps(8), top="texels = 40\nmaterials = ['a.npz', 'b.npz']")
+    for fit, name in zip(fits, "ab", strict=True):
+        fit.save(folder / f"{name}.npz")
+    assert places in path.read_text()
+    path.write_text(path.read_text().replace(places, ""))
+    (folder / "corners.json").write_text(json.dumps(flat_files.corners().tolist()))
+    found = dict(line.split("|", 1) for line in in_window("flat_driver.py", tmp_path) if line[:1].isupper()
+                 and "|" in line)
+    assert found["DRAWN"] == "4"
+    assert found["WORKS"] == "True"
+    assert found["ESCAPED"] == f"True|{found['BEFORE']}"
+    assert found["MADE"] == "0.1000|0.0800|0.0000|flat sample (synthetic)|3"
 
 
 def test_an_asset_that_is_dropped_is_the_material_of_the_library(tmp_path):

@@ -135,12 +135,51 @@ def test_materials_of_the_file_are_mixed_and_stay_as_they_are(scene, sample, wri
     assert all(materials.surface_node(alone).inputs[name].is_linked for name in ("Strength", "Normal"))
 
 
+def draw(places):
+    """A mask of points, in Blender's coordinates: both go from 0 to 1 over the longer side, the middle is at .5."""
+    mask = bpy.data.masks.new("Corners")
+    points = mask.layers.new().splines.new().points
+    points.add(len(places) - len(points))
+    for point, (x, y) in zip(points, places, strict=True):
+        point.co = 0.5 + (x - SIZE[1] / 2) / max(SIZE), 0.5 - (y - SIZE[0] / 2) / max(SIZE)
+    return mask.name
+
+
+def test_corners_drawn_as_a_mask_are_those_of_the_sample(scene, sample, written):
+    places = flat_files.corners()
+    text = f"corners = {[[round(float(x), 3) for x in place] for place in places]}"
+    measure(changed(written, (text, "corners = [[20, 80], [60, 80], [60, 40], [20, 40]]")), mask=draw(places))
+    assert rendered_apart(scene, sample, flat_scene.CAMERA) < 0.02
+
+
+def test_a_tile_is_smaller_and_repeats(scene, sample, written):
+    item = measure(changed(written, ("texels = 40", "texels = 64")), tile=True)
+    textures = [node for tree in (item.active_material.node_tree, *bpy.data.node_groups) for node in tree.nodes
+                if node.type == "TEX_IMAGE"]
+    assert len(textures) == 4
+    assert {node.extension for node in textures} == {"REPEAT"}
+    width, height = textures[0].image.size
+    assert {tuple(node.image.size) for node in textures} == {(width, height)}
+    assert 32 <= width < 64
+    np.testing.assert_allclose(item.dimensions[:2], flat_scene.SIZE * np.array([width / 64, 0.8 * height / 51]),
+                               rtol=1e-5)
+
+
+@pytest.mark.parametrize("count", [3, 5])
+def test_a_mask_of_other_than_four_points_is_refused(scene, written, count):
+    name, before = draw(np.ones((count, 2))), state()
+    with pytest.raises(RuntimeError, match="'Corners' is not a mask of one spline with four points"):
+        bpy.ops.measured_brdf.measure_flat(filepath=str(written), mask=name)
+    assert state() == before
+
+
 @pytest.mark.parametrize(("change", "options", "message"), [
     ([("width = 0.1", "width = 0.3")], {}, "other.toml: sample.corners .*a rectangle of 0.3 x 0.08 m"),
     ([("lamp3.exr", "lamp33.exr")], {}, "lamp33.exr: cannot be read"),
     ([("lamp = [", "lamp = [0, 0, -1] #")], {}, "lamp is behind the sample"),
     ([("krylon.npz", "lamp1.exr")], {}, "lamp1.exr"),
     ([], {"first": "nowhere"}, "'nowhere' is not a measured material"),
+    ([], {"mask": "nowhere"}, "'nowhere' is not a mask of one spline"),
     ([], {"first": "plain"}, "'plain' is not a measured material"),
     ([], {"first": "brushed"}, "brushed: anisotropic"),
 ])
@@ -166,7 +205,7 @@ def at_once(scene, written, monkeypatch):
 
     if not _found:
         path = changed(written, ("texels = 40", "texels = 4"), ("'krylon.npz', 'leather.npz'", "'krylon.npz'"))
-        _found.append(work.flat(str(path), (), {}, load_arguments(default_choices(""))))
+        _found.append(work.flat(str(path), None, False, (), {}, load_arguments(default_choices(""))))
     monkeypatch.setattr(work, "flat", lambda *_: _found[0])
 
 
