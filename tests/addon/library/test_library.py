@@ -378,6 +378,25 @@ def test_a_full_file_whose_material_cannot_be_fitted_again_stays_as_it_is(
     assert not list(library.parent.glob("*.kept*"))
 
 
+def test_files_that_stay_as_they_are_are_not_opened_and_no_process_is_left(
+        convert_to_small_files, folder, library, glossy, write_astm, monkeypatch):
+    from measured_brdf.addon.core import library_file
+    from measured_brdf.addon.work import process
+
+    arguments = ["convert", str(folder), "-o", str(library), *CHEAP]
+    assert convert_to_small_files(1, arguments).returncode == 0
+    write_astm(folder / "b.astm", replace(glossy, values=glossy.values * 1.1), "b")
+    opened, workers = [], []
+    open_part, worker = library_file.open_part, process.Worker
+    monkeypatch.setattr(library_file, "open_part", lambda part: opened.append(part) or open_part(part))
+    monkeypatch.setattr(process, "Worker", lambda: workers.append(worker()) or workers[-1])
+    assert convert_to_small_files(1, arguments).returncode == 0
+    # to be compared, and to be changed
+    assert [part.name for part in opened] == ["library.blend", "library-002.blend", "library-002.blend"]
+    assert len(workers) > 0
+    assert not any(each.is_alive() for each in workers)
+
+
 @release
 def test_a_large_library_is_several_files_of_which_each_is_whole(
         convert_to_small_files, folder, library, glossy, write_astm):
@@ -437,6 +456,14 @@ def test_saving_an_asset_replaces_no_unrelated_file_unless_told_to(material, tmp
     assert state() == before
     assert names(path) == ["a"]
     assert path.with_name("a.blend.kept1").read_bytes() == b"something else"
+
+
+def test_only_a_measured_material_can_be_saved(material):
+    assert bpy.ops.measured_brdf.save_asset.poll()
+    bpy.context.object.active_material = bpy.data.materials.new("Plain")
+    assert not bpy.ops.measured_brdf.save_asset.poll()
+    bpy.context.object.active_material = None
+    assert not bpy.ops.measured_brdf.save_asset.poll()
 
 
 def test_saved_again_an_asset_keeps_what_users_said_of_it_and_another_material_joins_it(material, tmp_path, folder):
@@ -532,6 +559,7 @@ def test_saving_offers_the_library_of_the_preferences_those_that_blender_has_and
     assert offered == [(str(tmp_path / "props"), "Props"), ("LOCAL", "Current File")]
     monkeypatch.setattr(module.preferences, "get", lambda _context: SimpleNamespace(asset_library="/mine"))
     assert [name for _, name, _ in module._libraries(None, context)] == ["Measured BRDF", "Props", "Current File"]
+    assert module._libraries(None, None) == []          # as Blender asks where it has no context
 
 
 def test_a_mix_is_saved_with_its_parts_and_its_packed_mask_and_replaces_itself(blender, folder, tmp_path):

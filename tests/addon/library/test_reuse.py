@@ -286,6 +286,9 @@ def test_an_output_for_eevee_of_ones_own_is_left_alone(blender, file):
     mine.measured_brdf.filepath = str(file)
     assert blender.ops.measured_brdf.fit() == {"FINISHED"}
     assert mine.node_tree.get_output_node("EEVEE").inputs["Surface"].links[0].from_node == emission
+    mine.node_tree.links.remove(output.inputs["Surface"].links[0])
+    assert blender.ops.measured_brdf.fit() == {"FINISHED"}
+    assert output.inputs["Surface"].links[0].from_socket.name == "EEVEE", "an output of nothing is not of one's own"
 
 
 def assert_is_asset(item, tag):

@@ -82,6 +82,15 @@ def test_errors_come_back_as_they_were_raised(process, tmp_path):
     assert "gone.astm: cannot be read: No such file" in str(job.error)
 
 
+def test_an_answer_that_cannot_be_read_is_an_error_and_the_next_is_done(process, file):
+    """Reading it runs code of its class."""
+    from measured_brdf.addon.work import tasks
+
+    broken = 'type("Broken", (), {"__reduce__": lambda self: (int, ("nothing",))})()'
+    assert isinstance(wait(process.start(partial(eval, broken))).error, ValueError)
+    assert wait(process.start(partial(tasks.read, str(file), ""))).result.description.count == 500
+
+
 def test_cancelled_work_ends_at_once_and_the_next_is_done(process, long_work, file):
     from measured_brdf.addon.work import tasks
 
