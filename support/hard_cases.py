@@ -11,8 +11,8 @@ from support import checkout
 RIGHT = np.pi / 2
 # no value of a fit is larger than this many times the largest sample
 BOUND = {"Draft": 4.01, "Standard": 4.01, "Reference": 4.01, "Paper": 2.0}
-# bound of the RMSE at the samples, over the largest absolute sample, unless a case has its own; Draft has no sparse
-# lattice for narrow features
+# bound of the RMSE at the samples, over the largest absolute sample, unless a case has its own; Draft has a coarse
+# one for narrow features
 ERROR = {"Draft": 0.5, "Standard": 0.1, "Reference": 0.1, "Paper": 0.1}
 
 
