@@ -1,4 +1,4 @@
-"""The command line with the bpy module, without Blender's executable: ``python -m measured_brdf convert|render|info``.
+"""The command line of the bpy module, without Blender's executable: ``python -m measured_brdf convert|render|starter``.
 
 In a checkout with any folder name: ``python . convert ...``.
 """

@@ -17,7 +17,8 @@ WEBSITE: str = tomllib.loads((_ROOT / "blender_manifest.toml").read_text("utf-8"
 
 DATA = "manual#where-to-get-data"
 _OPERATORS = "bpy.ops.measured_brdf."
-_READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding", "keep_unmeasured")
+_READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding", "keep_unmeasured",
+            "columns")
 
 Topics = tuple[tuple[str, str], ...]
 """What F1 is pressed over, and the page and heading that treats it; the first that fits is taken."""

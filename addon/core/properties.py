@@ -141,8 +141,8 @@ class FitChoices:
         description="Whether the surface looks the same however it is turned. Found from three rotations on")
     symmetry: EnumProperty(
         name="Symmetry", items=_SYMMETRIES, default=AS_THE_FILE_SAYS,
-        description="What stands for rotations of an anisotropic surface at which a table, an ASTM or a Zemax file has "
-                    "no values")
+        description="What stands for rotations of an anisotropic surface at which a table, an ASTM, a Zemax or a Speos "
+                    "file has no values")
     encoding: EnumProperty(
         name="UTIA Values", items=_ENCODINGS, default=ENCODINGS[0],
         description="How the values of a UTIA file are stored. Its readers differ")

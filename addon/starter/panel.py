@@ -35,7 +35,8 @@ class _BeginPanel:
 
 
 class MEASUREDBRDF_PT_start(_BeginPanel, bpy.types.Panel):
-    """Materials that come with the extension: published fits of materials of MERL"""
+    """Materials that come with the extension: metals by their optical constants, and published fits of materials of \
+MERL"""
 
     bl_label = "Material Library"
 
@@ -48,7 +49,8 @@ class MEASUREDBRDF_PT_start(_BeginPanel, bpy.types.Panel):
 
 
 class MEASUREDBRDF_PT_library(bpy.types.Panel):
-    """Materials that come with the extension: published fits of materials of MERL"""
+    """Materials that come with the extension: metals by their optical constants, and published fits of materials of \
+MERL"""
 
     bl_space_type = "PROPERTIES"
     bl_region_type = "HEADER"               # of no editor: a popover
