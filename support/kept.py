@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from .checkout import ROOT
+from .evidence import BAKED, digest
 
 FOLDER = Path(os.environ.get("MEASURED_BRDF_KEPT") or ROOT / "build" / "kept")
 _COPIES = "measured_brdf.fitter.", "fitter."
@@ -67,13 +68,8 @@ def _pickled(item):
 
 @functools.cache
 def _code():
-    """A hash of all code that fits and bakes, and of what runs it."""
-    known = hashlib.blake2b(f"{sys.version} {np.__version__}".encode())
-    for folder in ("fitter", "osl"):
-        for path in sorted((ROOT / folder).rglob("*")):
-            if path.suffix in (".py", ".csv", ".h", ".osl"):
-                known.update(path.read_bytes())
-    return known.digest()
+    """A name of all code that fits and bakes, and of what runs it."""
+    return f"{sys.version} {np.__version__} {digest(BAKED)}".encode()
 
 
 def _nameless(item):

@@ -5,6 +5,7 @@ import ast
 import pytest
 
 from support.checkout import ROOT
+from support.evidence import BAKED
 
 # from low to high; parts of one layer do not import one another
 FITTER = (("arrays", "errors", "shader_constants"), ("colours", "drawing", "files", "npz", "progress"), ("samples",),
@@ -68,6 +69,22 @@ def not_shared(path, source):
 
 SOURCES = sorted(str(path.relative_to(ROOT).as_posix()) for package in LAYERS
                  for path in (ROOT / package).rglob("*.py"))
+
+
+# of what fits and bakes; no number depends on them
+NO_NUMBERS = "fitter/errors.py", "fitter/files.py", "fitter/npz.py", "fitter/progress.py"
+
+
+def test_what_evidence_and_kept_fits_depend_on_is_all_that_fits_and_bakes():
+    files = [path.relative_to(ROOT).as_posix() for folder in ("methods", "cycles")
+             for path in (ROOT / "fitter" / folder).rglob("*.py")]
+    for path in files:          # it grows
+        for imported in imports(path, (ROOT / path).read_text("utf-8")):
+            module = "/".join(imported)
+            files += [each for each in (f"{module}.py", f"{module.rpartition('/')[0]}.py", f"{module}/__init__.py")
+                      if (ROOT / each).is_file() and each not in files]
+    assert len(files) > 30
+    assert [path for path in files if not path.startswith((*BAKED, *NO_NUMBERS))] == []
 
 
 def test_modules_import_only_lower_layers():
