@@ -46,8 +46,8 @@ masks and a normal map"""
     third: _chosen(3)
     fourth: _chosen(4)
     mask: StringProperty(name="Corners", options={"SKIP_SAVE"}, description=(
-        "A mask of four points, drawn upon one of the photographs in the Image Editor: the corners of the sample, its "
-        "bottom left first. Where none is chosen, they are those of the description"))
+        "A mask of four points, drawn upon one of the photographs in the Image Editor: the sample's corners. Without "
+        "one they are those of the description"))
     tile: BoolProperty(name="Tile", options={"SKIP_SAVE"}, description=(
         "Cut a part out of the sample that can be repeated, along the least visible seam"))
 

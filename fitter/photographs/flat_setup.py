@@ -91,8 +91,8 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     Parameters
     ----------
     corners : (4, 2) float64, optional
-        Where the sample's are, in place of those of the description: from the middle of the picture to the right and
-        upward, as shares of its longer side; bottom left first, either way round.
+        Where the sample's are, in any order, in place of those of the description: from the middle of the picture to
+        the right and upward, as shares of its longer side. What is lowest there is the sample's lower edge.
 
     Raises
     ------
@@ -119,7 +119,10 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     pictures = Pictures.of(camera, lamp)
     lights = lights_of(table, pictures, path)
     height, width, channels = lights[0].radiance.shape
-    places = _places(sample, (height, width), corners)
+    if corners is not None:
+        placed = {**description["sample"], "corners": _in_order(corners, (height, width)).tolist()}
+        sample = Table({**description, "sample": placed}, "", path).table("sample")
+    places = _places(sample, (height, width))
     angle = viewpoint.field_of_view(camera, pictures.said.values(), path)
     pose = _pose(camera, rays_through(places, (height, width), angle), whole, angle / width)
     toward = rays(height, width, angle, pose.turn)
@@ -146,36 +149,34 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
                 (*pictures.notes, *notes, where, *note))
 
 
-def _places(sample: Table, size: tuple[int, int], drawn: FloatArray | None) -> FloatArray:
-    """The corners in the pictures, (4, 2), which run counter-clockwise there: those drawn, else the description's."""
-    if drawn is not None:
-        places = np.array(size[::-1]) / 2 + max(size) * drawn * (1, -1)
-        return _around(sample, places if (_turns(places) < 0).any() else places[[0, 3, 2, 1]], size)
+def _in_order(corners: FloatArray, size: tuple[int, int]) -> FloatArray:
+    """Corners in the order of a description, (4, 2), in pixels: `flat` says what they are."""
+    off = corners - corners.mean(axis=0)
+    around = corners[np.argsort(np.arctan2(off[:, 1], off[:, 0]))]
+    # the edges from the first to the second and from the fourth to the third run to the right
+    turned = [np.roll(around, -first, axis=0) for first in range(4)]
+    best = max(turned, key=lambda each: float((each[1] - each[0] + each[2] - each[3])[0]))
+    return np.asarray(np.array(size[::-1]) / 2 + max(size) * best * (1, -1))
+
+
+def _places(sample: Table, size: tuple[int, int]) -> FloatArray:
+    """The corners in the pictures, (4, 2), which run counter-clockwise there."""
     found = sample.value("corners")
     if not isinstance(found, list) or [len(each) for each in found if isinstance(each, list)] != [2] * 4 or not all(
             is_number(number) for each in found for number in each):
         raise sample.error("corners", "four places of two numbers, pixels from the left and the top")
-    return _around(sample, np.array(found, dtype=float), size)
-
-
-def _around(sample: Table, places: FloatArray, size: tuple[int, int]) -> FloatArray:
-    """Corners, (4, 2), if they are within the pictures and run counter-clockwise."""
+    places = np.array(found, dtype=float)
     if not ((places >= 0) & (places <= size[::-1])).all():
         raise sample.error("corners", f"four places in pictures of {size[1]} x {size[0]} pixels: the sample is not "
                                       f"whole in them")
-    turns = _turns(places)
+    sides = np.roll(places, -1, axis=0) - places
+    (a, b), (c, d) = np.roll(sides, 1, axis=0).T, sides.T
+    turns = a * d - b * c
     if (turns > 0).all():
         raise sample.error("corners", "them counter-clockwise: bottom left, bottom right, top right, top left")
     if not (turns < 0).all():
         raise sample.error("corners", "them one after the other around the sample: they are crossed")
     return places
-
-
-def _turns(places: FloatArray) -> FloatArray:
-    """By how much the outline of places turns at each, (4,): less than 0 where it runs counter-clockwise."""
-    sides = np.roll(places, -1, axis=0) - places
-    (a, b), (c, d) = np.roll(sides, 1, axis=0).T, sides.T
-    return np.asarray(a * d - b * c)
 
 
 def _pose(camera: Table, toward: FloatArray, corners: FloatArray, pixel: float) -> _Pose:

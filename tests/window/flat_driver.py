@@ -8,6 +8,7 @@ corners to be clicked, in pixels from the left and the top, in corners.json.
 import importlib
 import json
 import subprocess
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -43,13 +44,20 @@ def setup(h):
     h.wait(1)
 
 
+def press(step, h):
+    subprocess.run(["xdotool", *step], check=True)
+    h.wait(0.3)
+
+
 def draw(h):
     area = h.area("IMAGE_EDITOR")
     region, (width, height) = h.region(area), area.spaces.active.image.size
     for x, y in json.loads((FOLDER / "corners.json").read_text()):
         right, up = region.view2d.view_to_region(x / width, 1 - y / height, clip=False)
-        h.click(region.x + right, h.window.height - region.y - up - 1, ctrl=True)
-    h.wait(1)
+        # one at a time: Blender asks which keys are down when it takes the event
+        for step in (["mousemove", str(region.x + right), str(h.window.height - region.y - up - 1)],
+                     ["keydown", "Control_L"], ["mousedown", "1"], ["mouseup", "1"], ["keyup", "Control_L"]):
+            h.later.append(partial(press, step))
 
 
 def measure(h):
