@@ -32,8 +32,9 @@ _BLOCK = re.compile(rf"<!-- evidence: ([\w-]+)(?: (\w+))? -->(.*?){re.escape(END
 _ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \| *(\w*) \|$", re.MULTILINE)
 _SCENES = "demo_scenes", "support/stage.py", "support/sheet.py"
 _WINDOW = "addon", "tools/window"
-_OF_BALLS = (*FITS, "fitter/photographs", "benchmarks/photographs.py", "benchmarks/report/baselines/ggx.py",
-             "support/ball_scene.py")
+_PHOTOGRAPHS = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "fitter" / "photographs").glob("*.py"))
+_OF_BALLS = (*FITS, *(path for path in _PHOTOGRAPHS if "/flat" not in path), "benchmarks/photographs.py",
+             "benchmarks/report/baselines/ggx.py", "support/ball_scene.py")
 _BLENDER = "/tmp/gui/usr/bin/blender"       # with a window: where `tools.window` looks for it
 
 
@@ -81,7 +82,9 @@ ENTRIES = {
     "photographs": Entry("python -m benchmarks.photographs", ("photographs",), _OF_BALLS),
     "gray-ball": Entry("python -m benchmarks.photographs gray", ("gray-ball",), _OF_BALLS),
     "flat": Entry("python -m benchmarks.flat", ("flat",), (
-        *FITS, "fitter/photographs", "benchmarks/flat.py", "benchmarks/photographs.py", "support/flat_scene.py")),
+        *FITS, *(f"fitter/photographs/{name}.py" for name in (
+            "ball", "binning", "flat", "flat_finding", "flat_photograph", "flat_solving")),
+        "benchmarks/flat.py", "benchmarks/photographs.py", "support/flat_scene.py")),
     "scale": Entry("python -m benchmarks.scale", ("scale-convert", "scale-scene"), (
         *SHADER, "addon/library", "addon/work", "benchmarks/scale.py")),
     "dense": Entry("python -m benchmarks.dense --resume --out build/dense",
