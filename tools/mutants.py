@@ -36,8 +36,8 @@ from tools.shader_guards import SHADER_GUARDS
 _CONTEXTS = {"new_data_removed_on_error", "restored_on_error", "unmarked_on_error", "locked", "writing", "suppress"}
 _NOTHING = '__import__("contextlib").nullcontext()'
 
-_LIMIT = 120                # s, for the tests of one mutant
-_SECONDS = 40               # of the tests that reach a line, the quickest first
+_LIMIT = 120, 600            # s, for the quickest tests of one mutant, and for the others
+_SECONDS = 40               # of the tests that reach a line, the quickest, which run before the others
 _USAGE = 4, 5                # how pytest ends where there are no such tests
 FOLDER = ROOT / "build" / "mutants"         # the maps of which test reaches which line
 
@@ -167,24 +167,23 @@ def reached():
 
 
 def tests_of(mutant, known):
-    """The tests of a mutant, as arguments of pytest: those that reach its line, for _SECONDS; none where none does.
+    """The tests of a mutant, as arguments of pytest: those that reach its line, of which the quickest run first, for
+    _SECONDS, and the others where these notice nothing; two tuples, empty where no test reaches it.
 
     The quickest of each file come first: they differ more than those of one file.
     """
     if mutant.tests:
-        return mutant.tests
-    chosen, seconds, of_file = [], 0.0, Counter()
-    ranked = []
+        return mutant.tests, ()
+    seconds, of_file, ranked = 0.0, Counter(), []
     for test, each in known.get((mutant.path, mutant.line), ()):
         file = test.partition("::")[0]
         ranked.append((of_file[file], each, test))
         of_file[file] += 1
+    batches = [], []
     for _, each, test in sorted(ranked):
-        if chosen and seconds + each > _SECONDS:
-            break
-        chosen.append(test)
         seconds += each
-    return tuple(chosen) or UNSEEN.get(mutant.path, ())
+        batches[bool(batches[0]) and seconds > _SECONDS].append(test)
+    return (tuple(batches[0]) or UNSEEN.get(mutant.path, ()), tuple(batches[1]))
 
 
 def copy_checkout(folder):
@@ -197,17 +196,17 @@ def copy_checkout(folder):
             shutil.copy2(ROOT / name, folder / name)
 
 
-def run_tests(folder, tests):
+def run_tests(folder, tests, limit):
     """What the tests of a copy say: an empty string where all pass, else the first that fails, or how they ended."""
     environment = os.environ | {"MEASURED_BRDF_DATA": str(measurements().resolve()), "PYTHONDONTWRITEBYTECODE": "1",
                                 "MEASURED_BRDF_KEPT": str(kept.FOLDER)}
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--tb=line", "-m",
                "not release", *tests]
     try:
-        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=_LIMIT,
+        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=limit,
                               check=False)
     except subprocess.TimeoutExpired:
-        return f"none within {_LIMIT} s"
+        return f"none within {limit} s"
     if done.returncode == 0:
         return ""
     if done.returncode in _USAGE:
@@ -218,18 +217,19 @@ def run_tests(folder, tests):
 
 def outcome(mutant, known, folders):
     """What the tests say of a mutant, made in one of the copies of the checkout, which are taken from a queue."""
-    tests = tests_of(mutant, known)
-    if not tests:
+    batches = tests_of(mutant, known)
+    if not any(batches):
         return "UNREACHED", ""
     folder = folders.get()
     try:
         original = (folder / mutant.path).read_text()
         (folder / mutant.path).write_text(mutant.text)
-        failed = run_tests(folder, tests)
+        failed = next((found for tests, limit in zip(batches, _LIMIT, strict=True) if tests
+                       and (found := run_tests(folder, tests, limit))), "")
         (folder / mutant.path).write_text(original)
     finally:
         folders.put(folder)
-    return ("killed", failed) if failed else ("SURVIVED", f"of {len(tests)} tests")
+    return ("killed", failed) if failed else ("SURVIVED", f"of {sum(map(len, batches))} tests")
 
 
 def main():
