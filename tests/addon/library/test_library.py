@@ -385,7 +385,7 @@ def test_files_that_stay_as_they_are_are_not_opened_and_no_process_is_left(
 
     arguments = ["convert", str(folder), "-o", str(library), *CHEAP]
     assert convert_to_small_files(1, arguments).returncode == 0
-    write_astm(folder / "b.astm", replace(glossy, values=glossy.values * 1.1), "b")
+    write_astm(folder / "b.astm", replace(glossy, values=glossy.values * 1.1), "b, repainted")
     opened, workers = [], []
     open_part, worker = library_file.open_part, process.Worker
     monkeypatch.setattr(library_file, "open_part", lambda part: opened.append(part) or open_part(part))
@@ -395,6 +395,7 @@ def test_files_that_stay_as_they_are_are_not_opened_and_no_process_is_left(
     assert [part.name for part in opened] == ["library.blend", "library-002.blend", "library-002.blend"]
     assert len(workers) > 0
     assert not any(each.is_alive() for each in workers)
+    assert names(library.with_name("library-002.blend")) == ["b, repainted"]
 
 
 @release
