@@ -240,7 +240,12 @@ def _flat(options: argparse.Namespace) -> None:
     fits = None if sample.materials is None else [_material(path) for path in sample.materials]
     maps = maps_from_flat(sample.photographs, sample.corners, sample.shape, fits)
     lines = [sample.name, *sample.notes, *flat_maps.report(maps, sample.photographs)]
-    written = flat_maps.write(tiled(maps) if options.tile else maps, lines, options.out)
+    if options.tile:
+        maps = tiled(maps)
+        height, width = maps.used.shape
+        lines.append("The tile has {} x {} texels and is {:.4g} x {:.4g} m large".format(
+            width, height, *(maps.corners[2] - maps.corners[0])))
+    written = flat_maps.write(maps, lines, options.out)
     for line in lines:
         say(line)
     say(f"{options.out}: {', '.join(written)}")

@@ -27,8 +27,8 @@ def test_the_command_line_writes_masks_and_normals_that_are_the_truth(openimagei
         fit.save(tmp_path / name)
     environment = os.environ | {"PYTHONPATH": str(openimageio)}
 
-    def run(file, out):
-        return subprocess.run([sys.executable, "-m", "fitter", "flat", str(file), "-o", str(out)], cwd=ROOT,
+    def run(file, out, *more):
+        return subprocess.run([sys.executable, "-m", "fitter", "flat", str(file), "-o", str(out), *more], cwd=ROOT,
                               env=environment, capture_output=True, text=True, check=False, timeout=120)
 
     done = run(path, tmp_path / "maps")
@@ -50,6 +50,12 @@ def test_the_command_line_writes_masks_and_normals_that_are_the_truth(openimagei
     np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1, atol=1e-4)
     cosine = (found * sample.normals(u, v)).sum(axis=1)
     assert np.degrees(np.median(np.arccos(np.clip(cosine, -1, 1)))) < 1
+    # half of it or more, and it says how large it is
+    assert run(path, tmp_path / "tile", "--tile").returncode == 0
+    height, width = read_picture(tmp_path / "tile" / "normal.png").pixels.shape[:2]
+    assert (8 <= height < 16, 10 <= width < 20) == (True, True)
+    assert (f"The tile has {width} x {height} texels and is {0.1 * width / 20:.4g} x {0.08 * height / 16:.4g} m large"
+            in (tmp_path / "tile" / "report.txt").read_text("utf-8"))
     # what fails writes nothing
     before = {each.name: each.stat().st_mtime_ns for each in (tmp_path / "maps").iterdir()}
     bad = tmp_path / "bad.toml"
