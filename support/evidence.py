@@ -14,9 +14,9 @@ from .checkout import ROOT
 BEGIN, END = "<!-- evidence: {} -->", "<!-- /evidence -->"
 FITS = ("fitter/arrays.py", "fitter/colours.py", "fitter/coordinates", "fitter/lattice", "fitter/methods",
         "fitter/model", "fitter/presets.py", "fitter/quality/cross_validation.py", "fitter/quality/physics.py",
-        "fitter/samples.py")
+        "fitter/samples.py", "fitter/shader_constants.py")
 """What the errors of fits depend on."""
-BAKED = (*FITS, "fitter/cycles", "fitter/shader_constants.py", "osl")
+BAKED = (*FITS, "fitter/cycles", "osl")
 """What shaders and closures depend on."""
 SHADER = (*BAKED, "addon/core/closure_nodes.py", "addon/core/lamps", "addon/core/node_group.py")
 """What rendered pictures depend on."""
