@@ -106,8 +106,8 @@ def cheapest_path(cost: FloatArray, is_closed: bool) -> IntArray:
 
     Examples
     --------
-    >>> cheapest_path(np.array([[0, 1, 5], [5, 1, 0], [5, 1, 0]]), False).tolist()
-    [1, 2, 2]
+    >>> cheapest_path(np.array([[0, 2, 5], [5, 1, 0], [5, 1, 0]]), False).tolist()
+    [0, 1, 2]
     """
     columns = np.arange(cost.shape[1])
     first = last = np.ones(len(columns), dtype=bool)
