@@ -3,8 +3,8 @@
 A mutant is the checkout with one guard taken out, made in a copy; the working tree is not touched. In Python, guards
 are found by their form (`python_mutants`); those of the shader are listed (`shader_guards`). For each mutant the tests
 that reach its line run, the quickest first, until one fails, and a line says which, or that the mutant survived. A
-survivor is a guard without a test, or one that protects nothing. Which tests reach which line is found once, by
-`tools.reached`, over the quick suite of `tests/addon`, and kept in `build/mutants`.
+survivor is a guard without a test, or one that protects nothing. Which tests reach which line `tools.reached` has
+found where `make test-all` ran them; without it, the quick suite of `tests/addon` is run for it.
 
     python -m tools.mutants                                 # all of them
     python -m tools.mutants addon/library/batch.py osl/lamps.h      # those of two files
@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 from support import kept
 from support.checkout import ROOT, measurements
-from support.evidence import digest
+from tools import reached as reaching
 from tools.shader_guards import SHADER_GUARDS
 
 # what undoes, bounds or forgives; without it, the block runs by itself
@@ -39,7 +39,6 @@ _NOTHING = '__import__("contextlib").nullcontext()'
 _LIMIT = 120, 600            # s, for the quickest tests of one mutant, and for the others
 _SECONDS = 40               # of the tests that reach a line, the quickest, which run before the others
 _USAGE = 4, 5                # how pytest ends where there are no such tests
-FOLDER = ROOT / "build" / "mutants"         # the maps of which test reaches which line
 
 GUARDED = ("addon/core/checks.py", "addon/core/lamps", "addon/core/library_file.py", "addon/core/material.py",
            "addon/core/transaction.py", "addon/importing/import_data.py", "addon/library/batch.py",
@@ -149,15 +148,11 @@ def mutants(paths):
 
 
 def reached():
-    """Which tests reach a line: {(file, line): [(test, seconds), ...]}, the quickest first; made once for the code."""
-    path = FOLDER / f"reached_{digest(('addon', 'fitter', 'tests'))}.jsonl"
+    """Which tests reach a line: {(file, line): [(test, seconds), ...]}, the quickest first; found once for the code."""
+    path = reaching.path()
     if not path.is_file():
-        FOLDER.mkdir(parents=True, exist_ok=True)
-        part = path.with_suffix(".part")
-        part.unlink(missing_ok=True)
-        subprocess.run([sys.executable, "-m", "pytest", "-p", "tools.reached", "--reached", part, "-n", "auto",
-                        "--dist", "loadfile", "-q", "-m", "not release", "tests/addon"], cwd=ROOT, check=False)
-        part.rename(path)
+        subprocess.run([sys.executable, "-m", "pytest", "-p", "tools.reached", "-n", "auto", "--dist", "loadfile", "-q",
+                        "-m", "not release", "tests/addon"], cwd=ROOT, check=False)
     found = defaultdict(list)
     for record in sorted(map(json.loads, path.read_text("utf-8").splitlines()), key=lambda each: each["seconds"]):
         for file, lines in record["lines"].items():

@@ -1,7 +1,7 @@
-"""A plugin of pytest that writes which lines of the addon each test reaches: ``-p tools.reached --reached FILE``.
+"""A plugin of pytest, ``-p tools.reached``, that writes which lines of the addon each quick test reaches.
 
-FILE gets a line of JSON for each test that passed: its name, its seconds, and the lines, by file. What other processes
-run is not seen.
+The file of `path` gets a line of JSON for each that passed: its name, its seconds, and the lines, by file. What other
+processes run is not seen.
 """
 
 import json
@@ -10,14 +10,29 @@ import threading
 import time
 
 from support.checkout import ROOT
+from support.evidence import digest
 
 _reached = set()
 _traced = {}
 
 
-def pytest_addoption(parser):
-    """Add the option."""
-    parser.addoption("--reached", default=None)
+def path():
+    """Where it is written, once the tests have ended, for the code as it is."""
+    return ROOT / "build" / "mutants" / f"reached_{digest(('addon', 'fitter', 'tests'))}.jsonl"
+
+
+def pytest_configure(config):
+    """Begin the file."""
+    config.reached_part = path().with_suffix(".part")
+    if not hasattr(config, "workerinput"):
+        config.reached_part.parent.mkdir(parents=True, exist_ok=True)
+        config.reached_part.write_text("")
+
+
+def pytest_unconfigure(config):
+    """Give the file its name."""
+    if not hasattr(config, "workerinput"):
+        config.reached_part.rename(path())
 
 
 def _is_traced(file):
@@ -52,11 +67,10 @@ def pytest_runtest_teardown(item):
 
 def pytest_runtest_makereport(item, call):
     """Write what a test has reached."""
-    out = item.config.getoption("--reached")
-    if out and call.when == "call" and call.excinfo is None:
+    if call.when == "call" and call.excinfo is None and item.get_closest_marker("release") is None:
         lines = {}
         for file, line in _reached:
             lines.setdefault(file.removeprefix(f"{ROOT}/"), []).append(line)
-        with open(out, "a", encoding="utf-8") as stream:
+        with item.config.reached_part.open("a", encoding="utf-8") as stream:
             stream.write(json.dumps({"test": item.nodeid, "seconds": time.perf_counter() - item.reached_from,
                                      "lines": lines}) + "\n")

@@ -92,7 +92,7 @@ masks and a normal map"""
             choices = default_choices(outcome.measured.path)
             use_preset(choices, _PRESET)
             parts.append(material.create(outcome, choices, context, shader))
-        mixes = _mixed([not_none(each) for each in parts], maps, context)
+        mixes = _mixed([not_none(each) for each in parts], maps, "REPEAT" if self.tile else "EXTEND", context)
         item = bpy.data.objects.new(maps.name, _plane(maps, mixes[-1]))
         not_none(context.collection).objects.link(item)
         item.location = not_none(context.scene).cursor.location
@@ -116,10 +116,11 @@ def _drawn(name: str) -> FloatArray:
     return np.array([tuple(point.co) for point in splines[0].points]) - 0.5
 
 
-def _mixed(parts: Sequence[bpy.types.Material], maps: measuring.Maps,
+def _mixed(parts: Sequence[bpy.types.Material], maps: measuring.Maps, beyond: str,
            context: bpy.types.Context) -> list[bpy.types.Material]:
-    """Materials that lay each part upon those before it: the last is the sample's."""
-    mixes, beyond = [parts[0]], "REPEAT" if maps.is_tile else "EXTEND"
+    """Materials that lay each part upon those before it: the last is the sample's. `beyond` is what images are beyond
+    their edges."""
+    mixes = [parts[0]]
     for number, (part, (content, share)) in enumerate(zip(parts[1:], maps.masks, strict=True), start=2):
         mask = _image(f"{maps.name} mask {number}", content)
         mixes.append(mixing.mixes.mix(mixes[-1], part, share, mask, context))

@@ -184,7 +184,6 @@ class Maps(NamedTuple):
         A normal map: a PNG of 16 bits.
     size : (2,) tuple of float
         Width and height, metres.
-    is_tile : bool
     told : list of str
         What is to be said of it.
     """
@@ -196,7 +195,6 @@ class Maps(NamedTuple):
     most: float
     normals: bytes
     size: tuple[float, float]
-    is_tile: bool
     told: list[str]
 
 
@@ -221,12 +219,14 @@ def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[
             else:
                 outcomes.append(tasks.outcome(str(file), "", arguments, how=how))
     fits = [tasks.kept_fit(each) for each in chosen] or [each.fitted.fit for each in outcomes]
-    with progress.part(0.3, 0.9):
+    with progress.part(0.3, 0.75):
         maps = maps_from_flat(photographs, sample.corners, sample.shape, fits or None)
-    told = flat_maps.report(maps, photographs)
+    with progress.part(0.75, 0.85, about="Checking: "):
+        told = flat_maps.report(maps, photographs)
     if is_tile:
-        maps = tiled(maps)
-    with progress.part(0.9, 1.0):
+        with progress.part(0.85, 0.95):
+            maps = tiled(maps)
+    with progress.part(0.95, 1.0):
         if not fits:
             outcomes = [tasks.outcome_alone(replace(each, name=f"{sample.name}: {each.name}"), space)
                         for each in progress.each(maps.fits)]
@@ -235,7 +235,7 @@ def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[
     return Maps(sample.name, outcomes,
                 [(flat_maps.png(each, 8), float(each.mean())) for each in np.moveaxis(masks, 2, 0)],
                 flat_maps.png(brightness, 16), most, flat_maps.png(flat_maps.normal_map(maps), 16), (width, height),
-                is_tile, [*sample.notes, *told])
+                [*sample.notes, *told])
 
 
 def _in_colours(photograph: FlatPhotograph, space: str) -> FlatPhotograph:
