@@ -138,13 +138,16 @@ def keep(package):
         replace(importlib.import_module(f"{package}.{module}"), name)
 
 
-def keep_bytecode():
-    """Have the extension compile a shader once."""
+def keep_all():
+    """Have the extension, loaded as `measured_brdf`, make things once: fits, mixtures, bytecode, in its workers too."""
     import bpy
 
-    compiler = importlib.import_module("measured_brdf.addon.core.compiler")
+    keep("measured_brdf.fitter")
+    compiler, process = (importlib.import_module(f"measured_brdf.addon.{name}") for name in (
+        "core.compiler", "work.process"))
     code = (bpy.app.version_string + bpy.app.build_hash.decode()).encode() + Path(compiler.__file__).read_bytes()
     replace(compiler, "_bytecode", lambda: code)
+    process._SCRIPT = ROOT / "support" / "kept_worker.py"
 
 
 def remove_unused():

@@ -115,10 +115,8 @@ def write_astm():
 def extension():
     """The checkout as the package that Blender makes of it, registered."""
     package = checkout.extension()
-    kept.keep("measured_brdf.fitter")
-    kept.keep_bytecode()
+    kept.keep_all()
     package.register()
-    package.addon.work.process._SCRIPT = checkout.ROOT / "support" / "kept_worker.py"
     yield package
     package.unregister()
 

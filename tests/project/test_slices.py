@@ -17,14 +17,17 @@ from pathlib import Path
 import bpy
 
 root, file, gone = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
-spec = importlib.util.spec_from_file_location("part", root / "__init__.py", submodule_search_locations=[str(root)])
-package = sys.modules["part"] = importlib.util.module_from_spec(spec)
+spec = importlib.util.spec_from_file_location("measured_brdf", root / "__init__.py",
+                                              submodule_search_locations=[str(root)])
+package = sys.modules["measured_brdf"] = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(package)
+from support import kept
+kept.keep_all()
 bpy.ops.wm.read_factory_settings(use_empty=True)
 package.register()
-from part.addon.core import checks, edits, material, osl_support
-from part.addon.core.properties import CHOICES, use_preset
-from part.addon.work import command, tasks
+from measured_brdf.addon.core import checks, edits, material, osl_support
+from measured_brdf.addon.core.properties import CHOICES, use_preset
+from measured_brdf.addon.work import command, tasks
 from support.drawn import draw
 from types import SimpleNamespace
 
@@ -59,7 +62,7 @@ assert ("convert" in command.build_parser().format_help()) == (gone != "library"
 for panel in bpy.types.Panel.__subclasses__():
     context = SimpleNamespace(material=one, object=bpy.context.object, scene=bpy.context.scene, region=None,
                               preferences=bpy.context.preferences)
-    if panel.__module__.startswith("part.") and getattr(panel, "poll", lambda _: True)(context):
+    if panel.__module__.startswith("measured_brdf.") and getattr(panel, "poll", lambda _: True)(context):
         draw(panel, material=one)           # an operator that is not there raises
 package.unregister()
 assert not dir(operators)
