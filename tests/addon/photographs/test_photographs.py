@@ -518,7 +518,7 @@ def test_the_panel_says_what_is_a_guess_and_where_the_next_lamp_goes(opened, cho
     from measured_brdf.addon.photographs import panel
 
     assert "guess" not in draw(panel.MEASUREDBRDF_PT_photographs).texts
-    opened.scale = "albedo"
+    opened.scale, opened.albedo = "albedo", 0.4
     assert "The scale is a guess" in draw(panel.MEASUREDBRDF_PT_photographs).texts
     assert not panel.MEASUREDBRDF_PT_photographs_coverage.poll(bpy.context)
     bpy.ops.measured_brdf.measure_ball()

@@ -41,7 +41,9 @@ def test_photographs_of_files_measure_the_material(written):
     assert "Scale and colour by a card of known albedo" in samples.notes
 
 
-def test_the_command_line_writes_samples_that_load_reads_and_fits(openimageio, written, tmp_path):
+def test_the_command_line_writes_samples_that_load_reads_and_fits(openimageio, scenes, tmp_path):
+    written = ball_files.write(tmp_path, ball_scene.satin(), scenes[:1])
+    written.write_text(written.read_text("utf-8").replace('"outline"', str(list(scenes[0].centre))), "utf-8")
     environment = os.environ | {"PYTHONPATH": str(openimageio)}
 
     def run(*arguments):
