@@ -1,4 +1,4 @@
-"""What many tests need made once: fits, mixtures of closures and bytecode, kept in build/kept.
+"""What many tests need made once: fits, mixtures of closures, bytecode and pictures, kept in build/kept.
 
 An entry lies under a hash of the code that makes it and of its arguments, for a version of Python, NumPy and Blender.
 Both copies of the fitter, `fitter` and `measured_brdf.fitter`, share entries. What depends on anything else (functions
@@ -67,9 +67,17 @@ def _pickled(item):
 
 
 @functools.cache
-def _code():
-    """A name of all code that fits and bakes, and of what runs it."""
-    return f"{sys.version} {np.__version__} {digest(BAKED)}".encode()
+def _code(measured=BAKED):
+    """A name of all code that fits and bakes, or of other files, and of what runs it.
+
+    Processes that this one starts are told the digest: it takes as long to make as to start one.
+    """
+    variable = f"MEASURED_BRDF_DIGEST_{'_'.join(measured)}"
+    root, _, known = os.environ.get(variable, "").rpartition(" ")
+    if root != str(ROOT):
+        known = digest(measured)
+        os.environ[variable] = f"{ROOT} {known}"
+    return f"{sys.version} {np.__version__} {known}".encode()
 
 
 def _nameless(item):
@@ -134,8 +142,9 @@ def keep(package):
     methods.METHODS.update({name: kept(function) for name, function in methods.METHODS.items()
                             if not hasattr(function, "made_anew")})
     for module, name in (("methods", "prepare"), ("cycles.node_mixture", "cycles_mixture"),
-                         ("cycles.node_mixture", "node_mixtures")):
+                         ("cycles.node_mixture", "node_mixtures"), ("cycles.principled", "principled")):
         replace(importlib.import_module(f"{package}.{module}"), name)
+    replace(importlib.import_module(f"{package}.pictures"), "lit_sphere", lambda: _code(("fitter",)))
 
 
 def keep_all():
