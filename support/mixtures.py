@@ -10,7 +10,7 @@ STOPS = 9
 KINDS = "diffuse", "GGX", "Beckmann", "sheen", "diffuse", "GGX"
 
 
-def made_mixture(turn=None, seed=5):
+def made_mixture(turn=None, seed=5, channels=3):
     """A mixture of random numbers that change smoothly with the polar angle, of a fit that is isotropic without a turn.
 
     Its lobes are wide: sums over a grid of directions are good to a thousandth.
@@ -29,7 +29,7 @@ def made_mixture(turn=None, seed=5):
     tilt = np.maximum(smooth(-0.5, 0.8, lobes), -0.7 * np.cos(theta / 2)[:, None] ** 2) * tilted
     shape = node_lobes.Shape(np.where(plain, smooth(0.45, 0.95, lobes), 1.0), tilt, smooth(-0.6, 0.6, lobes) * plain)
     shares = smooth(0.5, 1.5, lobes + 1)
-    colour = smooth(0.05, 0.3, lobes, 1 if turn is None else 2, 3)
+    colour = smooth(0.05, 0.3, lobes, 1 if turn is None else 2, 3)[..., :channels]
     sampling = Sampling(0.7 * colour, shares / shares.sum(axis=1, keepdims=True), smooth(0.2, 1.0))
     return NodeMixture(KINDS, theta, shape, colour, turn, sampling, 0.0, 0.0, 0.0)
 
