@@ -34,6 +34,11 @@ def made_mixture(turn=None, seed=5, channels=3):
     return NodeMixture(KINDS, theta, shape, colour, turn, sampling, 0.0, 0.0, 0.0)
 
 
+def any_mixture(fit):
+    """What may be baked with a fit where only the fit is looked at: to find its own takes seconds."""
+    return made_mixture(None if fit.isotropic else 0.0, channels=len(fit.channels))
+
+
 def density(mixture, wo, wi):
     """With which the shader samples directions by a mixture, per solid angle.
 

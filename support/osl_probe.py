@@ -7,7 +7,7 @@ import numpy as np
 
 from fitter.cycles.bake import bake
 
-from .mixtures import made_mixture
+from .mixtures import any_mixture
 from .stage import black_scene, blank_material, render
 
 PROBE = """
@@ -57,7 +57,7 @@ def probe_scene(fit, code, count, functions="", mixture=None, **tables):
     functions : str
         OSL functions that the code calls.
     mixture : NodeMixture, optional
-        What the shader samples by; otherwise it is any, since to find the fit's takes longer than the probe.
+        What the shader samples by; otherwise it is any.
     tables : name to array
         More arrays for the code to read.
 
@@ -67,9 +67,7 @@ def probe_scene(fit, code, count, functions="", mixture=None, **tables):
     """
     width = max(4, math.ceil(math.sqrt(count)))       # Blender renders no smaller pictures
     arrays = "".join(_exactly(name, np.ravel(table)) for name, table in tables.items())
-    if mixture is None:
-        mixture = made_mixture(None if fit.isotropic else 0.0, channels=len(fit.channels))
-    source = bake(fit, PROBE % (functions, arrays, width, code), mixture)
+    source = bake(fit, PROBE % (functions, arrays, width, code), any_mixture(fit) if mixture is None else mixture)
     scene = black_scene(width, width, samples=1, span=width)
     scene.camera.location = (width / 2, width / 2, 10)
     scene.cycles.pixel_filter_type = "BOX"

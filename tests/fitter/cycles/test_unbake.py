@@ -7,26 +7,19 @@ import pytest
 
 import fitter
 from fitter.cycles.bake import SHADER_VERSION, bake, shader_version
-from fitter.cycles.node_mixture import cycles_mixture
 from fitter.cycles.unbake import unbake
 from support.checkout import ROOT
 from support.made_fits import MADE_FITS
+from support.mixtures import any_mixture
 
 DATA = ROOT / "tests" / "data"
 SEVEN_DIGITS = 6e-7             # as tables are written, rounded to single precision
 
 
-@pytest.fixture(scope="module")
-def mixtures():
-    """Some mixture of one channel, and one of three: they are no part of the fit."""
-    grey, colour = MADE_FITS["Rusinkiewicz, sheen, grey, damped"], MADE_FITS["Rusinkiewicz"]
-    return {len(fit.channels): cycles_mixture(fit) for fit in (grey, colour)}
-
-
 @pytest.mark.parametrize("name", MADE_FITS)
-def test_every_part_of_a_fit_comes_back_from_its_shader(name, mixtures, random):
+def test_every_part_of_a_fit_comes_back_from_its_shader(name, random):
     fit = MADE_FITS[name]
-    source = bake(fit, mixture=mixtures[len(fit.channels)])
+    source = bake(fit, mixture=any_mixture(fit))
     back = unbake(source, fit.name, fit.compression)
     assert (back.coefficient_count, back.nbytes) == (fit.coefficient_count, fit.nbytes)
     for part in ("name", "channels", "columns", "compression", "diffuse_level", "specular_level"):
@@ -49,14 +42,14 @@ def test_every_part_of_a_fit_comes_back_from_its_shader(name, mixtures, random):
     def words(text):
         return re.sub(r"^#define .*$", rounded, text, flags=re.MULTILINE)
 
-    assert words(bake(back, mixture=mixtures[len(fit.channels)])) == words(source)
+    assert words(bake(back, mixture=any_mixture(fit))) == words(source)
 
 
-def test_a_shader_of_the_first_release_comes_back_and_is_baked_as_one_of_this_version(mixtures):
+def test_a_shader_of_the_first_release_comes_back_and_is_baked_as_one_of_this_version():
     """What extension 0.1.0 baked of a fit that its file holds."""
     source = (DATA / "shader_version_1.osl").read_text("utf-8")
     fit, back = fitter.Fit.load(DATA / "version_2.npz"), unbake(source)
-    again = bake(back, mixture=mixtures[3])
+    again = bake(back, mixture=any_mixture(back))
     assert (shader_version(source), shader_version(again)) == (1, SHADER_VERSION)
     assert back.coordinates == fit.coordinates
     assert back.transform.prior.kinds == ("mirror",)
@@ -71,8 +64,9 @@ def test_a_shader_of_the_first_release_comes_back_and_is_baked_as_one_of_this_ve
     (r"(DAMPING\[\d+\] = \{\n)[^,]*,", r"\1"), (r"(DAMPING\[\d+\] = \{\n)[^,]*,", r"\1nan,"),
     (r"#define STRETCH \S+", "#define STRETCH x"), (r"RETRO\(color", "RETRO(colour"),
     (r"SHEEN\(", "VELVET(")])
-def test_a_damaged_source_is_refused(mixtures, pattern, replacement):
-    source = bake(MADE_FITS["Rusinkiewicz, stretched by 33, all lobes, damped"], mixture=mixtures[3])
+def test_a_damaged_source_is_refused(pattern, replacement):
+    fit = MADE_FITS["Rusinkiewicz, stretched by 33, all lobes, damped"]
+    source = bake(fit, mixture=any_mixture(fit))
     damaged, count = re.subn(pattern, replacement, source)
     assert count
     with pytest.raises(ValueError, match=r"shader|table|convert"):
