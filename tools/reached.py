@@ -9,6 +9,8 @@ import sys
 import threading
 import time
 
+import pytest
+
 from support.checkout import ROOT
 from support.evidence import digest
 
@@ -29,10 +31,10 @@ def pytest_configure(config):
         config.reached_part.write_text("")
 
 
-def pytest_unconfigure(config):
-    """Give the file its name."""
-    if not hasattr(config, "workerinput"):
-        config.reached_part.rename(path())
+def pytest_sessionfinish(session, exitstatus):
+    """Give the file its name, unless the tests were interrupted."""
+    if not hasattr(session.config, "workerinput") and exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
+        session.config.reached_part.rename(path())
 
 
 def _is_traced(file):

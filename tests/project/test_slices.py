@@ -88,7 +88,7 @@ def without(name, folder):
 
 @pytest.mark.parametrize("name", SLICES)
 def test_everything_else_works_without_a_slice(name, tmp_path, glossy, write_astm):
-    """Five seconds each, most of them to start Blender: what two slices share is found in no other way."""
+    """Each starts a Blender: what two slices share is found in no other way."""
     file = write_astm(tmp_path / "glossy.astm", glossy)
     root = without(name, tmp_path / "part")
     done = subprocess.run([sys.executable, "-c", SCRIPT, str(root), str(file), name], cwd=ROOT, capture_output=True,
