@@ -130,10 +130,10 @@ def _distribution(kind: Kind, shape: Shape, frame: FloatArray, pairs: Pairs) -> 
     per solid angle of these, (..., n), and these in the frame of the lobe, (..., n, 3)."""
     h = pairs.half @ frame
     along, across = (width[..., None] for width in widths(shape))
-    cosine = np.maximum(np.abs(h[..., 2]), LEAST_COSINE)
-    slope2 = ((h[..., 0] / along) ** 2 + (h[..., 1] / across) ** 2) / cosine ** 2
-    facets = np.exp(-np.minimum(slope2, STEEPEST_FACET)) if kind == "Beckmann" else (1 + slope2) ** -2.0
-    return facets / (np.pi * along * across * cosine ** 4), h
+    cosine2 = np.maximum(np.abs(h[..., 2]), LEAST_COSINE) ** 2
+    slope2 = ((h[..., 0] / along) ** 2 + (h[..., 1] / across) ** 2) / cosine2
+    facets = np.exp(-np.minimum(slope2, STEEPEST_FACET)) if kind == "Beckmann" else 1 / (1 + slope2) ** 2
+    return facets / (np.pi * along * across * cosine2 ** 2), h
 
 
 def _facets(kind: Kind, shape: Shape, normal: FloatArray, pairs: Pairs) -> FloatArray:

@@ -22,7 +22,7 @@ from ..arrays import FloatArray
 from . import node_lobes
 from .node_lobes import FACETS, Kind, Shape
 from .node_views import Views, views_of
-from .nonnegative import coordinate_descent, shares
+from .nonnegative import nonnegative, shares
 from .principal import principal
 
 if TYPE_CHECKING:
@@ -50,7 +50,6 @@ _MOST_ANISOTROPIC = 0.78
 _FLOOR, _LAST_FLOOR = 0.1, 0.02         # absolute errors below this share of the mean radiance count as squared ones
 _FIRMNESS = 10.0                # of the albedo's squared errors
 _RIDGE = 1e-4                   # of the squared colours, in the squared target
-_SWEEPS, _LAST_SWEEPS = 25, 60          # of the coordinate descent
 _REWEIGHTINGS = 6
 _SCALES = (0.7, 1.5)            # bounds of the factors that give the lobes the albedo of the fit
 _TINY = 1e-30
@@ -214,7 +213,7 @@ def _fitted(views: Views, turn: float | None, engine: Engine) -> NodeMixture:
         if found.error < _ENOUGH:
             break
     assert found is not None
-    return found
+    return found._replace(sampling=_sampling(views, found)) if engine.sampled else found
 
 
 def _refined(views: Views, turn: float | None, engine: Engine, kinds: tuple[Kind, ...], shape: Shape) -> NodeMixture:
@@ -229,14 +228,15 @@ def _refined(views: Views, turn: float | None, engine: Engine, kinds: tuple[Kind
     found = np.einsum("van,vanc->vac", views.solid_angle, radiance)
     mean = np.maximum(views.albedo.mean(axis=-1, keepdims=True), _TINY)
     misplaced, shown = views.misplaced(radiance), views.theta <= LAST_SHOWN
-    sampling = _sampling(stops, kinds, shape, columns) if engine.sampled else None
-    return NodeMixture(kinds, stops.theta, shape, colour, turn, sampling,
+    return NodeMixture(kinds, stops.theta, shape, colour, turn, None,
                        float(misplaced.mean()), float(misplaced[shown].max()),
                        float(np.abs((found - views.albedo) / mean)[shown].max()))
 
 
-def _sampling(views: Views, kinds: tuple[Kind, ...], shape: Shape, columns: FloatArray) -> Sampling:
+def _sampling(views: Views, mixture: NodeMixture) -> Sampling:
     """How to sample what lobes leave that stay below the fit, at the views that nodes tabulate."""
+    views, kinds, shape = views.only(slice(0, None, 2), slice(None)), mixture.kinds, mixture.shape
+    columns = _columns(views, kinds, shape)
     below = _below(views, columns)
     left = np.maximum(views.target - _radiance(columns, below), 0).sum(axis=-1)
     carried = left + _DIM * views.target.sum(axis=-1)
@@ -252,13 +252,14 @@ def _sampling(views: Views, kinds: tuple[Kind, ...], shape: Shape, columns: Floa
 def _below(views: Views, columns: FloatArray) -> FloatArray:
     """The colours of lobes of the least absolute error, of which that above the target counts far more: (views, lobes,
     phases, channels)."""
-    found = _solve(views, columns, _absolute(views, views.target_rows, _FLOOR))
+    flat = _flat(views, columns)
+    found = _solve(views, flat, _absolute(views, views.target_rows, _FLOOR))
     solid_angle = np.concatenate([views.solid_angle, 0 * views.solid_angle[..., :1]], axis=-1)
     albedo = np.maximum(views.albedo.mean(axis=1), _TINY)[:, None]
     share, floor = solid_angle.reshape(len(columns), -1, 1) / albedo, _LAST_FLOOR / np.pi * albedo
     for _ in range(_BELOW_REWEIGHTINGS):
         weight = share * np.where(found.left < 0, _ABOVE, 1.0) / (np.abs(found.left) + floor)
-        found = _solve(views, columns, weight, found.colour, _LAST_SWEEPS)
+        found = _solve(views, flat, weight)
     return found.colour.reshape(len(found.colour), *columns.shape[3:], -1)
 
 
@@ -271,10 +272,18 @@ def _between(stops: FloatArray, at: FloatArray, values: FloatArray) -> FloatArra
 
 def _columns(views: Views, kinds: Sequence[Kind], shape: Shape) -> FloatArray:
     """The lobes, times the phases of their colours: (views, azimuths, n, lobes, phases)."""
-    lobes = np.stack([node_lobes.evaluate(kind, Shape(*(each[:, number, None] for each in shape)), views.pairs)
-                      for number, kind in enumerate(kinds)], axis=-1)
-    lobes = np.where((views.solid_angle > 0)[..., None], lobes, 0)
+    lobes = np.empty((len(kinds), *views.solid_angle.shape))
+    for kind in set(kinds):
+        numbers = [number for number, each in enumerate(kinds) if each == kind]
+        lobes[numbers] = node_lobes.evaluate(kind, Shape(*(each.T[numbers, :, None] for each in shape)), views.pairs)
+    lobes = np.moveaxis(np.where(views.solid_angle > 0, lobes, 0), 0, -1)
     return np.asarray(lobes[..., None] * views.phases[:, None, None])
+
+
+def _flat(views: Views, columns: FloatArray) -> FloatArray:
+    """The columns at all rows of `Views.rows`, lobes and phases in one axis: (views, rows, columns)."""
+    rows = views.rows(columns)
+    return np.asarray(rows.reshape(*rows.shape[:2], -1))
 
 
 def _radiance(columns: FloatArray, colour: FloatArray) -> FloatArray:
@@ -304,27 +313,25 @@ class _Solution(NamedTuple):
     left: FloatArray            # (views, rows, channels)
 
 
-def _solve(views: Views, columns: FloatArray, weight: FloatArray, start: FloatArray | None = None,
-           sweeps: int = _SWEEPS) -> _Solution:
-    """The colours, none negative, of the least weighted squares."""
+def _solve(views: Views, flat: FloatArray, weight: FloatArray) -> _Solution:
+    """The colours, none negative, of the least weighted squares, of `_flat` columns."""
     target = views.target_rows
-    flat = views.rows(columns).reshape(len(target), target.shape[1], -1)
     transposed = np.swapaxes(flat, 1, 2)
     normal = np.stack([transposed @ (flat * weight[..., c, None]) for c in range(target.shape[-1])], axis=1)
     right = np.swapaxes(transposed @ (weight * target), 1, 2)
     albedo = np.maximum(views.albedo.mean(axis=(1, 2)), _TINY)[:, None]
     ridge = _RIDGE * (weight * target ** 2).sum(axis=1) / albedo ** 2
     normal = normal + (ridge[..., None, None] + _TINY) * np.eye(flat.shape[-1])
-    before = None if start is None else np.swapaxes(start, 1, 2)
-    colour = np.swapaxes(coordinate_descent(normal, right, before, sweeps), 1, 2)
+    colour = np.swapaxes(nonnegative(normal, right), 1, 2)
     return _Solution(flat, colour, target - flat @ colour)
 
 
 def _colours(views: Views, columns: FloatArray) -> FloatArray:
     """The colours of the least absolute error: (views, lobes, phases, channels)."""
-    found = _solve(views, columns, _absolute(views, views.target_rows, _FLOOR))
+    flat = _flat(views, columns)
+    found = _solve(views, flat, _absolute(views, views.target_rows, _FLOOR))
     for _ in range(_REWEIGHTINGS):
-        found = _solve(views, columns, _absolute(views, found.left, _LAST_FLOOR), found.colour, _LAST_SWEEPS)
+        found = _solve(views, flat, _absolute(views, found.left, _LAST_FLOOR))
     return found.colour.reshape(len(found.colour), *columns.shape[3:], -1)
 
 
@@ -355,24 +362,23 @@ def _choose(views: Views, engine: Engine, turned: bool) -> tuple[tuple[Kind, ...
     least, ones = _least_tilt(views.theta, engine), np.ones((len(views.theta), 1))
     rough, tilt, anisotropy = (ones * np.array(each) for each in list(zip(*candidates, strict=True))[1:])
     shapes = Shape(rough, np.maximum(tilt, least), anisotropy)
-    columns = _columns(views, names, shapes)
-    flat = views.rows(columns)
+    columns = views.rows(_columns(views, names, shapes))
     plain = Shape(ones, 0 * ones, 0 * ones)
     chosen: list[int] = []
-    have = _columns(views, ["diffuse"], plain)
+    have = _flat(views, _columns(views, ["diffuse"], plain))
     weight = _absolute(views, views.target_rows, _FLOOR)
     found = _solve(views, have, weight)
     for _ in range(engine.lobes):
-        steepest = np.einsum("vrlp,vrc->vlpc", flat, weight * found.left)
-        size = np.einsum("vrlp,vrc->vlpc", flat ** 2, weight) + 1e-12
+        steepest = np.einsum("vrlp,vrc->vlpc", columns, weight * found.left)
+        size = np.einsum("vrlp,vrc->vlpc", columns ** 2, weight) + 1e-12
         gain = (np.maximum(steepest, 0) ** 2 / size).sum(axis=(0, 2, 3))
         order = [number for number in np.argsort(-gain) if number not in chosen][:_TRIED]
-        tried = [_solve(views, np.concatenate([have, columns[..., [number], :]], axis=3), weight) for number in order]
+        tried = [_solve(views, np.concatenate([have, columns[:, :, number]], axis=2), weight) for number in order]
         best = int(np.argmin([(weight * each.left ** 2).sum() for each in tried]))
         chosen.append(int(order[best]))
-        have = np.concatenate([have, columns[..., [chosen[-1]], :]], axis=3)
+        have = tried[best].columns
         weight = _absolute(views, tried[best].left, _FLOOR / 2)
-        found = _solve(views, have, weight, tried[best].colour)
+        found = _solve(views, have, weight)
     kinds: tuple[Kind, ...] = ("diffuse", *(names[number] for number in chosen))
     return kinds, Shape(*(np.concatenate([first, each[:, chosen]], axis=1)
                           for first, each in zip(plain, shapes, strict=True)))
@@ -425,18 +431,18 @@ def _refine(views: Views, kinds: tuple[Kind, ...], shape: Shape, engine: Engine)
     now = variables.of(shape)
     bending = np.diff(np.eye(len(views.theta)), n=2, axis=0)
     bending = _STIFFNESS * bending.T @ bending
-    found = _solve(views, _columns(views, kinds, shape), _absolute(views, views.target_rows, _FLOOR))
+    found = _solve(views, _flat(views, _columns(views, kinds, shape)), _absolute(views, views.target_rows, _FLOOR))
     damping = 1e-2
     for iteration in progress.each(range(_ITERATIONS)):
         floor = _FLOOR if 2 * iteration < _ITERATIONS else _FLOOR / 3
         weight = _absolute(views, found.left, floor)
-        found = _solve(views, _columns(views, kinds, variables.shape(now)), weight, found.colour)
+        found = _solve(views, found.columns, weight)
         error = _penalised(weight, found, bending, variables.taken(now))
         curvature, slope = _reduced(views, kinds, variables, now, found, weight)
         for _ in range(5):
             step = _step(curvature, slope, bending, variables.taken(now), damping)
             then = variables.moved(now, step)
-            tried = _solve(views, _columns(views, kinds, variables.shape(then)), weight, found.colour)
+            tried = _solve(views, _flat(views, _columns(views, kinds, variables.shape(then))), weight)
             after = _penalised(weight, tried, bending, variables.taken(then))
             if after < error:
                 now, found, damping = then, tried, max(damping / 3, 1e-4)
@@ -455,14 +461,12 @@ def _reduced(views: Views, kinds: tuple[Kind, ...], variables: _Variables, now: 
     and (views, variables)."""
     count, rows, columns = found.columns.shape
     phases = views.phases.shape[1]
-    derivatives = np.empty((count, rows, len(variables.places), phases))
-    for number, (kind, lobe) in enumerate(variables.places):
-        moved = now[:, :, [lobe]].copy()
-        moved[kind] += _STEP
-        after = _columns(views, kinds[lobe:lobe + 1], variables.shape(moved))
-        before = found.columns.reshape(count, rows, -1, phases)[:, :, lobe]
-        derivatives[:, :, number] = (views.rows(after)[:, :, 0] - before) / _STEP
     lobes = [lobe for _, lobe in variables.places]
+    moved = now[:, :, lobes]
+    for number, (variable, _) in enumerate(variables.places):
+        moved[variable, :, number] += _STEP
+    after = views.rows(_columns(views, [kinds[lobe] for lobe in lobes], variables.shape(moved)))
+    derivatives = (after - found.columns.reshape(count, rows, -1, phases)[:, :, lobes]) / _STEP
     curvature = np.zeros((count, len(lobes), len(lobes)))
     slope = np.zeros((count, len(lobes)))
     for channel in range(weight.shape[-1]):
