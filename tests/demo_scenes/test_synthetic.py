@@ -111,4 +111,4 @@ def test_the_title_picture_shows_the_materials_at_hand(extension, folder, tmp_pa
     title.draw(tmp_path / "title", width=28, height=12, samples=1, preset="Draft")
     assert {path.name for path in tmp_path.glob("title*")} == {"title.jpg", "title_principled.jpg"}
     fitted = {item.name for item in bpy.data.materials if item.measured_brdf.coefficients}
-    assert fitted == {"leather"}
+    assert fitted == {"leather", "Satin aluminium", "Polished gold", "Black obsidian"}

@@ -62,6 +62,7 @@ class Drop(addon.work.making.MakesMaterials):
     rendering = "AUTO"
     angles, quantity, illuminant, isotropic, symmetry, encoding = "auto", "auto", "D65", "auto", "auto", "raw"
     target, slot, options = 0, -1, SimpleNamespace(is_invoke=False)
+    properties = SimpleNamespace(is_property_set=lambda name: name == "preset")
     directory, files = str(folder), [SimpleNamespace(name="2.astm"), SimpleNamespace(name="3.astm")]
     diffuse_level, specular_level, compression, _timer = 2, 3, 80.0, None
 
