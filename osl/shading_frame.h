@@ -51,8 +51,9 @@ ShadingFrame shading_frame(normal shading_normal, normal surface_normal, vector 
   if (length(tangent) < LEAST_TANGENT) {
     tangent = perpendicular(frame.z);
   }
-  frame.x = normalize(tangent);
-  frame.y = cross(frame.z, frame.x);
+  /* of a short tangent rounding leaves a part along the normal */
+  frame.y = normalize(cross(frame.z, tangent));
+  frame.x = cross(frame.y, frame.z);
 #if ANISOTROPIC
   float turn = M_2PI * Rotation + PRINCIPAL_TURN;
   frame.x = cos(turn) * frame.x + sin(turn) * frame.y;

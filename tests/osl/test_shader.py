@@ -197,6 +197,18 @@ def test_directions_about_lamps_follow_the_density_that_is_reported(probe, curet
             chosen[:, 0] == (0 if radius == 0.3 else 2)).sum() > 0.7
 
 
+def test_the_axes_are_perpendicular_however_near_the_viewer_is_to_the_normal(probe):
+    """Of others, a lamp's lobe beyond its axis is infinite: its exponent is 11,000."""
+    code = """
+      vector z = normalize(vector(sin(pixel), cos(2.3 * pixel), sin(5.1 * pixel) + 1.2));
+      vector aside = normalize(cross(z, vector(cos(1.7 * pixel), sin(0.9 * pixel), 0.3)));
+      vector viewer = normalize(z + pow(10.0, -7.0 + 0.002 * pixel) * aside);
+      ShadingFrame frame = shading_frame(z, z, viewer);
+      out = 1.0 + vector(dot(frame.x, frame.z), dot(frame.y, frame.z), dot(frame.x, frame.y));
+      out[0] += abs(length(frame.x) - 1.0) + abs(length(frame.y) - 1.0);"""
+    np.testing.assert_allclose(probe(MADE_FITS["half and difference"], code, 2000), 1, atol=1e-6)
+
+
 @pytest.mark.parametrize("radius", quick([0.0, 0.0185, 0.05], 0.05))
 def test_a_lobe_is_flat_over_its_lamp_in_the_mean(probe, curet, radius):
     """The mean of what Cycles makes of a lobe, over the lamp's disk, is the lobe's value on the axis."""
