@@ -17,7 +17,7 @@ from support.stage import add_lamp, black_scene, blank_material, render, rotatio
 ANGLES = np.radians([0.0, 1.0, 23.0, 45.5, 61.0, 78.0, 86.0, 89.0])     # some of them beyond the last stop
 AZIMUTHS = np.radians([0.0, 17.0, 90.0, 130.0, 200.0, 271.0, 305.0, 45.0])
 PER_VIEW = 500
-ARC_COSINE = 7e-5               # radians, the error of the one that OSL has: it matters where shapes change with the angle
+ARC_COSINE = 7e-5               # radians, the error of that of OSL; it matters where shapes change with the angle
 MIXTURES = {
     "lobes of all kinds": lambda curet, cornell: made_mixture(),
     "lobes of all kinds, anisotropic": lambda curet, cornell: made_mixture(0.0),
