@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from .checkout import ROOT
-from .evidence import BAKED, digest
+from .evidence import FITS, digest
 
 FOLDER = Path(os.environ.get("MEASURED_BRDF_KEPT") or ROOT / "build" / "kept")
 _COPIES = "measured_brdf.fitter.", "fitter."
@@ -67,8 +67,8 @@ def _pickled(item):
 
 
 @functools.cache
-def _code(measured=BAKED):
-    """A name of all code that fits and bakes, or of other files, and of what runs it.
+def _code(measured=(*FITS, "fitter/cycles")):
+    """A name of all code that fits, or of other files, and of what runs it.
 
     Processes that this one starts are told the digest: it takes as long to make as to start one.
     """
