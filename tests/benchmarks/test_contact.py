@@ -22,7 +22,7 @@ MOST_BELOW = 40             # pixels of a tile before denoising
 
 
 @pytest.mark.parametrize(("name", "seed", "bright"), [
-    pytest.param("published:two-layer-silver", 3, 2, marks=BELOW_ZERO),
+    ("published:two-layer-silver", 3, 2),
     pytest.param("goniometer/IMX455.bsdf", 3, 2, marks=(BELOW_ZERO, pytest.mark.release)),
     pytest.param("published:black-obsidian", 0, 13, id="black-obsidian, whose highlights are bright")])
 def test_there_are_no_dots_in_narrow_peaks_and_at_silhouettes(extension, openimageio, name, seed, bright):
