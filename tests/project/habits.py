@@ -29,8 +29,10 @@ def drop(*names):
 
 
 def settings(material):
-    return {name: getattr(material.measured_brdf, name) for name in (
-        "filepath", "digest", "coefficients", "diffuse_level", "specular_level", "compression", "name_of_data")}
+    """What a material keeps; the path of its measurements, which is relative in a saved file, as what it means."""
+    measured, path = material.measured_brdf, addon.core.paths.absolute(material)
+    return {"filepath": path} | {name: getattr(measured, name) for name in (
+        "digest", "coefficients", "diffuse_level", "specular_level", "compression", "name_of_data")}
 
 
 # import by drop
@@ -58,13 +60,18 @@ class Drop(addon.work.making.MakesMaterials):
     """The operator, driven by events that are made here."""
 
     work, _paths = cls.work, cls._paths
-    preset, use_tolerance, filepath, sample, tolerance = "Paper", False, "", "", 1.0
-    rendering = "AUTO"
-    angles, quantity, illuminant, isotropic, symmetry, encoding = "auto", "auto", "D65", "auto", "auto", "raw"
-    target, slot, options = 0, -1, SimpleNamespace(is_invoke=False)
+    preset, diffuse_level, specular_level, compression = "Paper", 2, 3, 80.0
+    options = SimpleNamespace(is_invoke=False)
     properties = SimpleNamespace(is_property_set=lambda name: name == "preset")
     directory, files = str(folder), [SimpleNamespace(name="2.astm"), SimpleNamespace(name="3.astm")]
-    diffuse_level, specular_level, compression, _timer = 2, 3, 80.0, None
+    _timer = None
+
+    def __getattr__(self, name):
+        """Any other property has its default."""
+        known = bpy.ops.measured_brdf.import_data.get_rna_type().properties
+        if name not in known:
+            raise AttributeError(name)
+        return known[name].default
 
     def report(self, *_):
         """Nobody reads it."""
