@@ -33,11 +33,7 @@ def main():
     tiles = []
     for text, file, settings in ADJUSTED:
         _stage()
-        material = _import(file)
-        for name, value in settings.items():
-            setattr(material.measured_brdf, name, value)
-        if settings:
-            bpy.ops.measured_brdf.adjust()
+        adjust(_import(file), settings)
         tiles.append(_tile(text))
     _stage()
     first, second = _import(FABRIC), _import(GOLD)
@@ -54,6 +50,13 @@ def main():
     tiles.append(_tile("mixed by a mask with gold paint"))
     sheet.write(path, [tiles[:4], tiles[4:]])
     print(path)
+
+
+def adjust(material, settings):
+    """Move sliders of the active material and have it rendered so."""
+    for name, value in settings.items():
+        setattr(material.measured_brdf_adjustments, name, value)
+    bpy.ops.measured_brdf.adjust()
 
 
 def _stage():
