@@ -54,7 +54,9 @@ def _on_line(frame, event, _argument):
 
 
 def pytest_runtest_protocol(item):
-    """Trace a test with its fixtures."""
+    """Trace a quick test with its fixtures."""
+    if item.get_closest_marker("release") is not None:
+        return
     _reached.clear()
     item.reached_from = time.perf_counter()
     sys.settrace(_on_call)
@@ -69,7 +71,7 @@ def pytest_runtest_teardown(item):
 
 def pytest_runtest_makereport(item, call):
     """Write what a test has reached."""
-    if call.when == "call" and call.excinfo is None and item.get_closest_marker("release") is None:
+    if call.when == "call" and call.excinfo is None and hasattr(item, "reached_from"):
         lines = {}
         for file, line in _reached:
             lines.setdefault(file.removeprefix(f"{ROOT}/"), []).append(line)
