@@ -370,7 +370,7 @@ def _naive_astm(content):
     lines = _naive_lines(content)
     start = next(n for n, line in enumerate(lines) if line.startswith("VARS"))
     header, rows = lines[start][4:], lines[start + 1:]
-    names = [name.strip().lower() for name in header.split("," if "," in header else None)]
+    names = [name.strip("# \t").lower() for name in header.split("," if "," in header else None)]
     table = np.array([row.split("," if "," in rows[0] else None) for row in rows], dtype=float)
     if table.shape[1] > len(names):
         theta = next(n for n, name in enumerate(names) if name.startswith("theta") and "i" not in name)
