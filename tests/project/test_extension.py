@@ -1,6 +1,7 @@
 """The zip, as a user gets it: built and checked by Blender's own tools, installed into a clean profile, and used."""
 
 import ast
+import json
 import os
 import re
 import subprocess
@@ -145,9 +146,12 @@ def test_the_library_in_the_package_is_complete_and_holds_no_compiled_shader(ble
         if not names:
             pytest.skip("there is no starter library in this checkout; make zip builds it")
         file.extract("starter_library/starter.blend", tmp_path)
+        written = json.loads(file.read("starter_library/version.json"))["blender"]
     fits = {f"starter_library/fits/{each.name}.npz" for each in published.offered()}
     assert names == fits | {f"starter_library/{name}" for name in ("starter.blend", "version.json",
                                                                    "blender_assets.cats.txt")}
+    if tuple(written) > blender.app.version[:2]:
+        pytest.skip(f"Blender {written} wrote the library of this checkout; an older one makes its own of the fits")
     blender.ops.wm.open_mainfile(filepath=str(tmp_path / "starter_library" / "starter.blend"))
     scripts = [node for tree in blender.data.node_groups for node in tree.nodes if node.type == "SCRIPT"]
     assert len(scripts) == len(fits)
