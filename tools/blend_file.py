@@ -4,6 +4,7 @@ python -m tools.blend_file save|open FILE prints what it finds as a line of JSON
 """
 
 import json
+import os
 import sys
 from pathlib import Path
 
@@ -17,10 +18,9 @@ CHOICES = ("sample", "diffuse_level", "specular_level", "compression")
 def main():
     """Do one of the two."""
     task, path = sys.argv[1], Path(sys.argv[2])
-    extension = checkout.extension()
-    extension.register()
-    print("\n" + json.dumps({"save": _save, "open": _open}[task](path)))
-    extension.unregister()      # bpy 4.2 as a module does not survive its end with operators registered
+    checkout.extension().register()
+    print("\n" + json.dumps({"save": _save, "open": _open}[task](path)), flush=True)
+    os._exit(0)         # bpy 4.2 as a module does not survive an end of its own (`support.stage.EXITS`)
 
 
 def _save(path):
@@ -51,4 +51,4 @@ def _found(bpy, scene):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()
