@@ -7,6 +7,7 @@ and no more than `SECONDS` and `MEMORY` times the file. Of the formats in `NAIVE
 reading of the same bytes finds.
 """
 
+import argparse
 import contextlib
 import io
 import math
@@ -447,11 +448,14 @@ def run(numbers, folder):
 
 def main():
     """Print the tables; the exit status is 1 where a promise was broken."""
-    count, first = map(int, sys.argv[1:] + ["20000", "0"][len(sys.argv) - 1:])
-    hostile = len(sys.argv) == 1
+    parser = argparse.ArgumentParser(prog="python -m tools.fuzz", description="How readers treat damaged files.")
+    parser.add_argument("count", type=int, nargs="?", help="so many cases, without the hostile files; else 20000")
+    parser.add_argument("first", type=int, nargs="?", default=0, help="the number of the first")
+    chosen = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         start = time.perf_counter()
-        tally, worst, broken = run(range(first, first + count), Path(folder))
+        count = 20000 if chosen.count is None else chosen.count
+        tally, worst, broken = run(range(chosen.first, chosen.first + count), Path(folder))
         seconds = time.perf_counter() - start
         tally["all"] = sum(tally.values(), Counter())
         print(f"{'cases':>7}  {'read':>6}  {'refused':>7}  made from")
@@ -459,7 +463,7 @@ def main():
             print(f"{row.total():7,}  {row['read']:6,}  {row['refused']:7,}  {name}")
         print(f"{seconds:.0f} s; the slowest case {worst['seconds']:.3f} s, the largest {worst['memory']:.1f} times "
               f"its file\n")
-        if hostile:
+        if chosen.count is None:
             hostile_files.report(Path(folder))
     print("\n".join(broken))
     return bool(broken)

@@ -3,8 +3,9 @@
 A mutant is the checkout with one guard taken out, made in a copy; the working tree is not touched. In Python, guards
 are found by their form (`python_mutants`); those of the shader are listed (`shader_guards`). For each mutant the tests
 that reach its line run, the quickest first, until one fails, and a line says which, or that the mutant survived. A
-survivor is a guard without a test, or one that protects nothing. Which tests reach which line `tools.reached` has
-found where `make test-all` ran them; without it, the quick suite of `tests/addon` is run for it.
+survivor is a guard without a test, or one that protects nothing; where the tests do not end in time it says LATE, which
+is a mutant that loops or a machine that is busy. Which tests reach which line `tools.reached` has found where
+`make test-all` ran them; without it, the quick suite of `tests/addon` is run for it.
 
     python -m tools.mutants                                 # all of them
     python -m tools.mutants addon/library/batch.py osl/lamps.h      # those of two files
@@ -37,7 +38,7 @@ _CONTEXTS = {"new_data_removed_on_error", "restored_on_error", "unmarked_on_erro
 _NOTHING = '__import__("contextlib").nullcontext()'
 
 _LIMIT = 120, 600            # s, for the quickest tests of one mutant, and for the others
-_SECONDS = 40               # of the tests that reach a line, the quickest, which run before the others
+_SECONDS = 40, 200          # of the tests that reach a line: the quickest, which run first, and all that run
 _USAGE = 4, 5                # how pytest ends where there are no such tests
 
 GUARDED = ("addon/core/checks.py", "addon/core/lamps", "addon/core/library_file.py", "addon/core/material.py",
@@ -162,8 +163,8 @@ def reached():
 
 
 def tests_of(mutant, known):
-    """The tests of a mutant, as arguments of pytest: those that reach its line, of which the quickest run first, for
-    _SECONDS, and the others where these notice nothing; two tuples, empty where no test reaches it.
+    """The tests of a mutant, as arguments of pytest: of those that reach its line the quickest, and others where these
+    notice nothing; two tuples, empty where no test reaches it.
 
     The quickest of each file come first: they differ more than those of one file.
     """
@@ -177,8 +178,9 @@ def tests_of(mutant, known):
     batches = [], []
     for _, each, test in sorted(ranked):
         seconds += each
-        batches[bool(batches[0]) and seconds > _SECONDS].append(test)
-    return (tuple(batches[0]) or UNSEEN.get(mutant.path, ()), tuple(batches[1]))
+        if seconds < _SECONDS[1] or not batches[1]:
+            batches[bool(batches[0]) and seconds > _SECONDS[0]].append(test)
+    return (tuple(batches[0]), tuple(batches[1])) if batches[0] else ((), UNSEEN.get(mutant.path, ()))
 
 
 def copy_checkout(folder):
@@ -192,16 +194,16 @@ def copy_checkout(folder):
 
 
 def run_tests(folder, tests, limit):
-    """What the tests of a copy say: an empty string where all pass, else the first that fails, or how they ended."""
+    """What the tests of a copy say: an empty string where all pass, else the first that fails, or how they ended.
+
+    Raises subprocess.TimeoutExpired after `limit` seconds.
+    """
     environment = os.environ | {"MEASURED_BRDF_DATA": str(measurements().resolve()), "PYTHONDONTWRITEBYTECODE": "1",
                                 "MEASURED_BRDF_KEPT": str(kept.FOLDER)}
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--tb=line", "-m",
                "not release", *tests]
-    try:
-        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=limit,
-                              check=False)
-    except subprocess.TimeoutExpired:
-        return f"none within {limit} s"
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=limit,
+                          check=False)
     if done.returncode == 0:
         return ""
     if done.returncode in _USAGE:
@@ -216,15 +218,17 @@ def outcome(mutant, known, folders):
     if not any(batches):
         return "UNREACHED", ""
     folder = folders.get()
+    original = (folder / mutant.path).read_text()
     try:
-        original = (folder / mutant.path).read_text()
         (folder / mutant.path).write_text(mutant.text)
         failed = next((found for tests, limit in zip(batches, _LIMIT, strict=True) if tests
                        and (found := run_tests(folder, tests, limit))), "")
-        (folder / mutant.path).write_text(original)
+    except subprocess.TimeoutExpired as late:
+        return "LATE", f"{late.timeout} s"
     finally:
+        (folder / mutant.path).write_text(original)
         folders.put(folder)
-    return ("killed", failed) if failed else ("SURVIVED", f"of {sum(map(len, batches))} tests")
+    return ("killed", failed) if failed else ("SURVIVED", f"{sum(map(len, batches))} tests")
 
 
 def main():

@@ -1,5 +1,6 @@
 """Imports files and folders of measurements as materials: with File > Import, and files by drag and drop."""
 
+import os
 import textwrap
 from functools import partial
 from pathlib import Path
@@ -51,7 +52,7 @@ or else to all selected ones"""
         if not self.filepath and not self.files:
             self.remember_target(context)
             folder = preferences.get(context).data_folder
-            self.filepath = str(Path(bpy.path.abspath(folder)) / "") if folder else ""
+            self.filepath = os.path.join(bpy.path.abspath(folder), "") if folder else ""    # a folder ends with a slash
             context.window_manager.fileselect_add(self)
             return {"RUNNING_MODAL"}
         self.remember_target(context, event)
