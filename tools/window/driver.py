@@ -495,6 +495,11 @@ def drag_slider(h):
     film(h, 40, area)
 
 
+def adjusted(h):
+    if bpy.context.object.active_material.measured_brdf.adjusted in ("", "{}"):
+        raise RuntimeError("the slider has not moved")
+
+
 def film_compare(h):
     film_stage(h, "compare_with")
     import_sample("", KRYLON)
@@ -547,6 +552,11 @@ def drag_file(h):
     film(h, 110, screen(h))
 
 
+def dropped(h):
+    if not any(item.measured_brdf.coefficients for item in bpy.data.materials):
+        raise RuntimeError("no material was made of the file")
+
+
 def sphere_and_column(h):
     area = h.area("VIEW_3D")
     return SimpleNamespace(x=area.x + area.width // 2 - 250, y=area.y, width=area.width // 2 + 250 + WIDTH,
@@ -580,10 +590,10 @@ PICTURES = {
 }
 # likewise: films, and what is timed
 OTHERS = {
-    "adjust": (film_adjust, (settle, drag_slider), column),
+    "adjust": (film_adjust, (settle, drag_slider, adjusted), column),
     "compare_drag": (film_compare, (settle, to_the_end, drag_line), column),
     "inspect": (film_inspect, (inspect, drag_light), whole),
-    "drop": (film_drop, (open_folder, drag_file), screen),
+    "drop": (film_drop, (open_folder, drag_file, dropped), screen),
     "start": (first_material, (install, open_tab, until_there, click_picture, until_made, drop_file, until_fitted),
               column),
     "ring": (gold_ring, (install, open_tab, until_there, click_picture, until_made, render_ring, until_rendered),
