@@ -446,6 +446,17 @@ def test_without_a_window_all_is_done_at_once(operator):
     assert operator.start(CONTEXT) == {"FINISHED"}
 
 
+@pytest.mark.parametrize("folder", ["", "/measurements"])
+def test_the_file_browser_opens_unless_the_folder_is_named(extension, folder):
+    from measured_brdf.addon.work import modal
+
+    asked = []
+    asks = type("Asks", (modal.AsksForPath,), {"directory": folder, "start": lambda self, _: asked.append("start")})
+    browser = SimpleNamespace(fileselect_add=lambda operator: asked.append("browser"))
+    asks().invoke(SimpleNamespace(window_manager=browser), None)
+    assert asked == ["start" if folder else "browser"]
+
+
 def test_in_scripts_an_error_is_reported_in_one_line(operator, window):
     def fails(_context):
         raise OSError("disk full")
