@@ -15,6 +15,11 @@ from .mixed import mix
 _DIALOG = 320               # pixels
 
 
+def _measured() -> list[str]:
+    """The names of measured materials; a linked one may have that of another, which hides it."""
+    return [*dict.fromkeys(item.name for item in bpy.data.materials if materials.is_shown(item))]
+
+
 class MEASUREDBRDF_OT_mix(bpy.types.Operator):
     """Make a material of two measured ones, mixed by a factor or by a mask. It renders in every engine"""
 
@@ -31,13 +36,13 @@ class MEASUREDBRDF_OT_mix(bpy.types.Operator):
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        if sum(map(materials.is_shown, bpy.data.materials)) < 2:
+        if len(_measured()) < 2:
             cls.poll_message_set("There are fewer than two measured materials in this file")
             return False
         return True
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        known = [item.name for item in bpy.data.materials if materials.is_shown(item)]
+        known = _measured()
         active = active_material(context)
         if self.first not in known:
             self.first = active.name if active is not None and active.name in known else known[0]

@@ -1,5 +1,7 @@
 """Mixed measured materials, as Cycles renders them, against integrals of `Mix.evaluate`."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
@@ -193,3 +195,27 @@ def test_what_cannot_be_mixed_is_refused(sphere):
         with pytest.raises(RuntimeError, match="is not a"):
             bpy.ops.measured_brdf.mix(**wrong)
     assert before == (len(bpy.data.materials), len(bpy.data.node_groups), len(bpy.data.texts))
+
+
+@pytest.mark.parametrize(("given", "active", "proposed"), [
+    (("", ""), "felt", ("felt", "krylon")), (("", ""), "krylon", ("krylon", "felt")),
+    (("", ""), "plain", ("felt", "krylon")), (("krylon", "krylon"), "felt", ("krylon", "felt")),
+    (("felt", "gone"), "krylon", ("felt", "krylon"))])
+def test_the_dialog_proposes_two_materials_of_which_one_is_active(sphere, extension, given, active, proposed):
+    sphere(1)
+    bpy.data.materials.new("plain")
+    window = SimpleNamespace(invoke_props_dialog=lambda *_, **__: {"RUNNING_MODAL"})
+    context = SimpleNamespace(window_manager=window, material=bpy.data.materials[active], object=None)
+    dialog = SimpleNamespace(first=given[0], second=given[1])
+    assert extension.addon.mix.operators.MEASUREDBRDF_OT_mix.invoke(dialog, context, None) == {"RUNNING_MODAL"}
+    assert (dialog.first, dialog.second) == proposed
+
+
+def test_two_materials_of_one_name_are_not_offered_to_be_mixed(sphere, tmp_path):
+    """A linked one may have the name of another."""
+    sphere(1, names=("felt",))
+    bpy.data.libraries.write(str(tmp_path / "library.blend"), {bpy.data.materials["felt"]})
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, target):
+        target.materials = ["felt"]
+    assert [item.name for item in bpy.data.materials if item.name == "felt"] == ["felt"] * 2
+    assert not bpy.ops.measured_brdf.mix.poll()
