@@ -112,3 +112,86 @@ def test_repeated_it_is_for_the_object_that_is_active_now(blender, extension):
     operator = extension.addon.importing.import_data.MEASUREDBRDF_OT_import_data
     assert operator.execute(repeated, blender.context) == {"FINISHED"}
     assert ran == [0]
+
+
+@pytest.fixture
+def asking(blender, extension, monkeypatch):
+    """An operator of a module in a window, by the name of its class, and what it asked of the window."""
+    def make(module, name, **given):
+        def note(what, answer):
+            return lambda *_, **options: asked.append((what, options)) or answer
+
+        asked, operators = [], SimpleNamespace(import_data=note("import_data", {"FINISHED"}))
+        monkeypatch.setattr(module, "bpy", SimpleNamespace(ops=SimpleNamespace(measured_brdf=operators),
+                                                           path=blender.path, types=blender.types))
+        own = {key: value for key, value in vars(getattr(module, name)).items()
+               if callable(value) and not key.startswith("bl_")}
+        made = type("Asking", (), own | {
+            "report": lambda _, kind, text: asked.append((kind, text)), "poll_message_set": lambda _text: None})()
+        choices = dict.fromkeys((*extension.addon.core.properties.CHOICES, "target", "slot", "others"), 0)
+        for key, value in (choices | {"properties": MagicMock(), "for_material": False, "complaint": ""} | given).items():
+            setattr(made, key, value)
+        manager = SimpleNamespace(invoke_search_popup=note("popup", None),
+                                  invoke_props_dialog=note("dialog", {"RUNNING_MODAL"}))
+        context = SimpleNamespace(window_manager=manager, preferences=blender.context.preferences, object=None,
+                                  material=None)
+        return SimpleNamespace(made=made, asked=asked, invoke=lambda: made.invoke(context, None),
+                               execute=lambda: made.execute(context))
+    return make
+
+
+def test_a_sample_is_chosen_from_the_list_of_its_file_and_imported(asking, extension, data):
+    module = extension.addon.importing.samples
+    window = asking(module, "MEASUREDBRDF_OT_choose_sample", filepath=str(data / "curet" / "abrdf.dat"), item="felt")
+    assert window.invoke() == {"RUNNING_MODAL"}
+    assert [name for name, _ in window.asked] == ["popup"]
+    assert len(module._list(None, None)) == 61
+    assert module._list(None, None)[0][:2] == ("felt", "felt  (1)")
+    assert window.execute() == {"FINISHED"}
+    (name, options), = window.asked[1:]
+    assert (name, options["sample"], options["filepath"]) == ("import_data", "felt", window.made.filepath)
+
+
+@pytest.mark.parametrize(("file", "said"), [("cornell/krylon_blue.astm", "only one sample"), ("none.dat", "none.dat")])
+def test_where_there_is_no_sample_to_choose_it_says_so(asking, extension, data, file, said):
+    window = asking(extension.addon.importing.samples, "MEASUREDBRDF_OT_choose_sample", filepath=str(data / file))
+    assert window.invoke() == {"CANCELLED"}
+    (_, text), = window.asked
+    assert said in text
+
+
+def test_a_sample_of_no_material_is_refused(asking, extension, data):
+    window = asking(extension.addon.importing.samples, "MEASUREDBRDF_OT_choose_sample", for_material=True, filepath="")
+    assert window.invoke() == window.execute() == {"CANCELLED"}
+    assert [kind for kind, _ in window.asked] == [{"ERROR"}] * 2
+
+
+class Table(list):
+    """A collection of columns, as Blender has it."""
+
+    def add(self):
+        self.append(SimpleNamespace(meaning="SKIP"))
+        return self[-1]
+
+
+def test_columns_are_named_in_a_dialog_and_the_file_is_imported_with_them(asking, extension, tmp_path):
+    path = tmp_path / "own.csv"
+    path.write_text("tilt;swing;much\n" + "".join(f"{tilt};20;0.3\n" for tilt in range(20)))
+    window = asking(extension.addon.importing.name_columns, "MEASUREDBRDF_OT_name_columns", filepath=str(path),
+                    table=Table())
+    assert window.invoke() == {"RUNNING_MODAL"}
+    for column, meaning in zip(window.made.table, ("theta_i", "theta_o", "BRDF"), strict=True):
+        column.meaning = meaning
+    assert window.execute() == {"FINISHED"}
+    assert [name for name, _ in window.asked] == ["dialog", "import_data"]
+    assert window.asked[1][1]["columns"] == "theta_i,theta_o,BRDF"
+
+
+@pytest.mark.parametrize(("given", "said"), [({"filepath": "/none.csv"}, "none.csv"),
+                                             ({"filepath": "", "for_material": True}, "no active material")])
+def test_columns_of_what_is_not_there_are_refused(asking, extension, given, said):
+    window = asking(extension.addon.importing.name_columns, "MEASUREDBRDF_OT_name_columns", table=Table(), **given)
+    assert window.invoke() == {"CANCELLED"}
+    (kind, text), = window.asked
+    assert kind == {"ERROR"}
+    assert said in text
