@@ -7,32 +7,43 @@ import pytest
 
 
 @pytest.fixture
-def window(blender, extension, monkeypatch):
-    """What a window would be asked for, in `asked`, and an operator that is invoked in it: `made`."""
-    module, asked = extension.addon.importing.import_data, []
+def asking(blender, extension, monkeypatch):
+    """asking(module, class, bases, **given): an operator that is invoked in a window, and what is `asked` of that."""
+    def make(module, name, bases=(), **given):
+        def note(what, answer):
+            return lambda *_, **options: asked.append((what, options)) or answer
 
-    def note(name, answer):
-        return lambda *given, **options: asked.append((name, options)) or answer
+        asked = []
+        operators = {each: note(each, {"FINISHED"}) for each in ("import_data", "name_columns", "choose_sample")}
+        monkeypatch.setattr(module, "bpy", SimpleNamespace(
+            ops=SimpleNamespace(measured_brdf=SimpleNamespace(**operators)), path=blender.path, types=blender.types,
+            app=SimpleNamespace(background=False)))
+        own = {key: value for key, value in vars(getattr(module, name)).items()
+               if callable(value) and not key.startswith("bl_")}
+        own |= {"report": lambda _, kind, text: asked.append((kind, text)), "poll_message_set": lambda _text: None,
+                "start": note("start", {"RUNNING_MODAL"})}
+        made = type("Asking", bases, own)()
+        values = dict.fromkeys((*extension.addon.core.properties.CHOICES, "directory", "others", "complaint"), "")
+        values |= {"files": [], "target": 7, "slot": 0, "is_checked": False, "for_material": False,
+                   "options": SimpleNamespace(is_invoke=True), "properties": MagicMock()}
+        for key, value in (values | given).items():
+            setattr(made, key, value)
+        manager = SimpleNamespace(fileselect_add=note("browser", None), invoke_search_popup=note("popup", None),
+                                  invoke_props_dialog=note("dialog", {"RUNNING_MODAL"}))
+        context = SimpleNamespace(window_manager=manager, preferences=blender.context.preferences, object=None,
+                                  material=None)
+        return SimpleNamespace(made=made, asked=asked, fitter=extension.fitter,
+                               invoke=lambda: made.invoke(context, None), execute=lambda: made.execute(context))
+    return make
 
-    manager = SimpleNamespace(fileselect_add=note("browser", None),
-                              invoke_props_dialog=note("dialog", {"RUNNING_MODAL"}))
-    operators = SimpleNamespace(**{name: note(name, {"FINISHED"}) for name in (
-        "import_data", "name_columns", "choose_sample")})
-    monkeypatch.setattr(module, "bpy", SimpleNamespace(ops=SimpleNamespace(measured_brdf=operators), path=blender.path,
-                                                       app=SimpleNamespace(background=False), types=blender.types))
+
+@pytest.fixture
+def window(asking, extension, monkeypatch):
+    """An import."""
+    module = extension.addon.importing.import_data
     monkeypatch.setattr(module.preferences, "get", lambda _: SimpleNamespace(data_folder="/measurements",
                                                                              preset="Standard"))
-    own = {name: value for name, value in vars(module.MEASUREDBRDF_OT_import_data).items()
-           if callable(value) and not name.startswith("bl_")}
-    own |= {"start": note("start", {"RUNNING_MODAL"}), "report": lambda _, kind, text: asked.append((kind, text))}
-    made = type("Invoked", (extension.addon.work.making.MakesMaterials,), own)()
-    choices = dict.fromkeys(extension.addon.core.properties.CHOICES, "")
-    for name, value in (choices | {"files": [], "directory": "", "target": 7, "slot": 0, "others": "", "complaint": "",
-                                   "is_checked": False, "options": SimpleNamespace(is_invoke=True),
-                                   "properties": MagicMock()}).items():
-        setattr(made, name, value)
-    context = SimpleNamespace(window_manager=manager, object=blender.context.object)
-    return SimpleNamespace(asked=asked, made=made, invoke=lambda: made.invoke(context, None), fitter=extension.fitter)
+    return asking(module, "MEASUREDBRDF_OT_import_data", (extension.addon.work.making.MakesMaterials,))
 
 
 def test_without_a_file_it_opens_the_browser_in_the_folder_of_the_preferences(window):
@@ -112,32 +123,6 @@ def test_repeated_it_is_for_the_object_that_is_active_now(blender, extension):
     operator = extension.addon.importing.import_data.MEASUREDBRDF_OT_import_data
     assert operator.execute(repeated, blender.context) == {"FINISHED"}
     assert ran == [0]
-
-
-@pytest.fixture
-def asking(blender, extension, monkeypatch):
-    """An operator of a module in a window, by the name of its class, and what it asked of the window."""
-    def make(module, name, **given):
-        def note(what, answer):
-            return lambda *_, **options: asked.append((what, options)) or answer
-
-        asked, operators = [], SimpleNamespace(import_data=note("import_data", {"FINISHED"}))
-        monkeypatch.setattr(module, "bpy", SimpleNamespace(ops=SimpleNamespace(measured_brdf=operators),
-                                                           path=blender.path, types=blender.types))
-        own = {key: value for key, value in vars(getattr(module, name)).items()
-               if callable(value) and not key.startswith("bl_")}
-        made = type("Asking", (), own | {
-            "report": lambda _, kind, text: asked.append((kind, text)), "poll_message_set": lambda _text: None})()
-        choices = dict.fromkeys((*extension.addon.core.properties.CHOICES, "target", "slot", "others"), 0)
-        for key, value in (choices | {"properties": MagicMock(), "for_material": False, "complaint": ""} | given).items():
-            setattr(made, key, value)
-        manager = SimpleNamespace(invoke_search_popup=note("popup", None),
-                                  invoke_props_dialog=note("dialog", {"RUNNING_MODAL"}))
-        context = SimpleNamespace(window_manager=manager, preferences=blender.context.preferences, object=None,
-                                  material=None)
-        return SimpleNamespace(made=made, asked=asked, invoke=lambda: made.invoke(context, None),
-                               execute=lambda: made.execute(context))
-    return make
 
 
 def test_a_sample_is_chosen_from_the_list_of_its_file_and_imported(asking, extension, data):
