@@ -288,6 +288,13 @@ def test_a_library_that_does_not_fit_onto_the_disk_is_an_error_and_the_former_on
     assert names(library) == ["a", "b", "c"]
 
 
+def test_what_blender_says_where_it_cannot_save_is_an_error_that_names_the_library(blender, extension, tmp_path):
+    path = tmp_path / "not there" / "library.blend"
+    with pytest.raises(OSError, match="annot open file") as raised:
+        extension.addon.core.library_file.save_part(path, None)
+    assert raised.value.filename == str(path)
+
+
 def test_a_picture_that_does_not_fit_onto_the_disk_is_an_error(blender, folder, tmp_path):
     with full_disk(1000, bpy.app.handlers.render_pre, bpy.app.handlers.render_write):
         failed = command.run("render", folder, "-o", tmp_path / "out", "--size", "64", "--samples", "1", *CHEAP)
