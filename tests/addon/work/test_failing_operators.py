@@ -35,13 +35,18 @@ class _Injection:
         self.at, self.where, self.called = at, None, set()
 
     def __enter__(self):
+        self.former = sys.gettrace()        # that of `tools.reached`
         sys.settrace(self._trace)
         return self
 
     def __exit__(self, *_):
-        sys.settrace(None)
+        sys.settrace(self.former)
 
-    def _trace(self, frame, event, _argument):
+    def _trace(self, frame, event, argument):
+        self._fail(frame, event)
+        return self.former(frame, event, argument) if self.former is not None else None
+
+    def _fail(self, frame, event):
         path, name = frame.f_code.co_filename, frame.f_code.co_name
         if event != "call" or not path.startswith(ADDON) or path.startswith(LAMPS):
             return
