@@ -24,6 +24,7 @@ import sys
 import tempfile
 from collections import Counter, defaultdict
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
 from queue import Queue
 from typing import NamedTuple
@@ -97,7 +98,7 @@ def python_mutants(path, text):
 
 def _changes(node):
     """Changes of one node: ((line, column), (line, column)), replacement, what it is."""
-    if isinstance(node, ast.If) and _guards(node.body[-1]):
+    if isinstance(node, ast.If) and _guards(node.body[-1]) and not _is_of_a_version(node.test):
         yield _span(node.test), "False", "never"
         named = any(isinstance(part, ast.NamedExpr) for part in ast.walk(node.test))
         if isinstance(node.body[-1], ast.Return | ast.Continue) and not named:
@@ -114,6 +115,11 @@ def _guards(last):
     """Whether a block that ends with this statement leaves, assigns or yields."""
     leaving = ast.Raise | ast.Return | ast.Continue | ast.Break | ast.Assign | ast.AugAssign
     return isinstance(last, leaving) or (isinstance(last, ast.Expr) and isinstance(last.value, ast.Yield))
+
+
+def _is_of_a_version(test):
+    """Whether a condition holds in some versions of Blender: `tools.test_matrix` has the others."""
+    return isinstance(test, ast.Compare) and ast.unparse(test.left) == "bpy.app.version"
 
 
 def _span(*nodes):
@@ -148,17 +154,32 @@ def mutants(paths):
             for mutant in (python_mutants if path.endswith(".py") else shader_mutants)(path, (ROOT / path).read_text())]
 
 
+class Reaching(NamedTuple):
+    """A test that reaches a line: its name, how long it takes, and its place among all."""
+
+    seconds: float
+    place: int
+    test: str
+
+    @property
+    def file(self):
+        """The file of the test."""
+        return self.test.partition("::")[0]
+
+
 def reached():
-    """Which tests reach a line: {(file, line): [(test, seconds), ...]}, the quickest first; found once for the code."""
+    """Which tests reach a line: {(file, line): [Reaching, ...]}, the quickest first; found once for the code."""
     path = reaching.path()
     if not path.is_file():
         subprocess.run([sys.executable, "-m", "pytest", "-p", "tools.reached", "-n", "auto", "--dist", "loadfile", "-q",
                         "-m", "not release", "tests/addon"], cwd=ROOT, check=False)
     found = defaultdict(list)
-    for record in sorted(map(json.loads, path.read_text("utf-8").splitlines()), key=lambda each: each["seconds"]):
-        for file, lines in record["lines"].items():
-            for line in lines:
-                found[file, line].append((record["test"], record["seconds"]))
+    records = enumerate(map(json.loads, path.read_text("utf-8").splitlines()))
+    for each, lines in sorted((Reaching(record["seconds"], place, record["test"]), record["lines"])
+                              for place, record in records):
+        for file, numbers in lines.items():
+            for number in numbers:
+                found[file, number].append(each)
     return found
 
 
@@ -166,21 +187,24 @@ def tests_of(mutant, known):
     """The tests of a mutant, as arguments of pytest: of those that reach its line the quickest, and others where these
     notice nothing; two tuples, empty where no test reaches it.
 
-    The quickest of each file come first: they differ more than those of one file.
+    The quickest of each file are chosen first: they differ more than those of one file. They run file by file in their
+    order there, as they do in the suite: some may depend on it.
     """
     if mutant.tests:
         return mutant.tests, ()
     seconds, of_file, ranked = 0.0, Counter(), []
-    for test, each in known.get((mutant.path, mutant.line), ()):
-        file = test.partition("::")[0]
-        ranked.append((of_file[file], each, test))
-        of_file[file] += 1
+    for each in known.get((mutant.path, mutant.line), ()):
+        ranked.append((of_file[each.file], each))
+        of_file[each.file] += 1
     batches = [], []
-    for _, each, test in sorted(ranked):
-        seconds += each
+    for _, each in sorted(ranked):
+        seconds += each.seconds
         if seconds < _SECONDS[1] or not batches[1]:
-            batches[bool(batches[0]) and seconds > _SECONDS[0]].append(test)
-    return (tuple(batches[0]), tuple(batches[1])) if batches[0] else ((), UNSEEN.get(mutant.path, ()))
+            batches[bool(batches[0]) and seconds > _SECONDS[0]].append(each)
+    files = {file: number for number, file in enumerate(of_file)}
+    quickest, others = (tuple(each.test for each in sorted(batch, key=lambda each: (files[each.file], each.place)))
+                        for batch in batches)
+    return (quickest, others) if quickest else ((), UNSEEN.get(mutant.path, ()))
 
 
 def copy_checkout(folder):
@@ -212,8 +236,17 @@ def run_tests(folder, tests, limit):
     return failed[1] if failed else f"pytest ended with code {done.returncode}"
 
 
-def outcome(mutant, known, folders):
-    """What the tests say of a mutant, made in one of the copies of the checkout, which are taken from a queue."""
+@cache
+def passes(folder, test):
+    """Whether a test passes by itself in a copy without a mutation."""
+    return not run_tests(folder, (test,), _LIMIT[1])
+
+
+def outcome(mutant, known, folders, whole):
+    """What the tests say of a mutant, made in one of the copies of the checkout, which are taken from a queue.
+
+    `whole` is a copy without a mutation: what fails in it too has noticed nothing.
+    """
     batches = tests_of(mutant, known)
     if not any(batches):
         return "UNREACHED", ""
@@ -221,14 +254,17 @@ def outcome(mutant, known, folders):
     original = (folder / mutant.path).read_text()
     try:
         (folder / mutant.path).write_text(mutant.text)
-        failed = next((found for tests, limit in zip(batches, _LIMIT, strict=True) if tests
-                       and (found := run_tests(folder, tests, limit))), "")
+        for tests, limit in zip(batches, _LIMIT, strict=True):
+            while tests and (failed := run_tests(folder, tests, limit)):
+                if "::" not in failed or passes(whole, failed):
+                    return "killed", failed
+                tests = (*tests, "--deselect", failed)
     except subprocess.TimeoutExpired as late:
         return "LATE", f"{late.timeout} s"
     finally:
         (folder / mutant.path).write_text(original)
         folders.put(folder)
-    return ("killed", failed) if failed else ("SURVIVED", f"{sum(map(len, batches))} tests")
+    return "SURVIVED", f"{sum(map(len, batches))} tests"
 
 
 def main():
@@ -247,11 +283,14 @@ def main():
     known, counted = {} if all(mutant.tests for mutant in made) else reached(), Counter()
     with tempfile.TemporaryDirectory(prefix="mutants_") as name, ThreadPoolExecutor(chosen.jobs) as pool:
         folders = Queue()
+        whole = Path(name) / "whole"
+        copy_checkout(whole)
         for number in range(chosen.jobs):
             folder = Path(name) / str(number)
-            copy_checkout(folder)
+            shutil.copytree(whole, folder)
             folders.put(folder)
-        for mutant, (said, by) in zip(made, pool.map(lambda each: outcome(each, known, folders), made), strict=True):
+        for mutant, (said, by) in zip(made, pool.map(lambda each: outcome(each, known, folders, whole), made),
+                                      strict=True):
             counted[said] += 1
             print(f"{said:9} {mutant.path}:{mutant.line} {mutant.change}  {by}", flush=True)
     print(f"{len(made)} mutants: {', '.join(f'{count} {said}' for said, count in counted.items())}")

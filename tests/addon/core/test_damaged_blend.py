@@ -175,3 +175,14 @@ def test_enabling_and_disabling_again_and_again_leaves_nothing_behind():
                           timeout=120)
     assert done.returncode in EXITS, done.stdout + done.stderr
     assert "CLEAN" in done.stdout
+
+
+def test_a_fit_that_fails_of_a_material_with_a_choice_that_does_not_exist_tells_why(blender, plane, extension,
+                                                                                    monkeypatch):
+    """What the choice was cannot be put back."""
+    def fails(*_):
+        raise ValueError("no room")
+
+    replace(stored(plane.active_material), "rendering", 99)
+    monkeypatch.setattr(extension.addon.core.lamps, "update", fails)
+    assert complaint(blender.ops.measured_brdf.fit).strip() == "Error: no room"
