@@ -527,6 +527,11 @@ def test_the_open_file_is_not_replaced(material, folder, library):
     assert library.read_bytes() == before
 
 
+def test_a_folder_is_not_replaced_by_a_library(blender, extension, tmp_path):
+    (tmp_path / "library.blend").mkdir()
+    assert extension.addon.core.library_file.refusal(tmp_path / "library.blend").endswith("library.blend is not a file")
+
+
 def test_an_open_file_that_was_deleted_refuses_nothing(blender, tmp_path):
     from measured_brdf.addon.core import library_file
 
