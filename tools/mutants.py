@@ -38,8 +38,8 @@ from tools.shader_guards import SHADER_GUARDS
 _CONTEXTS = {"new_data_removed_on_error", "restored_on_error", "unmarked_on_error", "locked", "writing", "suppress"}
 _NOTHING = '__import__("contextlib").nullcontext()'
 
-_LIMIT = 120, 600            # s, for the quickest tests of one mutant, and for the others
-_SECONDS = 40, 200          # of the tests that reach a line: the quickest, which run first, and all that run
+_SECONDS = 8, 40, 200       # of the tests that reach a line: the quickest, which run first, more, and all that run
+_LIMIT = 60, 120, 600       # s, for each of these, beside other work
 _USAGE = 4, 5                # how pytest ends where there are no such tests
 
 GUARDED = ("addon/core/checks.py", "addon/core/lamps", "addon/core/library_file.py", "addon/core/material.py",
@@ -185,26 +185,28 @@ def reached():
 
 def tests_of(mutant, known):
     """The tests of a mutant, as arguments of pytest: of those that reach its line the quickest, and others where these
-    notice nothing; two tuples, empty where no test reaches it.
+    notice nothing; a tuple for each of _SECONDS, all empty where no test reaches it.
 
     The quickest of each file are chosen first: they differ more than those of one file. They run file by file in their
     order there, as they do in the suite: some may depend on it.
     """
     if mutant.tests:
-        return mutant.tests, ()
+        return (), (), mutant.tests
     seconds, of_file, ranked = 0.0, Counter(), []
     for each in known.get((mutant.path, mutant.line), ()):
         ranked.append((of_file[each.file], each))
         of_file[each.file] += 1
-    batches = [], []
+    batches = [[] for _ in _SECONDS]
     for _, each in sorted(ranked):
         seconds += each.seconds
-        if seconds < _SECONDS[1] or not batches[1]:
-            batches[bool(batches[0]) and seconds > _SECONDS[0]].append(each)
+        batch = sum(seconds > most for most in _SECONDS)
+        if batch < len(batches) or not batches[-1]:
+            batches[min(batch, len(batches) - 1)].append(each)
+    if not ranked:
+        return (), (), UNSEEN.get(mutant.path, ())
     files = {file: number for number, file in enumerate(of_file)}
-    quickest, others = (tuple(each.test for each in sorted(batch, key=lambda each: (files[each.file], each.place)))
-                        for batch in batches)
-    return (quickest, others) if quickest else ((), UNSEEN.get(mutant.path, ()))
+    return tuple(tuple(each.test for each in sorted(batch, key=lambda each: (files[each.file], each.place)))
+                 for batch in batches)
 
 
 def copy_checkout(folder):
@@ -239,7 +241,7 @@ def run_tests(folder, tests, limit):
 @cache
 def passes(folder, test):
     """Whether a test passes by itself in a copy without a mutation."""
-    return not run_tests(folder, (test,), _LIMIT[1])
+    return not run_tests(folder, (test,), _LIMIT[-1])
 
 
 def outcome(mutant, known, folders, whole):

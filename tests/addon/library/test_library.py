@@ -527,9 +527,13 @@ def test_the_open_file_is_not_replaced(material, folder, library):
     assert library.read_bytes() == before
 
 
-def test_a_folder_is_not_replaced_by_a_library(blender, extension, tmp_path):
+def test_a_folder_and_a_file_of_another_kind_are_not_replaced_by_a_library(blender, extension, tmp_path):
+    library_file = extension.addon.core.library_file
     (tmp_path / "library.blend").mkdir()
-    assert extension.addon.core.library_file.refusal(tmp_path / "library.blend").endswith("library.blend is not a file")
+    assert library_file.refusal(tmp_path / "library.blend").endswith("library.blend is not a file")
+    with (pytest.raises(library_file.LibraryError, match=r"expected a name that ends in \.blend"),
+          library_file.writing(tmp_path / "library.txt", force=True)):
+        pass
 
 
 def test_an_open_file_that_was_deleted_refuses_nothing(blender, tmp_path):
