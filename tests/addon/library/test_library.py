@@ -527,6 +527,18 @@ def test_the_open_file_is_not_replaced(material, folder, library):
     assert library.read_bytes() == before
 
 
+def test_a_material_that_cannot_be_made_is_a_failed_row_and_ends_nothing(extension, monkeypatch):
+    def fails(*_):
+        raise ValueError("no compiler")
+
+    batch, made, rows = extension.addon.library.batch, [], []
+    monkeypatch.setattr(batch.materials, "create", fails)
+    task = SimpleNamespace(path="/data/a.astm", sample="", replaced="", key="a")
+    batch._make_material(None, SimpleNamespace(), made, rows, task, SimpleNamespace(error=None, result=(None, None)))
+    assert made == []
+    assert rows == [batch.Row("a.astm", "failed: no compiler")]
+
+
 def test_a_folder_and_a_file_of_another_kind_are_not_replaced_by_a_library(blender, extension, tmp_path):
     library_file = extension.addon.core.library_file
     (tmp_path / "library.blend").mkdir()
