@@ -507,3 +507,34 @@ def test_a_worker_answers_one_question_after_the_other_and_tells_each_answer(que
         time.sleep(0.02)
     assert [job.result for job in told] == [8, 16]
     assert [queue.ask(number, function) for number, function in questions] == told
+
+
+def test_a_second_blender_is_the_executable_that_runs_or_python_where_blender_is_a_module(extension, monkeypatch):
+    from measured_brdf.addon.work import blender_process
+
+    assert blender_process._command_line()[0] == sys.executable
+    app = SimpleNamespace(binary_path="/opt/blender/blender", python_args=())
+    monkeypatch.setattr(blender_process, "bpy", SimpleNamespace(app=app))
+    line = blender_process._command_line()
+    assert line[:3] == ["/opt/blender/blender", "--background", "--factory-startup"]
+    assert line[-3::2] == ["--python", "--"]
+
+
+def test_a_command_that_closes_the_open_file_runs_in_a_second_blender(blender, extension, monkeypatch, tmp_path):
+    from measured_brdf.addon.work import command
+
+    asked = []
+
+    class Second:
+        def __init__(self, *arguments):
+            asked.append(arguments)
+
+        def run(self):
+            return {"rows": [], "path": "library.blend"}
+
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "open.blend"))
+    monkeypatch.setattr(command, "Command", Second)
+    given = "convert", str(tmp_path), "-o", str(tmp_path / "library.blend")
+    command.main(given)
+    assert asked == [(*given, "--colours", "Rec.709")]
+    assert blender.data.filepath == str(tmp_path / "open.blend")
