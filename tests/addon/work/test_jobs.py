@@ -460,6 +460,24 @@ def test_the_file_browser_opens_unless_the_folder_is_named(extension, folder):
     assert asked == ["start" if folder else "browser"]
 
 
+@pytest.mark.parametrize(("is_invoke", "is_repeat", "background", "done"), [
+    (True, False, False, "again"), (False, False, False, "run"), (True, True, False, "run"),
+    (True, False, True, "run")])
+def test_what_the_file_browser_answers_is_begun_anew_so_that_the_window_stays_responsive(
+        extension, monkeypatch, is_invoke, is_repeat, background, done):
+    from measured_brdf.addon.work import modal
+
+    asked = []
+    operators = SimpleNamespace(asks=lambda how, **given: asked.append(("again", how, given["directory"])))
+    monkeypatch.setattr(modal, "bpy", SimpleNamespace(app=SimpleNamespace(background=background),
+                                                      ops=SimpleNamespace(measured_brdf=operators)))
+    asks = type("MEASUREDBRDF_OT_asks", (modal.AsksForPath,), {
+        "given": lambda self: {"directory": "/data"}, "run": lambda self, _: asked.append(("run",)),
+        "options": SimpleNamespace(is_invoke=is_invoke, is_repeat=is_repeat)})
+    asks().execute(None)
+    assert asked == [("again", "INVOKE_DEFAULT", "/data") if done == "again" else ("run",)]
+
+
 def test_in_scripts_an_error_is_reported_in_one_line(operator, window):
     def fails(_context):
         raise OSError("disk full")
