@@ -879,3 +879,19 @@ def test_a_lamp_of_this_file_is_written_at_once(lamps):
     assert lamps.group._write(sockets, [3.0, 2.0])
     assert [each.default_value for each in sockets] == [3, 2]
     assert first.default_value == 1, "not one by one"
+
+
+def test_an_update_while_a_render_reads_is_put_off(blender, extension, monkeypatch):
+    module, done = extension.addon.core.lamps, []
+    monkeypatch.setattr(module, "_may_write", lambda _scene: False)
+    monkeypatch.setattr(module, "_postpone", lambda: done.append("put off"))
+    monkeypatch.setattr(module, "_update_groups", lambda *_: done.append("written"))
+    module.update(blender.context.evaluated_depsgraph_get())
+    assert done == ["put off"]
+
+
+def test_without_a_measured_material_no_lamps_are_looked_for(blender, extension, monkeypatch):
+    """In any other file the extension costs nothing."""
+    module = extension.addon.core.lamps
+    monkeypatch.setattr(module, "_lamps", lambda *_: pytest.fail("lamps were looked for"))
+    module.update(blender.context.evaluated_depsgraph_get())
