@@ -5,6 +5,8 @@ from unittest.mock import MagicMock
 
 import pytest
 
+from support.operators import methods
+
 
 @pytest.fixture
 def asking(blender, extension, monkeypatch):
@@ -18,10 +20,9 @@ def asking(blender, extension, monkeypatch):
         monkeypatch.setattr(module, "bpy", SimpleNamespace(
             ops=SimpleNamespace(measured_brdf=SimpleNamespace(**operators)), path=blender.path, types=blender.types,
             app=SimpleNamespace(background=False)))
-        own = {key: value for key, value in vars(getattr(module, name)).items()
-               if callable(value) and not key.startswith("bl_")}
-        own |= {"report": lambda _, kind, text: asked.append((kind, text)), "poll_message_set": lambda _text: None,
-                "start": note("start", {"RUNNING_MODAL"})}
+        own = methods(getattr(module, name)) | {
+            "report": lambda _, kind, text: asked.append((kind, text)), "poll_message_set": lambda _text: None,
+            "start": note("start", {"RUNNING_MODAL"})}
         made = type("Asking", bases, own)()
         values = dict.fromkeys((*extension.addon.core.properties.CHOICES, "directory", "others", "complaint"), "")
         values |= {"files": [], "target": 7, "slot": 0, "is_checked": False, "for_material": False,

@@ -6,6 +6,7 @@ import bpy
 import pytest
 
 from support.blend_state import state
+from support.operators import methods
 from support.stage import black_scene
 
 
@@ -32,10 +33,8 @@ def window(blender, extension, monkeypatch, tmp_path):
     monkeypatch.setattr(module, "bpy", SimpleNamespace(
         ops=SimpleNamespace(measured_brdf=SimpleNamespace(save_asset=note("save_asset", {"FINISHED"}))),
         path=bpy.path, app=SimpleNamespace(background=False), context=context))
-    own = {name: value for name, value in vars(module.MEASUREDBRDF_OT_save_asset).items()
-           if callable(value) and not name.startswith("bl_")}
+    own = methods(module.MEASUREDBRDF_OT_save_asset) | {"_path": lambda self, _: self.path}
     own |= {name: note(name, {"FINISHED"}) for name in ("start", "run", "_mark_here")}
-    own["_path"] = lambda self, _: self.path
     made = type("Invoked", (module.ReplacesFile, extension.addon.work.modal.InBackground), own)()
     for name, value in {"directory": str(tmp_path), "library": "", "force": False, "path": tmp_path / "a.blend",
                         "options": SimpleNamespace(is_invoke=True, is_repeat=False)}.items():

@@ -56,7 +56,7 @@ def test_a_material_of_the_library_is_that_of_an_import_with_its_levels(cube, tm
     for name in ("filepath", "preset", *levels, "digest", "coefficients", "rmse", "fitted_as", "sphere", "rendering"):
         assert getattr(item.measured_brdf, name) == getattr(other.measured_brdf, name), name
     first, second = (Fit.from_bytes(node_group.kept_fit(tree)).evaluate(*directions) for tree in trees)
-    assert first == pytest.approx(second, rel=1e-5)
+    assert first == pytest.approx(second, rel=1e-6)
     for first, second in zip(*(tree.nodes for tree in trees), strict=True):
         assert first.type == second.type
         if first.type == "VALTORGB":

@@ -8,6 +8,7 @@ import pytest
 
 from support.blend_state import state
 from support.cases import release
+from support.operators import methods
 from support.stage import black_scene
 
 CHOICES = {"preset": "Paper", "diffuse_level": 1, "specular_level": -1, "compression": 80.0, "use_tolerance": False,
@@ -37,8 +38,7 @@ def folder(tmp_path_factory, glossy, write_astm):
 
 def driven(cls, base, **attributes):
     """An operator of a class, driven by the test instead of by a window."""
-    own = {name: value for name, value in vars(cls).items() if callable(value) and not name.startswith("bl_")}
-    made = type("Driven", (base,), own)()
+    made = type("Driven", (base,), methods(cls))()
     made.reports = []
     made.report = lambda kind, text: made.reports.append((kind, text))
     of_blender = {"_timer": None, "options": SimpleNamespace(is_invoke=False),
