@@ -29,8 +29,8 @@ test: $(ENV)/ready
 	@$(RUN) -m tools.evidence --check | tail -n 1
 
 # everything: also what only a release needs, on every supported Blender, and with each guard removed in turn
-test-all: $(ENV)/ready
-	$(PYTEST) -p tools.reached
+test-all: $(ENV)/ready $(STARTER)
+	$(PYTEST) -p tools.reached --durations 60
 	$(RUN) -m tools.test_matrix
 	$(RUN) -m tools.mutants
 
