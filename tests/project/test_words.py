@@ -2,6 +2,7 @@
 
 import ast
 import re
+from functools import cache
 
 import pytest
 
@@ -24,12 +25,18 @@ def texts(source):
                      if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in unseen)
 
 
+@cache
+def shown():
+    """What is read by users: {file: text in one line}."""
+    found = {path: path.read_text("utf-8") for path in PAGES}
+    found |= {path: texts(path.read_text("utf-8")) for path in SOURCES}
+    return {path.relative_to(ROOT).as_posix(): " ".join(text.split()) for path, text in found.items()}
+
+
 def where(word):
     """The files that have a word."""
     found = re.compile(rf"\b{re.escape(word)}(?!\w)")
-    return [path.relative_to(ROOT).as_posix() for path, text in
-            [*((path, path.read_text("utf-8")) for path in PAGES),
-             *((path, texts(path.read_text("utf-8"))) for path in SOURCES)] if found.search(" ".join(text.split()))]
+    return [path for path, text in shown().items() if found.search(text)]
 
 
 @pytest.mark.parametrize("word", sorted({word for _, word in WORDS}))

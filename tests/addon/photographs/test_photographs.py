@@ -34,6 +34,12 @@ def written(openimageio, scenes, tmp_path_factory):
     return ball_files.write(tmp_path_factory.mktemp("ball"), ball_scene.satin(), scenes)
 
 
+@pytest.fixture(autouse=True)
+def few_samples(extension, monkeypatch):
+    """The place of the next lamp is found by few samples: `tests/fitter/photographs` has it in earnest."""
+    monkeypatch.setattr(extension.fitter.photographs.ball_advice, "_SAMPLES", 200)
+
+
 @pytest.fixture
 def opened(blender, written, tmp_path):
     """The settings of a scene that was made of the description."""
