@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 FORMAT = "measured-brdf-fit"
 VERSION = 8
 _IDENTITY = "identity"      # what files call no transform
-_FIRST, _SECOND = 2, 7      # that extensions 0.1.0 and 0.3.0 wrote; the versions between are those of no release
+_FIRST, _SECOND = 2, 7      # that extensions 0.1.0 and 0.2.0 wrote; the versions between are those of no release
 _MOST_GREY = 0.9
 LARGEST = 100 * LARGEST_VALUE   # of any number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
