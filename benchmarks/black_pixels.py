@@ -1,8 +1,8 @@
 """Pixels below zero in scenes that are hard for it: lights that the shader does not know, area lamps, bump maps.
 
-``python -m benchmarks.black_pixels [--scenes NAME ...]`` renders a ball in 160 x 160 pixels of 128 samples and prints, of
-Exact: the pixels with a channel below -2 % of the mean; the least value over the mean; the mean over that of Nodes; and
-noise and time over a Principled BSDF's.
+``python -m benchmarks.black_pixels [--scenes NAME ...]`` renders a ball in 160 x 160 pixels of 128 samples and
+prints, of Exact: the pixels with a channel below -2 % of the mean; the least value over the mean; the mean over that of
+Nodes; and noise and time over a Principled BSDF's.
 """
 
 import argparse

@@ -123,10 +123,11 @@ def extension():
 
 @pytest.fixture
 def blender(extension):
-    """An empty .blend with the extension enabled: the bpy module."""
+    """An empty .blend with the extension enabled, whose panels have asked nothing: the bpy module."""
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
+    extension.addon.work.queue.forget(lambda _: True)       # what panels of other tests asked
     return bpy
 
 
