@@ -119,15 +119,15 @@ def test_under_a_mask_the_lobe_is_that_of_the_spot(parts, mix):
         assert made.inspection.shown.note == note
 
 
-@pytest.mark.parametrize("extension", ["REPEAT", "EXTEND"])
-def test_a_mask_is_looked_up_as_renderers_do(parts, mix, extension):
+@pytest.mark.parametrize("beyond", ["REPEAT", "EXTEND"])
+def test_a_mask_is_looked_up_as_renderers_do(parts, mix, beyond):
     pixels = np.random.default_rng(3).integers(0, 256, (3, 5)) / 255
     node = masked(mix, pixels)
-    node.extension = extension
+    node.extension = beyond
     group = next(each for each in mix.node_tree.nodes if each.type == "GROUP")
     for at in ((0.03, 0.98), (0.41, 0.52), (1.3, -0.4)):
         place = np.array(at)[::-1, None] * np.array([[3], [5]]) - 0.5
-        mode = {"REPEAT": "grid-wrap", "EXTEND": "nearest"}[extension]
+        mode = {"REPEAT": "grid-wrap", "EXTEND": "nearest"}[beyond]
         expected = ndimage.map_coordinates(pixels, place, order=1, mode=mode)[0]
         assert parts.mask.value(group.inputs["Factor"], {"": np.array(at)}) == pytest.approx(expected, abs=1e-6)
 
