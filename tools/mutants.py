@@ -118,8 +118,12 @@ def _guards(last):
 
 
 def _is_of_a_version(test):
-    """Whether a condition holds in some versions of Blender: `tools.test_matrix` has the others."""
-    return isinstance(test, ast.Compare) and ast.unparse(test.left) == "bpy.app.version"
+    """Whether a condition holds in some versions of Blender: `tools.test_matrix` has the others.
+
+    Since 5.0 every material has a node tree.
+    """
+    return isinstance(test, ast.Compare) and (
+        ast.unparse(test.left) == "bpy.app.version" or ast.unparse(test) == "material.node_tree is None")
 
 
 def _span(*nodes):

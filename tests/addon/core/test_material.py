@@ -47,3 +47,10 @@ def test_one_that_cannot_be_given_a_fit_stays_as_it_was(failing, is_measured):
     with pytest.raises(ValueError, match="no more"):
         failing.module.assign(material, *failing.given)
     assert state() == before
+
+
+def test_one_without_nodes_holds_nothing(blender, extension):
+    """As before Blender 5.0."""
+    material = bpy.data.materials.new("Plain")
+    assert extension.addon.core.material.group_nodes(material) == []
+    assert not extension.addon.core.material.is_shown(material)
