@@ -1,4 +1,5 @@
-"""Materials that cannot be made: called by scripts and by the batch, not inside an operator's own transaction."""
+"""Materials that are made, given another fit, or cannot be: as the batch and scripts do it, without an operator's own
+transaction."""
 
 from types import SimpleNamespace
 
@@ -9,8 +10,8 @@ from support.blend_state import state
 
 
 @pytest.fixture
-def failing(blender, extension, glossy, write_astm, tmp_path, monkeypatch):
-    """The module, whose last step fails, and what `create` takes."""
+def making(blender, extension, glossy, write_astm, tmp_path, monkeypatch):
+    """The module, what `create` takes, twice, and what lets its last step fail from then on."""
     from measured_brdf.addon.core.properties import CHOICES, use_preset
     from measured_brdf.addon.work import tasks
 
@@ -19,7 +20,8 @@ def failing(blender, extension, glossy, write_astm, tmp_path, monkeypatch):
     choices = SimpleNamespace(**{name: settings[name].default for name in CHOICES})
     use_preset(choices, "Draft")
     choices.filepath = path
-    given = tasks.outcome(path, "", {"diffuse_level": 1, "specular_level": None}), choices, bpy.context
+    given, other = ((tasks.outcome(path, "", {"diffuse_level": level, "specular_level": None}), choices, bpy.context)
+                    for level in (1, 2))
 
     def fail(*_):
         raise ValueError("no more")
@@ -27,26 +29,49 @@ def failing(blender, extension, glossy, write_astm, tmp_path, monkeypatch):
     def break_last_step():
         monkeypatch.setattr(module, "_replaced", fail)
 
-    return SimpleNamespace(module=module, given=given, break_last_step=break_last_step)
+    return SimpleNamespace(module=module, given=given, other=other, break_last_step=break_last_step)
 
 
-def test_one_that_cannot_be_made_leaves_nothing(failing):
-    failing.break_last_step()
+def test_one_that_cannot_be_made_leaves_nothing(making):
+    making.break_last_step()
     before = state()
     with pytest.raises(ValueError, match="no more"):
-        failing.module.create(*failing.given)
+        making.module.create(*making.given)
     assert state() == before
 
 
 @pytest.mark.parametrize("is_measured", [False, True])
-def test_one_that_cannot_be_given_a_fit_stays_as_it_was(failing, is_measured):
-    material = failing.module.create(*failing.given) if is_measured else bpy.data.materials.new("Plain")
-    failing.module.use_nodes(material)
-    failing.break_last_step()
+def test_one_that_cannot_be_given_a_fit_stays_as_it_was(making, is_measured):
+    material = making.module.create(*making.given) if is_measured else bpy.data.materials.new("Plain")
+    making.module.use_nodes(material)
+    making.break_last_step()
     before = state()
     with pytest.raises(ValueError, match="no more"):
-        failing.module.assign(material, *failing.given)
+        making.module.assign(material, *making.given)
     assert state() == before
+
+
+def test_a_new_group_takes_the_name_of_the_one_that_it_replaces(making):
+    material = making.module.create(*making.given)
+    first = making.module.group_node(material).node_tree.name
+    making.module.assign(material, *making.other)
+    assert making.module.group_node(material).node_tree.name == first
+    assert [tree.name for tree in bpy.data.node_groups].count(first) == 1
+
+
+def test_what_a_user_mixes_it_with_is_what_eevee_shows_too(making):
+    """Another fit adds no output of its own for EEVEE, in which the rest would be missing."""
+    material = making.module.create(*making.given)
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    for output in [node for node in nodes if node.type == "OUTPUT_MATERIAL"]:
+        nodes.remove(output)
+    output, added, glow = (nodes.new(f"ShaderNode{kind}") for kind in ("OutputMaterial", "AddShader", "Emission"))
+    for shader, place in zip((making.module.group_node(material), glow), added.inputs, strict=True):
+        links.new(shader.outputs[0], place)
+    links.new(added.outputs[0], output.inputs["Surface"])
+    making.module.assign(material, *making.other)
+    assert [node for node in nodes if node.type == "OUTPUT_MATERIAL"] == [output]
+    assert [link.from_node for link in output.inputs["Surface"].links] == [added]
 
 
 def test_one_without_nodes_holds_nothing(blender, extension):
