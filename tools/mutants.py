@@ -2,10 +2,10 @@
 
 A mutant is the checkout with one guard taken out, made in a copy; the working tree is not touched. In Python, guards
 are found by their form (`python_mutants`); those of the shader are listed (`shader_guards`). For each mutant the tests
-that reach its line run, the quickest first, until one fails, and a line says which, or that the mutant survived. A
-survivor is a guard without a test, or one that protects nothing; where the tests do not end in time it says LATE, which
-is a mutant that loops or a machine that is busy. Which tests reach which line `tools.reached` has found where
-`make test-all` ran them; without it, the quick suite of `tests/addon` is run for it.
+that reach its line run, quick and narrow ones first, until one fails, and a line says which, or that the mutant
+survived. A survivor is a guard without a test, or one that protects nothing; where the tests do not end in time it says
+LATE, which is a mutant that loops or a machine that is busy. Which tests reach which line `tools.reached` has found
+where `make test-all` ran them; without it, the quick suite of `tests/addon` is run for it.
 
     python -m tools.mutants                                 # all of them
     python -m tools.mutants addon/library/batch.py osl/lamps.h      # those of two files
@@ -38,7 +38,7 @@ from tools.shader_guards import SHADER_GUARDS
 _CONTEXTS = {"new_data_removed_on_error", "restored_on_error", "unmarked_on_error", "locked", "writing", "suppress"}
 _NOTHING = '__import__("contextlib").nullcontext()'
 
-_SECONDS = 8, 40, 200       # of the tests that reach a line: the quickest, which run first, more, and all that run
+_SECONDS = 8, 40, 200       # of the tests that reach a line: those that run first, more, and all that run
 _LIMIT = 150, 200, 600      # s, for each of these; tests wait up to a minute for what does not come
 _USAGE = 4, 5                # how pytest ends where there are no such tests
 
@@ -159,8 +159,20 @@ def mutants(paths):
 
 
 class Reaching(NamedTuple):
-    """A test that reaches a line: its name, how long it takes, and its place among all."""
+    """A test that reaches a line of a file.
 
+    Attributes
+    ----------
+    cost : float
+        Its seconds over the share of the lines that it reaches that are of the file: what is quick and looks at little
+        else is the likeliest to notice soon.
+    seconds : float
+    place : int
+        Among all tests.
+    test : str
+    """
+
+    cost: float
     seconds: float
     place: int
     test: str
@@ -172,43 +184,37 @@ class Reaching(NamedTuple):
 
 
 def reached():
-    """Which tests reach a line: {(file, line): [Reaching, ...]}, the quickest first; found once for the code."""
+    """Which tests reach a line: {(file, line): [Reaching, ...]}, the least cost first; found once for the code."""
     path = reaching.path()
     if not path.is_file():
         subprocess.run([sys.executable, "-m", "pytest", "-p", "tools.reached", "-n", "auto", "--dist", "loadfile", "-q",
                         "-m", "not release", "tests/addon"], cwd=ROOT, check=False)
     found = defaultdict(list)
-    records = enumerate(map(json.loads, path.read_text("utf-8").splitlines()))
-    for each, lines in sorted((Reaching(record["seconds"], place, record["test"]), record["lines"])
-                              for place, record in records):
-        for file, numbers in lines.items():
-            for number in numbers:
-                found[file, number].append(each)
-    return found
+    for place, record in enumerate(map(json.loads, path.read_text("utf-8").splitlines())):
+        seconds, of_file = record["seconds"], record["lines"]
+        for file, lines in of_file.items():
+            cost = seconds * sum(map(len, of_file.values())) / len(lines)
+            for line in lines:
+                found[file, line].append(Reaching(cost, seconds, place, record["test"]))
+    return {line: sorted(tests) for line, tests in found.items()}
 
 
 def tests_of(mutant, known):
-    """The tests of a mutant, as arguments of pytest: of those that reach its line the quickest, and others where these
-    notice nothing; a tuple for each of _SECONDS, all empty where no test reaches it.
+    """The tests of a mutant, as arguments of pytest: of those that reach its line those of the least cost, and others
+    where these notice nothing; a tuple for each of _SECONDS, all empty where no test reaches it.
 
-    The quickest of each file are chosen first: they differ more than those of one file. They run file by file in their
-    order there, as they do in the suite: some may depend on it.
+    They run file by file in their order there, as they do in the suite: some may depend on it.
     """
-    if mutant.tests:
-        return (), (), mutant.tests
-    seconds, of_file, ranked = 0.0, Counter(), []
-    for each in known.get((mutant.path, mutant.line), ()):
-        ranked.append((of_file[each.file], each))
-        of_file[each.file] += 1
-    batches = [[] for _ in _SECONDS]
-    for _, each in sorted(ranked):
+    reaching_it = known.get((mutant.path, mutant.line), ())
+    if mutant.tests or not reaching_it:
+        return (), (), mutant.tests or UNSEEN.get(mutant.path, ())
+    seconds, batches = 0.0, [[] for _ in _SECONDS]
+    for each in reaching_it:
         seconds += each.seconds
         batch = sum(seconds > most for most in _SECONDS)
         if batch < len(batches) or not batches[-1]:
             batches[min(batch, len(batches) - 1)].append(each)
-    if not ranked:
-        return (), (), UNSEEN.get(mutant.path, ())
-    files = {file: number for number, file in enumerate(of_file)}
+    files = {file: number for number, file in enumerate(dict.fromkeys(each.file for each in reaching_it))}
     return tuple(tuple(each.test for each in sorted(batch, key=lambda each: (files[each.file], each.place)))
                  for batch in batches)
 

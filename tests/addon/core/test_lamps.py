@@ -895,3 +895,25 @@ def test_without_a_measured_material_no_lamps_are_looked_for(blender, extension,
     module = extension.addon.core.lamps
     monkeypatch.setattr(module, "_lamps", lambda *_: pytest.fail("lamps were looked for"))
     module.update(blender.context.evaluated_depsgraph_get())
+
+
+def test_only_what_differs_is_written(blender, lamps, scene, monkeypatch):
+    """Every write makes Cycles update the shader."""
+    module, written = lamps.group, []
+    tree, write = lamps.node_tree(), lamps.group._write
+    monkeypatch.setattr(module, "_write", lambda *given: written.append(write(*given)) or written[-1])
+    listed = [lamps.lamp.Lamp((1.0, 2.0, 3.0), 0.1, 5.0), lamps.lamp.Lamp((4.0, 5.0, 6.0), 0.2, 7.0)]
+    counts = []
+    for given in (listed, listed, [listed[0], listed[1]._replace(strength=8.0)], listed[:1]):
+        written.clear()
+        module.store(tree, given, frugal=False)
+        counts.append(sum(written))
+    # how many there are, and places and extents of both; nothing; one extent; how many there are
+    assert counts == [5, 0, 1, 1]
+
+
+def test_a_group_that_lost_the_number_of_its_lamps_is_none(blender, lamps, scene):
+    tree = lamps.node_tree()
+    assert lamps.group.trees() == [tree]
+    tree.nodes.remove(tree.nodes[lamps.group.LAMPS])
+    assert lamps.group.trees() == []
