@@ -75,7 +75,8 @@ contact: $(ENV)/ready
 	$(RUN) -m benchmarks.contact
 
 # what is uploaded to extensions.blender.org, after all checks (docs/publishing.md): build/release
-release: lint zip
+release:
+	$(MAKE) -j2 --output-sync=target lint zip
 	$(RUN) -m tools.evidence --check
 	$(MAKE) test-all test-window
 	$(RUN) -m benchmarks.contact --turn $(RELEASE)

@@ -245,8 +245,9 @@ def main():
             if name in MARKED and (worse := conspicuous(name, found)) != KNOWN.get(name, []):
                 failed = True
                 _say(table, f"{'':43}more conspicuous than the Principled: {'; '.join(worse) or 'nothing now'}")
-            _draw(rows, options.out / f"{(number - 1) // ROWS + 1:02}.png")       # also if it is interrupted
-            rows = rows if len(rows) < ROWS else []
+            if len(rows) == ROWS or number == len(chosen):
+                _draw(rows, options.out / f"{(number - 1) // ROWS + 1:02}.png")
+                rows = []
         _say(table, f"{'all':43}{in_columns(total)}")
     return int(failed)
 
