@@ -43,7 +43,7 @@ EDITED = ("published:gold-metallic-paint", "published:red-fabric", "cornell/kryl
           "curet/abrdf.dat leather", "rgl/irid_flake_paint1_rgb.bsdf")
 EDITS = {"coat": {"coat": 1.0, "coat_width": 0.05}, "gain 8": {"highlight": 8.0}, "width .25": {"width": 0.25},
          "width 4": {"width": 4.0}, "red": {"diffuse": (1, 0.1, 0.1), "highlight": (1, 0.1, 0.1)}}
-# hard to render: in each release, no more conspicuous than the closest Principled; of MARKED, Exact only if denoised
+# hard to render: in each release no more conspicuous than the closest Principled, SMOOTH in Exact before denoising, too
 SMOOTH = ("published:hematite", "curet/abrdf.dat velvet", "curet/abrdf.dat aluminum foil",
           "cornell/garnet_red_RGB.astm", "cornell/krylon_blue.astm, width .25", "rgl/irid_flake_paint1_rgb.bsdf")
 MARKED = (*SMOOTH, "curet/abrdf.dat moss", "cornell/cayman.astm", "goniometer/IMX455.bsdf",

@@ -212,8 +212,8 @@ def tests_of(mutant, known):
     for each in reaching_it:
         seconds += each.seconds
         batch = sum(seconds > most for most in _SECONDS)
-        if batch < len(batches) or not batches[-1]:
-            batches[min(batch, len(batches) - 1)].append(each)
+        if batch < len(batches):
+            batches[batch].append(each)
     files = {file: number for number, file in enumerate(dict.fromkeys(each.file for each in reaching_it))}
     return tuple(tuple(each.test for each in sorted(batch, key=lambda each: (files[each.file], each.place)))
                  for batch in batches)

@@ -26,17 +26,14 @@ kept.keep_all()
 bpy.ops.wm.read_factory_settings(use_empty=True)
 package.register()
 from measured_brdf.addon.core import checks, edits, material, osl_support
-from measured_brdf.addon.core.properties import CHOICES, use_preset
 from measured_brdf.addon.work import command, tasks
 from support.drawn import draw
+from support.operators import default_choices
 from types import SimpleNamespace
 
 bpy.ops.mesh.primitive_cube_add()
 osl_support.enable(bpy.context.scene)
-choices = SimpleNamespace(**dict.fromkeys(CHOICES))
-settings = bpy.types.Material.bl_rna.properties["measured_brdf"].fixed_type.properties
-for name in CHOICES:
-    setattr(choices, name, settings[name].default)
+choices = default_choices()
 choices.filepath, cheap = file, {"diffuse_level": 1, "specular_level": None}
 one, other = (material.create(tasks.outcome(file, "", cheap), choices, bpy.context) for _ in range(2))
 bpy.context.object.data.materials.append(one)

@@ -7,17 +7,17 @@ import bpy
 import pytest
 
 from support.blend_state import state
+from support.operators import default_choices
 
 
 @pytest.fixture
 def making(blender, extension, glossy, write_astm, tmp_path, monkeypatch):
     """The module, what `create` takes, twice, and what lets its last step fail from then on."""
-    from measured_brdf.addon.core.properties import CHOICES, use_preset
+    from measured_brdf.addon.core.properties import use_preset
     from measured_brdf.addon.work import tasks
 
     module, path = extension.addon.core.material, str(write_astm(tmp_path / "a.astm", glossy, "a"))
-    settings = bpy.types.Material.bl_rna.properties["measured_brdf"].fixed_type.properties
-    choices = SimpleNamespace(**{name: settings[name].default for name in CHOICES})
+    choices = default_choices()
     use_preset(choices, "Draft")
     choices.filepath = path
     given, other = ((tasks.outcome(path, "", {"diffuse_level": level, "specular_level": None}), choices, bpy.context)
