@@ -7,13 +7,15 @@ darker than .25 of the median of the 5 x 5 pixels around them, those brighter th
 below zero.
 
 EEVEE needs OpenGL: Mesa's in software will do (on Debian: libegl-mesa0 and libgl1-mesa-dri). ``python -m
-benchmarks.contact [--published N] [--only TEXT ...] [--out FOLDER]``: N of the starter library, evenly;
-materials whose name contains one of the texts. ``--turn VERSION`` is what a release renders: MARKED, and a third of the
-rest, another one for the next version. The exit code is 1 where one of MARKED is more conspicuous than its Principled.
+benchmarks.contact [--published N] [--only TEXT ...] [--jobs N] [--out FOLDER]``: N of the starter library, evenly;
+materials whose name contains one of the texts; by N processes, in the order in which they come. ``--turn VERSION`` is
+what a release renders: MARKED, and a third of the rest, another one for the next version. The exit code is 1 where one
+of MARKED is more conspicuous than its Principled.
 """
 
 import argparse
 import functools
+import os
 import re
 import sys
 import tempfile
@@ -32,6 +34,7 @@ from fitter.published import offered
 from support import ball_files, checkout, kept, sheet, stage
 
 from .black_pixels import three_lamps
+from .harness.running import each_of
 from .ordinary import principled_material, to_median
 
 OUT = checkout.ROOT / "build" / "contact"
@@ -214,34 +217,45 @@ def _draw(rows, path):
     pyplot.close(figure)
 
 
+@functools.cache
+def _offered(published):
+    """Of `materials`, in a process that can render them."""
+    checkout.extension().register()
+    ball_files.add_openimageio()
+    kept.keep("fitter")
+    return materials(published)
+
+
+def _row(published, name):
+    """The name of a material, its tiles, and the seconds that they took."""
+    start = time.perf_counter()
+    return name, tiles(_offered(published)[name](), name), time.perf_counter() - start
+
+
 def main():
     """Render all, print the table, and write it and the sheets; return 1 where one of MARKED is conspicuous."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--published", type=int)
     parser.add_argument("--only", nargs="*", default=[""])
     parser.add_argument("--turn", metavar="VERSION")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--out", type=Path, default=OUT)
     options = parser.parse_args()
-    checkout.extension().register()
-    ball_files.add_openimageio()
-    kept.keep("fitter")
     options.out.mkdir(parents=True, exist_ok=True)
-    chosen = {name: fit for name, fit in materials(options.published).items()
-              if any(text in name for text in options.only)}
+    chosen = [name for name in materials(options.published) if any(text in name for text in options.only)]
     if options.turn:
         turn = in_turn(chosen, options.turn)
-        chosen = {name: fit for name, fit in chosen.items() if name in turn}
+        chosen = [name for name in chosen if name in turn]
     rows, total, failed = [], np.zeros(3 * len(TITLES), int), False
+    made = each_of(functools.partial(_row, options.published), chosen, options.jobs)
     with open(options.out / "counts.txt", "w", encoding="utf-8") as table:
         titles = "".join(f"{title.split(', ')[-1][:12]:14}" for title in TITLES)
         _say(table, f"{'dark, bright, below zero':45}{titles}")
-        for number, (name, fit) in enumerate(chosen.items(), start=1):
-            start = time.perf_counter()
-            found = tiles(fit(), name)
+        for number, (name, found, seconds) in enumerate(made, start=1):
             rows.append((name, found))
             counted = counts(found)
             total += counted
-            _say(table, f"{name:43}{in_columns(counted)}   {time.perf_counter() - start:4.0f} s")
+            _say(table, f"{name:43}{in_columns(counted)}   {seconds:4.0f} s")
             if name in MARKED and (worse := conspicuous(name, found)) != KNOWN.get(name, []):
                 failed = True
                 _say(table, f"{'':43}more conspicuous than the Principled: {'; '.join(worse) or 'nothing now'}")

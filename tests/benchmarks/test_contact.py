@@ -1,6 +1,9 @@
-"""What is hard to render has no dots; what the contact sheet counts and renders."""
+"""What is hard to render has no dots; what the contact sheet counts, renders and refuses."""
+
+import sys
 
 import bpy
+import numpy as np
 import pytest
 
 from benchmarks import contact
@@ -44,6 +47,23 @@ def test_what_is_more_conspicuous_than_a_principled_is_named(name, title, counts
     found = {way: tuple(contact.Tile(None, *counts) if each == title else LIKE for each in (way, f"{way}, denoised"))
              for way in ("Exact", "Nodes", "Principled")}
     assert contact.conspicuous(name, found) == [title] * is_worse
+
+
+@pytest.mark.parametrize("below", [0, 1])
+def test_the_sheet_is_refused_where_what_is_marked_is_worse(monkeypatch, tmp_path, below):
+    black = np.zeros((contact.SIZE, contact.SIZE, 3))
+
+    def rendered(work, names, jobs):
+        for name in names:
+            found = {way: (contact.Tile(black, 0, 0, 0),) * (1 if "EEVEE" in way else 2) for way in contact.WAYS}
+            yield name, found | {"Nodes": (contact.Tile(black, 0, 0, below), contact.Tile(black, 0, 0, 0))}, 1.0
+
+    monkeypatch.setattr(contact, "each_of", rendered)
+    monkeypatch.setattr(contact, "materials", lambda published: dict.fromkeys([SMOOTH, "not marked"]))
+    monkeypatch.setattr(sys, "argv", ["contact", "--out", str(tmp_path)])
+    assert contact.main() == below
+    assert (tmp_path / "counts.txt").read_text().count("than the Principled: Nodes\n") == below
+    assert (tmp_path / "01.png").is_file()
 
 
 def test_three_releases_render_everything_and_each_what_is_marked():
