@@ -2,10 +2,11 @@
 
 A mutant is the checkout with one guard taken out, made in a copy; the working tree is not touched. In Python, guards
 are found by their form (`python_mutants`); those of the shader are listed (`shader_guards`). For each mutant the tests
-that reach its line run, quick and narrow ones first, until one fails, and a line says which, or that the mutant
-survived. A survivor is a guard without a test, or one that protects nothing; where the tests do not end in time it says
-LATE, which is a mutant that loops or a machine that is busy. Which tests reach which line `tools.reached` has found
-where `make test-all` ran them; without it, the quick suite of `tests/addon` is run for it.
+that can notice run (they reach its line or, where a block is never entered, the block), quick and narrow ones first,
+until one fails, and a line says which, or that the mutant survived. A survivor is a guard without a test, or one that
+protects nothing; where the tests do not end in time it says LATE, which is a mutant that loops or a machine that is
+busy. Which tests reach which line `tools.reached` has found where `make test-all` ran them; without it, the quick suite
+of `tests/addon` is run for it.
 
     python -m tools.mutants                                 # all of them
     python -m tools.mutants addon/library/batch.py osl/lamps.h      # those of two files
@@ -15,6 +16,7 @@ where `make test-all` ran them; without it, the quick suite of `tests/addon` is 
 
 import argparse
 import ast
+import compileall
 import json
 import os
 import re
@@ -26,6 +28,7 @@ from collections import Counter, defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
+from py_compile import PycInvalidationMode
 from queue import Queue
 from typing import NamedTuple
 
@@ -66,6 +69,9 @@ class Mutant(NamedTuple):
         The file as it is without.
     tests : tuple of str
         What is run: arguments of pytest; of Python, the map says it.
+    reached : range
+        The lines of a statement that runs in each test that can notice: of an `if` that is never entered, what it
+        begins with.
     """
 
     path: str
@@ -73,6 +79,7 @@ class Mutant(NamedTuple):
     change: str
     text: str
     tests: tuple
+    reached: range = range(0)
 
 
 def python_mutants(path, text):
@@ -82,33 +89,35 @@ def python_mutants(path, text):
     returns or continues, always; transactions, locks and `suppress` are left out, `finally` does nothing, `except` lets
     pass.
     """
-    changes = sorted(change for node in ast.walk(ast.parse(text)) for change in _changes(node))
+    changes = sorted((change for node in ast.walk(ast.parse(text)) for change in _changes(node)),
+                     key=lambda change: change[:2])
     starts = [0]
     for line in text.encode().splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
     made = []
-    for (first, last), replacement, what in changes:
+    for (first, last), replacement, what, noticed in changes:
         begin, end = (starts[line - 1] + column for line, column in (first, last))
         source = text.encode()
         was = " ".join(source[begin:end].decode().split())
         mutated = (source[:begin] + replacement.encode() + source[end:]).decode()
-        made.append(Mutant(path, first[0], f"{what}: {was}", mutated, ()))
+        made.append(Mutant(path, first[0], f"{what}: {was}", mutated, (),
+                           range(noticed.lineno, noticed.end_lineno + 1)))
     return made
 
 
 def _changes(node):
-    """Changes of one node: ((line, column), (line, column)), replacement, what it is."""
+    """Changes of one node: ((line, column), (line, column)), replacement, what it is, what a test that notices runs."""
     if isinstance(node, ast.If) and _guards(node.body[-1]) and not _is_of_a_version(node.test):
-        yield _span(node.test), "False", "never"
+        yield _span(node.test), "False", "never", node.body[0]
         named = any(isinstance(part, ast.NamedExpr) for part in ast.walk(node.test))
         if isinstance(node.body[-1], ast.Return | ast.Continue) and not named:
-            yield _span(node.test), "True", "always"
+            yield _span(node.test), "True", "always", node.test
     elif isinstance(node, ast.Call) and _name(node.func) in _CONTEXTS:
-        yield _span(node), _NOTHING, "without"
+        yield _span(node), _NOTHING, "without", node
     elif isinstance(node, ast.Try) and node.finalbody:
-        yield _span(*node.finalbody), "pass", "finally, without"
+        yield _span(*node.finalbody), "pass", "finally, without", node.finalbody[0]
     elif isinstance(node, ast.ExceptHandler):
-        yield _span(*node.body), "raise", "except, without"
+        yield _span(*node.body), "raise", "except, without", node.body[0]
 
 
 def _guards(last):
@@ -184,7 +193,7 @@ class Reaching(NamedTuple):
 
 
 def reached():
-    """Which tests reach a line: {(file, line): [Reaching, ...]}, the least cost first; found once for the code."""
+    """Which tests reach a line: {(file, line): [Reaching, ...]}; found once for the code."""
     path = reaching.path()
     if not path.is_file():
         subprocess.run([sys.executable, "-m", "pytest", "-p", "tools.reached", "-n", "auto", "--dist", "loadfile", "-q",
@@ -196,16 +205,16 @@ def reached():
             cost = seconds * sum(map(len, of_file.values())) / len(lines)
             for line in lines:
                 found[file, line].append(Reaching(cost, seconds, place, record["test"]))
-    return {line: sorted(tests) for line, tests in found.items()}
+    return found
 
 
 def tests_of(mutant, known):
-    """The tests of a mutant, as arguments of pytest: of those that reach its line those of the least cost, and others
-    where these notice nothing; a tuple for each of _SECONDS, all empty where no test reaches it.
+    """The tests of a mutant, as arguments of pytest: of those that can notice those of the least cost, and others where
+    these notice nothing; a tuple for each of _SECONDS, all empty where no test can.
 
     They run file by file in their order there, as they do in the suite: some may depend on it.
     """
-    reaching_it = known.get((mutant.path, mutant.line), ())
+    reaching_it = sorted({each for line in mutant.reached for each in known.get((mutant.path, line), ())})
     if mutant.tests or not reaching_it:
         return (), (), mutant.tests or UNSEEN.get(mutant.path, ())
     seconds, batches = 0.0, [[] for _ in _SECONDS]
@@ -220,13 +229,18 @@ def tests_of(mutant, known):
 
 
 def copy_checkout(folder):
-    """Copy the files that git knows, or would, as they are in the working tree."""
+    """Copy the files that git knows, or would, as they are in the working tree.
+
+    With their byte code, which holds where the text has the hash that it was made of, however fast a text was changed:
+    a start of pytest with one test takes 1.6 s of a processor with it and as `run_tests` calls it, 3.0 otherwise.
+    """
     listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT,
                             capture_output=True, text=True, check=True).stdout.split("\0")
     for name in filter(None, listed):
         if (ROOT / name).is_file():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / name, folder / name)
+    compileall.compile_dir(folder, quiet=1, invalidation_mode=PycInvalidationMode.CHECKED_HASH)
 
 
 def run_tests(folder, tests, limit):
@@ -236,8 +250,8 @@ def run_tests(folder, tests, limit):
     """
     environment = os.environ | {"MEASURED_BRDF_DATA": str(measurements().resolve()), "PYTHONDONTWRITEBYTECODE": "1",
                                 "MEASURED_BRDF_KEPT": str(kept.FOLDER)}
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--tb=line", "-m",
-               "not release", *tests]
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-p", "no:hypothesispytest",
+               "--assert=plain", "--tb=line", "-m", "not release", *tests]
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=limit,
                           check=False)
     if done.returncode == 0:

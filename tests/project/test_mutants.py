@@ -17,3 +17,11 @@ def test_every_mutant_of_the_checkout_is_another_text_and_has_tests():
             ast.parse(mutant.text)
         else:
             assert all((ROOT / name).is_file() for name in mutant.tests if name.endswith(".py")), mutant.path
+
+
+def test_that_a_block_is_never_entered_only_tests_that_enter_it_can_notice():
+    never, always = mutants.python_mutants("addon/a.py", "def f(x):\n    if x:\n        return 1\n    return 2\n")
+    inside, past = (mutants.Reaching(1.0, 1.0, place, f"tests/a.py::test_{place}") for place in range(2))
+    known = {("addon/a.py", 2): [inside, past], ("addon/a.py", 3): [inside]}
+    assert mutants.tests_of(never, known) == ((inside.test,), (), ())
+    assert mutants.tests_of(always, known) == ((inside.test, past.test), (), ())
