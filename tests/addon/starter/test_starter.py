@@ -114,7 +114,7 @@ scene.camera = camera
 scene.render.resolution_x = scene.render.resolution_y = 8
 scene.render.image_settings.file_format = "OPEN_EXR"
 scene.cycles.samples, scene.cycles.use_denoising = 64, False
-scene.eevee.taa_render_samples = 4          # its default of 64 shows the same here
+scene.eevee.taa_render_samples = 4          # of the 64 by default each test takes 40 s longer
 for engine in ("CYCLES", "BLENDER_EEVEE"):
     scene.render.engine = engine
     for angle in map(float, angles):
