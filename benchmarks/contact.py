@@ -232,6 +232,19 @@ def _row(published, name):
     return name, tiles(_offered(published)[name](), name), time.perf_counter() - start
 
 
+def each_with_blender(work, things, jobs):
+    """As `each_of`, of work that imports Blender.
+
+    Processes take the path over, and in the folders that Blender adds to it is another `bpy`.
+    """
+    path = sys.path
+    sys.path = [each for each in path if "bpy" not in Path(each).parts]
+    try:
+        yield from each_of(work, things, jobs)
+    finally:
+        sys.path = path
+
+
 def main():
     """Render all, print the table, and write it and the sheets; return 1 where one of MARKED is conspicuous."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -247,7 +260,7 @@ def main():
         turn = in_turn(chosen, options.turn)
         chosen = [name for name in chosen if name in turn]
     rows, total, failed = [], np.zeros(3 * len(TITLES), int), False
-    made = each_of(functools.partial(_row, options.published), chosen, options.jobs)
+    made = each_with_blender(functools.partial(_row, options.published), chosen, options.jobs)
     with open(options.out / "counts.txt", "w", encoding="utf-8") as table:
         titles = "".join(f"{title.split(', ')[-1][:12]:14}" for title in TITLES)
         _say(table, f"{'dark, bright, below zero':45}{titles}")

@@ -58,12 +58,17 @@ def test_the_sheet_is_refused_where_what_is_marked_is_worse(monkeypatch, tmp_pat
             found = {way: (contact.Tile(black, 0, 0, 0),) * (1 if "EEVEE" in way else 2) for way in contact.WAYS}
             yield name, found | {"Nodes": (contact.Tile(black, 0, 0, below), contact.Tile(black, 0, 0, 0))}, 1.0
 
-    monkeypatch.setattr(contact, "each_of", rendered)
+    monkeypatch.setattr(contact, "each_with_blender", rendered)
     monkeypatch.setattr(contact, "materials", lambda published: dict.fromkeys([SMOOTH, "not marked"]))
     monkeypatch.setattr(sys, "argv", ["contact", "--out", str(tmp_path)])
     assert contact.main() == below
     assert (tmp_path / "counts.txt").read_text().count("than the Principled: Nodes\n") == below
     assert (tmp_path / "01.png").is_file()
+
+
+def test_processes_that_a_process_with_blender_starts_have_blender():
+    found, = contact.each_with_blender(contact.materials, [1], jobs=2)
+    assert {*found} == {*contact.materials(1)}
 
 
 def test_three_releases_render_everything_and_each_what_is_marked():
