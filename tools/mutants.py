@@ -86,8 +86,8 @@ def python_mutants(path, text):
     """Those of a Python file, whose text this is: a list of Mutant.
 
     An `if` whose block leaves (raise, return, continue, break), assigns or yields is never entered, and where it
-    returns or continues, always; transactions, locks and `suppress` are left out, `finally` does nothing, `except` lets
-    pass.
+    returns or continues, always; what it asks is asked. Transactions, locks and `suppress` are left out, `finally` does
+    nothing, `except` lets pass.
     """
     changes = sorted((change for node in ast.walk(ast.parse(text)) for change in _changes(node)),
                      key=lambda change: change[:2])
@@ -108,10 +108,10 @@ def python_mutants(path, text):
 def _changes(node):
     """Changes of one node: ((line, column), (line, column)), replacement, what it is, what a test that notices runs."""
     if isinstance(node, ast.If) and _guards(node.body[-1]) and not _is_of_a_version(node.test):
-        yield _span(node.test), "False", "never", node.body[0]
-        named = any(isinstance(part, ast.NamedExpr) for part in ast.walk(node.test))
-        if isinstance(node.body[-1], ast.Return | ast.Continue) and not named:
-            yield _span(node.test), "True", "always", node.test
+        condition = ast.unparse(node.test)
+        yield _span(node.test), f"({condition}) and False", "never", node.body[0]
+        if isinstance(node.body[-1], ast.Return | ast.Continue):
+            yield _span(node.test), f"({condition}) or True", "always", node.test
     elif isinstance(node, ast.Call) and _name(node.func) in _CONTEXTS:
         yield _span(node), _NOTHING, "without", node
     elif isinstance(node, ast.Try) and node.finalbody:
