@@ -41,7 +41,7 @@ from tools.shader_guards import SHADER_GUARDS
 _CONTEXTS = {"new_data_removed_on_error", "restored_on_error", "unmarked_on_error", "locked", "writing", "suppress"}
 _NOTHING = '__import__("contextlib").nullcontext()'
 
-_SECONDS = 8, 40, 200       # of the tests that reach a line: those that run first, more, and all that run
+_SECONDS = 8, 40, 200       # of the tests that can notice: those that run first, more, and all that run
 _LIMIT = 150, 200, 600      # s, for each of these; tests wait up to a minute for what does not come
 _USAGE = 4, 5                # how pytest ends where there are no such tests
 
@@ -91,13 +91,12 @@ def python_mutants(path, text):
     """
     changes = sorted((change for node in ast.walk(ast.parse(text)) for change in _changes(node)),
                      key=lambda change: change[:2])
-    starts = [0]
-    for line in text.encode().splitlines(keepends=True):
+    source, starts = text.encode(), [0]
+    for line in source.splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
     made = []
     for (first, last), replacement, what, noticed in changes:
         begin, end = (starts[line - 1] + column for line, column in (first, last))
-        source = text.encode()
         was = " ".join(source[begin:end].decode().split())
         mutated = (source[:begin] + replacement.encode() + source[end:]).decode()
         made.append(Mutant(path, first[0], f"{what}: {was}", mutated, (),
