@@ -10,7 +10,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import IO, Any
 
 from .errors import DatasetError
@@ -59,6 +59,17 @@ def _open_without_waiting(path: str, flags: int) -> int:
 def real(path: str | Path) -> Path:
     """The absolute path that links lead to. Where they lead in a circle, an OSError follows when it is opened."""
     return Path(os.path.realpath(path))
+
+
+def without_folders(source: str) -> str:
+    r"""The name of a file of which there is a path, of this system or of another one: what may be handed on.
+
+    Examples
+    --------
+    >>> without_folders("/home/ann/scan.csv"), without_folders("C:\\ann\\scan.csv"), without_folders("published:gold")
+    ('scan.csv', 'scan.csv', 'published:gold')
+    """
+    return PureWindowsPath(source).name
 
 
 @contextmanager

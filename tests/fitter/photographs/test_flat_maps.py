@@ -44,6 +44,7 @@ def test_the_command_line_writes_masks_and_normals_that_are_the_truth(openimagei
         assert np.abs(mask.ravel() - sample.weights(u, v)[:, number]).mean() < 0.03
         saved = fitter.Fit.load(tmp_path / "maps" / f"material-{number + 1}.npz")
         np.testing.assert_allclose(saved.evaluate(0.3, 0, 0.5, 2), sample.fits[number].evaluate(0.3, 0, 0.5, 2))
+        assert saved.source == "garnet_red_RGB.astm krylon_blue_RGB.astm".split()[number], "without its folder"
     normal = read_picture(tmp_path / "maps" / "normal.png", "linear")
     assert normal.step == pytest.approx(1 / 65535)
     found = (normal.pixels[::-1] * 2 - 1).reshape(-1, 3)
