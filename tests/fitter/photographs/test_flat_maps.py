@@ -69,6 +69,12 @@ def test_the_command_line_writes_masks_and_normals_that_are_the_truth(openimagei
     assert "1 photograph found, expected two or more" in run(one, tmp_path / "none").stderr
     assert {each.name: each.stat().st_mtime_ns for each in (tmp_path / "maps").iterdir()} == before
     assert not (tmp_path / "none").exists()
+    # of fewer materials there are fewer files than before
+    alone = tmp_path / "alone.toml"
+    alone.write_text(path.read_text("utf-8").replace(", 'second.npz'", "").replace("texels = 20", "texels = 6"), "utf-8")
+    assert run(alone, tmp_path / "maps").returncode == 0
+    assert sorted(each.name for each in (tmp_path / "maps").iterdir()) == [
+        ".measured_brdf", "mask-1.png", "material-1.npz", "normal.png", "report.txt"]
 
 
 @pytest.mark.parametrize("count", [1, 2, 4])
