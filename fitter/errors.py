@@ -51,7 +51,7 @@ class UnitsUnknownError(DatasetError):
 
 
 class ImplausibleError(UnitsUnknownError):
-    """The numbers of a file are those of no surface: it would reflect more light than arrives."""
+    """The numbers of a file are those of no surface: it would reflect more light than arrives, or next to none."""
 
 
 class ColumnsUnknownError(DatasetError):

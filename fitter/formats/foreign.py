@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-from . import utia
+from . import merl, utia
 
 _BEGINNING = 4096           # bytes in which a mark is looked for
 _AS_TABLE = "write its reflectance as a table with column names (see the manual, A table of your own)"
@@ -96,4 +96,4 @@ def describe(content: bytes) -> str | None:
     if len(content) == utia.SIZE and b"\0" in content:
         return ("as large as the measurements of UTIA, but its numbers are no reflectances; expected finite float64, "
                 "few of them negative")
-    return None
+    return merl.other_layout(content)
