@@ -18,6 +18,7 @@ from .formats import KNOWN_FILES, illuminants, list_samples, reading, saved_samp
 from .methods import METHODS
 from .photographs import flat_maps
 from .photographs.ball_advice import advice
+from .photographs.flat import check_materials
 from .photographs.flat_setup import flat
 from .photographs.flat_tiling import tiled
 from .photographs.setup import measure
@@ -237,7 +238,11 @@ def _photographs(options: argparse.Namespace) -> None:
 
 def _flat(options: argparse.Namespace) -> None:
     sample = flat(options.file)
-    fits = None if sample.materials is None else [_material(path) for path in sample.materials]
+    fits = None
+    if sample.materials is not None:
+        materials = [Fit.load(path) if saved_samples.is_another(path) else load(path) for path in sample.materials]
+        check_materials(materials, sample.photographs[0].radiance.shape[2])     # before those are fitted
+        fits = [each if isinstance(each, Fit) else fit_samples(each, **PRESETS["Standard"]) for each in materials]
     maps = maps_from_flat(sample.photographs, sample.corners, sample.shape, fits)
     lines = [sample.name, *sample.notes, *flat_maps.report(maps, sample.photographs)]
     if options.tile:
@@ -249,11 +254,6 @@ def _flat(options: argparse.Namespace) -> None:
     for line in lines:
         say(line)
     say(f"{options.out}: {', '.join(written)}")
-
-
-def _material(path: Path) -> Fit:
-    """A saved fit, or that of measurements."""
-    return Fit.load(path) if saved_samples.is_another(path) else fit_samples(load(path), **PRESETS["Standard"])
 
 
 def _report(options: argparse.Namespace) -> None:

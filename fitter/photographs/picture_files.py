@@ -1,6 +1,7 @@
 """Photographs from files, by OpenImageIO, which Blender has: linear values, and what the file says of the camera."""
 
 import math
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -106,7 +107,7 @@ def _opened(path: Path) -> Iterator[Any]:
         import OpenImageIO
     except ImportError as error:
         raise ImportError(NEEDED) from error
-    if not path.is_file():
+    if not os.path.isfile(path):        # Path's raises an error of a name that is too long
         raise DatasetError("cannot be read: no such file", path)
     file = OpenImageIO.ImageInput.open(str(path))
     if file is None:

@@ -9,7 +9,7 @@ from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError
 from .light import Exposure, Light, flattened, merged, without
 from .picture_files import ENCODINGS, Picture, read_picture
-from .table import LARGEST, LEAST, Table, is_number
+from .table import LARGEST, LEAST, Table
 
 _MASKED = 0.5               # of white
 
@@ -96,11 +96,7 @@ def _named(names: list[str]) -> str:
 def _matrix(camera: Table) -> FloatArray | None:
     if not camera.has("matrix"):
         return None
-    rows = camera.value("matrix")
-    if not isinstance(rows, list) or [len(row) for row in rows if isinstance(row, list)] != [3, 3, 3] or not all(
-            is_number(value) for row in rows for value in row):
-        raise camera.error("matrix", "three rows of three numbers")
-    return np.array(rows, dtype=float)
+    return camera.rows("matrix", (3, 3), "three rows of three numbers")
 
 
 def mask_of(table: Table, size: tuple[int, int]) -> BoolArray | None:

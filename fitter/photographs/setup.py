@@ -170,7 +170,7 @@ def resolved(description: Description, path: str | Path) -> Resolved:
         "name": table.text("name", path.stem), "camera": camera, "photograph": shots,
         "ball": {**given["ball"], "centre": stage.ball.middle.tolist(), "radius": stage.ball.size},
         "lamp": {key: value for key, value in given.get("lamp", {}).items() if key not in ("positions", "distance")},
-        "scale": lamp_scale.resolved(given["scale"], stage.ball, are_far)}
+        "scale": lamp_scale.resolved(table.table("scale"), stage.ball, are_far)}
     return Resolved(with_paths(places, path.parent), view.rays.shape[:2])
 
 

@@ -57,6 +57,14 @@ class Table:
             raise self.error(key, f"{count} numbers")
         return np.array(value, dtype=float)
 
+    def rows(self, key: str, shape: tuple[int, int], expected: str) -> FloatArray:
+        """So many lists of so many numbers, as `expected` says it: an array of this shape."""
+        rows = self._values.get(key)
+        if not isinstance(rows, list) or len(rows) != shape[0] or not all(
+                isinstance(row, list) and len(row) == shape[1] and all(map(is_number, row)) for row in rows):
+            raise self.error(key, expected)
+        return np.array(rows, dtype=float)
+
     def text(self, key: str, default: str) -> str:
         """A text."""
         value = self._values.get(key, default)

@@ -12,7 +12,7 @@ import fitter
 from fitter.photographs import descriptions, setup
 from fitter.photographs.picture_files import read_picture
 from fitter.photographs.setup import measure
-from support import ball_files, ball_scene
+from support import ball_files, ball_scene, wrong_values
 from support.checkout import ROOT
 
 SIZE = {"size": (80, 80)}
@@ -178,6 +178,30 @@ def test_what_is_wrong_is_named_by_file_and_key(written, tmp_path, old, new, mes
     (tmp_path / "setup.toml").write_text(text.replace(old, new))
     with pytest.raises(fitter.DatasetError, match=message):
         measure(tmp_path / "setup.toml")
+
+
+@pytest.mark.parametrize("more", [
+    {"scale": {"intensity": [3.0, 2.0, 1.0]}},
+    {"scale": {"ball": {"file": "card.exr", "exposures": [1], "albedo": [0.9, 0.9, 0.9], "direction": [0, -1, 0.5]}}},
+    {"chrome": {"centre": [0, 0, 0], "radius": 0.03}, "lamp": {"positions": "dome.lp"}, "scale": {"albedo": 0.5}}],
+    ids=["far", "ball", "positions"])
+def test_no_value_of_a_wrong_kind_is_more_than_an_error_of_its_key(written, scenes, more):
+    """Of each key in turn: it is refused by a line that names the file, or it makes no difference."""
+    (written.parent / "dome.lp").write_text("1\nlamp1.exr 0.3 -.2 .9\n")
+    given = {**descriptions.read(written).description, **more}
+    shot = {"files": ["lamp1.exr"], "exposures": [1]}
+    given["photograph"] = [shot if "lamp" in more else {**shot, "direction": [0.3, -0.9, 0.4]}]
+    given["camera"] |= {"matrix": np.eye(3).tolist(), "encoding": "linear"}
+    given["ball"]["centre"] = [float(x) for x in scenes[0].centre]
+    setup.resolved(given, written)
+    refused = 0
+    for at, value, described in wrong_values.wrong(given):
+        try:
+            setup.resolved(described, written)
+        except fitter.DatasetError as error:
+            refused += 1
+            assert str(written.parent) in str(error), (at, value)
+    assert refused > 200
 
 
 def test_lamps_far_away_are_as_those_at_a_great_distance(openimageio, tmp_path):
