@@ -4,7 +4,6 @@ import argparse
 import sys
 import time
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, TextIO
 
 from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load, maps_from_flat, report

@@ -3,6 +3,8 @@
 import copy
 import datetime
 
+from fitter import DatasetError
+
 WRONG = ("text", "", True, 5, float("nan"), [], {}, [1, "a", 3], [[1, 2, 3], [1, 2, 3], [1, 2, 3], 5],
          [5, [1, 2], [1, 2], [1, 2], [1, 2]], [[1, 2], [1, 2], [1, 2], [1, True]], [{}], 10 ** 400,
          datetime.date(2026, 1, 1))
@@ -17,8 +19,19 @@ def keys(value, at=()):
         yield from keys(within, (*at, key))
 
 
-def wrong(description):
-    """Each place, value there, and the description with it."""
+def refusals(read, description):
+    """What a reader of descriptions says of each wrong value, by its place: a list of (place, text)."""
+    said = []
+    for at, made in _wrong(description):
+        try:
+            read(made)
+        except DatasetError as error:
+            said.append((at, str(error)))
+    return said
+
+
+def _wrong(description):
+    """Each place, and the description with a wrong value there."""
     for at in keys(description):
         for value in WRONG:
             made = copy.deepcopy(description)
@@ -26,4 +39,4 @@ def wrong(description):
             for key in at[:-1]:
                 table = table[key]
             table[at[-1]] = value
-            yield at, value, made
+            yield at, made

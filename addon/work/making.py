@@ -112,8 +112,8 @@ class FromFolder(FitChoices, AsksForPath):
         if not Path(folder).is_dir():
             raise ValueError(f"{folder}: not a folder")
         if not files_in([folder]):
-            raise ValueError("; ".join((f"{self.directory}: no files of measurements ({GLOB}); choose a folder that has "
-                                        "some", *passed_over([folder]))))
+            said = f"{self.directory}: no files of measurements ({GLOB}); choose a folder that has some"
+            raise ValueError("; ".join((said, *passed_over([folder]))))
         for line in passed_over([folder]):
             self.report({"WARNING"}, line)
         return folder

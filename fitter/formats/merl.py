@@ -81,9 +81,9 @@ def other_layout(content: bytes) -> str | None:
     if min(cells, default=0) < 1 or _is_merl(cells) or not any(
             len(content) - _HEADER == 3 * math.prod(cells) * size for size in _TYPES):
         return None
-    return (f"MERL's layout with {' x '.join(map(str, cells))} cells of theta_h, theta_d and phi_d; expected n x n x 2n, "
-            f"as in MERL's files of {' x '.join(map(str, CELLS))}: phi_d over half a turn, for the other half is the "
-            "same by reciprocity. Write that half alone")
+    return (f"MERL's layout with {' x '.join(map(str, cells))} cells of theta_h, theta_d and phi_d; expected n x n x "
+            f"2n, as in MERL's files of {' x '.join(map(str, CELLS))}: phi_d over half a turn, for the other half is "
+            "the same by reciprocity. Write that half alone")
 
 
 def _cells(content: bytes, order: str) -> tuple[int, ...]:

@@ -276,7 +276,8 @@ def test_a_table_that_lies_on_its_side_is_read(load, lines):
 
 @pytest.mark.parametrize(("lines", "expected"), [
     ([*ON_ITS_SIDE[:4], "R,1,2,x,4,5"], r"in a table that lies on its side \(column 4\): 'x' found, expected a number"),
-    (ON_ITS_SIDE[:4], r"on its side: .*expected also values"), (ON_ITS_SIDE[:2] + ON_ITS_SIDE[4:], r"on its side: .*expected also theta_o"),
+    (ON_ITS_SIDE[:4], r"on its side: .*expected also values"),
+    (ON_ITS_SIDE[:2] + ON_ITS_SIDE[4:], r"on its side: .*expected also theta_o"),
     ([*ON_ITS_SIDE, "humidity,1,2,3,4,5"], r"on its side: .*of which humidity means nothing")])
 def test_a_bad_table_on_its_side_is_refused(load, lines, expected):
     with pytest.raises(DatasetError, match=r"table\.csv: .*" + expected):

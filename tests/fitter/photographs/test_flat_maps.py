@@ -47,7 +47,7 @@ def test_the_command_line_writes_masks_and_normals_that_are_the_truth(openimagei
         assert np.abs(mask.ravel() - sample.weights(u, v)[:, number]).mean() < 0.03
         saved = fitter.Fit.load(tmp_path / "maps" / f"material-{number + 1}.npz")
         np.testing.assert_allclose(saved.evaluate(0.3, 0, 0.5, 2), sample.fits[number].evaluate(0.3, 0, 0.5, 2))
-        assert saved.source == "garnet_red_RGB.astm krylon_blue_RGB.astm".split()[number], "without its folder"
+        assert saved.source == ["garnet_red_RGB.astm", "krylon_blue_RGB.astm"][number], "without its folder"
     normal = read_picture(tmp_path / "maps" / "normal.png", "linear")
     assert normal.step == pytest.approx(1 / 65535)
     found = (normal.pixels[::-1] * 2 - 1).reshape(-1, 3)
@@ -74,7 +74,8 @@ def test_the_command_line_writes_masks_and_normals_that_are_the_truth(openimagei
     assert not (tmp_path / "none").exists()
     # of fewer materials there are fewer files than before
     alone = tmp_path / "alone.toml"
-    alone.write_text(path.read_text("utf-8").replace(", 'second.npz'", "").replace("texels = 20", "texels = 6"), "utf-8")
+    text = path.read_text("utf-8").replace(", 'second.npz'", "")
+    alone.write_text(text.replace("texels = 20", "texels = 6"), "utf-8")
     assert run(alone, tmp_path / "maps").returncode == 0
     assert sorted(each.name for each in (tmp_path / "maps").iterdir()) == [
         ".measured_brdf", "mask-1.png", "material-1.npz", "normal.png", "report.txt"]
@@ -82,8 +83,8 @@ def test_the_command_line_writes_masks_and_normals_that_are_the_truth(openimagei
 
 @pytest.mark.parametrize("said", ["brushed: anisotropic, expected materials that are isotropic",
                                   "5 materials found, expected 1 to 4"])
-def test_materials_that_cannot_be_mixed_are_refused_before_any_is_fitted(openimageio, glossy, tmp_path, monkeypatch, capsys,
-                                                                         said):
+def test_materials_that_cannot_be_mixed_are_refused_before_any_is_fitted(openimageio, glossy, tmp_path, monkeypatch,
+                                                                         capsys, said):
     even = fitter.Samples(*glossy.directions, np.full_like(glossy.values, 0.1), glossy.channels)
     paper = flat_scene.Sample((fitter.fit(even, **fitter.PRESETS["Draft"]),), lambda u, v: np.ones((len(u), 1)),
                               lambda u, v: np.zeros((len(u), 2)))

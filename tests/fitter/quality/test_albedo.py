@@ -65,7 +65,7 @@ def test_what_would_explain_too_much_light(times, share, question):
 
 
 def test_what_would_explain_next_to_no_light(tmp_path):
-    """MERL's layout with values in 1/sr, which reading divides by 1500; and what is told to be in percent and is not."""
+    """MERL's layout with values in 1/sr, which reading divides by 1500; what is told to be in percent, and is not."""
     path = tmp_path / "white.binary"
     path.write_bytes(merl_files.pack(np.full((9, 9, 18, 3), 0.8 / np.pi) * merl_files.SCALE))
     found = describe(fitter.load(path)).albedo
