@@ -1,12 +1,24 @@
 """The command line: ``python -m fitter info|fit|bake|photographs|flat|report``."""
 
 import argparse
+import io
 import sys
 import time
 from collections.abc import Sequence
 from typing import Any, TextIO
 
-from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load, maps_from_flat, report
+from . import (
+    PRESETS,
+    DatasetError,
+    Fit,
+    channel_metrics,
+    error_metrics,
+    fit_within,
+    interrupts,
+    load,
+    maps_from_flat,
+    report,
+)
 from . import fit as fit_samples
 from .colours import COLOURS
 from .colours import DEFAULT as DEFAULT_COLOURS
@@ -25,12 +37,11 @@ from .published import name_in
 from .quality.describe import describe
 from .samples import SYMMETRIES
 
-CANCELLED = 130             # as shells have it for Ctrl-C
 _NOT_GIVEN = object()       # None means plain MBA
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command. The exit code is 0, or 1 with a message on standard error; or `CANCELLED`.
+    """Run one command. The exit code is 0, or 1 with a message on standard error; or `interrupts.CANCELLED`.
 
     Parameters
     ----------
@@ -45,8 +56,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     error: missing.dat: cannot be read: No such file or directory
     1
     """
-    options = build_parser().parse_args(arguments)
     try:
+        prepare_terminal()
+        options = build_parser().parse_args(arguments)
         options.run(options)
     except (DatasetError, ImportError, ValueError) as error:
         say(f"error: {error}", file=sys.stderr)
@@ -54,8 +66,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:     # the reader has closed the pipe: write no more
         sys.stdout = None       # print then does nothing
     except KeyboardInterrupt:
-        say("cancelled", file=sys.stderr)
-        return CANCELLED
+        say(interrupts.SAID, file=sys.stderr)
+        return interrupts.CANCELLED
     except OSError as error:
         say(f"error: {error.filename}: {error.strerror or error}", file=sys.stderr)
         return 1
@@ -263,12 +275,21 @@ def _report(options: argparse.Namespace) -> None:
         found += report.rows(each, fits)
     show_progress(len(samples), len(samples), "")
     report.write(found, options.out)
-    say(report.markdown(found), end="")
+    for line in report.markdown(found).splitlines():
+        say(line)
 
 
-def say(text: str, end: str = "\n", file: TextIO | None = None) -> None:
-    """Print text in which there may be names of files, which may hold anything."""
-    print(printable(text), end=end, file=file)
+def prepare_terminal() -> None:
+    """Let a command print names that its terminal has no letters for, and be interrupted."""
+    interrupts.raise_again()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def say(line: str, file: TextIO | None = None) -> None:
+    """Print a line, in which there may be names of files, which may hold anything."""
+    print(printable(line), file=file)
 
 
 def show_progress(done: int, total: int, name: str) -> None:

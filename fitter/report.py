@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from .errors import printable
 from .files import replacing, without_folders
 from .formats import list_samples, load
 from .methods import fit
@@ -83,7 +84,7 @@ def markdown(found: Sequence[Row]) -> str:
              "| --- | --- |" + " ---: |" * (len(COLUMNS) - 1)]
     for row in found:
         cells = ("" if row[name] is None else format(row[name], form) for name, form in COLUMNS.items())
-        lines.append(f"| {row['material'].replace('|', chr(92) + '|')} | {' | '.join(cells)} |")
+        lines.append(f"| {printable(row['material']).replace('|', chr(92) + '|')} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
 

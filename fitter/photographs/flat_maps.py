@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import FloatArray
-from ..errors import DatasetError
+from ..errors import DatasetError, printable
 from ..files import replacing_together
 from .flat import Maps, frame_of, maps_from_flat, points_of
 from .flat_advice import next_lamp
@@ -133,5 +133,5 @@ def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:
             fit.save(part / f"material-{number + 1}.npz")
             told.append(f"mask-{number + 1}.png is the mask of material-{number + 1}.npz, {fit.name}")
         (part / "normal.png").write_bytes(png(normal_map(maps), 16))
-        (part / "report.txt").write_text("\n".join(told) + "\n", "utf-8")
+        (part / "report.txt").write_text("".join(f"{printable(line)}\n" for line in told), "utf-8")
         return sorted(each.name for each in part.iterdir())

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray
-from ..errors import DatasetError
+from ..errors import DatasetError, printable
 
 LEAST, LARGEST = 1e-9, 1e9  # of numbers: their squares and quotients are within double precision by far
 POSITIVE = f"a number of {LEAST:g} to {LARGEST:g}"
@@ -66,11 +66,11 @@ class Table:
         return np.array(rows, dtype=float)
 
     def text(self, key: str, default: str) -> str:
-        """A text."""
+        """A text, as terminals can show it."""
         value = self._values.get(key, default)
         if not isinstance(value, str):
             raise self.error(key, "a text")
-        return value
+        return printable(value)
 
     def files(self, key: str) -> list[Path]:
         """The files that a key names: one or more."""

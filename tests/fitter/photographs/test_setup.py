@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter import cli
 from fitter.photographs import descriptions, setup
 from fitter.photographs.picture_files import read_picture
 from fitter.photographs.setup import measure
@@ -39,6 +40,13 @@ def test_photographs_of_files_measure_the_material(written):
     assert off(samples, ball_scene.satin()) < 0.02
     assert any(note.startswith("The ball's centre by its outline: ") for note in samples.notes)
     assert "Scale and colour by a card of known albedo" in samples.notes
+
+
+def test_a_line_break_in_a_description_begins_no_line(written, tmp_path, capsys):
+    broken = written.with_name("broken.toml")
+    broken.write_text(written.read_text().replace("painted ball", "painted\\nerror: none"))
+    assert cli.main(["photographs", str(broken), "-o", str(tmp_path / "ball.npz")]) == 0
+    assert capsys.readouterr().out.splitlines()[0] == rb"painted\nerror: none (synthetic)".decode()
 
 
 def test_the_command_line_writes_samples_that_load_reads_and_fits(openimageio, scenes, tmp_path):
