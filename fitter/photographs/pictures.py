@@ -104,7 +104,10 @@ def mask_of(table: Table, size: tuple[int, int]) -> BoolArray | None:
     if not table.has("mask"):
         return None
     path, = table.files("mask")[:1]
-    mask = read_picture(path).pixels.mean(axis=2) > _MASKED
+    picture = read_picture(path)
+    if picture.is_turned:
+        raise DatasetError("EXIF says that viewers show this mask turned or mirrored: save it without that", path)
+    mask = picture.pixels.mean(axis=2) > _MASKED
     if mask.shape != size:
         raise DatasetError(f"{mask.shape[1]} x {mask.shape[0]} pixels found, expected {size[1]} x {size[0]} as the "
                            f"photographs have", path)

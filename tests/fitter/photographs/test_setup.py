@@ -10,7 +10,7 @@ import pytest
 
 import fitter
 from fitter import cli
-from fitter.photographs import descriptions, setup
+from fitter.photographs import descriptions, picture_files, setup
 from fitter.photographs.picture_files import read_picture
 from fitter.photographs.setup import measure
 from support import ball_files, ball_scene, wrong_values
@@ -153,6 +153,91 @@ def test_values_are_what_the_file_says_whatever_its_depth(openimageio, tmp_path,
     assert picture.pixels == pytest.approx(expected, abs=0.004)
     assert any("made linear" in note for note in picture.notes) == is_bent
     assert read_picture(tmp_path / name, "linear").pixels == pytest.approx(0.5, abs=0.004)
+
+
+@pytest.mark.parametrize(("place", "whole", "expected"), [
+    ((2, 1, 4, 3), (0, 0, 8, 6), (slice(1, 4), slice(2, 6))),
+    ((-2, -1, 4, 3), (0, 0, 8, 6), (slice(0, 2), slice(0, 2))),
+    ((12, 11, 4, 3), (10, 10, 8, 6), (slice(1, 4), slice(2, 6)))], ids=["crop", "overscan", "window elsewhere"])
+def test_the_pixels_of_an_exr_are_in_their_place_of_its_display_window(openimageio, tmp_path, place, whole, expected):
+    import OpenImageIO
+
+    path, random = tmp_path / "a.exr", np.random.default_rng(0)
+    pixels = random.random((place[3], place[2], 3)).astype(np.float32)
+    file = OpenImageIO.ImageBuf(pixels)
+    spec = file.specmod()
+    spec.x, spec.y, spec.width, spec.height = place
+    spec.full_x, spec.full_y, spec.full_width, spec.full_height = whole
+    file = OpenImageIO.ImageBuf(spec)
+    file.set_pixels(OpenImageIO.ROI(place[0], place[0] + place[2], place[1], place[1] + place[3]), pixels)
+    assert file.write(str(path))
+    found = read_picture(path)
+    inside = np.zeros((6, 8, 3))
+    rows, columns = expected
+    inside[rows, columns] = pixels[-(rows.stop - rows.start):, -(columns.stop - columns.start):]
+    np.testing.assert_allclose(found.pixels, inside, atol=1e-6)
+    assert picture_files.about(path).size == (6, 8)
+    assert [note for note in found.notes if "4 x 3 of a display window of 8 x 6" in note]
+
+
+def test_an_exr_whose_pixels_are_beside_its_display_window_is_refused(openimageio, tmp_path):
+    import OpenImageIO
+
+    file = OpenImageIO.ImageBuf(np.ones((3, 4, 3), np.float32))
+    file.specmod().full_x = 9
+    assert file.write(str(tmp_path / "a.exr"))
+    with pytest.raises(fitter.DatasetError, match=r"a\.exr: none of its pixels is in its display window"):
+        read_picture(tmp_path / "a.exr")
+
+
+@pytest.mark.parametrize(("names", "read", "said"), [
+    ("diffuse.R diffuse.G diffuse.B R G B", (3, 4, 5), "the layer without a name is read, of -, diffuse"),
+    ("a.Normal.R a.Normal.G a.Normal.B a.Combined.R a.Combined.G a.Combined.B", (3, 4, 5),
+     "the layer a.combined is read, of a.combined, a.normal"),
+    ("left.R left.G left.B depth.Z right.Y", (0, 1, 2), ""),
+    ("a.R b.R b.G b.B a.G a.B", (0, 4, 5), "the layer a is read")])
+def test_of_several_layers_one_is_read_whole_and_told(openimageio, tmp_path, names, read, said):
+    """OpenImageIO sorts the channels of an EXR file, so each has a value of its own."""
+    import OpenImageIO
+
+    names = names.split()
+    pixels = np.broadcast_to(np.arange(1, len(names) + 1, dtype=np.float32), (2, 2, len(names)))
+    file = OpenImageIO.ImageBuf(np.ascontiguousarray(pixels))
+    file.specmod().channelnames = names
+    assert file.write(str(tmp_path / "a.exr"))
+    found = read_picture(tmp_path / "a.exr")
+    assert found.pixels[0, 0].tolist() == [each + 1 for each in read]
+    notes = [note for note in found.notes if "the layer" in note]
+    assert (bool(notes), said in "".join(notes)) == (bool(said), True)
+
+
+def test_that_a_file_has_further_parts_and_is_to_be_turned_is_told(openimageio, scenes, tmp_path, capsys):
+    """By the command: pixels are where the sensor has them."""
+    import OpenImageIO
+
+    written = ball_files.write(tmp_path, ball_scene.satin(), scenes)
+    first = OpenImageIO.ImageBuf(str(tmp_path / "lamp1.exr")).get_pixels("float")
+    spec = OpenImageIO.ImageSpec(80, 80, 3, "float")
+    spec.attribute("Orientation", 6)
+    spec.attribute("oiio:subimagename", "one")
+    second = OpenImageIO.ImageSpec(80, 80, 3, "float")
+    second.attribute("oiio:subimagename", "two")
+    file = OpenImageIO.ImageOutput.create(str(tmp_path / "lamp1.exr"))
+    assert file.open(str(tmp_path / "lamp1.exr"), (spec, second))
+    assert file.write_image(first)
+    assert file.open(str(tmp_path / "lamp1.exr"), second, "AppendSubimage")
+    assert file.write_image(np.ones((80, 80, 3), np.float32))
+    file.close()
+    assert cli.main(["photographs", str(written), "-o", str(tmp_path / "ball.npz")]) == 0
+    said = capsys.readouterr().out
+    assert "lamp1.exr: the first of several parts is read" in said
+    assert "lamp1.exr: EXIF says that viewers show it turned by 90 degrees clockwise. It is read as the sensor" in said
+    assert off(fitter.load(tmp_path / "ball.npz"), ball_scene.satin()) < 0.02
+    text = written.read_text().replace("[ball]\n", "[ball]\nmask = 'mask.png'\n")
+    written.write_text(text)
+    ball_files.write_picture(tmp_path / "mask.png", np.ones((80, 80, 3)), Orientation=3)
+    assert cli.main(["photographs", str(written), "-o", str(tmp_path / "ball.npz")]) == 1
+    assert "mask.png: EXIF says that viewers show this mask turned" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("old", "new", "message"), [
