@@ -151,7 +151,7 @@ def replacing_together(folder: Path) -> Iterator[Path]:
     file keeps their names and digests. One process at a time does this, and removes what others have left that were
     killed.
 
-    Raises OSError if they cannot be written.
+    Raises OSError if they cannot be written; `filename` is the folder.
     """
     folder.mkdir(parents=True, exist_ok=True)
     record, beside = folder / _RECORD, folder / f"{_RECORD}.part"
@@ -169,6 +169,8 @@ def replacing_together(folder: Path) -> Iterator[Path]:
                     (folder / name).unlink()
             with replacing(record, "w") as stream:
                 json.dump(digests, stream)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror or str(error), str(folder)) from error
         finally:
             shutil.rmtree(beside, ignore_errors=True)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray
-from ..errors import DatasetError
+from ..errors import DatasetError, printable
 from .light import Exposure, Light, flattened, merged, without
 from .picture_files import ENCODINGS, Picture, read_picture
 from .table import LARGEST, LEAST, Table
@@ -85,7 +85,7 @@ class Pictures:
         of_files: dict[str, list[str]] = {}
         for path, picture in self.said.items():
             for note in picture.notes:
-                of_files.setdefault(note, []).append(path.name)
+                of_files.setdefault(note, []).append(printable(path.name))
         return tuple(f"{_named(names)}: {note}" for note, names in of_files.items())
 
 

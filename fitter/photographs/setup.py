@@ -58,7 +58,7 @@ import numpy as np
 
 from .. import progress
 from ..arrays import BoolArray, FloatArray
-from ..errors import DatasetError
+from ..errors import DatasetError, printable
 from ..samples import Samples
 from . import lamp_scale, viewpoint
 from .ball import BallPhotograph
@@ -210,8 +210,8 @@ def lights_of(table: Table, pictures: Pictures, path: Path) -> list[Light]:
 
 
 def name_of(photograph: Table) -> str:
-    """The name of a photograph: that of its first file."""
-    return photograph.files("files")[0].name
+    """The name of a photograph: that of its first file, as terminals can show it."""
+    return printable(photograph.files("files")[0].name)
 
 
 def _stage(table: Table, lights: Sequence[Light], pictures: Pictures, path: Path) -> _Stage:

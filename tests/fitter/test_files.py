@@ -131,6 +131,14 @@ def test_what_a_killed_process_has_left_goes_with_the_next_that_writes_there(kil
     assert sorted(path.name for path in killed.glob("*.part")) == ["fit.npz.part", "notes.part"]
 
 
+def test_what_cannot_be_written_is_an_error_of_the_folder(tmp_path):
+    (tmp_path / "one.png").mkdir()
+    with pytest.raises(OSError, match="directory") as raised:
+        write_together(tmp_path, one="1")
+    assert raised.value.filename == str(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["one.png"]
+
+
 def test_files_of_an_earlier_time_go_unless_somebody_has_changed_them(tmp_path):
     folder = tmp_path / "maps"
     write_together(folder, one="1", two="2", three="3", four="4")

@@ -90,6 +90,14 @@ def test_a_line_break_in_a_name_begins_no_line(tmp_path, capsys):
     assert rb"x\nerror: none is not known".decode() in capsys.readouterr().err
 
 
+def test_progress_on_a_file_whose_name_is_not_utf_8_is_told(extension, tmp_path):
+    job = extension.addon.work.job
+    told = job.Job(None)
+    job.write_progress(tmp_path / "progress", 0.5, "Reading \udcff")
+    job.read_progress(tmp_path / "progress", told)
+    assert (told.fraction, told.doing) == (0.5, "Reading \\udcff")
+
+
 def test_saved_samples_may_have_half_a_character_for_a_name(tmp_path):
     content = npz.written({"samples": np.array(json.dumps({
         "format": "measured-brdf-samples", "version": 1, "name": "a\ud800", "source": "", "notes": ["\ud801"],
