@@ -20,7 +20,7 @@ from .text import decode, lines
 _SEPARATORS = b"\t", b";", b",", b"|"
 _BEGIN_NUMBERS = b"0123456789.+-"
 _LONGEST = 1 << 16          # bytes of a line
-_MOST_LINES = 10_000
+_MOST_LINES = 1000          # before a line of angles
 
 
 class Upright(NamedTuple):
@@ -40,12 +40,10 @@ def upright(content: bytes) -> Upright | None:
     >>> found.content, found.line
     (b'a scan\nIncidence\tReceive\tBRDF\n10\t0\t.31\n10\t10\t.32\n', 2)
     """
-    every = [line[0] for line in islice(lines(content), _MOST_LINES)]
+    first = [line[0] for line in islice(lines(content), _MOST_LINES) if line[0][:1] not in _BEGIN_NUMBERS]
     for separator in _SEPARATORS:
-        counts = [len(cells) for line in every if line[:1] not in _BEGIN_NUMBERS
-                  and _is_of_angles(cells := _cells(line, separator))]
-        if counts:
-            return _turned(every, separator, max(counts))
+        if any(_is_of_angles(_cells(line, separator)) for line in first):
+            return _turned([line[0] for line in lines(content)], separator)
     return None
 
 
@@ -61,8 +59,9 @@ def _is_of_angles(cells: list[bytes]) -> bool:
     return all(map(is_cell, numbers)) and sum(map(is_number, numbers)) > 1
 
 
-def _turned(every: list[bytes], separator: bytes, count: int) -> Upright | None:
-    """The table of the lines that have up to so many cells, and two after the name or more."""
+def _turned(every: list[bytes], separator: bytes) -> Upright | None:
+    """The table of the lines that have as many cells as those of angles or fewer, and two after the name or more."""
+    count = max(len(cells) for line in every if _is_of_angles(cells := _cells(line, separator)))
     titles: list[bytes] = []
     blocks: list[dict[bytes, list[bytes]]] = [{}]
     for line in every:
