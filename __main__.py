@@ -4,6 +4,7 @@ In a checkout with any folder name: ``python . convert ...``.
 """
 
 import importlib.util
+import runpy
 import sys
 from importlib.machinery import ModuleSpec
 from pathlib import Path
@@ -13,6 +14,7 @@ from typing import cast
 def main() -> int:
     """Load this folder as the package that Blender makes of it, and run one command."""
     root = Path(__file__).resolve().parent
+    runpy.run_path(str(root / "fitter" / "interrupts.py"))["end_at_once"]()     # until what takes long is imported
     spec = cast(ModuleSpec, importlib.util.spec_from_file_location("measured_brdf", root / "__init__.py",
                                                                    submodule_search_locations=[str(root)]))
     package = sys.modules["measured_brdf"] = importlib.util.module_from_spec(spec)

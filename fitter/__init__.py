@@ -16,6 +16,13 @@ A table of measurements is made here; `load` reads one from a file.
 True
 """
 
+import sys
+
+from . import interrupts
+
+if sys.argv[:1] == ["-m"]:      # `python -m fitter` imports this first, which takes a second
+    interrupts.end_at_once()
+
 from .editing import edited
 from .errors import ColumnsUnknownError, DatasetError, ImplausibleError, SampleUnknownError, UnitsUnknownError
 from .formats import load

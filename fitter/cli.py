@@ -1,13 +1,24 @@
 """The command line: ``python -m fitter info|fit|bake|photographs|flat|report``."""
 
 import argparse
+import io
 import sys
 import time
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, TextIO
 
-from . import PRESETS, DatasetError, Fit, channel_metrics, error_metrics, fit_within, load, maps_from_flat, report
+from . import (
+    PRESETS,
+    DatasetError,
+    Fit,
+    channel_metrics,
+    error_metrics,
+    fit_within,
+    interrupts,
+    load,
+    maps_from_flat,
+    report,
+)
 from . import fit as fit_samples
 from .colours import COLOURS
 from .colours import DEFAULT as DEFAULT_COLOURS
@@ -18,6 +29,7 @@ from .formats import KNOWN_FILES, illuminants, list_samples, reading, saved_samp
 from .methods import METHODS
 from .photographs import flat_maps
 from .photographs.ball_advice import advice
+from .photographs.flat import check_materials
 from .photographs.flat_setup import flat
 from .photographs.flat_tiling import tiled
 from .photographs.setup import measure
@@ -25,12 +37,11 @@ from .published import name_in
 from .quality.describe import describe
 from .samples import SYMMETRIES
 
-CANCELLED = 130             # as shells have it for Ctrl-C
 _NOT_GIVEN = object()       # None means plain MBA
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command. The exit code is 0, or 1 with a message on standard error; or `CANCELLED`.
+    """Run one command. The exit code is 0, or 1 with a message on standard error; or `interrupts.CANCELLED`.
 
     Parameters
     ----------
@@ -45,8 +56,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     error: missing.dat: cannot be read: No such file or directory
     1
     """
-    options = build_parser().parse_args(arguments)
     try:
+        prepare_terminal()
+        options = build_parser().parse_args(arguments)
         options.run(options)
     except (DatasetError, ImportError, ValueError) as error:
         say(f"error: {error}", file=sys.stderr)
@@ -54,8 +66,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:     # the reader has closed the pipe: write no more
         sys.stdout = None       # print then does nothing
     except KeyboardInterrupt:
-        say("cancelled", file=sys.stderr)
-        return CANCELLED
+        say(interrupts.SAID, file=sys.stderr)
+        return interrupts.CANCELLED
     except OSError as error:
         say(f"error: {error.filename}: {error.strerror or error}", file=sys.stderr)
         return 1
@@ -237,7 +249,11 @@ def _photographs(options: argparse.Namespace) -> None:
 
 def _flat(options: argparse.Namespace) -> None:
     sample = flat(options.file)
-    fits = None if sample.materials is None else [_material(path) for path in sample.materials]
+    fits = None
+    if sample.materials is not None:
+        materials = [Fit.load(path) if saved_samples.is_another(path) else load(path) for path in sample.materials]
+        check_materials(materials, sample.photographs[0].radiance.shape[2])     # before those are fitted
+        fits = [each if isinstance(each, Fit) else fit_samples(each, **PRESETS["Standard"]) for each in materials]
     maps = maps_from_flat(sample.photographs, sample.corners, sample.shape, fits)
     lines = [sample.name, *sample.notes, *flat_maps.report(maps, sample.photographs)]
     if options.tile:
@@ -251,11 +267,6 @@ def _flat(options: argparse.Namespace) -> None:
     say(f"{options.out}: {', '.join(written)}")
 
 
-def _material(path: Path) -> Fit:
-    """A saved fit, or that of measurements."""
-    return Fit.load(path) if saved_samples.is_another(path) else fit_samples(load(path), **PRESETS["Standard"])
-
-
 def _report(options: argparse.Namespace) -> None:
     found, fits = [], report.ways(options.levels)
     samples = list(report.materials(options.files, **reading_of(options)))
@@ -264,12 +275,21 @@ def _report(options: argparse.Namespace) -> None:
         found += report.rows(each, fits)
     show_progress(len(samples), len(samples), "")
     report.write(found, options.out)
-    say(report.markdown(found), end="")
+    for line in report.markdown(found).splitlines():
+        say(line)
 
 
-def say(text: str, end: str = "\n", file: TextIO | None = None) -> None:
-    """Print text in which there may be names of files, which may hold anything."""
-    print(printable(text), end=end, file=file)
+def prepare_terminal() -> None:
+    """Let a command print names that its terminal has no letters for, and be interrupted."""
+    interrupts.raise_again()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def say(line: str, file: TextIO | None = None) -> None:
+    """Print a line, in which there may be names of files, which may hold anything."""
+    print(printable(line), file=file)
 
 
 def show_progress(done: int, total: int, name: str) -> None:

@@ -3,20 +3,20 @@
 import unicodedata
 from pathlib import Path
 
-_UNSHOWN = {"Cc", "Cf", "Cs"}       # categories of Unicode: control characters, formats, and halves of characters
+# categories of Unicode: control characters, line breaks among them, formats, halves of characters, ends of lines
+_UNSHOWN = {"Cc", "Cf", "Cs", "Zl", "Zp"}
 
 
 def printable(text: str) -> str:
-    r"""Text from a file, or the name of one, as terminals and Blender can show it: what would steer them, or is no
-    character at all, as an escape.
+    r"""Text from a file, or the name of one, as terminals and Blender can show it in a line: what would steer them or
+    begin another line, or is no character at all, as an escape.
 
     Examples
     --------
-    >>> print(printable("gold \x1b[31m \udcff"))
-    gold \x1b[31m \udcff
+    >>> print(printable("gold \x1b[31m \udcff\nerror: none"))
+    gold \x1b[31m \udcff\nerror: none
     """
-    return "".join(ascii(each)[1:-1] if each != "\n" and unicodedata.category(each) in _UNSHOWN else each
-                   for each in text)
+    return "".join(ascii(each)[1:-1] if unicodedata.category(each) in _UNSHOWN else each for each in text)
 
 
 class DatasetError(ValueError):
@@ -51,7 +51,7 @@ class UnitsUnknownError(DatasetError):
 
 
 class ImplausibleError(UnitsUnknownError):
-    """The numbers of a file are those of no surface: it would reflect more light than arrives."""
+    """The numbers of a file are those of no surface: it would reflect more light than arrives, or next to none."""
 
 
 class ColumnsUnknownError(DatasetError):

@@ -1,16 +1,19 @@
 """Reading and writing files without ever leaving, or accepting, one that is half written."""
 
 import errno
+import hashlib
+import json
 import os
 import platform
 import re
 import secrets
+import shutil
 import stat
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import IO, Any
 
 from .errors import DatasetError
@@ -19,6 +22,10 @@ _INTERVAL = 0.1             # s, between two attempts to lock on Windows, which 
 _ATTEMPTS = 20              # to open a lock file that others make and remove
 _HOLDER = re.compile(r"process \d+ on [^\r\n]*")      # what a lock file says
 _LONGEST_HOLDER = 300
+_PART = re.compile(r"(.*)\.[0-9a-f]{8}\.part", re.DOTALL)      # what `replacing` writes first
+_LONGEST_WRITING = 3600.0   # s: files are written in seconds
+_RECORD = ".measured_brdf"  # the file in a folder that says what was written there
+_LARGEST_RECORD = 1 << 20   # bytes
 _NOT_FOLLOWED = getattr(os, "O_NOFOLLOW", 0)        # Windows lets few make links
 
 
@@ -70,11 +77,23 @@ def real(path: str | Path) -> Path:
     return Path(os.path.realpath(path))
 
 
+def without_folders(source: str) -> str:
+    r"""The name of a file of which there is a path, of this system or of another one: what may be handed on.
+
+    Examples
+    --------
+    >>> without_folders("/home/ann/scan.csv"), without_folders("C:\\ann\\scan.csv"), without_folders("published:gold")
+    ('scan.csv', 'scan.csv', 'published:gold')
+    """
+    return PureWindowsPath(source).name
+
+
 @contextmanager
 def replacing(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
     """Write a new file and put it in the place of `path` once it is complete; on an error `path` stays as it was.
 
-    A link is followed: the file that it names is replaced.
+    A link is followed: the file that it names is replaced. What a process has left that was killed while it wrote the
+    same file is removed.
 
     Raises OSError if the file cannot be written, or `path` is something else than a file; `filename` is the path.
 
@@ -99,6 +118,7 @@ def replacing(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
     if path.exists() and not path.is_file():
         raise OSError(errno.EINVAL, "not a file that can be replaced", str(path))
     beside = path.with_name(f"{path.name}.{secrets.token_hex(4)}.part")
+    remove_left(path.parent, path.name, _LONGEST_WRITING)
     try:
         # exclusive: if another process has just taken the same name, its file stays
         stream = open(beside, mode.replace("w", "x"), encoding=None if "b" in mode else "utf-8",    # noqa: SIM115
@@ -116,6 +136,68 @@ def replacing(path: str | Path, mode: str = "wb") -> Iterator[IO[Any]]:
         if isinstance(error, OSError) and error.filename in (None, str(beside)):
             raise OSError(error.errno, error.strerror or str(error), str(path)) from error
         raise
+
+
+def remove_left(folder: Path, name: str | None = None, age: float = 0.0) -> None:
+    """Remove what `replacing` has left in a folder where its process was killed, of the file of this name or of all.
+
+    What is not so many seconds old may be written just now.
+    """
+    with suppress(OSError):
+        for entry in list(os.scandir(folder)):
+            found = _PART.fullmatch(entry.name)
+            if found and name in (None, found[1]) and entry.is_file(follow_symlinks=False) and (
+                    time.time() - entry.stat().st_mtime >= age):
+                os.unlink(entry.path)
+
+
+@contextmanager
+def replacing_together(folder: Path) -> Iterator[Path]:
+    """Write new files into a folder that this yields, and put them into another one, which is made, once they are
+    complete; on an error that stays as it was.
+
+    Files of an earlier time that are not among the new ones are removed, where nobody has changed them since: a hidden
+    file keeps their names and digests. One process at a time does this, and removes what others have left that were
+    killed.
+
+    Raises OSError if they cannot be written; `filename` is the folder.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    record, beside = folder / _RECORD, folder / f"{_RECORD}.part"
+    with locked(beside, wait=True):
+        if os.path.lexists(beside):
+            shutil.rmtree(beside)
+        beside.mkdir()
+        try:
+            yield beside
+            digests = {path.name: _digest(path) for path in beside.iterdir()}
+            for name in digests:
+                os.replace(beside / name, folder / name)
+            for name, digest in _recorded(record).items():
+                if name not in digests and Path(name).name == name and _digest(folder / name) == digest:
+                    (folder / name).unlink()
+            with replacing(record, "w") as stream:
+                json.dump(digests, stream)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror or str(error), str(folder)) from error
+        finally:
+            shutil.rmtree(beside, ignore_errors=True)
+
+
+def _digest(path: Path) -> str:
+    """SHA-256 of a file; of anything else ""."""
+    if path.is_symlink() or not path.is_file():
+        return ""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _recorded(path: Path) -> dict[str, str]:
+    """The names and digests in a file of them; empty where it is none."""
+    with suppress(DatasetError, ValueError, RecursionError):
+        found = json.loads(read_bytes(path, _LARGEST_RECORD))
+        if isinstance(found, dict):
+            return {name: digest for name, digest in found.items() if isinstance(digest, str) and digest}
+    return {}
 
 
 @contextmanager

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from .files import replacing
+from .errors import printable
+from .files import replacing, without_folders
 from .formats import list_samples, load
 from .methods import fit
 from .model.fit import Fit, notation
@@ -47,7 +48,8 @@ def rows(samples: Samples, fits: Mapping[str, Callable[[Samples], Fit]]) -> list
         model = make(samples)
         seconds = time.process_time() - start
         values = model.evaluate(*samples.directions)
-        row: Row = {"material": samples.name, "source": samples.source, "fit": name, "bytes": model.nbytes,
+        row: Row = {"material": samples.name, "source": without_folders(samples.source), "fit": name,
+                    "bytes": model.nbytes,
                     **error_metrics(samples.values, values)._asdict(),
                     "cube_root_rmse": _cube_root_rmse(samples, values, np.arange(len(samples))),
                     "held_out_rmse": None, "held_out_cube_root_rmse": None, "seconds": seconds}
@@ -82,7 +84,7 @@ def markdown(found: Sequence[Row]) -> str:
              "| --- | --- |" + " ---: |" * (len(COLUMNS) - 1)]
     for row in found:
         cells = ("" if row[name] is None else format(row[name], form) for name, form in COLUMNS.items())
-        lines.append(f"| {row['material'].replace('|', chr(92) + '|')} | {' | '.join(cells)} |")
+        lines.append(f"| {printable(row['material']).replace('|', chr(92) + '|')} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
 

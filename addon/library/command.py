@@ -28,7 +28,7 @@ from ..core.properties import (
 from ..core.reading import load_arguments, scene_colours, use_reading
 from ..work import tasks
 from ..work.command import Row, quiet, report_of, summary
-from ..work.discovery import Failure, Source, sources_in
+from ..work.discovery import Failure, Source, passed_over, sources_in
 from . import batch
 
 _TOLERANCE = 0.05           # where it is not used
@@ -99,8 +99,7 @@ def _choices(options: argparse.Namespace) -> Choices:
 
 
 def _convert(options: argparse.Namespace) -> int:
-    _say_without_osl()
-    sources, failures = sources_in(options.paths, options.columns)
+    sources, failures = _sources(options)
     part, parts = options.shard
     out = real(options.out)
     may_be_empty = parts > 1 and len(sources) > 0
@@ -143,8 +142,7 @@ def _save(options: argparse.Namespace) -> int:
 
 
 def _render(options: argparse.Namespace) -> int:
-    _say_without_osl()
-    sources, failures = sources_in(options.paths, options.columns)
+    sources, failures = _sources(options)
     choices, out = _choices(options), Path(options.out)
     how = {**load_arguments(choices), **({"colours": options.colours} if options.colours else {})}
     out.mkdir(parents=True, exist_ok=True)
@@ -167,6 +165,8 @@ def _render(options: argparse.Namespace) -> int:
     return summary(rows, out)
 
 
-def _say_without_osl() -> None:
-    if osl_support.missing():
-        print(f"note: {osl_support.missing()}", file=sys.stderr)
+def _sources(options: argparse.Namespace) -> tuple[list[Source], list[Failure]]:
+    """The measurements that are given, after notes of what these do not hold and this Blender has not."""
+    for line in filter(None, (osl_support.missing(), *passed_over(options.paths, options.columns))):
+        cli.say(f"note: {line}", file=sys.stderr)
+    return sources_in(options.paths, options.columns)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...fitter import DatasetError, Fit, FlatPhotograph, maps_from_flat, progress
+from ...fitter import DatasetError, Fit, FlatPhotograph, load, maps_from_flat, progress
 from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT, conversion
 from ...fitter.formats import saved_samples
@@ -26,6 +26,7 @@ from ...fitter.photographs.descriptions import (
     pictures_in,
     read,
 )
+from ...fitter.photographs.flat import check_materials
 from ...fitter.photographs.flat_tiling import tiled
 from ...fitter.photographs.picture_files import About, about
 from ..core.annotations import Arguments
@@ -210,7 +211,11 @@ def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[
     photographs = [_in_colours(each, space) for each in sample.photographs]
     outcomes = []
     with progress.part(0.1, 0.3):
-        for file in progress.each([] if chosen else sample.materials or []):
+        files = [] if chosen else sample.materials or []
+        if files:       # before any is fitted
+            check_materials([Fit.load(file) if saved_samples.is_another(file) else load(file, **how) for file in files],
+                            photographs[0].radiance.shape[2])
+        for file in progress.each(files):
             if saved_samples.is_another(file):
                 if space != DEFAULT:
                     raise DatasetError(f"a fit for the colours {DEFAULT}, and the open file has {space}: name its "

@@ -16,7 +16,7 @@ import bpy
 
 from ...fitter.files import replacing
 from . import process, shared
-from .job import Job, read_progress
+from .job import Job, read_progress, write_progress
 from .process import WorkerError
 from .worker import leave
 
@@ -36,7 +36,7 @@ class Report:
 
     def progress(self, fraction: float, doing: str) -> None:
         """Write the progress."""
-        (self._folder / "progress").write_text(f"{fraction} {doing}", "utf-8")
+        write_progress(self._folder / "progress", fraction, doing)
 
     def result(self, value: Any) -> None:
         """Write the result."""

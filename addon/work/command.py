@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import bpy
 
-from ...fitter import cli, progress
+from ...fitter import cli, interrupts, progress
 from ..core.reading import scene_colours
 from .blender_process import Command, CommandError, Report
 
@@ -33,9 +33,11 @@ class Row(NamedTuple):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command. The exit code is 1 if any file failed, `cli.CANCELLED` if it was cancelled, else 0."""
-    options = build_parser().parse_args(arguments)
+    """Run one command. The exit code is 1 if any file failed, `interrupts.CANCELLED` if it was cancelled, else 0."""
+    options = argparse.Namespace(report_to=None)
     try:
+        cli.prepare_terminal()
+        options = build_parser().parse_args(arguments)
         if options.opens_files and bpy.data.filepath and options.report_to is None:
             # in another Blender, so that the open file stays open
             given = sys.argv[1:] if arguments is None else arguments
@@ -51,8 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             Report(options.report_to).result({"error": message})
         return 1
     except KeyboardInterrupt:
-        cli.say("cancelled", file=sys.stderr)
-        return cli.CANCELLED
+        cli.say(interrupts.SAID, file=sys.stderr)
+        return interrupts.CANCELLED
 
 
 def build_parser() -> argparse.ArgumentParser:

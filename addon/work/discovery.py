@@ -1,6 +1,7 @@
 """Finds the measurements in files and folders."""
 
 import os
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -11,9 +12,8 @@ from ...fitter.formats import EXTENSIONS, PLAIN, is_read_with_another, is_recogn
 from ...fitter.published import name_in
 
 GLOB = ";".join(f"*{extension}" for extension in EXTENSIONS)
-
-
 _MOST = 20_000              # files and folders that are looked at: in a large tree, those nearest to its root
+_NAMED = 4                  # folders, in a message
 
 
 class Source(NamedTuple):
@@ -41,10 +41,29 @@ def files_in(paths: Iterable[str | Path], columns: str | None = None) -> list[Pa
         if name_in(path) is not None or not path.is_dir():
             files.append(path)
         else:
-            files += sorted(item for item in path.iterdir()
-                            if item.suffix.lower() in EXTENSIONS
-                            and (item.suffix.lower() not in PLAIN or is_recognised(item, columns)))
+            files += sorted(item for item in path.iterdir() if _is_measurement(item, columns))
     return files
+
+
+def _is_measurement(file: Path, columns: str | None) -> bool:
+    suffix = file.suffix.lower()
+    return suffix in EXTENSIONS and (suffix not in PLAIN or is_recognised(file, columns))
+
+
+def passed_over(paths: Iterable[str | Path], columns: str | None = None) -> list[str]:
+    """A line for each of these folders below which there are files of measurements that `files_in` does not find."""
+    folders = [path for path in map(Path, paths) if name_in(path) is None and path.is_dir()]
+    given = {os.path.realpath(folder) for folder in folders}
+    lines = []
+    for folder in folders:
+        below = Counter(os.path.dirname(entry.path) for entry in files_below(str(folder))
+                        if os.path.realpath(os.path.dirname(entry.path)) not in given
+                        and _is_measurement(Path(entry.path), columns))
+        if below:
+            names = [os.path.relpath(place, folder) for place in below]
+            lines.append(f"{folder}: folders in it are not read, though {below.total():,} of their files may hold "
+                         f"measurements: give them too ({', '.join(names[:_NAMED])}{' ...' * (len(names) > _NAMED)})")
+    return lines
 
 
 def files_below(folder: str) -> Iterator["os.DirEntry[str]"]:

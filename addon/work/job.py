@@ -108,5 +108,5 @@ def write_progress(path: Path, fraction: float, doing: str) -> None:
     """Put the progress where `read_progress` finds it, the whole or nothing of it."""
     part = path.with_name(f"{path.name}.part")
     with contextlib.suppress(OSError):      # Windows replaces no file that is being read: the next report will do
-        part.write_text(f"{fraction} {doing}", "utf-8")
+        part.write_text(f"{fraction} {doing}", "utf-8", "backslashreplace")      # names may be any bytes
         os.replace(part, path)

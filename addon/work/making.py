@@ -14,7 +14,7 @@ from ..core.annotations import OperatorResult, not_none
 from ..core.outcomes import Outcome
 from ..core.properties import CHOICES, LEVELS, OFFERED, FitChoices, draw_presets, draw_rendering, use_preset, worth
 from ..core.reading import draw_reading
-from .discovery import GLOB, files_in
+from .discovery import GLOB, files_in, passed_over
 from .modal import AsksForPath, InBackground, Steps
 
 Outcomes = Sequence[tuple[str, str, Outcome | ValueError]]
@@ -106,12 +106,16 @@ class FromFolder(FitChoices, AsksForPath):
         draw_choices(layout, self, self.directory)
 
     def checked_folder(self) -> str:
-        """The path of the folder; an error if it has no files that may hold measurements."""
+        """The path of the folder; an error if it has no files that may hold measurements. Folders in it that have some
+        are reported: they are passed over."""
         folder = bpy.path.abspath(self.directory)
         if not Path(folder).is_dir():
             raise ValueError(f"{folder}: not a folder")
         if not files_in([folder]):
-            raise ValueError(f"{self.directory}: no files of measurements ({GLOB}); choose a folder that has some")
+            said = f"{self.directory}: no files of measurements ({GLOB}); choose a folder that has some"
+            raise ValueError("; ".join((said, *passed_over([folder]))))
+        for line in passed_over([folder]):
+            self.report({"WARNING"}, line)
         return folder
 
 

@@ -11,6 +11,7 @@ import os
 import pickle
 import queue
 import shutil
+import signal
 import sys
 import threading
 import time
@@ -102,5 +103,6 @@ def _install(name: str, folder: Path) -> None:
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_IGN)        # of the terminal: the process that gives work says what ends
     install_packages(sys.argv[1], Path(sys.argv[2]))
     serve(sys.argv[1], Path(sys.argv[3]))

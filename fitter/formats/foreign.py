@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-from . import utia
+from . import merl, utia
 
 _BEGINNING = 4096           # bytes in which a mark is looked for
 _AS_TABLE = "write its reflectance as a table with column names (see the manual, A table of your own)"
@@ -31,6 +31,8 @@ _KINDS = (
             "text)", "save it as one in Speos' BSDF viewer"),
     _begins(rb"TracePro\b", "a surface property of TracePro",
             "import the file that it was made from: TracePro takes Zemax's .bsdf and ASTM files, which are read here"),
+    _begins(rb"(?:!!EDS\d|.*?!!BSDF Data)", "data of RPC Photonics (!!EDS, !!BSDF Data), which are not read",
+            "take the same measurements as Zemax .bsdf, in which RPC Photonics has them too, or " + _AS_TABLE),
     _begins(rb"analytic\s", "a model of Disney's BRDF Explorer, a formula without measurements",
             "use the measurements that it was fitted to"),
     _begins(rb"(?:#[^\r\n]*[\r\n]+)*#[ \t]*(?:ALTA\b|ALTA_HEADER|DIM[ \t]+\d)", "data of the ALTA library",
@@ -96,4 +98,4 @@ def describe(content: bytes) -> str | None:
     if len(content) == utia.SIZE and b"\0" in content:
         return ("as large as the measurements of UTIA, but its numbers are no reflectances; expected finite float64, "
                 "few of them negative")
-    return None
+    return merl.other_layout(content)

@@ -33,6 +33,7 @@ from .format import Format
 
 CELLS = 90, 90, 180
 SCALE = np.array([1.0, 1.15, 1.66]) / 1500
+_NOTE = "Multiplied by MERL's scale, 1/1500 of red, 1.15/1500 of green, 1.66/1500 of blue"
 _HEADER = 12
 _LOWEST = 1e-12             # cosine below which a direction is on the horizon, but for rounding
 _TYPES = {8: "<f8", 4: "<f4", 2: "<f2"}
@@ -71,7 +72,18 @@ def read(path: str | Path, content: bytes) -> Samples:
         values[part] = planes[:, i][:, above].T * SCALE
         start = part.stop
     given_away(*directions, values)
-    return Samples(*directions, values, RGB, Path(path).stem, str(path))
+    return Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTE,))
+
+
+def other_layout(content: bytes) -> str | None:
+    """What to say of a file in MERL's layout whose numbers of cells are others, as a part of a message."""
+    cells = _cells(content, "<")
+    if min(cells, default=0) < 1 or _is_merl(cells) or not any(
+            len(content) - _HEADER == 3 * math.prod(cells) * size for size in _TYPES):
+        return None
+    return (f"MERL's layout with {' x '.join(map(str, cells))} cells of theta_h, theta_d and phi_d; expected n x n x "
+            f"2n, as in MERL's files of {' x '.join(map(str, CELLS))}: phi_d over half a turn, for the other half is "
+            "the same by reciprocity. Write that half alone")
 
 
 def _cells(content: bytes, order: str) -> tuple[int, ...]:

@@ -39,12 +39,14 @@ _INCIDENT = frozenset({"i", "in", "inc", "incident", "incidence", "incoming", "i
 _OUTGOING = frozenset({"o", "out", "outgoing", "r", "refl", "reflected", "reflection", "s", "scat", "scatter",
                        "scattered", "scattering", "v", "view", "viewing", "viewer", "sensor", "observation",
                        "observer", "obs", "detector", "det", "detection", "e", "exit", "exitance", "exitant",
-                       "emergent", "emergence", "emission", "receiver", "camera", "output"})
+                       "emergent", "emergence", "emission", "receiver", "receive", "received", "receiving", "camera",
+                       "output"})
 _BETWEEN = frozenset({"relative", "rel", "delta", "d", "difference", "diff", "between"})
 _FILLERS = frozenset({"angle", "angles", "ang", "of", "the", "direction", "to", "from", "normal"})
 _SHORT = {"aoi": "theta_i", "aos": "theta_s", "aoe": "theta_s", "aor": "theta_s", "aov": "theta_s", "sza": "theta_i",
           "iza": "theta_i", "vza": "theta_s", "oza": "theta_s", "saa": "phi_i", "vaa": "phi_s", "raa": RELATIVE}
-_ALONE = {"incidence": "theta_i", "emergence": "theta_s", "exitance": "theta_s"}      # without the word angle
+_ALONE = {"incidence": "theta_i", "emergence": "theta_s", "exitance": "theta_s", "receive": "theta_s",
+          "receiver": "theta_s", "receiving": "theta_s"}      # without the word angle
 _BESIDE = frozenset({"index", "no", "nr", "number", "id", "point", "time", "timestamp", "date", "temperature",
                      "uncertainty", "std", "stdev", "stddev", "sigma", "error", "comment", "comments", "remark",
                      "remarks", "note", "notes", "scan", "repeat", "rep"})

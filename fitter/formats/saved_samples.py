@@ -31,8 +31,9 @@ def write(samples: Samples, path: str | Path) -> None:
 
     Raises OSError if the file cannot be written; a file at `path` then stays as it was.
     """
-    header = {"format": _FORMAT, "version": _VERSION, "name": samples.name, "source": samples.source,
-              "notes": list(samples.notes), "channels": list(samples.channels), "isotropic": samples.isotropic}
+    header = {"format": _FORMAT, "version": _VERSION, "name": samples.name,
+              "source": files.without_folders(samples.source), "notes": list(samples.notes),
+              "channels": list(samples.channels), "isotropic": samples.isotropic}
     arrays: dict[str, NDArray[Any]] = {"samples": np.array(json.dumps(header)),
                                        "directions": np.stack(samples.directions).astype(np.float32),
                                        "values": samples.values.astype(np.float32)}

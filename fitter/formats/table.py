@@ -31,6 +31,7 @@ standard
     What the detector read of a reflectance standard. Values are then divided by it, and by pi; a comment
     ``standard: 0.98`` has the standard's reflectance, which is 1 by default.
 
+Columns of text whose names mean nothing are not read. A table may lie on its side (`table_on_its_side`).
 `Reading.columns` names columns whose names mean nothing, or that have none.
 
 Where phi_i takes three values or more, it is found from the values whether the material is isotropic (`isotropy`).
@@ -50,9 +51,9 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import FloatArray, mapped
-from ..errors import ColumnsUnknownError, DatasetError, UnitsUnknownError
+from ..errors import ColumnsUnknownError, DatasetError, UnitsUnknownError, printable
 from ..samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY, Samples
-from . import plane, table_cells, table_layout, unmeasured
+from . import plane, table_cells, table_layout, table_on_its_side, unmeasured
 from .columns import angles_note, look_like_degrees, reflectance, without_cosine
 from .format import Format
 from .isotropy import finished
@@ -71,8 +72,9 @@ _FILLERS = {"degrees", "deg", "and", "+"}
 
 
 def recognises(content: bytes) -> bool:
-    """Whether a line names a polar angle, and two other columns; after title lines, whether rows follow it."""
-    return table_layout.find(content) is not None
+    """Whether a line names a polar angle, and two other columns; after title lines, whether rows follow it. Or such a
+    table lies on its side."""
+    return table_layout.find(content) is not None or table_on_its_side.upright(content) is not None
 
 
 def unknown_columns(content: bytes, path: str | Path) -> ColumnsUnknownError | None:
@@ -105,6 +107,8 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     Samples
         Its `notes` say what was made of the table.
     """
+    if reading.columns is None and (found := table_on_its_side.upright(content)) is not None:
+        return _on_its_side(found, reading, path)
     layout = table_layout.find(content, reading.columns)
     if layout is None:
         raise ColumnsUnknownError(f"no row of numbers for the columns {reading.columns} found" if reading.columns else
@@ -119,6 +123,8 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
         raise DatasetError(f"{cells.left_out} rows found, none of them complete, expected measurements", path,
                            layout.line)
     notes = [*cells.notes]
+    if layout.texts:
+        notes.append(f"Columns of text are not read: {shown([*layout.texts])}")
     if cells.left_out:
         notes.append(f"{cells.left_out:,} of {len(cells.numbers) + cells.left_out:,} rows have empty cells and are "
                      "left out")
@@ -132,6 +138,17 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     samples = Samples(*mapped(np.asarray, directions.T), values, channels, name_of(said) or Path(path).stem, str(path),
                       (*notes, *more, *of_channels, *repeated), deviation=deviation)
     return finished(unmeasured.without(samples, reading), reading, symmetry)
+
+
+def _on_its_side(found: table_on_its_side.Upright, reading: Reading, path: str | Path) -> Samples:
+    """As `read`; errors count the columns of the table as it lies."""
+    try:
+        samples = read(path, found.content, reading)
+    except DatasetError as error:
+        said = str(error).removeprefix(printable(f"{path}:{error.line}: ")).removeprefix(printable(f"{path}: "))
+        column = f" (column {error.line - found.line + 1})" if error.line and error.line > found.line else ""
+        raise type(error)(f"in a table that lies on its side{column}: {said}", path) from error
+    return replace(samples, notes=("The table lies on its side: a line for each name", *samples.notes))
 
 
 def _with_units(layout: Layout, columns: Columns, cells: Cells) -> Layout:

@@ -17,6 +17,7 @@ MOST_COLUMNS = 1000
 SKIPPED = "-"               # in the place of a name: a column that is not read
 _LONGEST = 1 << 16          # bytes of a line of names
 _MOST_TITLES = 100          # lines before the names
+_SOME = 20                  # rows by which a column of text is told
 _SEPARATORS = b"\t", b";", b",", b"|", b":"
 _SAID = re.compile(rb"\"?sep=([^\w\r\n])\"?[ \t]*\Z")
 _QUOTED = re.compile(rb"\"[^\"]*\"")
@@ -47,6 +48,8 @@ class Layout:
         Where in the content the rows begin.
     line : int
         Of the names, or of the first row where `Reading.columns` names them.
+    texts : tuple of str
+        The names that mean nothing here of columns of text; in `names` they are `SKIPPED`.
     """
 
     names: list[str]
@@ -55,6 +58,7 @@ class Layout:
     titles: tuple[int, int]
     start: int
     line: int
+    texts: tuple[str, ...] = ()
 
 
 def is_comment(line: bytes) -> bool:
@@ -114,7 +118,7 @@ def preview(content: bytes, most: int = 4) -> tuple[list[str] | None, list[list[
             return None
         for separator in _candidates(line[0]):
             cells = split(line[0], separator)
-            if 1 < len(cells) <= MOST_COLUMNS and all(map(_is_cell, cells)):
+            if 1 < len(cells) <= MOST_COLUMNS and all(map(is_cell, cells)):
                 return _rows_from(content, line, before, separator, most)
         before = line
     return None
@@ -172,9 +176,9 @@ def _are_names(cells: list[bytes]) -> bool:
         return False
     shown = [decode(cell) for cell in cells[:MOST_COLUMNS]]
     roles = [names.role(name) for name in shown]
-    if not any(role in ("theta_i", "theta_s", names.THETA) for role in roles) or any(map(_is_number, cells[:1])):
+    if not any(role in ("theta_i", "theta_s", names.THETA) for role in roles) or any(map(is_number, cells[:1])):
         return False
-    return len(cells) > 2 or (not _is_number(cells[1]) and any(names.value(name) is not None for name in shown))
+    return len(cells) > 2 or (not is_number(cells[1]) and any(names.value(name) is not None for name in shown))
 
 
 def _has_rows(content: bytes, start: int, count: int, separator: bytes | None) -> bool:
@@ -182,7 +186,7 @@ def _has_rows(content: bytes, start: int, count: int, separator: bytes | None) -
     for line in islice(_lines(content, start), 2):
         cells = split(line[0][:_LONGEST], None if separator == _WIDE else separator)
         fits = len(cells) == count if separator in (None, _WIDE) else 0 < len(cells) <= count
-        if fits and sum(map(_is_number, cells)) >= 2:
+        if fits and sum(map(is_number, cells)) >= 2:
             return True
         if not _are_units(cells):
             break
@@ -192,7 +196,7 @@ def _has_rows(content: bytes, start: int, count: int, separator: bytes | None) -
 def _are_units(cells: list[bytes]) -> bool:
     """Whether cells are units, or empty."""
     found = [names.unit_of(decode(cell)) for cell in cells]
-    return None not in found and any(found) and not any(map(_is_number, cells))
+    return None not in found and any(found) and not any(map(is_number, cells))
 
 
 def _layout(content: bytes, line: re.Match[bytes], cells: list[bytes], separator: bytes | None) -> Layout:
@@ -207,7 +211,17 @@ def _layout(content: bytes, line: re.Match[bytes], cells: list[bytes], separator
             units = [unit or names.unit_of(decode(under)) or None
                      for unit, under in zip(units, below + [b""] * len(units), strict=False)]
             start = following.end()
-    return Layout(shown, units, separator, (0, line.start()), start, line_number(content, line.start()))
+    texts = [k for k, name in enumerate(shown) if name not in ("", SKIPPED) and names.role(name) is None
+             and names.value(name) is None and _is_text(content, start, separator, k)]
+    return Layout([SKIPPED if k in texts else name for k, name in enumerate(shown)], units, separator,
+                  (0, line.start()), start, line_number(content, line.start()), tuple(shown[k] for k in texts))
+
+
+def _is_text(content: bytes, start: int, separator: bytes | None, column: int) -> bool:
+    """Whether the first rows have text in a column, and no number."""
+    rows = [split(line[0][:_LONGEST], separator) for line in islice(_lines(content, start), _SOME)]
+    cells = [row[column] for row in rows if column < len(row)]
+    return separator is not None and not any(map(is_number, cells)) and not all(map(is_cell, cells))
 
 
 def _named(content: bytes, cells: list[bytes]) -> Layout | None:
@@ -223,15 +237,15 @@ def _named(content: bytes, cells: list[bytes]) -> Layout | None:
             return None
         for separator in [said] if said else [*(each for each in _SEPARATORS if each in line[0]), None]:
             row = split(line[0], separator)
-            if len(row) > max(used, default=MOST_COLUMNS) and all(_is_cell(row[k]) for k in used) and any(
-                    _is_number(row[k]) for k in used):
+            if len(row) > max(used, default=MOST_COLUMNS) and all(is_cell(row[k]) for k in used) and any(
+                    is_number(row[k]) for k in used):
                 shown += [SKIPPED] * (len(row) - len(shown))
                 return Layout(shown, [names.parse(name).unit for name in shown], separator, (0, line.start()),
                               line.start(), line_number(content, line.start()))
     return None
 
 
-def _is_number(cell: bytes) -> bool:
+def is_number(cell: bytes) -> bool:
     """Whether a cell is a number, however its decimals are written, with or without the sign of degrees or percent."""
     bare = cell.replace(b",", b".")
     for sign in (b"\xc2\xb0", b"\xb0", b"%"):
@@ -241,5 +255,6 @@ def _is_number(cell: bytes) -> bool:
     return floats(bare, [bare]) is not None
 
 
-def _is_cell(cell: bytes) -> bool:
-    return cell.lower() in MISSING or _is_number(cell)
+def is_cell(cell: bytes) -> bool:
+    """Whether a cell is a number, or one that is missing."""
+    return cell.lower() in MISSING or is_number(cell)

@@ -64,14 +64,14 @@ def write(fit: Fit, path: str | Path) -> None:
 
 
 def to_bytes(fit: Fit) -> bytes:
-    """A fit as an .npz file has it. Equal fits have equal bytes."""
+    """A fit as an .npz file has it, without the folders of its source. Equal fits have equal bytes."""
     coordinates, transform = fit.coordinates, fit.transform
     header: dict[str, Any] = {
         "format": FORMAT, "version": VERSION, "coordinates": coordinates.name,
         "transform": _IDENTITY if transform is None else transform.name,
         "diffuse_level": int(fit.diffuse_level), "specular_level": fit.specular_level, "compression": fit.compression,
         "channels": list(fit.channels), "columns": list(fit.columns), "changes": list(fit.changes),
-        "name": str(fit.name), "source": str(fit.source)}
+        "name": str(fit.name), "source": files.without_folders(str(fit.source))}
     arrays: _Arrays = {"diffuse": fit.diffuse.control_points}
     if fit.specular is not None:
         index = fit.specular.index

@@ -113,7 +113,9 @@ def with_paths(value: Any, folder: Path) -> Any:
         return value
 
     def absolute(name: Any) -> Any:
-        return [absolute(each) for each in name] if isinstance(name, list) else str((folder / name).absolute())
+        if isinstance(name, list):
+            return [absolute(each) for each in name]
+        return str((folder / name).absolute()) if isinstance(name, str) else name
 
     return {key: absolute(each) if key in _FILES and not isinstance(each, dict) else with_paths(each, folder)
             for key, each in value.items()}

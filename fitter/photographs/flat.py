@@ -18,6 +18,7 @@ from .. import progress
 from ..arrays import ArrayLike, FloatArray, IntArray
 from ..errors import DatasetError
 from ..model.fit import Fit
+from ..samples import Samples
 from .flat_finding import MOST_TEXELS, materials_found
 from .flat_photograph import FlatPhotograph, between, corners_of, lit, observed
 from .flat_solving import Texels, given_normals, normals_of, radiances, solved, turned_weights
@@ -116,7 +117,7 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
             some = points.reshape(height, width, 3)[evenly(height, width, MOST_TEXELS)].reshape(-1, 3)
             fits = materials_found(observed(photographs, some, frame[2]), frame, MOST_MATERIALS, photographs[0].name)
     fits = tuple(fits)
-    _check_fits(fits, photographs[0].radiance.shape[2])
+    check_materials(fits, photographs[0].radiance.shape[2])
     grid = points.reshape(height, width, 3)
     with progress.part(0.4, 0.9, "Finding weights and normals"):
         texels = _solved(fits, photographs, grid, frame)
@@ -189,10 +190,11 @@ def _check_photographs(photographs: Sequence[FlatPhotograph]) -> None:
                                "in {6}".format(*other.radiance.shape, *first.radiance.shape, first.name), other.name)
 
 
-def _check_fits(fits: Sequence[Fit], channels: int) -> None:
-    if not 1 <= len(fits) <= MOST_MATERIALS:
-        raise ValueError(f"{len(fits)} materials found, expected 1 to {MOST_MATERIALS}")
-    for each in fits:
+def check_materials(materials: Sequence[Fit | Samples], channels: int) -> None:
+    """Raise ValueError if photographs of so many channels cannot show a mix of these materials."""
+    if not 1 <= len(materials) <= MOST_MATERIALS:
+        raise ValueError(f"{len(materials)} materials found, expected 1 to {MOST_MATERIALS}")
+    for each in materials:
         if not each.isotropic:
             raise ValueError(f"{each.name}: anisotropic, expected materials that are isotropic")
         if len(each.channels) not in (1, channels):

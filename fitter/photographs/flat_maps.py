@@ -4,7 +4,6 @@ A mask is white where the weight of its material is the largest of all; what tha
 map is in tangent space: x to the right in the picture, y upward (OpenGL, as Blender has it), z out of the surface.
 """
 
-import os
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import FloatArray
-from ..errors import DatasetError
+from ..errors import DatasetError, printable
+from ..files import replacing_together
 from .flat import Maps, frame_of, maps_from_flat, points_of
 from .flat_advice import next_lamp
 from .flat_photograph import FlatPhotograph, observed
@@ -122,21 +122,16 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph]) -> list[str]:
 def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:
     """Write masks, normal map, fits and a report of these lines to a folder, which is made: the names of the files.
 
-    All of them are written beside first; if that fails, the folder stays as it was. Raises OSError, or ImportError if
-    OpenImageIO is absent.
+    They take the place of those of an earlier run, as `files.replacing_together` does it. Raises OSError, or
+    ImportError if OpenImageIO is absent.
     """
-    folder, most = Path(folder), float(maps.weights.max()) or 1.0
-    folder.mkdir(parents=True, exist_ok=True)
+    most = float(maps.weights.max()) or 1.0
     told = [*lines, f"White in a mask is a weight of {most:.6g}"]
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".part") as beside:
-        part = Path(beside)
+    with replacing_together(Path(folder)) as part:
         for number, fit in enumerate(maps.fits):
             (part / f"mask-{number + 1}.png").write_bytes(png(maps.weights[::-1, :, number] / most, 8))
             fit.save(part / f"material-{number + 1}.npz")
             told.append(f"mask-{number + 1}.png is the mask of material-{number + 1}.npz, {fit.name}")
         (part / "normal.png").write_bytes(png(normal_map(maps), 16))
-        (part / "report.txt").write_text("\n".join(told) + "\n", "utf-8")
-        names = sorted(each.name for each in part.iterdir())
-        for name in names:
-            os.replace(part / name, folder / name)
-    return names
+        (part / "report.txt").write_text("".join(f"{printable(line)}\n" for line in told), "utf-8")
+        return sorted(each.name for each in part.iterdir())

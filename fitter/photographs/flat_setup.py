@@ -52,7 +52,7 @@ from .lamps import PLACED, alike, placed_lamp, with_light_positions
 from .light import Light
 from .pictures import Pictures
 from .setup import lights_of, name_of
-from .table import Table, is_number
+from .table import Table
 
 MOST_TEXELS, _DEFAULT_TEXELS = 4096, 1024   # along the width
 _CAMERA = "position", "field_of_view", "focal_length", "sensor_width", "matrix", "encoding"
@@ -161,11 +161,7 @@ def _in_order(corners: FloatArray, size: tuple[int, int]) -> FloatArray:
 
 def _places(sample: Table, size: tuple[int, int]) -> FloatArray:
     """The corners in the pictures, (4, 2), which run counter-clockwise there."""
-    found = sample.value("corners")
-    if not isinstance(found, list) or [len(each) for each in found if isinstance(each, list)] != [2] * 4 or not all(
-            is_number(number) for each in found for number in each):
-        raise sample.error("corners", "four places of two numbers, pixels from the left and the top")
-    places = np.array(found, dtype=float)
+    places = sample.rows("corners", (4, 2), "four places of two numbers, pixels from the left and the top")
     if not ((places >= 0) & (places <= size[::-1])).all():
         raise sample.error("corners", f"four places in pictures of {size[1]} x {size[0]} pixels: the sample is not "
                                       f"whole in them")

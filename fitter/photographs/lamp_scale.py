@@ -46,12 +46,10 @@ def intensity_of(scale: Table, pictures: Pictures, channels: int, what: Measured
     if scale.has("albedo"):
         return unit, ("Colours are those that the lamp and the camera give",)
     if scale.has("intensity"):
-        value = scale.value("intensity")
-        given = [value] * channels if is_number(value) else value
-        if not isinstance(given, list) or len(given) != channels or not all(is_number(each) and each > 0
-                                                                            for each in given):
+        given = _intensity(scale)
+        if given.ndim and len(given) != channels:
             raise scale.error("intensity", f"a number above 0, or {channels}")
-        return unit * np.array(given, dtype=float), ("The lamp's intensity as it was given",)
+        return unit * given, ("The lamp's intensity as it was given",)
     if scale.has("ball") and photograph is not None:
         known = scale.table("ball").only("file", "exposures", "albedo", *_LAMP)
         white = photograph(pictures.of_lamp(known, "file"), _lamp(known, what, lamps_are_far), unit,
@@ -66,17 +64,25 @@ def intensity_of(scale: Table, pictures: Pictures, channels: int, what: Measured
         raise DatasetError(str(error), name) from error
 
 
-def resolved(scale: Description, what: Measured, lamps_are_far: bool) -> Description:
+def resolved(scale: Table, what: Measured, lamps_are_far: bool) -> Description:
     """The table `scale` with what belongs to the places of lamps far away, in the place of directions."""
-    if not lamps_are_far:
-        return scale
-    (key, given), = scale.items()
+    key = next(filter(scale.has, SCALES))
+    given = scale.value(key)
+    if not lamps_are_far or key == "albedo":
+        return {key: given}
     if key == "intensity":
-        return {key: (np.array(given) * (FAR * what.size) ** 2).tolist()}
-    if key == "albedo":
-        return scale
-    place = Lamp(np.array(given["direction"]) / np.linalg.norm(given["direction"]), True).at(*what)
+        return {key: (_intensity(scale) * (FAR * what.size) ** 2).tolist()}
+    place = Lamp(direction_of(scale.table(key)), True).at(*what)
     return {key: {name: value for name, value in given.items() if name != "direction"} | {"lamp": place.tolist()}}
+
+
+def _intensity(scale: Table) -> FloatArray:
+    """The intensity that is given: (), or (channels,)."""
+    value = scale.value("intensity")
+    numbers = value if isinstance(value, list) else [value]
+    if not numbers or not all(is_number(each) and each > 0 for each in numbers):
+        raise scale.error("intensity", "a number above 0, or one for each channel")
+    return np.array(value, dtype=float)
 
 
 def _region(card: Table, pictures: Pictures) -> FloatArray:

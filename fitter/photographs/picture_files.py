@@ -1,9 +1,10 @@
 """Photographs from files, by OpenImageIO, which Blender has: linear values, and what the file says of the camera."""
 
 import math
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,15 +22,22 @@ MOST_PIXELS = 200_000_000
 _FULL_FRAME = 36.0          # mm, to which a focal length "in 35 mm film" belongs
 _INTEGERS = {"uint8": 8, "uint10": 10, "uint12": 12, "uint16": 16}
 _MID_GREY = 0.18
+_WHOLE = "combined"         # Blender's layer of the whole picture
 _GREY_IN_SRGB = 0.4614      # the same
 _LEAST_GAMMA = 1.5          # of values that are not linear
+# by the number of EXIF's orientation
+_SHOWN = {2: "mirrored", 3: "turned by 180 degrees", 4: "upside down, mirrored", 5: "turned by 90 degrees, mirrored",
+          6: "turned by 90 degrees clockwise", 7: "turned by 90 degrees, mirrored",
+          8: "turned by 90 degrees counter-clockwise"}
+TURNED = ("EXIF says that viewers show it {}. It is read as the sensor has it, for a camera that stands still may say "
+          "that of some pictures and not of others: count pixels of corners and regions without that turn")
 BENT = ("sRGB, which was made linear: cameras bend such colours to please, so develop raw files linearly; where these "
         "are linear, say so by encoding = \"linear\"")
 
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A photograph from a file.
+    """A photograph from a file, as the sensor has it: EXIF's orientation is not followed, but told.
 
     Attributes
     ----------
@@ -47,6 +55,8 @@ class Picture:
         To linear Rec.709, by the file's chromaticities.
     notes : tuple of str
         Without the name of the file: the same of all for which the same is so.
+    is_turned : bool
+        Whether EXIF says that viewers show it turned or mirrored.
     """
 
     pixels: FloatArray
@@ -56,6 +66,7 @@ class Picture:
     focal_length: float | None = None
     matrix: FloatArray | None = None
     notes: tuple[str, ...] = ()
+    is_turned: bool = False
 
 
 class About(NamedTuple):
@@ -82,21 +93,57 @@ def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
     ------
     DatasetError
         If it cannot be read, has neither one nor three channels of colour, or holds numbers that are not finite.
+        Of several parts the first is read, of several layers that of the whole picture or the first; notes say so.
     ImportError
         If OpenImageIO is absent.
     """
     path = Path(path)
     with _opened(path) as file:
         spec = file.spec()
-        if spec.width * spec.height > MOST_PIXELS:
-            raise DatasetError(f"{spec.width} x {spec.height} pixels, expected at most {MOST_PIXELS:,}", path)
+        size = _size(spec, path)
+        if max(spec.width * spec.height, size[0] * size[1]) > MOST_PIXELS:
+            raise DatasetError(f"{size[1]} x {size[0]} pixels, expected at most {MOST_PIXELS:,}", path)
         stored = file.read_image(0, 0, 0, spec.nchannels, "float")
         if stored is None:
             raise DatasetError(f"cannot be read: {file.geterror() or 'damaged'}", path)
-    pixels = np.asarray(stored, dtype=float).reshape(spec.height, spec.width, -1)[..., _colours(spec, path)]
+        notes = ("the first of several parts is read",) if file.seek_subimage(1, 0) else ()
+    channels, more = _colours(spec, path)
+    pixels = np.asarray(stored, dtype=float).reshape(spec.height, spec.width, -1)[..., channels]
     if not np.isfinite(pixels).all():
         raise DatasetError("holds numbers that are not finite", path)
-    return _linear(pixels, spec, encoding, path)
+    if _has_window(spec):
+        pixels = _in_display(pixels, spec, size)
+        more += (f"its pixels are {spec.width} x {spec.height} of a display window of {size[1]} x {size[0]}, in which "
+                 "they are put: it is black beside them",)
+    turn = _SHOWN.get(_positive(spec, "Orientation") or 1)
+    more += () if turn is None else (TURNED.format(turn),)
+    picture = _linear(pixels, spec, encoding, path)
+    return replace(picture, notes=(*picture.notes, *notes, *more), is_turned=turn is not None)
+
+
+def _has_window(spec: Any) -> bool:
+    """Whether a file has other pixels than those of its display window, which EXR defines."""
+    return spec.getattribute("openexr:lineOrder") is not None and (
+        (spec.x, spec.y, spec.width, spec.height) != (spec.full_x, spec.full_y, spec.full_width, spec.full_height))
+
+
+def _size(spec: Any, path: Path) -> tuple[int, int]:
+    """Height and width of the picture, pixels."""
+    if not _has_window(spec):
+        return spec.height, spec.width
+    if not (spec.x < spec.full_x + spec.full_width and spec.full_x < spec.x + spec.width
+            and spec.y < spec.full_y + spec.full_height and spec.full_y < spec.y + spec.height):
+        raise DatasetError("none of its pixels is in its display window", path)
+    return spec.full_height, spec.full_width
+
+
+def _in_display(pixels: FloatArray, spec: Any, size: tuple[int, int]) -> FloatArray:
+    """Pixels in their place of the display window, which is black beside them: (height, width, channels)."""
+    shown = np.zeros((*size, pixels.shape[2]))
+    y, x = spec.y - spec.full_y, spec.x - spec.full_x
+    part = pixels[max(-y, 0):size[0] - y, max(-x, 0):size[1] - x]
+    shown[max(y, 0):max(y, 0) + part.shape[0], max(x, 0):max(x, 0) + part.shape[1]] = part
+    return shown
 
 
 @contextmanager
@@ -106,7 +153,7 @@ def _opened(path: Path) -> Iterator[Any]:
         import OpenImageIO
     except ImportError as error:
         raise ImportError(NEEDED) from error
-    if not path.is_file():
+    if not os.path.isfile(path):        # Path's raises an error of a name that is too long
         raise DatasetError("cannot be read: no such file", path)
     file = OpenImageIO.ImageInput.open(str(path))
     if file is None:
@@ -121,19 +168,27 @@ def about(path: str | Path) -> About:
     """What a file says of its photograph, of which no pixel is read. Raises as `read_picture` does."""
     with _opened(Path(path)) as file:
         spec = file.spec()
-        return About((spec.height, spec.width), _exposure(spec), _field_of_view(spec),
+        return About(_size(spec, Path(path)), _exposure(spec), _field_of_view(spec),
                      _positive(spec, "Exif:FocalLength"))
 
 
-def _colours(spec: Any, path: Path) -> list[int]:
-    """The channels of colour: red, green and blue, or the only one."""
-    names = [str(name).split(".")[-1].lower() for name in spec.channelnames]
+def _colours(spec: Any, path: Path) -> tuple[list[int], tuple[str, ...]]:
+    """The channels of colour, red, green and blue, or the only one; of one layer, which a note names if there are more.
+    """
+    layers: dict[str, dict[str, int]] = {}
+    for number, name in enumerate(spec.channelnames):
+        layer, _, channel = str(name).lower().rpartition(".")
+        layers.setdefault(layer, {})[channel] = number
     for wanted in (("r", "g", "b"), ("red", "green", "blue"), ("y",)):
-        if all(name in names for name in wanted):
-            return [names.index(name) for name in wanted]
-    if len(names) == 1:
-        return [0]
-    raise DatasetError(f"channels {', '.join(names[:6])} found, expected R, G and B, or a single one", path)
+        found = [layer for layer, channels in layers.items() if channels.keys() >= {*wanted}]
+        if found:
+            best = min(found, key=lambda layer: (layer != "", layer.split(".")[-1] != _WHOLE))
+            told = f"the layer {best or 'without a name'} is read, of {', '.join(each or '-' for each in found[:4])}"
+            return [layers[best][name] for name in wanted], (told,) if len(found) > 1 else ()
+    if len(spec.channelnames) == 1:
+        return [0], ()
+    raise DatasetError(f"channels {', '.join(map(str, spec.channelnames[:6]))} found, expected R, G and B, or a single "
+                       f"one", path)
 
 
 def _linear(pixels: FloatArray, spec: Any, encoding: str | None, path: Path) -> Picture:

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray
-from ..errors import DatasetError
+from ..errors import DatasetError, printable
 from .light import Exposure, Light, flattened, merged, without
 from .picture_files import ENCODINGS, Picture, read_picture
-from .table import LARGEST, LEAST, Table, is_number
+from .table import LARGEST, LEAST, Table
 
 _MASKED = 0.5               # of white
 
@@ -85,7 +85,7 @@ class Pictures:
         of_files: dict[str, list[str]] = {}
         for path, picture in self.said.items():
             for note in picture.notes:
-                of_files.setdefault(note, []).append(path.name)
+                of_files.setdefault(note, []).append(printable(path.name))
         return tuple(f"{_named(names)}: {note}" for note, names in of_files.items())
 
 
@@ -96,11 +96,7 @@ def _named(names: list[str]) -> str:
 def _matrix(camera: Table) -> FloatArray | None:
     if not camera.has("matrix"):
         return None
-    rows = camera.value("matrix")
-    if not isinstance(rows, list) or [len(row) for row in rows if isinstance(row, list)] != [3, 3, 3] or not all(
-            is_number(value) for row in rows for value in row):
-        raise camera.error("matrix", "three rows of three numbers")
-    return np.array(rows, dtype=float)
+    return camera.rows("matrix", (3, 3), "three rows of three numbers")
 
 
 def mask_of(table: Table, size: tuple[int, int]) -> BoolArray | None:
@@ -108,7 +104,10 @@ def mask_of(table: Table, size: tuple[int, int]) -> BoolArray | None:
     if not table.has("mask"):
         return None
     path, = table.files("mask")[:1]
-    mask = read_picture(path).pixels.mean(axis=2) > _MASKED
+    picture = read_picture(path)
+    if picture.is_turned:
+        raise DatasetError("EXIF says that viewers show this mask turned or mirrored: save it without that", path)
+    mask = picture.pixels.mean(axis=2) > _MASKED
     if mask.shape != size:
         raise DatasetError(f"{mask.shape[1]} x {mask.shape[0]} pixels found, expected {size[1]} x {size[0]} as the "
                            f"photographs have", path)

@@ -58,7 +58,7 @@ import numpy as np
 
 from .. import progress
 from ..arrays import BoolArray, FloatArray
-from ..errors import DatasetError
+from ..errors import DatasetError, printable
 from ..samples import Samples
 from . import lamp_scale, viewpoint
 from .ball import BallPhotograph
@@ -170,7 +170,7 @@ def resolved(description: Description, path: str | Path) -> Resolved:
         "name": table.text("name", path.stem), "camera": camera, "photograph": shots,
         "ball": {**given["ball"], "centre": stage.ball.middle.tolist(), "radius": stage.ball.size},
         "lamp": {key: value for key, value in given.get("lamp", {}).items() if key not in ("positions", "distance")},
-        "scale": lamp_scale.resolved(given["scale"], stage.ball, are_far)}
+        "scale": lamp_scale.resolved(table.table("scale"), stage.ball, are_far)}
     return Resolved(with_paths(places, path.parent), view.rays.shape[:2])
 
 
@@ -210,8 +210,8 @@ def lights_of(table: Table, pictures: Pictures, path: Path) -> list[Light]:
 
 
 def name_of(photograph: Table) -> str:
-    """The name of a photograph: that of its first file."""
-    return photograph.files("files")[0].name
+    """The name of a photograph: that of its first file, as terminals can show it."""
+    return printable(photograph.files("files")[0].name)
 
 
 def _stage(table: Table, lights: Sequence[Light], pictures: Pictures, path: Path) -> _Stage:

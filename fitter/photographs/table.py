@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray
-from ..errors import DatasetError
+from ..errors import DatasetError, printable
 
 LEAST, LARGEST = 1e-9, 1e9  # of numbers: their squares and quotients are within double precision by far
 POSITIVE = f"a number of {LEAST:g} to {LARGEST:g}"
@@ -57,12 +57,20 @@ class Table:
             raise self.error(key, f"{count} numbers")
         return np.array(value, dtype=float)
 
+    def rows(self, key: str, shape: tuple[int, int], expected: str) -> FloatArray:
+        """So many lists of so many numbers, as `expected` says it: an array of this shape."""
+        rows = self._values.get(key)
+        if not isinstance(rows, list) or len(rows) != shape[0] or not all(
+                isinstance(row, list) and len(row) == shape[1] and all(map(is_number, row)) for row in rows):
+            raise self.error(key, expected)
+        return np.array(rows, dtype=float)
+
     def text(self, key: str, default: str) -> str:
-        """A text."""
+        """A text, as terminals can show it."""
         value = self._values.get(key, default)
         if not isinstance(value, str):
             raise self.error(key, "a text")
-        return value
+        return printable(value)
 
     def files(self, key: str) -> list[Path]:
         """The files that a key names: one or more."""

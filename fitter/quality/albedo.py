@@ -1,12 +1,13 @@
-"""The share of light that measurements reflect, estimated from the samples alone, and what would explain one above 1.
+"""The share of light that measurements reflect, estimated from the samples alone, and what would explain one that no
+surface has.
 
 Tables say percent, reflectance factors and cosines in many ways, or not at all; a surface that reflects three hundred
-times the light that arrives is the sign of it. The estimate is the integral of f cos(theta_o) over the outgoing
-hemisphere, for light from three of the measured angles. In each direction f is that of the sample that is nearest in
-the half vector first, and then in the angle between the light and it, which is what a scan in the plane of incidence
-tells of the directions beside it (S. M. Rusinkiewicz: A New Change of Variables for Efficient BRDF Representation,
-1998). The brightest tenth of the directions counts as the next: narrow highlights are measured too coarsely for an
-integral, and units are wrong of all directions alike.
+times the light that arrives, or less of it than any black, is the sign of it. The estimate is the integral of f
+cos(theta_o) over the outgoing hemisphere, for light from three of the measured angles. In each direction f is that of
+the sample that is nearest in the half vector first, and then in the angle between the light and it, which is what a
+scan in the plane of incidence tells of the directions beside it (S. M. Rusinkiewicz: A New Change of Variables for
+Efficient BRDF Representation, 1998). The brightest tenth of the directions counts as the next: narrow highlights are
+measured too coarsely for an integral, and units are wrong of all directions alike.
 """
 
 from collections.abc import Iterator
@@ -18,6 +19,8 @@ from ..arrays import FloatArray
 from ..samples import HORIZON, Samples, some
 
 PLAUSIBLE = 1.3             # estimates of real surfaces are up to 1.1
+DARKEST = 0.002             # with the brightest directions: Aeroglaze's black paint has .016, of published fits the
+                            # darkest .0035; what is divided by MERL's scale once too often has a 1500th of what it had
 _MOST = 3000                # samples
 _CELLS = 20                 # of the integral, along radius and azimuth
 _FROM = (0.1, 0.5, 0.9)     # quantiles of theta_i
@@ -26,6 +29,12 @@ _BRIGHTEST = 0.9            # the quantile that brighter directions count as
 _AT_NORMAL = np.radians(1.6)        # pi/2, read as degrees
 _DARK = 0.03                # an explanation leaves at least so much
 _PERCENT = 10.0             # times the light that arrives, from which it may be percent
+_SCALES_DOWN = (            # by what notes of reading say
+    ("Multiplied by MERL's scale", 1500 / 1.66, "values in 1/sr, which MERL's scale has divided by 1500? (Store MERL's "
+     "numbers, 1500 times as much)"),
+    *((note, times, "not in percent? (Values: brdf, or reflectance_factor)") for note, times in (
+        ("In percent", 100.0), ("Reflectance factors in percent", 100 * np.pi), ("Multiplied by 0.01,", 100.0),
+        ("Multiplied by 0.003183,", 100 * np.pi))))
 _WEIGHTS = np.array([2.0, 2.0, 1.0, 0.3, 0.3])
 
 
@@ -38,16 +47,20 @@ class Albedo:
     share : float
         Of the channel and the angle with the largest, without the brightest directions.
     reasons : tuple of str
-        What would explain a share above `PLAUSIBLE`, as questions; and angles that are all at the normal.
+        What would explain a share above `PLAUSIBLE`, or one of next to nothing, as questions; and angles that are all
+        at the normal.
+    is_dark : bool
+        Whether the share is below `DARKEST` with the brightest directions, too.
     """
 
     share: float
     reasons: tuple[str, ...] = ()
+    is_dark: bool = False
 
     @property
     def is_doubtful(self) -> bool:
         """Whether no surface is like this, or its angles are none of a measurement."""
-        return self.share > PLAUSIBLE or bool(self.reasons)
+        return self.share > PLAUSIBLE or self.is_dark or bool(self.reasons)
 
     def text(self) -> str:
         """The share, and what would explain it."""
@@ -56,6 +69,8 @@ class Albedo:
         what = f"{self.share:.2g} or more"
         if self.share > PLAUSIBLE:
             what = f"{self.share:,.3g} times the light that arrives"
+        elif self.is_dark:
+            what = f"{self.share:.2g} of the light that arrives, less than the blackest paints"
         return f"{what}: {' or '.join(self.reasons) or 'in which units?'}"
 
 
@@ -70,13 +85,16 @@ def of(samples: Samples) -> Albedo:
     >>> found.share > 300, found.text()
     (True, '305 times the light that arrives: reflectance factors in percent? (Values: reflectance_percent)')
     """
-    share = _share(samples)
-    reasons = []
+    share, whole = _share(samples), _share(samples, brightest=1.0)
+    reasons, is_dark = [], whole < DARKEST
     if max(samples.theta_i.max(), samples.theta_o.max()) < _AT_NORMAL and len(samples) > 1:
         reasons.append("angles in radians? (Angles: radians)")
     elif share > PLAUSIBLE:
         reasons += _reasons(samples, share)
-    return Albedo(share, tuple(reasons))
+    elif is_dark:
+        reasons += [question for note, times, question in _SCALES_DOWN if _DARK < whole * times < PLAUSIBLE
+                    and any(each.startswith(note) for each in samples.notes)]
+    return Albedo(share, tuple(reasons), is_dark)
 
 
 def _reasons(samples: Samples, share: float) -> Iterator[str]:
@@ -94,8 +112,8 @@ def _reasons(samples: Samples, share: float) -> Iterator[str]:
                 yield "the BRDF, without a cosine? (Values: brdf)"
 
 
-def _share(samples: Samples) -> float:
-    """The largest share of light that is reflected, of any channel."""
+def _share(samples: Samples, brightest: float = _BRIGHTEST) -> float:
+    """The largest share of light that is reflected, of any channel; directions brighter than a quantile count as it."""
     fewer = some(samples, _MOST)
     known = _features(*fewer.directions, fewer.isotropic)
     squares = (known ** 2).sum(axis=1)
@@ -109,7 +127,7 @@ def _share(samples: Samples) -> float:
                            fewer.isotropic)
         nearest = (squares - 2 * wanted @ known.T).argmin(axis=1)
         values = np.maximum(fewer.values[nearest], 0)
-        values = np.minimum(values, np.quantile(values, _BRIGHTEST, axis=0))
+        values = np.minimum(values, np.quantile(values, brightest, axis=0))
         shares.append(float(np.pi * values.mean(axis=0).max()))
     return max(shares)
 

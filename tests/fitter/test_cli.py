@@ -6,6 +6,7 @@ import pytest
 
 import fitter
 from fitter import cli
+from fitter.formats import saved_samples
 from support import anisotropic_instruments as instruments
 from support.checkout import ROOT
 
@@ -118,3 +119,15 @@ def test_info_and_fit_take_the_columns_of_a_table_and_say_what_no_surface_reflec
     options = [*columns, "--quantity", "reflectance_percent", "--preset", "Draft", "-o", str(out)]
     assert cli.main(["fit", str(path), *options]) == 0
     assert fitter.Fit.load(out).evaluate([0.3], [0], [0.3], [3.1])[0, 0] == pytest.approx(0.97 / np.pi, rel=1e-3)
+
+
+def test_what_is_written_holds_no_folder_of_the_user(file, tmp_path):
+    """The path of the measurements is given whole."""
+    assert cli.main(["fit", str(file), "--preset", "Draft", "-o", str(tmp_path / "fit.npz")]) == 0
+    assert cli.main(["report", str(file), "--out", str(tmp_path / "report")]) == 0
+    saved_samples.write(fitter.load(file), tmp_path / "samples.npz")
+    for name, entry in (("fit.npz", "header"), ("samples.npz", "samples")):
+        with np.load(tmp_path / name) as archive:
+            texts = str(archive[entry])
+        assert ('"white.astm"' in texts, str(file.parent) in texts) == (True, False)
+    assert str(file.parent) not in (tmp_path / "report" / "results.json").read_text()

@@ -1,12 +1,17 @@
 """Files are written beside and renamed, no other thread notices, and what cannot be written is an OSError."""
 
+import contextlib
+import hashlib
 import os
 import stat
+import subprocess
 import sys
+import time
 
 import pytest
 
-from fitter.files import locked, replacing
+from fitter.files import locked, remove_left, replacing, replacing_together
+from support.checkout import ROOT
 
 
 @pytest.fixture
@@ -78,3 +83,87 @@ def test_a_lock_file_that_was_replaced_meanwhile_stays(tmp_path):
         lock.unlink()
         lock.write_text("another's")
     assert lock.read_text() == "another's"
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from fitter.files import replacing, replacing_together
+folder = Path(sys.argv[1])
+with replacing_together(folder) as part, replacing(folder / "fit.npz") as stream:
+    (part / "mask.png").write_bytes(b"half")
+    stream.write(b"half")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@pytest.fixture
+def killed(tmp_path):
+    """A folder into which a process wrote when it was killed."""
+    subprocess.run([sys.executable, "-c", KILLED, tmp_path / "maps"], cwd=ROOT, check=False, timeout=60)
+    assert len([path for path in (tmp_path / "maps").iterdir() if path.name.endswith(".part")]) == 2
+    return tmp_path / "maps"
+
+
+def write_together(folder, **files):
+    with replacing_together(folder) as part:
+        for name, content in files.items():
+            (part / f"{name}.png").write_text(content)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_what_a_killed_process_has_left_goes_with_the_next_that_writes_there(killed):
+    write_together(killed, mask="whole")
+    assert (killed / "mask.png").read_text() == "whole"
+    left, = killed.glob("*.part")
+    with replacing(killed / "fit.npz") as stream:
+        stream.write(b"complete")
+    assert left.exists(), "another process may be writing it"
+    os.utime(left, (time.time() - 4000,) * 2)
+    for other in ("fit.npz.part", "fit2.npz.0123abcd.part", "notes.part"):
+        (killed / other).write_text("another's")
+        os.utime(killed / other, (time.time() - 4000,) * 2)
+    with replacing(killed / "fit.npz") as stream:
+        stream.write(b"complete")
+    assert sorted(path.name for path in killed.iterdir()) == [
+        ".measured_brdf", "fit.npz", "fit.npz.part", "fit2.npz.0123abcd.part", "mask.png", "notes.part"]
+    remove_left(killed)
+    assert sorted(path.name for path in killed.glob("*.part")) == ["fit.npz.part", "notes.part"]
+
+
+def test_what_cannot_be_written_is_an_error_of_the_folder(tmp_path):
+    (tmp_path / "one.png").mkdir()
+    with pytest.raises(OSError, match="directory") as raised:
+        write_together(tmp_path, one="1")
+    assert raised.value.filename == str(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["one.png"]
+
+
+def test_files_of_an_earlier_time_go_unless_somebody_has_changed_them(tmp_path):
+    folder = tmp_path / "maps"
+    write_together(folder, one="1", two="2", three="3", four="4")
+    (folder / "two.png").write_text("painted over")
+    (folder / "four.png").unlink()
+    (folder / "mine.png").write_text("mine")
+    write_together(folder, one="new")
+    assert {path.name: path.read_text() for path in folder.glob("*.png")} == {
+        "one.png": "new", "two.png": "painted over", "mine.png": "mine"}
+    with contextlib.suppress(RuntimeError), replacing_together(folder) as part:
+        (part / "one.png").write_text("half")
+        raise RuntimeError
+    assert (folder / "one.png").read_text() == "new"
+    assert not [path for path in folder.iterdir() if "part" in path.name]
+
+
+@pytest.mark.parametrize("record", ["nonsense", "[1]",
+                                    '{"../mine.png": "DIGEST", "link.png": "DIGEST", "mine.png": 1}'])
+def test_a_record_of_what_was_written_takes_nothing_out_of_other_folders(tmp_path, record):
+    folder, digest = tmp_path / "maps", hashlib.sha256(b"mine").hexdigest()
+    folder.mkdir()
+    for place in (tmp_path, folder):
+        (place / "mine.png").write_text("mine")
+    (folder / "link.png").symlink_to(tmp_path / "mine.png")
+    (folder / ".measured_brdf").write_text(record.replace("DIGEST", digest))
+    write_together(folder, one="1")
+    assert all(path.read_text() == "mine" for path in (tmp_path / "mine.png", folder / "mine.png", folder / "link.png"))
+    assert digest not in (folder / ".measured_brdf").read_text()

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter import cli, npz
+from fitter import cli, interrupts, npz
 from fitter.errors import printable
+from fitter.formats import saved_samples
 from support import hostile_files
 from support.checkout import ROOT
 
@@ -58,6 +59,45 @@ def test_a_folder_with_odd_names_is_converted(blender, odd):
     assert b"\x1b" not in done.stdout + done.stderr
 
 
+@pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
+def test_a_terminal_without_the_letters_of_a_name_shows_them_as_escapes(blender, tmp_path, encoding):
+    path, library = tmp_path / "金.csv", tmp_path / "library.blend"
+    path.write_text("# name: 金 Gold\n" + ROWS, "utf-8")
+    fit = ["fit", path, "--preset", "Draft", "-o", tmp_path / "金.npz"]
+    for command, shown in ((["-m", "fitter", "info", path], rb"\u91d1 Gold"), (["-m", "fitter", *fit], rb"\u91d1 Gold"),
+                           (["-m", "fitter", "report", path, "--out", tmp_path / "金"], rb"| \u91d1 Gold | Draft |"),
+                           ([".", "convert", path, "-o", library, "--preset", "Draft"], rb"\u91d1 Gold")):
+        done = subprocess.run([sys.executable, *map(str, command)], cwd=ROOT, capture_output=True, check=False,
+                              timeout=120, env=os.environ | {"PYTHONIOENCODING": encoding})
+        assert (done.returncode, b"Traceback" in done.stderr) == (0, False), done.stderr
+        assert shown in done.stdout
+    assert "金 Gold" in (tmp_path / "金" / "results.md").read_text("utf-8")
+
+
+def test_a_line_break_in_a_name_begins_no_line(tmp_path, capsys):
+    samples = fitter.Samples(*np.full((4, 5), 0.5), np.full((5, 1), 0.1), name="gold\nerror: none\u2028x",
+                             notes=("Read\nTwice",))
+    saved_samples.write(samples, tmp_path / "a.npz")
+    fitter.fit(samples, 1, None).save(tmp_path / "fit.npz")
+    for command in (["info", tmp_path / "a.npz"], ["info", tmp_path / "fit.npz"],
+                    ["report", tmp_path / "a.npz", "--out", tmp_path / "report"]):
+        assert cli.main([str(each) for each in command]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert rb"gold\nerror: none\u2028x".decode() in "".join(lines)
+        assert not [line for line in lines if line.startswith(("error", "Twice", "x"))]
+    (tmp_path / "setup.toml").write_text('"x\\nerror: none" = 1\n')
+    assert cli.main(["photographs", str(tmp_path / "setup.toml"), "-o", str(tmp_path / "b.npz")]) == 1
+    assert rb"x\nerror: none is not known".decode() in capsys.readouterr().err
+
+
+def test_progress_on_a_file_whose_name_is_not_utf_8_is_told(extension, tmp_path):
+    job = extension.addon.work.job
+    told = job.Job(None)
+    job.write_progress(tmp_path / "progress", 0.5, "Reading \udcff")
+    job.read_progress(tmp_path / "progress", told)
+    assert (told.fraction, told.doing) == (0.5, "Reading \\udcff")
+
+
 def test_saved_samples_may_have_half_a_character_for_a_name(tmp_path):
     content = npz.written({"samples": np.array(json.dumps({
         "format": "measured-brdf-samples", "version": 1, "name": "a\ud800", "source": "", "notes": ["\ud801"],
@@ -71,7 +111,7 @@ def test_saved_samples_may_have_half_a_character_for_a_name(tmp_path):
 
 
 def test_printable_text_stays_as_it_is():
-    assert printable("Gold, 30°, 色 \u00a0x\n") == "Gold, 30°, 色 \u00a0x\n"
+    assert printable("Gold, 30°, 色 \u00a0x") == "Gold, 30°, 色 \u00a0x"
 
 
 def test_a_small_file_does_not_fill_memory(tmp_path):
@@ -93,8 +133,20 @@ def test_an_interrupted_command_says_so_in_one_line(tmp_path, monkeypatch, capsy
 
     (tmp_path / "a.csv").write_text(ROWS)
     monkeypatch.setattr(cli, "load", interrupted)
-    assert cli.main(["info", str(tmp_path / "a.csv")]) == cli.CANCELLED
+    assert cli.main(["info", str(tmp_path / "a.csv")]) == interrupts.CANCELLED
     assert capsys.readouterr().err == "cancelled\n"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+@pytest.mark.parametrize(("module", "command"), [("numpy", ["-m", "fitter", "info", "a.csv"]),
+                                                 ("bpy", [".", "convert", "a", "-o", "a.blend"])])
+def test_an_interrupt_during_imports_is_said_in_one_line(tmp_path, module, command):
+    (tmp_path / f"{module}.py").write_text("import os, signal, time\ntry:\n    os.kill(os.getpid(), signal.SIGINT)\n"
+                                           "    time.sleep(9)\nexcept BaseException as error:\n    raise ImportError")
+    done = subprocess.run([sys.executable, *command], cwd=ROOT, capture_output=True, text=True, check=False, timeout=60,
+                          env=os.environ | {"PYTHONPATH": str(tmp_path)},
+                          preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+    assert (done.returncode, done.stdout, done.stderr) == (interrupts.CANCELLED, "", "cancelled\n")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals")
@@ -103,13 +155,13 @@ def test_an_interrupted_conversion_says_so_in_one_line(blender, tmp_path):
     for number in range(60):
         (tmp_path / "files" / f"{number}.csv").write_text(ROWS)
     process = subprocess.Popen([sys.executable, ".", "convert", tmp_path / "files", "-o", tmp_path / "library.blend"],
-                               cwd=ROOT, stderr=subprocess.PIPE, stdout=subprocess.PIPE,
+                               cwd=ROOT, stderr=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True,
                                preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
     while not [*tmp_path.glob("*/*.npz"), *tmp_path.glob("*.blend")]:       # until the first fit is there
         assert process.poll() is None
         time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
+    os.killpg(process.pid, signal.SIGINT)       # as a terminal does it: its workers, too
     _, said = process.communicate(timeout=60)
-    assert process.returncode == cli.CANCELLED
+    assert process.returncode == interrupts.CANCELLED
     assert said.decode().splitlines()[-1] == "cancelled"
     assert b"Traceback" not in said

@@ -40,3 +40,32 @@ def test_the_tolerance_is_given_where_it_is_used(extension, monkeypatch, tmp_pat
     asked = extension.addon.work.command.build_parser().parse_args(given)
     assert asked.tolerance == (0.125 if use_tolerance else None)
     assert (asked.specular_level, asked.illuminant, asked.columns, asked.force) == (None, "A", None, True)
+
+
+def test_folders_in_a_folder_are_passed_over_with_a_note_and_taken_where_they_are_given(extension, tmp_path, glossy,
+                                                                                       write_astm):
+    folder, out = tmp_path / "data", tmp_path / "library.blend"
+    for place in ("metals/old", "paints", ".hidden"):
+        (folder / place).mkdir(parents=True)
+    (folder / "paints" / "README.txt").write_text("Measured on Monday.")
+    for name in ("red", "metals/gold", "metals/old/tin", "paints/blue", ".hidden/grey"):
+        write_astm(folder / f"{name}.astm", glossy, name)
+    given = [folder, "-o", out, "--preset", "Paper", "--diffuse-level", "2", "--specular-level", "none"]
+    done = command.run("convert", *given)
+    assert f"note: {folder}: folders in it are not read, though 3 of their files" in done.stderr
+    assert "give them too (metals, paints, metals/old)" in done.stderr
+    assert "1 done, 0 failed" in done.stdout
+    done = command.run("convert", folder / "metals", folder / "paints", folder / "metals" / "old", *given)
+    assert "note: " not in done.stderr
+    assert "4 done, 0 failed" in done.stdout
+
+
+def test_importing_a_folder_says_which_folders_in_it_it_passes_over(blender, tmp_path, glossy, write_astm, capfd):
+    (tmp_path / "metals").mkdir()
+    write_astm(tmp_path / "metals" / "gold.astm", glossy)
+    with pytest.raises(RuntimeError, match=r"no files of measurements .*: give them too \(metals\)"):
+        blender.ops.measured_brdf.import_folder(directory=str(tmp_path))
+    write_astm(tmp_path / "red.astm", glossy)
+    how = {"diffuse_level": 2, "specular_level": -1}
+    assert blender.ops.measured_brdf.import_folder(directory=str(tmp_path), **how) == {"FINISHED"}
+    assert "though 1 of their files may hold measurements: give them too (metals)" in capfd.readouterr().out

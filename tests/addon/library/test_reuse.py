@@ -1,6 +1,7 @@
 """Measured materials kept, copied, taken to other files, fitted again; folders made into asset libraries."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -378,14 +379,20 @@ def test_of_ten_files_one_broken_the_command_does_the_others(blender, ten, tmp_p
         "other", *(f"paint {number}" for number in (0, 1, 2, 3, 5, 6, 8))]
 
 
-def test_shards_share_the_work(blender, three, tmp_path):
+def test_shards_share_the_work(extension, three, tmp_path):
     (three / "9.astm").unlink()
+    killed = tmp_path / "library-1of2.fits" / "key.npz.0123abcd.part"
+    killed.parent.mkdir()
+    killed.write_text("half")
     for part in (1, 2):
         done = convert(three, tmp_path / "library.blend", "--shard", f"{part}/2", "--processes", "1")
         assert done.returncode == 0, done.stderr
         assert "1 done, 0 failed" in done.stdout
         assert f"paint {part - 1}" in done.stdout
     assert {path.name for path in tmp_path.glob("*.blend")} == {"library-1of2.blend", "library-2of2.blend"}
+    assert not killed.exists()
+    kept, = killed.parent.iterdir()
+    assert re.fullmatch(r"\w+\.astm", extension.fitter.Fit.load(kept).source), "without its folder"
 
 
 @release

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter.formats import saved_samples
 from support import flat_files, flat_scene, stage
 from support.blend_state import state
 from support.cases import release
@@ -210,6 +211,19 @@ def at_once(scene, written, monkeypatch):
 
 
 _found = []
+
+
+def test_an_anisotropic_material_is_refused_before_any_is_fitted(extension, written, monkeypatch):
+    brushed = fitter.Samples(*np.radians([[30.0, 40], [0, 30], [30, 40], [180, 200]]), np.full((2, 3), 0.2),
+                             ("R", "G", "B"), "brushed", isotropic=False)
+    saved_samples.write(brushed, written.with_name("brushed.npz"))
+    path = changed(written, ("'leather.npz'", "'brushed.npz'"), ("'garnet.npz'", "'again.npz'"))
+    saved_samples.write(fitter.Samples(*brushed.directions, brushed.values, brushed.channels),
+                        written.with_name("again.npz"))
+    work = extension.addon.photographs.work
+    monkeypatch.setattr(work.tasks, "outcome", lambda *_, **__: pytest.fail("fitted"))
+    with pytest.raises(ValueError, match="brushed: anisotropic, expected materials that are isotropic"):
+        work.flat(str(path), None, False, [], {}, {"colours": "Rec.709"})
 
 
 def test_an_error_anywhere_changes_nothing(at_once, written, capfd):

@@ -36,6 +36,8 @@ def matlab_7_3():
 @pytest.mark.parametrize(("content", "expected"), [
     (matlab_7_3(), "HDF5"), (b"OPTIS - brdf surface file v8.0\n0 1\n", "Speos"),
     (b"TracePro Surface Property Data\nFile Name\tmine\n", "TracePro.*Zemax"),
+    (b"!!EDS10\n1 2 3\n0.1 0.2 0.3\n", "RPC Photonics.*which are not read; .*Zemax"),
+    (b"EDC-20\r\n!!BSDF Data\r\n0 0.1\r\n5 0.2\r\n", "RPC Photonics"),
     (b"analytic\n::begin parameters\nfloat n 1 1000 100\n", "Disney.*a formula"),
     (b"#DIM 2 1\n#PARAM_IN ISOTROPIC_TV_TL_DPHI\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 0.3\n", "ALTA.*column names"),
     (b"#ALTA HEADER BEGIN\n#DIM 2 1\n0.1 0.2 0.3\n", "ALTA"),

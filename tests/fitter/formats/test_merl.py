@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter import DatasetError
+from fitter import DatasetError, cli
 from support import merl_files
 
 RIGHT = np.pi / 2
@@ -157,3 +157,14 @@ def test_a_damaged_file_is_refused(tmp_path, content, expected):
 def test_other_headers_are_no_merl_files(tmp_path, cells):
     with pytest.raises(DatasetError, match="binary"):
         load(tmp_path, struct.pack("<3i", *cells) + bytes(96))
+
+
+@pytest.mark.parametrize(("cells", "kind"), [((90, 90, 360), "<f8"), ((6, 6, 24), "<f4"), ((6, 8, 12), "<f8")])
+def test_other_numbers_of_cells_are_told_as_those_of_merl(tmp_path, capsys, cells, kind):
+    """Of a full turn of phi_d, for example: 70 MB, more than the largest text."""
+    path = tmp_path / "full.binary"
+    path.write_bytes(struct.pack("<3i", *cells) + np.ones(3 * np.prod(cells), kind).tobytes())
+    assert cli.main(["info", str(path)]) == 1
+    said = capsys.readouterr().err
+    assert f"full.binary: MERL's layout with {' x '.join(map(str, cells))} cells" in said
+    assert "expected n x n x 2n, as in MERL's files of 90 x 90 x 180: phi_d over half a turn" in said

@@ -253,3 +253,40 @@ def test_a_table_whose_columns_mean_nothing_is_told_which_are_needed(tmp_path, t
     path.write_text(text)
     with pytest.raises(DatasetError, match=says):
         fitter.load(path)
+
+
+ON_ITS_SIDE = [",".join([name, *(f"{x:g}" for x in column)]) for name, column in zip(
+    ["Incidence", "Azimuth in", "Receive", "Azimuth out", "R", "G", "B"], np.column_stack([DIRECTIONS, VALUES]).T,
+    strict=True)]
+
+
+@pytest.mark.parametrize("lines", [
+    ON_ITS_SIDE, ["A report", "Operator,Ann", *ON_ITS_SIDE, "", "End of report"],
+    [line.replace(",", ";").replace(".", ",") for line in ON_ITS_SIDE], [line + ",," for line in ON_ITS_SIDE],
+    [*ON_ITS_SIDE[:4], "Filter,green,green,green,blue,blue", *ON_ITS_SIDE[4:]],
+    [line.replace(",", f",{unit},", 1) for line, unit in zip(ON_ITS_SIDE, ["deg"] * 4 + ["1/sr"] * 3, strict=True)],
+    [",".join(line.split(",")[:1] + line.split(",")[k:k + 2 + (k == 3)]) for k in (1, 3) for line in ON_ITS_SIDE]],
+    ids=["plain", "titles", "semicolons", "empty cells", "text", "units", "parts"])
+def test_a_table_that_lies_on_its_side_is_read(load, lines):
+    samples = load("\n".join(lines) + "\n")
+    assert_is(samples)
+    assert samples.notes[0] == "The table lies on its side: a line for each name"
+    assert ("Columns of text are not read: Filter" in samples.notes) == any("Filter" in line for line in lines)
+
+
+@pytest.mark.parametrize(("lines", "expected"), [
+    ([*ON_ITS_SIDE[:4], "R,1,2,x,4,5"], r"in a table that lies on its side \(column 4\): 'x' found, expected a number"),
+    (ON_ITS_SIDE[:4], r"on its side: .*expected also values"),
+    (ON_ITS_SIDE[:2] + ON_ITS_SIDE[4:], r"on its side: .*expected also theta_o"),
+    ([*ON_ITS_SIDE, "humidity,1,2,3,4,5"], r"on its side: .*of which humidity means nothing")])
+def test_a_bad_table_on_its_side_is_refused(load, lines, expected):
+    with pytest.raises(DatasetError, match=r"table\.csv: .*" + expected):
+        load("\n".join(lines) + "\n")
+
+
+def test_columns_of_text_that_mean_nothing_are_left_out(load):
+    text = write(NAMES, [DIRECTIONS, VALUES])
+    lines = [f"{line},{'Filter' if number == 0 else 'green'}" for number, line in enumerate(text.splitlines())]
+    samples = load("\n".join(lines))
+    assert_is(samples)
+    assert "Columns of text are not read: Filter" in samples.notes

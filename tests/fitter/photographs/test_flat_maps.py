@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter import cli
+from fitter.formats import saved_samples
 from fitter.photographs import flat_maps
 from fitter.photographs.picture_files import read_picture
+from support import anisotropic_instruments as instruments
 from support import flat_files, flat_scene
 from support.checkout import ROOT
 
@@ -44,6 +47,7 @@ def test_the_command_line_writes_masks_and_normals_that_are_the_truth(openimagei
         assert np.abs(mask.ravel() - sample.weights(u, v)[:, number]).mean() < 0.03
         saved = fitter.Fit.load(tmp_path / "maps" / f"material-{number + 1}.npz")
         np.testing.assert_allclose(saved.evaluate(0.3, 0, 0.5, 2), sample.fits[number].evaluate(0.3, 0, 0.5, 2))
+        assert saved.source == ["garnet_red_RGB.astm", "krylon_blue_RGB.astm"][number], "without its folder"
     normal = read_picture(tmp_path / "maps" / "normal.png", "linear")
     assert normal.step == pytest.approx(1 / 65535)
     found = (normal.pixels[::-1] * 2 - 1).reshape(-1, 3)
@@ -68,6 +72,32 @@ def test_the_command_line_writes_masks_and_normals_that_are_the_truth(openimagei
     assert "1 photograph found, expected two or more" in run(one, tmp_path / "none").stderr
     assert {each.name: each.stat().st_mtime_ns for each in (tmp_path / "maps").iterdir()} == before
     assert not (tmp_path / "none").exists()
+    # of fewer materials there are fewer files than before
+    alone = tmp_path / "alone.toml"
+    text = path.read_text("utf-8").replace(", 'second.npz'", "")
+    alone.write_text(text.replace("texels = 20", "texels = 6"), "utf-8")
+    assert run(alone, tmp_path / "maps").returncode == 0
+    assert sorted(each.name for each in (tmp_path / "maps").iterdir()) == [
+        ".measured_brdf", "mask-1.png", "material-1.npz", "normal.png", "report.txt"]
+
+
+@pytest.mark.parametrize("said", ["brushed: anisotropic, expected materials that are isotropic",
+                                  "5 materials found, expected 1 to 4"])
+def test_materials_that_cannot_be_mixed_are_refused_before_any_is_fitted(openimageio, glossy, tmp_path, monkeypatch,
+                                                                         capsys, said):
+    even = fitter.Samples(*glossy.directions, np.full_like(glossy.values, 0.1), glossy.channels)
+    paper = flat_scene.Sample((fitter.fit(even, **fitter.PRESETS["Draft"]),), lambda u, v: np.ones((len(u), 1)),
+                              lambda u, v: np.zeros((len(u), 2)))
+    directions = instruments.grid([20, 50], range(0, 91, 15), range(10, 81, 10), range(0, 360, 30))
+    brushed = fitter.Samples(*directions, instruments.ggx()(*directions), ("R", "G", "B"), "brushed", isotropic=False)
+    names = ["white.npz"] * 5 if said.startswith("5") else ["white.npz", "brushed.npz"]
+    path = flat_files.write(tmp_path, paper, flat_scene.lamps(2), top=f"materials = {names}")
+    for samples, name in ((even, "white.npz"), (brushed, "brushed.npz")):
+        saved_samples.write(samples, tmp_path / name)
+    monkeypatch.setattr(cli, "fit_samples", lambda *_, **__: pytest.fail("fitted"))
+    assert cli.main(["flat", str(path), "-o", str(tmp_path / "maps")]) == 1
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "maps").exists()
 
 
 @pytest.mark.parametrize("count", [1, 2, 4])

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import fitter
+from fitter.photographs import descriptions, flat_setup
 from fitter.photographs.flat import points_of
 from fitter.photographs.flat_photograph import observed, pixel_of
 from fitter.photographs.flat_setup import flat
-from support import ball_files, flat_files, flat_scene
+from support import ball_files, flat_files, flat_scene, wrong_values
 
 LAMPS = flat_scene.lamps(5)
 NAMES = [f"lamp{number}.exr" for number in range(1, 6)]
@@ -130,6 +131,10 @@ def with_corners(places, size="width = 0.1\nheight = 0.08"):
     (with_corners(PLACES[[0, 2, 1, 3]]), "sample.corners .*crossed"),
     (with_corners(PLACES[::-1]), "sample.corners .*counter-clockwise: bottom left"),
     (with_corners(PLACES[:3]), "sample.corners .*expected four places"),
+    ({"sample": "width = 0.1\nheight = 0.08\ncorners = [[1, 80], [90, 80], [90, 5], [1, 5], 7]"},
+     "sample.corners is .*expected four places"),
+    ({"camera": f"field_of_view = {flat_files.ANGLE}\nmatrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1], 2]"},
+     "camera.matrix is .*expected three rows of three numbers"),
     (with_corners(PLACES, "width = 0.1\nheight = 0.03"), "a rectangle of 0.1 x 0.03 m that this lens sees"),
     ({"camera": "encoding = 'linear'"}, "camera.field_of_view is missing"),
     ({"camera": "position = [0, 0, -1]\nfield_of_view = 14"}, "camera.position .*one above the sample"),
@@ -144,6 +149,23 @@ def test_what_cannot_be_is_refused(described, how, message):
     with pytest.raises(fitter.DatasetError, match=message) as error:
         flat(path)
     assert path.name in str(error.value) or "lamp5" in str(error.value)
+
+
+def test_no_value_of_a_wrong_kind_is_more_than_an_error_of_its_key(written, monkeypatch):
+    given = flat_setup.read(written).description
+    given |= {"materials": ["gold.npz"], "texels": 10, "scale": {"card": {
+        "file": "lamp1.exr", "exposures": [1], "albedo": 0.18, "lamp": LAMPS[0].tolist(), "normal": [0, 0, 1],
+        "region": [40, 40, 50, 50]}}}
+    given["photograph"] = [{**each, "exposures": [1]} for each in given["photograph"][:2]]
+    given["camera"] |= {"matrix": np.eye(3).tolist(), "encoding": "linear", "position": flat_scene.CAMERA.tolist()}
+
+    def read(described):
+        monkeypatch.setattr(flat_setup, "read", lambda path: descriptions.Read(described, path))
+        flat(written)
+
+    said = wrong_values.refusals(read, given)
+    assert len(said) > 200
+    assert all(str(written.parent) in text for _, text in said), said
 
 
 def test_photographs_of_several_sizes_and_a_dark_sample_are_refused(described):

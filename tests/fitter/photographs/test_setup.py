@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 import fitter
-from fitter.photographs import descriptions, setup
+from fitter import cli
+from fitter.photographs import descriptions, picture_files, setup
 from fitter.photographs.picture_files import read_picture
 from fitter.photographs.setup import measure
-from support import ball_files, ball_scene
+from support import ball_files, ball_scene, wrong_values
 from support.checkout import ROOT
 
 SIZE = {"size": (80, 80)}
@@ -39,6 +40,13 @@ def test_photographs_of_files_measure_the_material(written):
     assert off(samples, ball_scene.satin()) < 0.02
     assert any(note.startswith("The ball's centre by its outline: ") for note in samples.notes)
     assert "Scale and colour by a card of known albedo" in samples.notes
+
+
+def test_a_line_break_in_a_description_begins_no_line(written, tmp_path, capsys):
+    broken = written.with_name("broken.toml")
+    broken.write_text(written.read_text().replace("painted ball", "painted\\nerror: none"))
+    assert cli.main(["photographs", str(broken), "-o", str(tmp_path / "ball.npz")]) == 0
+    assert capsys.readouterr().out.splitlines()[0] == rb"painted\nerror: none (synthetic)".decode()
 
 
 def test_the_command_line_writes_samples_that_load_reads_and_fits(openimageio, scenes, tmp_path):
@@ -147,6 +155,91 @@ def test_values_are_what_the_file_says_whatever_its_depth(openimageio, tmp_path,
     assert read_picture(tmp_path / name, "linear").pixels == pytest.approx(0.5, abs=0.004)
 
 
+@pytest.mark.parametrize(("place", "whole", "expected"), [
+    ((2, 1, 4, 3), (0, 0, 8, 6), (slice(1, 4), slice(2, 6))),
+    ((-2, -1, 4, 3), (0, 0, 8, 6), (slice(0, 2), slice(0, 2))),
+    ((12, 11, 4, 3), (10, 10, 8, 6), (slice(1, 4), slice(2, 6)))], ids=["crop", "overscan", "window elsewhere"])
+def test_the_pixels_of_an_exr_are_in_their_place_of_its_display_window(openimageio, tmp_path, place, whole, expected):
+    import OpenImageIO
+
+    path, random = tmp_path / "a.exr", np.random.default_rng(0)
+    pixels = random.random((place[3], place[2], 3)).astype(np.float32)
+    file = OpenImageIO.ImageBuf(pixels)
+    spec = file.specmod()
+    spec.x, spec.y, spec.width, spec.height = place
+    spec.full_x, spec.full_y, spec.full_width, spec.full_height = whole
+    file = OpenImageIO.ImageBuf(spec)
+    file.set_pixels(OpenImageIO.ROI(place[0], place[0] + place[2], place[1], place[1] + place[3]), pixels)
+    assert file.write(str(path))
+    found = read_picture(path)
+    inside = np.zeros((6, 8, 3))
+    rows, columns = expected
+    inside[rows, columns] = pixels[-(rows.stop - rows.start):, -(columns.stop - columns.start):]
+    np.testing.assert_allclose(found.pixels, inside, atol=1e-6)
+    assert picture_files.about(path).size == (6, 8)
+    assert [note for note in found.notes if "4 x 3 of a display window of 8 x 6" in note]
+
+
+def test_an_exr_whose_pixels_are_beside_its_display_window_is_refused(openimageio, tmp_path):
+    import OpenImageIO
+
+    file = OpenImageIO.ImageBuf(np.ones((3, 4, 3), np.float32))
+    file.specmod().full_x = 9
+    assert file.write(str(tmp_path / "a.exr"))
+    with pytest.raises(fitter.DatasetError, match=r"a\.exr: none of its pixels is in its display window"):
+        read_picture(tmp_path / "a.exr")
+
+
+@pytest.mark.parametrize(("names", "read", "said"), [
+    ("diffuse.R diffuse.G diffuse.B R G B", (3, 4, 5), "the layer without a name is read, of -, diffuse"),
+    ("a.Normal.R a.Normal.G a.Normal.B a.Combined.R a.Combined.G a.Combined.B", (3, 4, 5),
+     "the layer a.combined is read, of a.combined, a.normal"),
+    ("left.R left.G left.B depth.Z right.Y", (0, 1, 2), ""),
+    ("a.R b.R b.G b.B a.G a.B", (0, 4, 5), "the layer a is read")])
+def test_of_several_layers_one_is_read_whole_and_told(openimageio, tmp_path, names, read, said):
+    """OpenImageIO sorts the channels of an EXR file, so each has a value of its own."""
+    import OpenImageIO
+
+    names = names.split()
+    pixels = np.broadcast_to(np.arange(1, len(names) + 1, dtype=np.float32), (2, 2, len(names)))
+    file = OpenImageIO.ImageBuf(np.ascontiguousarray(pixels))
+    file.specmod().channelnames = names
+    assert file.write(str(tmp_path / "a.exr"))
+    found = read_picture(tmp_path / "a.exr")
+    assert found.pixels[0, 0].tolist() == [each + 1 for each in read]
+    notes = [note for note in found.notes if "the layer" in note]
+    assert (bool(notes), said in "".join(notes)) == (bool(said), True)
+
+
+def test_that_a_file_has_further_parts_and_is_to_be_turned_is_told(openimageio, scenes, tmp_path, capsys):
+    """By the command: pixels are where the sensor has them."""
+    import OpenImageIO
+
+    written = ball_files.write(tmp_path, ball_scene.satin(), scenes)
+    first = OpenImageIO.ImageBuf(str(tmp_path / "lamp1.exr")).get_pixels("float")
+    spec = OpenImageIO.ImageSpec(80, 80, 3, "float")
+    spec.attribute("Orientation", 6)
+    spec.attribute("oiio:subimagename", "one")
+    second = OpenImageIO.ImageSpec(80, 80, 3, "float")
+    second.attribute("oiio:subimagename", "two")
+    file = OpenImageIO.ImageOutput.create(str(tmp_path / "lamp1.exr"))
+    assert file.open(str(tmp_path / "lamp1.exr"), (spec, second))
+    assert file.write_image(first)
+    assert file.open(str(tmp_path / "lamp1.exr"), second, "AppendSubimage")
+    assert file.write_image(np.ones((80, 80, 3), np.float32))
+    file.close()
+    assert cli.main(["photographs", str(written), "-o", str(tmp_path / "ball.npz")]) == 0
+    said = capsys.readouterr().out
+    assert "lamp1.exr: the first of several parts is read" in said
+    assert "lamp1.exr: EXIF says that viewers show it turned by 90 degrees clockwise. It is read as the sensor" in said
+    assert off(fitter.load(tmp_path / "ball.npz"), ball_scene.satin()) < 0.02
+    text = written.read_text().replace("[ball]\n", "[ball]\nmask = 'mask.png'\n")
+    written.write_text(text)
+    ball_files.write_picture(tmp_path / "mask.png", np.ones((80, 80, 3)), Orientation=3)
+    assert cli.main(["photographs", str(written), "-o", str(tmp_path / "ball.npz")]) == 1
+    assert "mask.png: EXIF says that viewers show this mask turned" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("old", "new", "message"), [
     ("radius = 0.05", "radius = -1", r"setup.toml: ball.radius is -1, expected a number of 1e-09 to 1e\+09"),
     ("radius = 0.05\n", "", "ball.radius is missing"),
@@ -178,6 +271,25 @@ def test_what_is_wrong_is_named_by_file_and_key(written, tmp_path, old, new, mes
     (tmp_path / "setup.toml").write_text(text.replace(old, new))
     with pytest.raises(fitter.DatasetError, match=message):
         measure(tmp_path / "setup.toml")
+
+
+@pytest.mark.parametrize("more", [
+    {"scale": {"intensity": [3.0, 2.0, 1.0]}},
+    {"scale": {"ball": {"file": "card.exr", "exposures": [1], "albedo": [0.9, 0.9, 0.9], "direction": [0, -1, 0.5]}}},
+    {"chrome": {"centre": [0, 0, 0], "radius": 0.03}, "lamp": {"positions": "dome.lp"}, "scale": {"albedo": 0.5}}],
+    ids=["far", "ball", "positions"])
+def test_no_value_of_a_wrong_kind_is_more_than_an_error_of_its_key(written, scenes, more):
+    """Of each key in turn: it is refused by a line that names the file, or it makes no difference."""
+    (written.parent / "dome.lp").write_text("1\nlamp1.exr 0.3 -.2 .9\n")
+    given = {**descriptions.read(written).description, **more}
+    shot = {"files": ["lamp1.exr"], "exposures": [1]}
+    given["photograph"] = [shot if "lamp" in more else {**shot, "direction": [0.3, -0.9, 0.4]}]
+    given["camera"] |= {"matrix": np.eye(3).tolist(), "encoding": "linear"}
+    given["ball"]["centre"] = [float(x) for x in scenes[0].centre]
+    setup.resolved(given, written)
+    said = wrong_values.refusals(lambda described: setup.resolved(described, written), given)
+    assert len(said) > 200
+    assert all(str(written.parent) in text for _, text in said), said
 
 
 def test_lamps_far_away_are_as_those_at_a_great_distance(openimageio, tmp_path):

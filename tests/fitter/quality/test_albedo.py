@@ -8,6 +8,7 @@ import pytest
 import fitter
 from fitter.quality import albedo
 from fitter.quality.describe import describe
+from support import merl_files
 from support.cases import release
 
 
@@ -63,6 +64,27 @@ def test_what_would_explain_too_much_light(times, share, question):
     assert found.text() == f"{times * share:,.3g} times the light that arrives: {question}"
 
 
+def test_what_would_explain_next_to_no_light(tmp_path):
+    """MERL's layout with values in 1/sr, which reading divides by 1500; what is told to be in percent, and is not."""
+    path = tmp_path / "white.binary"
+    path.write_bytes(merl_files.pack(np.full((9, 9, 18, 3), 0.8 / np.pi) * merl_files.SCALE))
+    found = describe(fitter.load(path)).albedo
+    assert found.is_doubtful
+    assert found.text().startswith("0.00089 of the light that arrives, less than the blackest paints: values in 1/sr, "
+                                   "which MERL's scale has divided by 1500?")
+    path.write_bytes(merl_files.pack(np.full((9, 9, 18, 3), 0.8 / np.pi)))
+    assert not describe(fitter.load(path)).albedo.is_doubtful
+    path = tmp_path / "dark.csv"
+    path.write_text("theta_i[deg],theta_o[deg],phi[deg],BRDF\n" + "".join(
+        f"{i},{o},180,{0.1 / np.pi}\n" for i in (0, 30, 60) for o in range(0, 81, 10)))
+    assert not describe(fitter.load(path)).albedo.is_doubtful
+    for quantity in ("brdf_percent", "reflectance_percent"):
+        found = describe(fitter.load(path, quantity=quantity)).albedo
+        assert found.text().endswith(": not in percent? (Values: brdf, or reflectance_factor)")
+    dark = albedo.of(samples(hemisphere(), lambertian(1e-4)))
+    assert dark.text() == "0.0001 of the light that arrives, less than the blackest paints: in which units?"
+
+
 def test_the_issue_s_table_of_percent_is_told_in_the_description(tmp_path):
     path = tmp_path / "white.csv"
     path.write_text("theta_i[deg],theta_o[deg],phi[deg],BRDF\n" + "".join(
@@ -95,7 +117,7 @@ def test_radians_that_are_read_as_degrees_are_all_at_the_normal(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["cornell/krylon_blue_RGB.astm", "goniometer/AnoBlackEC2onAlum_fred.txt",
-                                  "goniometer/aeroglaze_inplane.zemax.bsdf"])
+                                  "goniometer/AnoBlackEC1onAlum.zemax.bsdf", "goniometer/aeroglaze_inplane.zemax.bsdf"])
 def test_a_real_measurement_is_not_doubted(data, name):
     assert not albedo.of(fitter.load(data / name)).is_doubtful
 
@@ -108,7 +130,7 @@ def test_no_real_measurement_and_no_published_fit_is_doubted(data):
     assert not {name for name, found in shares.items() if found.is_doubtful}
     curet = fitter.load(data / "curet" / "abrdf.dat", "plaster a")
     assert not albedo.of(curet).is_doubtful
-    for name in fitter.list_published()[::10]:
+    for name in [*fitter.list_published()[::10], "black-obsidian", "specular-black-phenolic"]:
         assert not albedo.of(fitter.load_published(name)).is_doubtful
 
 
