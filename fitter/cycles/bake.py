@@ -64,7 +64,7 @@ def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = No
     if len(fit.channels) not in (1, len(RGB)):
         raise ValueError(f"a fit of {len(fit.channels)} channels; a shader takes 1 or 3")
     constants, tables = _fit(fit)
-    constants |= shader_constants() | {"SHADER_VERSION": SHADER_VERSION}
+    constants |= shader_constants()
     mixture = cycles_mixture(fit) if mixture is None else mixture
     mixture_constants, mixture_tables = _mixture(mixture)
     constants |= mixture_constants

@@ -197,7 +197,7 @@ def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogR
     _check(type(grey) in (int, float) and 0 <= grey <= _MOST_GREY and (not grey or stored == len(RGB)),
            f"its share of grey is not within 0 to {_MOST_GREY}, or its channels are not three")
     damping = np.zeros((0, 1))
-    if len(entries.get("damping", damping)):
+    if len(entries["damping"]):
         damping = _array(entries, "damping", (DAMPING_KNOTS, stored), np.float64)
         _check_range("damping", damping, 0, 1)
     return LogRelative(prior, float(offset), ceiling, 0.0 if plausible else -np.inf, damping, float(grey))

@@ -96,7 +96,7 @@ def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
     pixels = np.asarray(stored, dtype=float).reshape(spec.height, spec.width, -1)[..., _colours(spec, path)]
     if not np.isfinite(pixels).all():
         raise DatasetError("holds numbers that are not finite", path)
-    return _linear(pixels, spec, encoding, path)
+    return _linear(pixels, spec, encoding)
 
 
 @contextmanager
@@ -136,7 +136,7 @@ def _colours(spec: Any, path: Path) -> list[int]:
     raise DatasetError(f"channels {', '.join(names[:6])} found, expected R, G and B, or a single one", path)
 
 
-def _linear(pixels: FloatArray, spec: Any, encoding: str | None, path: Path) -> Picture:
+def _linear(pixels: FloatArray, spec: Any, encoding: str | None) -> Picture:
     bits = _INTEGERS.get(str(spec.format))
     step: FloatArray | float = 0.0 if bits is None else 1 / (2 ** bits - 1)
     step_of_file = float(step)
