@@ -22,15 +22,16 @@ DEBIAN := libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm
 demo: $(ENV)/ready
 	$(RUN) -m demo_scenes
 
-# what protects users
-PYTEST := OPENBLAS_NUM_THREADS=1 $(RUN) -m pytest -n auto --dist loadfile
+# what protects users; where the time goes is printed at the end
+PYTEST := OPENBLAS_NUM_THREADS=1 $(RUN) -m pytest -n auto --dist loadfile -p tools.durations
 test: $(ENV)/ready
 	$(PYTEST) -m "not release"
 	@$(RUN) -m tools.evidence --check | tail -n 1
 
 # everything: also what only a release needs, on every supported Blender, and with each guard removed in turn
 test-all: $(ENV)/ready $(STARTER)
-	$(PYTEST) -p tools.reached --durations 60
+	$(PYTEST) -p tools.reached
+	$(RUN) -m tools.durations --check
 	$(RUN) -m tools.test_matrix
 	$(RUN) -m tools.mutants
 
@@ -98,11 +99,18 @@ $(MANUAL): $(ENV)/ready $(DOCS)/ready blender_manifest.toml addon/core/manual.py
 		$(shell find docs/manual tools/docs -type f -not -name '*.pyc')
 	$(RUN) -m tools.docs docs/html --manual --python $(DOCS)/bin/python
 
-# the fits of the starter library, and their asset library, in the extension too
-$(STARTER): $(ENV)/ready $(shell find addon/core addon/starter fitter osl -type f -not -name '*.pyc')
+# the fits of the starter library, and their asset library, in the extension too; LIBRARY=few makes those of 24 materials
+LIBRARY := all
+$(STARTER): $(ENV)/ready build/library-$(LIBRARY) \
+		$(shell find addon/core addon/starter fitter osl -type f -not -name '*.pyc')
 	rm -rf $(@D)
-	$(RUN) -m tools.ready_fits $(@D)/fits
-	$(RUN) . starter -o $(@D)
+	$(RUN) -m tools.ready_fits $(@D)/fits $(LIBRARY)
+	$(RUN) . starter -o $(@D) --only-ready
+
+build/library-$(LIBRARY):
+	mkdir -p build
+	rm -f build/library-*
+	touch $@
 
 zip: $(EXTENSION)
 

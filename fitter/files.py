@@ -51,6 +51,15 @@ def read_bytes(path: str | Path, largest: int) -> bytes:
     return content
 
 
+def time_and_size(path: str | Path) -> tuple[int, int] | None:
+    """When a file was changed (ns), and its bytes: another pair means another content. None if there is no file."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return None
+    return status.st_mtime_ns, status.st_size
+
+
 def _open_without_waiting(path: str, flags: int) -> int:
     """Open a file; a pipe too, without waiting for its writer. An `opener` for `open`."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))

@@ -221,9 +221,12 @@ def fitted_arguments(settings: Any) -> Arguments | None:
     return arguments if isinstance(arguments, dict) else None
 
 
-def is_as_fitted(settings: Any) -> bool:
-    """Whether another fit with a material's settings would be the one that it has."""
-    return bool(settings.fitted_as == as_text(fit_arguments(settings)))
+def is_as_fitted(settings: Any, digest: str | None) -> bool:
+    """Whether another fit with a material's settings would be the one that it has.
+
+    `digest` is that of the measurements as they are read now, None where they have not been read.
+    """
+    return settings.fitted_as == as_text(fit_arguments(settings)) and digest in (None, settings.digest)
 
 
 def label_of_fit(settings: Any) -> str:

@@ -13,6 +13,7 @@ import bpy
 _NAME = "Measured BRDF "
 _KIND = "measured_brdf_kind"
 _DIGEST = "measured_brdf_digest"        # of the group as it was made
+_SETTINGS = "operation", "use_clamp", "distribution", "rotation_type", "invert", "noise_dimensions"     # of its nodes
 
 
 def shared_group(kind: str, fill: Callable[[bpy.types.NodeTree], None]) -> bpy.types.NodeTree:
@@ -57,16 +58,15 @@ def _create(kind: str, fill: Callable[[bpy.types.NodeTree], None]) -> bpy.types.
 
 def _digest(tree: bpy.types.NodeTree) -> str:
     """A digest of a group's sockets, nodes, their settings and values, and links."""
-    sockets = [(item.name, item.identifier, item.in_out, item.socket_type) for item in tree.interface.items_tree
-               if item.item_type == "SOCKET"]
-    nodes = [(node.name, node.bl_idname, node.mute, *(getattr(node, name, "") for name in
-                                                      ("operation", "distribution", "rotation_type")),
+    sockets = [(item.name, item.identifier, item.in_out, item.socket_type, _value(item))
+               for item in tree.interface.items_tree if item.item_type == "SOCKET"]
+    nodes = [(node.name, node.bl_idname, node.mute, *(getattr(node, name, "") for name in _SETTINGS),
               [_value(socket) for socket in node.inputs]) for node in tree.nodes]
     links = sorted((link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier)
                    for link in tree.links)
     return hashlib.sha256(repr((sockets, nodes, links)).encode()).hexdigest()
 
 
-def _value(socket: bpy.types.NodeSocket) -> tuple[float, ...] | float | None:
+def _value(socket: Any) -> tuple[float, ...] | float | None:
     value: Any = getattr(socket, "default_value", None)
     return tuple(value) if hasattr(value, "__len__") else value

@@ -1,4 +1,4 @@
-"""The version of the extension."""
+"""The version of the extension. Nothing here imports bpy."""
 
 import tomllib
 from pathlib import Path

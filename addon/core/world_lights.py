@@ -14,6 +14,7 @@ import numpy as np
 from mathutils import Euler, Vector
 
 from ...fitter.arrays import FloatArray, SingleArray
+from ...fitter.files import time_and_size
 from .annotations import Vector3, not_none
 
 _ROWS = 512                     # an image is searched at this resolution: a third of a degree
@@ -84,12 +85,17 @@ def _to_world(node: bpy.types.Node, direction: Vector3) -> Vector3:
 
 
 def _in_image(image: bpy.types.Image) -> list[Spot]:
-    """The `spots` of an image, searched for anew where it has another file or size."""
-    return _searched(image.session_uid, image.filepath, *image.size)
+    """The `spots` of an image, searched for anew where its file, size or colour space is another, or pixels were
+    changed. Blender does not tell that they were changed again: that is noticed when the image is saved.
+    """
+    path = bpy.path.abspath(image.filepath, library=image.library)
+    return _searched(image.session_uid, path, time_and_size(path), image.is_dirty, image.colorspace_settings.name,
+                     *image.size)
 
 
 @lru_cache(maxsize=_MAX_IMAGES)
-def _searched(session_uid: int, _path: str, width: int, height: int) -> list[Spot]:
+def _searched(session_uid: int, _path: str, _stamp: tuple[int, int] | None, _is_dirty: bool, _colours: str,
+              width: int, height: int) -> list[Spot]:
     image = next(each for each in bpy.data.images if each.session_uid == session_uid)
     if image.source not in {"FILE", "GENERATED"} or not 0 < width * height <= _MAX_PIXELS:
         return []

@@ -32,7 +32,7 @@ class MEASUREDBRDF_PT_pictures(MaterialPanel, bpy.types.Panel):
         data = queries.data(material).result if settings.filepath else None
         kept = queries.shown(material) if materials.is_measured(material) or not settings.filepath else None
         # the fit in the shader, which needs no measurements, unless the settings have been changed since
-        is_kept = kept is not None and (data is None or is_as_fitted(settings))
+        is_kept = kept is not None and (data is None or is_as_fitted(settings, data.digest))
         if data is None and not is_kept:
             return
         about = is_kept, material.session_uid       # neither's picture stands for the other's

@@ -131,9 +131,9 @@ def _draw_fit(layout: bpy.types.UILayout, settings: Any, data: Job[Data], fitted
     row = layout.row(align=True)
     row.scale_y = 1.3
     row.operator(fit.MEASUREDBRDF_OT_fit.bl_idname, text="Refit" if fitted else "Fit", icon="SURFACE_DATA")
-    if fitted and not is_as_fitted(settings):
+    if fitted and not is_as_fitted(settings, None):
         draw_wrapped(layout, "The settings have changed since the fit. Refit to use them", "INFO")
-    if not fitted or not is_as_fitted(settings):
+    if not fitted or not is_as_fitted(settings, None if data.result is None else data.result.digest):
         draw_cost(layout, settings, data.result)
 
 

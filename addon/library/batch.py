@@ -41,11 +41,15 @@ class Progress(NamedTuple):
 
 
 class _Task(NamedTuple):
-    """A material to make, or to fit again if `replaced` names one in the open part; `edit` is what users adjusted."""
+    """A material to make, or to fit again if `replaced` names one in the open part; `edit` is what users adjusted.
+
+    `rendering` is that of a new material, and of one for which another was asked before; else users may have chosen it.
+    """
 
     path: str
     sample: str
     key: str
+    rendering: str
     replaced: str = ""
     edit: Arguments | None = None
 
@@ -108,7 +112,7 @@ def convert(context: bpy.types.Context, sources: Sequence[Source], failures: Seq
         entries = [entry for part in parts for entry in _entries_in(part)]
         unread = list(failures)
         rows: list[Row] = []
-        planned, stale = _plan(sources, how, fit_arguments(choices), entries, unread, rows)
+        planned, stale = _plan(sources, how, choices, entries, unread, rows)
         rows += [Row(_name(name, sample), f"failed: {error}") for name, sample, error in unread]
         given = {(Path(source.path).name, source.sample) for source in (*sources, *unread)}
         removed: defaultdict[Path, list[str]] = defaultdict(list)
@@ -135,7 +139,7 @@ def _entries_in(part: Path) -> list[_Entry]:
     return entries
 
 
-def _plan(sources: Sequence[Source], how: Arguments, arguments: Arguments, entries: Sequence[_Entry],
+def _plan(sources: Sequence[Source], how: Arguments, choices: Choices, entries: Sequence[_Entry],
           failures: list[Failure], rows: list[Row]) -> tuple[_Planned, list[_Entry]]:
     """The tasks, and the entries whose measurements are not among the sources.
 
@@ -151,12 +155,13 @@ def _plan(sources: Sequence[Source], how: Arguments, arguments: Arguments, entri
         except ValueError as error:
             failures.append(Failure(path, sample, error))
             continue
-        key = tasks.asset_key(tasks.fit_key(samples.name, tasks.digest(samples), arguments))
+        key_of_fit = tasks.fit_key(samples.name, tasks.digest(samples), fit_arguments(choices))
+        key = tasks.asset_key(key_of_fit, choices.rendering)
         wanted.add(key)
         if key in current:
             rows.append(current[key].row)
         else:
-            todo.append(_Task(path, sample, key))
+            todo.append(_Task(path, sample, key, choices.rendering))
     left = [entry for entry in entries if entry.key not in wanted]
     for same in (_is_same_file, _has_same_name):
         for task in todo[:]:
@@ -165,7 +170,9 @@ def _plan(sources: Sequence[Source], how: Arguments, arguments: Arguments, entri
             if outdated is not None:
                 left.remove(outdated)
                 todo.remove(task)
-                planned[outdated.part].append(task._replace(replaced=outdated.name, edit=outdated.edit))
+                rendering = "" if outdated.key.endswith(f" {task.rendering}") else task.rendering
+                planned[outdated.part].append(task._replace(replaced=outdated.name, edit=outdated.edit,
+                                                            rendering=rendering))
     planned[None] = todo
     return planned, left
 
@@ -257,6 +264,8 @@ def _make_material(context: bpy.types.Context, choices: Choices, made: list[str]
                 item = bpy.data.materials[task.replaced]
                 remembered, is_named = assets.remember(item), _is_named_after_data(item)
                 materials.assign(item, outcome, choices, context)
+                if task.rendering:
+                    materials.use_rendering(item, task.rendering)
                 if remembered is not None:      # else a user has removed the asset mark
                     assets.renew(item, remembered, picture)
                 if is_named:

@@ -12,6 +12,7 @@ def add(commands: Any) -> None:
     """Add the command to the parsers of all."""
     library = commands.add_parser("starter", help="write the starter library, an asset library of published fits")
     library.add_argument("-o", "--out", required=True, help="the folder to write")
+    library.add_argument("--only-ready", action="store_true", help="only the materials whose fits have been made")
     library.set_defaults(run=_starter, opens_files=True)
 
 
@@ -20,7 +21,7 @@ def _starter(options: Any) -> int:
     out.mkdir(parents=True, exist_ok=True)
     report = report_of(options)
     with quiet():
-        for fraction, doing in starter.build(out):
+        for fraction, doing in starter.build(out, options.only_ready):
             if report:
                 report.progress(fraction, doing)
             else:

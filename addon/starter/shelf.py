@@ -3,7 +3,6 @@
 Everything is asked of workers (`work.queue`); what is drawn meanwhile is what is known.
 """
 
-import os
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial
@@ -15,6 +14,7 @@ import numpy as np
 from ...fitter import published
 from ...fitter.arrays import SingleArray
 from ...fitter.colours import DEFAULT
+from ...fitter.formats import time_and_size
 from ...fitter.matching import Match
 from ..core import preferences
 from ..core.annotations import Arguments, not_none
@@ -141,19 +141,19 @@ def measurement_icon(measurement: thumbnails.Found, how: Arguments) -> tuple[int
 def sample_icon(path: str, sample: str) -> int:
     """The small icon of a sample of a file: a grey disc until it has been drawn. The list that shows it asks once, and
     waits for as many as a file has."""
-    with suppress(OSError):
-        status = os.stat(path)
-        found = thumbnails.Found(path, sample, (status.st_mtime_ns, status.st_size))
-        key: icons.Key = ("sample", *found)
-        if key not in _icons:
-            _icons.add(key, _disc())
-            _undrawn.add(key)
-        if key in _undrawn:
-            job = queue.ask(key, partial(thumbnails.of_measurement, found, str(user_folder("thumbnails")),
-                                         {"colours": DEFAULT}), "slow", then=partial(_keep_sample, key))
-            job.asked += _PATIENCE
-        return _icons.known(key)
-    return 0
+    stamp = time_and_size(path)
+    if stamp is None:
+        return 0
+    found = thumbnails.Found(path, sample, stamp)
+    key: icons.Key = ("sample", *found)
+    if key not in _icons:
+        _icons.add(key, _disc())
+        _undrawn.add(key)
+    if key in _undrawn:
+        job = queue.ask(key, partial(thumbnails.of_measurement, found, str(user_folder("thumbnails")),
+                                     {"colours": DEFAULT}), "slow", then=partial(_keep_sample, key))
+        job.asked += _PATIENCE
+    return _icons.known(key)
 
 
 def _keep_sample(key: icons.Key, job: Job[SingleArray]) -> None:

@@ -58,8 +58,10 @@ def offer(context: bpy.types.Context, path: Path) -> None:
     known.import_method = "APPEND"          # what is linked or packed cannot be adjusted, nor rendered with OSL
 
 
-def build(out: Path) -> Iterator[tuple[float, str]]:
+def build(out: Path, only_ready: bool = False) -> Iterator[tuple[float, str]]:
     """Write the library into a folder, in this Blender, which must have no other file open: yields (fraction, doing).
+
+    With `only_ready` it holds those materials alone whose fits have been made beforehand.
 
     Raises LibraryError or OSError if it cannot be written, or another file has its name.
     """
@@ -67,7 +69,7 @@ def build(out: Path) -> Iterator[tuple[float, str]]:
     with library_file.writing(path, force=False):
         opened = library_file.open_part(path) if path.exists() else None
         library_file.close()
-        everything = published.offered()
+        everything = [each for each in published.offered() if ready.is_there(each.name) or not only_ready]
         for number, wanted in enumerate(everything):
             yield number / len(everything), wanted.label
             _mark(_create(wanted), wanted)

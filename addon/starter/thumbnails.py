@@ -1,9 +1,11 @@
 """Pictures of the starter library and of measurements in a folder, and what the folder holds: work for a worker.
 
-Nothing here imports bpy. Pictures of measurements are cached on disk, by the content that they were made of.
+Nothing here imports bpy. Pictures of measurements are cached on disk, by the files that they were made of, the options
+of reading and the version of the extension.
 """
 
 import hashlib
+import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -15,8 +17,9 @@ from ... import fitter
 from ...fitter import published
 from ...fitter.arrays import SingleArray
 from ...fitter.files import replacing
-from ...fitter.formats import EXTENSIONS, PLAIN
+from ...fitter.formats import EXTENSIONS, PLAIN, time_and_size
 from ...fitter.pictures import lit_sphere, thumbnail
+from ..core import versions
 from ..core.annotations import Arguments
 from ..work import discovery, tasks
 from ..work.recent import Recent
@@ -25,9 +28,8 @@ SIZE = 128
 LARGEST_FITTED = 8 << 20    # bytes: larger files get no thumbnail, their fit would take longer than people look
 MOST = 400                  # measurements that a folder shows
 _QUICK: Arguments = {**fitter.PRESETS["Draft"]}
-_VERSION = 2                # of pictures; a new one makes all anew
 _KEPT = 1500                # pictures on disk
-_known: 'Recent[tuple[str, tuple[int, int]], list["Found"]]' = Recent(1 << 16)     # what files hold, by path and stamp
+_known: 'Recent[tuple[Path, tuple[int, int]], list["Found"]]' = Recent(1 << 16)    # what files hold, by path and stamp
 
 
 class Found(NamedTuple):
@@ -37,7 +39,7 @@ class Found(NamedTuple):
     ----------
     path, sample : str
     stamp : (int, int)
-        Time of change (ns) and size of the file.
+        Its `formats.time_and_size`.
     error : str
         Why it cannot be read; empty if it can.
     """
@@ -64,30 +66,26 @@ def scan(folder: str) -> list[Found]:
     Files are read only where they have changed since the last scan. A file that cannot be read is listed with its
     error. Plain text and .bin are listed where they are recognised. Raises OSError if the folder cannot be read.
     """
-    stamps = {}
-    for entry in discovery.files_below(folder):
-        if Path(entry.name).suffix.lower() in EXTENSIONS:
-            with suppress(OSError):                     # removed meanwhile, or a broken link
-                if entry.is_file():
-                    status = entry.stat()
-                    stamps[entry.path] = status.st_mtime_ns, status.st_size
+    paths = [Path(entry.path) for entry in discovery.files_below(folder)
+             if Path(entry.name).suffix.lower() in EXTENSIONS and os.path.isfile(entry.path)]
+    others = set(paths)
     found: list[Found] = []
-    others = set(map(Path, stamps))
-    for stamped in stamps.items():
-        if stamped not in _known:
-            _known[stamped] = _found_in(Path(stamped[0]), stamped[1], others)
-        found += _known[stamped]
+    for path in paths:
+        stamp = time_and_size(path)
+        if stamp is None or discovery.is_read_with_another(path, others):      # removed meanwhile, or a part
+            continue
+        if (path, stamp) not in _known:
+            _known[path, stamp] = _found_in(path, stamp)
+        found += _known[path, stamp]
         if len(found) >= MOST:
             break
     return found[:MOST]
 
 
-def _found_in(path: Path, stamp: tuple[int, int], others: set[Path]) -> list[Found]:
+def _found_in(path: Path, stamp: tuple[int, int]) -> list[Found]:
     if stamp[1] > LARGEST_FITTED:                       # one sample: no CURET file is that large
         return [] if path.suffix.lower() in PLAIN else [Found(str(path), "", stamp)]
     if path.suffix.lower() in PLAIN and not discovery.is_recognised(path):
-        return []
-    if discovery.is_read_with_another(path, others):
         return []
     try:
         samples = discovery.list_samples(path)
@@ -121,7 +119,7 @@ def of_measurement(found: Found, cache: str, how: Arguments) -> SingleArray:
 
 def _cached(folder: Path, key: tuple[object, ...], draw: Callable[[], SingleArray]) -> SingleArray:
     """A picture from the disk, or drawn and put there."""
-    name = hashlib.sha256(repr((_VERSION, SIZE, *key)).encode()).hexdigest()[:24]
+    name = hashlib.sha256(repr((versions.CURRENT, SIZE, *key)).encode()).hexdigest()[:24]
     path = folder / f"{name}.npy"
     with suppress(OSError, ValueError, EOFError):       # not there yet, or damaged
         stored = np.load(path, allow_pickle=False)

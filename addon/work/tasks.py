@@ -3,7 +3,6 @@
 import hashlib
 import json
 import math
-import os
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,11 +12,12 @@ from typing import Any
 import numpy as np
 
 from ... import fitter
-from ...fitter import colours, methods, pictures, progress, tolerance
+from ...fitter import methods, pictures, progress, tolerance
 from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.cycles import principled
 from ...fitter.cycles.bake import SHADER_VERSION, bake
 from ...fitter.cycles.node_mixture import Nodes, node_mixtures
+from ...fitter.formats import time_and_size
 from ...fitter.methods.regression_kriging import MOST_SAMPLES
 from ...fitter.model import fit_file
 from ...fitter.model.mix import Mix
@@ -25,6 +25,7 @@ from ...fitter.packed_picture import SIZE, packed
 from ...fitter.quality import albedo, cross_validation, describe, verdict
 from ...fitter.ready import Ready
 from ...fitter.samples import distinct_channels
+from ..core import versions
 from ..core.annotations import Arguments
 from ..core.outcomes import Data, Fitted, Kept, KeptMix, Measured, Outcome, Shown, Surface, Wanted
 from . import discovery, shared
@@ -33,17 +34,18 @@ from .recent import Recent
 Rebaked = tuple[str, Nodes, bytes]
 """OSL source and closure nodes of a fit, and the fit as materials keep it."""
 
+_BITS = 22                  # of a value that a digest keeps
 _CHUNK = 1 << 16            # rows hashed at a time
 _FINE = 7                   # level of a sparse lattice
 _KEPT = 12                  # fits in the cache, a few MB each
-_LARGEST = 2.0 ** 62        # integer of a digest: a file may hold an azimuth of 1e300
+_LEAST = 1e-12              # of the largest value: what is smaller is what rounding left of 0
 _QUICK = 5000               # samples of which one more fit takes a second at most
 _SMALL = 1 << 20            # bytes: smaller files are read anew whenever they are asked for
 _fits: Recent[tuple[str, str], Fitted] = Recent(_KEPT)
 _kept_fits: Recent[str, fitter.Fit] = Recent(_KEPT)
 # of the last samples: those of a large file, by what was asked and the file's stamp; their description; preparations
 _loaded: Recent[tuple[tuple[str, str, str], tuple[int, int]], tuple[fitter.Samples, Measured]] = Recent(1)
-_described: Recent[Measured, Data] = Recent(1)
+_described: Recent[fitter.Samples, Data] = Recent(1)
 _preparations: Recent[tuple[str, str], Arguments] = Recent(1)
 
 
@@ -51,11 +53,9 @@ def read(path: str, sample: str | None, how: Arguments | None = None) -> Data:
     """Read and describe measurements; `how` are keyword arguments of `fitter.load`. Raises DatasetError."""
     progress.report(0.0, "Reading")
     samples, measured = _load(path, sample, how)
-    if measured in _described and _stamp(path) is not None:
-        return _described[measured]
-    data = Data(measured, describe.describe(samples))
-    _described[measured] = data
-    return data
+    if samples not in _described:
+        _described[samples] = Data(measured, describe.describe(samples))
+    return _described[samples]
 
 
 def found_again(wanted: Sequence[tuple[str, str, Arguments, str]], folder: str) -> list[str]:
@@ -108,12 +108,9 @@ def samples_of(data: Data) -> fitter.Samples:
 
 
 def _stamp(path: str) -> tuple[int, int] | None:
-    """Tells whether a large file has changed; None for others, which may be read together with files beside them."""
-    try:
-        status = os.stat(path)
-    except (OSError, ValueError):
-        return None
-    return (status.st_mtime_ns, status.st_size) if status.st_size > _SMALL else None
+    """Tells whether a large file has changed; None for others."""
+    stamp = time_and_size(path)
+    return stamp if stamp is not None and stamp[1] > _SMALL else None
 
 
 def outcome(path: str, sample: str | None, arguments: Arguments,
@@ -203,14 +200,16 @@ def asset(path: str, sample: str | None, arguments: Arguments, folder: str,
 
 
 def fit_key(name: str, data_digest: str, arguments: Arguments) -> str:
-    """Identifies a saved fit: by the name and digest of its measurements, its arguments, and the file format."""
-    parts: tuple[Any, ...] = name, data_digest, freeze(arguments), fit_file.VERSION
+    """Identifies a saved fit: the name and digest of its measurements, its arguments, the file format, and the version
+    of the extension, whose methods may fit differently.
+    """
+    parts: tuple[Any, ...] = name, data_digest, freeze(arguments), fit_file.VERSION, versions.CURRENT
     return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:24]
 
 
-def asset_key(key_of_fit: str) -> str:
-    """Identifies an up-to-date asset: by its fit and the version of the shader."""
-    return hashlib.sha256(f"{key_of_fit}\n{SHADER_VERSION}".encode()).hexdigest()[:24]
+def asset_key(key_of_fit: str, rendering: str) -> str:
+    """Identifies an up-to-date asset: its fit and the version of the shader; and, in clear, the rendering asked for."""
+    return f"{hashlib.sha256(f'{key_of_fit} {SHADER_VERSION}'.encode()).hexdigest()[:24]} {rendering}"
 
 
 def rebake(fits: Sequence[Kept]) -> list[Rebaked | ValueError]:
@@ -391,19 +390,23 @@ def fit_of(shown: Shown) -> fitter.Fit | Mix:
 
 
 def digest(samples: fitter.Samples) -> str:
-    """Identifies measurements by their content: 32 hexadecimal digits.
+    """Identifies measurements by all that a fit depends on: 32 hexadecimal digits.
 
-    Values are rounded, because the conversion of spectra differs in the last bits between computers.
+    Numbers are rounded, because the conversion of spectra differs in the last bits between computers: angles to 1e-7
+    radians, values to `_BITS` binary digits.
     """
-    space = () if samples.colours == colours.DEFAULT else (samples.colours,)
-    kind = () if samples.isotropic else ("anisotropic",)
-    content = hashlib.sha256("\n".join((*samples.channels, *space, *kind)).encode())
-    scale = np.abs(samples.values).max() or 1.0
-    scatter = [] if samples.deviation is None else [(samples.deviation, 1.0)]
-    for array, unit in (*((angle, 1.0) for angle in samples.directions), (samples.values, scale), *scatter):
+    header = *samples.channels, samples.colours, "isotropic" if samples.isotropic else "anisotropic"
+    content = hashlib.sha256("\n".join(header).encode())
+    for angle in samples.directions:
+        for start in range(0, len(angle), _CHUNK):
+            content.update(np.round(1e7 * angle[start:start + _CHUNK]).astype("<i8").tobytes())
+    for array in (samples.values, *([] if samples.deviation is None else [samples.deviation])):
+        least = _LEAST * np.abs(array).max()
         for start in range(0, len(array), _CHUNK):
-            part = array[start:start + _CHUNK] / unit
-            content.update(np.clip(np.round(1e7 * part), -_LARGEST, _LARGEST).astype("<i8").tobytes())
+            part = array[start:start + _CHUNK]
+            mantissa, exponent = np.frexp(np.where(np.abs(part) > least, part, 0.0))
+            content.update(np.round(mantissa * 2 ** _BITS).astype("<i4").tobytes())
+            content.update(exponent.astype("<i2").tobytes())
     return content.hexdigest()[:32]
 
 

@@ -98,6 +98,11 @@ def _overflowed(path: Path, number: int) -> BoolArray | None:
     return overflowed
 
 
+def files_of(path: Path) -> list[Path]:
+    """The files that are read with one, itself included."""
+    return [*(_color_files(path) or [path]), *(path.with_name(f"{letter.lower()}over.dat") for letter in RGB)]
+
+
 def read_with(path: Path) -> Path | None:
     """The file of red values, if `path` is that of green or blue in the same folder: they are read together."""
     if path.name.lower() not in {"gbrdf.dat", "bbrdf.dat"}:
@@ -162,4 +167,4 @@ def _color_files(path: Path) -> list[Path] | None:
 
 
 FORMAT = Format("CURET", "CURET abrdf.dat", (".dat",), recognises, read, list_samples=list_samples,
-                read_with=read_with)
+                read_with=read_with, files_of=files_of)

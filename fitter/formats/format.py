@@ -36,6 +36,9 @@ class Format:
         For files with several samples: takes path and content; returns the (number, name) of each.
     read_with : callable, optional
         Takes the path of a file; returns the path of the file that it is read with as a part, or None.
+    files_of : callable, optional
+        Takes the path of a file with one of the `extensions`; returns those that are read with it, itself included,
+        whether or not they are there.
     """
 
     name: str
@@ -48,3 +51,4 @@ class Format:
     largest: int = LARGEST_TEXT
     list_samples: Callable[[str | Path, bytes], list[tuple[int, str]]] | None = None
     read_with: Callable[[Path], Path | None] | None = None
+    files_of: Callable[[Path], list[Path]] | None = None

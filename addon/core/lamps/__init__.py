@@ -46,10 +46,11 @@ _written: "_State | None" = None                    # of the last write
 
 class _State(NamedTuple):
     """What was written, apart from the order of the lamps: the session_uid of each group, the driver expressions of
-    each object, whether few closures fit, and the lamps."""
+    each object and its name, by which drivers look it up, whether few closures fit, and the lamps."""
 
     trees: list[int]
     moving: dict[int | None, dict[int, str]]
+    names: dict[int | None, str]
     frugal: bool
     lamps: list[Lamp]
 
@@ -103,7 +104,8 @@ def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed, at_rest: bo
     layer = not_none(depsgraph.view_layer)
     ranked = sorted(_lamps(depsgraph, changed), key=lambda pair: pair[0].rank)
     moving = {_identity(item): drivers.wanted(not_none(item.original), layer) for _, item in ranked if item is not None}
-    now = _State([tree.session_uid for tree in trees], moving, renders_on_gpu(not_none(depsgraph.scene)),
+    names = {_identity(item): item.name for _, item in ranked if item is not None}
+    now = _State([tree.session_uid for tree in trees], moving, names, renders_on_gpu(not_none(depsgraph.scene)),
                  [known for known, _ in ranked])
     before = _written
     if at_rest and before and now[:-1] == before[:-1] and len(now.lamps) == len(before.lamps):
@@ -130,10 +132,10 @@ def _lamps(depsgraph: bpy.types.Depsgraph, changed: Changed) -> _Listed:
 
 def _write(tree: bpy.types.NodeTree, listed: _Listed, now: _State) -> None:
     """Write lamps into a group, with drivers for those that need them."""
-    names = Counter(item.name for _, item in listed if item is not None)
+    count = Counter(now.names.values())
     # drivers cannot tell a local object from a linked one of the same name
     wanted = {_identity(item): now.moving[_identity(item)] for _, item in listed
-              if item is not None and names[item.name] == 1}
+              if item is not None and count[item.name] == 1}
     if any(wanted.values()):
         listed = _in_order_of(_object_order.get(tree.session_uid, []), listed)
     _object_order[tree.session_uid] = [_identity(item) for _, item in listed]

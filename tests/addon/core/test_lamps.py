@@ -433,6 +433,18 @@ def test_another_lamp_and_another_material_are_written_at_once(blender, lamps, w
     assert len(known(tree)) == 2
 
 
+def test_drivers_look_a_lamp_up_by_its_new_name_at_once(blender, lamps, windowed):
+    """What is saved then is rendered where nothing follows the lamps but drivers."""
+    tree, lamp = windowed
+    linear(lamp, "location", (1, (0, 0, 0)), (11, (10, 0, 0)))
+    blender.context.view_layer.update()
+    lamp.name = "Another"
+    blender.context.view_layer.update()
+    paths = [path for _, variables in lamps.drivers._existing(tree).values() for path in variables.values()]
+    assert paths
+    assert all(path.startswith('objects["Another"]') for path in paths)
+
+
 def test_a_lamp_that_begins_to_move_by_itself_is_followed_at_once(blender, lamps, windowed):
     """Nothing of it has changed yet; a render job follows it by drivers alone."""
     tree, lamp = windowed

@@ -161,11 +161,3 @@ def test_a_shader_that_cannot_take_anothers_place_leaves_nothing_behind(saved, m
     with pytest.raises(MemoryError):
         material.replace_shader([saved], shader, bpy.context)
     assert state() == before
-
-
-def test_an_asset_of_an_older_shader_is_outdated(extension, monkeypatch):
-    from measured_brdf.addon.work import tasks
-
-    key = tasks.asset_key("a fit")
-    monkeypatch.setattr(tasks, "SHADER_VERSION", SHADER_VERSION + 1)
-    assert tasks.asset_key("a fit") != key

@@ -1,6 +1,7 @@
 """Bright spots of the world, against synthetic images and against panoramas that Cycles renders."""
 
 import math
+import os
 
 import numpy as np
 import pytest
@@ -103,6 +104,36 @@ def test_a_turned_environment_has_its_spot_where_cycles_shows_it(blender, extens
     (position, size, _), = extension.addon.core.lamps.in_scene(depsgraph)
     assert apart(position, rendered(scene)) < math.radians(2)
     assert -size == pytest.approx(DISK, abs=math.radians(0.8))
+
+
+def test_an_image_is_searched_anew_where_its_file_its_pixels_or_its_colours_are_others(blender, extension, tmp_path):
+    def save(direction):
+        pixels = np.zeros((32, 64, 4), np.float32)
+        pixels[16, direction] = 1000
+        image = blender.data.images.new("Written", 64, 32, float_buffer=True)
+        image.pixels.foreach_set(pixels.ravel())
+        image.filepath_raw, image.file_format = str(path), "OPEN_EXR"
+        image.save()
+        return pixels
+
+    def found():
+        return [spot.direction for spot in extension.addon.core.world_lights._in_image(image)]
+
+    path = tmp_path / "sky.exr"
+    save(5)
+    image = blender.data.images.load(str(path))
+    first = found()
+    assert len(first) == 1
+    pixels = save(37)
+    os.utime(path, (1, 1))
+    image.reload()
+    second = found()
+    assert second != first
+    pixels[16] = np.roll(pixels[16], 9, axis=0)
+    image.pixels.foreach_set(pixels.ravel())
+    image.update()
+    third = found()
+    assert third not in (first, second)
 
 
 def test_images_are_looked_at_once_however_many_a_world_has(blender, extension, monkeypatch):

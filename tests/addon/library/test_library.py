@@ -106,6 +106,39 @@ def test_what_is_not_a_library_of_ours_is_refused_and_with_force_put_aside(blend
     assert library.with_name("library.blend.kept2").read_bytes() == b"not a .blend at all"
 
 
+def errors(path):
+    """The RMSE of each material of a library, and how it is rendered."""
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    return {item.name: (item.measured_brdf.rmse, item.measured_brdf.rendering) for item in bpy.data.materials
+            if item.measured_brdf.rmse}
+
+
+def test_measurements_that_are_a_multiple_and_other_options_are_not_up_to_date(blender, folder, library, glossy,
+                                                                               write_astm):
+    assert convert(folder, library).returncode == 0
+    (before, _), same = errors(library)["a"], errors(library)["b"]
+    assert convert(folder, library, "--quantity", "brdf_percent").returncode == 0
+    assert errors(library)["a"] == (pytest.approx(before / 100, rel=1e-5), "AUTO")
+    write_astm(folder / "a.astm", replace(glossy, values=7 * glossy.values), "a")
+    assert convert(folder, library).returncode == 0
+    assert errors(library) == {"a": (pytest.approx(7 * before, rel=1e-5), "AUTO"), "b": same}
+    assert "up to date" not in convert(folder, library, "--rendering", "NODES").stdout
+    assert {rendering for _, rendering in errors(library).values()} == {"NODES"}
+    assert "fitted" not in convert(folder, library, "--rendering", "NODES").stdout
+
+
+def test_a_rendering_that_a_user_chose_in_a_library_stays(blender, folder, library, glossy, write_astm):
+    from measured_brdf.addon.core import material as materials
+
+    assert convert(folder, library).returncode == 0
+    bpy.ops.wm.open_mainfile(filepath=str(library))
+    materials.use_rendering(bpy.data.materials["a"], "NODES")
+    bpy.ops.wm.save_mainfile()
+    write_astm(folder / "a.astm", replace(glossy, values=1.5 * glossy.values), "a")
+    assert "fitted" in convert(folder, library).stdout
+    assert {name: rendering for name, (_, rendering) in errors(library).items()} == {"a": "NODES", "b": "AUTO"}
+
+
 def test_what_users_add_to_a_library_survives_a_rerun(blender, folder, library, glossy, write_astm):
     assert convert(folder, library).returncode == 0
     bpy.ops.wm.open_mainfile(filepath=str(library))

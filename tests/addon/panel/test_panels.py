@@ -226,10 +226,11 @@ def test_the_name_of_a_fit_is_that_of_its_preset(blender, file, preset, quick):
     blender.ops.measured_brdf.import_data(filepath=str(file), preset=preset)
     settings = blender.context.object.active_material.measured_brdf
     assert properties.name_of_fit(settings) == preset
-    assert properties.is_as_fitted(settings)
+    assert properties.is_as_fitted(settings, settings.digest)
+    assert not properties.is_as_fitted(settings, "of other measurements")
     settings.diffuse_level += 1
     assert properties.name_of_fit(settings) == preset
-    assert not properties.is_as_fitted(settings)
+    assert not properties.is_as_fitted(settings, settings.digest)
 
 
 def test_nothing_is_fitted_to_draw_a_material_that_has_its_fit(ui, material, monkeypatch):

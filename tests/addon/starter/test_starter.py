@@ -53,10 +53,11 @@ def append(starter, name, link=False):
 
 
 def test_it_holds_an_asset_of_each_material_that_is_offered_and_takes_seventy_kilobytes_for_each(blender, starter):
-    from measured_brdf.fitter import published
+    from measured_brdf.fitter import published, ready
 
     with bpy.data.libraries.load(str(starter.SHIPPED / starter.FILE), assets_only=True) as (source, _):
         assert sorted(source.materials) == sorted(each.label for each in published.offered())
+    assert all(ready.is_there(each.name) for each in published.offered())
     assert sum(path.stat().st_size for path in starter.SHIPPED.iterdir()) < 0.07e6 * len(published.offered())
 
 

@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 
+import fitter
 from support import panel_work
 
 
@@ -82,7 +83,8 @@ def test_names_that_are_not_unicode_are_listed_as_text(thumbnails, folder):
 def test_the_files_of_a_folder_are_gathered_once(thumbnails, folder, monkeypatch):
     """A list of them for each file would take minutes in a folder of ten thousand."""
     given = []
-    monkeypatch.setattr(thumbnails, "_found_in", lambda path, stamp, others: given.append(others) or [])
+    monkeypatch.setattr(thumbnails.discovery, "is_read_with_another",
+                        lambda path, others: given.append(others) or True)
     thumbnails.scan(str(folder))
     assert len(given) == 3
     assert all(others is given[0] for others in given)
@@ -115,6 +117,37 @@ def test_folders_in_the_folder_are_listed_after_it_and_each_once(thumbnails, fol
     assert labels(thumbnails.scan(str(folder))) == ["a.astm", "b.astm", "c.astm", "d.astm"]
     monkeypatch.setattr(thumbnails.discovery, "_MOST", 8)       # seven in the folder
     assert labels(thumbnails.scan(str(folder))) == ["a.astm", "b.astm", "c.astm"]
+
+
+def test_each_input_of_a_picture_on_the_disk_is_in_its_name(thumbnails, folder, tmp_path, monkeypatch):
+    def is_drawn_anew(measurement, how):
+        before = len(reads)
+        thumbnails.of_measurement(measurement, str(tmp_path / "cache"), how)
+        return len(reads) > before
+
+    reads, samples = [], fitter.load(folder / "a.astm")
+    monkeypatch.setattr(thumbnails.fitter, "load", lambda *_, **__: reads.append(1) or samples)
+    found, how = thumbnails.scan(str(folder))[0], {"colours": "Rec.709"}
+    assert is_drawn_anew(found, how)
+    assert not is_drawn_anew(found, how)
+    for change in ({"path": str(folder / "b.astm")}, {"sample": "2"}, {"stamp": (1, 2)}):
+        assert is_drawn_anew(found._replace(**change), how), change
+    assert is_drawn_anew(found, {"colours": "ACEScg"})
+    monkeypatch.setattr(thumbnails.versions, "CURRENT", "0.0.0")
+    assert is_drawn_anew(found, how)
+
+
+def test_a_measurement_in_three_files_is_another_where_one_of_them_has_changed(thumbnails, tmp_path):
+    row = " ".join(["1", *["0.1"] * 205])
+    for name in ("rbrdf.dat", "gbrdf.dat", "bbrdf.dat"):
+        (tmp_path / name).write_text(row)
+    before, = thumbnails.scan(str(tmp_path))
+    for name in ("gbrdf.dat", "bbrdf.dat"):
+        (tmp_path / name).write_text(row.replace("0.1", "0.25"))
+        after, = thumbnails.scan(str(tmp_path))
+        assert after.path == before.path
+        assert after.stamp != before.stamp
+        before = after
 
 
 def test_a_table_without_units_is_listed_because_the_import_asks(thumbnails, folder):

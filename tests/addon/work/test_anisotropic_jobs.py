@@ -24,15 +24,6 @@ def data(tasks, tmp_path):
     return tasks.read(str(path), None)
 
 
-def test_the_digest_tells_whether_samples_are_isotropic_and_that_of_isotropic_ones_stays(tasks, glossy):
-    def digest(**more):
-        return tasks.digest(tasks.fitter.Samples(*glossy.directions, glossy.values, glossy.channels, **more))
-
-    assert digest() == digest(isotropic=True) != digest(isotropic=False)
-    flat = tasks.fitter.Samples([0.0, 0.5], [0, 0], [0.3, 0.6], [0, 3.1], [[0.2], [0.25]])
-    assert tasks.digest(flat) == "be70a6208a84e5f92e9e410437c668ef"
-
-
 def test_a_file_that_is_read_as_isotropic_is_other_measurements(tasks, data):
     again = tasks.read(data.measured.path, None, how={"isotropic": True})
     assert again.digest != data.digest
