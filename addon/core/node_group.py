@@ -144,7 +144,8 @@ def version(tree: bpy.types.NodeTree) -> int:
 
     It is 0 for a shader that is still to be compiled, in a Blender that can.
     """
-    return int(tree[_VERSION]) if is_compiled(tree) or osl_support.missing() else 0
+    stored, is_made = tree.get(_VERSION), is_compiled(tree) or bool(osl_support.missing())
+    return stored if isinstance(stored, int) and is_made else 0
 
 
 def _fill(tree: bpy.types.NodeTree, shader: Shader) -> None:
