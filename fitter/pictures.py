@@ -63,7 +63,7 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = (),
     return picture
 
 
-def lit_cloth(fit: Reflectance, size: int = SIZE, colours: str = DEFAULT) -> SingleArray:
+def lit_cloth(fit: Reflectance, size: int = SIZE) -> SingleArray:
     """A cloth of the material that hangs in folds, in a studio (`studio`), in orthographic view.
 
     Folds throw no shadows. Parameters and result are as of `lit_sphere`.
@@ -76,7 +76,7 @@ def lit_cloth(fit: Reflectance, size: int = SIZE, colours: str = DEFAULT) -> Sin
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     radiance = np.broadcast_to(studio.on_sphere(fit, normal.reshape(-1, 3)), (size * size, 3))
     picture = np.zeros((size, size, 4), dtype=np.float32)
-    picture[..., :3] = srgb(studio.developed(radiance @ conversion(colours, DEFAULT).T)).reshape(size, size, 3)
+    picture[..., :3] = srgb(studio.developed(radiance)).reshape(size, size, 3)
     beyond = [np.abs(axis) + 0.012 * np.sin(9 * other) - _HEM for axis, other in ((x, y), (y, x))]
     picture[..., 3] = np.clip(0.5 - np.maximum(*beyond) * size / 2, 0, 1)
     return picture

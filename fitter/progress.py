@@ -61,18 +61,18 @@ def part(begin: float, end: float, doing: str = "", about: str = "") -> Iterator
         yield
 
 
-def each(items: Sequence[_Item], doing: str = "") -> Iterator[_Item]:
+def each(items: Sequence[_Item]) -> Iterator[_Item]:
     """The items one after the other; each is an equal part.
 
     Examples
     --------
-    >>> with listening(lambda fraction, doing: print(fraction, doing)):
-    ...     squares = [number ** 2 for number in each([1, 2], "Squaring")]
-    0.0 Squaring
-    0.5 Squaring
+    >>> with listening(lambda fraction, doing: print(fraction)):
+    ...     squares = [number ** 2 for number in each([1, 2])]
+    0.0
+    0.5
     """
     for number, item in enumerate(items):
-        with part(number / len(items), (number + 1) / len(items), doing):
+        with part(number / len(items), (number + 1) / len(items)):
             yield item
 
 

@@ -85,12 +85,12 @@ def developed(linear: FloatArray) -> FloatArray:
     return np.asarray(linear * (1 + _TOE * largest) / (1 + _SHOULDER * largest))
 
 
-def on_sphere(fit: Reflectance, normal: FloatArray, sky: Sky = radiance) -> FloatArray:
-    """What a sphere shows of the studio, or of another sky, at normals (n, 3): (n, channels).
+def on_sphere(fit: Reflectance, normal: FloatArray) -> FloatArray:
+    """What a sphere shows of the studio at normals (n, 3): (n, channels).
 
     The tangent of an anisotropic material goes around the vertical axis.
     """
-    return under_skies(fit, normal, (sky,))[0]
+    return under_skies(fit, normal, (radiance,))[0]
 
 
 def under_skies(fit: Reflectance, normal: FloatArray, skies: tuple[Sky, ...]) -> FloatArray:

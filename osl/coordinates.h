@@ -40,9 +40,6 @@ vector coordinates(vector wi, vector wo)
   float difference2 = dot(difference, difference);
   float d2 = hypot(SOFTENING_2, sqrt(1.0 - SOFTENING_2 * SOFTENING_2) * difference2);
   float d = sqrt(d2);
-  if (d < LEAST_LENGTH) {
-    return stretched(0.0, length(half), 0.0);
-  }
   float outer = half[0] * difference[1] - half[1] * difference[0];
   float softened = SOFTENING_2 * sqrt((1.0 - difference2 * difference2) / (d2 + difference2)) * length(half);
   return stretched(d, dot(half, difference) / d, hypot(outer, softened) / d);

@@ -73,10 +73,6 @@ class Layout:
         """A submenu."""
         self._note("menu", name)
 
-    def operator_menu_enum(self, name, _choice, **_options):
-        """A submenu of what an operator can be given."""
-        self._note("menu", name)
-
     def panel(self, _name, default_closed=False):
         """A section that can be closed: its header, and its body if it is open."""
         return Layout(self), None if default_closed else Layout(self)

@@ -33,13 +33,11 @@ def turned_tangents(n, tangent, turn):
     return np.cos(turn) * along + np.sin(turn) * across, np.cos(turn) * across - np.sin(turn) * along
 
 
-def reflected_on(fit, n, tangent, toward, turn=0.0, viewer=(0, 0, 1)):
-    """f(toward, viewer) cos theta_i of an anisotropic surface at points with normals and tangents (m, 3), which are
-    turned by an angle in radians: (m, channels)."""
-    viewer = np.asarray(viewer, dtype=float)
+def reflected_on(fit, n, tangent, toward, turn=0.0):
+    """As `reflected`, of an anisotropic surface with tangents (m, 3), which are turned by an angle in radians."""
     along, across = turned_tangents(n, tangent, turn)
-    cos_i, cos_o = (n * toward).sum(axis=1), n @ viewer
+    cos_i, cos_o = (n * toward).sum(axis=1), n[:, 2]
     phi_i = np.arctan2((across * toward).sum(axis=1), (along * toward).sum(axis=1))
     value = fit.evaluate(np.arccos(cos_i.clip(0, 1)), phi_i, np.arccos(cos_o.clip(0, 1)),
-                         np.arctan2(across @ viewer, along @ viewer))
+                         np.arctan2(across[:, 2], along[:, 2]))
     return np.maximum(value, 0) * cos_i.clip(0)[:, None]

@@ -33,19 +33,19 @@ def _save(path):
     measurements.write_bytes(fuzz.seeds()["astm, made"])
     bpy.ops.measured_brdf.import_data(filepath=str(measurements), diffuse_level=3, specular_level=5, compression=90.0)
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
-    return _found(bpy, scene)
+    return _found(scene)
 
 
 def _open(path):
     import bpy
 
     bpy.ops.wm.open_mainfile(filepath=str(path))
-    found = _found(bpy, bpy.context.scene)
+    found = _found(bpy.context.scene)
     assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
-    return found | {"refitted": _found(bpy, bpy.context.scene)["mean"]}
+    return found | {"refitted": _found(bpy.context.scene)["mean"]}
 
 
-def _found(bpy, scene):
+def _found(scene):
     settings = next(item.active_material for item in scene.objects if item.type == "MESH").measured_brdf
     return {"mean": float(render(scene)[..., :3].mean()), "choices": [getattr(settings, name) for name in CHOICES]}
 

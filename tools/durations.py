@@ -1,8 +1,8 @@
 """A plugin of pytest, ``-p tools.durations``, that says where the time of the tests goes, and a check of what grew.
 
 It prints the slowest tests and the seconds of each folder, and writes those of each file into build/durations.csv.
-Seconds are of a processor, of child processes that ended too: other work on the machine changes them little. What a file
-may take stands in tests/durations.csv. ``python -m tools.durations --check`` compares the last run with it, and
+Seconds are of a processor, of child processes that ended too: other work on the machine changes them little. What a
+file may take stands in tests/durations.csv. ``python -m tools.durations --check`` compares the last run with it, and
 ``--accept`` writes it.
 """
 

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 _OSL, _GUARDS, _RENDERING = "tests/osl/test_shader.py", "tests/osl/test_shader_guards.py", "tests/osl/test_rendering.py"
-_FIT = (_OSL, "-k", "evaluates_the_fit and leather or every_part or version_2 or below_zero or slot")
+_FIT = (_OSL, "-k", "evaluates_the_fit and leather or every_part or below_zero or slot")
 _EDITED = ("tests/osl/test_edited_shader.py",)
 _MIX = ("tests/addon/mix/test_mix.py", "-k", "no_room or beyond")
 _TANGENT = ("tests/osl/test_anisotropic_rendering.py", "-k", "tangent or sun-brushed")
@@ -43,7 +43,6 @@ SHADER_GUARDS = [
          ("max(h[2] * h[2], LEAST_HEIGHT_2)", "h[2] * h[2]", "both directions grazing"),
          ("max(slope2, LEAST_SLOPE_2)", "slope2", "no sheen in the mirror direction")),
     *_of("osl/coordinates.h", _FIT,
-         ("if (d < LEAST_LENGTH)", "if (0)", "retro-reflection without softening"),
          ("if (sin_i < LEAST_LENGTH)", "if (0)", "normal incidence")),
     *_of("osl/lattice.h", _FIT,
          ("if (stored & (1 << k))", "if (1)", "control points that are not stored")),

@@ -1,25 +1,19 @@
-"""What artists change of a measured material: the settings of `fitter.edited`, stored with the material.
+"""What artists change of a measured material: the settings of `fitter.edited`, stored with the material."""
 
-Version 0.2 kept them among the material's other settings. Its files are opened with what its shaders were edited by.
-"""
-
-import json
 from collections.abc import Callable
 from typing import Any
 
 import bpy
 import numpy as np
-from bpy.app.handlers import persistent
 from bpy.props import FloatProperty, FloatVectorProperty, PointerProperty
 
 from ...fitter.model.edit import COAT_WIDTHS, WIDTHS
-from ..core import edits, versions
+from ..core import edits
 from ..core.annotations import Arguments
 
 ADJUSTMENTS = ("diffuse_gain", "diffuse_tint", "highlight_gain", "highlight_tint", "highlight_width", "coat",
                "coat_roughness")
 _LEAST_ROUGHNESS = COAT_WIDTHS[0] ** 0.5
-_BEFORE = "0.1.0", "0.2.0"   # versions whose materials have no group of adjustments
 _DIGITS = 6                 # of arguments: single precision has no more
 
 listeners: list[Callable[[bpy.types.Material], object]] = []
@@ -105,31 +99,13 @@ def values_of(edit: Arguments) -> dict[str, Any]:
     return {name: np.asarray(value, np.float32).tolist() for name, value in values.items()}
 
 
-def take_over(material: bpy.types.Material) -> None:
-    """Give a material of version 0.2 the adjustments that its shader was edited by, if it has none yet."""
-    settings = of(material)
-    if any(settings.is_property_set(name) for name in ADJUSTMENTS):
-        return
-    for name, value in values_of(json.loads(material.measured_brdf.adjusted or "{}")).items():
-        setattr(settings, name, value)
-
-
-@persistent
-def _on_load(*_: object) -> None:
-    for material in bpy.data.materials:
-        if material.measured_brdf.adjusted and versions.made_by(material) in _BEFORE:
-            take_over(material)
-
-
 def register() -> None:
     bpy.utils.register_class(MeasuredAdjustments)
     bpy.types.Material.measured_brdf_adjustments = PointerProperty(type=MeasuredAdjustments, name="Adjustments")
     edits.wanted_by.append(edit_arguments)
-    bpy.app.handlers.load_post.append(_on_load)
 
 
 def unregister() -> None:
-    bpy.app.handlers.load_post.remove(_on_load)
     edits.wanted_by.remove(edit_arguments)
     del bpy.types.Material.measured_brdf_adjustments
     bpy.utils.unregister_class(MeasuredAdjustments)

@@ -60,12 +60,7 @@ def _osl(scene: bpy.types.Scene, used: Sequence[bpy.types.Material]) -> Iterator
     if not why:
         yield from _optix(scene, used)
         return
-    black = [item for item in used if rendered.in_scene(item, scene).how == rendered.BLACK]
-    if black:
-        names = ", ".join(item.name for item in black)
-        yield Finding("black", f"Black, because {why}, and an older version made them: {names}",
-                      "Update them and keep their fits", lambda: bpy.ops.measured_brdf.update_materials())
-    chosen = [item for item in used if materials.rendering_of(item) == EXACT and item not in black]
+    chosen = [item for item in used if materials.rendering_of(item) == EXACT]
     if not chosen:
         return
     message = f"Exact was chosen for {_called(chosen)}; because {why}, nodes are shown instead"
@@ -147,7 +142,7 @@ def _materials(looked_at: Sequence[bpy.types.Material]) -> Iterator[Finding]:
                           f"room for {MOST_MIXED}, and where there are several lamps, light of the "
                           "others is lost. Mix them by Mix Measured BRDFs, which renders some of them at a time")
     outdated = [material for material in looked_at if material.measured_brdf.coefficients
-                and material.is_editable and versions.made_by(material) != versions.CURRENT
+                and material.is_editable and material.measured_brdf.version != versions.CURRENT
                 and materials.is_outdated(material)]
     if outdated:
         yield Finding("version", f"An older version made {_called(outdated)}: rendered as before, without the "

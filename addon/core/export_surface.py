@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 NAME = "Measured BRDF Export"
 _FITTED = "measured_brdf"               # custom property of the node: the values of the last fit
-_FORMER = "Measured BRDF Fallback"      # the Principled BSDF that version 0.1.0 made for EEVEE
 
 
 def update(material: bpy.types.Material, surface: Surface) -> None:
@@ -72,11 +71,6 @@ def inputs(close: Principled, shown: Callable[[FloatArray], FloatArray]) -> dict
             "Coat Weight": close.coat_weight, "Coat Roughness": close.coat_roughness}
 
 
-def connect(material: bpy.types.Material) -> None:
-    """Give the Principled BSDF of a material of an older version an output of its own, which is exported."""
-    _node(not_none(material.node_tree))
-
-
 def shown(surface: Surface, color: FloatArray) -> FloatArray:
     """A colour of a surface, (3,), in the space of the open file, as Blender takes it: libraries may have another."""
     return np.clip(conversion(surface.colours, scene_colours() or DEFAULT) @ color, 0, 1)
@@ -84,11 +78,8 @@ def shown(surface: Surface, color: FloatArray) -> FloatArray:
 
 def _node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
     """The Principled BSDF to set, which is made where there is none; None if the user exports something else."""
-    for name in (NAME, _FORMER):
-        node = tree.nodes.get(name)
-        if node is not None and node.bl_idname == "ShaderNodeBsdfPrincipled":
-            break
-    else:
+    node = tree.nodes.get(NAME)
+    if node is not None and node.bl_idname != "ShaderNodeBsdfPrincipled":
         node = None
     outputs = [each for each in tree.nodes if each.type == "OUTPUT_MATERIAL"]
     if any(each.target == "ALL" for each in outputs):

@@ -8,26 +8,22 @@ import errno
 import glob
 import json
 import os
-import re
 import shutil
 import stat
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import cast
 
 import bpy
 
 from ...fitter.files import locked
-from . import assets, lamps, node_group, versions
+from . import assets, lamps, versions
 from . import material as materials
 
 MATERIALS_PER_FILE = 100            # Blender needs 3 MB of memory for each
 _MARKER = "Measured BRDF Library"   # a text in every library: JSON of format and version
 _FORMAT = "measured-brdf-library"
 _DiskVersion = tuple[int, int, int]
-_NUMBERED = re.compile(r"(.*?)(\.\d{3,})?")
 
 
 class LibraryError(ValueError):
@@ -47,7 +43,7 @@ def refusal(path: str | Path) -> str:
     names = _names(path)
     if names is None:
         return f"{path} exists and is not a .blend file that Blender {bpy.app.version_string} can read"
-    if _MARKER in names.get("texts", ()) or _is_of_first_version(names):
+    if _MARKER in names.get("texts", ()):
         return ""
     held = ", ".join(f"{len(of_kind)} {kind.replace('_', ' ')}" for kind, of_kind in sorted(names.items()) if of_kind)
     return f"{path} exists and is not a library that Measured BRDF wrote: it holds {held or 'nothing'}"
@@ -61,22 +57,6 @@ def _names(path: Path) -> dict[str, list[str]] | None:
             return {kind: of_kind for kind, of_kind in lists.items() if isinstance(of_kind, list)}
     except OSError:
         return None
-
-
-def _is_of_first_version(names: Mapping[str, list[str]]) -> bool:
-    """Whether a .blend holds only measured materials, as libraries of 0.1.0 do, which have no marker."""
-    expected = {"materials", "node_groups", "texts"}
-    if any(of_kind for kind, of_kind in names.items() if kind not in expected):
-        return False
-    groups, texts = Counter(map(_base_name, names["node_groups"])), Counter(map(_base_name, names["texts"]))
-    count = len(names["materials"])
-    return count > 0 and groups.keys() <= {node_group.NAME, lamps.NAME} and (
-        groups[node_group.NAME] == count and texts == {f"{node_group.NAME}.osl": count})
-
-
-def _base_name(name: str) -> str:
-    """The name without the number that Blender appends."""
-    return cast(re.Match[str], _NUMBERED.fullmatch(name))[1]
 
 
 def parts(path: str | Path) -> list[Path]:

@@ -13,13 +13,11 @@ from ...fitter.shader_constants import MOST_MIXED
 from . import export_surface, lamps, mixing, node_group, reading, versions
 from .annotations import not_none
 from .compiler import Shader, compile_surface
-from .properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_text, fit_arguments, rendering_named
+from .properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_text, fit_arguments
 from .transaction import new_data_removed_on_error, restored_on_error
 
 if TYPE_CHECKING:
     from .outcomes import Outcome, Surface
-
-_FORMER = "Measured BRDF Fallback"       # the Principled BSDF that version 0.1.0 made for EEVEE
 
 
 def create(outcome: Outcome, choices: Choices, context: bpy.types.Context,
@@ -78,7 +76,6 @@ def replace_shader(materials: Sequence[bpy.types.Material], shader: Shader, cont
             node, before = show(material, tree)
             replaced.append(before)
             restored.enter_context(mixing.mixes.following(material, before, node.node_tree))
-            export_surface.connect(material)
             material.measured_brdf.version = versions.CURRENT
         lamps.update(context.evaluated_depsgraph_get())
         unused = {item for before in replaced for item in node_group.unused(before)}
@@ -153,19 +150,17 @@ def mixed(tree: bpy.types.NodeTree | None) -> int:
 
 def rendering_of(material: bpy.types.Material) -> str:
     """How a measured material is rendered, one of `properties.RENDERINGS`; users may have changed its inputs."""
-    node = not_none(surface_node(material))
-    if node_group.is_formerly_fast(node) or ("Nodes" in node.inputs and node.inputs["Nodes"].default_value):
+    nodes = not_none(surface_node(material)).inputs.get("Nodes")
+    if nodes is not None and nodes.default_value:
         return NODES
     return EXACT if material.measured_brdf.rendering == EXACT else AUTOMATIC
 
 
 def use_rendering(material: bpy.types.Material, rendering: str) -> None:
     """Choose how all measured BRDFs of a material are rendered, also those inside of node groups."""
-    rendering = rendering_named(rendering)
     for node in _measured_nodes(not_none(material.node_tree)):
-        for name, value in ((node_group.FORMER_EXACT, True), ("Nodes", rendering == NODES)):
-            if name in node.inputs:             # version 0.1.0 had no Nodes
-                node.inputs[name].default_value = value
+        if "Nodes" in node.inputs:              # users may have removed it from the group
+            node.inputs["Nodes"].default_value = rendering == NODES
     material.measured_brdf.rendering = rendering
 
 
@@ -222,7 +217,6 @@ def show(material: bpy.types.Material,
     own_tree = not_none(material.node_tree)
     nodes = own_tree.nodes
     node, output, before = group_node(material), own_tree.get_output_node("CYCLES"), None
-    by_nodes = node is not None and node_group.is_formerly_fast(node)
     if node is None:
         node = nodes.new("ShaderNodeGroup")
         node.name, node.width, node.node_tree = node_group.NAME, 200, tree
@@ -231,8 +225,6 @@ def show(material: bpy.types.Material,
             _connect(own_tree, node, output)
     else:
         before, node.node_tree = node.node_tree, tree
-    if by_nodes:
-        node.inputs["Nodes"].default_value = True
     if output is None:
         output = nodes.new("ShaderNodeOutputMaterial")
         output.location = node.location.x + 260, node.location.y
@@ -257,7 +249,7 @@ def _show_in_eevee(tree: bpy.types.NodeTree, node: bpy.types.Node, cycles: bpy.t
         eevee = tree.nodes.new("ShaderNodeOutputMaterial")
         eevee.target = "EEVEE"
         eevee.location = cycles.location.x, cycles.location.y - 180
-    elif any(link.from_node.name != _FORMER for link in eevee.inputs["Surface"].links):
+    elif eevee.inputs["Surface"].is_linked:
         return
     tree.links.new(node.outputs[node_group.EEVEE], eevee.inputs["Surface"])
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ...fitter.cycles.bake import bake, interface, shader_version
+from ...fitter.cycles.bake import SHADER_VERSION, bake, interface
 from ...fitter.cycles.node_mixture import node_mixtures
 from . import closure_nodes, lamps, osl_support, shared_groups
 from .annotations import not_none
@@ -30,18 +30,17 @@ if TYPE_CHECKING:
 NAME = "Measured BRDF"
 SCRIPT_NODE = "Measured BRDF Shader"
 NODES_ERROR = "nodes_error"         # custom properties of the group: the error of the closure nodes in the mean
-NODES_WORST = "nodes_worst"         # and at the worst viewing angle; versions before 0.2.0 had none
+NODES_WORST = "nodes_worst"         # and at the worst viewing angle
 EEVEE_ERROR = "eevee_error"
 EEVEE_WORST = "eevee_worst"
 CYCLES, EEVEE = "BSDF", "EEVEE"     # outputs
 EVERYWHERE = "Exact Everywhere"     # input
-FORMER_EXACT = "Exact"              # input that versions before 0.3.0 had: off for Fast, an approximation
 _ACTIVE = "Active"                  # output of the script node: 1 where it renders the surface
 _MESH_TANGENT = "MeshTangent"       # input of the script node; the group fills it
-_FIT = "fit"                        # custom property of the group: bytes; versions before 0.3.0 had none
+_FIT = "fit"                        # custom property of the group: bytes
 _BYTES = "bytes_in_file"            # custom properties of the group, which tell whether a user has changed it
 _HASH = "bytecode_hash"
-_VERSION = "shader_version"         # custom property of the group; version 0.1.0 did not set it
+_VERSION = "shader_version"         # custom property of the group
 
 
 # what Blender 5.0 writes beside their values, in bytes
@@ -70,7 +69,7 @@ def create(shader: Shader, name: str = NAME) -> bpy.types.NodeTree:
         _fill(tree, shader)
         for key, error in _errors(shader.nodes).items():
             tree[key] = error
-        tree[_VERSION] = shader_version(shader.source)
+        tree[_VERSION] = SHADER_VERSION
         if shader.fit:
             tree[_FIT] = shader.fit
         tree[_BYTES], tree[_HASH] = _bytes_in_file(tree), not_none(script_node(tree)).bytecode_hash
@@ -94,7 +93,7 @@ def _is_of(tree: bpy.types.NodeTree, shader: Shader) -> bool:
     """Whether a group is as `create` makes it of a shader, as far as can be told."""
     script = script_node(tree)
     return (script is not None and bool(shader.fit) and kept_fit(tree) == shader.fit
-            and version(tree) == shader_version(shader.source)
+            and version(tree) == SHADER_VERSION
             and all(math.isclose(tree.get(key, math.inf), error, rel_tol=_SAME)
                     for key, error in _errors(shader.nodes).items())
             and tree.get(_HASH) == script.bytecode_hash and bytes_in_file(tree) == _bytes_in_file(tree)
@@ -115,17 +114,12 @@ def of(fit: Fit) -> bpy.types.NodeTree:
 
 
 def unused(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
-    """The group, the groups that it shared with others and the source text that one of an older version has, if nothing
-    uses them; empty for a group in use, and for None."""
-    if tree is None:
+    """The group and the groups that it shared with others, if nothing uses them; empty for a group in use, and for
+    None."""
+    # user counts will not do: Blender 4.2 counts the groups of copied materials twice
+    if tree is None or bpy.data.user_map(subset=[tree])[tree] or tree.use_fake_user:
         return []
-    text = not_none(script_node(tree)).script
-    # user counts will not do: a text counts itself, and Blender 4.2 counts the groups of copied materials twice
-    users = bpy.data.user_map(subset=[tree] if text is None else [tree, text])
-    if users[tree] or tree.use_fake_user:
-        return []
-    texts = [] if text is None or users[text] - {tree} else [text]
-    return [tree, *texts, *shared_groups.used_only_by(tree)]
+    return [tree, *shared_groups.used_only_by(tree)]
 
 
 def script_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
@@ -134,23 +128,10 @@ def script_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
     return node if node is not None and node.type == "SCRIPT" else None
 
 
-def source(tree: bpy.types.NodeTree) -> str:
-    """The OSL source in a group that a version before 0.3.0 made; else, and if its text has been removed, empty."""
-    text = not_none(script_node(tree)).script
-    return "" if text is None else text.as_string()
-
-
 def kept_fit(tree: bpy.types.NodeTree) -> bytes:
-    """The fit in a group that `create` made, for `Fit.from_bytes`; empty if an older version made it, with the fit in
-    its source alone."""
+    """The fit in a group that `create` made, for `Fit.from_bytes`; empty if it was given none."""
     stored = tree.get(_FIT)
     return stored if isinstance(stored, bytes) else b""
-
-
-def is_formerly_fast(node: bpy.types.Node) -> bool:
-    """Whether a node holds a group of a version before 0.3.0 and shows its approximation in OSL, Fast."""
-    exact = node.inputs.get(FORMER_EXACT)
-    return exact is not None and not exact.default_value
 
 
 def is_compiled(tree: bpy.types.NodeTree) -> bool:
@@ -163,15 +144,13 @@ def version(tree: bpy.types.NodeTree) -> int:
 
     It is 0 for a shader that is still to be compiled, in a Blender that can.
     """
-    stored = tree.get(_VERSION)
-    if not is_compiled(tree) and not osl_support.missing():
-        return 0
-    return stored if isinstance(stored, int) else 1
+    stored, is_made = tree.get(_VERSION), is_compiled(tree) or bool(osl_support.missing())
+    return stored if isinstance(stored, int) and is_made else 0
 
 
 def _fill(tree: bpy.types.NodeTree, shader: Shader) -> None:
-    # values and links of a group's node follow the order in which sockets are made: new ones come last, and what older
-    # versions had, or only anisotropic fits have, keeps its place
+    # values and links of a group's node follow the order in which sockets are made: new ones come last, and what only
+    # anisotropic fits have keeps its place
     tree.interface.new_socket(CYCLES, in_out="OUTPUT", socket_type="NodeSocketShader").description = (
         "The surface for Cycles")
     tint = tree.interface.new_socket("Tint", in_out="INPUT", socket_type="NodeSocketColor")
@@ -180,7 +159,6 @@ def _fill(tree: bpy.types.NodeTree, shader: Shader) -> None:
     strength = tree.interface.new_socket("Strength", in_out="INPUT", socket_type="NodeSocketFloat")
     strength.default_value, strength.min_value = 1, 0
     strength.description = "Multiplies the measured reflectance"
-    _leave_out(tree, FORMER_EXACT)
     normal = tree.interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
     normal.hide_value = True
     normal.description = "Shading normal from a Bump or Normal Map node; by default, that of the surface"

@@ -51,23 +51,16 @@ class Fitted(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """A fit that a material keeps, as `Fit.to_bytes` returns it.
-
-    In materials of versions before 0.3.0 it is in the shader instead: `source` is OSL that `bake` made, and `fit`
-    empty. The compression is in percent.
-    """
+    """A fit that a material keeps, as `Fit.to_bytes` returns it, and its name."""
 
     fit: bytes
-    source: str
     name: str
-    compression: float
     colours: str
 
     @property
     def digest(self) -> str:
         """Identifies the fit: 32 hexadecimal digits."""
-        whole = "\n".join((self.name, f"{self.compression:g}", self.colours, self.source)).encode()
-        return hashlib.blake2b(whole + b"\n" + self.fit, digest_size=16).hexdigest()
+        return hashlib.blake2b(f"{self.name}\n{self.colours}\n".encode() + self.fit, digest_size=16).hexdigest()
 
 
 class Wanted(NamedTuple):

@@ -28,16 +28,13 @@ READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encodin
            "columns")
 CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", "rendering", *READING)
 AUTOMATIC, EXACT, NODES = "AUTO", "EXACT", "NODES"
-_FAST = "FAST"              # of version 0.2: accepted where a rendering is named, and means NODES
 RENDERINGS = (
     (AUTOMATIC, "Automatic", "Exact where Cycles renders with OSL, and Nodes everywhere else"),
     (EXACT, "Exact", "The measured reflectance under every light; slightly noisier and slower. It needs Cycles with "
                      "OSL: elsewhere, Nodes are shown"),
     (NODES, "Nodes", "An approximation by ordinary nodes, without OSL: on every device, quick, and without noise of "
                      "its own"))
-# files keep the numbers, which are those of version 0.2
-RENDERING_ITEMS = tuple((*item, "NONE", number) for item, number in zip(
-    (*RENDERINGS, (_FAST, "Fast", "Nodes, by the name of a rendering of version 0.2")), (0, 1, 3, 2), strict=True))
+_FAST = "FAST"              # scripts may name it, and get NODES
 AS_THE_FILE_SAYS = "auto"
 ORIGINAL = "Paper"
 _LABELS = {ORIGINAL: "Original 2002 Method"}
@@ -90,6 +87,11 @@ def _use_levels_of_preset(choices: Any, _context: bpy.types.Context) -> None:
         _use_levels(choices, choices.preset)
 
 
+def _use_nodes_for_fast(choices: Any, _context: bpy.types.Context) -> None:
+    if choices.rendering == _FAST:
+        choices.rendering = NODES
+
+
 class FitChoices:
     """The properties of `Choices`, shared by the import operators and the material.
 
@@ -125,8 +127,8 @@ class FitChoices:
         description="Largest RMSE at the samples, in 1/sr. Lower values follow the measurements more closely and make "
                     "larger files")
     rendering: EnumProperty(
-        name="Rendering", items=RENDERING_ITEMS, default=AUTOMATIC,
-        description="How the material is rendered. It can be changed at any time")
+        name="Rendering", items=(*RENDERINGS, (_FAST, "Fast", "Nodes")), default=AUTOMATIC,
+        update=_use_nodes_for_fast, description="How the material is rendered. It can be changed at any time")
     angles: EnumProperty(
         name="Angles", items=_ANGLES, default=AS_THE_FILE_SAYS,
         description="Unit of the angles of a table. Only needed where the file does not say it, or says it wrongly")
@@ -157,18 +159,13 @@ class FitChoices:
                     "the file names them")
 
 
-def rendering_named(name: str) -> str:
-    """One of `RENDERINGS`, by its name or by one that version 0.2 had."""
-    return NODES if name == _FAST else name
-
-
 def draw_presets(layout: bpy.types.UILayout, choices: Any) -> None:
     """Draw the choice of a preset, of those that are offered."""
     _draw_enum(layout, choices, "preset", OFFERED)
 
 
 def draw_rendering(layout: bpy.types.UILayout, choices: Any) -> None:
-    """Draw the choice of a rendering, without names of older versions."""
+    """Draw the choice of a rendering."""
     _draw_enum(layout, choices, "rendering", [key for key, *_ in RENDERINGS])
 
 
@@ -225,11 +222,11 @@ def fitted_arguments(settings: Any) -> Arguments | None:
 
 
 def is_as_fitted(settings: Any, digest: str | None) -> bool:
-    """Whether another fit with a material's settings would be the one that it has, as far as it knows.
+    """Whether another fit with a material's settings would be the one that it has.
 
     `digest` is that of the measurements as they are read now, None where they have not been read.
     """
-    return settings.fitted_as in ("", as_text(fit_arguments(settings))) and digest in (None, settings.digest)
+    return settings.fitted_as == as_text(fit_arguments(settings)) and digest in (None, settings.digest)
 
 
 def label_of_fit(settings: Any) -> str:
@@ -257,7 +254,7 @@ class Worth(NamedTuple):
 
 
 def worth(settings: Any) -> Worth:
-    """What the fit of a material is worth; empty where an older version did not judge it."""
+    """What the fit of a material is worth; empty where it was not judged."""
     name = published.name_in(settings.filepath)
     if name is not None:
         try:
@@ -269,7 +266,7 @@ def worth(settings: Any) -> Worth:
     if settings.match < 0:
         return Worth("", "", False)
     judged = verdict.Verdict(*(getattr(settings, field) for field in verdict.Verdict._fields))
-    is_adjusted = settings.adjusted not in ("", as_text({}))
+    is_adjusted = settings.adjusted != as_text({})
     line, whole, after = verdict.line(judged), verdict.sentence(judged), ""
     if is_adjusted:
         line = f"Match before adjusting: {verdict.grade(judged.match, verdict.MATCH_LIMITS)}"
@@ -293,22 +290,22 @@ class MeasuredMaterial(FitChoices, bpy.types.PropertyGroup):
     name_of_data: StringProperty(name="Data")
     digest: StringProperty(name="Digest")               # of the measurements
     asset_key: StringProperty(name="Asset Key")         # set for assets that a batch made
-    version: StringProperty(name="Version")             # of the extension that made the fit; 0.1.0 left it empty
+    version: StringProperty(name="Version")             # of the extension that made the fit
     coefficients: IntProperty(name="Coefficients")
     bytes: IntProperty(name="Bytes")
     rmse: FloatProperty(name="RMSE")
     mre: FloatProperty(name="MRE")
     seconds: FloatProperty(name="Seconds")
     fitted_levels: StringProperty(name="Levels")
-    colours: StringProperty(name="Colours")             # reading.GREY, or the space; 0.1.0 left it empty: Rec.709
-    fitted_as: StringProperty(name="Fitted As")         # JSON of fit_arguments; 0.1.0 left it empty
-    match: FloatProperty(name="Match", default=UNKNOWN)         # quality.verdict.Verdict; 0.1.0 left these as they are
+    colours: StringProperty(name="Colours")             # reading.GREY, or the space
+    fitted_as: StringProperty(name="Fitted As")         # JSON of fit_arguments
+    match: FloatProperty(name="Match", default=UNKNOWN)         # quality.verdict.Verdict
     between: FloatProperty(name="Between", default=UNKNOWN)
     farthest: FloatProperty(name="Farthest")
     hole: FloatProperty(name="Widest Hole")
-    least: FloatProperty(name="Least")                  # 0 where an older version did not tell it
-    adjusted: StringProperty(name="Adjusted")           # JSON of the edit that the shader has; 0.1.0: empty
-    sphere: StringProperty(name="Sphere")               # as packed_picture.packed makes it; 0.1.0 left it empty
+    least: FloatProperty(name="Least")
+    adjusted: StringProperty(name="Adjusted")           # JSON of the edit that the shader has
+    sphere: StringProperty(name="Sphere")               # as packed_picture.packed makes it
     changes: StringProperty(name="Changes")             # that made the fit physically plausible
     shown_theta: FloatProperty(
         name="Incidence", default=math.radians(40), min=0, max=math.radians(85), subtype="ANGLE",

@@ -71,8 +71,7 @@ def draw_reading(layout: bpy.types.UILayout, choices: Any, path: str) -> None:
 
 def other_colours(settings: Any, here: str) -> str:
     """The colour space that a material was fitted for, by its settings, if it is not `scene_colours`; else empty."""
-    fitted = settings.colours or DEFAULT
-    return "" if fitted in (GREY, here) or not here else fitted
+    return "" if settings.colours in (GREY, here) or not here else settings.colours
 
 
 def has_file(material: bpy.types.Material) -> bool:

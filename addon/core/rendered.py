@@ -17,10 +17,6 @@ from .annotations import not_none
 from .properties import EXACT, NODES, RENDERINGS
 
 _LABELS = {key: label for key, label, _ in RENDERINGS}
-FORMERLY_FAST = "FAST"      # an approximation in OSL by a shader of version 0.1.0 or 0.2.0
-BLACK = "BLACK"             # a shader of version 0.1.0, which has no closure nodes
-FORMER = "FORMER"           # in EEVEE, the Principled BSDF of such a shader
-PARTLY = "PARTLY"           # nodes were chosen for a mix, of which such a shader is a part: OSL renders that part
 OTHER = "OTHER"             # something else is connected to the output
 _EEVEE = ("BLENDER_EEVEE", "BLENDER_EEVEE_NEXT")
 _IN_EEVEE, _IN_ANOTHER = "the engine is EEVEE", "the engine is not Cycles"
@@ -33,7 +29,7 @@ class Rendered(NamedTuple):
     Attributes
     ----------
     how : str
-        `properties.EXACT` or NODES, or FORMERLY_FAST, BLACK, FORMER, PARTLY or OTHER.
+        `properties.EXACT` or NODES, or OTHER.
     error, worst : float
         The share of the light that goes in wrong directions, in the mean over the viewing angles and at the worst.
     why : str
@@ -51,24 +47,16 @@ class Rendered(NamedTuple):
 
 def in_scene(material: bpy.types.Material, scene: bpy.types.Scene) -> Rendered:
     """How a measured material is rendered in a scene."""
-    node = not_none(materials.surface_node(material))
-    tree = not_none(node.node_tree)
     if not materials.shows(material, "EEVEE" if in_eevee(scene) else "CYCLES"):
-        former = in_eevee(scene) and node_group.NODES_ERROR not in tree
-        return Rendered(FORMER if former else OTHER, 1.0, 1.0, "", False)
-    if node_group.is_formerly_fast(node) and not node.inputs["Nodes"].default_value and not without_osl(scene):
-        return Rendered(FORMERLY_FAST, 1.0, 1.0, "", False)
-    chosen = materials.rendering_of(material)
-    has_nodes = node_group.NODES_ERROR in tree
-    is_chosen = chosen == NODES and has_nodes and not in_eevee(scene)
+        return Rendered(OTHER, 1.0, 1.0, "", False)
+    tree, chosen = not_none(not_none(materials.surface_node(material)).node_tree), materials.rendering_of(material)
+    is_chosen = chosen == NODES and not in_eevee(scene)
     off = "" if is_chosen else without_osl(scene)
     why = off or ("" if is_chosen or _is_compiled(tree) else _NOT_COMPILED)
     if not why and chosen != NODES:
         return Rendered(EXACT, 0.0, 0.0, "", False)
     can_enable = (bool(off) and chosen != NODES and not osl_support.missing()
                   and device.effective_device(scene) in device.WITH_OSL)
-    if not has_nodes:
-        return Rendered(BLACK if why else PARTLY, 1.0, 1.0, why, can_enable)
     if in_eevee(scene):
         return Rendered(NODES, tree[node_group.EEVEE_ERROR], tree[node_group.EEVEE_WORST], why, can_enable)
     return Rendered(NODES, tree[node_group.NODES_ERROR], tree[node_group.NODES_WORST], why, can_enable)
@@ -100,18 +88,10 @@ def without_osl(scene: bpy.types.Scene) -> str:
 
 def brief(found: Rendered, chosen: str) -> str:
     """How a material is rendered, in a few words; `chosen` is one of `properties.RENDERINGS`."""
-    if found.how == BLACK:
-        return f"Rendered black, because {found.why}: an older version made it. Update it"
-    if found.how == FORMER:
-        return "Shown as the Principled BSDF of an older version. Update it"
-    if found.how == PARTLY:
-        return "Rendered by nodes, except what an older version made. Update that"
     if found.how == OTHER:
         return "Not shown: the Material Output of this engine has another surface"
     if found.how == EXACT:
         return "Exact"
-    if found.how == FORMERLY_FAST:
-        return "Rendered by an approximation of an older version. Update it"
     because = f", because {found.why}" if found.why else ""
     instead = f" instead of {_LABELS[chosen]}" if chosen == EXACT else ""
     return f"Rendered by nodes{instead}{because}"
@@ -141,8 +121,6 @@ def in_words(found: Rendered, is_previewed: bool = False) -> str:
         return "Exact on final renders" if is_previewed else "Exact"
     if found.how == OTHER:
         return "Not connected to the output"
-    if found.how != NODES:
-        return "Black: update it" if found.how == BLACK else "Older version: update it"
     if found.why in ("", _IN_EEVEE, _IN_ANOTHER):
         return f"Nodes: within {math.ceil(100 * found.error)} % of the light"
     if found.why == _NOT_COMPILED:
@@ -153,7 +131,7 @@ def in_words(found: Rendered, is_previewed: bool = False) -> str:
 def advice(material: bpy.types.Material, scene: bpy.types.Scene) -> str:
     """How a material is rendered in a scene, and how it would be rendered exactly; empty if it is as was chosen."""
     found, chosen = in_scene(material, scene), materials.rendering_of(material)
-    if not found.why and found.how not in (FORMERLY_FAST, FORMER, PARTLY, OTHER):
+    if not found.why and found.how != OTHER:
         return ""
     text = f"{brief(found, chosen)}, an approximation" if found.how == NODES else brief(found, chosen)
     if found.can_enable:
@@ -175,10 +153,6 @@ def summary(scene: bpy.types.Scene) -> str:
     if not counts:
         return ""
     parts = [f"{counts[how]} {text}" for how, text in ((EXACT, "exact"), (NODES, "by closure nodes"),
-                                                       (FORMERLY_FAST, "by an older version's approximation"),
-                                                       (BLACK, "black: update the materials"),
-                                                       (PARTLY, "by closure nodes in part: update the materials"),
-                                                       (FORMER, "as an older version has it"),
                                                        (OTHER, "not connected to the output")) if counts[how]]
     why = without_osl(scene)
     where = str(scene.render.engine) if in_eevee(scene) else f"Cycles on {device.effective_device(scene)}"

@@ -108,8 +108,7 @@ def rows(material: bpy.types.Material) -> list[tuple[str, str]]:
     known += [("Coefficients", f"{settings.coefficients:,}"), ("Storage", f"{settings.bytes:,} bytes")]
     if size := node_group.bytes_in_file(tree):
         known.append(("In the .blend", f"about {size / 1000:,.0f} kB"))
-    if errors := [f"{name} {tree[error]:.1%}" for name, error in _ERRORS if error in tree]:
-        known.append(("Highlight Error", ", ".join(errors)))
+    known.append(("Highlight Error", ", ".join(f"{name} {tree[error]:.1%}" for name, error in _ERRORS)))
     if is_judged:
         known.append(("Fitted in", f"{settings.seconds:.2f} s"))
     if materials.tangent_input(material) is not None:

@@ -15,16 +15,7 @@ from ...fitter.colours import DEFAULT
 from ...fitter.files import real
 from ..core import assets, library_file, look, osl_support
 from ..core import material as materials
-from ..core.properties import (
-    AUTOMATIC,
-    CHOICES,
-    NO_SPECULAR_LEVEL,
-    RENDERINGS,
-    Choices,
-    fit_arguments,
-    rendering_named,
-    use_preset,
-)
+from ..core.properties import AUTOMATIC, CHOICES, NO_SPECULAR_LEVEL, RENDERINGS, Choices, fit_arguments, use_preset
 from ..core.reading import load_arguments, scene_colours, use_reading
 from ..work import tasks
 from ..work.command import Row, quiet, report_of, summary
@@ -66,8 +57,7 @@ def add(commands: Any) -> None:
 def _add_inputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("paths", nargs="+", metavar="PATH", help="files or folders of measurements")
     cli.add_fitting(parser)
-    parser.add_argument("--rendering", type=rendering_named, choices=[key for key, *_ in RENDERINGS],
-                        default=AUTOMATIC,
+    parser.add_argument("--rendering", choices=[key for key, *_ in RENDERINGS], default=AUTOMATIC,
                         help="how materials are rendered: exactly where Cycles has OSL, by closure nodes, or AUTO: "
                              "exactly where Cycles has OSL and by nodes elsewhere; default: %(default)s")
     cli.add_reading(parser, None)

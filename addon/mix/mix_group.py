@@ -134,7 +134,7 @@ def keep(*followed: bpy.types.Material) -> None:
 
 @persistent
 def _keep_all(*_: object) -> None:
-    """Before a file is saved, which an earlier version may have made."""
+    """Before a file is saved: Blender appends materials without their fake users."""
     for tree in bpy.data.node_groups:
         if is_mix(tree) and tree.library is None:
             keep(*(material for material in parts(tree) if material is not None))
@@ -184,18 +184,13 @@ def _renew(changed: list[bpy.types.Node]) -> None:
 
 
 def _update_inputs(mix: bpy.types.NodeTree) -> None:
-    """Give a mix the inputs of its new groups, in the place of those that only groups of older versions had."""
+    """Give a mix the inputs that only its new groups have."""
     sockets = not_none(mix.interface)
     own = {item.name: item for item in _sockets(mix) if item.in_out == "INPUT"}
     offered = {item.name: item for name in reversed(_PARTS) for item in _sockets(not_none(mix.nodes[name].node_tree))
                if item.in_out == "INPUT"}
     for name in offered.keys() - own.keys() - {FACTOR}:
         _copy_socket(sockets, offered[name])
-    for node in _nodes_of(mix):
-        if node_group.is_formerly_fast(node):
-            node.inputs["Nodes"].default_value = True
-    if node_group.FORMER_EXACT in own and node_group.FORMER_EXACT not in offered:
-        sockets.remove(own[node_group.FORMER_EXACT])
     _connect(mix)
 
 
@@ -300,8 +295,4 @@ def _remember_errors(tree: bpy.types.NodeTree) -> None:
     """What `rendered` says of a group: the larger error of both."""
     trees = [not_none(tree.nodes[name].node_tree) for name in _PARTS]
     for name in _ERRORS:
-        known = [value for each in trees if (value := each.get(name)) is not None]
-        if len(known) == len(trees):
-            tree[name] = max(known)
-        elif tree.get(name) is not None:
-            del tree[name]
+        tree[name] = max(each.get(name, 0.0) for each in trees)         # a group whose file is lost has none

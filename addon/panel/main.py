@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import bpy
 
-from ..core import manual, versions
+from ..core import manual, node_group, versions
 from ..core import material as materials
 from ..core.active_material import active_material, can_change
 from ..core.annotations import not_none
@@ -121,9 +121,10 @@ def _draw_version(layout: bpy.types.UILayout, material: bpy.types.Material) -> N
     """Offer an update if an older version made the material, or if its shader is still to be compiled."""
     if materials.is_outdated(material):
         column = layout.box().column()
-        text = (f"Made by version {versions.made_by(material)}; this is {versions.CURRENT}. It renders as before. An "
-                "update brings the improvements to all materials of this file")
-        if versions.made_by(material) == versions.CURRENT:
+        made_by = material.measured_brdf.version or "unknown"
+        text = (f"Made by version {made_by}; this is {versions.CURRENT}. It renders as before. An update brings the "
+                "improvements to all materials of this file")
+        if not node_group.is_compiled(not_none(not_none(materials.group_node(material)).node_tree)):
             text = "Made where there is no OSL. An update compiles the shaders of all materials of this file"
         draw_wrapped(column, text, "INFO")
         column.operator(MEASUREDBRDF_OT_update_materials.bl_idname, icon="FILE_REFRESH")

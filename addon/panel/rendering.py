@@ -7,7 +7,7 @@ from ..core import checks, osl_support, rendered
 from ..core import material as materials
 from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, not_none
-from ..core.properties import AUTOMATIC, RENDERING_ITEMS, RENDERINGS
+from ..core.properties import AUTOMATIC, RENDERINGS
 from .fixes import MEASUREDBRDF_OT_fix_setting
 from .layout import MaterialPanel, choices, draw_wrapped, fits
 
@@ -35,7 +35,7 @@ class MEASUREDBRDF_OT_use_method(bpy.types.Operator):
     bl_label = "Use Method"
     bl_options = {"UNDO", "INTERNAL"}
 
-    method: EnumProperty(items=RENDERING_ITEMS)
+    method: EnumProperty(items=RENDERINGS)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -44,7 +44,7 @@ class MEASUREDBRDF_OT_use_method(bpy.types.Operator):
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: "MEASUREDBRDF_OT_use_method") -> str:
-        return next(text for key, _, text, *_ in RENDERING_ITEMS if key == properties.method)
+        return next(text for key, _, text in RENDERINGS if key == properties.method)
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         materials.use_rendering(not_none(active_material(context)), self.method)
@@ -70,7 +70,7 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
         for key, label, _ in RENDERINGS:
             buttons.operator(MEASUREDBRDF_OT_use_method.bl_idname, text=label, depress=chosen == key).method = key
         now = rendered.in_scene(material, scene)
-        as_chosen = now.how == chosen or (chosen == AUTOMATIC and now.how != rendered.BLACK)
+        as_chosen = chosen in (AUTOMATIC, now.how)
         draw_wrapped(layout, rendered.sentence(now, chosen), "INFO" if as_chosen else "ERROR")
         if now.can_enable:
             layout.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)

@@ -137,18 +137,7 @@ def kept(material: bpy.types.Material) -> Kept | None:
         return None
     settings = material.measured_brdf
     space = settings.colours if settings.colours in COLOURS else DEFAULT
-    tree = not_none(node.node_tree)
-    fit = node_group.kept_fit(tree)
-    return Kept(fit, "" if fit else node_group.source(tree), settings.name_of_data,
-                      _compression(settings.fitted_levels), space)
-
-
-def _compression(levels: str) -> float:
-    """The compression (percent) in the notation of a fit's levels, such as (4,6,95); 0 where there is none."""
-    try:
-        return float(levels.strip("()").split(",")[2])
-    except (IndexError, ValueError):
-        return 0.0
+    return Kept(node_group.kept_fit(not_none(node.node_tree)), settings.name_of_data, space)
 
 
 def _small_sphere(material: bpy.types.Material) -> int:

@@ -17,7 +17,6 @@ from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.cycles import principled
 from ...fitter.cycles.bake import SHADER_VERSION, bake
 from ...fitter.cycles.node_mixture import Nodes, node_mixtures
-from ...fitter.cycles.unbake import unbake
 from ...fitter.formats import time_and_size
 from ...fitter.methods.regression_kriging import MOST_SAMPLES
 from ...fitter.model import fit_file
@@ -372,8 +371,7 @@ def kept_fit(kept: Kept) -> fitter.Fit:
     """The fit of a material. Raises ValueError if there is none."""
     key = kept.digest
     if key not in _kept_fits:
-        _kept_fits[key] = (replace(fitter.Fit.from_bytes(kept.fit), name=kept.name) if kept.fit else
-                           unbake(kept.source, kept.name, kept.compression))
+        _kept_fits[key] = replace(fitter.Fit.from_bytes(kept.fit), name=kept.name)
     return _kept_fits[key]
 
 

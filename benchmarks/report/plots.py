@@ -11,13 +11,11 @@ from matplotlib import pyplot
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .methods import BASELINES, METHODS
+from .methods import BASELINES
 from .rows import Results, Row
 
 mpl.use("Agg")
 METRICS = ("rmse", "mae", "mre")
-COLORS = dict(zip(METHODS, cycle(("tab:gray", "tab:blue", "tab:red", "black", "tab:green", "tab:purple", "tab:brown",
-                                  "tab:pink", "tab:olive", "tab:cyan")), strict=False))
 
 
 def draw(results: Results, out: Path) -> None:

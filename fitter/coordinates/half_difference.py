@@ -28,7 +28,6 @@ from typing import ClassVar
 import numpy as np
 
 from ..arrays import ArrayLike, Directions, FloatArray
-from ..shader_constants import LEAST_LENGTH
 from . import stretch
 
 SOFTENING = 0.01            # the softening radius delta of new fits
@@ -41,7 +40,7 @@ class HalfDifference:
     Attributes
     ----------
     softening : float
-        The softening radius delta; 0 in fits of file version 2, which had none.
+        The softening radius delta, above 0.
     stretch : float
         The stretch k of the half vector, from `stretch.LEAST` to `stretch.LARGEST`; 0 for none.
     """
@@ -58,9 +57,9 @@ class HalfDifference:
 
         Examples
         --------
-        A mirror pair has H = 0, at any angle of incidence; here without softening:
+        A mirror pair has H = 0, at any angle of incidence; here with hardly any softening:
 
-        >>> mu = 2 * HalfDifference(0).encode([0.3, 1.2], 0, [0.3, 1.2], np.pi) - 1
+        >>> mu = 2 * HalfDifference(1e-3).encode([0.3, 1.2], 0, [0.3, 1.2], np.pi) - 1
         >>> bool(np.allclose(mu[:, 0], project([0.3, 1.2]))), bool(np.allclose(mu[:, 1:], 0))
         (True, True)
         """
@@ -71,13 +70,9 @@ class HalfDifference:
         delta2 = self.softening ** 2
         d2 = np.hypot(delta2, np.sqrt(1 - delta2 ** 2) * length ** 2)
         d = np.sqrt(d2)
-        # without softening, D has no azimuth where the directions coincide: use that of the half vector
-        divides = d > LEAST_LENGTH
-        axis = np.where(divides, difference, np.where(np.abs(half) > LEAST_LENGTH, half, 1))
-        in_frame = half * np.conj(axis) / np.where(divides, d, np.abs(axis))
+        in_frame = half * np.conj(difference) / d
         # y^2 = |H|^2 - x^2 as a sum of two squares, without cancellation
-        over = delta2 * np.sqrt(np.maximum(1 - length ** 4, 0) / np.where(divides, d2 + length ** 2, 1))
-        rest = over * np.abs(half) / np.where(divides, d, 1)
+        rest = delta2 * np.sqrt(np.maximum(1 - length ** 4, 0) / (d2 + length ** 2)) * np.abs(half) / d
         x, y = stretch.stretched(in_frame.real, np.hypot(in_frame.imag, rest), self.stretch)
         return (np.stack([d, x, y], axis=-1) + 1) / 2
 

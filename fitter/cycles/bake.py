@@ -28,7 +28,7 @@ from .node_mixture import NodeMixture, cycles_mixture
 
 SHADER = "measured_brdf.osl"
 MIX_SHADER = "mix.osl"
-SHADER_VERSION = 8          # of the function that a baked shader computes; extension 0.1.0 baked 1, without naming it
+SHADER_VERSION = 8          # of the function that a baked shader computes
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"\n', re.MULTILINE)
 _COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 _BLANK = re.compile(r"^[ \t]*\n", re.MULTILINE)
@@ -64,7 +64,7 @@ def bake(fit: Fit, template: str | None = None, mixture: NodeMixture | None = No
     if len(fit.channels) not in (1, len(RGB)):
         raise ValueError(f"a fit of {len(fit.channels)} channels; a shader takes 1 or 3")
     constants, tables = _fit(fit)
-    constants |= shader_constants() | {"SHADER_VERSION": SHADER_VERSION}
+    constants |= shader_constants()
     mixture = cycles_mixture(fit) if mixture is None else mixture
     mixture_constants, mixture_tables = _mixture(mixture)
     constants |= mixture_constants
@@ -91,12 +91,6 @@ def mix_source() -> str:
     constants = "".join(f"#define {name} {value}\n" for name, value in shader_constants().items()
                         if name.startswith(("MOST_MIXED", "RANDOM_", "SEED_")))
     return _completed((_SOURCES / MIX_SHADER).read_text("utf-8"), {"baked_constants.h": constants})
-
-
-def shader_version(source: str) -> int:
-    """The `SHADER_VERSION` of the extension that baked OSL source."""
-    match = re.search(r"^#define SHADER_VERSION (\d+)$", source, re.MULTILINE)
-    return int(match[1]) if match else 1
 
 
 def interface(source: str) -> str:

@@ -25,7 +25,6 @@ from .text import decode, floats, line_number, lines, parse_number
 _GROUPING = tuple(space.encode() for space in "\u00a0\u202f\u2009\u2019") + (b"\xa0",)      # the last in Latin-1
 _DEGREE = (b"\xc2\xb0", b"\xc2\xba", b"\xb0")
 _COMMA, _POINT = 1, 2       # a decimal sign that is proven
-_SIGN = {_COMMA: b",", _POINT: b"."}
 _THOUSANDS = re.compile(rb"[-+]?[1-9]\d{0,2}(?:([.,])\d{3})(?:\1\d{3})*")
 
 

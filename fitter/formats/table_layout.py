@@ -18,6 +18,7 @@ SKIPPED = "-"               # in the place of a name: a column that is not read
 _LONGEST = 1 << 16          # bytes of a line of names
 _MOST_TITLES = 100          # lines before the names
 _SOME = 20                  # rows by which a column of text is told
+_PREVIEWED = 4              # rows
 _SEPARATORS = b"\t", b";", b",", b"|", b":"
 _SAID = re.compile(rb"\"?sep=([^\w\r\n])\"?[ \t]*\Z")
 _QUOTED = re.compile(rb"\"[^\"]*\"")
@@ -103,7 +104,7 @@ def find(content: bytes, columns: str | None = None) -> Layout | None:
     return None if fallback is None else _layout(content, *fallback)
 
 
-def preview(content: bytes, most: int = 4) -> tuple[list[str] | None, list[list[str]]] | None:
+def preview(content: bytes) -> tuple[list[str] | None, list[list[str]]] | None:
     r"""The first rows of numbers of a text, and the cells of the line before them where it has as many; None where
     there are no rows.
 
@@ -119,15 +120,15 @@ def preview(content: bytes, most: int = 4) -> tuple[list[str] | None, list[list[
         for separator in _candidates(line[0]):
             cells = split(line[0], separator)
             if 1 < len(cells) <= MOST_COLUMNS and all(map(is_cell, cells)):
-                return _rows_from(content, line, before, separator, most)
+                return _rows_from(content, line, before, separator)
         before = line
     return None
 
 
-def _rows_from(content: bytes, line: re.Match[bytes], before: re.Match[bytes] | None, separator: bytes | None,
-               most: int) -> tuple[list[str] | None, list[list[str]]]:
+def _rows_from(content: bytes, line: re.Match[bytes], before: re.Match[bytes] | None,
+               separator: bytes | None) -> tuple[list[str] | None, list[list[str]]]:
     rows = [[decode(cell) for cell in split(row[0][:_LONGEST], separator)]
-            for row in islice(_lines(content, line.start()), most)]
+            for row in islice(_lines(content, line.start()), _PREVIEWED)]
     heads = None
     for candidate in ([separator] if separator else [_WIDE, None]) if before is not None else ():
         cells = [decode(cell) for cell in split(before[0], candidate)] if before is not None else []

@@ -130,28 +130,6 @@ def occupancy(keys: ArrayLike, count: int) -> NDArray[np.int32]:
     return np.asarray(stored[starts[:, None] + bits] @ (1 << bits), dtype=np.int32)
 
 
-def keys_of(table: NDArray[np.int32]) -> IntArray:
-    """The keys of an `occupancy` table, in ascending order."""
-    return np.flatnonzero((table[:, None] >> np.arange(_WORD)) & 1)
-
-
-def restored(keys: IntArray, displacement: NDArray[np.unsignedinteger[Any]], multiplier: int) -> PerfectHash:
-    """The hash of keys in any order, given its displacements and multiplier.
-
-    Raises ValueError if they do not give each key a slot of its own.
-    """
-    n = len(keys)
-    if n == 0 or len(displacement) == 0:
-        raise ValueError("no keys, or no displacements")
-    bucket, home = _hash(keys.astype(np.int64), multiplier, len(displacement), n)
-    slot = (home + displacement[bucket].astype(np.int64)) % n
-    if len(np.unique(slot)) < n:
-        raise ValueError("two keys in one slot")
-    index = PerfectHash(np.zeros(n, np.uint32), displacement, multiplier)
-    index.keys[slot] = keys
-    return index
-
-
 def _hash(keys: IntArray, multiplier: int, buckets: int, n: int) -> tuple[IntArray, IntArray]:
     """The bucket of each key, and its slot before displacement."""
     low, high = keys & ((1 << HASH_LOW_BITS) - 1), keys >> HASH_LOW_BITS

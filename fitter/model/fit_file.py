@@ -23,9 +23,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from .. import files, npz
 from ..coordinates import COORDINATES, ISOTROPIC_AXES, Coordinates, stretch
-from ..coordinates.half_difference import HalfDifference
-from ..coordinates.nusselt import Nusselt
-from ..coordinates.rusinkiewicz import LEAST_SOFTENING, Rusinkiewicz
+from ..coordinates.rusinkiewicz import LEAST_SOFTENING
 from ..errors import DatasetError
 from ..lattice import dense, perfect_hash
 from ..lattice.sparse import SparseLattice
@@ -41,11 +39,10 @@ if TYPE_CHECKING:
 FORMAT = "measured-brdf-fit"
 VERSION = 8
 _IDENTITY = "identity"      # what files call no transform
-_FIRST, _SECOND = 2, 7      # that extensions 0.1.0 and 0.2.0 wrote; the versions between are those of no release
 _MOST_GREY = 0.9
 LARGEST = 100 * LARGEST_VALUE   # of any number: the shader's intermediate results stay finite in single precision
 _LEAST_CEILING = float(np.finfo(np.float32).tiny)
-_OF_COORDINATES = {"softening": (0.0, 0.9), "stretch": (stretch.LEAST, stretch.LARGEST),
+_OF_COORDINATES = {"softening": (LEAST_SOFTENING, 0.9), "stretch": (stretch.LEAST, stretch.LARGEST),
                    "along": (stretch.LEAST / 10, stretch.LARGEST), "across": (stretch.LEAST / 10, stretch.LARGEST),
                    "turn": (-np.pi, np.pi)}      # parameters of coordinates, and their bounds; a stretch may be 0, too
 _PRIOR = ("kd", "ks", "alpha", "gamma", "f0")
@@ -107,10 +104,10 @@ def from_bytes(content: bytes, path: str | Path | None = None) -> dict[str, Any]
             raise ValueError("no header of a fit")
     except (ValueError, KeyError, RecursionError) as error:
         raise DatasetError("not a fit saved by Measured BRDF", path) from error
-    if header.get("version") not in (_FIRST, _SECOND, VERSION):
+    if header.get("version") != VERSION:
         raise DatasetError(f"a fit of version {header.get('version')!r}, expected {VERSION}; fit the data again", path)
     try:
-        return _assemble(_upgraded(header, entries), entries)
+        return _assemble(header, entries)
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise DatasetError(f"a damaged fit: {error}", path) from error
 
@@ -156,20 +153,6 @@ def _assemble(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
     return parts | {"specular": SparseLattice(level, index, coefficients, axes), "compression": compression}
 
 
-def _upgraded(header: dict[str, Any], entries: _Arrays) -> dict[str, Any]:
-    """The header of an older version with what it lacks: none had grey, and the first did not name coordinates and
-    transform, did not soften nor stretch, and all lobes were mirrors'."""
-    if header["version"] == VERSION:
-        return header
-    header = header | {"grey": 0.0}
-    if header["version"] == _SECOND:
-        return header
-    log_relative = "prior_kd" in entries
-    return header | {"coordinates": (HalfDifference if log_relative else Nusselt).name,
-                     "transform": LogRelative.name if log_relative else _IDENTITY, "softening": 0.0,
-                     "stretch": stretch.NONE, "lobes": ["mirror"] * len(np.atleast_1d(entries.get("prior_ks", [])))}
-
-
 def _coordinates(header: dict[str, Any]) -> Coordinates:
     _check(header["coordinates"] in COORDINATES, "its coordinates are unknown")
     system: type[Any] = COORDINATES[header["coordinates"]]
@@ -179,8 +162,6 @@ def _coordinates(header: dict[str, Any]) -> Coordinates:
         without = name == "stretch" and number == stretch.NONE
         _check(isinstance(number, float) and (without or low <= number <= high),
                f"its {name} is not a number from {low:g} to {high:g}")
-    _check(system is not Rusinkiewicz or numbers["softening"] >= LEAST_SOFTENING,
-           f"its softening is below {LEAST_SOFTENING:g}")
     return cast(Coordinates, system(**numbers))
 
 
@@ -216,7 +197,7 @@ def _log_relative(header: dict[str, Any], entries: _Arrays, stored: int) -> LogR
     _check(type(grey) in (int, float) and 0 <= grey <= _MOST_GREY and (not grey or stored == len(RGB)),
            f"its share of grey is not within 0 to {_MOST_GREY}, or its channels are not three")
     damping = np.zeros((0, 1))
-    if len(entries.get("damping", damping)):
+    if len(entries["damping"]):
         damping = _array(entries, "damping", (DAMPING_KNOTS, stored), np.float64)
         _check_range("damping", damping, 0, 1)
     return LogRelative(prior, float(offset), ceiling, 0.0 if plausible else -np.inf, damping, float(grey))

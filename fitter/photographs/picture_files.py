@@ -115,9 +115,9 @@ def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
         pixels = _in_display(pixels, spec, size)
         more += (f"its pixels are {spec.width} x {spec.height} of a display window of {size[1]} x {size[0]}, in which "
                  "they are put: it is black beside them",)
-    turn = _SHOWN.get(_positive(spec, "Orientation") or 1)
+    turn = _SHOWN.get(int(_positive(spec, "Orientation") or 1))
     more += () if turn is None else (TURNED.format(turn),)
-    picture = _linear(pixels, spec, encoding, path)
+    picture = _linear(pixels, spec, encoding)
     return replace(picture, notes=(*picture.notes, *notes, *more), is_turned=turn is not None)
 
 
@@ -191,7 +191,7 @@ def _colours(spec: Any, path: Path) -> tuple[list[int], tuple[str, ...]]:
                        f"one", path)
 
 
-def _linear(pixels: FloatArray, spec: Any, encoding: str | None, path: Path) -> Picture:
+def _linear(pixels: FloatArray, spec: Any, encoding: str | None) -> Picture:
     bits = _INTEGERS.get(str(spec.format))
     step: FloatArray | float = 0.0 if bits is None else 1 / (2 ** bits - 1)
     step_of_file = float(step)

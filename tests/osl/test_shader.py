@@ -13,7 +13,6 @@ from fitter.model.transform import LogRelative
 from fitter.shader_constants import LOBE_MARGIN
 from support import merl_files, truths
 from support.cases import quick
-from support.checkout import ROOT
 from support.made_fits import MADE_FITS
 from support.osl_probe import probe_osl
 
@@ -132,21 +131,6 @@ def test_the_shader_evaluates_every_part_of_a_fit(probe, random, name):
                      WI=vectors[0], WO=vectors[1])
     expected = np.maximum(fit.evaluate(*angles(vectors)), 0)
     assert (np.abs(rendered - expected) <= 3e-5 * (expected + fit.transform.offset)).all()
-
-
-def test_a_fit_of_version_2_is_rendered_as_it_was(probe, random):
-    """In coordinates without softening, except close to retro-reflection, where these jump."""
-    fit = fitter.Fit.load(ROOT / "tests" / "data" / "version_2.npz")
-    vectors = direction_pairs(random)
-    rendered = probe(fit, f"if (pixel < {COUNT}) {{ {VECTORS} out = eval_fit(FIT, wi, wo); }}", COUNT,
-                     WI=vectors[0], WO=vectors[1])
-    expected = fit.evaluate(*angles(vectors))
-    apart = np.abs(vectors[0] - vectors[1]).max(axis=1) > 5e-3
-    assert (np.abs(rendered - expected) <= 1e-4 * (expected + fit.transform.offset))[apart].all()
-    assert np.count_nonzero(apart) > 0.97 * COUNT
-    back = (vectors[0] == vectors[1]).all(axis=1)
-    assert np.count_nonzero(back) >= 100
-    np.testing.assert_allclose(rendered[back], expected[back], rtol=1e-4)
 
 
 def test_values_below_zero_are_not_rendered(probe, glossy):

@@ -217,11 +217,10 @@ def shader_comments(path):
 def test_what_a_page_names_is_there(page):
     text = page.read_text("utf-8")
     assert missing_links(page, text) == []
-    if page.name != "CHANGELOG.md":         # what was there then
-        assert missing_paths(text) == []
-        assert unknown_names(text) == []
-        assert missing_commands(text) == []
-        assert drawn_names(text) == []
+    assert missing_paths(text) == []
+    assert unknown_names(text) == []
+    assert missing_commands(text) == []
+    assert drawn_names(text) == []
 
 
 @pytest.mark.parametrize("path", SHADER, ids=lambda path: path.name)

@@ -27,7 +27,8 @@ def test_a_run_prints_its_slowest_tests_and_folders_and_writes_its_files(tmp_pat
     burn = "import time\\nend = time.process_time() + {}\\nwhile time.process_time() < end: pass"
     (tmp_path / "deep").mkdir()
     (tmp_path / "deep" / "test_child.py").write_text(
-        f"import subprocess, sys\ndef test_it():\n    subprocess.run([sys.executable, '-c', '''{burn.format(0.6)}'''])\n")
+        f"import subprocess, sys\ncode = '''{burn.format(0.6)}'''\n"
+        "def test_it():\n    subprocess.run([sys.executable, '-c', code])\n")
     (tmp_path / "test_own.py").write_text(f"def test_it():\n    exec('''{burn.format(0.3)}''')\n")
     code = ("import sys, pathlib, pytest, tools.durations as d; d.LAST = pathlib.Path('last.csv'); "
             "sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', '-c', '/dev/null', '.'], plugins=[d]))")

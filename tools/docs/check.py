@@ -78,10 +78,3 @@ def _missing(path: Path, target: str, fetched: bool) -> Iterator[str]:
 def anchors(path: Path) -> set[str]:
     """The anchors of a built page."""
     return _page(path).anchors
-
-
-def linked_pages(site: Path, path: Path) -> set[str]:
-    """The pages of the site that a page links to."""
-    targets = ((path.parent / unquote(urlsplit(link).path)).resolve() for link in _page(path).links
-               if link and not urlsplit(link).scheme)
-    return {target.relative_to(site.resolve()).as_posix() for target in targets if target.suffix == ".html"}

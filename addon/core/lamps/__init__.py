@@ -28,11 +28,11 @@ from ..device import renders_on_gpu
 from ..world_lights import bright_spots
 from . import changes, drivers, group, instances, lamp, light_objects
 from .changes import Changed
-from .group import NAME, node_tree
+from .group import node_tree
 from .lamp import Lamp
 from .light_objects import light_of
 
-__all__ = ["NAME", "in_scene", "node_tree", "register", "sky_moves", "store", "unregister", "update"]
+__all__ = ["in_scene", "node_tree", "register", "sky_moves", "store", "unregister", "update"]
 
 _Listed = list[tuple[Lamp, bpy.types.Object | None]]
 """Lamps, each with its evaluated object; None for instances and bright spots."""

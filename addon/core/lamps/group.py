@@ -1,8 +1,7 @@
 """The node group that tells the measured materials of a file about its lamps. It holds nothing but nodes with values.
 
 A group is recognised by its nodes, because users may rename it. It has room for as many lamps as it has pairs of a
-`Lamp` and an `Extent` node: files of other versions may hold fewer or more than this version's shader takes. Those of
-versions before 0.2.0 have no node `Frugal`.
+`Lamp` and an `Extent` node: files of other versions may hold fewer or more than this version's shader takes.
 """
 
 import math
@@ -18,7 +17,6 @@ from .lamp import Lamp
 NAME = "Measured BRDF Lamps"
 LAMPS = "Lamps"
 FRUGAL = "Frugal"
-_EVEN = "Even"              # of versions before 0.3.0: whether light besides that of the lamps is even
 _NUMBERED = re.compile(r"(Lamp|Extent)([1-9][0-9]*)")
 
 
@@ -30,7 +28,7 @@ def node_tree() -> bpy.types.NodeTree:
 def _local() -> list[bpy.types.NodeTree]:
     """The groups of this version's shader that belong to this file."""
     return [tree for tree in trees() if tree.library is None and tree.override_library is None
-            and capacity(tree) == MAX_LAMPS and FRUGAL in tree.nodes]
+            and capacity(tree) == MAX_LAMPS]
 
 
 def merge() -> None:
@@ -58,7 +56,7 @@ def trees() -> list[bpy.types.NodeTree]:
 
 def capacity(tree: bpy.types.NodeTree) -> int:
     """How many lamps a group holds; 0 if it is not a lamp group, or lacks nodes."""
-    if LAMPS not in tree.nodes:
+    if LAMPS not in tree.nodes or FRUGAL not in tree.nodes:
         return 0
     numbers: dict[str, set[int]] = {"Lamp": set(), "Extent": set()}
     for node in tree.nodes:
@@ -81,12 +79,11 @@ def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], frugal: bool,
     values are written in blocks, and the group alone is marked as changed: its users are evaluated anew, not copied.
     Blender takes no blocks for linked groups.
 
-    Frugal is whether few closures fit; groups of older versions have no place for it. Sockets that are driven, by lamps
-    from 1 and indices into their `sockets`, are skipped.
+    Frugal is whether few closures fit. Sockets that are driven, by lamps from 1 and indices into their `sockets`, are
+    skipped.
     """
-    # what is not known to be even costs shaders of older versions noise only
-    single = {LAMPS: float(len(lamps)), _EVEN: 0.0, FRUGAL: float(frugal)}
-    changed = [_write(tree.nodes[name].outputs, [value]) for name, value in single.items() if name in tree.nodes]
+    changed = [_write(tree.nodes[name].outputs, [float(value)]) for name, value in ((LAMPS, len(lamps)),
+                                                                                    (FRUGAL, frugal))]
     for number, (position, size, strength) in enumerate(lamps, 1):
         values = [socket.default_value if (number, index) in driven else value for index, (socket, value)
                   in enumerate(zip(sockets(tree, number), (*position, size, strength), strict=True))]

@@ -57,7 +57,6 @@ class ThinPlate:
         1/sr.
     ceiling : (channels,) float64
         The largest value, 1/sr.
-    smoothing : float
     """
 
     spline: Callable[[FloatArray], FloatArray]
@@ -66,7 +65,6 @@ class ThinPlate:
     count: int
     offset: float
     ceiling: FloatArray
-    smoothing: float
 
     @property
     def coefficient_count(self) -> int:
@@ -124,7 +122,7 @@ def fit_smoothed(samples: Samples, smoothing: float) -> ThinPlate:
     offset = _offset(samples.values)
     spline = RBFInterpolator((mu - centre) @ axes, bounded_log(samples.values, offset), smoothing=smoothing,
                              kernel="thin_plate_spline")
-    return ThinPlate(spline, centre, axes, len(samples), offset, ceiling(samples.values), smoothing)
+    return ThinPlate(spline, centre, axes, len(samples), offset, ceiling(samples.values))
 
 
 def places(samples: Samples) -> FloatArray:

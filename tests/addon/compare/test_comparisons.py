@@ -18,7 +18,7 @@ def kept(extension, fits):
     from measured_brdf.addon.core.outcomes import Kept
     from measured_brdf.addon.work import tasks
 
-    return [Kept(tasks.kept_bytes(fit), "", fit.name, 80.0, "Rec.709") for fit in fits]
+    return [Kept(tasks.kept_bytes(fit), fit.name, "Rec.709") for fit in fits]
 
 
 @pytest.fixture
@@ -55,16 +55,14 @@ def test_a_grey_fit_has_one_albedo_three_times(comparisons, glossy):
     from measured_brdf.addon.work import tasks
 
     grey = fitter.Samples(*glossy.directions, glossy.values[:, :1], ("grey",), "grey")
-    kept = Kept(tasks.kept_bytes(fitter.fit(grey, 2, None, method="mba")), "", "grey", 0.0, "Rec.709")
+    kept = Kept(tasks.kept_bytes(fitter.fit(grey, 2, None, method="mba")), "grey", "Rec.709")
     albedo = comparisons.figures(kept).albedo
     assert albedo.shape == (3,)
     assert np.ptp(albedo) == 0 < albedo[0]
 
 
-def test_a_damaged_shader_is_an_error(comparisons, kept):
-    with pytest.raises(ValueError, match="not a shader"):
+def test_a_damaged_fit_is_an_error(comparisons, kept):
+    with pytest.raises(ValueError, match="not a fit"):
         comparisons.split_sphere(kept[0], kept[1]._replace(fit=b""), 0.5)
-    with pytest.raises(ValueError, match="not a shader"):
-        comparisons.figures(kept[0]._replace(fit=b"", source="void"))
     with pytest.raises(ValueError, match="not a fit"):
         comparisons.figures(kept[0]._replace(fit=b"void"))

@@ -206,15 +206,6 @@ def test_an_output_that_the_user_has_made_for_all_renderers_is_kept(blender, mat
     assert sorted(node.name for node in tree.nodes) == names
 
 
-def test_the_node_of_the_first_version_is_taken_over(blender, material):
-    former = material.node_tree.nodes.new("ShaderNodeBsdfPrincipled")
-    former.name = "Measured BRDF Fallback"
-    update(material, CLOTH)
-    node, = (node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
-    assert node.name == "Measured BRDF Export"
-    assert [link.to_node.target for link in node.outputs[0].links] == ["ALL"]
-
-
 def test_colors_are_those_of_the_open_file(blender, material):
     from measured_brdf.addon.core.reading import scene_colours
 

@@ -778,29 +778,15 @@ def test_a_group_has_as_many_lamps_as_it_has_nodes_for_them(blender, lamps, scen
     assert lamps.node_tree() == trees[2]
 
 
-def test_groups_of_older_versions_are_kept_and_new_materials_get_one_that_knows_of_gpus(blender, lamps, scene,
-                                                                                        monkeypatch):
-    older = lamps.node_tree()
-    older.nodes.remove(older.nodes["Frugal"])
+def test_a_group_knows_of_gpus(blender, lamps, scene, monkeypatch):
     tree = lamps.node_tree()
-    assert tree != older
-    assert lamps.node_tree() == tree
     add_lamp("POINT", 10, (1, 2, 3))
     for gpu in (True, False):
         monkeypatch.setattr(lamps, "renders_on_gpu", lambda scene, gpu=gpu: gpu)
         add_lamp("POINT", 10)
         blender.context.view_layer.update()
         assert tree.nodes["Frugal"].outputs[0].default_value == gpu
-        assert len(known(older)) == len(known(tree)) == 3 - gpu
-
-
-def test_groups_that_older_shaders_read_say_that_no_light_is_even(blender, lamps, scene):
-    tree = lamps.node_tree()
-    value = tree.nodes.new("ShaderNodeValue")
-    value.name, value.outputs[0].default_value = "Even", 1
-    add_lamp("POINT", 10)
-    blender.context.view_layer.update()
-    assert value.outputs[0].default_value == 0
+        assert len(known(tree)) == 3 - gpu
 
 
 def test_instanced_lamps_that_move_ask_for_lock_interface(blender, extension, lamps, scene):
@@ -924,8 +910,10 @@ def test_only_what_differs_is_written(blender, lamps, scene, monkeypatch):
     assert counts == [5, 0, 1, 1]
 
 
-def test_a_group_that_lost_the_number_of_its_lamps_is_none(blender, lamps, scene):
+@pytest.mark.parametrize("lost", ["Lamps", "Frugal", "Extent3"])
+def test_a_group_that_lost_a_node_is_none(blender, lamps, scene, lost):
     tree = lamps.node_tree()
     assert lamps.group.trees() == [tree]
-    tree.nodes.remove(tree.nodes[lamps.group.LAMPS])
+    tree.nodes.remove(tree.nodes[lost])
     assert lamps.group.trees() == []
+    assert lamps.node_tree() != tree

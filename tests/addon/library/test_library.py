@@ -590,15 +590,6 @@ def test_an_open_file_that_was_deleted_refuses_nothing(blender, tmp_path):
     assert "is not a .blend file" in library_file.refusal(tmp_path / "other.blend")
 
 
-@pytest.mark.parametrize(("more", "is_one"), [({}, True), ({"objects": ["Cube"]}, False), ({"images": ["Mask"]}, False),
-                                              ({"materials": ["a", "b"]}, False), ({"texts": ["Notes"]}, False)])
-def test_a_library_of_the_first_version_holds_measured_materials_and_nothing_else(extension, more, is_one):
-    from measured_brdf.addon.core import library_file, node_group
-
-    names = {"materials": ["a"], "node_groups": [node_group.NAME], "texts": [f"{node_group.NAME}.osl.001"]}
-    assert library_file._is_of_first_version({**names, "objects": [], **more}) == is_one
-
-
 def test_a_library_says_which_version_wrote_it(blender, folder, library):
     import tomllib
 

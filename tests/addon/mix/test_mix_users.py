@@ -29,7 +29,7 @@ def test_what_is_mixed_is_saved_without_other_users(blender, mixed, tmp_path):
     assert saved(blender, tmp_path / "mixed.blend") >= {"first", "second"}
 
 
-def test_what_an_earlier_version_mixed_is_saved_too(blender, mixed, tmp_path):
+def test_what_is_mixed_is_saved_too_where_blender_took_its_fake_user_away(blender, mixed, tmp_path):
     for material in mixed:
         material.use_fake_user = False
         material.user_clear()               # as windows of Blender do

@@ -243,49 +243,6 @@ def test_the_user_folder_of_a_checkout_is_in_blenders_own(extension):
     assert str(bpy.utils.user_resource("DATAFILES")) in str(shelf.user_folder("thumbnails"))
 
 
-def test_a_placeholder_of_an_older_version_stays_what_it_is_until_it_is_fitted(cube):
-    """Version 0.2.0 wrote them: a Principled BSDF under the name of the exported surface, with the path."""
-    from measured_brdf.addon.core import material
-    from measured_brdf.addon.core.properties import use_preset
-
-    item = bpy.data.materials.new("Chrome (published fit)")
-    material.use_nodes(item)
-    node = next(node for node in item.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
-    node.name = node.label = "Measured BRDF Export"
-    node.inputs["Base Color"].default_value = 0.2, 0.4, 0.6, 1
-    item["measured_brdf_placeholder"] = True
-    item.measured_brdf.filepath = "published:chrome"
-    use_preset(item.measured_brdf, "Draft")
-    cube.data.materials.append(item)
-    cube.active_material = item
-    before = state()
-    bpy.context.view_layer.update()
-    assert state() == before
-    assert not material.is_shown(item)
-    assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
-    assert material.is_measured(item)
-    outputs = {node.target: node.inputs["Surface"].links[0].from_node.type for node in item.node_tree.nodes
-               if node.type == "OUTPUT_MATERIAL"}
-    assert outputs == {"CYCLES": "GROUP", "EEVEE": "GROUP", "ALL": "BSDF_PRINCIPLED"}
-
-
-def test_a_file_that_has_a_published_fit_by_its_former_name_keeps_it(cube, tmp_path):
-    from measured_brdf.addon.core import material
-    from measured_brdf.addon.core.properties import worth
-
-    bpy.ops.measured_brdf.import_data(filepath="published:chrome", preset="Draft")
-    item = cube.active_material
-    item.name = item.measured_brdf.name_of_data = "Chrome (published fit)"
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
-    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
-    item = bpy.data.materials["Chrome (published fit)"]
-    assert material.is_measured(item)
-    assert "Published fit of MERL's chrome" in worth(item.measured_brdf).whole
-    bpy.context.object.active_material = item
-    assert bpy.ops.measured_brdf.fit() == {"FINISHED"}
-    assert item.measured_brdf.name_of_data == "Chrome"
-
-
 def test_a_click_in_a_file_of_other_colours_is_fitted_for_them(cube, monkeypatch):
     from measured_brdf.addon.starter import operators, work
 

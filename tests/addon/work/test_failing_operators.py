@@ -103,9 +103,10 @@ OPERATIONS = {
 
 
 def make_older():
-    """Make the file's shaders look like those of version 0.1.0."""
+    """Make the file's shaders look like those of an older version."""
     for tree in bpy.data.node_groups:
-        tree.pop("shader_version", None)
+        if "shader_version" in tree:
+            tree["shader_version"] = 1
 
 
 def group_uids():

@@ -92,7 +92,7 @@ def test_the_keys_of_saved_fits_and_of_assets(work, monkeypatch):
 
 
 def keep(outcomes, fit):
-    return outcomes.Kept(fit, "", "name", 0.0, "Linear Rec.709")
+    return outcomes.Kept(fit, "name", "Linear Rec.709")
 
 
 def variants(item, changes):

@@ -63,12 +63,3 @@ def test_a_word_of_the_occupancy_tells_which_of_a_row_of_keys_are_stored(keys, f
     table = perfect_hash.occupancy(sorted(keys), 1000)
     bits = int(table[first >> 4]) >> (first & 15) & 15
     assert bits == sum(1 << k for k in range(4) if first + k in keys)
-    assert perfect_hash.keys_of(table).tolist() == sorted(keys)
-
-
-def test_a_hash_is_restored_from_its_keys_in_any_order_and_wrong_displacements_are_noticed(random):
-    index = perfect_hash.build(random.choice(50_000, 700, replace=False))
-    restored = perfect_hash.restored(np.sort(index.keys).astype(int), index.displacement, index.multiplier)
-    np.testing.assert_array_equal(restored.keys, index.keys)
-    with pytest.raises(ValueError, match="slot"):
-        perfect_hash.restored(np.sort(index.keys).astype(int), index.displacement[::-1], index.multiplier)

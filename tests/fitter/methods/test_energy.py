@@ -43,15 +43,6 @@ def albedo(model, theta, leaving):
     return integral.estimate.max()
 
 
-def smooth_albedo(model, theta, leaving, count=200):
-    """The same by Gauss and Legendre's rule, for what has no peaks."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    other, turn = (axis.ravel() for axis in np.meshgrid(np.pi / 4 * (nodes + 1), np.pi / 2 * (nodes + 1)))
-    pair = (other, 0, theta, turn) if leaving else (theta, 0, other, turn)
-    light = 2 * np.maximum(model.evaluate(*pair), 0) * (np.sin(other) * np.cos(other))[:, None]
-    return (np.pi ** 2 / 8 * np.outer(weights, weights).ravel() @ light).max()
-
-
 def albedos(model, angles=ANGLES, rule=albedo):
     """(2, angles): of light that arrives, and of light that leaves."""
     return np.array([[rule(model, theta, leaving) for theta in angles] for leaving in (False, True)])

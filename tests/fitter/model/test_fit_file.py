@@ -11,22 +11,8 @@ from fitter.model import fit_file
 from fitter.model.transform import LogRelative
 from fitter.samples import subset
 from support import hostile_fits
-from support.checkout import ROOT
 from support.made_fits import MADE_FITS
 from support.mixtures import any_mixture
-
-# what releases wrote, 0.1.0 twice and 0.2.0 once, and what they evaluated it to at five directions
-DATA = ROOT / "tests" / "data"
-RELEASED = {
-    "version_2.npz": [
-        [0.0514014, 0.16976833, 0.16976833], [0.058002, 0.22459914, 0.22459914], [0.04741302, 0.14551466, 0.14551466],
-        [0.06581451, 0.25792873, 0.25792873], [0.05595172, 0.21726323, 0.21726323]],
-    "version_2_paper.npz": [
-        [0.15093605, 0.1730393, 0.19954991], [0.01677375, 0.02678853, 0.06538256], [0.124156, 0.14278916, 0.17099263],
-        [0.02045115, 0.02996457, 0.06499799], [0.01294104, 0.02209809, 0.06017145]],
-    "version_7.npz": [
-        [0.02706662, 0.031456, 0.01956692], [0.02971748, 0.00910847, 0.01578925], [0.02101155, 0.01192912, 0.07761643],
-        [0.34828185, 0.10133304, 0.17163253], [0.03181317, 0.02342241, 0.01768507]]}
 
 
 @pytest.fixture(params=[{"specular_level": None, "diffuse_level": 3}, {"diffuse_level": 2, "specular_level": 4}])
@@ -241,42 +227,10 @@ def test_a_header_of_nothing_but_brackets_is_refused(tmp_path, depth):
 
 def test_a_fit_of_another_version_says_which_and_what_to_do(glossy, tmp_path):
     path = tmp_path / "later.npz"
-    for version in (1, 3, 6, fit_file.VERSION + 1):          # no release wrote these
+    for version in (fit_file.VERSION - 1, fit_file.VERSION + 1):
         tampered(fitter.fit(glossy, 2, None), path, header={"version": version})
         with pytest.raises(fitter.DatasetError, match=rf"version {version}, expected .*fit the data again"):
             fitter.Fit.load(path)
-
-
-def test_a_fit_of_version_2_is_what_it_was(random):
-    """A file that version 2 wrote, against its own definition: |D| and the parts of H along and across D."""
-    from fitter.cycles.bake import bake
-    from fitter.lattice import dense
-
-    fit = fitter.Fit.load(DATA / "version_2.npz")
-    theta_i, theta_o = np.arcsin(np.sqrt(random.random((2, 500))))
-    delta_phi = 2 * np.pi * random.random(500)
-    q_i = np.stack([np.sin(theta_i), 0 * theta_i]) / (1 + 2 * np.cos(theta_i))
-    q_o = np.stack([np.cos(delta_phi), np.sin(delta_phi)]) * np.sin(theta_o) / (1 + 2 * np.cos(theta_o))
-    half, difference = (q_i + q_o) / 2, (q_i - q_o) / 2
-    length = np.hypot(*difference)
-    along, across = (half * difference).sum(axis=0), half[0] * difference[1] - half[1] * difference[0]
-    x = (np.stack([length, along / length, np.abs(across) / length], axis=1) + 1) / 2
-    s = (dense.evaluate(fit.diffuse.control_points, fit.diffuse_level, x)
-         + dense.evaluate(fit.specular.dense, fit.specular_level, x))
-    expected = fit.transform.reflectance(s, theta_i, 0, theta_o, delta_phi)[:, fit.columns]
-    np.testing.assert_allclose(fit.evaluate(theta_i, 0, theta_o, delta_phi), expected, rtol=1e-9)
-    assert "#define SOFTENING_2 0\n" in bake(fit, mixture=any_mixture(fit))
-
-
-@pytest.mark.parametrize("name", RELEASED)
-def test_a_fit_that_a_release_saved_is_what_it_was(name, tmp_path):
-    fit = fitter.Fit.load(DATA / name)
-    values = fit.evaluate(*np.random.default_rng(3).random((4, 5)) * [[1.5], [6], [1.5], [6]])
-    np.testing.assert_allclose(values, RELEASED[name], atol=1e-8)
-    fit.save(tmp_path / "new.npz")
-    with np.load(tmp_path / "new.npz") as file:
-        assert json.loads(str(file["header"]))["version"] == fit_file.VERSION
-    assert_same(fitter.Fit.load(tmp_path / "new.npz"), fit)
 
 
 def assert_same(back, fit):
@@ -317,7 +271,7 @@ def test_the_softening_of_a_fit_is_baked():
     assert baked == pytest.approx(0.3 ** 2, rel=1e-6)
 
 
-@pytest.mark.parametrize("softening", [-0.1, 1.0, math.nan, math.inf, "0.1", None, True, [0.1], 10**400])
+@pytest.mark.parametrize("softening", [-0.1, 0.0, 1e-9, 1.0, math.nan, math.inf, "0.1", None, True, [0.1], 10**400])
 def test_a_softening_radius_that_is_none_is_refused(tmp_path, softening):
     tampered(MADE_FITS["half and difference"], tmp_path / "bad.npz", header={"softening": softening})
     with pytest.raises(fitter.DatasetError, match=r"bad\.npz"):

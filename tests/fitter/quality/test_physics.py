@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from benchmarks.report.baselines import koenderink
-from fitter.coordinates.nusselt import Nusselt
 from fitter.quality import physics
 
 
@@ -17,11 +16,6 @@ def model(function):
         return np.broadcast_to(function(*angles), angles[0].shape)[..., None]
 
     return SimpleNamespace(evaluate=evaluate)
-
-
-def of_nusselt(function):
-    """A model from a function of Nusselt coordinates (..., 3)."""
-    return model(lambda *angles: function(Nusselt().encode(*angles)))
 
 
 def test_a_lambertian_is_physical():
