@@ -115,7 +115,7 @@ def read_picture(path: str | Path, encoding: str | None = None) -> Picture:
         pixels = _in_display(pixels, spec, size)
         more += (f"its pixels are {spec.width} x {spec.height} of a display window of {size[1]} x {size[0]}, in which "
                  "they are put: it is black beside them",)
-    turn = _SHOWN.get(round(_positive(spec, "Orientation") or 1))
+    turn = _SHOWN.get(int(_positive(spec, "Orientation") or 1))
     more += () if turn is None else (TURNED.format(turn),)
     picture = _linear(pixels, spec, encoding, path)
     return replace(picture, notes=(*picture.notes, *notes, *more), is_turned=turn is not None)
