@@ -8,6 +8,7 @@ Digital Cameras, CVPR 2010).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -47,6 +48,21 @@ class Light(NamedTuple):
     radiance: FloatArray
     noise: FloatArray
     known: BoolArray
+
+
+def check_bright(radiance: FloatArray, where: str | Path) -> None:
+    """Raise DatasetError, of a file or its name, where a photograph is black: whatever is predicted of it is right."""
+    if not (radiance > 0).any():
+        raise DatasetError("a black photograph: none of its pixels is above 0, expected what a lamp lights", where)
+
+
+def same_pictures(pictures: Sequence[FloatArray], names: Sequence[str]) -> tuple[str, ...]:
+    """A line that tells of photographs, (h, w, channels), which repeat another one's picture, if there are any."""
+    sums = [float(picture.sum()) for picture in pictures]
+    same = [number for number, picture in enumerate(pictures) if any(
+        sums[before] == sums[number] and np.array_equal(pictures[before], picture) for before in range(number))]
+    return () if not same else (f"{len(same)} of {len(pictures)} photographs repeat the picture of another one, "
+                                f"{names[same[0]]} for one: expected each under a lamp of its own",)
 
 
 def exposure_of(seconds: float, f_number: float = 1.0, iso: float = 100.0) -> float:
