@@ -33,11 +33,12 @@ _CLIPPED = 0.99             # of 1: values of a picture that ends there
 _DIM = 0.02                 # of the mean, that is added where errors are relative
 _LARGEST = 20.0             # factor that brings a material nearer
 _BANDS = (0.78, 0.86), (0.86, 0.94), (1.04, 1.12), (1.12, 1.2)     # rings about a ball's outline, of its radius
-_SECTORS, _CLEAR = 8, 3     # of the corners, where there is something beside the ball; in so many an outline is seen
-_EDGE = 0.25                # relative step at an outline: real balls and those of the library have .34 or more, noise,
-                            # plain colours, gradients and checks at most .2
-_FARTHEST = 0.65            # error of the nearest material: of real balls and those of the library under other skies at
-                            # most .62, of noise in a disc and of pictures of other things .69 or more. Both limits are
+_SECTORS, _CLEAR = 8, 2     # of the corners, where there is something beside the ball; in so many an outline is seen
+_BESIDE = 0.5               # of the steps beside an outline, that are no part of its own
+_EDGE = 0.22                # relative step at an outline: real balls, and those of the library before walls of .02 to .15,
+                            # have .27 or more; gradients, colours and noise of 64 pixels and more at most .21
+_FARTHEST = 0.65            # error of the nearest material: of real balls, and of the library's under other skies, at
+                            # most .62; of noise of fewer pixels, of checks and of leaves .69 or more. Both limits are
                             # tried by tests/fitter/test_matching.py
 
 
@@ -185,7 +186,7 @@ def _has_outline(picture: FloatArray) -> bool:
     for sector in np.arange(_SECTORS) * np.pi / 4:          # the corners are at odd multiples of pi/4: half of each
         inside = (np.mod(turn - sector, 2 * np.pi) < np.pi / 4) & (np.abs(np.sin(2 * turn)) > np.sin(np.pi / 4))
         a, b, c, d = (square[inside & (radius > low) & (radius <= high)].mean(axis=0) for low, high in _BANDS)
-        step = np.abs(c - b) - np.maximum(np.abs(b - a), np.abs(d - c))
+        step = np.abs(c - b) - _BESIDE * np.maximum(np.abs(b - a), np.abs(d - c))
         clear += bool((step > _EDGE * (np.abs(b) + np.abs(c))).any())
     return clear >= _CLEAR
 
