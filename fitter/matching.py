@@ -35,8 +35,8 @@ _LARGEST = 20.0             # factor that brings a material nearer
 _BANDS = (0.78, 0.86), (0.86, 0.94), (1.04, 1.12), (1.12, 1.2)     # rings about a ball's outline, of its radius
 _SECTORS, _CLEAR = 8, 2     # of the corners, where there is something beside the ball; in so many an outline is seen
 _BESIDE = 0.5               # of the steps beside an outline, that are no part of its own
-_EDGE = 0.22                # relative step at an outline: real balls, and those of the library before walls of .02 to .15,
-                            # have .27 or more; gradients, colours and noise of 64 pixels and more at most .21
+_EDGE = 0.22                # relative step at an outline: real balls and the library's before walls of .02 to .15
+                            # have .27 or more; gradients, colours and noise of 64 pixels or more at most .21
 _FARTHEST = 0.65            # error of the nearest material: of real balls, and of the library's under other skies, at
                             # most .62; of noise of fewer pixels, of checks and of leaves .69 or more. Both limits are
                             # tried by tests/fitter/test_matching.py
