@@ -18,10 +18,10 @@ from .. import progress
 from ..arrays import ArrayLike, FloatArray, IntArray
 from ..errors import DatasetError
 from ..model.fit import Fit
+from .ball import check_bright
 from .flat_finding import MOST_TEXELS, materials_found
 from .flat_photograph import FlatPhotograph, between, corners_of, lit, observed
 from .flat_solving import Texels, given_normals, normals_of, radiances, solved, turned_weights
-from .light import check_bright
 
 MOST_MATERIALS = 4          # every choice of them is tried at each texel
 _BLOCK = 4096               # texels at a time: 50 MB with 16 photographs and 4 materials

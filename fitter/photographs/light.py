@@ -8,7 +8,6 @@ Digital Cameras, CVPR 2010).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -48,12 +47,6 @@ class Light(NamedTuple):
     radiance: FloatArray
     noise: FloatArray
     known: BoolArray
-
-
-def check_bright(radiance: FloatArray, where: str | Path) -> None:
-    """Raise DatasetError, of a file or its name, where a photograph is black: whatever is predicted of it is right."""
-    if not (radiance > 0).any():
-        raise DatasetError("a black photograph: none of its pixels is above 0, expected what a lamp lights", where)
 
 
 def same_pictures(pictures: Sequence[FloatArray], names: Sequence[str]) -> tuple[str, ...]:

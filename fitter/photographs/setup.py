@@ -61,11 +61,11 @@ from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError
 from ..samples import Samples
 from . import lamp_scale, viewpoint
-from .ball import BallPhotograph
+from .ball import BallPhotograph, check_bright
 from .ball_finding import brightest, disc_of, find_ball
 from .descriptions import Description, read, with_paths
 from .lamps import KEYS, ChromeBall, alike, lamp_of, with_light_positions
-from .light import Light, check_bright, same_pictures
+from .light import Light, same_pictures
 from .pictures import Pictures, mask_of
 from .samples import gathered, in_place
 from .scale import reflected, scaled, too_bright
