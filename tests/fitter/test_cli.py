@@ -118,3 +118,20 @@ def test_info_and_fit_take_the_columns_of_a_table_and_say_what_no_surface_reflec
     options = [*columns, "--quantity", "reflectance_percent", "--preset", "Draft", "-o", str(out)]
     assert cli.main(["fit", str(path), *options]) == 0
     assert fitter.Fit.load(out).evaluate([0.3], [0], [0.3], [3.1])[0, 0] == pytest.approx(0.97 / np.pi, rel=1e-3)
+
+
+def test_a_fit_that_is_judged_bad_is_written_and_exits_with_3(file, tmp_path, capsys, random):
+    """Percent, and noise that one level of a lattice cannot follow; what matches exits with 0."""
+    out, lines = tmp_path / "fit.npz", file.read_text().splitlines()
+    percent, noise = tmp_path / "percent.astm", tmp_path / "noise.astm"
+    percent.write_text("\n".join(line.replace(",0.1,0.2,0.3", ",10,20,30") for line in lines))
+    noise.write_text("\n".join(line.replace(",0.1,", f",{random.choice([0.001, 0.3])},") for line in lines))
+    options = ["--preset", "Paper", "--diffuse-level", "1", "--specular-level", "none", "-o", str(out)]
+    for path, code, words in ((file, 0, "Matches the measurements: "),
+                              (percent, cli.BAD, "White reflects 94.2 times the light that arrives: "),
+                              (noise, cli.BAD, "Matches the measurements: poor")):
+        out.unlink(missing_ok=True)
+        assert cli.main(["fit", str(path), *options]) == code
+        told, = [line for line in capsys.readouterr().out.splitlines() if words in line]
+        assert told.endswith("(!)") is (code == cli.BAD)
+        assert out.is_file()
