@@ -147,7 +147,7 @@ def test_a_black_channel_is_judged_with_the_others():
 
 def test_a_fold_that_shows_nothing_says_nothing_of_what_lies_between():
     values = np.full(50, -0.01)
-    values[[k for k in range(50) if k not in verdict.folds(50)[0]][0]] = 0.5
+    values[next(k for k in range(50) if k not in verdict.folds(50)[0])] = 0.5
     assert verdict.unseen(white(values), lambda part: prior.lambertian(part.values)) == UNKNOWN
 
 
