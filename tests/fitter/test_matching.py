@@ -7,7 +7,7 @@ from fitter import DatasetError, published, studio
 from fitter.matching import nearest
 from fitter.model import is_isotropic
 from fitter.pictures import sphere
-from support.cases import quick
+from support.cases import quick, release
 from support.checkout import measurements
 from tests.fitter.test_studio import by_random_directions
 
@@ -56,6 +56,7 @@ def test_a_material_of_the_library_is_among_the_five_nearest_and_its_window_is_f
     assert all(each.adjusted <= each.error + 1e-9 for each in matches)
 
 
+@release
 def test_what_is_not_in_the_library_is_brought_nearer_by_its_factors(random):
     tint = 0.5, 1.0, 0.4
     _, matches = nearest(photograph(Tinted(published.find("white-paint").model, tint), "left", random), "left", 200)
