@@ -124,13 +124,14 @@ def evaluate(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
 def gradient(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
     """The derivatives of `evaluate` by the logarithm of the roughness, by the tilt, and by minus the logarithm of 1 less
     the anisotropy's size, with its sign: (3, ..., n)."""
-    nothing = np.zeros(pairs.wi.shape[:-1], pairs.wi.dtype)
     if kind == "sheen":
-        return np.stack([_sheen(shape.roughness, pairs)[1], nothing, nothing])
+        of_roughness = _sheen(shape.roughness, pairs)[1]
+        return np.stack([of_roughness, 0 * of_roughness, 0 * of_roughness])
     if kind == "diffuse":
         normal, moved = normals(shape.tilt, pairs.wo), _normals_by_tilt(shape.tilt, pairs.wo)
         lit = _dot(pairs.wi, normal[..., None, :]) > 0
-        return np.stack([nothing, np.where(lit, _dot(pairs.wi, moved[..., None, :]) / np.pi, 0), nothing])
+        of_tilt = np.where(lit, _dot(pairs.wi, moved[..., None, :]) / np.pi, 0)
+        return np.stack([0 * of_tilt, of_tilt, 0 * of_tilt])
     return _gradient_of_facets(_facets(kind, shape, pairs), shape, pairs)
 
 

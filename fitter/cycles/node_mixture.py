@@ -11,7 +11,7 @@ colours have been eliminated (Golub and Pereyra: The Differentiation of Pseudo-I
 Problems Whose Variables Separate, 1973) and second differences from angle to angle are penalised.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,7 +20,7 @@ import numpy as np
 from .. import progress
 from ..arrays import BoolArray, FloatArray, RealArray
 from . import node_lobes
-from .node_lobes import FACETS, Kind, Shape
+from .node_lobes import FACETS, Kind, Pairs, Shape
 from .node_views import Views, views_of
 from .nonnegative import nonnegative, shares
 from .principal import principal
@@ -39,7 +39,8 @@ _TRIED = 6                      # candidates for a lobe that are looked at close
 _ENOUGH = 0.03                  # of the light in wrong directions; more lobes take more time than that is worth
 _WORTH = 0.1                    # a lobe that lowers it by less than this share takes more time than it is worth
 _CHOICE, _REFINEMENT = slice(3, None, 7), slice(0, None, 5)     # of the directions, what is looked at
-_ITERATIONS = 20                # of the refinement
+_ITERATIONS = 10                # of the refinement, for each of two floors
+_SETTLED = 2e-3                 # of the error: a step that lowers it by less is the last
 _EASED, _HARDENED = 3.0, 5.0     # by what damping is divided after a step that helped, else multiplied
 _LONGEST = 0.3                  # step of a parameter
 _STIFFNESS = 0.1                # of the second differences of shapes
@@ -239,18 +240,12 @@ def _sampling(views: Views, mixture: NodeMixture) -> Sampling:
     below = _below(views, columns)
     left = np.maximum(views.target - _radiance(columns, below), 0).sum(axis=1)
     carried = left + np.float32(_DIM) * views.target.sum(axis=1)
-    densities = [node_lobes.density(kind, _lobe(shape, number, carried), views.pairs)
-                 for number, kind in enumerate(kinds)]
-    together = np.stack([*densities, np.full_like(carried, 1 / (2 * np.pi))], axis=1)
+    evenly = np.full_like(carried[:, None], 1 / (2 * np.pi))
+    together = np.concatenate([np.moveaxis(_of_lobes(node_lobes.density, views, kinds, shape), 0, 1), evenly], axis=1)
     flat = (len(carried), -1)
     found = shares(carried.reshape(flat), together.reshape(*together.shape[:2], -1), views.solid_angle.reshape(flat))
     share = (views.solid_angle * left).sum(axis=2).mean(axis=1) / views.light
     return Sampling(below, found, np.clip(_PROBABILITY * share, *_PROBABILITIES))
-
-
-def _lobe(shape: Shape, number: int, like: RealArray) -> Shape:
-    """The shape of one lobe, (views, 1), in the precision of others."""
-    return Shape(*(each[:, number, None].astype(like.dtype) for each in shape))
 
 
 def _below(views: Views, columns: RealArray) -> FloatArray:
@@ -266,7 +261,7 @@ def _below(views: Views, columns: RealArray) -> FloatArray:
         weight += floor
         np.divide(share, weight, out=weight)
         weight[found.left < 0] *= _ABOVE
-        found = _solve(views, lobes, weight)
+        found = _solve(views, lobes, weight, found)
     return found.colour.reshape(len(found.colour), *columns.shape[1:3], -1)
 
 
@@ -279,18 +274,29 @@ def _between(stops: FloatArray, at: FloatArray, values: FloatArray) -> FloatArra
 
 def _columns(views: Views, kinds: Sequence[Kind], shape: Shape) -> RealArray:
     """The lobes, times the phases of their colours: (views, lobes, phases, azimuths, n)."""
-    return _of_lobes(views, [node_lobes.evaluate(kind, _lobe(shape, number, views.solid_angle), views.pairs)
-                             for number, kind in enumerate(kinds)])
+    return _with_phases(views, _of_lobes(node_lobes.evaluate, views, kinds, shape))
 
 
-def _of_lobes(views: Views, values: Sequence[RealArray]) -> RealArray:
-    """Values of lobes, (views, azimuths, n), times the phases of their colours, 0 below the horizon: (views, lobes,
-    phases, azimuths, n)."""
-    phases = views.phases.astype(views.solid_angle.dtype).T[..., None] * (views.solid_angle > 0)[:, None]
-    columns = np.empty((len(phases), len(values), *phases.shape[1:]), phases.dtype)
-    for number, value in enumerate(values):
-        np.multiply(value[:, None], phases, out=columns[:, number])
-    return columns
+def _of_lobes(function: Callable[[Kind, Shape, Pairs], RealArray], views: Views, kinds: Sequence[Kind], shape: Shape,
+              ) -> RealArray:
+    """A function of `node_lobes` for each lobe, all those of a kind at once: (..., lobes, views, azimuths, n)."""
+    found = None
+    for kind in set(kinds):
+        numbers = [number for number, each in enumerate(kinds) if each == kind]
+        of_kind = Shape(*(each.T[numbers, :, None].astype(views.solid_angle.dtype) for each in shape))
+        values = function(kind, of_kind, views.pairs)
+        if found is None:
+            found = np.empty((*values.shape[:-4], len(kinds), *views.solid_angle.shape), views.solid_angle.dtype)
+        found[..., numbers, :, :, :] = values
+    assert found is not None
+    return found
+
+
+def _with_phases(views: Views, values: RealArray) -> RealArray:
+    """Values of lobes, (lobes, views, azimuths, n), times the phases of their colours, 0 below the horizon: (views,
+    lobes, phases, azimuths, n)."""
+    phases = views.phases.astype(values.dtype).T[..., None] * (views.solid_angle > 0)[:, None]
+    return np.asarray(np.swapaxes(values, 0, 1)[:, :, None] * phases[:, None])
 
 
 def _flat(views: Views, columns: RealArray) -> RealArray:
@@ -318,6 +324,9 @@ def _absolute(views: Views, left: RealArray, floor: float) -> RealArray:
     return weight.reshape(left.shape)
 
 
+_PAIRS = [np.triu_indices(count) for count in range(12)]
+
+
 class _Lobes(NamedTuple):
     """Lobes of given shapes, whose colours are sought."""
 
@@ -330,7 +339,7 @@ class _Lobes(NamedTuple):
 
     @classmethod
     def of_rows(cls, flat: RealArray) -> "_Lobes":
-        first, second = np.triu_indices(flat.shape[1])
+        first, second = _PAIRS[flat.shape[1]]
         return cls(flat, flat[:, first] * flat[:, second])
 
 
@@ -349,19 +358,19 @@ class _Solution(NamedTuple):
                          np.where(views[:, None, None], other.left, self.left))
 
 
-def _solve(views: Views, lobes: _Lobes, weight: RealArray) -> _Solution:
-    """The colours, none negative, of the least weighted squares."""
+def _solve(views: Views, lobes: _Lobes, weight: RealArray, like: _Solution | None = None) -> _Solution:
+    """The colours, none negative, of the least weighted squares; those that are not 0 are probably those of `like`."""
     target, count = views.target_rows, lobes.columns.shape[1]
-    first, second = np.triu_indices(count)
-    normal = np.empty((*weight.shape[:2], count, count))
-    normal[..., first, second] = np.swapaxes(lobes.products @ np.swapaxes(weight, 1, 2), 1, 2)
-    normal[..., second, first] = normal[..., first, second]
+    pair = np.zeros((count, count), int)
+    pair[_PAIRS[count]] = np.arange(lobes.products.shape[1])
+    sums = np.swapaxes(lobes.products @ np.swapaxes(weight, 1, 2), 1, 2).astype(float)
+    normal = sums[..., np.maximum(pair, pair.T)]
     weighted = weight * target
     right = np.swapaxes(lobes.columns @ np.swapaxes(weighted, 1, 2), 1, 2).astype(float)
     albedo = np.maximum(views.albedo.mean(axis=(1, 2)), _TINY)[:, None]
     ridge = _RIDGE * np.einsum("vcr,vcr->vc", weighted, target) / albedo ** 2
     normal += (ridge[..., None, None] + _TINY) * np.eye(count)
-    colour = nonnegative(normal, right)
+    colour = nonnegative(normal, right, None if like is None else np.swapaxes(like.colour, 1, 2) > 0)
     left = target - colour.astype(target.dtype) @ lobes.columns
     return _Solution(lobes, np.swapaxes(colour, 1, 2), left)
 
@@ -371,7 +380,7 @@ def _colours(views: Views, columns: RealArray) -> FloatArray:
     lobes = _Lobes.of(views, columns)
     found = _solve(views, lobes, _absolute(views, views.target_rows, _FLOOR))
     for _ in range(_REWEIGHTINGS):
-        found = _solve(views, lobes, _absolute(views, found.left, _LAST_FLOOR))
+        found = _solve(views, lobes, _absolute(views, found.left, _LAST_FLOOR), found)
     return found.colour.reshape(len(found.colour), *columns.shape[1:3], -1)
 
 
@@ -476,25 +485,28 @@ def _refine(views: Views, kinds: tuple[Kind, ...], shape: Shape, engine: Engine)
     found = _solve(views, _Lobes.of(views, _columns(views, kinds, shape)),
                    _absolute(views, views.target_rows, _FLOOR))
     damping = np.full(len(views.theta), 1e-2)
-    for iteration in progress.each(range(_ITERATIONS)):
-        floor = _FLOOR if 2 * iteration < _ITERATIONS else _FLOOR / 3
-        weight = _absolute(views, found.left, floor)
-        found = _solve(views, found.lobes, weight)
-        curvature, slope = _reduced(views, kinds, variables, now, found, weight)
-        step = _step(curvature, slope, bending, variables.taken(now), damping)
-        then = variables.moved(now, step)
-        tried = _solve(views, _Lobes.of(views, _columns(views, kinds, variables.shape(then))), weight)
-        # each angle takes the step that lowers its own error, if all steps together lower the penalised one
-        errors = np.stack([_squared(weight, each) for each in (found, tried)])
-        better = errors[1] < errors[0]
-        mixed = np.where(better[:, None], then, now)
-        before, after = (_penalised(each, bending, variables.taken(at))
-                         for each, at in ((errors[0], now), (errors.min(axis=0), mixed)))
-        if after < before:
-            now, found = mixed, found.replaced(tried, better)
-        else:
-            better[:] = False
-        damping = np.where(better, np.maximum(damping / _EASED, 1e-4), np.minimum(_HARDENED * damping, 1e3))
+    for floor in progress.each((_FLOOR, _FLOOR / 3)):
+        for _ in range(_ITERATIONS):
+            weight = _absolute(views, found.left, floor)
+            found = _solve(views, found.lobes, weight, found)
+            curvature, slope = _reduced(views, kinds, variables, now, found, weight)
+            step = _step(curvature, slope, bending, variables.taken(now), damping)
+            then = variables.moved(now, step)
+            tried = _solve(views, _Lobes.of(views, _columns(views, kinds, variables.shape(then))), weight,
+                           found)
+            # each angle takes the step that lowers its own error, if all steps together lower the penalised one
+            errors = np.stack([_squared(weight, each) for each in (found, tried)])
+            better = errors[1] < errors[0]
+            mixed = np.where(better[:, None], then, now)
+            before, after = (_penalised(each, bending, variables.taken(at))
+                             for each, at in ((errors[0], now), (errors.min(axis=0), mixed)))
+            if after < before:
+                now, found = mixed, found.replaced(tried, better)
+            else:
+                better[:] = False
+            damping = np.where(better, np.maximum(damping / _EASED, 1e-4), np.minimum(_HARDENED * damping, 1e3))
+            if 0 <= before - after < _SETTLED * before:
+                break
     return variables.shape(now)
 
 
@@ -513,35 +525,32 @@ def _reduced(views: Views, kinds: tuple[Kind, ...], variables: _Variables, now: 
     and (views, variables)."""
     count, columns, _ = found.lobes.columns.shape
     phases, lobes = views.phases.shape[1], [lobe for _, lobe in variables.places]
-    shape = variables.shape(now)
-    gradients = {lobe: node_lobes.gradient(kinds[lobe], _lobe(shape, lobe, views.solid_angle), views.pairs)
-                 for lobe in set(lobes)}
-    derivatives = _flat(views, _of_lobes(views, [gradients[lobe][variable] for variable, lobe in variables.places]))
-    both = np.concatenate([found.lobes.columns, derivatives], axis=1)
-    curvature = np.zeros((count, len(lobes), len(lobes)))
-    slope = np.zeros((count, len(lobes)))
-    for channel in range(weight.shape[1]):
-        colour = found.colour[..., channel]
-        weighted = both * weight[:, channel, None]
-        normal = (weighted @ np.swapaxes(both, 1, 2)).astype(float)
-        right = (weighted @ found.left[:, channel, :, None])[..., 0].astype(float)
-        # from derivatives of lobes to those of what is reflected
-        coloured = np.zeros((count, both.shape[1], columns + len(lobes)))
-        coloured[:, :columns, :columns] = np.eye(columns)
-        for number, lobe in enumerate(lobes):
-            at = slice(columns + number * phases, columns + (number + 1) * phases)
-            coloured[:, at, columns + number] = colour[:, lobe * phases:(lobe + 1) * phases]
-        transposed = np.swapaxes(coloured, 1, 2)
-        normal, right = transposed @ normal @ coloured, (transposed @ right[..., None])[..., 0]
-        free = (colour > 0).astype(float)
-        inner = normal[:, :columns, :columns] * free[:, :, None] * free[:, None]
-        size = np.einsum("vll->v", inner)[:, None] / columns + _TINY
-        inner = inner + np.eye(columns) * (1e-9 * size + (1 - free) * size)[:, :, None]
-        mixed = normal[:, :columns, columns:] * free[..., None]
-        gone = np.linalg.solve(inner, mixed)
-        curvature += normal[:, columns:, columns:] - np.swapaxes(mixed, 1, 2) @ gone
-        slope += right[:, columns:] - (np.swapaxes(gone, 1, 2) @ (right[:, :columns] * free)[..., None])[..., 0]
-    return curvature, slope
+    changed = sorted(set(lobes))
+    gradients = _of_lobes(node_lobes.gradient, views, [kinds[lobe] for lobe in changed],
+                          Shape(*(each[:, changed] for each in variables.shape(now))))
+    derivatives = gradients[[variable for variable, _ in variables.places], [changed.index(lobe) for lobe in lobes]]
+    both = np.concatenate([found.lobes.columns, _flat(views, _with_phases(views, derivatives))], axis=1)
+    weighted = both[:, None] * weight[:, :, None]
+    normal = (weighted @ np.swapaxes(both, 1, 2)[:, None]).astype(float)
+    right = weighted @ found.left[..., None]
+    # from derivatives of lobes to those of what is reflected: (views, channels, columns and derivatives, variables)
+    colour = np.swapaxes(found.colour, 1, 2)
+    coloured = np.zeros((*colour.shape[:2], both.shape[1], columns + len(lobes)))
+    coloured[..., :columns, :columns] = np.eye(columns)
+    for number, lobe in enumerate(lobes):
+        at = slice(columns + number * phases, columns + (number + 1) * phases)
+        coloured[..., at, columns + number] = colour[..., lobe * phases:(lobe + 1) * phases]
+    transposed = np.swapaxes(coloured, -1, -2)
+    normal, right = transposed @ normal @ coloured, (transposed @ right)[..., 0]
+    free = (colour > 0).astype(float)
+    inner = normal[..., :columns, :columns] * free[..., None] * free[..., None, :]
+    size = np.einsum("vcll->vc", inner)[..., None] / columns + _TINY
+    inner += np.eye(columns) * (1e-9 * size + (1 - free) * size)[..., None]
+    mixed = normal[..., :columns, columns:] * free[..., None]
+    gone = np.linalg.solve(inner, mixed)
+    curvature = normal[..., columns:, columns:] - np.swapaxes(mixed, -1, -2) @ gone
+    slope = right[..., columns:] - (np.swapaxes(gone, -1, -2) @ (right[..., :columns] * free)[..., None])[..., 0]
+    return curvature.sum(axis=1), slope.sum(axis=1)
 
 
 def _step(curvature: FloatArray, slope: FloatArray, bending: FloatArray, variables: FloatArray,

@@ -12,7 +12,8 @@ _ROUNDS = 30                    # of pivoting, at most
 _LEAST_SHARE = 0.01             # so that every density gets sampled
 
 
-def nonnegative(normal: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+def nonnegative(normal: NDArray[np.float64], right: NDArray[np.float64],
+                positive: NDArray[np.bool_] | None = None) -> NDArray[np.float64]:
     """Least squares without negative coefficients, from normal equations of few unknowns.
 
     By block principal pivoting: all unknowns that are on the wrong side change it at once or, where that did not
@@ -25,6 +26,8 @@ def nonnegative(normal: NDArray[np.float64], right: NDArray[np.float64]) -> NDAr
     normal : (..., k, k)
         Positive semidefinite, no diagonal element 0.
     right : (..., k)
+    positive : (..., k), optional
+        Which are probably not 0, where that is known: it costs fewer rounds.
 
     Returns
     -------
@@ -40,7 +43,8 @@ def nonnegative(normal: NDArray[np.float64], right: NDArray[np.float64]) -> NDAr
     matrix = normal.reshape(-1, unknowns, unknowns) * scale[:, :, None] * scale[:, None] + _SMALL * np.eye(unknowns)
     target = right.reshape(-1, unknowns) * scale
     small = _SMALL * np.abs(target).max(axis=1, keepdims=True)
-    free, fewest, patience = target > 0, np.full(len(target), unknowns + 1), np.ones(len(target))
+    free = target > 0 if positive is None else positive.reshape(target.shape).copy()
+    fewest, patience = np.full(len(target), unknowns + 1), np.ones(len(target))
     for _ in range(_ROUNDS):
         equations = np.where(free[:, :, None] & free[:, None], matrix, np.eye(unknowns))
         found = np.linalg.solve(equations, np.where(free, target, 0)[..., None])[..., 0]
