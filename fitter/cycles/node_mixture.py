@@ -54,6 +54,7 @@ _RIDGE = 1e-4                   # of the squared colours, in the squared target
 _REWEIGHTINGS = 6
 _SCALES = (0.7, 1.5)            # bounds of the factors that give the lobes the albedo of the fit
 _TINY = 1e-30
+_DARKEST = 1e-12                # albedo, whose square is far from the least number of single precision
 LAST_SHOWN = np.radians(80)     # the last view whose error the panel states
 _ABOVE = 300.0                 # what is above the target counts as this many times as much that is below
 _BELOW_REWEIGHTINGS = 20
@@ -254,7 +255,7 @@ def _below(views: Views, columns: RealArray) -> FloatArray:
     lobes = _Lobes.of(views, columns)
     found = _solve(views, lobes, _absolute(views, views.target_rows, _FLOOR))
     solid_angle = np.concatenate([views.solid_angle, 0 * views.solid_angle[..., :1]], axis=-1)
-    albedo = np.maximum(views.albedo.mean(axis=1), _TINY)[..., None].astype(columns.dtype)
+    albedo = np.maximum(views.albedo.mean(axis=1), _DARKEST)[..., None].astype(columns.dtype)
     share, floor = solid_angle.reshape(len(columns), 1, -1) / albedo, np.float32(_LAST_FLOOR / np.pi) * albedo
     for _ in range(_BELOW_REWEIGHTINGS):
         weight = np.abs(found.left)

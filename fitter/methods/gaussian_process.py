@@ -23,6 +23,7 @@ from .. import progress
 from ..arrays import FloatArray
 from ..coordinates import ISOTROPIC_AXES
 from ..lattice.dense import MIRRORS
+from ..lattice.positive_definite import inverse_root
 
 TREND = 0.3                 # variance of the constant, and of the slope along each axis
 RECIPROCITIES = 0.9, 1.0    # correlations between a pair of directions and its reciprocal
@@ -148,9 +149,10 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> t
     noise = kernel.noise + _TINY + known
     covariance = kernel.gram(mu)
     covariance[np.diag_indices(len(mu))] += noise
-    inverse = np.linalg.inv(covariance)
-    weights = inverse @ z
-    return Field(kernel, mu, weights, z - known[:, None] * weights), z - weights / np.diag(inverse)[:, None]
+    root = inverse_root(covariance)
+    weights = root.T @ (root @ z)
+    of_inverse = np.einsum("ij,ij->j", root, root)
+    return Field(kernel, mu, weights, z - known[:, None] * weights), z - weights / of_inverse[:, None]
 
 
 class Likeliest(NamedTuple):

@@ -22,6 +22,7 @@ from ..coordinates import Coordinates
 from ..lattice import dense, least_squares, perfect_hash
 from ..lattice.dense import DenseLattice
 from ..lattice.normal_equations import NormalEquations, gains
+from ..lattice.positive_definite import inverse_root
 from ..lattice.sparse import SparseLattice
 from ..model.transform import LogRelative
 from ..samples import Samples, some
@@ -268,5 +269,6 @@ def precision(level: int, axes: int, kernel: Kernel) -> FloatArray:
     covariance = kernel.gram(mu)
     covariance[np.diag_indices(len(mu))] += _JITTER
     matrix = np.zeros((math.prod(shape),) * 2)
-    matrix[np.ix_(first, first)] = np.linalg.inv(covariance)
+    root = inverse_root(covariance)
+    matrix[np.ix_(first, first)] = root.T @ root
     return matrix
