@@ -78,7 +78,7 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
     if levels.diffuse <= _FINEST[x.shape[1]]:       # a finer one interpolates well enough
         residual = wanted - dense.evaluate(box, levels.diffuse, x)
         chosen = _most_useful(x, levels.diffuse, weights, residual, _TOGETHER, np.zeros(0, int))
-        norm = np.diag(np.full(len(chosen), _STIFFNESS))
+        norm = np.full(len(chosen), _STIFFNESS)
         moves, = NormalEquations(x, [(levels.diffuse, chosen)]).solve(weights, residual, [norm])
         box += _boxed(levels.diffuse, x.shape[1], chosen, moves)
     diffuse = DenseLattice(levels.diffuse, box.astype(np.float32))
@@ -203,8 +203,8 @@ def _solved(x: FloatArray, level: int, keys: IntArray, weights: FloatArray, resi
 
 
 def _independent(keys: IntArray, kernel: Kernel) -> FloatArray:
-    """The norm of independent control points, of errors as `precision` has it: (k, k)."""
-    return np.diag(np.full(len(keys), kernel.noise / _VARIANCE))
+    """The norm of independent control points, of errors as `precision` has it: (k,)."""
+    return np.full(len(keys), kernel.noise / _VARIANCE)
 
 
 def _weights(samples: Samples, offset: float) -> FloatArray:
