@@ -84,11 +84,10 @@ class NormalEquations:
         matrix, moment = np.zeros((self._size, self._size)), np.zeros((self._size, z.shape[1]))
         for norm, unknowns in zip(norms, self._unknowns, strict=False):
             if norm.ndim == 1:
-                diagonal = np.bincount(unknowns, norm, self._size)
-                matrix[np.diag_indices(self._size)] += diagonal
+                matrix[np.diag_indices(self._size)] += np.bincount(unknowns, norm, self._size)
             else:
                 at, folded = _folded(norm, unknowns)
-                matrix[at[:, None], at] += folded
+                matrix[at[:, None], at] = folded
         present, place = np.zeros(self._size + 1, dtype=bool), np.zeros(self._size + 1, dtype=int)
         for _, together in itertools.groupby(self._cells, lambda cell: cell[0] // _TOGETHER):
             group = list(together)
@@ -119,8 +118,10 @@ def _folded(norm: FloatArray, unknowns: IntArray) -> tuple[IntArray, FloatArray]
     used = np.flatnonzero(np.diagonal(norm))            # it is positive semidefinite: rows of the others are 0
     order = used[np.argsort(unknowns[used])]
     first = np.flatnonzero(np.diff(unknowns[order], prepend=-1))
-    folded = np.add.reduceat(np.add.reduceat(norm[order[:, None], order], first, axis=0), first, axis=1)
-    return unknowns[order[first]], folded
+    ordered = norm[order[:, None], order]
+    if len(first) < len(order):
+        ordered = np.add.reduceat(np.add.reduceat(ordered, first, axis=0), first, axis=1)
+    return unknowns[order[first]], ordered
 
 
 def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> FloatArray:
