@@ -122,8 +122,8 @@ def evaluate(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
 
 
 def gradient(kind: Kind, shape: Shape, pairs: Pairs) -> RealArray:
-    """The derivatives of `evaluate` by the logarithm of the roughness, by the tilt, and by minus the logarithm of 1 less
-    the anisotropy's size, with its sign: (3, ..., n)."""
+    """The derivatives of `evaluate`: (3, ..., n), by the logarithm of the roughness, by the tilt, and by minus the
+    logarithm of 1 less the anisotropy's size, with its sign."""
     if kind == "sheen":
         of_roughness = _sheen(shape.roughness, pairs)[1]
         return np.stack([of_roughness, 0 * of_roughness, 0 * of_roughness])
@@ -257,14 +257,14 @@ def _gradient_of_facets(facets: _Facets, shape: Shape, pairs: Pairs) -> RealArra
         smith = _smith_ggx_slope
     for w in (facets.i, facets.o):      # and of that of the masking
         w_moved, height = _rotated(w, rotation), np.maximum(w[2], LEAST_COSINE)
-        slope2 = _slope2(w, *sizes)
-        by_slope2 = smith(slope2) / facets.masking
+        tangent2 = _slope2(w, *sizes)
+        by_slope2 = smith(tangent2) / facets.masking
         factor = 2 * by_slope2 / height ** 2
         along, across = ((w[axis] * size) ** 2 for axis, size in enumerate(sizes))
         of_widths = [each - factor * square for each, square in zip(of_widths, (along, across), strict=True)]
         of_tilt = of_tilt - factor * (w[0] * w_moved[0] * sizes[0] ** 2 + w[1] * w_moved[1] * sizes[1] ** 2)
         of_height = np.where(w[2] > LEAST_COSINE, w_moved[2] / height, 0)
-        of_tilt = of_tilt + 2 * by_slope2 * slope2 * of_height
+        of_tilt = of_tilt + 2 * by_slope2 * tangent2 * of_height
     of_tilt = of_tilt - of_height
     along, across = (each * (size < 1) for each, size in zip(of_widths, sizes, strict=True))
     return np.stack([facets.value * each for each in (2 * (along + across), of_tilt, across - along)])

@@ -266,7 +266,7 @@ def _below(views: Views, columns: RealArray) -> FloatArray:
     return found.colour.reshape(len(found.colour), *columns.shape[1:3], -1)
 
 
-def _between(stops: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:
+def _between(stops: FloatArray, at: FloatArray, values: RealArray) -> FloatArray:
     """Values that are tabulated at angles, (stops, ...), interpolated linearly: (at, ...)."""
     flat = values.reshape(len(stops), -1)
     found = np.stack([np.interp(at, stops, column) for column in flat.T], axis=-1)
@@ -524,7 +524,7 @@ def _reduced(views: Views, kinds: tuple[Kind, ...], variables: _Variables, now: 
              weight: RealArray) -> tuple[FloatArray, FloatArray]:
     """The normal equations of the variables, after the colours have been eliminated: (views, variables, variables)
     and (views, variables)."""
-    count, columns, _ = found.lobes.columns.shape
+    columns = found.lobes.columns.shape[1]
     phases, lobes = views.phases.shape[1], [lobe for _, lobe in variables.places]
     changed = sorted(set(lobes))
     gradients = _of_lobes(node_lobes.gradient, views, [kinds[lobe] for lobe in changed],

@@ -6,6 +6,8 @@ All arrays may have more axes in front, of views that are solved at once.
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import RealArray
+
 _ITERATIONS = 30                # of the shares, which then change by less than a percent
 _SMALL = 1e-12                  # what is rounding, of the largest right side, and of a diagonal element
 _ROUNDS = 30                    # of pivoting, at most
@@ -60,8 +62,7 @@ def nonnegative(normal: NDArray[np.float64], right: NDArray[np.float64],
     return np.asarray((np.maximum(found, 0) * scale).reshape(right.shape))
 
 
-def shares(magnitude: NDArray[np.float64], density: NDArray[np.float64],
-           solid_angle: NDArray[np.float64]) -> NDArray[np.float64]:
+def shares(magnitude: RealArray, density: RealArray, solid_angle: RealArray) -> NDArray[np.float64]:
     """The best probability of sampling each of some densities.
 
     It minimises the second moment of the estimate under an even light, the integral of R^2 / sum_k s_k p_k, by a

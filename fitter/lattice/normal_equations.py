@@ -1,8 +1,8 @@
 """Normal equations of least-squares fits of lattices to many samples.
 
-All samples in one cell of a lattice have nearly the same control points, so that a cell adds a small matrix, the product
-of its samples' basis functions, to the normal equations. Each sample costs the same, however many control points there
-are. The equations take the square of these in memory, and their solution the cube in time.
+All samples in one cell of a lattice have nearly the same control points, so that a cell adds a small matrix, the
+product of its samples' basis functions, to the normal equations. Each sample costs the same, however many control
+points there are. The equations take the square of these in memory, and their solution the cube in time.
 """
 
 import itertools

@@ -237,8 +237,8 @@ class Search:
         return Likeliest(likelihood(variances, of_prior ** 2) - self.penalties[prior], kernel, system, prior)
 
     def _predicted(self, system: int, kernel: Kernel) -> tuple[FloatArray, FloatArray]:
-        """Each sample's variance given those before it, (n,), and the error of its prediction from these, (n, channels of
-        all candidates), which are uncorrelated: the diagonal and the rows of a Cholesky factor."""
+        """Each sample's variance given those before it, (n,), and the error of its prediction from these, (n, channels
+        of all candidates), which are uncorrelated: the diagonal and the rows of a Cholesky factor."""
         if (system, kernel) not in self._innovations:
             z = np.concatenate(self.candidates, axis=1)
             count, size = z.shape

@@ -150,8 +150,8 @@ def lobe(kind: Kind, at: Geometry, in_surface: InSurface | None, alpha: float, g
 
 def lobe_with_slopes(kind: Kind, at: Geometry, in_surface: InSurface | None, alpha: float, gamma: float, f0: float,
                      across: float | None = None, turn: float = 0.0) -> tuple[FloatArray, list[FloatArray]]:
-    """`lobe`, and its derivatives by log alpha, gamma and f0 and, where there are components in the surface, by log across
-    and turn."""
+    """`lobe`, and its derivatives by log alpha, gamma and f0 and, where there are components in the surface, by log
+    across and turn."""
     value, slopes = _lobe(kind, at, in_surface, alpha, gamma, f0, across, turn)
     return value, slopes()
 

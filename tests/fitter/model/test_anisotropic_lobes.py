@@ -69,4 +69,5 @@ def test_slopes_of_a_lobe_are_those_of_small_steps(random, kind, numbers):
             moved = list(numbers)
             moved[axis] = moved[axis] * np.exp(step) if axis in (0, 3) else moved[axis] + step
             sides.append(lobe(kind, at, along, *moved))
-        np.testing.assert_allclose(slope, (sides[1] - sides[0]) / 2e-5, rtol=1e-5, atol=1e-7 * np.abs(slope).max() + 1e-9)
+        expected = (sides[1] - sides[0]) / 2e-5
+        np.testing.assert_allclose(slope, expected, rtol=1e-5, atol=1e-7 * np.abs(slope).max() + 1e-9)
