@@ -149,7 +149,7 @@ class _Problem:
         weight /= np.sqrt(np.mean(weight ** 2))
         shapes = count * len(kinds)
         p = first = _pack(start)
-        pull = _pulls(len(kinds), count, channels)
+        pull, bounds = _pulls(len(kinds), count, channels), _bounds(kinds, count, channels)
 
         def cost(residual: FloatArray, p: FloatArray) -> float:
             return float((residual ** 2).sum() + (p - first) @ pull[0] @ (p - first) + p @ pull[1] @ p)
@@ -175,7 +175,8 @@ class _Problem:
                 normal[mine[:, None], mine] += jacobian @ jacobian.T * factor[:, None] * factor
                 slope[mine] += jacobian @ residual[channel] * factor
             for _ in range(8):
-                trial = p - np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9), slope)
+                step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9), slope)
+                trial = np.clip(p - step, *bounds)
                 tried = at(trial)
                 after = cost(tried[0], trial)
                 if after < now:
@@ -193,12 +194,8 @@ class _Problem:
         """A lobe, (n,), and its derivatives by its parameters of the search, (parameters, n)."""
         alpha, gamma, f0, *rest = _numbers(p, kind)
         value, slopes = lobe_with_slopes(kind, self.at, self.in_surface, alpha, gamma, f0, *rest)
-        narrowest = _NARROWEST_FIBRE if kind == "fibre" else NARROWEST
-        by_parameter = [float(narrowest < alpha < STEEPEST_TAIL),
-                        (gamma - 1) * (NARROWEST < gamma - 1 < STEEPEST_TAIL), f0 * (1 - f0)]
-        if rest:
-            by_parameter += [float(NARROWEST < rest[0] < STEEPEST_TAIL), 1.0]
-        return value, np.array(slopes) * np.array(by_parameter)[:, None]
+        by_parameter = np.array([1.0, gamma - 1, f0 * (1 - f0), 1.0, 1.0])[:len(slopes), None]
+        return value, np.array(slopes) * by_parameter
 
 
 def _cost(solved: tuple[Microfacet, float]) -> float:
@@ -214,6 +211,18 @@ def _pulls(lobes: int, shape: int, channels: int) -> tuple[FloatArray, FloatArra
         at = slice(shape * lobes + k * channels, shape * lobes + (k + 1) * channels)
         colour[at, at] = _COLOURLESS ** 2 * apart
     return _PULL ** 2 * np.eye(count), colour
+
+
+def _bounds(kinds: tuple[Kind, ...], shape: int, channels: int) -> FloatArray:
+    """The least and the largest of all parameters: (2, parameters). Within them each has a slope."""
+    bounds = np.full((2, shape * len(kinds) + channels * (len(kinds) + 1)), _CLIP)
+    bounds[0] *= -1
+    for k, kind in enumerate(kinds):
+        for place in (0, 1, 3) if shape == _ANISOTROPIC_PARAMETERS else (0, 1):         # the widths, and the tail
+            bounds[:, shape * k + place] = np.log([NARROWEST, STEEPEST_TAIL])
+        if kind == "fibre":
+            bounds[0, shape * k] = np.log(_NARROWEST_FIBRE)
+    return bounds
 
 
 def _numbers(p: FloatArray, kind: Kind) -> tuple[float, ...]:
