@@ -23,6 +23,7 @@ from .. import progress
 from ..arrays import FloatArray
 from ..coordinates import ISOTROPIC_AXES
 from ..lattice.dense import MIRRORS
+from ..lattice.positive_definite import inverse_root
 
 TREND = 0.3                 # variance of the constant, and of the slope along each axis
 RECIPROCITIES = 0.9, 1.0    # correlations between a pair of directions and its reciprocal
@@ -148,9 +149,10 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> t
     noise = kernel.noise + _TINY + known
     covariance = kernel.gram(mu)
     covariance[np.diag_indices(len(mu))] += noise
-    inverse = np.linalg.inv(covariance)
-    weights = inverse @ z
-    return Field(kernel, mu, weights, z - known[:, None] * weights), z - weights / np.diag(inverse)[:, None]
+    root = inverse_root(covariance)
+    weights = root.T @ (root @ z)
+    of_inverse = np.einsum("ij,ij->j", root, root)
+    return Field(kernel, mu, weights, z - known[:, None] * weights), z - weights / of_inverse[:, None]
 
 
 class Likeliest(NamedTuple):
@@ -195,7 +197,8 @@ class Search:
     known: FloatArray
 
     def __post_init__(self) -> None:
-        self._bases: dict[tuple[int, Kernel], tuple[FloatArray, FloatArray]] = {}
+        self._covariances: dict[tuple[int, Kernel], FloatArray] = {}
+        self._innovations: dict[tuple[int, Kernel], tuple[FloatArray, FloatArray]] = {}
 
     def best(self, systems: Sequence[int]) -> Likeliest:
         """The likeliest that was found in systems, by changing prior, system, length and reciprocity in turn."""
@@ -217,21 +220,47 @@ class Search:
         return likeliest
 
     def _likeliest(self, system: int, kernel: Kernel, prior: int) -> Likeliest:
-        """The likeliest noise, with all else given: one decomposition tries every noise."""
-        variances, basis = self._basis(system, replace(kernel, noise=0.0))
-        squares = (basis.T @ self.candidates[prior]) ** 2
-        return max((Likeliest(likelihood(variances + noise, squares) - self.penalties[prior],
-                              replace(kernel, noise=noise), system, prior) for noise in NOISES), key=_value)
+        """The likeliest noise, with all else given: uphill from that of a kernel."""
+        likeliest, first = self._with_noise(system, kernel, prior), NOISES.index(kernel.noise)
+        for noises in (NOISES[first + 1:], NOISES[:first][::-1]):
+            for noise in noises:
+                other = self._with_noise(system, replace(kernel, noise=noise), prior)
+                if other.value <= likeliest.value:
+                    break
+                likeliest = other
+        return likeliest
 
-    def _basis(self, system: int, kernel: Kernel) -> tuple[FloatArray, FloatArray]:
-        """The eigenvalues (n,) and eigenvectors (n, n) of the samples' covariance."""
-        if (system, kernel) not in self._bases:
+    def _with_noise(self, system: int, kernel: Kernel, prior: int) -> Likeliest:
+        variances, errors = self._predicted(system, kernel)
+        first = sum(each.shape[1] for each in self.candidates[:prior])
+        of_prior = errors[:, first:first + self.candidates[prior].shape[1]]
+        return Likeliest(likelihood(variances, of_prior ** 2) - self.penalties[prior], kernel, system, prior)
+
+    def _predicted(self, system: int, kernel: Kernel) -> tuple[FloatArray, FloatArray]:
+        """Each sample's variance given those before it, (n,), and the error of its prediction from these, (n, channels
+        of all candidates), which are uncorrelated: the diagonal and the rows of a Cholesky factor."""
+        if (system, kernel) not in self._innovations:
+            z = np.concatenate(self.candidates, axis=1)
+            count, size = z.shape
+            bordered = np.zeros((count + size,) * 2)
+            bordered[:count, :count] = self._covariance(system, replace(kernel, noise=0.0))
+            bordered[np.diag_indices(count)] += kernel.noise
+            bordered[count:, :count] = z.T
+            # no more than the samples can take away, so that the whole is positive definite
+            bordered[np.arange(count, count + size), np.arange(count, count + size)] = (
+                2 * (z ** 2).sum() / kernel.noise + 1)
+            factor = np.linalg.cholesky(bordered)
+            deviations = np.diag(factor)[:count]
+            self._innovations[system, kernel] = deviations ** 2, factor[count:, :count].T * deviations[:, None]
+        return self._innovations[system, kernel]
+
+    def _covariance(self, system: int, kernel: Kernel) -> FloatArray:
+        if (system, kernel) not in self._covariances:
             mu = self.encoded[system]()
             covariance = kernel.gram(mu)
             covariance[np.diag_indices(len(mu))] += self.known
-            variances, basis = np.linalg.eigh(covariance)
-            self._bases[system, kernel] = np.maximum(variances, 0), basis
-        return self._bases[system, kernel]
+            self._covariances[system, kernel] = covariance
+        return self._covariances[system, kernel]
 
 
 def _value(each: Likeliest) -> float:

@@ -22,6 +22,7 @@ from ..coordinates import Coordinates
 from ..lattice import dense, least_squares, perfect_hash
 from ..lattice.dense import DenseLattice
 from ..lattice.normal_equations import NormalEquations, gains
+from ..lattice.positive_definite import inverse_root
 from ..lattice.sparse import SparseLattice
 from ..model.transform import LogRelative
 from ..samples import Samples, some
@@ -77,7 +78,7 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
     if levels.diffuse <= _FINEST[x.shape[1]]:       # a finer one interpolates well enough
         residual = wanted - dense.evaluate(box, levels.diffuse, x)
         chosen = _most_useful(x, levels.diffuse, weights, residual, _TOGETHER, np.zeros(0, int))
-        norm = np.diag(np.full(len(chosen), _STIFFNESS))
+        norm = np.full(len(chosen), _STIFFNESS)
         moves, = NormalEquations(x, [(levels.diffuse, chosen)]).solve(weights, residual, [norm])
         box += _boxed(levels.diffuse, x.shape[1], chosen, moves)
     diffuse = DenseLattice(levels.diffuse, box.astype(np.float32))
@@ -202,8 +203,8 @@ def _solved(x: FloatArray, level: int, keys: IntArray, weights: FloatArray, resi
 
 
 def _independent(keys: IntArray, kernel: Kernel) -> FloatArray:
-    """The norm of independent control points, of errors as `precision` has it: (k, k)."""
-    return np.diag(np.full(len(keys), kernel.noise / _VARIANCE))
+    """The norm of independent control points, of errors as `precision` has it: (k,)."""
+    return np.full(len(keys), kernel.noise / _VARIANCE)
 
 
 def _weights(samples: Samples, offset: float) -> FloatArray:
@@ -268,5 +269,6 @@ def precision(level: int, axes: int, kernel: Kernel) -> FloatArray:
     covariance = kernel.gram(mu)
     covariance[np.diag_indices(len(mu))] += _JITTER
     matrix = np.zeros((math.prod(shape),) * 2)
-    matrix[np.ix_(first, first)] = np.linalg.inv(covariance)
+    root = inverse_root(covariance)
+    matrix[np.ix_(first, first)] = root.T @ root
     return matrix
