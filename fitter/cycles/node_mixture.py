@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from .. import progress
-from ..arrays import BoolArray, FloatArray, RealArray
+from ..arrays import FloatArray, RealArray
 from . import node_lobes
 from .node_lobes import FACETS, Kind, Pairs, Shape
 from .node_views import Views, views_of
@@ -39,9 +39,9 @@ _TRIED = 6                      # candidates for a lobe that are looked at close
 _ENOUGH = 0.03                  # of the light in wrong directions; more lobes take more time than that is worth
 _WORTH = 0.1                    # a lobe that lowers it by less than this share takes more time than it is worth
 _CHOICE, _REFINEMENT = slice(3, None, 7), slice(0, None, 5)     # of the directions, what is looked at
-_ITERATIONS = 10                # of the refinement, for each of two floors
+_ITERATIONS = 6                 # of the refinement, for each of two floors
 _SETTLED = 1e-3                 # of the error: a step that lowers it by less is the last
-_EASED, _HARDENED = 4.0, 4.0     # by what damping is divided after a step that helped, else multiplied
+_TRIES = 4                      # of a step
 _LONGEST = 0.3                  # step of a parameter
 _STIFFNESS = 0.1                # of the second differences of shapes
 _NARROWEST, _SHEEREST = 0.04, 0.05      # roughness of a facet and of sheen
@@ -351,13 +351,6 @@ class _Solution(NamedTuple):
     colour: FloatArray          # (views, columns, channels)
     left: RealArray             # (views, channels, rows)
 
-    def replaced(self, other: "_Solution", views: BoolArray) -> "_Solution":
-        """That of another at some views."""
-        columns, products = (np.where(views[:, None, None], new, old)
-                             for new, old in zip(other.lobes, self.lobes, strict=True))
-        return _Solution(_Lobes(columns, products), np.where(views[:, None, None], other.colour, self.colour),
-                         np.where(views[:, None, None], other.left, self.left))
-
 
 def _solve(views: Views, lobes: _Lobes, weight: RealArray, like: _Solution | None = None) -> _Solution:
     """The colours, none negative, of the least weighted squares; those that are not 0 are probably those of `like`."""
@@ -426,7 +419,7 @@ def _choose(views: Views, engine: Engine, turned: bool) -> tuple[tuple[Kind, ...
         order = [number for number in np.argsort(-gain) if number not in chosen][:_TRIED]
         tried = [_solve(views, _Lobes.of_rows(np.concatenate([have.columns, columns[:, number]], axis=1)), weight)
                  for number in order]
-        best = int(np.argmin([_squared(weight, each).sum() for each in tried]))
+        best = int(np.argmin([_squared(weight, each) for each in tried]))
         chosen.append(int(order[best]))
         have = tried[best].lobes
         weight = _absolute(views, tried[best].left, _FLOOR / 2)
@@ -485,39 +478,34 @@ def _refine(views: Views, kinds: tuple[Kind, ...], shape: Shape, engine: Engine)
     bending = _STIFFNESS * bending.T @ bending
     found = _solve(views, _Lobes.of(views, _columns(views, kinds, shape)),
                    _absolute(views, views.target_rows, _FLOOR))
-    damping = np.full(len(views.theta), 1e-2)
+    damping = 1e-2
     for floor in progress.each((_FLOOR, _FLOOR / 3)):
         for _ in range(_ITERATIONS):
             weight = _absolute(views, found.left, floor)
             found = _solve(views, found.lobes, weight, found)
+            before = _penalised(weight, found, bending, variables.taken(now))
             curvature, slope = _reduced(views, kinds, variables, now, found, weight)
-            step = _step(curvature, slope, bending, variables.taken(now), damping)
-            then = variables.moved(now, step)
-            tried = _solve(views, _Lobes.of(views, _columns(views, kinds, variables.shape(then))), weight,
-                           found)
-            # each angle takes the step that lowers its own error, if all steps together lower the penalised one
-            errors = np.stack([_squared(weight, each) for each in (found, tried)])
-            better = errors[1] < errors[0]
-            mixed = np.where(better[:, None], then, now)
-            before, after = (_penalised(each, bending, variables.taken(at))
-                             for each, at in ((errors[0], now), (errors.min(axis=0), mixed)))
-            if after < before:
-                now, found = mixed, found.replaced(tried, better)
-            else:
-                better[:] = False
-            damping = np.where(better, np.maximum(damping / _EASED, 1e-4), np.minimum(_HARDENED * damping, 1e3))
-            if 0 <= before - after < _SETTLED * before:
+            for _ in range(_TRIES):
+                step = _step(curvature, slope, bending, variables.taken(now), damping)
+                then = variables.moved(now, step)
+                tried = _solve(views, _Lobes.of(views, _columns(views, kinds, variables.shape(then))), weight, found)
+                after = _penalised(weight, tried, bending, variables.taken(then))
+                if after < before:
+                    now, found, damping = then, tried, max(damping / 3, 1e-4)
+                    break
+                damping = min(5 * damping, 1e3)
+            if before - after < _SETTLED * before:
                 break
     return variables.shape(now)
 
 
-def _squared(weight: RealArray, found: _Solution) -> FloatArray:
-    """The weighted squared error: (views,)."""
-    return np.einsum("vcr,vcr,vcr->v", weight, found.left, found.left).astype(float)
+def _penalised(weight: RealArray, found: _Solution, bending: FloatArray, variables: FloatArray) -> float:
+    return _squared(weight, found) + float((variables * (bending @ variables)).sum())
 
 
-def _penalised(errors: FloatArray, bending: FloatArray, variables: FloatArray) -> float:
-    return float(errors.sum() + (variables * (bending @ variables)).sum())
+def _squared(weight: RealArray, found: _Solution) -> float:
+    """The weighted squared error."""
+    return float(np.einsum("vcr,vcr,vcr->v", weight, found.left, found.left).astype(float).sum())
 
 
 def _reduced(views: Views, kinds: tuple[Kind, ...], variables: _Variables, now: FloatArray, found: _Solution,
@@ -555,12 +543,12 @@ def _reduced(views: Views, kinds: tuple[Kind, ...], variables: _Variables, now: 
 
 
 def _step(curvature: FloatArray, slope: FloatArray, bending: FloatArray, variables: FloatArray,
-          damping: FloatArray) -> FloatArray:
-    """A step of Levenberg and Marquardt for all stops at once, each with a damping of its own: (stops, variables)."""
+          damping: float) -> FloatArray:
+    """A step of Levenberg and Marquardt for all stops at once, (stops, variables)."""
     stops, count = slope.shape
     whole = np.zeros((stops, count, stops, count))
     every = np.arange(stops)
-    diagonal = damping[:, None] * np.einsum("vkk->vk", curvature) + 1e-6
+    diagonal = damping * np.einsum("vkk->vk", curvature) + 1e-6
     whole[every, :, every] = curvature + diagonal[:, :, None] * np.eye(count)
     for number in range(count):
         whole[:, number, :, number] += bending
