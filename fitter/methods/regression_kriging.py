@@ -14,7 +14,7 @@ steps, each a module:
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -33,7 +33,7 @@ from ..model.transform import LEAST_OFFSET, LogRelative, greyed
 from ..quality.physics import direction_pairs
 from ..samples import RGB, Samples, some
 from . import energy, gaussian_process, lattices, prior
-from .gaussian_process import Field, Kernel
+from .gaussian_process import RECIPROCITIES, Field, Kernel
 from .levels import Levels
 
 MOST_SAMPLES = 2000         # of a Gaussian process: its cost grows with the cube of the number
@@ -45,6 +45,8 @@ _OF_LATTICES = 4000         # samples to which lobes are fitted, and of which it
 _FAILED, _RARELY = 5.0, 0.01    # samples this many times below the prior count as failures, if they are at most this
                             # share
 _FAILURE = 10.0             # variance of the noise of failures, relative to the field's
+_ALIKE = np.radians(1)      # polar angles that are taken as equal
+_BOTH_WAYS = 0.1            # share of the pairs measured the rarer way, from which samples tell if they are reciprocal
 _POSITIVE, _MOST_GREY = 0.99, 0.8   # share of the bright samples that grey makes positive; of it, at most
 _TYPICAL, _OF_TYPICAL = 400, 10_000     # directions whose median is the offset, and samples that are looked at
 _LEAST_OF_LARGEST = 1e-9    # of the largest sample, that the offset is
@@ -94,7 +96,7 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
         [partial(_mu, system, searched) for system in systems],
         [each.field(searched.values, *searched.directions) for each in transforms],
         [_information_criterion(each.prior, searched.values.size) for each in transforms],
-        _known_noise(searched, richest))
+        _known_noise(searched, richest), _reciprocities(samples))
     trials, first = [], 0
     for number, family in enumerate(families):
         with progress.part(0.4 + 0.4 * number / len(families), 0.4 + 0.4 * (number + 1) / len(families),
@@ -191,6 +193,15 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
                  source=samples.source)
     with progress.part(0.8 if samples.isotropic else 0.5, 1.0, "Checking the energy"):
         return energy.conserved(fitted, transform, samples) if plausible else fitted
+
+
+def _reciprocities(samples: Samples) -> Sequence[float]:
+    """Those among which samples choose: of nearly all pairs measured one way, say with the light the steeper direction,
+    nothing tells how they differ from those measured the other way, and the field is reciprocal."""
+    apart = samples.theta_i - samples.theta_o
+    apart = apart[np.abs(apart) > _ALIKE]
+    both_ways = len(apart) and min((apart > 0).mean(), (apart < 0).mean()) >= _BOTH_WAYS
+    return RECIPROCITIES if both_ways else RECIPROCITIES[-1:]
 
 
 def _known_noise(samples: Samples, transform: LogRelative) -> FloatArray:
