@@ -14,6 +14,7 @@ from fitter.quality import cross_validation
 from fitter.samples import RGB, subset
 from support import truths
 from support.cases import quick, release
+from support.rings import ring
 
 STANDARD = fitter.PRESETS["Standard"]
 
@@ -253,6 +254,13 @@ def test_of_a_surface_that_was_measured_from_one_side_the_other_is_predicted(cor
     found, wanted = (cross_validation.cube_root(other.theta_o, np.maximum(values, 0))
                      for values in (fit.evaluate(*other.directions), other.values))
     assert np.sqrt(((found - wanted) ** 2).mean() / (wanted ** 2).mean()) < 0.12
+
+
+@pytest.mark.parametrize(("name", "largest"), quick([("artificial grass", 0.2), ("rug b", 0.1), ("velvet", 0.15),
+                                                    ("aluminum foil", 0.25)], ("artificial grass", 0.2)))
+def test_about_retro_reflection_there_is_no_ring(curet, name, largest):
+    """With a softening radius of .01 these were 58, 21, 22 and 28 %."""
+    assert ring(fitter.fit(curet(name), **STANDARD)) < largest
 
 
 @pytest.mark.parametrize("count", quick([600, 6000], 600))
