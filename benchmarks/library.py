@@ -36,7 +36,7 @@ def main():
         found["metals" if material.is_computed else "not metals"].append(
             (material.name, albedo_error(material.name, fit), swapped_error(material.name, fit), seconds))
     rows = []
-    for kind, errors in (*found.items(), ("all", [each for errors in found.values() for each in errors])):
+    for kind, errors in (*found.items(), ("all", [*found["not metals"], *found["metals"]])):
         if errors:
             _, albedos, swapped, seconds = zip(*errors, strict=True)
             worst = sorted(errors, key=lambda each: -each[1])[:_WORST]

@@ -31,7 +31,7 @@ from ..arrays import ArrayLike, Directions, FloatArray
 from ..shader_constants import LEAST_LENGTH
 from . import stretch
 
-SOFTENING = 0.03            # the softening radius delta of new fits: below, there is a ring about retro-reflection
+SOFTENING = 0.03            # the softening radius delta, at most, of new fits
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,8 @@ from ..arrays import ArrayLike, Directions, FloatArray
 from ..shader_constants import LEAST_HEIGHT_2
 from . import half_difference, stretch
 
-SOFTENING = 3 * half_difference.SOFTENING       # of new fits: sines are three times those radii near retro-reflection
+SINES = 3.0                 # times the radii of `half_difference`, near retro-reflection
+SOFTENING = SINES * half_difference.SOFTENING       # the softening radius delta, at most, of new fits
 LEAST_SOFTENING = 1e-3      # below, single precision shows near retro-reflection
 
 

@@ -263,6 +263,12 @@ def test_about_retro_reflection_there_is_no_ring(curet, name, largest):
     assert ring(fitter.fit(curet(name), **STANDARD)) < largest
 
 
+@pytest.mark.parametrize(("instrument", "softening"), [("CURET", 0.03), ("goniometer", 0.01)])
+def test_the_softening_radius_is_as_wide_as_nobody_measured(instrument, softening):
+    """CURET's lamp hides 20 degrees about itself, a goniometer's one: a tape's peak is narrower than .03."""
+    assert regression_kriging._softening(truths.TRUTHS["retro a"].measured(instrument)) == softening
+
+
 @pytest.mark.parametrize("count", quick([600, 6000], 600))
 def test_samples_that_are_known_to_scatter_are_followed_less(random, count):
     """Every third is off by 40 %, the others by 1 %; of many samples, and of few."""
