@@ -243,23 +243,24 @@ def test_a_fit_to_samples_of_a_reciprocal_surface_is_reciprocal(random, name):
     assert np.quantile(np.abs(steps[0] - steps[1]), 0.99) < 2
 
 
-@pytest.mark.parametrize("name", quick(["krylon_blue_RGB", "garnet_red_RGB"], "krylon_blue_RGB"))
-def test_of_a_surface_that_was_measured_from_one_side_the_other_is_predicted(cornell, name):
-    """The samples with the light the steeper direction tell those with the flatter one, within .12 of their cube
-    roots: before such sets were taken as reciprocal, krylon's were .35 off."""
+@pytest.mark.parametrize(("name", "largest"), quick([("krylon_blue_RGB", 0.1), ("garnet_red_RGB", 0.14)],
+                                                    ("krylon_blue_RGB", 0.1)))
+def test_of_a_surface_that_was_measured_from_one_side_the_other_is_predicted(cornell, name, largest):
+    """The samples with the light the steeper direction tell those with the flatter one: before such sets were taken as
+    reciprocal, these were .37 and .22 off."""
     samples = cornell(name)
     one_side = samples.theta_i > samples.theta_o
     fit = fitter.fit(subset(samples, one_side), **STANDARD)
     other = subset(samples, samples.theta_i < samples.theta_o)
     found, wanted = (cross_validation.cube_root(other.theta_o, np.maximum(values, 0))
                      for values in (fit.evaluate(*other.directions), other.values))
-    assert np.sqrt(((found - wanted) ** 2).mean() / (wanted ** 2).mean()) < 0.12
+    assert np.sqrt(((found - wanted) ** 2).mean() / (wanted ** 2).mean()) < largest
 
 
 @pytest.mark.parametrize(("name", "largest"), quick([("artificial grass", 0.2), ("rug b", 0.1), ("velvet", 0.15),
                                                     ("aluminum foil", 0.25)], ("artificial grass", 0.2)))
 def test_about_retro_reflection_there_is_no_ring(curet, name, largest):
-    """With a softening radius of .01 these were 58, 21, 22 and 28 %."""
+    """With a softening radius of .01 these rings were 58, 21, 22 and 28 %."""
     assert ring(fitter.fit(curet(name), **STANDARD)) < largest
 
 
