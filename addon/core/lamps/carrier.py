@@ -109,7 +109,7 @@ def point(depsgraph: bpy.types.Depsgraph, carrier: bpy.types.Texture, readers: C
     scene = not_none(depsgraph.scene)
     here = {item.session_uid for item in scene.objects}
     here.update(item.original.session_uid for item in depsgraph.ids if isinstance(item, bpy.types.Object))
-    carriers = [each.get(POINTER) for each in bpy.data.scenes]
+    carriers = [each[POINTER] for each in bpy.data.scenes if each.get(POINTER) is not None]
     for item in bpy.data.objects:
         if item.library is not None or item.override_library is not None:
             continue

@@ -492,6 +492,17 @@ def test_objects_point_to_the_carrier_as_long_as_they_have_a_measured_material(b
     assert len(blender.data.textures) == 1
 
 
+def test_an_object_of_no_scene_reads_the_lamps_of_one_and_keeps_to_them(blender, lamps, scene):
+    """As in a collection that is instanced at another frame."""
+    use(blender, lamps.node_tree())
+    lonely = blender.context.object.copy()
+    other = another_scene(blender)
+    blender.context.view_layer.update()
+    assert lonely[POINTER] == scene[POINTER]
+    other.view_layers[0].update()
+    assert lonely[POINTER] == scene[POINTER]
+
+
 def test_no_carrier_is_made_for_materials_that_no_object_has(blender, lamps, scene):
     material = use(blender, lamps.node_tree())
     blender.data.objects.remove(blender.context.object)
@@ -967,6 +978,26 @@ def test_groups_of_other_versions_read_the_carrier_and_keep_the_number_of_their_
         assert [link.to_socket.name for link in tree.links] == [link.from_node.name for link in tree.links]
         assert tree.animation_data is None or len(tree.animation_data.drivers) == 0
     assert lamps.node_tree() == trees[2]
+
+
+def test_a_linked_group_of_an_older_version_reads_the_carrier(blender, lamps, scene, tmp_path):
+    lamps.unregister()
+    try:
+        material = use(blender, former_group(blender, 4))
+        path = str(tmp_path / "library.blend")
+        blender.data.libraries.write(path, {material})
+    finally:
+        lamps.register()
+    scene = black_scene(8, 8, 1, 1)
+    with blender.data.libraries.load(path, link=True) as (source, target):
+        target.materials = source.materials
+    blender.ops.mesh.primitive_plane_add()
+    blender.context.object.data.materials.append(target.materials[0])
+    lamp = add_lamp("POINT", 10, (1, 2, 3))
+    for place in ((1, 2, 3), (4, 5, 6)):
+        lamp.location = place
+        blender.context.view_layer.update()
+        assert known()[:, :3].tolist() == [[*place]]
 
 
 def test_groups_of_older_versions_are_kept_and_new_materials_get_one_that_knows_of_gpus(blender, lamps, scene,
