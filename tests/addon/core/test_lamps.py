@@ -470,7 +470,10 @@ def test_an_object_is_given_its_first_attribute_between_two_renders_with_kept_da
     scene.render.use_persistent_data = True
     assert render(scene)[4, 4, :3] == pytest.approx((0, 0, 0), abs=1e-6)
     above.data.materials.append(material)
-    blender.context.view_layer.update()
+    layer = blender.context.view_layer
+    for _ in range(2):                  # the handler points it out, and then it is evaluated
+        layer.update()
+    assert above.evaluated_get(layer.depsgraph)[POINTER].original == scene[POINTER], "in a viewport"
     assert render(scene)[4, 4, :3] == pytest.approx((0.25, 0.5, 0.75), abs=1e-6)
 
 
