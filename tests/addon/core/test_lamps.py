@@ -991,7 +991,7 @@ def test_a_linked_group_of_an_older_version_reads_the_carrier(blender, lamps, sc
         blender.data.libraries.write(path, {material})
     finally:
         lamps.register()
-    scene = black_scene(8, 8, 1, 1)
+    black_scene(8, 8, 1, 1)
     with blender.data.libraries.load(path, link=True) as (source, target):
         target.materials = source.materials
     blender.ops.mesh.primitive_plane_add()
