@@ -20,9 +20,9 @@ from support.stage import add_lamp, add_sphere, black_scene, render
 
 SUN = math.radians(60)
 # the kept fit, at five directions
-VALUES = [[0.13734969, 0.10865421, 0.10028389], [0.10718762, 0.07862623, 0.07098457],
-          [0.19114617, 0.16544802, 0.15636028], [0.0812511, 0.05463675, 0.04795118],
-          [0.11692967, 0.08806211, 0.08013782]]
+VALUES = [[0.15432953, 0.12560953, 0.11683817], [0.10985432, 0.08121413, 0.07349601],
+          [0.23526509, 0.20966122, 0.19955988], [0.07434572, 0.04769204, 0.0411607],
+          [0.12480273, 0.09586104, 0.0877395]]
 
 pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="this Blender does not open files of 5.0")
 
