@@ -260,8 +260,7 @@ def _show_surface(material: bpy.types.Material, surface: Surface,
     node = group_node(material)
     former = None if node is None else node.node_tree
     node, before = show(material, node_group.shared(shader, material.name, unlike=former))
-    export_surface.update(material, surface)
-    _colour_solid_view(material, surface)
+    export_surface.update(material, node, surface)
     return node, before
 
 
@@ -285,11 +284,6 @@ def _names(tree: bpy.types.NodeTree, materials: Sequence[bpy.types.Material]) ->
     if any(isinstance(user, bpy.types.Material) and user not in materials for user in users):
         return []
     return [(tree, materials[0].name)]
-
-
-def _colour_solid_view(material: bpy.types.Material, surface: Surface) -> None:
-    material.diffuse_color = (*export_surface.shown(surface, surface.albedo), 1)
-    material.roughness, material.metallic = surface.principled.roughness, surface.principled.metallic
 
 
 def _store(settings: Any, choices: Choices, outcome: Outcome) -> None:

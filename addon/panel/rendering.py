@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import EnumProperty
 
-from ..core import checks, osl_support, rendered
+from ..core import checks, export_surface, osl_support, rendered
 from ..core import material as materials
 from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, not_none
@@ -86,6 +86,10 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
                     draw_wrapped(column, text, "DOT")
                     text = "Fix"
                 column.operator(MEASUREDBRDF_OT_fix_setting.bl_idname, text=text).key = finding.key
+        if losses := export_surface.losses(material):
+            draw_wrapped(layout, "In other programs, a Principled BSDF:", "INFO")
+            for line in losses:
+                draw_wrapped(layout, line, "DOT")
 
 
 def draw_words(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:

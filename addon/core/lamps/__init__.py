@@ -32,7 +32,8 @@ from .group import node_tree
 from .lamp import Lamp
 from .light_objects import light_of
 
-__all__ = ["in_scene", "node_tree", "register", "sky_moves", "store", "unregister", "update"]
+__all__ = ["has_window", "in_scene", "is_main_thread_free", "node_tree", "register", "sky_moves", "store", "unregister",
+           "update"]
 
 _Listed = list[tuple[Lamp, bpy.types.Object | None]]
 """Lamps, each with its evaluated object; None for instances and bright spots."""
@@ -95,7 +96,7 @@ def _update_groups(depsgraph: bpy.types.Depsgraph, changed: Changed, at_rest: bo
     if changed.structure:
         light_objects.forget_layers()
         instances.forget_collections()
-        if _is_main_thread_free():
+        if is_main_thread_free():
             group.merge()
             shared_groups.merge()
     trees = group.trees() if any(changed) else []
@@ -170,10 +171,11 @@ def _may_write(scene: bpy.types.Scene) -> bool:
     """Whether no render can be reading what would be written now."""
     if scene.render.use_lock_interface:
         return True
-    return _is_main_thread_free()
+    return is_main_thread_free()
 
 
-def _is_main_thread_free() -> bool:
+def is_main_thread_free() -> bool:
+    """Whether this may change the file: no render job reads it."""
     return threading.current_thread() is threading.main_thread() and not bpy.app.is_job_running("RENDER")
 
 
