@@ -34,6 +34,7 @@ _FITTED = "measured_brdf"               # custom properties of the node: the val
 _SHOWN = "measured_brdf_shown"          # those that were last written,
 _ALBEDO = "albedo"                      # among either: of the whole surface, for the Solid viewport,
 _NORMAL = "measured_brdf_normal"        # the node that the normal was taken from,
+_DISPLACED = "measured_brdf_displacement"       # the node that displacement was taken from,
 _KEY = "measured_brdf_key"              # what all was made of,
 _LOST = "measured_brdf_lost"            # and what of it is not exported, a line each
 _VISIBLE = 1.5 / 255                    # a difference of roughness or of metallic that is worth a texture
@@ -75,6 +76,7 @@ def follow(material: bpy.types.Material, node: bpy.types.Node, again: bool = Fal
     if export is None:
         return
     _follow_normal(tree, node, export)
+    _follow_displacement(tree, export)
     products = {socket.as_pointer(): _product(socket) for socket in _factors(node)}
     key = repr((_blended(node, material, lambda socket: _factor(socket, products, {})),
                 [(each.constant.tolist(), [picture.key for picture in each.pictures]) for each in products.values()],
@@ -245,6 +247,24 @@ def _follow_normal(tree: bpy.types.NodeTree, node: bpy.types.Node, export: bpy.t
     if wanted is not None and not normal.is_linked:
         tree.links.new(wanted, normal)
         export[_NORMAL] = wanted.node.name
+
+
+def _follow_displacement(tree: bpy.types.NodeTree, export: bpy.types.Node) -> None:
+    """Connect what displaces at the exported output, the one that Blender highlights, to those of the renderers."""
+    outputs = [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL"]
+    ours = [node for node in outputs
+            if any(link.from_node == export for link in not_none(node.inputs["Surface"].links))]
+    links = [link for node in ours for link in not_none(node.inputs["Displacement"].links)]
+    before, wanted = export.get(_DISPLACED, ""), not_none(links[0].from_socket) if links else None
+    for socket in (node.inputs["Displacement"] for node in outputs if ours and node not in ours):
+        for link in not_none(socket.links):
+            if link.from_node.name == before and link.from_socket != wanted:
+                tree.links.remove(link)
+        if wanted is not None and not socket.is_linked:
+            tree.links.new(wanted, socket)
+    now = "" if wanted is None else wanted.node.name
+    if now != before:
+        export[_DISPLACED] = now
 
 
 def _bake(material: bpy.types.Material, export: bpy.types.Node, values: _Values,

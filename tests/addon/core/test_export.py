@@ -504,3 +504,20 @@ def test_a_mask_of_a_mix_is_baked(blender, gltf, quick, tmp_path):
     seen = again["pbrMetallicRoughness"]
     np.testing.assert_allclose(texels(seen["baseColorTexture"]), np.ones((8, 8, 1)) * parts[1]["baseColorFactor"][:3],
                                atol=EIGHT_BITS)
+
+
+def test_displacement_at_the_highlighted_output_is_that_of_the_renderers(blender, material):
+    update(material, CLOTH)
+    tree = material.node_tree
+    highlighted, = (node for node in outputs(material) if node.is_active_output)
+    displacement = tree.nodes.new("ShaderNodeDisplacement")
+    link = tree.links.new(displacement.outputs[0], highlighted.inputs["Displacement"])
+    follow(material)
+    others = [node.inputs["Displacement"] for node in outputs(material) if node != highlighted]
+    assert [socket.links[0].from_node for socket in others] == [displacement, displacement]
+    tree.links.remove(link)
+    follow(material)
+    assert not any(socket.is_linked for socket in others)
+    tree.links.new(displacement.outputs[0], others[0])
+    follow(material)
+    assert [socket.is_linked for socket in others] == [True, False], "the user's own"
