@@ -38,6 +38,7 @@ _DISPLACED = "measured_brdf_displacement"       # the node that displacement was
 _KEY = "measured_brdf_key"              # what all was made of,
 _LOST = "measured_brdf_lost"            # and what of it is not exported, a line each
 _VISIBLE = 1.5 / 255                    # a difference of roughness or of metallic that is worth a texture
+_SMOOTH = 0.3                           # roughness below which reflections are seen as such
 
 _Read = Callable[[bpy.types.NodeSocket], "FloatArray"]
 _Values = dict[str, Any]
@@ -114,6 +115,14 @@ def is_baked_of(node: bpy.types.Node, images: Collection[bpy.types.Image]) -> bo
     """Whether what is exported of a measured group or a mix is made of any of these images."""
     names = {image.name for image in images}
     return any(picture.key[0] in names for socket in _factors(node) for picture in _product(socket).pictures)
+
+
+def is_reflective(material: bpy.types.Material) -> bool:
+    """Whether a measured material shows what is around it, as metals and smooth surfaces do."""
+    export = _node(not_none(material.node_tree))
+    fitted = {} if export is None else dict(export.get(_FITTED, {}).items())
+    return bool(fitted) and (fitted["Metallic"] > 0.5 or fitted["Roughness"] < _SMOOTH
+                             or (fitted["Coat Weight"] > 0.5 and fitted["Coat Roughness"] < _SMOOTH))
 
 
 def inputs(close: Principled, shown: Callable[[FloatArray], FloatArray]) -> dict[str, Any]:
