@@ -1,13 +1,16 @@
-"""What the start of a render costs, and a moved lamp: processor seconds for each material, less a Principled's.
+"""What the start of a render costs, and a lamp that changes: processor seconds for each material, less a Principled's.
 
 ``python -m benchmarks.starts [COUNT ...]`` makes so many balls, 1, 4 and 20 by default, each with a material of its
 own, and renders one sample of 32 x 32 pixels: first; again with the data kept, as a viewport does; after a lamp has
-moved and its values were written; and while it is dragged, when they are not.
+moved, and after its energy, size and colour have changed; and after there is another lamp. Then it renders an animation
+of 24 materials under a lamp that moves: seconds for each frame.
 """
 
 import statistics
 import sys
+import tempfile
 import time
+from pathlib import Path
 
 import bpy
 
@@ -19,6 +22,8 @@ from support.evidence import show_table
 from .ordinary import principled_material
 
 COUNTS = 1, 4, 20
+ANIMATED = 24
+FRAMES = 5
 RUNS = 3
 _SIZE = 32
 
@@ -34,49 +39,55 @@ def _scene(count, made):
     return scene, lamp
 
 
-def _seconds(scene):
+def _seconds(scene, edit=lambda: None):
+    edit()
+    bpy.context.view_layer.update()
     begun = time.process_time()
     stage.render(scene)
     return time.process_time() - begun
 
 
-def costs(count, made, lamps):
-    """Seconds of a start, of another render, of one after a lamp's move and of one during a drag."""
+def costs(count, made):
+    """Seconds of a start, of another render, of one after a lamp has moved, has changed, and of one with another."""
     scene, lamp = _scene(count, made)
+    light = lamp.data
+
+    def move():
+        lamp.location.x += 0.1
+
+    def change():
+        light.energy, light.shadow_soft_size, light.color.r = light.energy + 1, light.shadow_soft_size + 0.01, 0.5
+
     start = _seconds(scene)
-    again = statistics.median(_seconds(scene) for _ in range(RUNS))
-    moved = []
-    for _ in range(RUNS):
-        lamp.location.x += 0.1
-        bpy.context.view_layer.update()
-        moved.append(_seconds(scene))
-    has_window = lamps.has_window
-    of_renders = ((bpy.app.handlers.render_init, lamps._before_use),
-                  (bpy.app.handlers.frame_change_post, lamps._on_frame))
-    for handlers, handler in of_renders:            # a viewport renders without them
-        handlers.remove(handler)
-    lamps.has_window = lambda: True
-    dragged = []
-    for _ in range(RUNS):
-        lamp.location.x += 0.1
-        bpy.context.view_layer.update()
-        dragged.append(_seconds(scene))
-    lamps.has_window = has_window
-    for handlers, handler in of_renders:
-        handlers.append(handler)
-    lamps.update(bpy.context.evaluated_depsgraph_get())
-    return start, again, statistics.median(moved), statistics.median(dragged)
+    again, moved, changed = (statistics.median(_seconds(scene, edit) for _ in range(RUNS))
+                             for edit in (lambda: None, move, change))
+    return start, again, moved, changed, _seconds(scene, lambda: stage.add_lamp("POINT", 100, (3, -3, 4)))
+
+
+def animation(made):
+    """Seconds for each frame but the first."""
+    scene, lamp = _scene(ANIMATED, made)
+    for frame, x in ((1, -3), (FRAMES, 3)):
+        lamp.location.x = x
+        lamp.keyframe_insert("location", frame=frame)
+    scene.frame_start, scene.frame_end = 1, FRAMES
+    begun = []
+    bpy.app.handlers.frame_change_pre.append(lambda *_: begun.append(time.process_time()))
+    with tempfile.TemporaryDirectory() as folder:
+        scene.render.filepath = str(Path(folder) / "frame")
+        bpy.ops.render.render(animation=True)
+    bpy.app.handlers.frame_change_pre.pop()
+    return (begun[FRAMES - 1] - begun[1]) / (FRAMES - 2)
 
 
 def main(counts):
-    """Print the table."""
+    """Print the tables."""
     extension = checkout.extension()
     extension.register()
     ball_files.add_openimageio()
-    lamps = extension.addon.core.lamps
     path = synthetic.measurements_or_synthetic()[0] / "curet" / "abrdf.dat"
     fits = [fitter.fit(fitter.load(path, str(number + 1)), **fitter.PRESETS["Standard"])
-            for number in range(max(counts))]
+            for number in range(max(*counts, ANIMATED))]
     nodes = [node_mixtures(fit) for fit in fits]
 
     def measured(number, by_nodes):
@@ -90,12 +101,15 @@ def main(counts):
     for count in counts:
         base = None
         for way, made in ways.items():
-            found = costs(count, made, lamps)
+            found = costs(count, made)
             base = base or found
             each = [(seconds - less) / count for seconds, less in zip(found, base, strict=True)]
             if way != "Principled":
-                rows.append((count, way, *(f"{seconds:.3f}" for seconds in each)))
-    show_table("starts", ("materials", "", "start", "again", "moved", "dragged"), rows)
+                rows.append((count, way, *(f"{seconds:.4f}" for seconds in each)))
+    show_table("starts", ("materials", "", "start", "again", "moved", "changed", "another lamp"), rows)
+    frames = {way: animation(made) for way, made in ways.items()}
+    show_table("starts-animation", (f"{ANIMATED} materials", "s a frame", "of a Principled's"),
+               [(way, f"{seconds:.3f}", f"{seconds / frames['Principled']:.2f}") for way, seconds in frames.items()])
 
 
 if __name__ == "__main__":

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["ArrayLike", "BoolArray", "ComplexArray", "Directions", "FloatArray", "IntArray", "SingleArray", "joined",
-           "mapped", "selected"]
+__all__ = ["ArrayLike", "BoolArray", "ComplexArray", "Directions", "FloatArray", "IntArray", "RealArray", "SingleArray",
+           "joined", "mapped", "selected"]
 
 FloatArray = NDArray[np.float64]
 SingleArray = NDArray[np.float32]
+RealArray = NDArray[np.floating[Any]]       # of either precision
 IntArray = NDArray[np.integer[Any]]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]

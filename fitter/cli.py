@@ -28,20 +28,23 @@ from .files import replacing
 from .formats import KNOWN_FILES, illuminants, list_samples, reading, saved_samples
 from .methods import METHODS
 from .photographs import flat_maps
-from .photographs.ball_advice import advice
+from .photographs.ball_advice import advice, left_out
+from .photographs.descriptions import read
 from .photographs.flat import check_materials
 from .photographs.flat_setup import flat
 from .photographs.flat_tiling import tiled
-from .photographs.setup import measure
+from .photographs.setup import measured
 from .published import name_in
+from .quality import albedo, verdict
 from .quality.describe import describe
 from .samples import SYMMETRIES
 
+BAD = 3                     # the result is written, and judged bad in words; 2 is argparse's, for wrong arguments
 _NOT_GIVEN = object()       # None means plain MBA
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command. The exit code is 0, or 1 with a message on standard error; or `interrupts.CANCELLED`.
+    """Run one command. The exit code is 0, or 1 with a message on standard error; `BAD`; or `interrupts.CANCELLED`.
 
     Parameters
     ----------
@@ -59,7 +62,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         prepare_terminal()
         options = build_parser().parse_args(arguments)
-        options.run(options)
+        is_good = options.run(options)
+        return BAD if is_good is False else 0
     except (DatasetError, ImportError, ValueError) as error:
         say(f"error: {error}", file=sys.stderr)
         return 1
@@ -209,7 +213,7 @@ def _describe_fit(fit: Fit) -> None:
           f"{fit.coefficient_count:,} coefficients, {fit.nbytes:,} bytes")
 
 
-def _fit(options: argparse.Namespace) -> None:
+def _fit(options: argparse.Namespace) -> bool:
     arguments: dict[str, Any] = {**PRESETS[options.preset], **levels_of(options)}
     if options.method is not None:
         arguments["method"] = options.method
@@ -229,6 +233,17 @@ def _fit(options: argparse.Namespace) -> None:
         rows += zip(samples.channels, channel_metrics(samples.values, fitted), strict=True)
     for name, errors in rows:
         say(f"  {name:5s} RMSE {errors.rmse:.6g}  MAE {errors.mae:.6g}  MRE {errors.mre:.6g}")
+    judged, doubt = verdict.of(samples, fit), albedo.doubt(samples)
+    line = verdict.line(judged)
+    doubts = [doubt] if doubt else []
+    return _told([line, *doubts], [line, *doubts] if verdict.at_samples(judged).is_bad else doubts, "  ")
+
+
+def _told(lines: Sequence[str], doubts: Sequence[str], indent: str = "") -> bool:
+    """Print lines, those that are doubts with a mark, as `info` does: whether none is."""
+    for line in lines:
+        say(f"{indent}{line}{'  (!)' if line in doubts else ''}")
+    return not doubts
 
 
 def _bake(options: argparse.Namespace) -> None:
@@ -238,16 +253,18 @@ def _bake(options: argparse.Namespace) -> None:
     say(f"{options.out}: {len(source):,} bytes of OSL")
 
 
-def _photographs(options: argparse.Namespace) -> None:
-    samples = measure(options.file)
+def _photographs(options: argparse.Namespace) -> bool:
+    samples, photographs, doubts = measured(*read(options.file))
     saved_samples.write(samples, options.out)
+    others = left_out(photographs)
     say(samples.name)
-    for line in (*samples.notes, *advice(samples)):
-        say(f"  {line}")
+    is_good = _told([*samples.notes, *([others.words] if others else []), *advice(samples)],
+                    [*doubts, *([others.words] if others and others.is_bad else [])], "  ")
     say(f"{options.out}: {len(samples):,} samples; python -m fitter fit {options.out} -o FIT.npz fits them")
+    return is_good
 
 
-def _flat(options: argparse.Namespace) -> None:
+def _flat(options: argparse.Namespace) -> bool:
     sample = flat(options.file)
     fits = None
     if sample.materials is not None:
@@ -255,16 +272,17 @@ def _flat(options: argparse.Namespace) -> None:
         check_materials(materials, sample.photographs[0].radiance.shape[2])     # before those are fitted
         fits = [each if isinstance(each, Fit) else fit_samples(each, **PRESETS["Standard"]) for each in materials]
     maps = maps_from_flat(sample.photographs, sample.corners, sample.shape, fits)
-    lines = [sample.name, *sample.notes, *flat_maps.report(maps, sample.photographs)]
+    report = flat_maps.report(maps, sample.photographs, sample.albedo)
+    lines, doubts = [sample.name, *sample.notes, *sample.doubts, *report.lines], (*sample.doubts, *report.doubts)
     if options.tile:
         maps = tiled(maps)
         height, width = maps.used.shape
         lines.append("The tile has {} x {} texels and is {:.4g} x {:.4g} m large".format(
             width, height, *(maps.corners[2] - maps.corners[0])))
     written = flat_maps.write(maps, lines, options.out)
-    for line in lines:
-        say(line)
+    is_good = _told(lines, doubts)
     say(f"{options.out}: {', '.join(written)}")
+    return is_good
 
 
 def _report(options: argparse.Namespace) -> None:

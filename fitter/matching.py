@@ -32,6 +32,14 @@ _HALF = 0.45                # half of a window's sides, as slopes
 _CLIPPED = 0.99             # of 1: values of a picture that ends there
 _DIM = 0.02                 # of the mean, that is added where errors are relative
 _LARGEST = 20.0             # factor that brings a material nearer
+_BANDS = (0.78, 0.86), (0.86, 0.94), (1.04, 1.12), (1.12, 1.2)     # rings about a ball's outline, of its radius
+_SECTORS, _CLEAR = 8, 2     # of the corners, where there is something beside the ball; in so many an outline is seen
+_BESIDE = 0.5               # of the steps beside an outline, that are no part of its own
+_EDGE = 0.22                # relative step at an outline: real balls and the library's before walls of .02 to .15
+                            # have .27 or more; gradients, colours and noise of 64 pixels or more at most .21
+_FARTHEST = 0.65            # error of the nearest material: of real balls, and of the library's under other skies, at
+                            # most .62; of noise of fewer pixels, of checks and of leaves .69 or more. Both limits are
+                            # tried by tests/fitter/test_matching.py
 
 
 class Match(NamedTuple):
@@ -86,11 +94,15 @@ def nearest(picture: FloatArray, window: str = "", count: int = 5) -> tuple[str,
     Raises
     ------
     DatasetError
-        If the picture is no such array, or dark; or the window is unknown.
+        If the picture is no such array, or dark; or shows no ball, or one that no material is near to; or the window is
+        unknown.
     """
     if window not in ("", *WINDOWS):
         raise DatasetError(f"a window {window!r}, expected one of {', '.join(WINDOWS)}")
     normal, values = _of_ball(picture)
+    if not _has_outline(picture):
+        raise DatasetError("none is near: no outline of a ball is in this picture, expected one that touches the edges "
+                           "of its middle square")
     names = [window] if window else [*WINDOWS]
     weight = (values + _DIM * values.mean()) ** (-2 / 3)
     materials = [each for each in published.offered() if is_isotropic(each.model)]
@@ -101,7 +113,10 @@ def nearest(picture: FloatArray, window: str = "", count: int = 5) -> tuple[str,
         for name, lit in zip(names, shown[1:], strict=True):
             found[name].append(_match(material, shown[0], lit, values, weight))
     best = min(names, key=lambda name: min(each.error for each in found[name]))
-    return best, sorted(found[best], key=lambda each: each.error)[:count]
+    matches = sorted(found[best], key=lambda each: each.error)[:count]
+    if matches[0].error > _FARTHEST:
+        raise DatasetError(f"none is near: the nearest, {matches[0].material.label}, differs by {matches[0].error:.0%}")
+    return best, matches
 
 
 def _match(material: published.Published, even: FloatArray, lit: FloatArray, values: FloatArray,
@@ -137,11 +152,11 @@ def _of_ball(picture: FloatArray) -> tuple[FloatArray, FloatArray]:
     if picture.ndim != 3 or picture.shape[2] != 3 or min(picture.shape[:2]) < FEWEST_PIXELS:
         raise DatasetError(f"a picture of the shape {picture.shape}, expected three channels and at least "
                            f"{FEWEST_PIXELS} x {FEWEST_PIXELS} pixels")
-    side = min(picture.shape[:2])
-    top, left = ((length - side) // 2 for length in picture.shape[:2])
+    square = _square(picture)
+    side = len(square)
     cell = side // _SIZE
     reach = (side - cell * _SIZE) // 2
-    square = picture[top + reach:, left + reach:][:cell * _SIZE, :cell * _SIZE]
+    square = square[reach:, reach:][:cell * _SIZE, :cell * _SIZE]
     blocks = square.reshape(_SIZE, cell, _SIZE, cell, 3)
     values = blocks.mean(axis=(1, 3)).reshape(-1, 3)
     clipped = (blocks.max(axis=(1, 3, 4)) >= _CLIPPED).ravel() & (picture.max() <= 1)
@@ -152,6 +167,28 @@ def _of_ball(picture: FloatArray) -> tuple[FloatArray, FloatArray]:
         raise DatasetError("the picture is dark, or too bright nearly everywhere on the ball")
     normal = np.stack([x, y, np.sqrt(np.maximum(1 - x ** 2 - y ** 2, 0))], axis=-1)
     return normal[used], np.maximum(values[used], 0)
+
+
+def _square(picture: FloatArray) -> FloatArray:
+    """The middle square of a picture."""
+    side = min(picture.shape[:2])
+    top, left = ((length - side) // 2 for length in picture.shape[:2])
+    return picture[top:top + side, left:left + side]
+
+
+def _has_outline(picture: FloatArray) -> bool:
+    """Whether a picture has an edge where a ball's outline is: a step there that is larger than those beside it."""
+    square = _square(picture)
+    place = (np.arange(len(square)) + 0.5) * 2 / len(square) - 1
+    x, y = np.meshgrid(place, place)
+    radius, turn = np.hypot(x, y), np.arctan2(y, x)
+    clear = 0
+    for sector in np.arange(_SECTORS) * np.pi / 4:          # the corners are at odd multiples of pi/4: half of each
+        inside = (np.mod(turn - sector, 2 * np.pi) < np.pi / 4) & (np.abs(np.sin(2 * turn)) > np.sin(np.pi / 4))
+        a, b, c, d = (square[inside & (radius > low) & (radius <= high)].mean(axis=0) for low, high in _BANDS)
+        step = np.abs(c - b) - _BESIDE * np.maximum(np.abs(b - a), np.abs(d - c))
+        clear += bool((step > _EDGE * (np.abs(b) + np.abs(c))).any())
+    return clear >= _CLEAR
 
 
 def _even(direction: FloatArray) -> FloatArray:

@@ -37,7 +37,8 @@ TAGS = (METAL, "paint", "metallic", "plastic", "rubber", "fabric", "wood", "ston
 FINISHES = {"polished": (0.04, 0.04), "satin": (0.15, 0.15), "rough": (0.35, 0.35), "brushed": (0.08, 0.3)}
 """Widths of the lobe of metals, as slopes, along the tangent (of a brushed metal, along its grooves) and across it."""
 _DATA = Path(__file__).parent / "data"
-_HALF, _DIFFERENCE, _AROUND = 20, 18, 6         # angles theta_h and theta_d, and azimuths phi_d in a quarter turn
+_HALF, _DIFFERENCE, _AROUND = 20, 14, 8         # angles theta_h and theta_d, and azimuths phi_d in a quarter turn
+_CROWDED = 1.4              # exponent by which these angles theta_d lie closer together toward grazing
 _OF_METALS = 22, 24, 6                          # the same: their Fresnel term turns at grazing angles
 _OF_BRUSHED, _TURNS = (20, 14, 6), 16           # and of brushed metals, with azimuths of the half vector
 _GRAZING, _GRAZING_OF_METALS = np.radians(85), np.radians(88)
@@ -226,8 +227,10 @@ def directions(model: Low2012 | Conductor) -> Directions:
     phi_d, phi_h = np.linspace(0, HORIZON, around), np.zeros(1)
     if not is_isotropic(model):
         phi_d, phi_h = np.arange(2 * around) * np.pi / around, np.arange(_TURNS) * 2 * np.pi / _TURNS
+    crowded = _CROWDED if isinstance(model, Low2012) else 1.0
     theta_h, theta_d, phi_d, phi_h = (grid.ravel() for grid in np.meshgrid(
-        _half_angles(model, half), np.linspace(0, grazing, difference), phi_d, phi_h, indexing="ij"))
+        _half_angles(model, half), grazing * (1 - np.linspace(1, 0, difference) ** crowded), phi_d, phi_h,
+        indexing="ij"))
     at_normal = theta_h == 0                # there, phi_d turns both directions alike
     distinct = ~at_normal | (phi_d == HORIZON) if is_isotropic(model) else ~at_normal | (phi_h == 0)
     theta_h, theta_d, phi_d, phi_h = (each[distinct] for each in (theta_h, theta_d, phi_d, phi_h))

@@ -27,7 +27,7 @@ from .model.conductor import Conductor
 from .model.fit import Fit
 
 PRESET = "Standard"         # whose method it is
-ARGUMENTS: dict[str, Any] = {"diffuse_level": 3, "specular_level": 4, "compression": 95.0, "method": "kriging"}
+ARGUMENTS: dict[str, Any] = {"diffuse_level": 3, "specular_level": 4, "compression": 92.5, "method": "kriging"}
 FOLDER = Path(__file__).parents[1] / "starter_library" / "fits"
 _INPUTS = [field.name for field in fields(Principled)]
 _OF_MIXTURE = "kinds", "errors", "colours", "table"
@@ -58,13 +58,18 @@ def find(name: str) -> Ready:
 
 def make(name: str) -> Ready:
     """Fit a published material, in linear Rec.709. Raises DatasetError if there is none of this name."""
+    made = fit(name)
+    return Ready(made, node_mixtures(made), principled(made))
+
+
+def fit(name: str) -> Fit:
+    """The fit that `make` makes, without what belongs to it."""
     model, samples = published.find(name).model, published.load_published(name)
-    if isinstance(model, Conductor):        # all but its Fresnel term is known
-        levels = Levels(ARGUMENTS["diffuse_level"], ARGUMENTS["specular_level"], ARGUMENTS["compression"])
-        fit = regression_kriging.fit(samples, levels, estimated=regression_kriging.estimate(samples, model.lobes))
-    else:
-        fit = methods.fit(samples, **ARGUMENTS)
-    return Ready(fit, node_mixtures(fit), principled(fit))
+    if not isinstance(model, Conductor):
+        return methods.fit(samples, **ARGUMENTS)
+    levels = Levels(ARGUMENTS["diffuse_level"], ARGUMENTS["specular_level"], ARGUMENTS["compression"])
+    # all but its Fresnel term is known
+    return regression_kriging.fit(samples, levels, estimated=regression_kriging.estimate(samples, model.lobes))
 
 
 def write(made: Ready, path: str | Path) -> None:

@@ -78,9 +78,6 @@ DIRECTIONS = MAX_LAMPS + 1
 # The least cosine of incidence by which a lamp's light is scaled when lamps are chosen by it: a large lamp whose centre
 # is on the horizon still lights a surface.
 LEAST_LAMP_COSINE = 0.1
-# The least light of a lamp by which it is chosen: one of strength 0, which may be lit in the next frame, is known too
-# (numerical).
-LEAST_LAMP_LIGHT = 1e-12
 
 # Mixes (osl/mix.osl).
 

@@ -23,15 +23,16 @@ vector lamp_direction(vector lamp, vector extent, point at, output float radius,
   return toward / distance;
 }
 
-/* Append a lamp to the list if any part of it is above the horizon. */
+/* Append a lamp to the list if it shines and any part of it is above the horizon. One that does not may be dark in a
+ * frame, or not there: another scene may have more lamps, and an object that points to no carrier reads zeros. */
 void add_lamp(vector lamp, vector extent, point at, ShadingFrame frame, output LampList lamps)
 {
   float radius, light;
   vector w = to_local(frame, lamp_direction(lamp, extent, at, radius, light));
-  if (w[2] > -sin(radius)) {
+  if (light > 0.0 && w[2] > -sin(radius)) {
     lamps.direction[lamps.count] = w;
     lamps.radius[lamps.count] = radius;
-    lamps.light[lamps.count] = max(light * max(w[2], LEAST_LAMP_COSINE), LEAST_LAMP_LIGHT);
+    lamps.light[lamps.count] = light * max(w[2], LEAST_LAMP_COSINE);
     lamps.count++;
   }
 }

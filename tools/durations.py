@@ -1,6 +1,6 @@
 """A plugin of pytest, ``-p tools.durations``, that says where the time of the tests goes, and a check of what grew.
 
-It prints the slowest tests and the seconds of each folder, and writes those of each file into build/durations.csv.
+It prints the slowest tests and the seconds of each folder, and writes those of each test into build/durations.csv.
 Seconds are of a processor, of child processes that ended too: other work on the machine changes them little. What a
 file may take stands in tests/durations.csv. ``python -m tools.durations --check`` compares the last run with it, and
 ``--accept`` writes it.
@@ -53,11 +53,10 @@ def pytest_runtest_logreport(report):
 
 
 def pytest_terminal_summary(terminalreporter):
-    """Print the slowest tests and the folders, and write the files."""
-    files, folders = Counter(), Counter()
+    """Print the slowest tests and the folders, and write the seconds of all tests."""
+    folders = Counter()
     for name, seconds in _tests.items():
         file = name.partition("::")[0]
-        files[file] += seconds
         folders["/".join(file.split("/")[:2 + (file.count("/") > 2)][:file.count("/")])] += seconds
     terminalreporter.section("seconds of a processor")
     for name, seconds in _tests.most_common(_SLOWEST):
@@ -65,20 +64,23 @@ def pytest_terminal_summary(terminalreporter):
     for name, seconds in (*folders.most_common(), ("all tests", sum(folders.values()))):
         terminalreporter.write_line(f"{seconds:8.1f}  {name}")
     LAST.parent.mkdir(exist_ok=True)
-    _write(LAST, files)
+    _write(LAST, _tests)
 
 
-def _write(path, files):
+def _write(path, found):
     with path.open("w", newline="", encoding="utf-8") as stream:
         rows = csv.writer(stream, lineterminator="\n")
-        rows.writerow(("file", "seconds"))
-        rows.writerows((name, f"{seconds:.1f}") for name, seconds in sorted(files.items()))
+        rows.writerow(("name", "seconds"))
+        rows.writerows((name, f"{seconds:.2f}") for name, seconds in sorted(found.items()))
 
 
 def read(path):
-    """The seconds of each file."""
+    """The seconds of each file, of a list of files or of tests."""
+    files = Counter()
     with path.open(newline="", encoding="utf-8") as stream:
-        return {row["file"]: float(row["seconds"]) for row in csv.DictReader(stream)}
+        for row in csv.DictReader(stream):
+            files[row["name"].partition("::")[0]] += float(row["seconds"])
+    return files
 
 
 def grown(now, allowed):

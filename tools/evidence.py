@@ -70,7 +70,7 @@ ENTRIES = {
     "stability": Entry("python -m tools.stability", ("stability",), (*FITS, "support/hard_cases.py")),
     "weight": Entry("python -m benchmarks.weight", ("weight",), (
         *SHADER, "benchmarks/weight.py", "addon/core/bytecode.py")),
-    "starts": Entry("python -m benchmarks.starts", ("starts",), (*SHADER, "benchmarks/starts.py")),
+    "starts": Entry("python -m benchmarks.starts", ("starts", "starts-animation"), (*SHADER, "benchmarks/starts.py")),
     "black-pixels": Entry("python -m benchmarks.black_pixels", ("black-pixels", "black-pixels-most"),
                           (*SHADER, "benchmarks/black_pixels.py")),
     "ordinary": Entry("python -m benchmarks.ordinary", ("ordinary", "ordinary-exact"),
@@ -79,6 +79,10 @@ ENTRIES = {
                      (*SHADER, "benchmarks/engines.py"), ("engines.png",), "build/engines"),
     "rims": Entry("python -m benchmarks.rims", ("rims-rgl", "rims-others"), (
         *FITS, "benchmarks/rims.py", "support/rims.py")),
+    "library": Entry("python -m benchmarks.library", ("library",), (
+        *FITS, "fitter/published.py", "fitter/ready.py", "benchmarks/library.py", "support/library.py")),
+    "rings": Entry("python -m benchmarks.rings", ("rings",), (
+        *FITS, "benchmarks/rings.py", "benchmarks/held_out/sets.py", "support/rings.py")),
     "photographs": Entry("python -m benchmarks.photographs", ("photographs",), _OF_BALLS),
     "gray-ball": Entry("python -m benchmarks.photographs gray", ("gray-ball",), _OF_BALLS),
     "flat": Entry("python -m benchmarks.flat", ("flat",), (

@@ -15,7 +15,7 @@ from ...fitter.shader_constants import LEAST_FACING
 from .shared_groups import shared_group
 
 if TYPE_CHECKING:
-    from ...fitter.arrays import FloatArray
+    from ...fitter.arrays import FloatArray, RealArray
     from ...fitter.cycles.node_lobes import Kind
     from ...fitter.cycles.node_mixture import NodeMixture
 
@@ -193,7 +193,7 @@ def add_sum(tree: bpy.types.NodeTree, mixture: NodeMixture, frame: Frame, x: flo
     return total
 
 
-def _lobe(build: _Builder, kind: Kind, stops: FloatArray, colour: FloatArray, shape: list[FloatArray],
+def _lobe(build: _Builder, kind: Kind, stops: FloatArray, colour: FloatArray, shape: list[RealArray],
           frame: Frame, below: bpy.types.NodeSocket | None) -> bpy.types.NodeSocket:
     """One closure, from its colour (stops, phases, channels) and shape, 3 times (stops,), added to what is below."""
     seen = _ramp(build, stops, colour[:, 0], frame)
@@ -290,7 +290,7 @@ def _ramp(build: _Builder, stops: FloatArray, colour: FloatArray, frame: Frame) 
     return node.outputs["Color"]
 
 
-def _set_curves(node: bpy.types.Node, stops: FloatArray, shape: list[FloatArray]) -> None:
+def _set_curves(node: bpy.types.Node, stops: FloatArray, shape: list[RealArray]) -> None:
     """Piecewise linear curves of three values in -1 to 1."""
     mapping = node.mapping
     mapping.extend = "HORIZONTAL"

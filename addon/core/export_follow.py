@@ -34,7 +34,7 @@ def _on_edit(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
                 _changed[item.session_uid] = True
     if _changed:
         _stop_waiting()
-        if lamps.has_window() or not lamps.is_main_thread_free():
+        if not bpy.app.background or not lamps.is_main_thread_free():
             bpy.app.timers.register(_follow_all, first_interval=_REST, persistent=True)
         else:
             _follow_all()

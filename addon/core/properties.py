@@ -4,7 +4,7 @@ import json
 import math
 from collections.abc import Sequence
 from types import SimpleNamespace
-from typing import Any, NamedTuple, cast
+from typing import Any, Literal, NamedTuple, cast
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
@@ -246,11 +246,22 @@ def name_of_fit(settings: Any) -> str:
 
 
 class Worth(NamedTuple):
-    """What a material is worth: in a line, in full, and whether that is all one could wish for."""
+    """What a material is worth: in a line, in full, whether that is all one could wish for, and whether it is bad."""
 
     line: str
     whole: str
     is_well: bool
+    is_bad: bool = False
+
+    @property
+    def icon(self) -> Literal["CHECKMARK", "ERROR", "INFO"]:
+        """The icon of either text."""
+        return "CHECKMARK" if self.is_well else "ERROR" if self.is_bad else "INFO"
+
+    @property
+    def level(self) -> Literal["INFO", "WARNING"]:
+        """The level of a report of either text."""
+        return "WARNING" if self.is_bad else "INFO"
 
 
 def worth(settings: Any) -> Worth:
@@ -263,17 +274,18 @@ def worth(settings: Any) -> Worth:
             return Worth(line, material.brief, material.is_computed)
         except DatasetError as error:
             return Worth(str(error), str(error), False)
-    if settings.match < 0:
-        return Worth("", "", False)
+    if not settings.match >= 0 and (math.isnan(settings.rmse) or not settings.version):
+        return Worth("", "", False)             # its measurements are in no file, or nobody judged it
     judged = verdict.Verdict(*(getattr(settings, field) for field in verdict.Verdict._fields))
     is_adjusted = settings.adjusted != as_text({})
     line, whole, after = verdict.line(judged), verdict.sentence(judged), ""
     if is_adjusted:
         line = f"Match before adjusting: {verdict.grade(judged.match, verdict.MATCH_LIMITS)}"
         whole = f"Before it was adjusted: {whole}"
-    if verdict.is_poor(judged):
-        after = _OF_THE_BEST if name_of_fit(settings) == _BEST else _OF_OTHERS
-    return Worth(f"{line}{after}", f"{whole}{after}", verdict.is_well(judged) and not is_adjusted)
+    is_bad = verdict.at_samples(judged).is_bad
+    if is_bad:
+        after = _OF_THE_BEST if judged.match < 0 or name_of_fit(settings) == _BEST else _OF_OTHERS
+    return Worth(f"{line}{after}", f"{whole}{after}", verdict.is_well(judged) and not is_adjusted, is_bad)
 
 
 def is_preset(choices: Choices, name: str) -> bool:

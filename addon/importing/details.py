@@ -59,7 +59,7 @@ class MEASUREDBRDF_PT_details(MaterialPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = not_none(self.layout), not_none(context.material)
         if (judged := worth(material.measured_brdf)).whole:
-            draw_wrapped(layout, judged.whole, "CHECKMARK" if judged.is_well else "INFO")
+            draw_wrapped(layout, judged.whole, judged.icon)
         column = layout.column(align=True)
         for name, value in rows(material):
             draw_value(column, name, value)

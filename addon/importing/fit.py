@@ -97,10 +97,11 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         before, space = target.measured_brdf.digest, target.measured_brdf.colours
         how = rendered.advice(target, not_none(context.scene)) if material.is_measured(target) else ""
         material.assign(target, outcome, self._choices, context, shader)
-        told = worth(target.measured_brdf).whole
+        judged = worth(target.measured_brdf)
+        told = judged.whole
         if before not in ("", outcome.measured.digest) and space == target.measured_brdf.colours:
             told = f"the measurements differ from those of the previous fit. {told}"
-        self.report({"INFO"}, f"{target.name}: {told}. {how}" if how else f"{target.name}: {told}")
+        self.report({judged.level}, f"{target.name}: {told}. {how}" if how else f"{target.name}: {told}")
 
 
 class MEASUREDBRDF_OT_use_preset(bpy.types.Operator):

@@ -113,7 +113,7 @@ def _draw_look(layout: bpy.types.UILayout, context: bpy.types.Context, material:
         name = f"{settings.name_of_data}: {label_of_fit(settings)}{adjusted}"
     draw_wrapped(column, name, "MATERIAL")
     if (value := worth(settings)).line:
-        draw_wrapped(column, value.line, "CHECKMARK" if value.is_well else "INFO")
+        draw_wrapped(column, value.line, value.icon)
     rendering.draw_words(column, context, material)
 
 

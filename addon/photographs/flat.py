@@ -104,7 +104,7 @@ masks and a normal map"""
             each.select_set(each == item)
         not_none(context.view_layer).objects.active = item
         for line in (*maps.told, f"{item.name}: a mix of {', '.join(each.name for each in parts)}"):
-            self.report({"INFO"}, line)
+            self.report({"WARNING"} if line in maps.doubts else {"INFO"}, line)
 
 
 def _drawn(name: str) -> FloatArray:

@@ -193,7 +193,7 @@ them"""
         return result, compiler.compile_surface(result.outcome.surface)
 
     def apply(self, context: bpy.types.Context, prepared: tuple[measuring.Result, compiler.Shader]) -> None:
-        (outcome, content, centre, intensity, told), shader = prepared
+        (outcome, content, centre, intensity, told, doubts), shader = prepared
         scene = self.scene()
         settings = photographs.of(scene)
         ball, energy, colour = settings.ball, *_light(intensity)
@@ -211,8 +211,10 @@ them"""
         ball.location = centre
         for light in lights:
             light.energy, light.color = energy, colour
-        settings.told = "\n".join(told)
-        self.report({"INFO"}, f"{made.name}: {worth(made.measured_brdf)[0]}")
+        settings.told, settings.doubts = "\n".join(told), "\n".join(doubts)
+        for line in doubts:
+            self.report({"WARNING"}, line)
+        self.report({"INFO"}, f"{made.name}: {worth(made.measured_brdf).line}")
 
 
 def _light(intensity: FloatArray) -> tuple[float, FloatArray]:
@@ -253,7 +255,8 @@ class MEASUREDBRDF_OT_compare_photograph(HasPhotographs, bpy.types.Operator):
         shot.difference = difference
         if before is not None:
             bpy.data.images.remove(before)
-        self.report({"INFO"}, f"{shot.name}: the render differs by {difference:.1%}")
+        judged = photographs.judged(shot)
+        self.report({"WARNING"} if judged.is_bad else {"INFO"}, judged.words)
 
 
 classes = (MEASUREDBRDF_OT_measure_photographs, MEASUREDBRDF_OT_fit_outline, MEASUREDBRDF_OT_place_lamp,

@@ -161,8 +161,10 @@ class MEASUREDBRDF_PT_photographs_coverage(_Sidebar, bpy.types.Panel):
         return bool(photographs.of(not_none(context.scene)).told)
 
     def draw(self, context: bpy.types.Context) -> None:
-        for line in photographs.of(not_none(context.scene)).told.splitlines():
-            draw_wrapped(not_none(self.layout), line, "DOT")
+        settings = photographs.of(not_none(context.scene))
+        doubts = settings.doubts.splitlines()
+        for line in settings.told.splitlines():
+            draw_wrapped(not_none(self.layout), line, "ERROR" if line in doubts else "DOT")
 
 
 class MEASUREDBRDF_PT_photographs_comparison(_Sidebar, bpy.types.Panel):
@@ -180,7 +182,8 @@ class MEASUREDBRDF_PT_photographs_comparison(_Sidebar, bpy.types.Panel):
                              partial(picture_of, shot.comparison))
         layout.template_icon(icon_value=icon, scale=picture_scale(context, 1, 16))
         column = layout.column(align=True)
-        draw_wrapped(column, f"{shot.name}: the render differs by {shot.difference:.1%}", "DOT")
+        judged = photographs.judged(shot)
+        draw_wrapped(column, judged.words, "ERROR" if judged.is_bad else "DOT")
         draw_wrapped(column, f"Photograph and render; half of each, and what differs, {TIMES} times as bright", "DOT")
 
 

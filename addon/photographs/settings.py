@@ -22,6 +22,7 @@ from bpy.props import (
 
 from ...fitter.photographs.descriptions import GUESS as GUESSED
 from ...fitter.photographs.picture_files import ENCODINGS
+from ...fitter.quality import verdict
 from ..core.paths import RELATIVE, Place
 from ..core.properties import PRESET_ITEMS
 
@@ -120,6 +121,7 @@ class MeasuredPhotographs(bpy.types.PropertyGroup):
     samples: StringProperty(name="Save As", subtype="FILE_PATH", options=RELATIVE,
                             description="File of the samples that are measured, .npz, which the material is fitted to")
     told: StringProperty(name="What Was Measured")      # lines
+    doubts: StringProperty(name="What Is Wrong")        # those of them that say so
 
 
 def of(scene: bpy.types.Scene) -> Any:
@@ -130,6 +132,12 @@ def of(scene: bpy.types.Scene) -> Any:
 def active(settings: Any) -> Any:
     """The active photograph."""
     return settings.photographs[min(max(settings.active, 0), len(settings.photographs) - 1)]
+
+
+def judged(shot: Any) -> verdict.Judgement:
+    """How far a render is from a photograph that it was compared with, in words."""
+    return verdict.judged(f"{shot.name}: the render differs by {shot.difference:.1%}", shot.difference,
+                          verdict.PREDICTED_LIMITS)
 
 
 def lamps(settings: Any) -> Iterator[bpy.types.Object]:

@@ -15,7 +15,7 @@ from ...fitter.arrays import FloatArray
 from ...fitter.colours import DEFAULT, conversion
 from ...fitter.formats import saved_samples
 from ...fitter.photographs import flat_maps, flat_setup, setup
-from ...fitter.photographs.ball_advice import advice
+from ...fitter.photographs.ball_advice import advice, left_out
 from ...fitter.photographs.descriptions import (
     GUESS,
     PICTURES,
@@ -53,6 +53,8 @@ class Result(NamedTuple):
         Of the lamp, W/sr in units of the pictures.
     told : tuple of str
         What was measured, what that covers, and where to put the next lamp.
+    doubts : tuple of str
+        Those lines that say that something is wrong.
     """
 
     outcome: Outcome
@@ -60,6 +62,7 @@ class Result(NamedTuple):
     centre: FloatArray
     intensity: FloatArray
     told: tuple[str, ...]
+    doubts: tuple[str, ...]
 
 
 def found(paths: Sequence[str], radius: float, distance: float, count: int) -> setup.Resolved:
@@ -156,16 +159,17 @@ def measured(description: Description, name: str, path: str, arguments: Argument
     The file of the samples is not written; `path` is where it will be.
     """
     with progress.part(0.0, 0.4, "Measuring"):
-        samples, photographs = setup.measured(description, name)
+        samples, photographs, doubts = setup.measured(description, name)
     with tempfile.TemporaryDirectory() as folder, progress.part(0.4, 0.8):
         part = Path(folder, Path(path).name)
         saved_samples.write(samples, part)
         outcome = tasks.outcome(str(part), "", arguments, how=how)
         content = part.read_bytes()
     with progress.part(0.8, 1.0, about="Next lamp: "):
-        told = *samples.notes, *advice(samples)
+        others = left_out(photographs)
+        told = *samples.notes, *([others.words] if others else []), *advice(samples)
     return Result(outcome._replace(measured=outcome.measured._replace(path=path)), content, photographs[0].centre,
-                  photographs[0].intensity, told)
+                  photographs[0].intensity, told, (*doubts, *([others.words] if others and others.is_bad else [])))
 
 
 class Maps(NamedTuple):
@@ -185,8 +189,8 @@ class Maps(NamedTuple):
         A normal map: a PNG of 16 bits.
     size : (2,) tuple of float
         Width and height, metres.
-    told : list of str
-        What is to be said of it.
+    told, doubts : tuple of str
+        What is to be said of it, and the lines of that which say that something is wrong.
     """
 
     name: str
@@ -196,7 +200,8 @@ class Maps(NamedTuple):
     most: float
     normals: bytes
     size: tuple[float, float]
-    told: list[str]
+    told: tuple[str, ...]
+    doubts: tuple[str, ...]
 
 
 def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[Kept], arguments: Arguments,
@@ -227,7 +232,7 @@ def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[
     with progress.part(0.3, 0.75):
         maps = maps_from_flat(photographs, sample.corners, sample.shape, fits or None)
     with progress.part(0.75, 0.85, about="Checking: "):
-        told = flat_maps.report(maps, photographs)
+        report = flat_maps.report(maps, photographs, sample.albedo)
     if is_tile:
         with progress.part(0.85, 0.95):
             maps = tiled(maps)
@@ -240,7 +245,7 @@ def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[
     return Maps(sample.name, outcomes,
                 [(flat_maps.png(each, 8), float(each.mean())) for each in np.moveaxis(masks, 2, 0)],
                 flat_maps.png(brightness, 16), most, flat_maps.png(flat_maps.normal_map(maps), 16), (width, height),
-                [*sample.notes, *told])
+                (*sample.notes, *sample.doubts, *report.lines), (*sample.doubts, *report.doubts))
 
 
 def _in_colours(photograph: FlatPhotograph, space: str) -> FlatPhotograph:

@@ -75,9 +75,10 @@ class MakesMaterials(HasTarget, InBackground):
                 made.append(material.create(outcome, choices, context, shader))
         for item in made[1:]:
             item.use_fake_user = True           # without a user, Blender does not save it
+        judged = worth(made[0].measured_brdf) if len(made) == 1 else None
         told = f"{len(made)} materials; {len(failed)} files failed"
-        if len(made) == 1:
-            told = f"{made[0].name}: {worth(made[0].measured_brdf).whole}"
+        if judged is not None:
+            told = f"{made[0].name}: {judged.whole}"
         how = rendered.advice(made[0], not_none(context.scene))
         # last, because it is the only change that is not taken back on an error
         if why := targets.assign_all(self.all_targets(), made[0]):
@@ -86,7 +87,7 @@ class MakesMaterials(HasTarget, InBackground):
         for said in (*failed, *(outcome.doubt for _, _, outcome, _ in prepared if not isinstance(outcome, Exception))):
             if str(said):
                 self.report({"WARNING"}, str(said))
-        self.report({"INFO"}, f"{told}. {how}" if how else told)
+        self.report({"INFO" if judged is None else judged.level}, f"{told}. {how}" if how else told)
         if self.options.is_invoke:
             show_first(context, made)
 

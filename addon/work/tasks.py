@@ -123,19 +123,13 @@ def outcome(path: str, sample: str | None, arguments: Arguments,
     """
     progress.report(0.0, "Reading")
     samples, measured = _load(path, sample, how)
-    if ask and (doubt := _doubt(samples)):
+    if ask and (doubt := albedo.doubt(samples)):
         raise fitter.ImplausibleError(f"{doubt} Choose what the numbers are, or import them as they are", path)
     share = _share_of_fit(samples, arguments)
     with progress.part(0.0, share, "Fitting"):
         made = fitted(samples, measured.digest, arguments)
     with progress.part(share, 1.0):
         return _finish(samples, measured, made, fitter.edited(made.fit, **(edit or {})), edit or {})
-
-
-def _doubt(samples: fitter.Samples) -> str:
-    """What is to be said of measurements that no surface has, or ""."""
-    found = albedo.of(samples)
-    return f"{samples.name} reflects {found.text()}" if found.is_doubtful else ""
 
 
 def outcome_of(made: Ready, path: str, how: Arguments | None = None) -> Outcome:
@@ -229,7 +223,7 @@ def rebake(fits: Sequence[Kept]) -> list[Rebaked | ValueError]:
 def _finish(samples: fitter.Samples, measured: Measured, fitting: Fitted, made: fitter.Fit, edit: Arguments) -> Outcome:
     """Add to a fit what else a material needs; `made` is the fit as `edit` has changed it."""
     return Outcome(measured, fitting, verdict.of(samples, fitting.fit, fitting.unseen),
-                   _surface(made, measured.colours, edit), _doubt(samples))
+                   _surface(made, measured.colours, edit), albedo.doubt(samples))
 
 
 def adjusted(kept: Kept, edit: Arguments) -> Surface:

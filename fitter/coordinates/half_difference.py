@@ -30,7 +30,7 @@ import numpy as np
 from ..arrays import ArrayLike, Directions, FloatArray
 from . import stretch
 
-SOFTENING = 0.01            # the softening radius delta of new fits
+SOFTENING = 0.03            # the softening radius delta, at most, of new fits
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,8 @@ from ..arrays import ArrayLike, Directions, FloatArray
 from ..shader_constants import LEAST_HEIGHT_2
 from . import half_difference, stretch
 
+SINES = 3.0                 # times the radii of `half_difference`, near retro-reflection
+SOFTENING = SINES * half_difference.SOFTENING       # the softening radius delta, at most, of new fits
 LEAST_SOFTENING = 1e-3      # below, single precision shows near retro-reflection
 
 
@@ -106,7 +108,7 @@ class Rusinkiewicz:
         The stretch k of the half vector, from `stretch.LEAST` to `stretch.LARGEST`; 0 for none.
     """
 
-    softening: float = half_difference.SOFTENING
+    softening: float = SOFTENING
     stretch: float = stretch.NONE
     name: ClassVar[str] = "rusinkiewicz"
     axes: ClassVar[tuple[str, ...]] = ("d", "x", "y")

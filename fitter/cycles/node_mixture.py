@@ -11,16 +11,16 @@ colours have been eliminated (Golub and Pereyra: The Differentiation of Pseudo-I
 Problems Whose Variables Separate, 1973) and second differences from angle to angle are penalised.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from .. import progress
-from ..arrays import FloatArray
+from ..arrays import FloatArray, RealArray
 from . import node_lobes
-from .node_lobes import FACETS, Kind, Shape
+from .node_lobes import FACETS, Kind, Pairs, Shape
 from .node_views import Views, views_of
 from .nonnegative import nonnegative, shares
 from .principal import principal
@@ -39,8 +39,9 @@ _TRIED = 6                      # candidates for a lobe that are looked at close
 _ENOUGH = 0.03                  # of the light in wrong directions; more lobes take more time than that is worth
 _WORTH = 0.1                    # a lobe that lowers it by less than this share takes more time than it is worth
 _CHOICE, _REFINEMENT = slice(3, None, 7), slice(0, None, 5)     # of the directions, what is looked at
-_ITERATIONS = 12                # of the refinement
-_STEP = 0.01                    # of the derivatives
+_ITERATIONS = 6                 # of the refinement, for each of two floors
+_SETTLED = 1e-3                 # of the error: a step that lowers it by less is the last
+_TRIES = 4                      # of a step
 _LONGEST = 0.3                  # step of a parameter
 _STIFFNESS = 0.1                # of the second differences of shapes
 _NARROWEST, _SHEEREST = 0.04, 0.05      # roughness of a facet and of sheen
@@ -53,6 +54,7 @@ _RIDGE = 1e-4                   # of the squared colours, in the squared target
 _REWEIGHTINGS = 6
 _SCALES = (0.7, 1.5)            # bounds of the factors that give the lobes the albedo of the fit
 _TINY = 1e-30
+_DARKEST = 1e-12                # albedo, whose square is far from the least number of single precision
 LAST_SHOWN = np.radians(80)     # the last view whose error the panel states
 _ABOVE = 300.0                 # what is above the target counts as this many times as much that is below
 _BELOW_REWEIGHTINGS = 20
@@ -193,10 +195,10 @@ def evaluate(mixture: NodeMixture, wo: FloatArray, wi: FloatArray) -> FloatArray
         phases = np.array([[np.cos(phi - turn) ** 2, np.sin(phi - turn) ** 2]])
     at = np.array([theta])
     shape = Shape(*(_between(mixture.theta, at, each) for each in mixture.shape))
-    nothing = np.empty((1, 1, len(wi), 0))
+    nothing = np.empty((1, 0, 1, len(wi)))
     seen = Views(at, phases, pairs, (wi[:, 2] > 0)[None, None].astype(float), nothing, nothing)
     columns, colour = _columns(seen, mixture.kinds, shape), _between(mixture.theta, at, mixture.colour)
-    return np.asarray(_radiance(columns, colour)[0, 0])
+    return np.asarray(_radiance(columns, colour)[0, :, 0].T)
 
 
 def _fitted(views: Views, turn: float | None, engine: Engine) -> NodeMixture:
@@ -220,12 +222,11 @@ def _refined(views: Views, turn: float | None, engine: Engine, kinds: tuple[Kind
     """The mixture of lobes of some kinds, from shapes to begin with."""
     stops = views.only(slice(0, None, 2), slice(None))
     shape = _refine(stops.only(slice(None), _REFINEMENT), kinds, shape, engine)
-    columns = _columns(stops, kinds, shape)
-    colour = _colours(stops, columns)
     everywhere = _columns(views, kinds, Shape(*(_between(stops.theta, views.theta, each) for each in shape)))
+    colour = _colours(stops, everywhere[::2])
     colour = colour * _albedo_scales(views, stops.theta, everywhere, colour)
     radiance = _radiance(everywhere, _between(stops.theta, views.theta, colour))
-    found = np.einsum("van,vanc->vac", views.solid_angle, radiance)
+    found = views.reflected(radiance)
     mean = np.maximum(views.albedo.mean(axis=-1, keepdims=True), _TINY)
     misplaced, shown = views.misplaced(radiance), views.theta <= LAST_SHOWN
     return NodeMixture(kinds, stops.theta, shape, colour, turn, None,
@@ -238,101 +239,143 @@ def _sampling(views: Views, mixture: NodeMixture) -> Sampling:
     views, kinds, shape = views.only(slice(0, None, 2), slice(None)), mixture.kinds, mixture.shape
     columns = _columns(views, kinds, shape)
     below = _below(views, columns)
-    left = np.maximum(views.target - _radiance(columns, below), 0).sum(axis=-1)
-    carried = left + _DIM * views.target.sum(axis=-1)
-    densities = [node_lobes.density(kind, Shape(*(each[:, number, None] for each in shape)), views.pairs)
-                 for number, kind in enumerate(kinds)]
-    together = np.stack([*densities, np.full(carried.shape, 1 / (2 * np.pi))], axis=1)
+    left = np.maximum(views.target - _radiance(columns, below), 0).sum(axis=1)
+    carried = left + np.float32(_DIM) * views.target.sum(axis=1)
+    evenly = np.full_like(carried[:, None], 1 / (2 * np.pi))
+    together = np.concatenate([np.moveaxis(_of_lobes(node_lobes.density, views, kinds, shape), 0, 1), evenly], axis=1)
     flat = (len(carried), -1)
     found = shares(carried.reshape(flat), together.reshape(*together.shape[:2], -1), views.solid_angle.reshape(flat))
     share = (views.solid_angle * left).sum(axis=2).mean(axis=1) / views.light
     return Sampling(below, found, np.clip(_PROBABILITY * share, *_PROBABILITIES))
 
 
-def _below(views: Views, columns: FloatArray) -> FloatArray:
+def _below(views: Views, columns: RealArray) -> FloatArray:
     """The colours of lobes of the least absolute error, of which that above the target counts far more: (views, lobes,
     phases, channels)."""
-    flat = _flat(views, columns)
-    found = _solve(views, flat, _absolute(views, views.target_rows, _FLOOR))
+    lobes = _Lobes.of(views, columns)
+    found = _solve(views, lobes, _absolute(views, views.target_rows, _FLOOR))
     solid_angle = np.concatenate([views.solid_angle, 0 * views.solid_angle[..., :1]], axis=-1)
-    albedo = np.maximum(views.albedo.mean(axis=1), _TINY)[:, None]
-    share, floor = solid_angle.reshape(len(columns), -1, 1) / albedo, _LAST_FLOOR / np.pi * albedo
+    albedo = np.maximum(views.albedo.mean(axis=1), _DARKEST)[..., None].astype(columns.dtype)
+    share, floor = solid_angle.reshape(len(columns), 1, -1) / albedo, np.float32(_LAST_FLOOR / np.pi) * albedo
     for _ in range(_BELOW_REWEIGHTINGS):
-        weight = share * np.where(found.left < 0, _ABOVE, 1.0) / (np.abs(found.left) + floor)
-        found = _solve(views, flat, weight)
-    return found.colour.reshape(len(found.colour), *columns.shape[3:], -1)
+        weight = np.abs(found.left)
+        weight += floor
+        np.divide(share, weight, out=weight)
+        weight[found.left < 0] *= _ABOVE
+        found = _solve(views, lobes, weight, found)
+    return found.colour.reshape(len(found.colour), *columns.shape[1:3], -1)
 
 
-def _between(stops: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:
+def _between(stops: FloatArray, at: FloatArray, values: RealArray) -> FloatArray:
     """Values that are tabulated at angles, (stops, ...), interpolated linearly: (at, ...)."""
     flat = values.reshape(len(stops), -1)
     found = np.stack([np.interp(at, stops, column) for column in flat.T], axis=-1)
     return found.reshape(len(at), *values.shape[1:])
 
 
-def _columns(views: Views, kinds: Sequence[Kind], shape: Shape) -> FloatArray:
-    """The lobes, times the phases of their colours: (views, azimuths, n, lobes, phases)."""
-    lobes = np.empty((len(kinds), *views.solid_angle.shape))
+def _columns(views: Views, kinds: Sequence[Kind], shape: Shape) -> RealArray:
+    """The lobes, times the phases of their colours: (views, lobes, phases, azimuths, n)."""
+    return _with_phases(views, _of_lobes(node_lobes.evaluate, views, kinds, shape))
+
+
+def _of_lobes(function: Callable[[Kind, Shape, Pairs], RealArray], views: Views, kinds: Sequence[Kind], shape: Shape,
+              ) -> RealArray:
+    """A function of `node_lobes` for each lobe, all those of a kind at once: (..., lobes, views, azimuths, n)."""
+    found = None
     for kind in set(kinds):
         numbers = [number for number, each in enumerate(kinds) if each == kind]
-        lobes[numbers] = node_lobes.evaluate(kind, Shape(*(each.T[numbers, :, None] for each in shape)), views.pairs)
-    lobes = np.moveaxis(np.where(views.solid_angle > 0, lobes, 0), 0, -1)
-    return np.asarray(lobes[..., None] * views.phases[:, None, None])
+        of_kind = Shape(*(each.T[numbers, :, None].astype(views.solid_angle.dtype) for each in shape))
+        values = function(kind, of_kind, views.pairs)
+        if found is None:
+            found = np.empty((*values.shape[:-4], len(kinds), *views.solid_angle.shape), views.solid_angle.dtype)
+        found[..., numbers, :, :, :] = values
+    assert found is not None
+    return found
 
 
-def _flat(views: Views, columns: FloatArray) -> FloatArray:
-    """The columns at all rows of `Views.rows`, lobes and phases in one axis: (views, rows, columns)."""
+def _with_phases(views: Views, values: RealArray) -> RealArray:
+    """Values of lobes, (lobes, views, azimuths, n), times the phases of their colours, 0 below the horizon: (views,
+    lobes, phases, azimuths, n)."""
+    phases = views.phases.astype(values.dtype).T[..., None] * (views.solid_angle > 0)[:, None]
+    return np.asarray(np.swapaxes(values, 0, 1)[:, :, None] * phases[:, None])
+
+
+def _flat(views: Views, columns: RealArray) -> RealArray:
+    """The columns at all rows of `Views.rows`, lobes and phases in one axis: (views, columns, rows)."""
     rows = views.rows(columns)
-    return np.asarray(rows.reshape(*rows.shape[:2], -1))
+    return np.asarray(rows.reshape(len(rows), -1, rows.shape[-1]))
 
 
-def _radiance(columns: FloatArray, colour: FloatArray) -> FloatArray:
-    """The sum of lobes with their colours, (views, lobes, phases, channels): (views, azimuths, n, channels)."""
-    flat = columns.reshape(*columns.shape[:3], -1)
-    return np.asarray(flat @ colour.reshape(len(colour), 1, -1, colour.shape[-1]))
+def _radiance(columns: RealArray, colour: FloatArray) -> RealArray:
+    """The sum of lobes with their colours, (views, lobes, phases, channels): (views, channels, azimuths, n)."""
+    flat = columns.reshape(len(columns), -1, columns.shape[3] * columns.shape[4])
+    colours = np.swapaxes(colour.reshape(len(colour), -1, colour.shape[-1]), 1, 2).astype(columns.dtype)
+    return np.asarray(colours @ flat).reshape(len(flat), -1, *columns.shape[3:])
 
 
-def _absolute(views: Views, left: FloatArray, floor: float) -> FloatArray:
-    """Weights of squared errors, (views, rows, channels), whose sum is the absolute error by importance, with that of
+def _absolute(views: Views, left: RealArray, floor: float) -> RealArray:
+    """Weights of squared errors, (views, channels, rows), whose sum is the absolute error by importance, with that of
     the albedo: otherwise the best approximation of a peak beside the measured one would be none."""
-    light = views.light[:, None, None, None]
-    by_direction = left.reshape(len(left), len(views.phases), -1, left.shape[-1])
-    smallest = floor * light / (np.pi * left.shape[-1])
-    weight = np.empty_like(by_direction)
-    weight[:, :, :-1] = views.importance * views.solid_angle[..., None] / light
-    weight[:, :, :-1] /= np.abs(by_direction[:, :, :-1]) + smallest
-    weight[:, :, -1:] = _FIRMNESS / light ** 2
-    return (weight / len(views.phases)).reshape(left.shape)
+    azimuths = len(views.phases)
+    weight = np.abs(left).reshape(*left.shape[:2], azimuths, -1)
+    weight += (floor * views.light / (np.pi * left.shape[1]))[:, None, None, None].astype(left.dtype)
+    np.divide(views.weight, weight[..., :-1], out=weight[..., :-1])
+    weight[..., -1] = _FIRMNESS / views.light[:, None, None] ** 2
+    weight /= azimuths
+    return weight.reshape(left.shape)
+
+
+_PAIRS = [np.triu_indices(count) for count in range(12)]
+
+
+class _Lobes(NamedTuple):
+    """Lobes of given shapes, whose colours are sought."""
+
+    columns: RealArray          # (views, columns, rows)
+    products: RealArray         # (views, pairs, rows), of each pair of columns
+
+    @classmethod
+    def of(cls, views: Views, columns: RealArray) -> "_Lobes":
+        return cls.of_rows(_flat(views, columns))
+
+    @classmethod
+    def of_rows(cls, flat: RealArray) -> "_Lobes":
+        first, second = _PAIRS[flat.shape[1]]
+        return cls(flat, flat[:, first] * flat[:, second])
 
 
 class _Solution(NamedTuple):
     """Colours for given shapes."""
 
-    columns: FloatArray         # (views, rows, columns)
+    lobes: _Lobes
     colour: FloatArray          # (views, columns, channels)
-    left: FloatArray            # (views, rows, channels)
+    left: RealArray             # (views, channels, rows)
 
 
-def _solve(views: Views, flat: FloatArray, weight: FloatArray) -> _Solution:
-    """The colours, none negative, of the least weighted squares, of `_flat` columns."""
-    target = views.target_rows
-    transposed = np.swapaxes(flat, 1, 2)
-    normal = np.stack([transposed @ (flat * weight[..., c, None]) for c in range(target.shape[-1])], axis=1)
-    right = np.swapaxes(transposed @ (weight * target), 1, 2)
+def _solve(views: Views, lobes: _Lobes, weight: RealArray, like: _Solution | None = None) -> _Solution:
+    """The colours, none negative, of the least weighted squares; those that are not 0 are probably those of `like`."""
+    target, count = views.target_rows, lobes.columns.shape[1]
+    pair = np.zeros((count, count), int)
+    pair[_PAIRS[count]] = np.arange(lobes.products.shape[1])
+    sums = np.swapaxes(lobes.products @ np.swapaxes(weight, 1, 2), 1, 2).astype(float)
+    normal = sums[..., np.maximum(pair, pair.T)]
+    weighted = weight * target
+    right = np.swapaxes(lobes.columns @ np.swapaxes(weighted, 1, 2), 1, 2).astype(float)
     albedo = np.maximum(views.albedo.mean(axis=(1, 2)), _TINY)[:, None]
-    ridge = _RIDGE * (weight * target ** 2).sum(axis=1) / albedo ** 2
-    normal = normal + (ridge[..., None, None] + _TINY) * np.eye(flat.shape[-1])
-    colour = np.swapaxes(nonnegative(normal, right), 1, 2)
-    return _Solution(flat, colour, target - flat @ colour)
+    ridge = _RIDGE * np.einsum("vcr,vcr->vc", weighted, target) / albedo ** 2
+    normal += (ridge[..., None, None] + _TINY) * np.eye(count)
+    colour = nonnegative(normal, right, None if like is None else np.swapaxes(like.colour, 1, 2) > 0)
+    left = target - colour.astype(target.dtype) @ lobes.columns
+    return _Solution(lobes, np.swapaxes(colour, 1, 2), left)
 
 
-def _colours(views: Views, columns: FloatArray) -> FloatArray:
+def _colours(views: Views, columns: RealArray) -> FloatArray:
     """The colours of the least absolute error: (views, lobes, phases, channels)."""
-    flat = _flat(views, columns)
-    found = _solve(views, flat, _absolute(views, views.target_rows, _FLOOR))
+    lobes = _Lobes.of(views, columns)
+    found = _solve(views, lobes, _absolute(views, views.target_rows, _FLOOR))
     for _ in range(_REWEIGHTINGS):
-        found = _solve(views, flat, _absolute(views, found.left, _LAST_FLOOR))
-    return found.colour.reshape(len(found.colour), *columns.shape[3:], -1)
+        found = _solve(views, lobes, _absolute(views, found.left, _LAST_FLOOR), found)
+    return found.colour.reshape(len(found.colour), *columns.shape[1:3], -1)
 
 
 def _candidates(engine: Engine, turned: bool) -> list[tuple[Kind, float, float, float]]:
@@ -363,20 +406,22 @@ def _choose(views: Views, engine: Engine, turned: bool) -> tuple[tuple[Kind, ...
     rough, tilt, anisotropy = (ones * np.array(each) for each in list(zip(*candidates, strict=True))[1:])
     shapes = Shape(rough, np.maximum(tilt, least), anisotropy)
     columns = views.rows(_columns(views, names, shapes))
+    squares = columns ** 2
     plain = Shape(ones, 0 * ones, 0 * ones)
     chosen: list[int] = []
-    have = _flat(views, _columns(views, ["diffuse"], plain))
+    have = _Lobes.of(views, _columns(views, ["diffuse"], plain))
     weight = _absolute(views, views.target_rows, _FLOOR)
     found = _solve(views, have, weight)
     for _ in range(engine.lobes):
-        steepest = np.einsum("vrlp,vrc->vlpc", columns, weight * found.left)
-        size = np.einsum("vrlp,vrc->vlpc", columns ** 2, weight) + 1e-12
-        gain = (np.maximum(steepest, 0) ** 2 / size).sum(axis=(0, 2, 3))
+        steepest, size = (np.swapaxes(by.reshape(len(by), -1, by.shape[-1]) @ np.swapaxes(each, 1, 2), 1, 2)
+                          for by, each in ((columns, weight * found.left), (squares, weight)))
+        gain = (np.maximum(steepest, 0) ** 2 / (size + 1e-12)).sum(axis=(0, 1)).reshape(len(names), -1).sum(axis=1)
         order = [number for number in np.argsort(-gain) if number not in chosen][:_TRIED]
-        tried = [_solve(views, np.concatenate([have, columns[:, :, number]], axis=2), weight) for number in order]
-        best = int(np.argmin([(weight * each.left ** 2).sum() for each in tried]))
+        tried = [_solve(views, _Lobes.of_rows(np.concatenate([have.columns, columns[:, number]], axis=1)), weight)
+                 for number in order]
+        best = int(np.argmin([_squared(weight, each) for each in tried]))
         chosen.append(int(order[best]))
-        have = tried[best].columns
+        have = tried[best].lobes
         weight = _absolute(views, tried[best].left, _FLOOR / 2)
         found = _solve(views, have, weight)
     kinds: tuple[Kind, ...] = ("diffuse", *(names[number] for number in chosen))
@@ -431,61 +476,70 @@ def _refine(views: Views, kinds: tuple[Kind, ...], shape: Shape, engine: Engine)
     now = variables.of(shape)
     bending = np.diff(np.eye(len(views.theta)), n=2, axis=0)
     bending = _STIFFNESS * bending.T @ bending
-    found = _solve(views, _flat(views, _columns(views, kinds, shape)), _absolute(views, views.target_rows, _FLOOR))
+    found = _solve(views, _Lobes.of(views, _columns(views, kinds, shape)),
+                   _absolute(views, views.target_rows, _FLOOR))
     damping = 1e-2
-    for iteration in progress.each(range(_ITERATIONS)):
-        floor = _FLOOR if 2 * iteration < _ITERATIONS else _FLOOR / 3
-        weight = _absolute(views, found.left, floor)
-        found = _solve(views, found.columns, weight)
-        error = _penalised(weight, found, bending, variables.taken(now))
-        curvature, slope = _reduced(views, kinds, variables, now, found, weight)
-        for _ in range(5):
-            step = _step(curvature, slope, bending, variables.taken(now), damping)
-            then = variables.moved(now, step)
-            tried = _solve(views, _flat(views, _columns(views, kinds, variables.shape(then))), weight)
-            after = _penalised(weight, tried, bending, variables.taken(then))
-            if after < error:
-                now, found, damping = then, tried, max(damping / 3, 1e-4)
+    for floor in progress.each((_FLOOR, _FLOOR / 3)):
+        for _ in range(_ITERATIONS):
+            weight = _absolute(views, found.left, floor)
+            found = _solve(views, found.lobes, weight, found)
+            before = _penalised(weight, found, bending, variables.taken(now))
+            curvature, slope = _reduced(views, kinds, variables, now, found, weight)
+            for _ in range(_TRIES):
+                step = _step(curvature, slope, bending, variables.taken(now), damping)
+                then = variables.moved(now, step)
+                tried = _solve(views, _Lobes.of(views, _columns(views, kinds, variables.shape(then))), weight, found)
+                after = _penalised(weight, tried, bending, variables.taken(then))
+                if after < before:
+                    now, found, damping = then, tried, max(damping / 3, 1e-4)
+                    break
+                damping = min(5 * damping, 1e3)
+            if before - after < _SETTLED * before:
                 break
-            damping = min(5 * damping, 1e3)
     return variables.shape(now)
 
 
-def _penalised(weight: FloatArray, found: _Solution, bending: FloatArray, variables: FloatArray) -> float:
-    return float((weight * found.left ** 2).sum() + (variables * (bending @ variables)).sum())
+def _penalised(weight: RealArray, found: _Solution, bending: FloatArray, variables: FloatArray) -> float:
+    return _squared(weight, found) + float((variables * (bending @ variables)).sum())
+
+
+def _squared(weight: RealArray, found: _Solution) -> float:
+    """The weighted squared error."""
+    return float(np.einsum("vcr,vcr,vcr->v", weight, found.left, found.left).astype(float).sum())
 
 
 def _reduced(views: Views, kinds: tuple[Kind, ...], variables: _Variables, now: FloatArray, found: _Solution,
-             weight: FloatArray) -> tuple[FloatArray, FloatArray]:
+             weight: RealArray) -> tuple[FloatArray, FloatArray]:
     """The normal equations of the variables, after the colours have been eliminated: (views, variables, variables)
     and (views, variables)."""
-    count, rows, columns = found.columns.shape
-    phases = views.phases.shape[1]
-    lobes = [lobe for _, lobe in variables.places]
-    moved = now[:, :, lobes]
-    for number, (variable, _) in enumerate(variables.places):
-        moved[variable, :, number] += _STEP
-    after = views.rows(_columns(views, [kinds[lobe] for lobe in lobes], variables.shape(moved)))
-    derivatives = (after - found.columns.reshape(count, rows, -1, phases)[:, :, lobes]) / _STEP
-    curvature = np.zeros((count, len(lobes), len(lobes)))
-    slope = np.zeros((count, len(lobes)))
-    for channel in range(weight.shape[-1]):
-        colour = found.colour[..., channel]
-        of_lobes = colour.reshape(count, -1, phases)[:, lobes]
-        jacobian = np.einsum("vrkp,vkp->vrk", derivatives, of_lobes)
-        both = np.concatenate([found.columns, jacobian], axis=-1)
-        weighted = both * weight[..., channel, None]
-        normal = np.swapaxes(both, 1, 2) @ weighted
-        right = (np.swapaxes(weighted, 1, 2) @ found.left[..., channel, None])[..., 0]
-        free = (colour > 0).astype(float)
-        inner = normal[:, :columns, :columns] * free[:, :, None] * free[:, None]
-        size = np.einsum("vll->v", inner)[:, None] / columns + _TINY
-        inner = inner + np.eye(columns) * (1e-9 * size + (1 - free) * size)[:, :, None]
-        mixed = normal[:, :columns, columns:] * free[..., None]
-        gone = np.linalg.solve(inner, mixed)
-        curvature += normal[:, columns:, columns:] - np.swapaxes(mixed, 1, 2) @ gone
-        slope += right[:, columns:] - (np.swapaxes(gone, 1, 2) @ (right[:, :columns] * free)[..., None])[..., 0]
-    return curvature, slope
+    columns = found.lobes.columns.shape[1]
+    phases, lobes = views.phases.shape[1], [lobe for _, lobe in variables.places]
+    changed = sorted(set(lobes))
+    gradients = _of_lobes(node_lobes.gradient, views, [kinds[lobe] for lobe in changed],
+                          Shape(*(each[:, changed] for each in variables.shape(now))))
+    derivatives = gradients[[variable for variable, _ in variables.places], [changed.index(lobe) for lobe in lobes]]
+    both = np.concatenate([found.lobes.columns, _flat(views, _with_phases(views, derivatives))], axis=1)
+    weighted = both[:, None] * weight[:, :, None]
+    normal = (weighted @ np.swapaxes(both, 1, 2)[:, None]).astype(float)
+    right = weighted @ found.left[..., None]
+    # from derivatives of lobes to those of what is reflected: (views, channels, columns and derivatives, variables)
+    colour = np.swapaxes(found.colour, 1, 2)
+    coloured = np.zeros((*colour.shape[:2], both.shape[1], columns + len(lobes)))
+    coloured[..., :columns, :columns] = np.eye(columns)
+    for number, lobe in enumerate(lobes):
+        at = slice(columns + number * phases, columns + (number + 1) * phases)
+        coloured[..., at, columns + number] = colour[..., lobe * phases:(lobe + 1) * phases]
+    transposed = np.swapaxes(coloured, -1, -2)
+    normal, right = transposed @ normal @ coloured, (transposed @ right)[..., 0]
+    free = (colour > 0).astype(float)
+    inner = normal[..., :columns, :columns] * free[..., None] * free[..., None, :]
+    size = np.einsum("vcll->vc", inner)[..., None] / columns + _TINY
+    inner += np.eye(columns) * (1e-9 * size + (1 - free) * size)[..., None]
+    mixed = normal[..., :columns, columns:] * free[..., None]
+    gone = np.linalg.solve(inner, mixed)
+    curvature = normal[..., columns:, columns:] - np.swapaxes(mixed, -1, -2) @ gone
+    slope = right[..., columns:] - (np.swapaxes(gone, -1, -2) @ (right[..., :columns] * free)[..., None])[..., 0]
+    return curvature.sum(axis=1), slope.sum(axis=1)
 
 
 def _step(curvature: FloatArray, slope: FloatArray, bending: FloatArray, variables: FloatArray,
@@ -502,12 +556,12 @@ def _step(curvature: FloatArray, slope: FloatArray, bending: FloatArray, variabl
     return np.asarray(np.linalg.solve(whole.reshape(stops * count, -1), right.ravel()).reshape(stops, count))
 
 
-def _albedo_scales(views: Views, stops: FloatArray, columns: FloatArray, colour: FloatArray) -> FloatArray:
+def _albedo_scales(views: Views, stops: FloatArray, columns: RealArray, colour: FloatArray) -> FloatArray:
     """Factors of the colours that give them the albedo of the fit, at the tabulated angles and between them:
     (stops, 1, phases, channels)."""
     share = _between(stops, views.theta, np.eye(len(stops)))                # (views, stops)
-    white = np.einsum("van,vanlp->valp", views.solid_angle, columns)
-    reflected = np.einsum("vs,valp,slpc->vaspc", share, white, colour)
+    white = np.einsum("van,vlpan->valp", views.solid_angle, columns)
+    reflected = np.einsum("vs,valp,slpc->vaspc", share, white, colour, optimize=True)
     albedo = views.albedo
     mean = np.maximum(albedo.mean(axis=-1, keepdims=True), _TINY)
     count, phases, channels = len(stops), colour.shape[2], colour.shape[3]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, RealArray
 from ..shader_constants import GRAZING
 from . import direction_grid, half_vector_grid
 from .direction_grid import Directions
@@ -35,26 +35,26 @@ class Views:
         principal axis.
     pairs : Pairs
         Arrays (views, azimuths, ...), in the frame where an isotropic fit is seen from azimuth 0 or, for an
-        anisotropic one, in the principal axes.
+        anisotropic one, in the principal axes. Like all arrays of directions, in single precision.
     solid_angle : (views, azimuths, n)
         Of each incident direction; 0 below the horizon.
-    target : (views, azimuths, n, channels)
+    target : (views, channels, azimuths, n)
         f cos theta_i.
-    importance : (views, azimuths, n, channels)
+    importance : (views, channels, azimuths, n)
         By what errors are multiplied, as they are seen: more where little is reflected, and in a dark channel.
     """
 
     theta: FloatArray
     phases: FloatArray
     pairs: Pairs
-    solid_angle: FloatArray
-    target: FloatArray
-    importance: FloatArray
+    solid_angle: RealArray
+    target: RealArray
+    importance: RealArray
 
     @cached_property
     def albedo(self) -> FloatArray:
         """The reflected share of an even light: (views, azimuths, channels)."""
-        return np.asarray(np.einsum("van,vanc->vac", self.solid_angle, self.target))
+        return self.reflected(self.target)
 
     @cached_property
     def light(self) -> FloatArray:
@@ -62,30 +62,40 @@ class Views:
         return np.maximum(self.albedo.mean(axis=1).sum(axis=-1), _DARK)
 
     @cached_property
-    def target_rows(self) -> FloatArray:
+    def target_rows(self) -> RealArray:
         """`rows` of the target."""
         return self.rows(self.target)
 
-    def rows(self, values: FloatArray) -> FloatArray:
-        """Values at all directions of a view, (views, azimuths, n, ...), and what they sum to over the hemisphere, in
-        one axis: (views, azimuths * (n + 1), ...)."""
-        flat = values.reshape(*values.shape[:3], -1)
-        both = np.concatenate([flat, self.solid_angle[:, :, None] @ flat], axis=2)
-        return both.reshape(len(both), -1, *values.shape[3:])
+    @cached_property
+    def weight(self) -> RealArray:
+        """Solid angle and importance of the target's rows, in the light: (views, channels, azimuths, n)."""
+        share = self.solid_angle / self.light[:, None, None]
+        return np.asarray(self.importance * share.astype(self.target.dtype)[:, None])
+
+    def reflected(self, radiance: RealArray) -> FloatArray:
+        """The sum over the hemisphere: (views, channels, azimuths, n) to (views, azimuths, channels)."""
+        return np.asarray(np.einsum("van,vcan->vac", self.solid_angle, radiance), dtype=float)
+
+    def rows(self, values: RealArray) -> RealArray:
+        """Values at all directions of a view, (views, ..., azimuths, n), and what they sum to over the hemisphere, in
+        one axis: (views, ..., azimuths * (n + 1))."""
+        axes = values.ndim - self.solid_angle.ndim
+        solid_angle = self.solid_angle.reshape(len(self.theta), *(1,) * axes, *self.solid_angle.shape[1:], 1)
+        both = np.concatenate([values, (values[..., None, :] @ solid_angle)[..., 0]], axis=-1)
+        return both.reshape(*values.shape[:-2], -1)
 
     def only(self, views: slice, directions: slice) -> "Views":
         """Some of the views and directions; these stand for those that are left out."""
-        wo, wi, half, tangent = self.pairs
-        scale = len(range(wi.shape[2])) / len(range(wi.shape[2])[directions])
-        return Views(self.theta[views], self.phases,
-                     Pairs(wo[views], wi[views, :, directions], half[views, :, directions], tangent[views]),
-                     self.solid_angle[views, :, directions] * scale, self.target[views, :, directions],
-                     self.importance[views, :, directions])
+        count = self.solid_angle.shape[2]
+        scale = count / len(range(count)[directions])
+        chosen = (np.ascontiguousarray(each[views, ..., directions])
+                  for each in (self.solid_angle * self.solid_angle.dtype.type(scale), self.target, self.importance))
+        return Views(self.theta[views], self.phases, self.pairs.only(views, directions), *chosen)
 
-    def misplaced(self, radiance: FloatArray) -> FloatArray:
-        """The share of the light that an approximation, (views, azimuths, n, channels), reflects in wrong directions:
+    def misplaced(self, radiance: RealArray) -> FloatArray:
+        """The share of the light that an approximation, (views, channels, azimuths, n), reflects in wrong directions:
         (views,)."""
-        difference = np.abs(self.target - radiance).sum(axis=-1)
+        difference = np.abs(self.target - radiance).sum(axis=1)
         return np.asarray((self.solid_angle * difference).sum(axis=2).mean(axis=1) / self.light)
 
 
@@ -119,16 +129,18 @@ def views_of(fit: "Fit", turn: float | None, stretch: float = 1.0) -> Views:
     above, turned = to.solid_angle > 0, turn or 0.0
     outgoing = [np.broadcast_to(angle, above.shape)[above] for angle in (theta[:, None, None], phi_o[:, None] + turned)]
     value = fit.evaluate(to.theta[above], to.phi[above] + turned, *outgoing)
-    target = np.zeros((*above.shape, value.shape[-1]))
-    target[above] = np.maximum(value, 0) * to.unit[above][:, 2:]
+    target = np.zeros((value.shape[-1], *above.shape), np.float32)
+    target[:, above] = (np.maximum(value, 0) * to.unit[above][:, 2:]).T
+    target = np.ascontiguousarray(np.swapaxes(target, 0, 1))
     # a microfacet lobe is symmetric about the plane of the viewer or, of an anisotropic fit, about the principal axes
     tangent = np.broadcast_to([1.0, 0.0, 0.0], wo.shape)
-    return Views(theta, phases, Pairs.of(wo, to.unit, tangent), to.solid_angle, target,
-                 _importance(target, to.solid_angle))
+    solid_angle = to.solid_angle.astype(np.float32)
+    return Views(theta, phases, Pairs.of(wo, to.unit, tangent).single(), solid_angle, target,
+                 _importance(target, solid_angle))
 
 
-def _importance(target: FloatArray, solid_angle: FloatArray) -> FloatArray:
-    albedo = np.einsum("van,vanc->vc", solid_angle, target)[:, None, None] / target.shape[1]
-    mean = np.maximum(albedo.mean(axis=-1, keepdims=True), _DARK)
+def _importance(target: RealArray, solid_angle: RealArray) -> RealArray:
+    albedo = np.einsum("van,vcan->vc", solid_angle, target)[:, :, None, None] / target.shape[2]
+    mean = np.maximum(albedo.mean(axis=1, keepdims=True), _DARK)
     in_the_dark = (mean / (np.pi * target + _FLOOR * mean)) ** _DARKER
     return np.asarray(in_the_dark * (mean / (albedo + _CHANNEL_FLOOR * mean)) ** _DARKER_CHANNEL)

@@ -6,13 +6,16 @@ All arrays may have more axes in front, of views that are solved at once.
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import RealArray
+
 _ITERATIONS = 30                # of the shares, which then change by less than a percent
 _SMALL = 1e-12                  # what is rounding, of the largest right side, and of a diagonal element
 _ROUNDS = 30                    # of pivoting, at most
 _LEAST_SHARE = 0.01             # so that every density gets sampled
 
 
-def nonnegative(normal: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+def nonnegative(normal: NDArray[np.float64], right: NDArray[np.float64],
+                positive: NDArray[np.bool_] | None = None) -> NDArray[np.float64]:
     """Least squares without negative coefficients, from normal equations of few unknowns.
 
     By block principal pivoting: all unknowns that are on the wrong side change it at once or, where that did not
@@ -25,6 +28,8 @@ def nonnegative(normal: NDArray[np.float64], right: NDArray[np.float64]) -> NDAr
     normal : (..., k, k)
         Positive semidefinite, no diagonal element 0.
     right : (..., k)
+    positive : (..., k), optional
+        Which are probably not 0, where that is known: it costs fewer rounds.
 
     Returns
     -------
@@ -40,7 +45,8 @@ def nonnegative(normal: NDArray[np.float64], right: NDArray[np.float64]) -> NDAr
     matrix = normal.reshape(-1, unknowns, unknowns) * scale[:, :, None] * scale[:, None] + _SMALL * np.eye(unknowns)
     target = right.reshape(-1, unknowns) * scale
     small = _SMALL * np.abs(target).max(axis=1, keepdims=True)
-    free, fewest, patience = target > 0, np.full(len(target), unknowns + 1), np.ones(len(target))
+    free = target > 0 if positive is None else positive.reshape(target.shape).copy()
+    fewest, patience = np.full(len(target), unknowns + 1), np.ones(len(target))
     for _ in range(_ROUNDS):
         equations = np.where(free[:, :, None] & free[:, None], matrix, np.eye(unknowns))
         found = np.linalg.solve(equations, np.where(free, target, 0)[..., None])[..., 0]
@@ -56,8 +62,7 @@ def nonnegative(normal: NDArray[np.float64], right: NDArray[np.float64]) -> NDAr
     return np.asarray((np.maximum(found, 0) * scale).reshape(right.shape))
 
 
-def shares(magnitude: NDArray[np.float64], density: NDArray[np.float64],
-           solid_angle: NDArray[np.float64]) -> NDArray[np.float64]:
+def shares(magnitude: RealArray, density: RealArray, solid_angle: RealArray) -> NDArray[np.float64]:
     """The best probability of sampling each of some densities.
 
     It minimises the second moment of the estimate under an even light, the integral of R^2 / sum_k s_k p_k, by a

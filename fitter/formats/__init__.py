@@ -96,9 +96,9 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
     Raises
     ------
     DatasetError
-        If the file is not there, is in no known format, or is malformed, or an option is none of these; the message
-        says file, line and what was expected. `UnitsUnknownError` where `angles` or `quantity` is needed,
-        `ColumnsUnknownError` where `columns` is.
+        If the file is not there, is in no known format, is malformed, or has no value above 0, or an option is none of
+        these; the message says file, line and what was expected. `UnitsUnknownError` where `angles` or `quantity` is
+        needed, `ColumnsUnknownError` where `columns` is.
 
     Examples
     --------
@@ -127,6 +127,7 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
         _no_sample(path, sample)
     with _errors_of(path):
         samples = known.read(path, content, **options)
+    _check_content(samples, path)
     if isotropic is not None and "isotropic" not in known.options:
         samples = isotropy.as_asked(samples, isotropic)
     if isotropic is None:
@@ -134,6 +135,15 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
     samples = replace(samples, name=printable(samples.name), notes=tuple(map(printable, samples.notes)),
                       channels=tuple(map(printable, samples.channels)))
     return converted(_without(reading, known.options, f"{known.name} files", samples), colours)
+
+
+def _check_content(samples: Samples, path: str | Path) -> None:
+    """Raise DatasetError where nothing is reflected: a fit of that would match perfectly. Single channels may be black,
+    and noise makes values of dark ones negative."""
+    values = samples.values
+    if not (values > 0).any():
+        found = "0 or below" if values.any() else "0"
+        raise DatasetError(f"all {values.size:,} values are {found}, expected reflected light: some above 0", path)
 
 
 def _without(reading: Reading, options: tuple[str, ...], files: str, samples: Samples) -> Samples:

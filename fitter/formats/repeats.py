@@ -9,6 +9,7 @@ _SAME = 1e-6                    # radians between directions that count as one
 _PRIOR_COUNT = 3                # further measurements of each pair of directions, with the scatter of those as bright
 _ALIKE, _MOST_BINS = 10, 10     # pairs in a bin of brightness, and bins
 _DARK = 1e-3                    # of the mean: scatter is relative to no less
+_APART = 3.0                    # times the least of one pair that its largest is, which is no noise any more
 
 
 def averaged(directions: FloatArray, values: FloatArray,
@@ -38,7 +39,24 @@ def averaged(directions: FloatArray, values: FloatArray,
     pairs = f"{several.sum():,} pair{'s' if several.sum() > 1 else ''} of directions"
     note = f"{pairs} measured more than once: averaged, with a scatter of {scatter:.2g} %"
     as_written = np.argsort(first)
-    return directions[first[as_written]], mean[as_written], deviation[as_written], (note,)
+    return directions[first[as_written]], mean[as_written], deviation[as_written], (note, *_differing(values, group))
+
+
+def _differing(values: FloatArray, group: IntArray) -> tuple[str, ...]:
+    """A note of pairs of directions whose measurements, of `group` (n,), differ by more than noise makes: of the bright
+    half, since an instrument's noise is any factor of what is dark."""
+    grey = values.mean(axis=1)
+    lowest, highest = np.full(group.max() + 1, np.inf), np.full(group.max() + 1, -np.inf)
+    np.minimum.at(lowest, group, grey)
+    np.maximum.at(highest, group, grey)
+    bright = highest >= np.median(highest)
+    apart = bright & (highest > 0) & (highest >= _APART * lowest)
+    if not apart.any():
+        return ()
+    times = highest[apart] / np.maximum(lowest[apart], _DARK * highest[apart])
+    count = int(apart.sum())
+    return (f"The values of {count:,} pair{'s' * (count > 1)} of directions differ by a factor of up to "
+            f"{times.max():,.3g}: is one of another sample, or in another unit?",)
 
 
 def _scatter(size: FloatArray, squares: FloatArray, freedom: IntArray) -> FloatArray:

@@ -1,8 +1,8 @@
 """Normal equations of least-squares fits of lattices to many samples.
 
-All samples in one cell of a lattice have the same control points, so that a cell adds a small matrix, the product of
-its samples' basis functions, to the normal equations. Each sample costs the same, however many control points there
-are. The equations take the square of these in memory, and their solution the cube in time.
+All samples in one cell of a lattice have nearly the same control points, so that a cell adds a small matrix, the
+product of its samples' basis functions, to the normal equations. Each sample costs the same, however many control
+points there are. The equations take the square of these in memory, and their solution the cube in time.
 """
 
 import itertools
@@ -34,24 +34,23 @@ class NormalEquations:
     """
 
     def __init__(self, x: FloatArray, parts: Sequence[tuple[int, IntArray | None]]) -> None:
-        self._grids, self._columns, self._sizes, images = [], [], [], []
-        size = 0
+        self._grids, self._keys, images, size = [], [], [], 0
         for level, keys in parts:
-            all_keys = np.arange(math.prod(dense.shape(level, x.shape[1])))
-            keys = all_keys if keys is None else keys
-            column = np.full(len(all_keys), -1)
-            column[keys] = size + np.arange(len(keys))
-            images.append(column[dense.representative(level, x.shape[1]).ravel()[keys]])
+            representative = dense.representative(level, x.shape[1]).ravel()
+            keys = np.arange(len(representative)) if keys is None else keys
+            images.append(size + representative[keys])
             self._grids.append(dense.Grid(x, level))
-            self._columns.append(column)
-            self._sizes.append(len(keys))
-            size += len(keys)
-        image_of = np.concatenate(images)
-        self._first, self._unknown = np.unique(image_of, return_inverse=True)
-        self._copies = _copies(image_of)
-        # samples in the order of the cells of the finest lattice: those in one share the cells of all
-        finest = max(range(len(parts)), key=lambda part: parts[part][0])
-        cells = self._grids[finest].first
+            self._keys.append(keys)
+            size += len(representative)
+        first, unknown = np.unique(np.concatenate(images), return_inverse=True)
+        self._size, self._unknowns = len(first), np.split(unknown, np.cumsum([len(keys) for keys in self._keys])[:-1])
+        # of each control point of a part its unknown, or -1
+        self._columns = [np.full(math.prod(dense.shape(level, x.shape[1])), -1) for level, _ in parts]
+        for column, keys, unknown in zip(self._columns, self._keys, self._unknowns, strict=True):
+            column[keys] = unknown
+        # samples in the order of the cells of the coarsest lattice: those in one share most control points of all
+        coarsest = min(range(len(parts)), key=lambda part: parts[part][0])
+        cells = self._grids[coarsest].first
         self._order = np.argsort(cells, kind="stable")
         starts = np.flatnonzero(np.diff(cells[self._order], prepend=-1)).tolist()
         self._cells = list(zip(starts, [*starts[1:], len(x)], strict=True))
@@ -65,7 +64,7 @@ class NormalEquations:
             Errors are multiplied by these.
         z : (n, channels) float64
         norms : sequence of (k, k) float64
-            Quadratic forms of the control points of each lattice.
+            Quadratic forms of the control points of each lattice; (k,) is the diagonal of one.
 
         Returns
         -------
@@ -76,42 +75,53 @@ class NormalEquations:
         if not len(matrix):
             return [moment]
         matrix[np.diag_indices(len(matrix))] += max(_TINY * np.trace(matrix) / len(matrix), np.finfo(float).tiny)
-        control_points = np.linalg.solve(matrix, moment)[self._unknown]
-        return np.split(control_points, np.cumsum(self._sizes)[:-1])
+        solution = np.linalg.solve(matrix, moment)
+        return [solution[unknowns] for unknowns in self._unknowns]
 
     def reduced(self, weights: FloatArray, z: FloatArray, norms: Sequence[FloatArray] = (),
                 ) -> tuple[FloatArray, FloatArray]:
         """The equations of `solve`, of one unknown for all images of a control point: matrix and right side."""
-        matrix, moment = self._assembled(weights, z)
-        first = 0
-        for norm in norms:
-            part = slice(first, first + len(norm))
-            matrix[part, part] += norm
-            first += len(norm)
-        for originals, copies in self._copies:
-            matrix[originals] += matrix[copies]
-            matrix[:, originals] += matrix[:, copies]
-            moment[originals] += moment[copies]
-        return matrix[self._first[:, None], self._first], moment[self._first]
-
-    def _assembled(self, weights: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The matrix and the right side, mirror images apart."""
-        size = len(self._unknown)
-        matrix, moment = np.zeros((size, size)), np.zeros((size, z.shape[1]))
+        matrix, moment = np.zeros((self._size, self._size)), np.zeros((self._size, z.shape[1]))
+        for norm, unknowns in zip(norms, self._unknowns, strict=False):
+            if norm.ndim == 1:
+                matrix[np.diag_indices(self._size)] += np.bincount(unknowns, norm, self._size)
+            else:
+                at, folded = _folded(norm, unknowns)
+                matrix[at[:, None], at] = folded
+        present, place = np.zeros(self._size + 1, dtype=bool), np.zeros(self._size + 1, dtype=int)
         for _, together in itertools.groupby(self._cells, lambda cell: cell[0] // _TOGETHER):
             group = list(together)
             rows = self._order[group[0][0]:group[-1][1]]
             weight = weights[rows, None]
-            bases, wanted = [grid.basis(rows) * weight for grid in self._grids], z[rows] * weight
+            basis = np.concatenate([grid.basis(rows) for grid in self._grids], axis=1) * weight
+            wanted = z[rows] * weight
+            taps = np.concatenate([column[grid.taps(rows[:, None])]
+                                   for grid, column in zip(self._grids, self._columns, strict=True)], axis=1)
             for start, stop in group:
                 part = slice(start - group[0][0], stop - group[0][0])
-                taps = np.concatenate([column[grid.taps(rows[part.start])]
-                                       for grid, column in zip(self._grids, self._columns, strict=True)])
-                stored = taps >= 0
-                taps, basis = taps[stored], np.concatenate([each[part] for each in bases], axis=1)[:, stored]
-                matrix[taps[:, None], taps] += basis.T @ basis
-                moment[taps] += basis.T @ wanted[part]
+                # the basis functions of the unknowns of this cell, images together; what is not stored comes last
+                present[taps[part]] = True
+                present[-1] = False
+                used = np.flatnonzero(present)
+                present[used] = False
+                place[used], place[-1] = np.arange(len(used)), len(used)
+                at = place[taps[part]] + (len(used) + 1) * np.arange(stop - start)[:, None]
+                of_cell = np.bincount(at.ravel(), basis[part].ravel(), (stop - start) * (len(used) + 1))
+                of_cell = of_cell.reshape(stop - start, -1)[:, :-1]
+                matrix[used[:, None], used] += of_cell.T @ of_cell
+                moment[used] += of_cell.T @ wanted[part]
         return matrix, moment
+
+
+def _folded(norm: FloatArray, unknowns: IntArray) -> tuple[IntArray, FloatArray]:
+    """A quadratic form of control points as one of their unknowns: (k, k) and (k,) to those that it has and (u, u)."""
+    used = np.flatnonzero(np.diagonal(norm))            # it is positive semidefinite: rows of the others are 0
+    order = used[np.argsort(unknowns[used])]
+    first = np.flatnonzero(np.diff(unknowns[order], prepend=-1))
+    ordered = norm[order[:, None], order]
+    if len(first) < len(order):
+        ordered = np.add.reduceat(np.add.reduceat(ordered, first, axis=0), first, axis=1)
+    return unknowns[order[first]], ordered
 
 
 def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> FloatArray:
@@ -141,20 +151,3 @@ def gains(x: FloatArray, level: int, weights: FloatArray, z: FloatArray) -> Floa
     # a control point at the rim of the samples would have to be huge to do anything
     gain = (moment ** 2).sum(axis=1) / (diagonal + _RIM * diagonal.mean() + np.finfo(float).tiny)
     return np.asarray(gain[representative])
-
-
-def _copies(image_of: IntArray) -> list[tuple[IntArray, IntArray]]:
-    """Those that are images of others, as lists of (originals, images) in which no original comes twice.
-
-    Examples
-    --------
-    >>> [(a.tolist(), b.tolist()) for a, b in _copies(np.array([0, 1, 0, 1, 0, 5]))]
-    [([0, 1], [2, 3]), ([0], [4])]
-    """
-    copies = np.flatnonzero(image_of != np.arange(len(image_of)))
-    lists: list[tuple[IntArray, IntArray]] = []
-    while len(copies):
-        originals, at = np.unique(image_of[copies], return_index=True)
-        lists.append((np.asarray(originals), copies[at]))
-        copies = np.delete(copies, at)
-    return lists

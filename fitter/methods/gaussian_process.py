@@ -5,7 +5,8 @@ explicit linear basis equation 2.40 with a finite variance, the Matern kernel of
 likelihood equation 5.8. The kernel is the sum of a linear one and of a Matern kernel. The latter is averaged over the
 mirror images of a sample, so that the field has the symmetries of the lattice; and, of three axes, over the sample's
 reciprocal, with the same weight, so that the field is reciprocal, or with a slightly smaller one, so that it can follow
-samples that are not. Of four axes exchanging the directions is a mirror image.
+samples that are not. The linear one has a slope along the axis that tells the directions apart to the same extent. Of
+four axes exchanging the directions is a mirror image.
 
 How far the kernel reaches, whether it is reciprocal, how much of the samples is noise, in which coordinates and above
 which prior, is chosen for each set of samples by their likelihood. The variance of the field has its most likely value
@@ -23,8 +24,10 @@ from .. import progress
 from ..arrays import FloatArray
 from ..coordinates import ISOTROPIC_AXES
 from ..lattice.dense import MIRRORS
+from ..lattice.positive_definite import inverse_root
 
-TREND = 0.3                 # variance of the constant, and of the slope along each axis
+TREND = 0.3                 # variance of the constant, and of the slope along each axis but those that an exchange of
+                            # the directions reflects
 RECIPROCITIES = 0.9, 1.0    # correlations between a pair of directions and its reciprocal
 LENGTHS = 0.7, 1.0, 1.75, 2.8, 4.5              # ranges of the kernel
 NOISES = 1e-5, 1e-4, 1e-3, 1e-2, 1e-1           # variances of noise; of these three the likelihood takes one each
@@ -65,7 +68,7 @@ class Kernel:
         return total
 
     def _covariance(self, mu: FloatArray, other: FloatArray) -> FloatArray:
-        total = TREND * (1 + mu @ other.T)
+        total = TREND * (1 + (mu * self._slopes(mu.shape[1])) @ other.T)
         scaled = math.sqrt(5) / self.length
         apart = [{sign: np.subtract.outer(scaled * a, sign * scaled * b) ** 2 for sign in (1, -1)}
                  for a, b in zip(mu.T, other.T, strict=True)]
@@ -75,6 +78,11 @@ class Kernel:
             kernel *= weight
             total += kernel
         return total
+
+
+    def _slopes(self, axes: int) -> FloatArray:
+        """The variance of the trend's slope along each axis, over `TREND`."""
+        return np.array((1.0, 1 - self.reciprocity, 1.0) if axes == ISOTROPIC_AXES else (1.0, 1.0, 0.0, 0.0))
 
 
 def _by_rows(function: Callable[[FloatArray], FloatArray], mu: FloatArray, columns: int) -> FloatArray:
@@ -148,9 +156,10 @@ def krige(mu: FloatArray, z: FloatArray, kernel: Kernel, known: FloatArray) -> t
     noise = kernel.noise + _TINY + known
     covariance = kernel.gram(mu)
     covariance[np.diag_indices(len(mu))] += noise
-    inverse = np.linalg.inv(covariance)
-    weights = inverse @ z
-    return Field(kernel, mu, weights, z - known[:, None] * weights), z - weights / np.diag(inverse)[:, None]
+    root = inverse_root(covariance)
+    weights = root.T @ (root @ z)
+    of_inverse = np.einsum("ij,ij->j", root, root)
+    return Field(kernel, mu, weights, z - known[:, None] * weights), z - weights / of_inverse[:, None]
 
 
 class Likeliest(NamedTuple):
@@ -187,19 +196,24 @@ class Search:
         Taken from the log-likelihood of each value: a prior was fitted to the same samples.
     known : (n,) float64
         Variance of noise beyond that of the kernel, for each sample.
+    reciprocities : sequence of float
+        Those among which the likelihood chooses.
     """
 
     encoded: Sequence[Callable[[], FloatArray]]
     candidates: Sequence[FloatArray]
     penalties: Sequence[float]
     known: FloatArray
+    reciprocities: Sequence[float] = RECIPROCITIES
 
     def __post_init__(self) -> None:
-        self._bases: dict[tuple[int, Kernel], tuple[FloatArray, FloatArray]] = {}
+        self._covariances: dict[tuple[int, Kernel], FloatArray] = {}
+        self._innovations: dict[tuple[int, Kernel], tuple[FloatArray, FloatArray]] = {}
 
     def best(self, systems: Sequence[int]) -> Likeliest:
         """The likeliest that was found in systems, by changing prior, system, length and reciprocity in turn."""
-        likeliest = self._likeliest(systems[len(systems) // 2], Kernel(), len(self.candidates) - 1)
+        likeliest = self._likeliest(systems[len(systems) // 2], Kernel(reciprocity=self.reciprocities[0]),
+                                    len(self.candidates) - 1)
         for turn in range(_ROUNDS):
             before = likeliest
             progress.report(turn / _ROUNDS)
@@ -208,7 +222,7 @@ class Search:
             likeliest = max((self._likeliest(system, likeliest.kernel, likeliest.prior) for system in systems),
                             key=_value)
             progress.report((turn + 0.5) / _ROUNDS)
-            for number, choices in {"length": LENGTHS, "reciprocity": RECIPROCITIES}.items():
+            for number, choices in {"length": LENGTHS, "reciprocity": self.reciprocities}.items():
                 kernels = [replace(likeliest.kernel, **{number: each}) for each in choices]
                 likeliest = max((self._likeliest(likeliest.system, kernel, likeliest.prior) for kernel in kernels),
                                 key=_value)
@@ -217,21 +231,47 @@ class Search:
         return likeliest
 
     def _likeliest(self, system: int, kernel: Kernel, prior: int) -> Likeliest:
-        """The likeliest noise, with all else given: one decomposition tries every noise."""
-        variances, basis = self._basis(system, replace(kernel, noise=0.0))
-        squares = (basis.T @ self.candidates[prior]) ** 2
-        return max((Likeliest(likelihood(variances + noise, squares) - self.penalties[prior],
-                              replace(kernel, noise=noise), system, prior) for noise in NOISES), key=_value)
+        """The likeliest noise, with all else given: uphill from that of a kernel."""
+        likeliest, first = self._with_noise(system, kernel, prior), NOISES.index(kernel.noise)
+        for noises in (NOISES[first + 1:], NOISES[:first][::-1]):
+            for noise in noises:
+                other = self._with_noise(system, replace(kernel, noise=noise), prior)
+                if other.value <= likeliest.value:
+                    break
+                likeliest = other
+        return likeliest
 
-    def _basis(self, system: int, kernel: Kernel) -> tuple[FloatArray, FloatArray]:
-        """The eigenvalues (n,) and eigenvectors (n, n) of the samples' covariance."""
-        if (system, kernel) not in self._bases:
+    def _with_noise(self, system: int, kernel: Kernel, prior: int) -> Likeliest:
+        variances, errors = self._predicted(system, kernel)
+        first = sum(each.shape[1] for each in self.candidates[:prior])
+        of_prior = errors[:, first:first + self.candidates[prior].shape[1]]
+        return Likeliest(likelihood(variances, of_prior ** 2) - self.penalties[prior], kernel, system, prior)
+
+    def _predicted(self, system: int, kernel: Kernel) -> tuple[FloatArray, FloatArray]:
+        """Each sample's variance given those before it, (n,), and the error of its prediction from these, (n, channels
+        of all candidates), which are uncorrelated: the diagonal and the rows of a Cholesky factor."""
+        if (system, kernel) not in self._innovations:
+            z = np.concatenate(self.candidates, axis=1)
+            count, size = z.shape
+            bordered = np.zeros((count + size,) * 2)
+            bordered[:count, :count] = self._covariance(system, replace(kernel, noise=0.0))
+            bordered[np.diag_indices(count)] += kernel.noise
+            bordered[count:, :count] = z.T
+            # no more than the samples can take away, so that the whole is positive definite
+            bordered[np.arange(count, count + size), np.arange(count, count + size)] = (
+                2 * (z ** 2).sum() / kernel.noise + 1)
+            factor = np.linalg.cholesky(bordered)
+            deviations = np.diag(factor)[:count]
+            self._innovations[system, kernel] = deviations ** 2, factor[count:, :count].T * deviations[:, None]
+        return self._innovations[system, kernel]
+
+    def _covariance(self, system: int, kernel: Kernel) -> FloatArray:
+        if (system, kernel) not in self._covariances:
             mu = self.encoded[system]()
             covariance = kernel.gram(mu)
             covariance[np.diag_indices(len(mu))] += self.known
-            variances, basis = np.linalg.eigh(covariance)
-            self._bases[system, kernel] = np.maximum(variances, 0), basis
-        return self._bases[system, kernel]
+            self._covariances[system, kernel] = covariance
+        return self._covariances[system, kernel]
 
 
 def _value(each: Likeliest) -> float:

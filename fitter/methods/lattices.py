@@ -22,6 +22,7 @@ from ..coordinates import Coordinates
 from ..lattice import dense, least_squares, perfect_hash
 from ..lattice.dense import DenseLattice
 from ..lattice.normal_equations import NormalEquations, gains
+from ..lattice.positive_definite import inverse_root
 from ..lattice.sparse import SparseLattice
 from ..model.transform import LogRelative
 from ..samples import Samples, some
@@ -37,6 +38,8 @@ MOST = 50_000               # samples that lattices are fitted to: of a few thou
 _FINEST = {3: 4, 4: 2}      # by the number of axes, level of the largest dense lattice whose equations are solved: a
                             # finer one is refined from it, and corrected where that helps most
 _TRIED = {3: 3, 4: 2}       # likewise, of the lattice whose likelihood is computed
+_PARTS, _STEPS = 5, 2       # lots in which incidences are left out, and how many of these are told apart in a degree
+_ALIKE = 1.06               # errors of kernels up to this ratio are no different
 _STIFFNESS = 0.1            # of a control point that moves from the spline through the nodes: errors at as many samples
                             # as that count as much as a move (.01 follows 1,439 samples too closely, 1 few too little)
 _VARIANCE = 1e-3            # of a sparse control point, relative to the field's
@@ -77,7 +80,7 @@ def of_field(samples: Samples, coordinates: Coordinates, transform: LogRelative,
     if levels.diffuse <= _FINEST[x.shape[1]]:       # a finer one interpolates well enough
         residual = wanted - dense.evaluate(box, levels.diffuse, x)
         chosen = _most_useful(x, levels.diffuse, weights, residual, _TOGETHER, np.zeros(0, int))
-        norm = np.diag(np.full(len(chosen), _STIFFNESS))
+        norm = np.full(len(chosen), _STIFFNESS)
         moves, = NormalEquations(x, [(levels.diffuse, chosen)]).solve(weights, residual, [norm])
         box += _boxed(levels.diffuse, x.shape[1], chosen, moves)
     diffuse = DenseLattice(levels.diffuse, box.astype(np.float32))
@@ -202,8 +205,8 @@ def _solved(x: FloatArray, level: int, keys: IntArray, weights: FloatArray, resi
 
 
 def _independent(keys: IntArray, kernel: Kernel) -> FloatArray:
-    """The norm of independent control points, of errors as `precision` has it: (k, k)."""
-    return np.diag(np.full(len(keys), kernel.noise / _VARIANCE))
+    """The norm of independent control points, of errors as `precision` has it: (k,)."""
+    return np.full(len(keys), kernel.noise / _VARIANCE)
 
 
 def _weights(samples: Samples, offset: float) -> FloatArray:
@@ -244,6 +247,55 @@ def likelihoods(samples: Samples, systems: Sequence[Coordinates], transforms: Se
     return values
 
 
+class LeftOut:
+    """How well a dense lattice predicts whole incidences of many samples that it has not seen, for any kernel.
+
+    Incidences between the flattest and the steepest are left out, in `_PARTS` lots: of a few every one by itself, of
+    those that lie densely every fifth, between others. Of samples without an incidence between, it is single ones.
+    """
+
+    def __init__(self, samples: Samples, coordinates: Coordinates, transform: LogRelative) -> None:
+        self._axes = len(coordinates.axes)
+        self._level = _TRIED[self._axes]
+        same = dense.representative(self._level, self._axes).ravel()
+        self._first, self._unknown = np.unique(same, return_inverse=True)
+        x, z = coordinates.encode(*samples.directions), transform.field(samples.values, *samples.directions)
+        weights, part = _weights(samples, transform.offset), _parts(samples)
+        self._lots = []
+        for out in (part == number for number in range(_PARTS)):
+            if out.any() and not out.all():
+                equations = NormalEquations(x[~out], [(self._level, None)]).reduced(weights[~out], z[~out])
+                self._lots.append((*equations, x[out], weights[out, None], z[out]))
+
+    def error(self, kernel: Kernel) -> float:
+        """The root mean square of weighted errors of the field."""
+        inverse = kernel.noise * precision(self._level, self._axes, kernel)[self._first[:, None], self._first]
+        errors = [weights * (dense.evaluate(self._box(matrix + inverse, moment), self._level, x) - z)
+                  for matrix, moment, x, weights, z in self._lots]
+        return float(np.sqrt(np.mean(np.concatenate(errors) ** 2))) if errors else 0.0
+
+    def _box(self, matrix: FloatArray, moment: FloatArray) -> FloatArray:
+        return np.asarray(np.linalg.solve(matrix, moment)[self._unknown].reshape(
+            *dense.shape(self._level, self._axes), -1))
+
+    def roughest(self, kernels: Sequence[Kernel]) -> Kernel:
+        """The first of kernels whose error is the least, but for what so coarse a lattice does not show."""
+        errors = [self.error(kernel) for kernel in kernels]
+        return next(kernel for kernel, error in zip(kernels, errors, strict=True) if error <= _ALIKE * min(errors))
+
+
+def _parts(samples: Samples) -> IntArray:
+    """The lot in which each sample is left out, (n,), -1 for never."""
+    steps = np.rint(np.degrees(samples.theta_i) * _STEPS).astype(np.int64)
+    incidences = steps
+    if not samples.isotropic:
+        incidences = steps * 360 * _STEPS + np.rint(np.degrees(samples.phi_i % (2 * np.pi)) * _STEPS).astype(np.int64)
+    between = (steps > steps.min()) & (steps < steps.max())
+    if not between.any():
+        return np.arange(len(samples)) % _PARTS
+    return np.where(between, np.unique(incidences, return_inverse=True)[1] % _PARTS, -1)
+
+
 def _boxed(level: int, axes: int, keys: IntArray, control_points: FloatArray) -> FloatArray:
     """The box of control points that are the sums of some: (k,) positions and (k, channels)."""
     box = np.zeros((math.prod(dense.shape(level, axes)), control_points.shape[1]))
@@ -268,5 +320,6 @@ def precision(level: int, axes: int, kernel: Kernel) -> FloatArray:
     covariance = kernel.gram(mu)
     covariance[np.diag_indices(len(mu))] += _JITTER
     matrix = np.zeros((math.prod(shape),) * 2)
-    matrix[np.ix_(first, first)] = np.linalg.inv(covariance)
+    root = inverse_root(covariance)
+    matrix[np.ix_(first, first)] = root.T @ root
     return matrix

@@ -22,6 +22,7 @@ from ..model.microfacet import (
     geometry,
     in_surface,
     lobe,
+    lobe_with_slopes,
 )
 from ..model.transform import bounded_log
 from ..samples import Samples
@@ -44,7 +45,6 @@ _ITERATIONS = 40
 _CLIP = 25.0                # bound of every parameter of the search: logarithms, and logits of F0
 _PULL = 1e-2                # of every parameter toward its start: holds what the samples do not determine
 _COLOURLESS = 0.1           # of a lobe's strengths toward their mean: no channel loses a lobe that the others have
-_STEP = 1e-5                # of the finite differences
 
 
 def lambertian(values: FloatArray) -> Microfacet:
@@ -149,38 +149,34 @@ class _Problem:
         weight /= np.sqrt(np.mean(weight ** 2))
         shapes = count * len(kinds)
         p = first = _pack(start)
-        pull = _pulls(len(kinds), count, channels)
+        pull, bounds = _pulls(len(kinds), count, channels), _bounds(kinds, count, channels)
 
         def cost(residual: FloatArray, p: FloatArray) -> float:
             return float((residual ** 2).sum() + (p - first) @ pull[0] @ (p - first) + p @ pull[1] @ p)
 
-        def at(p: FloatArray) -> tuple[FloatArray, FloatArray, list[FloatArray], FloatArray]:
+        def at(p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
             strength = np.exp(np.clip(p[shapes:], -_CLIP, _CLIP)).reshape(len(kinds) + 1, channels)
-            parts = [self._shape(kind, p[count * k:count * (k + 1)]) for k, kind in enumerate(kinds)]
-            total = sum((part[:, None] * ks for part, ks in zip(parts, strength, strict=False)), strength[-1] + 0.0)
-            total = np.broadcast_to(total, self.values.shape)
-            return (np.log(total + 1) - target) * weight[:, None], total, parts, strength
+            lobes = [self._shape(kind, p[count * k:count * (k + 1)]) for k, kind in enumerate(kinds)]
+            parts = np.stack([*(value for value, _ in lobes), np.ones(len(target))])
+            slopes = np.concatenate([each for _, each in lobes]) if lobes else parts[:0]
+            total = strength.T @ parts + 1
+            return (np.log(total) - target.T) * weight, weight / total, np.concatenate([slopes, parts]), strength
 
-        residual, total, parts, strength = at(p)
+        residual, scale, columns, strength = at(p)
         now, damping = cost(residual, p), 1e-2
         for _ in range(iterations):
-            jacobian = np.zeros((*self.values.shape, len(p)))
-            scale = weight[:, None] / (total + 1)
-            for k, (kind, part) in enumerate(zip(kinds, parts, strict=True)):
-                for j in range(count):
-                    moved = p[count * k:count * (k + 1)].copy()
-                    moved[j] += _STEP
-                    slope = (self._shape(kind, moved) - part) / _STEP
-                    jacobian[:, :, count * k + j] = slope[:, None] * strength[k] * scale
-            for k, part in enumerate([*parts, np.ones(len(total))]):
-                for channel in range(channels):
-                    column = shapes + k * channels + channel
-                    jacobian[:, channel, column] = part * strength[k, channel] * scale[:, channel]
-            flat = jacobian.reshape(-1, len(p))
-            normal = flat.T @ flat + pull[0] + pull[1]
-            slope = flat.T @ residual.ravel() + pull[0] @ (p - first) + pull[1] @ p
+            normal, slope = pull[0] + pull[1], pull[0] @ (p - first) + pull[1] @ p
+            of_lobes = np.repeat(strength[:-1], count, axis=0)
+            for channel in range(channels):
+                # by the slopes of all lobes, and by the strengths of this channel
+                mine = np.concatenate([np.arange(shapes), np.arange(shapes + channel, len(p), channels)])
+                factor = np.concatenate([of_lobes[:, channel], strength[:, channel]])
+                jacobian = columns * scale[channel]
+                normal[mine[:, None], mine] += jacobian @ jacobian.T * factor[:, None] * factor
+                slope[mine] += jacobian @ residual[channel] * factor
             for _ in range(8):
-                trial = p - np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9), slope)
+                step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9), slope)
+                trial = np.clip(p - step, *bounds)
                 tried = at(trial)
                 after = cost(tried[0], trial)
                 if after < now:
@@ -189,13 +185,17 @@ class _Problem:
             else:
                 break
             gain, p, now, damping = now - after, trial, after, damping / 4
-            residual, total, parts, strength = tried
+            residual, scale, columns, strength = tried
             if gain < 1e-6 * now:
                 break
         return _unpack(p, kinds, count, channels), float((residual ** 2).sum())
 
-    def _shape(self, kind: Kind, p: FloatArray) -> FloatArray:
-        return lobe(kind, self.at, self.in_surface, *_numbers(p, kind))
+    def _shape(self, kind: Kind, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """A lobe, (n,), and its derivatives by its parameters of the search, (parameters, n)."""
+        alpha, gamma, f0, *rest = _numbers(p, kind)
+        value, slopes = lobe_with_slopes(kind, self.at, self.in_surface, alpha, gamma, f0, *rest)
+        by_parameter = np.array([1.0, gamma - 1, f0 * (1 - f0), 1.0, 1.0])[:len(slopes), None]
+        return value, np.array(slopes) * by_parameter
 
 
 def _cost(solved: tuple[Microfacet, float]) -> float:
@@ -211,6 +211,18 @@ def _pulls(lobes: int, shape: int, channels: int) -> tuple[FloatArray, FloatArra
         at = slice(shape * lobes + k * channels, shape * lobes + (k + 1) * channels)
         colour[at, at] = _COLOURLESS ** 2 * apart
     return _PULL ** 2 * np.eye(count), colour
+
+
+def _bounds(kinds: tuple[Kind, ...], shape: int, channels: int) -> FloatArray:
+    """The least and the largest of all parameters: (2, parameters). Within them each has a slope."""
+    bounds = np.full((2, shape * len(kinds) + channels * (len(kinds) + 1)), _CLIP)
+    bounds[0] *= -1
+    for k, kind in enumerate(kinds):
+        for place in (0, 1, 3) if shape == _ANISOTROPIC_PARAMETERS else (0, 1):         # the widths, and the tail
+            bounds[:, shape * k + place] = np.log([NARROWEST, STEEPEST_TAIL])
+        if kind == "fibre":
+            bounds[0, shape * k] = np.log(_NARROWEST_FIBRE)
+    return bounds
 
 
 def _numbers(p: FloatArray, kind: Kind) -> tuple[float, ...]:

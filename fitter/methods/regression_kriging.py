@@ -7,14 +7,14 @@ steps, each a module:
 1. Fit priors of none to three lobes to the samples (`prior`).
 2. Choose the coordinates, the prior and the kernel under which the samples are likeliest (`gaussian_process`): the
    field is the samples' log-ratio to the prior, as `LogRelative` has it. Where there are many samples, choose
-   coordinates and prior once more, by more of them (`lattices`).
+   coordinates and prior by a lattice for the field, and the kernel by incidences that it has not seen (`lattices`).
 3. Interpolate the field by a Gaussian process with that kernel, where there are few samples.
 4. Fit the lattices to its mean; where there are many samples, directly to these (`lattices`).
 5. Where the fit reflects more light than it receives, lower it (`energy`).
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -22,7 +22,7 @@ import numpy as np
 
 from .. import progress
 from ..arrays import FloatArray
-from ..coordinates import Coordinates
+from ..coordinates import Coordinates, half_difference, rusinkiewicz
 from ..coordinates.anisotropic_rusinkiewicz import AnisotropicRusinkiewicz
 from ..coordinates.half_angle import HalfAngle
 from ..coordinates.half_difference import HalfDifference
@@ -32,19 +32,27 @@ from ..model.microfacet import Microfacet
 from ..model.transform import LEAST_OFFSET, LogRelative, greyed
 from ..quality.physics import direction_pairs
 from ..samples import RGB, Samples, some
+from ..shader_constants import LEAST_LENGTH
 from . import energy, gaussian_process, lattices, prior
-from .gaussian_process import Field, Kernel
+from .gaussian_process import RECIPROCITIES, Field, Kernel
 from .levels import Levels
 
 MOST_SAMPLES = 2000         # of a Gaussian process: its cost grows with the cube of the number
 CEILING = 4.0               # a fit is at most 4 times the largest sample
 _STRETCHES = 0.0, 2.0, 5.0, 12.0, 33.0
 _STRETCHES_OF_MANY = 5.0, 12.0, 33.0, 100.0, 300.0, 1000.0
+_RESOLVED = 0.4             # of a stretch times the finest measured half angle: above, cells have no samples
+_FEW = 5                    # half angles that may be finer, and samples nearer to retro-reflection
+_THINNEST = 0.01            # softening radius of few samples
 _SEARCHED = 450             # samples of which the likelihood is computed
-_OF_LATTICES = 4000         # samples to which lobes are fitted, and of which it is computed again
+_OF_LATTICES = 4000         # samples to which lobes are fitted, and of many those of which it is computed
+_ROUGHNESSES = (0.7, 1e-5), (1.0, 1e-4), (1.75, 1e-4), (1.75, 1e-3)     # lengths and noises of kernels for many
+                            # samples, from rough fields to smooth ones; under the first the rest is chosen
 _FAILED, _RARELY = 5.0, 0.01    # samples this many times below the prior count as failures, if they are at most this
                             # share
 _FAILURE = 10.0             # variance of the noise of failures, relative to the field's
+_ALIKE = np.radians(1)      # polar angles that are taken as equal
+_BOTH_WAYS = 0.1            # share of the pairs measured the rarer way, from which samples tell if they are reciprocal
 _POSITIVE, _MOST_GREY = 0.99, 0.8   # share of the bright samples that grey makes positive; of it, at most
 _TYPICAL, _OF_TYPICAL = 400, 10_000     # directions whose median is the offset, and samples that are looked at
 _LEAST_OF_LARGEST = 1e-9    # of the largest sample, that the offset is
@@ -82,19 +90,20 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
     offset = _offset(typical)
     ceiling = CEILING * np.maximum(plain.values.max(axis=0), 1e-6 * offset)
     with progress.part(0.0, 0.4, "Fitting lobes"):
-        of_lattices = some(samples, _OF_LATTICES)
         transforms = [LogRelative(model, offset, ceiling, grey=grey)
                       for model in ([lobes] if lobes is not None else
                                     prior.candidates(some(plain, _OF_LATTICES), typical, offset))]
-    richest = transforms[-1]
+    if not samples.isotropic or len(samples) > MOST_SAMPLES:
+        progress.report(0.4, "Fitting shape")
+        return _estimate_many(samples, transforms)
+    families = _families(samples, transforms[-1].prior)
     searched = some(samples, _SEARCHED)
-    families = _families(samples, richest.prior)
     systems = [system for family in families for system in family]
     search = gaussian_process.Search(
         [partial(_mu, system, searched) for system in systems],
         [each.field(searched.values, *searched.directions) for each in transforms],
         [_information_criterion(each.prior, searched.values.size) for each in transforms],
-        _known_noise(searched, richest))
+        _known_noise(searched, transforms[-1]), _reciprocities(samples))
     trials, first = [], 0
     for number, family in enumerate(families):
         with progress.part(0.4 + 0.4 * number / len(families), 0.4 + 0.4 * (number + 1) / len(families),
@@ -102,12 +111,6 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
             trials.append(search.best(range(first, first + len(family))))
         first += len(family)
     likeliest = max(trials, key=lambda each: each.value)
-    if not samples.isotropic or len(samples) > MOST_SAMPLES:
-        progress.report(0.8)
-        costs = np.array([_information_criterion(each.prior, of_lattices.values.size) for each in transforms])
-        values = lattices.likelihoods(of_lattices, systems, transforms, likeliest.kernel) - costs
-        system, number = divmod(int(values.argmax()), len(transforms))
-        return Estimate(systems[system], transforms[number], likeliest.kernel, None, None)
     progress.report(0.8, "Fitting shape")
     coordinates, transform = systems[likeliest.system], transforms[likeliest.prior]
     field, left_out = gaussian_process.krige(
@@ -116,6 +119,23 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
     plausible = replace(transform, floor=0.0)
     return Estimate(coordinates, transform, likeliest.kernel, field,
                     plausible.reflectance(left_out, *samples.directions))
+
+
+def _estimate_many(samples: Samples, transforms: Sequence[LogRelative]) -> Estimate:
+    """The likeliest coordinates and prior of many samples, and the kernel that predicts incidences best which it has
+    not seen: how densely directions are covered decides how rough a field they tell."""
+    systems = [system for family in _families(samples, transforms[-1].prior) for system in family]
+    fewer, reciprocities = some(samples, _OF_LATTICES), _reciprocities(samples)
+    kernels = [Kernel(length, noise, reciprocities[0]) for length, noise in _ROUGHNESSES]
+    costs = np.array([_information_criterion(each.prior, fewer.values.size) for each in transforms])
+    values = lattices.likelihoods(fewer, systems, transforms, kernels[0]) - costs
+    system, number = divmod(int(values.argmax()), len(transforms))
+    progress.report(0.6)
+    judge = lattices.LeftOut(some(samples, lattices.MOST), systems[system], transforms[number])
+    kernel = judge.roughest(kernels)
+    if len(reciprocities) > 1:
+        kernel = min((replace(kernel, reciprocity=each) for each in reciprocities), key=judge.error)
+    return Estimate(systems[system], transforms[number], kernel, None, None)
 
 
 def _information_criterion(model: Microfacet, values: int) -> float:
@@ -134,20 +154,40 @@ def _families(samples: Samples, model: Microfacet) -> list[list[Coordinates]]:
 
     Of anisotropic samples, along the axes, and along those of the narrowest anisotropic lobe of a model.
     """
+    stretches = [each for each in _STRETCHES_OF_MANY if each * _finest(samples) < _RESOLVED]
     if samples.isotropic:
         if len(samples) > MOST_SAMPLES:
-            return [[HalfAngle(stretch) for stretch in (0.0, 2.0, *_STRETCHES_OF_MANY)]]
-        kinds: tuple[Callable[..., Coordinates], ...] = HalfDifference, Rusinkiewicz
-        return [[kind(stretch=stretch) for stretch in _STRETCHES] for kind in kinds]
-    families: list[list[Coordinates]] = [[AnisotropicRusinkiewicz(each, each) for each in _STRETCHES_OF_MANY]]
+            return [[HalfAngle(stretch) for stretch in (0.0, 2.0, *stretches)]]
+        softening = _softening(samples)
+        return [[HalfDifference(softening, stretch) for stretch in _STRETCHES],
+                [Rusinkiewicz(rusinkiewicz.SINES * softening, stretch) for stretch in _STRETCHES]]
+    stretches = stretches or [_STRETCHES_OF_MANY[0]]
+    families: list[list[Coordinates]] = [[AnisotropicRusinkiewicz(each, each) for each in stretches]]
     if not model.isotropic:
         narrowest = int(np.argmin(np.where(model.across == model.alpha, np.inf, np.minimum(model.alpha, model.across))))
         alpha, across = model.alpha[narrowest], model.across[narrowest]
         least = max(min(alpha, across), max(alpha, across) / _MOST_ELONGATED)
         shares = least / max(alpha, least), least / max(across, least)      # at most 1, but for rounding
         families.append([AnisotropicRusinkiewicz(each * min(shares[0], 1.0), each * min(shares[1], 1.0),
-                                                 float(model.turn[narrowest])) for each in _STRETCHES_OF_MANY])
+                                                 float(model.turn[narrowest])) for each in stretches])
     return families
+
+
+def _finest(samples: Samples) -> float:
+    """The radius of the half angle up to which samples tell what a highlight is like."""
+    radius = 2 * HalfAngle().encode(*samples.directions)[:, 0] - 1
+    return _few_are_less(radius[radius > LEAST_LENGTH])
+
+
+def _softening(samples: Samples) -> float:
+    """The softening radius about retro-reflection: as wide as nobody measured there."""
+    distance = 2 * HalfDifference(0.0).encode(*samples.directions)[:, 0] - 1
+    return float(np.clip(_few_are_less(distance) / 2, _THINNEST, half_difference.SOFTENING))
+
+
+def _few_are_less(numbers: FloatArray) -> float:
+    """The sixth smallest of numbers, up to 1."""
+    return float(np.sort(np.append(numbers, np.ones(_FEW + 1)))[_FEW])
 
 
 def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Estimate | None = None) -> Fit:
@@ -191,6 +231,15 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
                  source=samples.source)
     with progress.part(0.8 if samples.isotropic else 0.5, 1.0, "Checking the energy"):
         return energy.conserved(fitted, transform, samples) if plausible else fitted
+
+
+def _reciprocities(samples: Samples) -> Sequence[float]:
+    """Those among which samples choose: of nearly all pairs measured one way, say with the light the steeper direction,
+    nothing tells how they differ from those measured the other way, and the field is reciprocal."""
+    apart = samples.theta_i - samples.theta_o
+    apart = apart[np.abs(apart) > _ALIKE]
+    both_ways = len(apart) and min((apart > 0).mean(), (apart < 0).mean()) >= _BOTH_WAYS
+    return RECIPROCITIES if both_ways else RECIPROCITIES[-1:]
 
 
 def _known_noise(samples: Samples, transform: LogRelative) -> FloatArray:

@@ -26,6 +26,7 @@ Each lobe is of one of four kinds:
 A material of three channels has at most 21 parameters, and 27 where lobes are anisotropic.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
@@ -144,30 +145,104 @@ class Microfacet:
 def lobe(kind: Kind, at: Geometry, in_surface: InSurface | None, alpha: float, gamma: float, f0: float,
          across: float | None = None, turn: float = 0.0) -> FloatArray:
     """A lobe of strength 1 at a geometry of (...): (...) float64. One of a single width needs no `InSurface`."""
+    return _lobe(kind, at, in_surface, alpha, gamma, f0, across, turn)[0]
+
+
+def lobe_with_slopes(kind: Kind, at: Geometry, in_surface: InSurface | None, alpha: float, gamma: float, f0: float,
+                     across: float | None = None, turn: float = 0.0) -> tuple[FloatArray, list[FloatArray]]:
+    """`lobe`, and its derivatives by log alpha, gamma and f0 and, where there are components in the surface, by log
+    across and turn."""
+    value, slopes = _lobe(kind, at, in_surface, alpha, gamma, f0, across, turn)
+    return value, slopes()
+
+
+def _lobe(kind: Kind, at: Geometry, in_surface: InSurface | None, alpha: float, gamma: float, f0: float,
+          across: float | None, turn: float) -> tuple[FloatArray, Callable[[], list[FloatArray]]]:
+    """`lobe`, and what computes its derivatives."""
     cos_i, cos_o = at.cos_i, at.cos_o
+    nothing = np.zeros(np.shape(at.tan2_h))
+    unturned = [] if in_surface is None else [nothing, nothing]
     if kind == "retro":
-        return (1 + at.tan2_b / alpha ** 2) ** -gamma * (f0 + (1 - f0) * at.cos_r ** 2)
+        ratio, growth = at.tan2_b / alpha ** 2, at.cos_r ** 2
+        steepness, fresnel = 1 + ratio, f0 + (1 - f0) * growth
+        falloff = steepness ** -gamma
+        return falloff * fresnel, lambda: [
+            2 * gamma * falloff * fresnel * ratio / steepness, -np.log(steepness) * falloff * fresnel,
+            falloff * (1 - growth), *unturned]
     if kind == "sheen":
-        fibres = np.exp(-1 / (alpha ** 2 * np.maximum(at.tan2_h, LEAST_SLOPE_2)))
-        return fibres * (f0 + (1 - f0) * (1 - at.cos_d)) / (cos_i + cos_o - cos_i * cos_o + DENSEST)
+        exponent, growth = 1 / (alpha ** 2 * np.maximum(at.tan2_h, LEAST_SLOPE_2)), 1 - at.cos_d
+        fibres = np.exp(-exponent) / (cos_i + cos_o - cos_i * cos_o + DENSEST)
+        sheen = fibres * (f0 + (1 - f0) * growth)
+        return sheen, lambda: [2 * exponent * sheen, nothing, fibres * (1 - growth), *unturned]
     if kind == "fibre":
         if in_surface is None or across is None:
             raise ValueError("fibres without the components in the surface")
-        along, dip = ((in_surface.incident + in_surface.outgoing) * np.exp(-1j * turn)).real, across * (cos_i + cos_o)
-        cones = ((1 + ((along - dip) / alpha) ** 2) ** -gamma + (1 + ((along + dip) / alpha) ** 2) ** -gamma) / 2
-        return np.asarray(cones * (f0 + (1 - f0) * (1 - at.cos_d)) / (cos_i + cos_o - cos_i * cos_o + DENSEST))
-    if in_surface is None or across is None or across == alpha:
+        return _fibres(at, in_surface, alpha, gamma, f0, across, turn)
+    growth = (1 - at.cos_d) ** 5
+    fresnel = f0 + (1 - f0) * growth
+    if in_surface is None or across is None:
         m2 = min(alpha, 1.0) ** 2
-        steepness = 1 + at.tan2_h / alpha ** 2
+        ratio = at.tan2_h / alpha ** 2
+        steepness = 1 + ratio
         long_i, long_o = (np.sqrt(cosine ** 2 * (1 - m2) + m2) for cosine in (cos_i, cos_o))
-    else:
-        incident, outgoing, slope = (each * np.exp(-1j * turn) for each in in_surface)
-        steepness = (1 + (slope.real / alpha) ** 2 + (slope.imag / across) ** 2) / (1 + at.tan2_h)
-        m, m_across = min(alpha, 1.0), min(across, 1.0)
-        long_i, long_o = (np.sqrt(cosine ** 2 + (m * along.real) ** 2 + (m_across * along.imag) ** 2)
-                          for cosine, along in ((cos_i, incident), (cos_o, outgoing)))
+        visibility = 0.5 / (cos_o * long_i + cos_i * long_o + DENSEST)
+        falloff = steepness ** -gamma * visibility
+        value = falloff * fresnel
+
+        def slopes() -> list[FloatArray]:
+            by_alpha = 2 * gamma * value * ratio / steepness
+            if alpha < 1:
+                longer = cos_o * (1 - cos_i ** 2) / long_i + cos_i * (1 - cos_o ** 2) / long_o
+                by_alpha -= 2 * m2 * value * visibility * longer
+            return [by_alpha, -np.log(steepness) * value, falloff * (1 - growth), *unturned]
+
+        return value, slopes
+    incident, outgoing, slope = (each * np.exp(-1j * turn) for each in in_surface)
+    squares = (slope.real / alpha) ** 2, (slope.imag / across) ** 2
+    steepness = (1 + squares[0] + squares[1]) / (1 + at.tan2_h)
+    m, m_across = min(alpha, 1.0), min(across, 1.0)
+    long_i, long_o = (np.sqrt(cosine ** 2 + (m * along.real) ** 2 + (m_across * along.imag) ** 2)
+                      for cosine, along in ((cos_i, incident), (cos_o, outgoing)))
     visibility = 0.5 / (cos_o * long_i + cos_i * long_o + DENSEST)
-    return np.asarray(steepness ** -gamma * (f0 + (1 - f0) * (1 - at.cos_d) ** 5) * visibility)
+    falloff = steepness ** -gamma * visibility
+    value = falloff * fresnel
+
+    def turned_slopes() -> list[FloatArray]:
+        of_squares = gamma * value / (1 + squares[0] + squares[1])
+        by_widths = [2 * square * of_squares for square in squares]
+        # e^(-i turn) makes the real part grow by the imaginary one, and that fall by the real one
+        by_turn = -2 * (1 / alpha ** 2 - 1 / across ** 2) * slope.real * slope.imag * of_squares
+        for length, cosine, along in ((long_i, cos_o, incident), (long_o, cos_i, outgoing)):
+            of_length = 2 * value * visibility * cosine / length
+            for number, (width, part) in enumerate(((alpha, along.real), (across, along.imag))):
+                if width < 1:
+                    by_widths[number] = by_widths[number] - (width * part) ** 2 * of_length
+            by_turn = by_turn - (m ** 2 - m_across ** 2) * along.real * along.imag * of_length
+        return [by_widths[0], -np.log(steepness) * value, falloff * (1 - growth), by_widths[1], by_turn]
+
+    return value, turned_slopes
+
+
+def _fibres(at: Geometry, in_surface: InSurface, alpha: float, gamma: float, f0: float, across: float, turn: float,
+            ) -> tuple[FloatArray, Callable[[], list[FloatArray]]]:
+    """`_lobe` of fibres."""
+    in_both = (in_surface.incident + in_surface.outgoing) * np.exp(-1j * turn)
+    dip = across * (at.cos_i + at.cos_o)
+    sides = [(in_both.real + side) / alpha for side in (-dip, dip)]
+    cones = [(1 + side ** 2) ** -gamma / 2 for side in sides]
+    growth = 1 - at.cos_d
+    over = 1 / (at.cos_i + at.cos_o - at.cos_i * at.cos_o + DENSEST)
+    fresnel = over * (f0 + (1 - f0) * growth)
+
+    def slopes() -> list[FloatArray]:
+        of_sides = [-2 * gamma * side / (1 + side ** 2) * cone * fresnel
+                    for side, cone in zip(sides, cones, strict=True)]
+        return [-(of_sides[0] * sides[0] + of_sides[1] * sides[1]),
+                -sum(np.log(1 + side ** 2) * cone for side, cone in zip(sides, cones, strict=True)) * fresnel,
+                (cones[0] + cones[1]) * over * (1 - growth), (of_sides[1] - of_sides[0]) * dip / alpha,
+                (of_sides[0] + of_sides[1]) * in_both.imag / alpha]
+
+    return np.asarray((cones[0] + cones[1]) * fresnel), slopes
 
 
 def geometry(theta_i: ArrayLike, phi_i: ArrayLike, theta_o: ArrayLike, phi_o: ArrayLike) -> Geometry:

@@ -12,6 +12,7 @@ the same but for f, which is the mean over the lamp.
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -241,6 +242,12 @@ def of_neighbours(picture: FloatArray) -> FloatArray:
     """The mean of the four neighbours of each pixel: (h, w, channels) to the same."""
     padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
     return np.asarray((padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]) / 4)
+
+
+def check_bright(radiance: FloatArray, where: str | Path) -> None:
+    """Raise DatasetError, of a file or its name, where a photograph is black: whatever is predicted of it is right."""
+    if not (radiance > 0).any():
+        raise DatasetError("a black photograph: none of its pixels is above 0, expected what a lamp lights", where)
 
 
 def saturated(radiance: FloatArray) -> BoolArray:

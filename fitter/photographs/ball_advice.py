@@ -6,6 +6,8 @@ disagree where nobody measured. The measure is the variance of cube roots of cos
 square.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .. import progress
@@ -14,11 +16,14 @@ from ..methods import fit
 from ..presets import PRESETS
 from ..quality.cross_validation import cube_root
 from ..quality.physics import direction_pairs
+from ..quality.verdict import Judgement, predicted
 from ..samples import Samples, some, subset
-from .ball import STEEPEST
+from .ball import STEEPEST, BallPhotograph, measured
 from .coverage import REACH, Coverage, coverage, difference_angle
+from .samples import gathered
 
 _SAMPLES = 8000             # to which each part is fitted
+_JUDGED = 1000              # samples by which a photograph is predicted
 _PAIRS = 20_000             # of directions, of which those in a gap are looked at
 
 
@@ -34,6 +39,22 @@ def advice(samples: Samples) -> tuple[str, ...]:
     if angle is not None:
         lines.append(f"Put the next lamp at {angle:.0f}° from the camera, seen from the ball")
     return tuple(lines)
+
+
+def left_out(photographs: Sequence[BallPhotograph]) -> Judgement | None:
+    """How far the middle photograph is from what a fit to the others says of it; None where these are too few.
+
+    That is relative to its root mean square, as of a flat sample. The photographs are `in_place`.
+    """
+    number = len(photographs) // 2
+    others, shot = [*photographs[:number], *photographs[number + 1:]], photographs[number]
+    if len(others) < 2:
+        return None
+    made = fit(some(gathered(others, shot.name, shot.name), _JUDGED), **PRESETS["Standard"])
+    there = measured(shot)
+    light = there.seen.irradiance[:, None]
+    missed = light * (made.evaluate(*there.seen.directions) - there.reflectance)
+    return predicted(shot.name, float(np.linalg.norm(missed) / np.linalg.norm(light * there.reflectance)))
 
 
 def next_phase_angle(samples: Samples, covered: Coverage) -> float | None:

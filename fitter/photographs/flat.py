@@ -19,6 +19,7 @@ from ..arrays import ArrayLike, FloatArray, IntArray
 from ..errors import DatasetError
 from ..model.fit import Fit
 from ..samples import Samples
+from .ball import check_bright
 from .flat_finding import MOST_TEXELS, materials_found
 from .flat_photograph import FlatPhotograph, between, corners_of, lit, observed
 from .flat_solving import Texels, given_normals, normals_of, radiances, solved, turned_weights
@@ -99,8 +100,9 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
     Raises
     ------
     DatasetError
-        If there are fewer than two photographs, their sizes differ, corners are crossed, clockwise or not in a plane, a
-        lamp is behind the sample, no texel is seen in two photographs, or too few for materials to be found in them.
+        If there are fewer than two photographs, their sizes differ, one is black, corners are crossed, clockwise or not
+        in a plane, a lamp is behind the sample, no texel is seen in two photographs, or too few for materials to be
+        found in them.
     ValueError
         If the materials are too many or anisotropic, or their channels are not those of the photographs.
     """
@@ -188,6 +190,8 @@ def _check_photographs(photographs: Sequence[FlatPhotograph]) -> None:
         if other.radiance.shape != first.radiance.shape:
             raise DatasetError("a picture of {1} x {0} pixels with {2} channels found, expected {4} x {3} with {5} as "
                                "in {6}".format(*other.radiance.shape, *first.radiance.shape, first.name), other.name)
+    for each in photographs:
+        check_bright(each.radiance, each.name)
 
 
 def check_materials(materials: Sequence[Fit | Samples], channels: int) -> None:

@@ -14,13 +14,17 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import DatasetError, printable
 from ..files import replacing_together
-from .flat import Maps, frame_of, maps_from_flat, points_of
+from ..quality.physics import directional_albedo
+from ..quality.verdict import predicted
+from .flat import Maps, evenly, frame_of, maps_from_flat, points_of
 from .flat_advice import next_lamp
 from .flat_photograph import FlatPhotograph, observed
 from .picture_files import NEEDED
+from .scale import ANGLES, too_bright
 
 UNSURE = 0.1                # standard deviation of a weight, of the largest, that is uncertain
 _LEFT_OUT = 48              # texels along a side, of maps without one of the photographs
+_WEIGHED = 4000             # texels whose reflectance is looked at
 
 
 class Layers(NamedTuple):
@@ -84,7 +88,9 @@ def png(values: FloatArray, bits: int) -> bytes:
 
 
 def left_out(maps: Maps, photographs: Sequence[FlatPhotograph]) -> float | None:
-    """How far a photograph is from what the others say of it, of its root mean square; None where these are too few.
+    """How far a photograph is from what the others say of it, of its root mean square.
+
+    None where these are too few, not a number where it shows nothing of the sample.
 
     It is the middle one, and the maps are coarse ones of the same materials.
     """
@@ -100,11 +106,18 @@ def left_out(maps: Maps, photographs: Sequence[FlatPhotograph]) -> float | None:
     there = seen.radiance[counts, 0]
     expected = coarse.radiance(shot.camera, shot.lamp, shot.intensity).reshape(len(counts), -1)[counts]
     size = float(np.linalg.norm(there))
-    return float(np.linalg.norm(expected - there)) / size if size else None
+    return float(np.linalg.norm(expected - there)) / size if size else float("nan")
 
 
-def report(maps: Maps, photographs: Sequence[FlatPhotograph]) -> list[str]:
-    """What is to be said of maps: lines."""
+class Report(NamedTuple):
+    """What is to be said of maps: lines, and those of them that say that something is wrong."""
+
+    lines: tuple[str, ...]
+    doubts: tuple[str, ...]
+
+
+def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | None = None) -> Report:
+    """What is to be said of maps. The albedo is that which was guessed, if it was."""
     height, width, count = maps.weights.shape
     most = float(maps.weights.max()) or 1.0
     unsure = (maps.deviation.max(axis=2) > UNSURE * most).mean()
@@ -113,10 +126,22 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph]) -> list[str]:
              f"which {maps.used.mean():.1f} tell of a texel in the mean",
              f"{(maps.used == 0).mean():.1%} of the texels are in none; the weights of {unsure:.1%} are uncertain by "
              f"more than {UNSURE:.0%} of the largest"]
+    bright = too_bright(reflected(maps), albedo)
+    doubts = [*bright]
     if missed is not None:
-        lines.append(f"Without {photographs[len(photographs) // 2].name}, that photograph is predicted within "
-                     f"{missed:.1%}")
-    return [*lines, next_lamp(maps, photographs).advice]
+        told = predicted(photographs[len(photographs) // 2].name, missed)
+        lines.append(told.words)
+        if told.is_bad:
+            doubts.append(told.words)
+    return Report((*lines, *bright, next_lamp(maps, photographs).advice), tuple(doubts))
+
+
+def reflected(maps: Maps) -> FloatArray:
+    """The share of light from each of `ANGLES` that a sample reflects: the median of its texels, (angles, channels)."""
+    height, width, count = maps.weights.shape
+    weights = maps.weights[evenly(height, width, _WEIGHED)].reshape(-1, count)
+    shares = np.stack(np.broadcast_arrays(*(directional_albedo(fit, ANGLES) for fit in maps.fits)))
+    return np.asarray(np.median(np.einsum("nm,mac->nac", weights, shares), axis=0))
 
 
 def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:

@@ -49,8 +49,9 @@ from .flat import frame_of, points_of
 from .flat_photograph import FlatPhotograph, between, corners_of, observed, pixel_of
 from .lamp_scale import Measured
 from .lamps import PLACED, alike, placed_lamp, with_light_positions
-from .light import Light
+from .light import Light, same_pictures
 from .pictures import Pictures
+from .scale import GUESSED
 from .setup import lights_of, name_of
 from .table import Table
 
@@ -73,6 +74,10 @@ class Flat(NamedTuple):
     shape: tuple[int, int]
     materials: list[Path] | None
     notes: tuple[str, ...]
+    doubts: tuple[str, ...]
+    """What is wrong with the photographs, in words."""
+    albedo: float | None
+    """That was guessed."""
 
 
 class _Pose(NamedTuple):
@@ -139,14 +144,16 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
                                   light.noise, light.known, name_of(shot))
                    for light, each, shot in zip(lights, lamps, tables, strict=True)]
     frame_of(whole, photographs)            # lamps are not behind it
-    if scale.has("albedo"):
-        share = _albedo(photographs, whole) / scale.needed("albedo")
+    albedo = scale.needed("albedo") if scale.has("albedo") else None
+    if albedo is not None:
+        share = _albedo(photographs, whole) / albedo
         photographs = [replace(each, intensity=each.intensity * share) for each in photographs]
-        note = "The scale is a guess: an albedo of {:g} was given".format(scale.needed("albedo")), *note
+        note = GUESSED.format(f"{albedo:g}"), *note
     where = "The camera is at {:.4g}, {:.4g}, {:.4g} m by the corners, which are within {:.1f} pixels".format(
         *pose.position, off)
     return Flat(table.text("name", path.stem), photographs, whole, _shape(table, places, y / x), materials,
-                (*pictures.notes, *notes, where, *note))
+                (*pictures.notes, *notes, where, *note),
+                same_pictures([light.radiance for light in lights], [each.name for each in photographs]), albedo)
 
 
 def _in_order(corners: FloatArray, size: tuple[int, int]) -> FloatArray:

@@ -44,6 +44,8 @@ def intensity_of(scale: Table, pictures: Pictures, channels: int, what: Measured
     # of a lamp that brings the irradiance 1
     unit = np.full(channels, (FAR * what.size) ** 2 if lamps_are_far else 1.0)
     if scale.has("albedo"):
+        if scale.needed("albedo") > 1:
+            raise scale.error("albedo", "more than 0 and at most 1, of what reflects no more than it gets")
         return unit, ("Colours are those that the lamp and the camera give",)
     if scale.has("intensity"):
         given = _intensity(scale)

@@ -49,6 +49,15 @@ class Light(NamedTuple):
     known: BoolArray
 
 
+def same_pictures(pictures: Sequence[FloatArray], names: Sequence[str]) -> tuple[str, ...]:
+    """A line that tells of photographs, (h, w, channels), which repeat another one's picture, if there are any."""
+    sums = [float(picture.sum()) for picture in pictures]
+    same = [number for number, picture in enumerate(pictures) if any(
+        sums[before] == sums[number] and np.array_equal(pictures[before], picture) for before in range(number))]
+    return () if not same else (f"{len(same)} of {len(pictures)} photographs repeat the picture of another one, "
+                                f"{names[same[0]]} for one: expected each under a lamp of its own",)
+
+
 def exposure_of(seconds: float, f_number: float = 1.0, iso: float = 100.0) -> float:
     """The exposure of a photograph.
 

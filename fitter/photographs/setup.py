@@ -61,11 +61,11 @@ from ..arrays import BoolArray, FloatArray
 from ..errors import DatasetError, printable
 from ..samples import Samples
 from . import lamp_scale, viewpoint
-from .ball import BallPhotograph
+from .ball import BallPhotograph, check_bright
 from .ball_finding import brightest, disc_of, find_ball
 from .descriptions import Description, read, with_paths
 from .lamps import KEYS, ChromeBall, alike, lamp_of, with_light_positions
-from .light import Light
+from .light import Light, same_pictures
 from .pictures import Pictures, mask_of
 from .samples import gathered, in_place
 from .scale import reflected, scaled, too_bright
@@ -80,6 +80,8 @@ class Measured(NamedTuple):
     samples: Samples
     photographs: list[BallPhotograph]
     """The ball is where its outline is, and the lamp has the intensity that belongs to the samples."""
+    doubts: tuple[str, ...]
+    """Those of the samples' notes which say that something is wrong."""
 
 
 class Resolved(NamedTuple):
@@ -132,14 +134,18 @@ def measured(description: Description, path: str | Path) -> Measured:
     name = checked.table.text("name", path.stem)
     photographs = in_place(photographs, name)
     samples = gathered(photographs, name, str(path))
-    samples = replace(samples, notes=(*samples.notes, *notes))
+    same = same_pictures([each.radiance for each in photographs], [each.name for each in photographs])
+    samples = replace(samples, notes=(*samples.notes, *notes, *same))
     scale = checked.table.table("scale")
     if scale.has("albedo"):
         guessed = scaled(samples, scale.needed("albedo"))
+        bright = guessed.notes[len(samples.notes) + 1:]         # after that of the guess
         # what is a guess of the samples' scale is one of the lamp's intensity
         share = float(samples.values.sum() / guessed.values.sum())
-        return Measured(guessed, [replace(each, intensity=each.intensity * share) for each in photographs])
-    return Measured(replace(samples, notes=(*samples.notes, *too_bright(reflected(samples)))), photographs)
+        return Measured(guessed, [replace(each, intensity=each.intensity * share) for each in photographs],
+                        (*same, *bright))
+    bright = too_bright(reflected(samples))
+    return Measured(replace(samples, notes=(*samples.notes, *bright)), photographs, (*same, *bright))
 
 
 def photographed(description: Description, path: str | Path) -> list[BallPhotograph]:
@@ -196,11 +202,12 @@ def _is_by_outline(ball: Table) -> bool:
 
 
 def lights_of(table: Table, pictures: Pictures, path: Path) -> list[Light]:
-    """What the photographs show, each of one size."""
+    """What the photographs show, each of one size. Raises DatasetError if one is black."""
     lights, tables = [], table.tables("photograph")
     for number, each in enumerate(tables):
         progress.report(number / len(tables), f"Reading {name_of(each)}")
         lights.append(pictures.of_lamp(each, "files"))
+        check_bright(lights[-1].radiance, each.files("files")[0])
     sizes = {light.radiance.shape for light in lights}
     if len(sizes) > 1:
         raise DatasetError("photographs of several sizes found: " + ", ".join(

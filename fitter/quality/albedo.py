@@ -97,6 +97,12 @@ def of(samples: Samples) -> Albedo:
     return Albedo(share, tuple(reasons), is_dark)
 
 
+def doubt(samples: Samples) -> str:
+    """What is to be said of measurements that no surface has; empty of others."""
+    found = of(samples)
+    return f"{samples.name} reflects {found.text()}" if found.is_doubtful else ""
+
+
 def _reasons(samples: Samples, share: float) -> Iterator[str]:
     """What would make a share plausible."""
     scales = ((np.pi, "reflectance factors? (Values: reflectance_factor)", 0.0),

@@ -7,7 +7,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..samples import Rotations, Samples, rotations
 from ..shader_constants import GRAZING
-from . import albedo
+from . import albedo, conventions
 from .coverage import widest_hole
 
 WIDE_GAP = 25.0             # degrees: no fit is reliable across a wider hole
@@ -43,6 +43,8 @@ class Description:
     rotations : Rotations, or None
         Of an anisotropic material, those at which it is given: measured, or by its symmetry or the file's
         interpolation.
+    questions : tuple of str
+        What is to be asked of its directions (`conventions`).
     """
 
     name: str
@@ -60,6 +62,7 @@ class Description:
     albedo: albedo.Albedo
     notes: tuple[str, ...] = ()
     rotations: Rotations | None = None
+    questions: tuple[str, ...] = ()
 
     @property
     def farthest(self) -> float:
@@ -87,7 +90,9 @@ class Description:
             rows.insert(4, ("Guessed", f"beyond {self.farthest:.0f}°, where nothing was measured", False))
         rows += [(f"Range {channel}", f"{low:.4g} to {high:.4g} / sr, mean {mean:.4g}", False)
                  for channel, low, mean, high in zip(self.channels, self.lowest, self.mean, self.highest, strict=True)]
-        return rows + [("Read", note, False) for note in self.notes]
+        rows += [("Angles", question, True) for question in self.questions]
+        # what reading asks is a warning
+        return rows + [("Read", note, note.endswith("?")) for note in self.notes]
 
 
 def describe(samples: Samples) -> Description:
@@ -105,7 +110,8 @@ def describe(samples: Samples) -> Description:
                        gap, at, int(np.count_nonzero(values < 0)), _saturated(samples),
                        _floats(values.min(0)), _floats(values.mean(0)), _floats(values.max(0)), albedo.of(samples),
                        samples.notes,
-                       None if samples.isotropic else rotations(samples.theta_i, samples.phi_i))
+                       None if samples.isotropic else rotations(samples.theta_i, samples.phi_i),
+                       conventions.questions(samples))
 
 
 def _floats(values: FloatArray) -> tuple[float, ...]:

@@ -1,5 +1,7 @@
 """A judgement of a fit in plain words: how closely it matches the measurements, and what it is worth between them.
 
+`judged` makes words of all errors: of fits, of photographs that are predicted from others, and of renders beside them.
+
 Errors are in steps of lightness: 100 times the difference of the cube roots of cosine-weighted reflectance, white being
 a Lambertian surface of albedo 1. The cube root is the metric that agreed best with observers (see
 `cross_validation.cube_root`); a step is about that of L* in CIELAB, of which people notice some two side by side.
@@ -24,11 +26,17 @@ from .cross_validation import cube_root, folds, from_others
 from .describe import WIDE_GAP
 
 GRADES = ("excellent", "good", "fair", "poor")
+UNJUDGED = "not judged, for there is nothing to compare"    # the words where there is no error
 MATCH_LIMITS = (1.0, 3.0, 6.0)         # steps at the samples: the most that is excellent, good, fair
 BETWEEN_LIMITS = (2.0, 4.0, 8.0)       # steps at samples that the fit had not seen
+PREDICTED_LIMITS = (0.05, 0.1, 0.2)     # of a photograph's root mean square: rightly described ones miss .01 to .1,
+                        # balls with lamps 5 degrees beside their places .15, 10 degrees .3, flat samples .2 to .3 with
+                        # 5 degrees and .5 to 4 with shuffled lamps (tests/fitter/photographs/test_judged.py)
 LITTLE_GUESSED = 0.05       # of a ball, which is not worth a word
 UNKNOWN = -1.0              # in the place of an error that has not been worked out
 _BRIGHTEST = 2.0            # cube root, relative to white
+_NOT_PREDICTED = (". So the photographs are not predicted: lamps, places or the order of the files are wrong, or the "
+                  "surface is another")
 _UNTESTED = "Not tested between measured angles (Error at Unseen Angles does that)"
 
 
@@ -55,6 +63,13 @@ class Verdict(NamedTuple):
     least: float = 0.0
 
 
+class Judgement(NamedTuple):
+    """Words for an error, and whether nothing of the result is to be trusted."""
+
+    words: str
+    is_bad: bool
+
+
 def steps(samples: Samples, predicted: FloatArray) -> float:
     """The root mean square error of predictions (n, channels), 1/sr, in steps of lightness.
 
@@ -64,18 +79,20 @@ def steps(samples: Samples, predicted: FloatArray) -> float:
     >>> round(steps(grey, np.array([[0.216 / np.pi]])), 9)
     10.0
     """
-    measured, fitted = (np.clip(np.cbrt(np.pi) * cube_root(samples.theta_o, values), 0, _BRIGHTEST)
-                        for values in (samples.values, predicted))
+    measured, fitted = (_lightness(samples, values) for values in (samples.values, predicted))
     return 100 * float(np.sqrt(np.mean((fitted - measured) ** 2)))
 
 
 def of(samples: Samples, fit: Reflectance, unseen: float = UNKNOWN) -> Verdict:
     """Judge a fit by its samples, and by `steps` at samples that it had not seen, if they are known.
 
-    No fit counts as better between its samples than at them.
+    No fit counts as better between its samples than at them, and none is judged by samples that show nothing.
     """
-    match = steps(samples, fit.evaluate(*samples.directions))
-    unseen = max(match, unseen) if unseen != UNKNOWN else UNKNOWN
+    if _shows_something(samples):
+        match = steps(samples, fit.evaluate(*samples.directions))
+        unseen = max(match, unseen) if unseen != UNKNOWN else UNKNOWN
+    else:
+        match = unseen = UNKNOWN
     least, farthest = sorted(float(np.degrees(theta.max())) for theta in (samples.theta_i, samples.theta_o))
     return Verdict(match, unseen, farthest, widest_hole(samples)[0], least)
 
@@ -83,23 +100,47 @@ def of(samples: Samples, fit: Reflectance, unseen: float = UNKNOWN) -> Verdict:
 def unseen(samples: Samples, fit: Callable[[Samples], Reflectance]) -> float:
     """`steps` at one fold of the samples, of a fit to the others: a fifth of the work of cross-validation.
 
-    `UNKNOWN` for a single sample.
+    `UNKNOWN` for a single sample, and where the fold shows nothing.
     """
     if len(samples) < 2:
         return UNKNOWN
     part = folds(len(samples))[0]
-    return steps(subset(samples, part), from_others(samples, part, fit))
+    held_out = subset(samples, part)
+    return steps(held_out, from_others(samples, part, fit)) if _shows_something(held_out) else UNKNOWN
+
+
+def _shows_something(samples: Samples) -> bool:
+    """Whether a value is neither black nor brighter than counts: whatever is predicted of others has no error."""
+    shown = _lightness(samples, samples.values)
+    return bool(((shown > 0) & (shown < _BRIGHTEST)).any())
+
+
+def _lightness(samples: Samples, values: FloatArray) -> FloatArray:
+    """Values (n, channels), 1/sr, of samples as cube roots relative to that of white, as far as they count."""
+    return np.clip(np.cbrt(np.pi) * cube_root(samples.theta_o, values), 0, _BRIGHTEST)
 
 
 def grade(error: float, limits: tuple[float, ...]) -> str:
-    """One of `GRADES`.
+    """One of `GRADES`; `UNJUDGED` of what is no error: `UNKNOWN`, or not a number.
 
     Examples
     --------
-    >>> grade(0.2, MATCH_LIMITS), grade(99.0, MATCH_LIMITS)
-    ('excellent', 'poor')
+    >>> grade(0.2, MATCH_LIMITS), grade(99.0, MATCH_LIMITS), grade(UNKNOWN, MATCH_LIMITS)[:10]
+    ('excellent', 'poor', 'not judged')
     """
-    return GRADES[sum(error > limit for limit in limits)]
+    return GRADES[sum(error > limit for limit in limits)] if error >= 0 else UNJUDGED
+
+
+def judged(what: str, error: float, limits: tuple[float, ...]) -> Judgement:
+    """What has an error, in words with its grade. It is bad where the grade is the worst, or there is none.
+
+    Examples
+    --------
+    >>> judged("The photograph is predicted within 383%", 3.83, PREDICTED_LIMITS)
+    Judgement(words='The photograph is predicted within 383%: poor', is_bad=True)
+    """
+    found = grade(error, limits)
+    return Judgement(f"{what}: {found}", found in (GRADES[-1], UNJUDGED))
 
 
 def guessed(verdict: Verdict) -> float:
@@ -122,7 +163,7 @@ def guessed(verdict: Verdict) -> float:
 def is_well(verdict: Verdict) -> bool:
     """Whether a fit matches its measurements at least well, is not known to be worse between them, and little of what
     one sees is beyond them."""
-    return (verdict.match <= MATCH_LIMITS[1] and verdict.between <= BETWEEN_LIMITS[1]
+    return (0 <= verdict.match <= MATCH_LIMITS[1] and verdict.between <= BETWEEN_LIMITS[1]
             and guessed(verdict) <= LITTLE_GUESSED)
 
 
@@ -141,7 +182,7 @@ def sentence(verdict: Verdict) -> str:
     if verdict.hole > WIDE_GAP:
         doubts.append(f"in gaps of up to {verdict.hole:.0f} degrees")
     uncertain = f", uncertain {' and '.join(doubts)}" if doubts else ""
-    return f"{_match(verdict)}. {between}{uncertain}{_guess(verdict)}"
+    return f"{at_samples(verdict).words}. {between}{uncertain}{_guess(verdict)}"
 
 
 def line(verdict: Verdict) -> str:
@@ -156,16 +197,19 @@ def line(verdict: Verdict) -> str:
     'Matches the measurements: excellent. Measured to 60 and 75 degrees, the rim is a guess (30 % of a ball)'
     """
     between = f". {_between(verdict)}" if verdict.between > BETWEEN_LIMITS[1] else ""
-    return f"{_match(verdict)}{between}{_guess(verdict)}"
+    return f"{at_samples(verdict).words}{between}{_guess(verdict)}"
 
 
-def is_poor(verdict: Verdict) -> bool:
-    """Whether a fit matches its measurements as badly as can be."""
-    return verdict.match > MATCH_LIMITS[-1]
+def predicted(name: str, missed: float) -> Judgement:
+    """How far a photograph of this name is from what the others say of it, as a share of its root mean square."""
+    found = judged(f"Without {name}, that photograph is predicted within {missed:.1%}" if missed >= 0
+                   else f"What {name} shows is dark", missed, PREDICTED_LIMITS)
+    return found._replace(words=found.words + _NOT_PREDICTED * found.is_bad)
 
 
-def _match(verdict: Verdict) -> str:
-    return f"Matches the measurements: {grade(verdict.match, MATCH_LIMITS)}"
+def at_samples(verdict: Verdict) -> Judgement:
+    """How closely a fit matches its measurements."""
+    return judged("Matches the measurements", verdict.match, MATCH_LIMITS)
 
 
 def _guess(verdict: Verdict) -> str:
@@ -175,4 +219,4 @@ def _guess(verdict: Verdict) -> str:
 
 
 def _between(verdict: Verdict) -> str:
-    return f"Between measured angles: {grade(verdict.between, BETWEEN_LIMITS)}"
+    return judged("Between measured angles", verdict.between, BETWEEN_LIMITS).words

@@ -3,8 +3,10 @@ import json
 import bpy
 
 from demo_scenes import adjusted
+from support.cases import release
 
 
+@release
 def test_each_caption_of_the_picture_changes_the_material(extension, glossy, write_astm, tmp_path):
     bpy.ops.wm.read_homefile(use_empty=True)
     bpy.ops.mesh.primitive_cube_add()

@@ -21,7 +21,7 @@ def file(tmp_path_factory):
     """An ASTM file of a Lambertian."""
     path = tmp_path_factory.mktemp("cli") / "white.astm"
     angles = np.random.default_rng(0).random((300, 3)) * [1.5, 1.5, 3.1]
-    rows = [f"{i:.6f},0,{o:.6f},{phi:.6f},0.25,0.5,0.75" for i, o, phi in angles]
+    rows = [f"{i:.6f},0,{o:.6f},{phi:.6f},0.1,0.2,0.3" for i, o, phi in angles]
     path.write_text("\n".join(["SAMPLE_NAME White", "VARS theta_i,phi_i,theta_s,phi_s,R,G,B", *rows]))
     return path
 
@@ -32,7 +32,7 @@ def test_fit_then_info_then_bake(file, tmp_path):
     assert done.returncode == 0, done.stderr
     assert ("White: level 2, identity in nusselt coordinates, channels R G B, 175 coefficients, 2,100 bytes"
             in done.stdout)
-    np.testing.assert_allclose(fitter.Fit.load(fit).evaluate(0.4, 0, 0.6, 2), [0.25, 0.5, 0.75], atol=0.05)
+    np.testing.assert_allclose(fitter.Fit.load(fit).evaluate(0.4, 0, 0.6, 2), [0.1, 0.2, 0.3], atol=0.02)
     assert "White" in run("info", file).stdout
     assert run("info", fit).stdout.splitlines()[0] in done.stdout
     assert run("bake", fit, "-o", shader).returncode == 0
@@ -131,3 +131,20 @@ def test_what_is_written_holds_no_folder_of_the_user(file, tmp_path):
             texts = str(archive[entry])
         assert ('"white.astm"' in texts, str(file.parent) in texts) == (True, False)
     assert str(file.parent) not in (tmp_path / "report" / "results.json").read_text()
+
+
+def test_a_fit_that_is_judged_bad_is_written_and_exits_with_3(file, tmp_path, capsys, random):
+    """Percent, and noise that one level of a lattice cannot follow; what matches exits with 0."""
+    out, lines = tmp_path / "fit.npz", file.read_text().splitlines()
+    percent, noise = tmp_path / "percent.astm", tmp_path / "noise.astm"
+    percent.write_text("\n".join(line.replace(",0.1,0.2,0.3", ",10,20,30") for line in lines))
+    noise.write_text("\n".join(line.replace(",0.1,", f",{random.choice([0.001, 0.3])},") for line in lines))
+    options = ["--preset", "Paper", "--diffuse-level", "1", "--specular-level", "none", "-o", str(out)]
+    for path, code, words in ((file, 0, "Matches the measurements: "),
+                              (percent, cli.BAD, "White reflects 94.2 times the light that arrives: "),
+                              (noise, cli.BAD, "Matches the measurements: poor")):
+        out.unlink(missing_ok=True)
+        assert cli.main(["fit", str(path), *options]) == code
+        told, = [line for line in capsys.readouterr().out.splitlines() if words in line]
+        assert told.endswith("(!)") is (code == cli.BAD)
+        assert out.is_file()

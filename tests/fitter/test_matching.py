@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
-from fitter import DatasetError, published
+from fitter import DatasetError, published, studio
 from fitter.matching import nearest
-from support.cases import quick
+from fitter.model import is_isotropic
+from fitter.pictures import sphere
+from support.cases import quick, release
+from support.checkout import measurements
 from tests.fitter.test_studio import by_random_directions
 
 SIZE = 32
@@ -53,6 +56,7 @@ def test_a_material_of_the_library_is_among_the_five_nearest_and_its_window_is_f
     assert all(each.adjusted <= each.error + 1e-9 for each in matches)
 
 
+@release
 def test_what_is_not_in_the_library_is_brought_nearer_by_its_factors(random):
     tint = 0.5, 1.0, 0.4
     _, matches = nearest(photograph(Tinted(published.find("white-paint").model, tint), "left", random), "left", 200)
@@ -68,6 +72,71 @@ def test_what_is_not_in_the_library_is_brought_nearer_by_its_factors(random):
 def test_a_picture_that_shows_no_ball_is_refused(picture, told):
     with pytest.raises(DatasetError, match=told):
         nearest(picture)
+
+
+X, Y = np.meshgrid(*[(np.arange(96) + 0.5) * 2 / 96 - 1] * 2)
+NO_BALLS = {
+    "noise of 64": lambda random: 0.9 * random.random((64, 64, 3)),
+    "noise of 400": lambda random: 0.9 * random.random((400, 300, 3)),
+    "grey noise": lambda random: 0.9 * np.repeat(random.random((96, 96, 1)), 3, axis=2),
+    "bright grains": lambda random: random.exponential(size=(96, 96, 3)),
+    "clouds": lambda random: np.kron(random.uniform(0.2, 0.9, (6, 6, 3)), np.ones((16, 16, 1))),
+    "a colour": lambda _: np.full((64, 64, 3), (0.6, 0.2, 0.1)),
+    "a gradient": lambda _: np.repeat(((X + 1.2) / 2.4)[..., None], 3, axis=2),
+    "a gradient upward": lambda _: np.repeat(((1.1 - Y) / 2.2)[..., None], 3, axis=2),
+    "a vignette": lambda _: np.repeat(np.maximum(0.9 - 0.6 * np.hypot(X, Y), 0)[..., None], 3, axis=2)}
+
+
+@pytest.mark.parametrize("name", NO_BALLS)
+def test_none_is_near_to_what_shows_no_ball(name, random):
+    for _ in range(10):
+        with pytest.raises(DatasetError, match="none is near: no outline of a ball"):
+            nearest(NO_BALLS[name](random))
+
+
+def noisy_disc(random):
+    picture = np.full((SIZE, SIZE, 3), 0.1)
+    inside = np.hypot(*((np.mgrid[:SIZE, :SIZE] + 0.5) * 2 / SIZE - 1)) < 1
+    picture[inside] = 0.9 * random.random((inside.sum(), 3)) * (random.random((inside.sum(), 1)) > 0.3)
+    return picture
+
+
+@pytest.mark.parametrize("picture", quick([
+    noisy_disc, lambda random: 0.1 + 0.7 * np.kron(np.indices((8, 8)).sum(axis=0) % 2, np.ones((12, 12)))[
+        ..., None] * np.ones(3)], noisy_disc), ids=["a disc of noise", "checks"])
+def test_none_is_near_to_what_no_material_is_like(picture, random):
+    with pytest.raises(DatasetError, match=r"none is near: the nearest, .*, differs by (?!\d%|[1-5]\d%)"):
+        nearest(picture(random), "left")
+
+
+@pytest.mark.parametrize("name", ["gray", "chrome"])
+def test_real_balls_have_an_outline(openimageio, name):
+    """Cropped by their masks; the chrome ball under the lamp that it shows best."""
+    from fitter.matching import _has_outline
+    from fitter.photographs.picture_files import read_picture
+
+    folder = measurements() / "photographs" / "gray_ball"
+    if not folder.is_dir():
+        pytest.skip(f"{folder} is not there")
+    rows, columns = np.nonzero(read_picture(folder / f"{name}.mask.png").pixels.mean(axis=2) > 0.5)
+    part = np.s_[rows.min():rows.max() + 1, columns.min():columns.max() + 1]
+    for number in range(12) if name == "gray" else (1,):
+        assert _has_outline(read_picture(folder / f"{name}.{number}.png", "srgb").pixels[part]), number
+
+
+ISOTROPIC = [each.name for each in published.offered() if is_isotropic(each.model)]
+
+
+@pytest.mark.parametrize("name", ISOTROPIC)
+@pytest.mark.parametrize("wall", quick([0.02, 0.05, 0.15], 0.05))
+def test_the_librarys_balls_have_an_outline(name, wall):
+    """In the studio of thumbnails, before walls."""
+    from fitter.matching import _has_outline
+
+    normal, inside, _ = sphere(100)
+    picture = np.full((100, 100, 3), wall)
+    picture[inside] = 0.3 * studio.on_sphere(published.find(name).model, normal)
+    assert _has_outline(picture[2:98, 2:98])            # where the ball ends
 
 
 def test_an_unknown_window_is_refused():

@@ -10,6 +10,7 @@ import pytest
 import fitter
 from fitter.cycles.node_mixture import Nodes
 from support.cases import quick, release
+from support.known_lamps import POINTER, known
 from support.mixtures import made_mixture
 from support.spheres import normals, reflected
 from support.stage import (
@@ -170,28 +171,21 @@ def test_a_stale_lamp_costs_noise_and_not_correctness(blender, extension, fits):
     """Lobes remain where no lamp is any more: the sampled remainder corrects them."""
     lamps = extension.addon.core.lamps
     means = []
-    for known in ([], STALE):
+    for stale in ([], STALE):
         scene = sphere_scene(blender, fits["krylon"], 96)
         background(scene, 1)
-        tree = lamps.node_tree()
+        blender.context.view_layer.update()
         lamps.unregister()
         try:
-            lamps.store(tree, known)
+            lamps.carrier.reserve(scene[POINTER], len(stale))
+            lamps.carrier.store(scene[POINTER], stale)
+            lamps.group.store(lamps.node_tree(), len(stale), False)
             means.append(render(scene)[..., :3].mean(axis=(0, 1)))
         finally:
             lamps.register()
-        assert tree.animation_data is None
-        assert stored(tree) == known, "not the stale lamps were rendered"
+        expected = np.array([[*position, *others] for position, *others in stale]).reshape(-1, 5)
+        np.testing.assert_allclose(known(), expected, err_msg="not the stale lamps were rendered")
     np.testing.assert_allclose(means[1], means[0], rtol=0.005)
-
-
-def stored(tree):
-    """The lamps that a group holds, as `lamps.store` takes them."""
-    value = {node.name: [socket.default_value for socket in node.inputs] for node in tree.nodes
-             if node.type == "COMBXYZ"}
-    count = round(tree.nodes["Lamps"].outputs[0].default_value)
-    return [(tuple(round(x, 6) for x in value[f"Lamp{number}"]),
-             *(round(x, 6) for x in value[f"Extent{number}"][:2])) for number in range(1, count + 1)]
 
 
 @pytest.mark.parametrize("material", quick(["foil", "krylon"], "krylon"))

@@ -1,11 +1,12 @@
-"""Drivers of a lamp group's sockets: lamps that move or change by themselves are followed at every frame.
+"""Drivers of a carrier's values: lamps that move or change by themselves are followed at every frame.
 
 Blender evaluates drivers for every dependency graph: in the viewport, in the thread of a render, and on a farm without
 this extension. Their expressions are simple ones, which need no Python and run where scripts are disabled.
 
-A driver that refers to an object by pointer would append the user's lamps along with a material. So these drivers look
-up an object's name in the view layer that is being evaluated (`ACTIVE_VIEW_LAYER`; the active scene would give the
-original objects, a frame late). If no object has that name, the socket keeps the last known value.
+A driver that refers to an object by pointer would bring the user's lamps along wherever an object with a measured
+material is appended, into the scene. So these drivers look up an object's name in the view layer that is being
+evaluated (`ACTIVE_VIEW_LAYER`; the active scene would give the original objects, a frame late). If no object has that
+name, the last known value stays.
 """
 
 import re
@@ -13,11 +14,11 @@ from collections.abc import Mapping
 
 import bpy
 
-from . import group, lamp
+from . import carrier, lamp
 from .light_objects import light_of
 
 Place = tuple[int, int]
-"""The number of a lamp, from 1, and the index of one of its `group.sockets`."""
+"""The number of a lamp, from 1, and the index of one of its five values."""
 _Driver = tuple[str, dict[str, str]]
 """An expression, and the data path of each variable in it."""
 
@@ -26,7 +27,7 @@ _POSITION, _SIZE, _STRENGTH = range(3), 3, 4
 
 
 def wanted(item: bpy.types.Object, layer: bpy.types.ViewLayer) -> dict[int, str]:
-    """The sockets of a lamp that need drivers, because their values can change without an edit: {index: expression}.
+    """The values of a lamp that need drivers, because they can change without an edit: {index: expression}.
 
     The lamp is a light of the view layer, not evaluated.
     """
@@ -59,22 +60,21 @@ def is_animated(data: bpy.types.ID) -> bool:
                                       or len(animation.nla_tracks) > 0)
 
 
-def wire(tree: bpy.types.NodeTree, sources: Mapping[Place, tuple[str, bpy.types.Object]]) -> set[Place]:
-    """Give a lamp group these drivers, {(number, index): (expression, evaluated object)}, and remove all others.
+def wire(held: bpy.types.Texture, sources: Mapping[Place, tuple[str, bpy.types.Object]]) -> set[Place]:
+    """Give a carrier these drivers, {(number, index): (expression, evaluated object)}, and remove all others.
 
-    Numbers and indices are those of `group.store`. Returns the places that had the right driver already, and so have
-    their values.
+    Returns the places that had the right driver already, and so have their values.
     """
-    before = _existing(tree)
-    after: dict[str, _Driver] = {
-        _path(*place): (expression, {name: _target(name, item) for name in _variables(expression)})
+    before = _existing(held)
+    after: dict[tuple[str, int], _Driver] = {
+        carrier.path(*place): (expression, {name: _target(name, item) for name in _variables(expression)})
         for place, (expression, item) in sources.items()}
     for path in before:
         if before[path] != after.get(path):
-            tree.driver_remove(path)
-    unchanged = {place for place in sources if before.get(_path(*place)) == after[_path(*place)]}
+            held.driver_remove(*path)
+    unchanged = {place for place in sources if before.get(carrier.path(*place)) == after[carrier.path(*place)]}
     for place in sources.keys() - unchanged:
-        _add(group.sockets(tree, place[0])[place[1]], *sources[place])
+        _add(held, carrier.path(*place), *sources[place])
     return unchanged
 
 
@@ -82,26 +82,22 @@ def _variables(expression: str) -> list[str]:
     return sorted({word for word in _WORDS.findall(expression) if word in lamp.VARIABLES})
 
 
-def _path(number: int, index: int) -> str:
-    kind, socket = ("Lamp", index) if index in _POSITION else ("Extent", index - len(_POSITION))
-    return f'nodes["{kind}{number}"].inputs[{socket}].default_value'
-
-
 def _target(name: str, item: bpy.types.Object) -> str:
     return f'objects["{bpy.utils.escape_identifier(item.name)}"].{lamp.VARIABLES[name]}'
 
 
-def _existing(tree: bpy.types.NodeTree) -> dict[str, _Driver]:
-    """The drivers that a group has, by the data path of the driven property."""
-    animation = tree.animation_data
+def _existing(held: bpy.types.Texture) -> dict[tuple[str, int], _Driver]:
+    """The drivers that a carrier has, by the data path of the driven property and the index in it."""
+    animation = held.animation_data
     return {} if animation is None else {
-        curve.data_path: (curve.driver.expression,
-                          {variable.name: variable.targets[0].data_path for variable in curve.driver.variables})
+        (curve.data_path, curve.array_index): (
+            curve.driver.expression, {variable.name: variable.targets[0].data_path
+                                      for variable in curve.driver.variables})
         for curve in animation.drivers}
 
 
-def _add(socket: bpy.types.NodeSocket, expression: str, item: bpy.types.Object) -> None:
-    driver = socket.driver_add("default_value").driver
+def _add(held: bpy.types.Texture, path: tuple[str, int], expression: str, item: bpy.types.Object) -> None:
+    driver = held.driver_add(*path).driver
     driver.type, driver.expression = "SCRIPTED", expression
     for name in _variables(expression):
         variable = driver.variables.new()

@@ -1,18 +1,17 @@
-"""The node group that tells the measured materials of a file about its lamps. It holds nothing but nodes with values.
+"""The node group that tells the measured materials of a file about the lamps: how many there are, and by nodes that
+read them from an object's carrier (`carrier`) where and how strong they are.
 
 A group is recognised by its nodes, because users may rename it. It has room for as many lamps as it has pairs of a
 `Lamp` and an `Extent` node: files of other versions may hold fewer or more than this version's shader takes.
 """
 
-import math
 import re
-from collections.abc import Collection, Sequence
 from typing import Any
 
 import bpy
 
 from ....fitter.shader_constants import MAX_LAMPS
-from .lamp import Lamp
+from .carrier import KINDS, attribute
 
 NAME = "Measured BRDF Lamps"
 LAMPS = "Lamps"
@@ -60,50 +59,40 @@ def capacity(tree: bpy.types.NodeTree) -> int:
         return 0
     numbers: dict[str, set[int]] = {"Lamp": set(), "Extent": set()}
     for node in tree.nodes:
-        if numbered := _NUMBERED.fullmatch(node.name):
+        if node.type == "ATTRIBUTE" and (numbered := _NUMBERED.fullmatch(node.name)):
             numbers[numbered[1]].add(int(numbered[2]))
     count = len(numbers["Lamp"])
     return count if numbers["Lamp"] == numbers["Extent"] == set(range(1, count + 1)) else 0
 
 
-def sockets(tree: bpy.types.NodeTree, number: int) -> list[bpy.types.NodeSocket]:
-    """The five sockets of one lamp: its position or direction (three), its size, its strength."""
-    return [*tree.nodes[f"Lamp{number}"].inputs, *tree.nodes[f"Extent{number}"].inputs[:2]]
+def store(tree: bpy.types.NodeTree, count: int, frugal: bool) -> None:
+    """Write what differs, how many lamps there are and whether few closures fit: every write makes Cycles compile the
+    materials. Nodes of lamps that there are not are muted, else Cycles would give objects attributes for them.
 
-
-def store(tree: bpy.types.NodeTree, lamps: Sequence[Lamp], frugal: bool,
-          driven: Collection[tuple[int, int]] = frozenset()) -> None:
-    """Write the values that differ: every write makes Cycles update the shader.
-
-    An assignment to a socket makes Blender copy all node trees that have the group in them, with their bytecode. So
+    An assignment to a node makes Blender copy all node trees that have the group in them, with their bytecode. So
     values are written in blocks, and the group alone is marked as changed: its users are evaluated anew, not copied.
     Blender takes no blocks for linked groups.
-
-    Frugal is whether few closures fit. Sockets that are driven, by lamps from 1 and indices into their `sockets`, are
-    skipped.
     """
-    changed = [_write(tree.nodes[name].outputs, [float(value)]) for name, value in ((LAMPS, len(lamps)),
-                                                                                    (FRUGAL, frugal))]
-    for number, (position, size, strength) in enumerate(lamps, 1):
-        values = [socket.default_value if (number, index) in driven else value for index, (socket, value)
-                  in enumerate(zip(sockets(tree, number), (*position, size, strength), strict=True))]
-        changed += [_write(tree.nodes[f"Lamp{number}"].inputs, values[:3]),
-                    _write(tree.nodes[f"Extent{number}"].inputs, [*values[3:], 0.0])]
-    if any(changed):
+    changed = [_write(tree.nodes[name].outputs, "default_value", [value])
+               for name, value in ((LAMPS, float(count)), (FRUGAL, float(frugal)))]
+    numbers = [_NUMBERED.fullmatch(node.name) for node in tree.nodes]
+    muted = [node.mute if number is None else int(number[2]) > count
+             for node, number in zip(tree.nodes, numbers, strict=True)]
+    if any([*changed, _write(tree.nodes, "mute", muted)]):
         tree.update_tag()
 
 
-def _write(sockets: Any, values: list[float]) -> bool:
-    """Write values into sockets, the inputs or outputs of a node, where they differ: whether any does."""
-    before = [socket.default_value for socket in sockets]
-    if all(math.isclose(old, new, rel_tol=1e-6, abs_tol=1e-9) for old, new in zip(before, values, strict=True)):
+def _write(items: Any, name: str, values: list[Any]) -> bool:
+    """Write a property of sockets or nodes where it differs: whether any does."""
+    before = [getattr(item, name) for item in items]
+    if before == values:
         return False
-    if sockets.id_data.library is None and sockets.id_data.override_library is None:
-        sockets.foreach_set("default_value", values)
+    if items.id_data.library is None and items.id_data.override_library is None:
+        items.foreach_set(name, values)
         return True
-    for socket, old, new in zip(sockets, before, values, strict=True):
+    for item, old, new in zip(items, before, values, strict=True):
         if old != new:
-            socket.default_value = new
+            setattr(item, name, new)
     return True
 
 
@@ -112,17 +101,18 @@ def _create() -> bpy.types.NodeTree:
     output = tree.nodes.new("NodeGroupOutput")
     output.location = (400, 0)
     for row, name in enumerate((FRUGAL, LAMPS), -1):
-        _add(tree, output, "ShaderNodeValue", name, "NodeSocketFloat", row)
-        tree.nodes[name].outputs[0].default_value = 0
+        tree.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketFloat")
+        node = tree.nodes.new("ShaderNodeValue")
+        node.name = node.label = name
+        node.location, node.outputs[0].default_value = (0, -150 * row), 0
+        tree.links.new(node.outputs[0], output.inputs[name])
     for number in range(1, MAX_LAMPS + 1):
-        for kind in ("Lamp", "Extent"):
-            _add(tree, output, "ShaderNodeCombineXYZ", f"{kind}{number}", "NodeSocketVector", number)
+        for column, kind in enumerate(KINDS):
+            name = f"{kind}{number}"
+            tree.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketVector")
+            node = tree.nodes.new("ShaderNodeAttribute")
+            node.name = node.label = name
+            node.location, node.mute = (200 * column, -150 * number), True
+            node.attribute_type, node.attribute_name = "OBJECT", attribute(kind, number)
+            tree.links.new(node.outputs["Vector"], output.inputs[name])
     return tree
-
-
-def _add(tree: bpy.types.NodeTree, output: bpy.types.Node, kind: str, name: str, socket_type: str, row: int) -> None:
-    tree.interface.new_socket(name, in_out="OUTPUT", socket_type=socket_type)
-    node = tree.nodes.new(kind)
-    node.name = node.label = name
-    node.location = (200 if name.startswith("Extent") else 0, -150 * row)
-    tree.links.new(node.outputs[0], output.inputs[name])

@@ -1,7 +1,7 @@
 """A lamp as the shader takes it: as numbers, and as driver expressions over properties of the lamp's object.
 
-A lamp has five values (`group.sockets`). `expressions` gives each as a driver expression; `VARIABLES` gives the data
-path of every variable that occurs in them.
+A lamp has five values: its position or direction (three), its size, its strength. `expressions` gives each as a driver
+expression; `VARIABLES` gives the data path of every variable that occurs in them.
 """
 
 import math

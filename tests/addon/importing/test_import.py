@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import fitter
+from support.known_lamps import known, lamp_groups, readers
 from support.stage import add_lamp, black_scene, render
 
 
@@ -210,7 +211,8 @@ def test_a_lamp_group_taken_apart_by_a_user_raises_no_error(blender, cube, file)
     blender.context.view_layer.update()
     assert tree.nodes["Lamps"].outputs[0].default_value == 0
     assert import_file(blender, file, diffuse_level=2, specular_level=-1) == {"FINISHED"}
-    assert len(known_lamps(blender)) == 1
+    whole, = (tree for tree in lamp_groups() if "Lamp3" in tree.nodes)
+    assert len(known(whole)) == 1
 
 
 def test_the_blend_needs_no_other_file(blender, file, tmp_path):
@@ -246,33 +248,30 @@ def test_enabling_osl(blender):
     assert scene.cycles.shading_system
 
 
-def known_lamps(bpy):
-    tree = next(tree for tree in bpy.data.node_groups if "Lamp3" in tree.nodes)
-    count = round(tree.nodes["Lamps"].outputs[0].default_value)
-    return [(tuple(round(socket.default_value, 6) for socket in tree.nodes[f"Lamp{n}"].inputs),
-             round(tree.nodes[f"Extent{n}"].inputs[0].default_value, 6)) for n in range(1, count + 1)]
+def known_lamps():
+    return [((round(x, 6), round(y, 6), round(z, 6)), round(size, 6)) for x, y, z, size, _ in known().tolist()]
 
 
 def test_lamps_are_followed_when_they_move_appear_and_vanish(blender, cube, file):
     import_file(blender, file, diffuse_level=2, specular_level=-1)
-    assert known_lamps(blender) == []
+    assert known_lamps() == []
     lamp = add_lamp("POINT", 10, (1, 2, 3), shadow_soft_size=0.25)
     blender.context.view_layer.update()
-    assert known_lamps(blender) == [((1, 2, 3), 0.25)]
+    assert known_lamps() == [((1, 2, 3), 0.25)]
     lamp.location.x = -4
     blender.context.view_layer.update()
-    assert known_lamps(blender) == [((-4, 2, 3), 0.25)]
+    assert known_lamps() == [((-4, 2, 3), 0.25)]
     add_lamp("SUN", 1, rotation=(0, math.pi / 2, 0), angle=0.2)
     add_lamp("AREA", 1, shape="RECTANGLE", size=6, size_y=8)
     blender.context.view_layer.update()
-    (direction, size), second, third = known_lamps(blender)
+    (direction, size), second, third = known_lamps()
     assert direction == pytest.approx((1, 0, 0), abs=1e-6)
     assert size == pytest.approx(-0.1)
     assert second == ((-4, 2, 3), 0.25)
     assert third == ((0, 0, 0), 5)
     blender.data.objects.remove(lamp)
     blender.context.view_layer.update()
-    assert len(known_lamps(blender)) == 2
+    assert len(known_lamps()) == 2
 
 
 def test_lamps_are_followed_through_an_animation(blender, cube, file):
@@ -283,8 +282,8 @@ def test_lamps_are_followed_through_an_animation(blender, cube, file):
         lamp.keyframe_insert("location", frame=frame)
     for frame in (1, 4, 11):
         blender.context.scene.frame_set(frame)
-        assert known_lamps(blender)[0][0] == pytest.approx(tuple(lamp.matrix_world.translation), abs=1e-6)
-    assert known_lamps(blender)[0][0][0] == pytest.approx(10)
+        assert known_lamps()[0][0] == pytest.approx(tuple(lamp.matrix_world.translation), abs=1e-6)
+    assert known_lamps()[0][0][0] == pytest.approx(10)
 
 
 def test_instances_of_lamps_are_lamps(blender, cube, file):
@@ -299,7 +298,7 @@ def test_instances_of_lamps_are_lamps(blender, cube, file):
         empty.instance_type, empty.instance_collection, empty.location.x = "COLLECTION", group, x
         scene.collection.objects.link(empty)
     blender.context.view_layer.update()
-    assert sorted(position for position, _ in known_lamps(blender)) == [(6, 0, 0), (8, 0, 0)]
+    assert sorted(position for position, _ in known_lamps()) == [(6, 0, 0), (8, 0, 0)]
 
 
 def test_appended_and_linked_materials_know_the_lamps_too(blender, cube, file, tmp_path):
@@ -339,9 +338,10 @@ def test_what_comes_from_another_file_shares_the_lamp_group_of_this_one(blender,
             blender.ops.object.make_local(type="ALL")
     lamp.location.x = 4
     blender.context.view_layer.update()
-    group, = lamp_groups(blender)
+    group, = lamp_groups()
     assert group.library is None
-    assert tuple(socket.default_value for socket in group.nodes["Lamp1"].inputs) == (4, 8, 9)
+    for item in readers():
+        assert known(item=item)[0, :3] == pytest.approx((4, 8, 9))
     measured = [tree for tree in blender.data.node_groups if tree.name.startswith(name)]
     assert len(measured) == 3
     for tree in measured:
@@ -357,12 +357,14 @@ def test_an_override_shares_the_lamp_group_of_its_library(blender, cube, file, t
     tree = next(node.node_tree for node in tree.nodes if node.type == "GROUP").override_create(remap_local_usages=True)
     lamps = next(node.node_tree for node in tree.nodes if node.type == "GROUP" and "Lamps" in node.node_tree.nodes)
     lamps.override_create(remap_local_usages=True)
-    assert len(lamp_groups(blender)) == 2
+    assert len(lamp_groups()) == 2
     blender.ops.mesh.primitive_cube_add()
     blender.context.view_layer.update()
-    group, = lamp_groups(blender)
+    group, = lamp_groups()
     assert group.library is not None
-    assert tuple(socket.default_value for socket in group.nodes["Lamp1"].inputs) == (7, 8, 9)
+    blender.context.object.active_material = target.materials[0]
+    blender.context.view_layer.update()
+    assert known()[0, :3] == pytest.approx((7, 8, 9))
     measured = [tree for tree in blender.data.node_groups if any(node.type == "SCRIPT" for node in tree.nodes)]
     assert len(measured) == 2
     for tree in measured:
@@ -378,10 +380,6 @@ def library_of(bpy, cube, file, folder):
     bpy.ops.wm.read_homefile(use_empty=True)
     black_scene(16, 16, samples=8, span=1)
     return path, name
-
-
-def lamp_groups(bpy):
-    return [tree for tree in bpy.data.node_groups if "Lamps" in tree.nodes]
 
 
 def assert_reads_lamps(tree, group):
@@ -409,7 +407,7 @@ def test_of_many_lamps_those_without_a_size_then_suns_then_the_strongest_are_kep
     add_lamp("SUN", 0.1, angle=0.01)
     add_lamp("SPOT", 0.01, (40, 0, 0), shadow_soft_size=0)
     blender.context.view_layer.update()
-    lamps = known_lamps(blender)
+    lamps = known_lamps()
     assert len(lamps) == 32
     assert lamps[0] == ((40, 0, 0), 0)
     assert lamps[1][1] < 0

@@ -198,8 +198,26 @@ def test_what_the_verdict_says_is_what_the_fit_is_worth(material, glossy):
 def test_a_material_of_an_older_version_is_not_judged(material):
     from measured_brdf.addon.core.properties import worth
 
-    material.measured_brdf.match = -1
-    assert worth(material.measured_brdf) == ("", "", False)
+    material.measured_brdf.match, material.measured_brdf.version = -1, ""
+    assert worth(material.measured_brdf) == ("", "", False, False)
+
+
+@pytest.mark.parametrize(("match", "words", "icon", "level"), [
+    (0.5, "Matches the measurements: excellent", "CHECKMARK", "INFO"),
+    (5.0, "Matches the measurements: fair", "INFO", "INFO"),
+    (9.0, "Matches the measurements: poor. Between measured angles: poor. Choose", "ERROR", "WARNING"),
+    (-1.0, "Matches the measurements: not judged, for there is nothing to compare. Meas", "ERROR", "WARNING")])
+def test_a_bad_fit_is_a_warning_in_the_panel_and_in_the_info_line(ui, material, match, words, icon, level):
+    from measured_brdf.addon.core.properties import worth
+
+    settings = material.measured_brdf
+    settings.match = settings.between = match
+    settings.farthest = settings.least = 90
+    judged = worth(settings)
+    assert judged.line.startswith(words)
+    assert judged.whole.startswith(words.split(". ")[0])
+    assert (judged.icon, judged.level) == (icon, level)
+    assert words in drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material).texts
 
 
 def test_a_published_fit_is_called_one_in_the_panel_and_when_it_is_made(blender, capfd):

@@ -197,6 +197,26 @@ def test_what_cannot_be_is_refused_and_changes_nothing(scene, written, change, o
     assert state() == before
 
 
+def shuffled(path):
+    """A description whose lamps belong to other photographs."""
+    lines = path.read_text("utf-8").splitlines()
+    places = [line for line in lines if line.startswith("lamp = [")]
+    moved = iter(places[3:] + places[:3])
+    other = path.with_name("shuffled.toml")
+    other.write_text("\n".join(next(moved) if line.startswith("lamp = [") else line for line in lines), "utf-8")
+    return other
+
+
+def test_the_info_line_warns_of_photographs_that_are_not_predicted(scene, written, capfd):
+    few = (("texels = 40", "texels = 12"),)
+    measure(changed(written, *few))
+    assert "is predicted within" in (told := capfd.readouterr().out)
+    assert not [line for line in told.splitlines() if line.startswith("Warning:")]
+    measure(shuffled(changed(written, *few)))
+    warned, = [line for line in capfd.readouterr().out.splitlines() if line.startswith("Warning:")]
+    assert "poor. So the photographs are not predicted: lamps, places or the order of the files" in warned
+
+
 @pytest.fixture
 def at_once(scene, written, monkeypatch):
     """What is found of few texels, for every description."""

@@ -37,7 +37,8 @@ def written(openimageio, scenes, tmp_path_factory):
 @pytest.fixture(autouse=True)
 def few_samples(extension, monkeypatch):
     """The place of the next lamp is found by few samples: `tests/fitter/photographs` has it in earnest."""
-    monkeypatch.setattr(extension.fitter.photographs.ball_advice, "_SAMPLES", 200)
+    for name in ("_SAMPLES", "_JUDGED"):
+        monkeypatch.setattr(extension.fitter.photographs.ball_advice, name, 200)
 
 
 @pytest.fixture
@@ -245,6 +246,38 @@ def test_a_guess_of_the_albedo_is_one_of_the_lamp(opened):
     assert opened.photographs[0].lamp.data.energy == pytest.approx(2 * dark, rel=1e-3)
 
 
+def test_photographs_that_say_nothing_sure_are_warnings_and_marked_in_the_panel(opened, capfd):
+    """A picture twice, and a ball that reflects far more than it gets."""
+    from measured_brdf.addon.photographs import panel
+
+    opened.scale, opened.intensity = "intensity", (1e-4,) * 3
+    opened.photographs[2].files[0].filepath = opened.photographs[1].files[0].filepath
+    opened.photographs[2].lamp.location = np.add(opened.photographs[1].lamp.location, (1e-3, 0, 0))
+    capfd.readouterr()
+    assert bpy.ops.measured_brdf.measure_ball() == {"FINISHED"}
+    warned = [line for line in capfd.readouterr().out.splitlines() if line.startswith("Warning:")]
+    assert any("1 of 3 photographs repeat the picture of another one, lamp2.exr" in line for line in warned)
+    assert any("More light leaves than arrives" in line for line in warned)
+    assert {line.removeprefix("Warning: ") for line in warned} >= set(opened.doubts.splitlines())
+    assert set(opened.doubts.splitlines()) <= set(opened.told.splitlines())
+    marked = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(panel, "draw_wrapped", lambda _layout, text, icon: marked.append((text, icon)))
+        draw(panel.MEASUREDBRDF_PT_photographs_coverage)
+    assert {text for text, icon in marked if icon == "ERROR"} == set(opened.doubts.splitlines())
+
+
+@pytest.mark.parametrize(("difference", "words", "icon"), [(0.012, "1.2%: excellent", "DOT"), (0.4, "40.0%: poor",
+                                                                                             "ERROR")])
+def test_how_far_a_render_is_from_its_photograph_is_judged(opened, difference, words, icon):
+    from measured_brdf.addon.photographs import settings
+
+    opened.photographs[0].difference = difference
+    judged = settings.judged(opened.photographs[0])
+    assert judged.words.endswith(f"the render differs by {words}")
+    assert judged.is_bad is (icon == "ERROR")
+
+
 def test_a_lamp_stands_where_a_chrome_ball_shows_it(opened, scenes, tmp_path):
     chrome = ball_scene.truths.Truth("chrome", "", ball_scene.truths._lobe(3000.0, 0.01, f0=0.9).evaluate)
     picture = np.minimum(ball_scene.photograph(chrome, scenes[1], points=3), 5.0)
@@ -369,7 +402,7 @@ def no_folder(settings, folder):
 
 
 @pytest.mark.parametrize(("spoil", "message"), [
-    (dark, "dark.exr: nothing of the ball is lit"),
+    (dark, "dark.exr: a black photograph"),
     (mixed_sizes, "photographs of several sizes found: lamp1.exr 64 x 64, small.exr 64 x 32"),
     (behind, "lamp1.exr: the lamp is behind the camera, whose shadow falls on the ball"),
     (moved_camera, "the ball's outline is not where it is said to be"),
@@ -530,6 +563,7 @@ def test_the_panel_says_what_is_a_guess_and_where_the_next_lamp_goes(opened, cho
     bpy.ops.measured_brdf.measure_ball()
     coverage = draw(panel.MEASUREDBRDF_PT_photographs_coverage).texts
     assert "the rest is a guess" in coverage
+    assert "Without lamp2.exr, that photograph is predicted within" in coverage
     assert "Put the next lamp at" in coverage
     assert draw(panel.MEASUREDBRDF_PT_photographs_comparison).kinds == ["button"]
     bpy.ops.measured_brdf.compare_photograph()

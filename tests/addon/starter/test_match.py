@@ -6,6 +6,7 @@ import pytest
 
 from fitter import published, studio
 from fitter.pictures import sphere
+from support.ball_files import write_picture
 from support.blend_state import state
 from support.drawn import draw
 
@@ -38,6 +39,18 @@ def test_the_nearest_materials_appear_in_a_row_and_are_told(extension, photograp
     assert draw(panel.MEASUREDBRDF_PT_library).kinds.count("picture") == 5
     choices.property_unset("search")
     shelf.nearest.clear()
+
+
+def test_none_is_near_to_noise_and_nothing_changes(extension, photograph, random, capfd):
+    from measured_brdf.addon.starter import shelf
+
+    path, before = photograph.with_name("noise.exr"), state()
+    write_picture(path, random.random((96, 96, 3)))
+    shelf.nearest.clear()
+    with pytest.raises(RuntimeError, match=r"noise\.exr: none is near: no outline of a ball"):
+        bpy.ops.measured_brdf.match_photograph(filepath=str(path))
+    assert shelf.nearest == []
+    assert state() == before
 
 
 def test_a_file_that_is_no_picture_is_refused_and_nothing_changes(extension, openimageio, tmp_path):

@@ -64,9 +64,11 @@ def test_a_rotation_about_the_normal_and_a_mirror_image_have_the_same_coordinate
 @every_isotropic_system
 def test_decode_gives_the_pair_up_to_rotation_and_mirror_image(system, pairs):
     theta_i, phi_i, theta_o, phi_o = system.decode(system.encode(*pairs))
-    # an angle is as accurate as a root of rounding: where a projection is flat, and with softening at retro-reflection
-    np.testing.assert_allclose(theta_i, pairs[0], atol=2e-5)
-    np.testing.assert_allclose(theta_o, pairs[2], atol=2e-5)
+    # an angle is as accurate as a root of rounding where a projection is flat, and at retro-reflection as its fourth
+    # root times the softening radius
+    accuracy = max(2e-5, 1e-3 * getattr(system, "softening", 0) * (system.axes[0] == "d"))
+    np.testing.assert_allclose(theta_i, pairs[0], atol=accuracy)
+    np.testing.assert_allclose(theta_o, pairs[2], atol=accuracy)
     found = (vectors(theta_i, phi_i) * vectors(theta_o, phi_o)).sum(axis=1)
     expected = (vectors(pairs[0], pairs[1]) * vectors(pairs[2], pairs[3])).sum(axis=1)
     np.testing.assert_allclose(found, expected, atol=2e-5)

@@ -139,3 +139,24 @@ def test_directions_reflected_by_sampled_half_vectors_have_the_density(random, k
         expected = found[wi @ axis > 0.7].sum()
         error = np.sqrt(expected * (1 - expected) / len(u))
         assert (sampled @ axis > 0.7).mean() == pytest.approx(expected, abs=5 * error + 1e-3)
+
+
+@pytest.mark.parametrize("kind", ["diffuse", *node_lobes.FACETS, "sheen"])
+@pytest.mark.parametrize("form", [(0.5,), (0.3, 0.4), (0.7, -0.2, 0.5), (0.6, 0.7, -0.5), (0.95, 0.1, 0.6)], ids=str)
+@pytest.mark.parametrize("theta_o", [0.1, 0.9, 1.4])
+def test_the_gradient_is_that_of_small_steps(random, kind, form, theta_o):
+    """Differences to both sides, where no direction crosses the horizon of the lobe in between."""
+    def variables_moved(axis, step):
+        rough, tilt, anisotropy = (*form, 0.0, 0.0)[:3]
+        moved = np.array([np.log(rough), tilt, -np.sign(anisotropy) * np.log(1 - abs(anisotropy))])
+        moved[axis] += step
+        return shape(np.exp(moved[0]), moved[1], np.sign(moved[2]) * (1 - np.exp(-abs(moved[2]))))
+
+    pairs = Pairs.of(direction(theta_o, 0.4)[None], hemisphere(random, 2000)[None], np.array([[1.0, 0, 0]]))
+    found, step = node_lobes.gradient(kind, shape(*form), pairs)[:, 0], 1e-5
+    for axis, slope in enumerate(found):
+        before, after = (node_lobes.evaluate(kind, variables_moved(axis, side * step), pairs)[0] for side in (-1, 1))
+        smooth = (before > 0) & (after > 0)
+        expected = (after - before)[smooth] / (2 * step)
+        np.testing.assert_allclose(slope[smooth], expected, rtol=1e-4, atol=1e-6 * np.abs(after).max())
+        assert smooth.sum() > 500

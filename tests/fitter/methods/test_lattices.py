@@ -1,5 +1,7 @@
 """Lattices of a Gaussian process, against SciPy's densities and brute-force least squares over all control points."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -164,3 +166,33 @@ def test_directions_between_samples_reach_as_far_as_these(samples):
     farthest = max(samples.theta_i.max(), samples.theta_o.max())
     assert max(theta_i.max(), theta_o.max()) <= farthest
     assert (np.hypot(theta_o - theta_i, np.pi - turn) < 0.05).mean() > 0.2       # and crowd the mirror direction
+
+
+def test_whole_incidences_are_left_out_between_the_flattest_and_the_steepest(samples):
+    """Of five incidences the three between, each by itself; of a single one, single samples."""
+    theta = np.radians(np.arange(len(samples)) % 5 * 15.0)
+    lots = lattices._parts(replace(samples, theta_i=theta))
+    assert set(lots[np.isin(np.arange(len(samples)) % 5, (0, 4))]) == {-1}
+    assert len({*lots}) == 4
+    for number in (1, 2, 3):
+        assert len({*lots[np.arange(len(samples)) % 5 == number]}) == 1
+    assert {*lattices._parts(replace(samples, theta_i=0 * theta))} == {0, 1, 2, 3, 4}
+
+
+def test_the_error_at_what_is_left_out_is_that_of_fits_to_the_rest(samples, transform):
+    """Each lot by itself, by the basis functions of all control points."""
+    system, kernel = HalfDifference(), Kernel(1.0, 1e-3)
+    samples = replace(samples, theta_i=np.radians(np.arange(len(samples)) % 5 * 15.0))
+    x, z = system.encode(*samples.directions), transform.field(samples.values, *samples.directions)
+    found, lots, errors = weights(samples, transform), lattices._parts(samples), []
+    level = lattices._TRIED[3]
+    matrix, first = basis(x, level)
+    norm = kernel.noise * lattices.precision(level, 3, kernel)[first[:, None], first]
+    for out in (lots == number for number in {*lots} - {-1}):
+        weighted = matrix[~out] * found[~out, None]
+        points = np.linalg.solve(weighted.T @ weighted + norm, weighted.T @ (z[~out] * found[~out, None]))
+        errors.append(found[out, None] * (matrix[out] @ points - z[out]))
+    expected = np.sqrt(np.mean(np.concatenate(errors) ** 2))
+    judge = lattices.LeftOut(samples, system, transform)
+    assert judge.error(kernel) == pytest.approx(expected, rel=1e-5)
+    assert judge.roughest([kernel, kernel]) is kernel

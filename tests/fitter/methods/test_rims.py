@@ -46,6 +46,24 @@ def test_rims_beyond_the_instrument_are_neither_dark_nor_of_another_colour(gonio
     assert ratio.max() < 1.25 * ratio.min()
 
 
+@pytest.mark.parametrize("name", ["lighttec_C1_White.astm", "lighttec_C9_Gold.astm"])
+def test_within_a_degree_and_a_half_of_a_mirror_nothing_is_above_the_samples_around(goniometer, name):
+    """In the plane of incidence; the finest cells of a lattice once had no samples, and values up to x3.8."""
+    samples = fitter.load(goniometer(name))
+    fit = fitter.fit(samples, **fitter.PRESETS["Standard"])
+    degrees = np.degrees(samples.theta_i).round()
+    offsets = np.radians(np.linspace(-1.5, 1.5, 61))
+    for incidence in (0, 20, 40, 60):
+        at = degrees == incidence
+        theta = np.radians(incidence)
+        cosine = (np.cos(theta) * np.cos(samples.theta_o[at])
+                  - np.sin(theta) * np.sin(samples.theta_o[at]) * np.cos((samples.phi_o - samples.phi_i)[at]))
+        around = samples.values[at][cosine >= min(np.cos(np.radians(2)), np.sort(cosine)[-9])]
+        found = fit.evaluate(theta, 0.0, np.abs(theta + offsets), np.where(theta + offsets < 0, 0, np.pi))
+        assert (found.max(axis=0) < 1.2 * around.max(axis=0)).all(), incidence
+        assert (found.min(axis=0) > around.min(axis=0) / 1.2).all(), incidence
+
+
 def test_a_teal_paint_has_a_white_highlight_and_no_red_rim(cornell):
     samples = cornell("cayman")
     fit = fitter.fit(samples, **fitter.PRESETS["Standard"])

@@ -1,8 +1,10 @@
 """Anisotropic lobes: against the published model, one direction at a time."""
 
 import numpy as np
+import pytest
 
 from fitter.model.fit import Fit
+from fitter.model.microfacet import KINDS, geometry, in_surface, lobe, lobe_with_slopes
 from fitter.quality.physics import direction_pairs
 from support.anisotropic import brushed_fit, ggx, turned, vectors
 
@@ -47,3 +49,25 @@ def test_a_saved_fit_is_the_same(tmp_path):
     again = Fit.load(tmp_path / "brushed.npz")
     assert not again.isotropic
     np.testing.assert_array_equal(again.evaluate(*pairs()), fit.evaluate(*pairs()))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("numbers", [(0.3, 2.5, 0.2, 0.5, 0.4), (0.2, 1.6, 0.8, 0.2, 0.0), (1.4, 3.0, 0.5, 0.6, -1.0),
+                                     (0.5, 2.0, 0.1)], ids=str)
+def test_slopes_of_a_lobe_are_those_of_small_steps(random, kind, numbers):
+    if kind == "fibre" and len(numbers) == 3:
+        pytest.skip("fibres have a direction")
+    theta_i, theta_o = np.arccos(random.uniform(0.02, 1, (2, 500)))
+    directions = theta_i, random.uniform(0, 7, 500), theta_o, random.uniform(0, 7, 500)
+    at, along = geometry(*directions), in_surface(*directions) if len(numbers) > 3 else None
+    value, slopes = lobe_with_slopes(kind, at, along, *numbers)
+    np.testing.assert_array_equal(value, lobe(kind, at, along, *numbers))
+    assert len(slopes) == len(numbers)
+    for axis, slope in enumerate(slopes):
+        sides = []
+        for step in (-1e-5, 1e-5):
+            moved = list(numbers)
+            moved[axis] = moved[axis] * np.exp(step) if axis in (0, 3) else moved[axis] + step
+            sides.append(lobe(kind, at, along, *moved))
+        expected = (sides[1] - sides[0]) / 2e-5
+        np.testing.assert_allclose(slope, expected, rtol=1e-5, atol=1e-7 * np.abs(slope).max() + 1e-9)

@@ -12,6 +12,7 @@ from fitter import progress
 from fitter.photographs import flat
 from fitter.photographs.flat_advice import next_lamp
 from support import flat_scene
+from support.cases import release
 
 SHAPE = (24, 24)
 RAYS = flat_scene.rays((90, 100))
@@ -171,6 +172,7 @@ def test_weights_follow_normals_that_are_smoothed(materials, monkeypatch, turn):
     assert wrong < 0.5 * changed
 
 
+@release
 def test_the_next_lamp_is_one_whose_photograph_lowers_the_errors_most(materials):
     """Of lamps on one side; the errors are those of maps with a photograph more, from the truth."""
     sample, shape = flat_scene.Sample(materials[:2], flat_scene.smooth_weights(2), flat_scene.bumps), (12, 12)

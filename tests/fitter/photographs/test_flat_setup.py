@@ -170,9 +170,11 @@ def test_no_value_of_a_wrong_kind_is_more_than_an_error_of_its_key(written, monk
 
 def test_photographs_of_several_sizes_and_a_dark_sample_are_refused(described):
     path = described(scale="albedo = 0.5")
-    for name, picture, message in (("lamp4.exr", np.ones((9, 9, 3)), "photographs of several sizes"),
-                                   ("lamp4.exr", np.zeros((90, 100, 3)), "no sample is in the picture")):
-        here = [name] if picture.any() else NAMES
+    beside = np.zeros((90, 100, 3))
+    beside[:3] = 1
+    for here, picture, message in ((["lamp4.exr"], np.ones((9, 9, 3)), "photographs of several sizes"),
+                                   (["lamp4.exr"], 0 * beside, r"lamp4\.exr: a black photograph"),
+                                   (NAMES, beside, "no sample is in the picture")):
         kept = {each: path.with_name(each).read_bytes() for each in here}
         for each in here:
             ball_files.write_picture(path.with_name(each), picture)

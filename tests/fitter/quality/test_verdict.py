@@ -124,3 +124,45 @@ def test_the_share_of_a_ball_that_is_a_guess_is_counted_on_a_ball(random):
     assert verdict.line(judged).endswith("the rim is a guess (30 % of a ball)")
     assert not verdict.is_well(judged)
     assert verdict.is_well(Verdict(0.1, UNKNOWN, 85.0, 5.0, 85.0))
+
+
+@pytest.mark.parametrize("value", [0.0, -0.1, 1e3])
+def test_what_shows_nothing_is_not_judged(value):
+    """Any fit matches values of which no screen shows that they differ."""
+    samples = white(np.full(40, value))
+    judged = verdict.of(samples, prior.lambertian(samples.values), 0.1)
+    assert (judged.match, judged.between) == (UNKNOWN, UNKNOWN)
+    assert verdict.unseen(samples, lambda part: prior.lambertian(part.values)) == UNKNOWN
+    assert not verdict.is_well(judged)
+    assert verdict.at_samples(judged).is_bad
+    assert not any(grade in verdict.sentence(judged) + verdict.line(judged) for grade in verdict.GRADES)
+
+
+def test_a_black_channel_is_judged_with_the_others():
+    samples = white([0.125, 0.2])
+    two = Samples(*samples.directions, np.column_stack([0 * samples.values, samples.values]), ("R", "G"))
+    assert verdict.of(two, prior.lambertian(np.array([[0.0, 1 / np.pi]]))).match > 10
+    assert verdict.of(two, prior.lambertian(two.values[:1])).match >= 0
+
+
+def test_a_fold_that_shows_nothing_says_nothing_of_what_lies_between():
+    values = np.full(50, -0.01)
+    values[next(k for k in range(50) if k not in verdict.folds(50)[0])] = 0.5
+    assert verdict.unseen(white(values), lambda part: prior.lambertian(part.values)) == UNKNOWN
+
+
+@pytest.mark.parametrize("error", [UNKNOWN, float("nan")])
+@pytest.mark.parametrize("limits", [verdict.MATCH_LIMITS, verdict.BETWEEN_LIMITS, verdict.PREDICTED_LIMITS])
+def test_no_error_has_no_grade(error, limits):
+    assert verdict.grade(error, limits) == verdict.UNJUDGED
+    assert verdict.judged("It", error, limits).is_bad
+
+
+@pytest.mark.parametrize(("missed", "text", "bad"), [
+    (0.02, "predicted within 2.0%: excellent", False), (0.1, "10.0%: good", False), (0.2, "20.0%: fair", False),
+    (3.83, "predicted within 383.0%: poor. So the photographs are not predicted", True),
+    (float("nan"), "a.exr shows is dark: not judged", True)])
+def test_a_predicted_photograph_in_words(missed, text, bad):
+    found = verdict.predicted("a.exr", missed)
+    assert text in found.words
+    assert found.is_bad is bad

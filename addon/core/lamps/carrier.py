@@ -1,0 +1,145 @@
+"""The carrier of a scene's lamps: a data-block whose custom properties hold their numbers, and pointers to it.
+
+The lamp group (`group`) reads them by Attribute nodes, through a custom property of each object that has a measured
+material. The values are attributes of the object to Cycles, which compiles nothing when they change; values in a node
+tree it compiles into each material. No extension is needed to read them, nor for drivers on them.
+
+A carrier is a texture that nothing shows. Of an object Blender would evaluate drivers only where it is visible, in the
+viewport and in renders; and it puts an object, or the data of one, into the scene of those who append what points to
+it. Pointers to local data do not outlive a save where an object is linked or overridden: such objects keep the carrier
+of their own file, which is given the lamps of this one, in memory only.
+"""
+
+from collections.abc import Collection, Iterable, Sequence
+
+import bpy
+
+from ..annotations import not_none
+from .lamp import Lamp
+
+NAME = "Measured BRDF Lamps"
+POINTER = "measured_brdf_lamps"     # custom property of objects with measured materials, and of scenes: their carrier
+COUNT = "Lamps"                     # custom property of a carrier: how many lamps it holds
+KINDS = "Lamp", "Extent"            # and with a number from 1, three numbers each: (position), (size, strength, 0)
+_PASSED_ON = {"NODETREE", "MATERIAL", "MESH", "CURVE", "CURVES", "META", "POINTCLOUD", "VOLUME"}
+
+
+def attribute(kind: str, number: int) -> str:
+    """The name of the attribute of an object that holds numbers of a lamp."""
+    return f"{_path(POINTER)}{_path(f'{kind}{number}')}"
+
+
+def path(number: int, index: int) -> tuple[str, int]:
+    """The data path of one of the five values of a lamp in its carrier, and the index there."""
+    row, column = divmod(index, 3)
+    return _path(f"{KINDS[row]}{number}"), column
+
+
+def _path(name: str) -> str:
+    return f'["{name}"]'
+
+
+def of_scene(scene: bpy.types.Scene, make: bool) -> bpy.types.Texture | None:
+    """The carrier of a scene of this file; where it has none, a new one or None. A copy of a scene has the carrier of
+    the original, and needs one of its own."""
+    carrier = scene.get(POINTER)
+    if is_local(carrier) and scene == next(each for each in bpy.data.scenes if each.get(POINTER) == carrier):
+        return carrier
+    if not make or scene.library is not None or scene.override_library is not None:
+        return None
+    carrier = bpy.data.textures.new(NAME, "NONE")
+    carrier[COUNT] = 0
+    # users that are custom properties may be forgotten: see `mix_group.keep`
+    carrier.use_fake_user = True
+    scene[POINTER] = carrier
+    carrier.animation_data_create()         # has Blender find out that the scene depends on it
+    return carrier
+
+
+def linked() -> list[bpy.types.Texture]:
+    """The carriers of other files, and overrides of them."""
+    return [item for item in bpy.data.textures if item.get(COUNT) is not None and not is_local(item)]
+
+
+def is_local(carrier: object) -> bool:
+    """Whether something is a carrier that belongs to this file."""
+    return (isinstance(carrier, bpy.types.Texture) and carrier.get(COUNT) is not None and carrier.library is None
+            and carrier.override_library is None)
+
+
+def most_lamps() -> int:
+    """How many lamps a scene of this file has at most."""
+    return max((scene[POINTER].get(COUNT, 0) for scene in bpy.data.scenes if scene.get(POINTER) is not None), default=0)
+
+
+def reserve(carrier: bpy.types.Texture, count: int) -> None:
+    """Have a carrier hold so many lamps: those that it held remain, new ones have no strength."""
+    if carrier[COUNT] == count:
+        return
+    for number in range(carrier[COUNT] + 1, count + 1):
+        for kind in KINDS:
+            carrier[f"{kind}{number}"] = 0.0, 0.0, 0.0
+    for number in range(count + 1, carrier[COUNT] + 1):
+        for name in (f"{kind}{number}" for kind in KINDS):
+            carrier.driver_remove(_path(name))
+            del carrier[name]
+    carrier[COUNT] = count
+    carrier.update_tag()
+
+
+def store(carrier: bpy.types.Texture, lamps: Sequence[Lamp], driven: Collection[tuple[int, int]] = frozenset()) -> None:
+    """Write the values of as many lamps as a carrier holds, but for those that are driven: lamps from 1 and indices."""
+    changed = False
+    for number, (position, size, strength) in enumerate(lamps, 1):
+        values = *position, size, strength, 0.0
+        for row, kind in enumerate(KINDS):
+            before = [*carrier[f"{kind}{number}"]]
+            after = [before[column] if (number, 3 * row + column) in driven else value
+                     for column, value in enumerate(values[3 * row:3 * row + 3])]
+            if before != after:
+                carrier[f"{kind}{number}"] = after
+                changed = True
+    if changed:
+        carrier.update_tag()
+
+
+def point(depsgraph: bpy.types.Depsgraph, carrier: bpy.types.Texture, readers: Collection[bpy.types.Object]) -> None:
+    """Point all objects that read lamps and are evaluated, or belong to the scene, or point to no scene's carrier, to
+    this one; no other object keeps a pointer."""
+    scene = not_none(depsgraph.scene)
+    here = {item.session_uid for item in scene.objects}
+    here.update(item.original.session_uid for item in depsgraph.ids if isinstance(item, bpy.types.Object))
+    carriers = [each[POINTER] for each in bpy.data.scenes if each.get(POINTER) is not None]
+    for item in bpy.data.objects:
+        if item.library is not None or item.override_library is not None:
+            continue
+        before = item.get(POINTER)
+        if item not in readers:
+            if POINTER in item:
+                del item[POINTER]
+        elif before != carrier and (item.session_uid in here or before not in carriers):
+            item[POINTER] = carrier
+            # else Cycles keeps the attributes that it has of an object
+            item.update_tag(refresh={"OBJECT"})
+
+
+def readers(trees: Iterable[bpy.types.NodeTree]) -> set[bpy.types.Object]:
+    """The objects of the file with materials that have these node groups in them, also where nodes or a view layer give
+    them such a material."""
+    users = bpy.data.user_map(key_types=_PASSED_ON)
+    waiting: list[bpy.types.ID] = list(trees)
+    passed: set[bpy.types.ID] = set(waiting)
+    while waiting:
+        further = {user for user in users.get(waiting.pop(), ()) if user not in passed}
+        passed |= further
+        waiting += further
+    overridden = (item for scene in bpy.data.scenes for layer in scene.view_layers if layer.material_override in passed
+                  for item in layer.objects)
+    return {item for item in passed if isinstance(item, bpy.types.Object)}.union(overridden)
+
+
+def remove_unused() -> None:
+    """Remove the carriers that appended objects and removed scenes have left."""
+    for item in [*bpy.data.textures]:
+        if is_local(item) and item.users == item.use_fake_user:
+            bpy.data.textures.remove(item)

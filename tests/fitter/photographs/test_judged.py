@@ -1,0 +1,175 @@
+"""What photographs are judged by, in words and by the exit status: those of balls and of flat samples alike."""
+
+import numpy as np
+import pytest
+
+import fitter
+from fitter import cli
+from support import ball_files, ball_scene, flat_files, flat_scene
+
+NAMES = [f"lamp{number}.exr" for number in range(1, 9)]
+LAMPS = flat_scene.lamps(len(NAMES))
+PHASES = 15, 40, 70, 100, 130
+
+
+@pytest.fixture(scope="module")
+def paints(cornell):
+    return [fitter.fit(cornell(name), **fitter.PRESETS["Draft"]) for name in ("garnet_red_RGB", "krylon_blue_RGB")]
+
+
+@pytest.fixture(scope="module")
+def flat(openimageio, paints, tmp_path_factory):
+    """The folder of photographs of a flat sample of two materials, which are saved beside them."""
+    folder = tmp_path_factory.mktemp("flat")
+    for fit, name in zip(paints, "ab", strict=True):
+        fit.save(folder / f"{name}.npz")
+    sample = flat_scene.Sample(tuple(paints), flat_scene.smooth_weights(2), flat_scene.bumps)
+    return flat_files.write(folder, sample, LAMPS).parent
+
+
+@pytest.fixture(scope="module")
+def ball(openimageio, paints, tmp_path_factory):
+    """The description of photographs of a ball."""
+    scenes = [ball_scene.at_phase(angle, turn=50 * k) for k, angle in enumerate(PHASES)]
+    return ball_files.write(tmp_path_factory.mktemp("ball"), paints[0], scenes)
+
+
+@pytest.fixture
+def run(capsys, tmp_path):
+    """Run a command on a description: its exit code, its lines, and those with a mark."""
+    def run(command, path):
+        code = cli.main([command, str(path), "-o", str(tmp_path / "out.npz")])
+        told = capsys.readouterr()
+        lines = (told.err if code == 1 else told.out).splitlines()
+        return code, lines, [line for line in lines if line.endswith("(!)")]
+    return run
+
+
+def described(folder, names=NAMES, lamps=LAMPS, **how):
+    path = folder / "setup.toml"
+    path.write_text(flat_files.description(names, lamps, top="texels = 20\nmaterials = ['a.npz', 'b.npz']", **how))
+    return path
+
+
+def predicted(lines):
+    """The share by which a photograph is missed, and its grade."""
+    line, = [line for line in lines if "is predicted within" in line]
+    number, _, words = line.partition("is predicted within ")[2].partition("%: ")
+    return float(number) / 100, words.split(".")[0]
+
+
+def test_flat_photographs_that_are_described_rightly_are_good_and_exit_0(flat, run):
+    code, lines, doubts = run("flat", described(flat))
+    missed, grade = predicted(lines)
+    assert (code, grade, doubts) == (0, "excellent", [])
+    assert 0.005 < missed < 0.05            # the noise is 1 %
+
+
+@pytest.mark.parametrize("lamps", [np.roll(LAMPS, 3, axis=0), LAMPS + 0.06 * np.random.default_rng(1).normal(
+    size=LAMPS.shape)], ids=["shuffled", "5 degrees"])
+def test_flat_photographs_with_lamps_elsewhere_are_not_predicted_and_exit_3(flat, run, lamps, tmp_path):
+    code, lines, doubts = run("flat", described(flat, lamps=lamps))
+    missed, grade = predicted(lines)
+    assert (code, grade) == (cli.BAD, "poor") == (3, "poor")
+    assert missed > 0.2
+    assert "So the photographs are not predicted: lamps" in doubts[0]
+    assert "not predicted" in (tmp_path / "out.npz" / "report.txt").read_text("utf-8"), "the result is written"
+
+
+def test_one_photograph_many_times_is_told(flat, run):
+    code, _, doubts = run("flat", described(flat, names=NAMES[:1] * len(NAMES)))
+    assert code == 3
+    assert "7 of 8 photographs repeat the picture of another one, lamp1.exr for one" in doubts[0]
+
+
+def test_a_flat_sample_that_reflects_more_than_it_gets_is_told(flat, run):
+    """Millimetres for metres: the maps are as good as ever."""
+    places = [[round(float(x), 3) for x in place] for place in flat_files.corners()]
+    code, lines, doubts = run("flat", described(
+        flat, lamps=1000 * LAMPS, sample=f"width = 100\nheight = 80\ncorners = {places}"))
+    assert predicted(lines)[1] == "excellent"
+    assert code == 3
+    assert len(doubts) == 1
+    assert doubts[0].startswith("More light leaves than arrives")
+    assert 1e4 < float(doubts[0].split()[5]) < 2e5           # a million times some percent
+
+
+def test_a_guess_says_the_largest_albedo_that_there_can_be(flat, run):
+    code, _, doubts = run("flat", described(flat, scale="albedo = 0.9"))
+    doubt, = [each for each in doubts if each.startswith("More light leaves than arrives")]
+    largest = float(doubt.partition("an albedo of ")[2].split()[0])
+    assert code == 3
+    assert 0.2 < largest < 0.9
+    _, _, doubts = run("flat", described(flat, scale=f"albedo = {0.98 * largest:.2g}"))
+    assert not [each for each in doubts if each.startswith("More light leaves than arrives")]
+
+
+@pytest.mark.parametrize("scale", ["albedo = 50", "albedo = 1.01"])
+def test_an_albedo_above_1_is_refused_with_its_file_and_key(flat, ball, run, scale, tmp_path):
+    other = ball.with_name("guessed.toml")
+    text = ball.read_text("utf-8")
+    start, end = text.index("card = {"), text.index("}", text.index("card = {")) + 1
+    other.write_text(text[:start] + scale + text[end:], "utf-8")
+    for command, path in (("flat", described(flat, scale=scale)), ("photographs", other)):
+        code, (line,), _ = run(command, path)
+        assert code == 1
+        assert line.startswith(f"error: {path}: scale.albedo is {float(scale.split()[-1]):g}, expected more than 0")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_black_photograph_is_refused_with_its_name(flat, ball, run, tmp_path):
+    ball_files.write_picture(flat / "black.exr", np.zeros((*flat_files.SIZE, 3)))
+    ball_files.write_picture(ball.with_name("black.exr"), np.zeros((120, 120, 3)))
+    other = ball.with_name("with_black.toml")
+    other.write_text(ball.read_text("utf-8").replace("lamp3.exr", "black.exr"), "utf-8")
+    for command, path in (("flat", described(flat, names=[*NAMES[:3], "black.exr", *NAMES[4:]])),
+                          ("photographs", other)):
+        code, (line,), _ = run(command, path)
+        assert code == 1
+        assert line.startswith(f"error: {path.with_name('black.exr')}: a black photograph: ")
+    assert not list(tmp_path.iterdir())
+
+
+def test_black_arrays_are_refused_too(flat):
+    rays = flat_scene.rays((20, 20))
+    shots = [fitter.FlatPhotograph(np.full((20, 20, 3), value), rays, flat_scene.CAMERA, lamp, np.ones(3), name=name)
+             for value, lamp, name in ((0.3, LAMPS[0], "grey"), (0.0, LAMPS[1], "night"))]
+    with pytest.raises(fitter.DatasetError, match="night: a black photograph"):
+        fitter.maps_from_flat(shots, flat_scene.corners(), (4, 4))
+
+
+def test_a_ball_is_judged_in_the_same_words(ball, run):
+    code, lines, doubts = run("photographs", ball)
+    missed, grade = predicted(lines)
+    assert code == 0
+    assert grade in ("excellent", "good")
+    assert missed < 0.1
+    assert not doubts
+
+
+def test_a_ball_with_lamps_elsewhere_is_not_predicted(ball, run):
+    """By 10 degrees: lamps that are farther off are refused, because the ball's lit edge is elsewhere."""
+    random, lines = np.random.default_rng(0), []
+    for line in ball.read_text("utf-8").splitlines():
+        if line.startswith("lamp = ["):
+            lamp = np.array(list(map(float, line[8:-1].split(","))))
+            off = np.radians(10) * np.linalg.norm(lamp) * random.normal(0, 0.7, 3)
+            line = f"lamp = {(lamp + off).tolist()}"
+        lines.append(line)
+    other = ball.with_name("beside.toml")
+    other.write_text("\n".join(lines), "utf-8")
+    code, lines, doubts = run("photographs", other)
+    missed, grade = predicted(lines)
+    assert (code, grade) == (3, "poor")
+    assert missed > 0.2
+    assert "So the photographs are not predicted" in doubts[0]
+
+
+def test_a_ball_in_millimetres_exits_3(ball, run):
+    other = ball.with_name("bright.toml")
+    text = ball.read_text("utf-8")
+    start, end = text.index("card = {"), text.index("}", text.index("card = {")) + 1
+    other.write_text(text[:start] + "intensity = 2e-6" + text[end:], "utf-8")
+    code, _, doubts = run("photographs", other)
+    assert code == 3
+    assert any(each.strip().startswith("More light leaves than arrives") for each in doubts)
