@@ -5,10 +5,10 @@ add. A slice is what users do: it imports these three and no other slice, and ev
 """
 
 from . import adjust, compare, importing, inspect, library, mix, panel, photographs, starter
-from .core import lamps, manual, paths, preferences, properties, rendered
+from .core import export_follow, lamps, manual, paths, preferences, properties, rendered
 from .work import command, icons, process, queue
 
-_CORE = (properties, preferences, icons, lamps, rendered, paths, manual, command, panel)
+_CORE = (properties, preferences, icons, lamps, export_follow, rendered, paths, manual, command, panel)
 _SLICES = (adjust, mix, importing, compare, inspect, library, photographs, starter)
 
 

@@ -84,6 +84,16 @@ class Published(NamedTuple):
         return isinstance(self.model, Conductor)
 
     @property
+    def finish(self) -> str:
+        """Of a metal, one of `FINISHES`; else empty."""
+        return self.name.rpartition("-")[2] if self.is_computed else ""
+
+    @property
+    def substance(self) -> str:
+        """Of a metal, what people call it without its finish; else its label."""
+        return self.label[len(self.finish):].strip().capitalize() if self.is_computed else self.label
+
+    @property
     def brief(self) -> str:
         """What it is, in a line."""
         return COMPUTED if self.is_computed else (

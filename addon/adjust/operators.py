@@ -19,7 +19,7 @@ from ...fitter.variations import variation
 from ..core import compiler, edits
 from ..core import material as materials
 from ..core.active_material import active_material, is_editable
-from ..core.annotations import not_none
+from ..core.annotations import OperatorResult, not_none
 from ..core.outcomes import Surface
 from ..core.transaction import by_session_uid
 from ..work import modal, process, queries, tasks
@@ -60,17 +60,41 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
         target = active_material(context)
         return target is not None and materials.is_measured(target) and is_editable(cls, context)
 
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
+        """A click moves the sliders, which is what is undone; they are applied as if the user had moved them."""
+        if bpy.app.background or not (self.reset or self.variation != _NONE):
+            return super().invoke(context, event)
+        target = not_none(active_material(context))
+        try:
+            adjustments.move(target, self._chosen(target))
+        except Exception as error:
+            return self._failed(error)
+        _apply_soon(target)
+        return {"FINISHED"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> OperatorResult:
+        target = by_session_uid(bpy.data.materials, self._target)
+        if event.type == "TIMER" and target is not None and adjustments.edit_arguments(target) != self._edit:
+            self._end(context)              # the user has undone or changed something meanwhile
+            _apply_soon(target)
+            return {"CANCELLED"}
+        return super().modal(context, event)
+
+    def _chosen(self, target: bpy.types.Material) -> dict[str, Any]:
+        """The sliders that a variation has, or those of what was measured."""
+        if self.variation == _NONE:
+            return {}
+        kept = not_none(queries.kept(target))
+        return adjustments.values_of(variation(self.variation.lower(), tasks.kept_fit(kept)))
+
     def work(self, context: bpy.types.Context) -> process.Calculation:
         target = not_none(active_material(context))
         self._target = target.session_uid
         _changed.pop(self._target, None)
-        kept = not_none(queries.kept(target))
-        self._values = None
-        if self.variation != _NONE:
-            self._values = adjustments.values_of(variation(self.variation.lower(), tasks.kept_fit(kept)))
-        edit = ({} if self.reset else adjustments.edit_arguments(target) if self._values is None else
-                adjustments.arguments_of(SimpleNamespace(**self._values)))
-        return process.Calculation(partial(tasks.adjusted, kept, edit))
+        self._values = self._chosen(target) if self.reset or self.variation != _NONE else None
+        self._edit = (adjustments.edit_arguments(target) if self._values is None else
+                      adjustments.arguments_of(SimpleNamespace(**self._values)) if self._values else {})
+        return process.Calculation(partial(tasks.adjusted, not_none(queries.kept(target)), self._edit))
 
     def prepare(self, surface: Surface) -> Steps:
         yield 0.95, "Compiling"
@@ -81,14 +105,9 @@ class MEASUREDBRDF_OT_adjust(InBackground, bpy.types.Operator):
         if target is None or not target.is_editable or not materials.is_measured(target):
             raise ValueError("The material has been removed meanwhile")
         surface, shader = prepared
-        chosen = self.reset or self._values is not None
-        if not chosen and adjustments.edit_arguments(target) != surface.edit:
-            _apply_soon(target)             # the user has undone or changed something meanwhile
         materials.edit(target, surface, context, shader)
-        if chosen:
-            adjustments.reset(target)
-        for name, value in (self._values or {}).items():
-            setattr(adjustments.of(target), name, value)
+        if self._values is not None:
+            adjustments.move(target, self._values)
 
 
 def _apply_soon(material: bpy.types.Material) -> None:
@@ -120,7 +139,7 @@ def _apply() -> float | None:
 
 @persistent
 def _on_load(*_: object) -> None:
-    """A file may have been saved before its adjustments were applied."""
+    """A file may have been saved, or a slider undone, before its adjustments were applied."""
     for item in bpy.data.materials:
         if materials.is_measured(item) and not edits.is_as_wanted(item):
             _apply_soon(item)
@@ -158,8 +177,11 @@ def _redo() -> None:
 def _step(step: Callable[[], object]) -> None:
     windows = not_none(bpy.context.window_manager).windows
     if windows and modal.running is None and _is_between():
-        with bpy.context.temp_override(window=windows[0]), suppress(RuntimeError):      # there is nothing to undo
-            step()
+        try:
+            with bpy.context.temp_override(window=windows[0]):
+                step()
+        except RuntimeError:                # there is no step: the click was undone before it had its effect
+            _on_load()
 
 
 classes = (MEASUREDBRDF_OT_adjust,)

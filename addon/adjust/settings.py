@@ -82,10 +82,13 @@ def _shortest(value: Any) -> Any:
     return value[0] if len(set(value)) == 1 else list(value)
 
 
-def reset(material: bpy.types.Material) -> None:
-    """Take all adjustments back."""
+def move(material: bpy.types.Material, values: dict[str, Any]) -> None:
+    """Take all adjustments back but these, by name."""
     for name in ADJUSTMENTS:
-        of(material).property_unset(name)
+        if name in values:
+            setattr(of(material), name, values[name])
+        else:
+            of(material).property_unset(name)
 
 
 def values_of(edit: Arguments) -> dict[str, Any]:

@@ -7,10 +7,11 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Literal
 
 import bpy
+import numpy as np
 
 from ...fitter.cycles.bake import SHADER_VERSION
 from ...fitter.shader_constants import MOST_MIXED
-from . import export_surface, lamps, mixing, node_group, reading, versions
+from . import edits, export_surface, lamps, mixing, node_group, reading, versions
 from .annotations import not_none
 from .compiler import Shader, compile_surface
 from .properties import AUTOMATIC, CHOICES, EXACT, NODES, RESULTS, Choices, as_text, fit_arguments
@@ -201,6 +202,20 @@ def is_outdated(material: bpy.types.Material) -> bool:
     return node is not None and node_group.version(node.node_tree) < SHADER_VERSION
 
 
+def is_as_made(material: bpy.types.Material) -> bool:
+    """Whether a measured material of this file is as an import makes it: nothing is adjusted, set at its node, or
+    connected to it."""
+    node = group_node(material)
+    if node is None or not is_measured(material) or material.library is not None or is_outdated(material):
+        return False
+    defaults = {item.identifier: item.default_value for item in not_none(not_none(node.node_tree).interface).items_tree
+                if item.item_type == "SOCKET" and item.in_out == "INPUT" and hasattr(item, "default_value")}
+    return (material.measured_brdf.adjusted in ("", as_text({})) and not edits.edit_arguments(material)
+            and shows(material, "CYCLES") and not any(socket.is_linked for socket in node.inputs)
+            and all(np.array_equal(defaults[socket.identifier], socket.default_value) for socket in node.inputs
+                    if socket.identifier in defaults and not socket.hide_value))
+
+
 def use_nodes(material: bpy.types.Material) -> None:
     """Give a new material a node tree."""
     if bpy.app.version < (5, 0, 0):             # since then every material does
@@ -260,8 +275,7 @@ def _show_surface(material: bpy.types.Material, surface: Surface,
     node = group_node(material)
     former = None if node is None else node.node_tree
     node, before = show(material, node_group.shared(shader, material.name, unlike=former))
-    export_surface.update(material, surface)
-    _colour_solid_view(material, surface)
+    export_surface.update(material, node, surface)
     return node, before
 
 
@@ -285,11 +299,6 @@ def _names(tree: bpy.types.NodeTree, materials: Sequence[bpy.types.Material]) ->
     if any(isinstance(user, bpy.types.Material) and user not in materials for user in users):
         return []
     return [(tree, materials[0].name)]
-
-
-def _colour_solid_view(material: bpy.types.Material, surface: Surface) -> None:
-    material.diffuse_color = (*export_surface.shown(surface, surface.albedo), 1)
-    material.roughness, material.metallic = surface.principled.roughness, surface.principled.metallic
 
 
 def _store(settings: Any, choices: Choices, outcome: Outcome) -> None:

@@ -104,6 +104,14 @@ def _searched(session_uid: int, _path: str, _stamp: tuple[int, int] | None, _is_
     return spots(pixels.reshape(height, width, image.channels)[..., :3].mean(axis=2))
 
 
+def directions(height: int, width: int) -> FloatArray:
+    """Where the texels of an equirectangular image are, (height, width, 3) unit vectors, the lowest row first."""
+    latitude = ((np.arange(height) + 0.5) / height - 0.5)[:, None] * np.pi
+    longitude = (0.5 - (np.arange(width) + 0.5) / width) * 2 * np.pi
+    return np.stack(np.broadcast_arrays(np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude),
+                                        np.sin(latitude)), axis=-1)
+
+
 def spots(image: FloatArray | SingleArray) -> list[Spot]:
     """The bright spots of an equirectangular image of radiance, (height, width), the lowest row first; the brightest
     first.
@@ -114,11 +122,8 @@ def spots(image: FloatArray | SingleArray) -> list[Spot]:
         return []
     finite = np.nan_to_num(image[:height, :width], posinf=0, neginf=0)
     radiance = finite.reshape(height // step, step, width // step, step).mean(axis=(1, 3), dtype=float)
-    latitude = ((np.arange(len(radiance)) + 0.5) / len(radiance) - 0.5)[:, None] * np.pi
-    longitude = (0.5 - (np.arange(radiance.shape[1]) + 0.5) / radiance.shape[1]) * 2 * np.pi
-    unit = np.stack(np.broadcast_arrays(np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude),
-                                        np.sin(latitude)), axis=-1)
-    solid_angle = np.cos(latitude) * (2 * np.pi**2 / radiance.size)
+    unit = directions(*radiance.shape)
+    solid_angle = np.hypot(unit[..., 0], unit[..., 1]) * (2 * np.pi**2 / radiance.size)
     total = (radiance * solid_angle).sum()
     left = radiance.copy()
     brightest: list[Spot] = []

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from ...fitter.arrays import FloatArray, IntArray
+from ..core.export_inputs import grey_weights, linear_colours
 from ..core.previews import picture_of
 
-_LUMINANCE = 0.2126, 0.7152, 0.0722         # of a colour that becomes a number
 _EDGES: dict[str, Callable[[IntArray, int], IntArray]] = {
     "REPEAT": lambda at, size: at % size, "EXTEND": lambda at, size: np.clip(at, 0, size - 1)}
 
@@ -45,10 +45,6 @@ def _looked_up(node: Any, at: FloatArray) -> float:
     share = np.zeros(2) if node.interpolation == "Closest" else place - corner
     x, y = (_EDGES[node.extension](np.array([first, first + 1]), length)
             for first, length in zip(corner, size, strict=True))
-    colors = picture_of(image)[np.ix_(y, x)].astype(float)
-    if not image.is_float and image.colorspace_settings.name == "sRGB":
-        colors[..., :3] = np.where(colors[..., :3] <= 0.04045, colors[..., :3] / 12.92,
-                                   ((colors[..., :3] + 0.055) / 1.055) ** 2.4)
-    grey = colors[..., :3] @ _LUMINANCE
+    grey = linear_colours(image, picture_of(image)[np.ix_(y, x)].astype(float)[..., :3]) @ grey_weights()
     weights = np.outer([1 - share[1], share[1]], [1 - share[0], share[0]])
     return float(np.clip((weights * grey).sum(), 0, 1))

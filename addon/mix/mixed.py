@@ -35,11 +35,11 @@ def mix(first: bpy.types.Material, second: bpy.types.Material, factor: float, ma
             picture.image, picture.location = mask, (node.location.x - 320, node.location.y)
             tree.links.new(picture.outputs["Color"], node.inputs[mix_group.FACTOR])
         mixed.cycles.use_bump_map_correction = False
-        export_surface.mix(mixed, first, second, factor)
         weights = np.array([1 - factor, factor])
         mixed.diffuse_color = weights @ np.array([item.diffuse_color for item in (first, second)])
         mixed.roughness, mixed.metallic = (float(weights @ [getattr(item, name) for item in (first, second)])
                                            for name in ("roughness", "metallic"))
+        export_surface.mix(mixed, node)
         lamps.update(context.evaluated_depsgraph_get())
     return mixed
 
@@ -67,9 +67,7 @@ class Mixes(mixing.Mixes):
         for part in waiting:
             for item in _mixes_of(part):
                 if item not in seen:
-                    node = not_none(materials.mix_node(item))
-                    first, second = map(not_none, mix_group.parts(not_none(node.node_tree)))
-                    export_surface.mix(item, first, second, node.inputs[mix_group.FACTOR].default_value)
+                    export_surface.mix(item, not_none(materials.mix_node(item)))
                     seen.add(item)
                     waiting.append(item)
 

@@ -3,8 +3,9 @@ rendered, what is wrong in a scene, and updates."""
 
 from ..core.registration import Registration
 from ..work import modal
-from . import fixes, local, main, menu, nodes, rendering, update
+from . import exporting, fixes, local, main, menu, nodes, rendering, update
 
-_panel = Registration(modal, fixes, local, update, main, rendering, nodes, menu, additions=(
-    *((name, menu.entry) for name in menu.IN), (nodes.IN, nodes.entry)))
+_panel = Registration(modal, fixes, local, update, main, rendering, nodes, menu, exporting, additions=(
+    *((name, menu.entry) for name in menu.IN), (nodes.IN, nodes.entry),
+    ("VIEW3D_MT_light_add", menu.add_studio)))
 register, unregister = _panel.register, _panel.unregister

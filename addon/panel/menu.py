@@ -8,7 +8,7 @@ from collections.abc import Callable
 import bpy
 
 from .fixes import MEASUREDBRDF_OT_check_scene
-from .rendering import MEASUREDBRDF_OT_enable_osl
+from .rendering import MEASUREDBRDF_OT_add_studio, MEASUREDBRDF_OT_enable_osl
 from .update import MEASUREDBRDF_OT_update_materials
 
 _Draw = Callable[[bpy.types.Menu, bpy.types.Context], None]
@@ -42,6 +42,8 @@ def entry(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
     menu.layout.menu(MEASUREDBRDF_MT_menu.bl_idname, icon="MATERIAL")
 
 
+add_studio = entries((MEASUREDBRDF_OT_add_studio, "Measured BRDF Studio"))
+"""Draws the entry of Add > Light."""
 IN = ("VIEW3D_MT_object", "NODE_MT_node", "MATERIAL_MT_context_menu")
 """The menus of Blender that have this one."""
 classes = (MEASUREDBRDF_MT_menu,)

@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import EnumProperty
 
-from ..core import checks, osl_support, rendered
+from ..core import checks, export_surface, osl_support, rendered, studio_world
 from ..core import material as materials
 from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, not_none
@@ -25,6 +25,21 @@ class MEASUREDBRDF_OT_enable_osl(bpy.types.Operator):
             self.report({"ERROR"}, reason)
             return {"CANCELLED"}
         osl_support.enable(not_none(context.scene))
+        return {"FINISHED"}
+
+
+class MEASUREDBRDF_OT_add_studio(bpy.types.Operator):
+    """Light this scene by the studio of the library's pictures: a window, a narrow light, a reflector from below and \
+walls, as its world. Metals and smooth materials show them. The former world stays in the file"""
+
+    bl_idname = "measured_brdf.add_studio"
+    bl_label = "Add Studio"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        scene = not_none(context.scene)
+        world = studio_world.add(scene, studio_world.viewer(scene, context.region_data))
+        self.report({"INFO"}, f"The world is {world.name}")
         return {"FINISHED"}
 
 
@@ -86,6 +101,10 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
                     draw_wrapped(column, text, "DOT")
                     text = "Fix"
                 column.operator(MEASUREDBRDF_OT_fix_setting.bl_idname, text=text).key = finding.key
+        if losses := export_surface.losses(material):
+            draw_wrapped(layout, "In other programs, a Principled BSDF:", "INFO")
+            for line in losses:
+                draw_wrapped(layout, line, "DOT")
 
 
 def draw_words(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
@@ -95,6 +114,8 @@ def draw_words(layout: bpy.types.UILayout, context: bpy.types.Context, material:
     row.label(text=rendered.in_words(now, _is_previewed(context)), icon="SHADING_RENDERED")
     if now.can_enable:
         row.operator(MEASUREDBRDF_OT_enable_osl.bl_idname)
+    if studio_world.is_wanted(material, not_none(context.scene)):
+        layout.operator(MEASUREDBRDF_OT_add_studio.bl_idname, icon="WORLD")
 
 
 def _is_previewed(context: bpy.types.Context) -> bool:
@@ -103,4 +124,5 @@ def _is_previewed(context: bpy.types.Context) -> bool:
     return any(area.type == "VIEW_3D" and area.spaces.active.shading.type == "MATERIAL" for area in areas)
 
 
-classes = (MEASUREDBRDF_OT_enable_osl, MEASUREDBRDF_OT_use_method, MEASUREDBRDF_PT_rendering)
+classes = (MEASUREDBRDF_OT_enable_osl, MEASUREDBRDF_OT_add_studio, MEASUREDBRDF_OT_use_method,
+           MEASUREDBRDF_PT_rendering)

@@ -7,11 +7,13 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty, PointerProperty, StringProperty
 
-from ...fitter import DatasetError
+from ...fitter import DatasetError, ready
 from ...fitter.matching import WINDOWS, Match, told
-from ...fitter.published import METAL, find
-from ..core import osl_support
+from ...fitter.published import METAL, PREFIX, find
+from ..core import material as materials
+from ..core import osl_support, targets
 from ..core.annotations import OperatorResult, not_none
+from ..core.properties import fitted_arguments
 from ..core.reading import load_arguments, scene_colours
 from ..work import process
 from ..work.blender_process import Command
@@ -58,7 +60,24 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
         return f"{material.label}, assigned to all selected objects. {material.description}"
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        return self.run(context) if work.is_quick(self.name, scene_colours()) else self.start(context)
+        return self.execute(context) if work.is_quick(self.name, scene_colours()) else (
+            self._use_again(context) or self.start(context))
+
+    def execute(self, context: bpy.types.Context) -> OperatorResult:
+        return self._use_again(context) or self.run(context)
+
+    def _use_again(self, context: bpy.types.Context) -> OperatorResult | None:
+        """Assign the material of this file that has been made before, if the user has not changed it since."""
+        path = PREFIX + self.name
+        there = next((item for item in bpy.data.materials if item.measured_brdf.filepath == path
+                      and fitted_arguments(item.measured_brdf) == ready.ARGUMENTS and materials.is_as_made(item)), None)
+        if there is None:
+            return None
+        self.remember_target(context)
+        if why := targets.assign_all(self.all_targets(), there):
+            self.report({"WARNING"}, f"{there.name} is not assigned: {why}")
+        self.report({"INFO"}, f"{there.name} is in this file, and is used again")
+        return {"FINISHED"}
 
     def work(self, context: bpy.types.Context) -> process.Calculation:
         choices = starter.choices_of(find(self.name))

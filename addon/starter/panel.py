@@ -5,6 +5,7 @@ from typing import Any
 import bpy
 
 from ...fitter.matching import told
+from ...fitter.published import Published
 from ..core import manual, preferences
 from ..core.annotations import not_none
 from ..core.reading import scene_colours
@@ -14,12 +15,14 @@ from . import shelf, starter, thumbnails
 
 _CELL = 16                  # characters: the width of a cell with a thumbnail
 _SCALE = 4.5                # of thumbnails
+_OTHER_FINISHES = 3         # pictures below one another beside one of a metal
 _OF_FAVOURITES = 2.0        # scale of the pictures of favourites
 _MOST = 60                  # cells
 _ABREAST, _SMALL = 7, 3.2   # cells of the popover beside one another, and the scale of their thumbnails
 _WIDTH = 7                  # units of Blender's interface: of a cell of the popover
 _UNIT, _STAR = 20, 22       # pixels at a scale of 1: of a unit, and of a star with the gap before it
 _ROWS, _ROW, _AROUND = 4, 95, 200       # rows of the popover at most; pixels at a scale of 1: of one, and around all
+_LARGE, _LARGE_ROW = 5.0, 135           # the same where all have room that are found: scale, and pixels of a row
 _RGL = "https://rgl.epfl.ch/materials"       # measurements under CC0, with pictures; the browser opens it
 _IMPORT = "measured_brdf.import_data"
 
@@ -58,16 +61,16 @@ MERL"""
     bl_ui_units_x = _WIDTH * _ABREAST
 
     def draw(self, context: bpy.types.Context) -> None:
-        _draw_published(not_none(self.layout), context, _ABREAST, _SMALL, _ABREAST * _rows(context),
-                        _UNIT * _WIDTH * _ABREAST)
+        _draw_published(not_none(self.layout), context, _ABREAST, _SMALL, _ABREAST * _rows(context, _ROW),
+                        _UNIT * _WIDTH * _ABREAST, _ABREAST * _rows(context, _LARGE_ROW))
 
 
-def _rows(context: bpy.types.Context) -> int:
-    """Rows of the popover that fit above or below its button: one that has more opens at its end."""
+def _rows(context: bpy.types.Context, height: int) -> int:
+    """Rows of a height that fit into the popover above or below its button: one that has more opens at its end."""
     if context.window is None:
         return _ROWS
     scale = context.preferences.system.ui_scale or 1            # 0 without a screen
-    room_for = (context.window.height / scale / 2 - _AROUND) / _ROW
+    room_for = (context.window.height / scale / 2 - _AROUND) / height
     return min(max(int(room_for), 1), _ROWS)
 
 
@@ -96,7 +99,7 @@ class MEASUREDBRDF_PT_folder(_BeginPanel, bpy.types.Panel):
 
 
 def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, columns: int, scale: float = _SCALE,
-                    most: int = _MOST, width: int = 0) -> None:
+                    most: int = _MOST, width: int = 0, most_large: int = 0) -> None:
     choices = context.window_manager.measured_brdf_shelf
     row = layout.row(align=True)
     row.prop(choices, "search", text="", icon="VIEWZOOM")
@@ -109,18 +112,19 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, colu
     _draw_row(layout, [(each.material.name, line) for each, line in
                        zip(shelf.nearest, told("", shelf.nearest)[1:], strict=True)])
     offered = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
+    groups = shelf.by_substance(offered)
+    if len(groups) <= most_large:
+        scale = _LARGE
     if not offered:
         draw_wrapped(layout, "No material has these words in its name or kind", "INFO")
     grid = _grid(layout, columns)
-    for each in offered[:most]:
+    for group in groups[:most]:
         row = grid.row(align=True)
-        lines = on_buttons(each.label, columns, _STAR, width)
-        for button in _draw_buttons(row.column(align=True), lines, library.MEASUREDBRDF_OT_use_published.bl_idname,
-                                    shelf.published_icon(each.name), scale):
-            button.name = each.name
+        name = group[0].substance if len(group) > 1 else group[0].label
+        _draw_finishes(row.column(align=True), group, on_buttons(name, columns, _STAR, width), scale)
         row.operator(library.MEASUREDBRDF_OT_favourite.bl_idname, text="", emboss=False,
-                     icon="SOLO_ON" if each in favourites else "SOLO_OFF").name = each.name
-    _draw_rest(layout, len(offered) - most, "materials")
+                     icon="SOLO_ON" if group[0] in favourites else "SOLO_OFF").name = group[0].name
+    _draw_rest(layout, len(groups) - most, "materials")
     draw_wrapped(layout, "Metals: computed from measured optical constants. Others: published fits of MERL's materials "
                          "(Low et al. 2012), not measurements", "INFO")
     if not starter.is_offered(context):
@@ -171,6 +175,19 @@ def _draw_buttons(cell: bpy.types.UILayout, lines: tuple[str, ...], operator: st
                   scale: float = _SCALE) -> list[Any]:
     """A picture, and a name below it: buttons, whose properties are returned."""
     return [picture_button(cell, operator, icon_id, scale), *(cell.operator(operator, text=line) for line in lines)]
+
+
+def _draw_finishes(cell: bpy.types.UILayout, group: list[Published], lines: tuple[str, ...], scale: float) -> None:
+    """Draw the picture and the name of a material, and beside it the pictures of a metal's other finishes."""
+    first, *others = group
+    use, row = library.MEASUREDBRDF_OT_use_published.bl_idname, cell.row(align=True)
+    buttons = [(first, picture_button(row.column(), use, shelf.published_icon(first.name), scale))]
+    column = row.column(align=True) if others else row
+    buttons += [(each, picture_button(column, use, shelf.published_icon(each.name), scale / _OTHER_FINISHES))
+                for each in others]
+    buttons += [(first, cell.operator(use, text=line)) for line in lines]
+    for each, button in buttons:
+        button.name = each.name
 
 
 def _draw_row(layout: bpy.types.UILayout, materials: list[tuple[str, str]]) -> None:

@@ -3,7 +3,7 @@
 Everything is asked of workers (`work.queue`); what is drawn meanwhile is what is known.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cache, partial
 from pathlib import Path
@@ -88,6 +88,14 @@ def offered(search: str, tag: str) -> list[published.Published]:
     return sorted(found, key=lambda each: (not each.is_computed, 0 if each.is_computed else -each.model.brightness))
 
 
+def by_substance(found: Sequence[published.Published]) -> list[list[published.Published]]:
+    """Published materials, the finishes of a metal together."""
+    groups: dict[str, list[published.Published]] = {}
+    for each in found:
+        groups.setdefault(each.substance if each.is_computed else each.name, []).append(each)
+    return [*groups.values()]
+
+
 def published_icon(name: str) -> int:
     """The icon of a published material: a grey disc until it has been drawn, with some others of its kind."""
     key = "published", name
@@ -119,7 +127,8 @@ def _disc() -> SingleArray:
 @cache
 def _together() -> list[tuple[str, ...]]:
     """The names of materials whose pictures are drawn at a time: of a kind, in the order in which they are shown."""
-    kinds = [[each.name for each in offered("", ALL) if each.tags[0] == tag] for tag in published.TAGS]
+    shown = [each for group in by_substance(offered("", ALL)) for each in group]
+    kinds = [[each.name for each in shown if each.tags[0] == tag] for tag in published.TAGS]
     return [tuple(names[first:first + _AT_A_TIME]) for names in kinds for first in range(0, len(names), _AT_A_TIME)]
 
 

@@ -51,6 +51,7 @@ LARGEST = 160 << 20         # bytes; a spectral file has up to 15 million, of an
 _NEEDED = ("phi_i", "theta_i", "sigma", "ndf", "vndf", "luminance", "jacobian")
 _MOST_INCIDENT = 10_000     # directions of incidence of an anisotropic material; real files have 136
 _MOST_BETWEEN = 4           # samples between, for each node; published files have 3
+_LONG, _PRODUCT = 40, 26        # characters of a name, and of the product in brackets that ends a description
 _LAST_MEASURED = np.radians(89)     # at most; what is tabulated beyond is an extrapolation
 _SYMMETRIES = {1: "none", 2: HALF_TURN, 4: HALF_TURN_AND_MIRROR}    # by how often the azimuths go into a turn
 
@@ -123,8 +124,26 @@ def _table(path: str | Path, fields: dict[str, NDArray[Any]], colour: str, readi
     name = decode(fields["description"].tobytes()).strip() if "description" in fields else ""
     return RglTable(theta_i, ndf, sigma, rgl_warp.warp(density.reshape(-1, *density.shape[2:])),
                     values.reshape(-1, *values.shape[2:]), bool(fields["jacobian"][0]),
-                    name if name and name.isprintable() else Path(path).stem,
-                    reading.notes if colour == "spectra" else (), azimuths)
+                    _short(name) if name and name.isprintable() else Path(path).stem,
+                    ((name,) if name and name.isprintable() and name != _short(name) else ())
+                    + tuple(reading.notes if colour == "spectra" else ()), azimuths)
+
+
+def _short(description: str) -> str:
+    """A name of a description of up to a hundred characters: the product that it ends with, or what stands before a
+    remark; else its first words.
+
+    Examples
+    --------
+    >>> _short("TeckWrap vinyl wrapping film (Mint CHM16E)"), _short("Green paint (on steel, with a primer, of 2016)")
+    ('Mint CHM16E', 'Green paint')
+    """
+    head, _, remark = description.partition(" (")
+    if len(description) <= _LONG or not head:
+        return description
+    if remark.endswith(")") and len(remark) <= _PRODUCT:
+        return remark[:-1]
+    return head if len(head) <= _LONG else head[:_LONG].rpartition(" ")[0] or head[:_LONG]
 
 
 def _azimuths(path: str | Path, fields: dict[str, NDArray[Any]], colour: str) -> FloatArray:

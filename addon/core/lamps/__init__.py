@@ -31,7 +31,7 @@ from .group import node_tree
 from .lamp import Lamp
 from .light_objects import light_of
 
-__all__ = ["in_scene", "node_tree", "register", "sky_moves", "unregister", "update"]
+__all__ = ["in_scene", "is_main_thread_free", "node_tree", "register", "sky_moves", "unregister", "update"]
 
 _Listed = list[tuple[Lamp, bpy.types.Object | None]]
 """Lamps, each with its evaluated object; None for instances and bright spots."""
@@ -69,7 +69,7 @@ def sky_moves(world: bpy.types.World | None) -> bool:
 
 def _write_changes(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
     """Write the lamps of an evaluated scene, of which something has changed."""
-    is_free = _is_main_thread_free()
+    is_free = is_main_thread_free()
     if changed.structure:
         light_objects.forget_layers()
         instances.forget_collections()
@@ -147,10 +147,11 @@ def _may_write(scene: bpy.types.Scene) -> bool:
     """Whether no render can be reading what would be written now."""
     if scene.render.use_lock_interface:
         return True
-    return _is_main_thread_free()
+    return is_main_thread_free()
 
 
-def _is_main_thread_free() -> bool:
+def is_main_thread_free() -> bool:
+    """Whether this may change the file: no render job reads it."""
     return threading.current_thread() is threading.main_thread() and not bpy.app.is_job_running("RENDER")
 
 

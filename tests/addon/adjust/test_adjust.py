@@ -1,7 +1,9 @@
 """Adjustments of a material, as a script makes them."""
 
+from functools import partial
 from types import SimpleNamespace
 
+import bpy
 import numpy as np
 import pytest
 
@@ -240,3 +242,69 @@ def test_a_variation_is_one_step_from_what_was_measured_and_its_sliders_show_it(
     assert extension.addon.core.edits.is_as_wanted(material), "nothing is left to apply"
     assert blender.ops.measured_brdf.adjust(reset=True) == {"FINISHED"}
     np.testing.assert_array_equal(*np.broadcast_arrays(shown(material).evaluate(*at), measured.evaluate(*at)))
+
+
+def click(adjust, material, reset=False, variation="NONE"):
+    """As a button in a window does."""
+    operator = SimpleNamespace(reset=reset, variation=variation)
+    operator._chosen = partial(adjust.MEASUREDBRDF_OT_adjust._chosen, operator)
+    with bpy.context.temp_override(material=material):
+        assert adjust.MEASUREDBRDF_OT_adjust.invoke(operator, bpy.context, None) == {"FINISHED"}
+
+
+def test_a_click_moves_the_sliders_at_once_and_the_fit_follows(blender, extension, material, monkeypatch):
+    adjust, edits = extension.addon.adjust.operators, extension.addon.core.edits
+    window, now = _Window(blender), [100.0]
+    monkeypatch.setattr(adjust, "bpy", window)
+    monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
+    settings = material.measured_brdf_adjustments
+    blender.ops.ed.undo_push(message="before")
+    before = material.measured_brdf.sphere
+    click(adjust, material, variation="SATIN")
+    blender.ops.ed.undo_push(message="clicked")
+    assert settings.highlight_width == 2
+    assert not edits.is_as_wanted(material), "the sphere is drawn as it will be"
+    assert material.measured_brdf.sphere == before
+    now[0] += 1
+    adjust._apply()
+    assert window.begun == [("INVOKE_DEFAULT", material.name)]
+    window.begun.clear()
+    blender.ops.ed.undo()                               # while the fit is made
+    adjust._on_undo(None)
+    adjust._undo()
+    material = blender.data.materials["felt"]
+    assert material.measured_brdf_adjustments.highlight_width == 1
+    assert edits.is_as_wanted(material)
+    assert window.begun == [], "no other step is taken back"
+    click(adjust, material, variation="DUSTY")
+    click(adjust, material, reset=True)
+    assert edits.is_as_wanted(material)
+
+
+def test_a_fit_that_is_not_wanted_any_more_is_given_up(blender, extension, material, monkeypatch):
+    adjust = extension.addon.adjust.operators
+    window, ended = _Window(blender), []
+    monkeypatch.setattr(adjust, "bpy", window)
+    operator = SimpleNamespace(_target=material.session_uid, _edit={"width": 2.0}, _end=ended.append)
+    tick = SimpleNamespace(type="TIMER")
+    assert adjust.MEASUREDBRDF_OT_adjust.modal(operator, "context", tick) == {"CANCELLED"}
+    assert ended == ["context"]
+    assert window.timers == [adjust._apply], "what is wanted now is applied, if it is not there"
+
+
+def refuse():
+    raise RuntimeError("there is nothing to redo")
+
+
+def test_a_redo_that_ends_before_the_effect_has_it_applied(blender, extension, material, monkeypatch):
+    adjust, now = extension.addon.adjust.operators, [100.0]
+    window = _Window(blender)
+    monkeypatch.setattr(adjust, "bpy", window)
+    monkeypatch.setattr(adjust.time, "monotonic", lambda: now[0])
+    material.measured_brdf_adjustments.coat = 0.5
+    now[0] += 1
+    adjust._apply()
+    window.timers.clear()
+    window.ops.ed.redo = refuse
+    adjust._redo()
+    assert adjust._apply in window.timers

@@ -3,12 +3,15 @@
 import json
 import re
 from types import SimpleNamespace
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
 
+from fitter.colours import linear_of_srgb
 from fitter.cycles.principled_bsdf import Principled
 from support.cases import release
+from support.drawn import draw
 
 CLOTH = Principled(np.array([0.6, 0.3, 0.1]), 0.45, 0.0, 0.3, np.array([0.5, 0.25, 0.125]), 0.4)
 CAR = Principled(np.array([0.8, 0.5, 0.2]), 0.55, 1.0, 0.5, coat_weight=0.7, coat_roughness=0.15)
@@ -16,8 +19,11 @@ FIT = {"cloth": CLOTH, "car": CAR}
 EXACT = 1e-6
 
 
+ALBEDO = np.array([0.5, 0.25, 0.125])
+
+
 def outcome(close, colours="Rec.709"):
-    return SimpleNamespace(principled=close, colours=colours)
+    return SimpleNamespace(principled=close, colours=colours, albedo=ALBEDO)
 
 
 @pytest.fixture
@@ -32,6 +38,10 @@ def material(blender):
     tree.nodes.clear()
     inside = blender.data.node_groups.new("Measured BRDF", "ShaderNodeTree")
     inside.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
+    for name, kind, value in (("Tint", "Color", (1, 1, 1, 1)), ("Strength", "Float", 1), ("Normal", "Vector", None)):
+        socket = inside.interface.new_socket(name, in_out="INPUT", socket_type=f"NodeSocket{kind}")
+        if value is not None:
+            socket.default_value = value
     diffuse, end = inside.nodes.new("ShaderNodeBsdfDiffuse"), inside.nodes.new("NodeGroupOutput")
     inside.links.new(diffuse.outputs[0], end.inputs[0])
     group = tree.nodes.new("ShaderNodeGroup")
@@ -46,7 +56,17 @@ def material(blender):
 def update(material, close, **options):
     from measured_brdf.addon.core import export_surface
 
-    export_surface.update(material, outcome(close, **options))
+    export_surface.update(material, group(material), outcome(close, **options))
+
+
+def group(material):
+    return next(node for node in material.node_tree.nodes if node.type == "GROUP")
+
+
+def follow(material):
+    from measured_brdf.addon.core import export_surface
+
+    export_surface.follow(material, group(material))
 
 
 def outputs(material):
@@ -245,3 +265,259 @@ def test_an_imported_measurement_is_exported(blender, gltf, write_astm, glossy, 
     for name, value in expected.items():
         assert surface[name] == pytest.approx(value, abs=1e-5)
     assert surface["Base Color"] == pytest.approx(color[:3], abs=1e-5)
+
+
+TINT, STRENGTH = np.array([0.25, 1.0, 0.5]), 0.5
+
+
+def gltf_written(blender, path):
+    """The first material of an exported scene, and the linear colours of a texture of it."""
+    blender.ops.export_scene.gltf(filepath=str(path), export_format="GLTF_SEPARATE")
+    content = json.loads(path.read_text())
+
+    def texels(texture, is_data=False):
+        name = content["images"][content["textures"][texture["index"]]["source"]]["uri"]
+        return stored(blender, path.parent / unquote(name), is_data)
+
+    return content["materials"][0], texels
+
+
+def stored(blender, path, is_data=False):
+    """The linear values of a file, (height, width, 3), the bottom row first."""
+    image = blender.data.images.load(str(path))
+    width, height = image.size
+    pixels = np.array(image.pixels[:]).reshape(height, width, -1)[..., :3]
+    return pixels if is_data else linear_of_srgb(pixels)
+
+
+def image_node(blender, material, name, pixels, is_data=False):
+    """An Image Texture node in the material, of (height, width, 3) as it is stored."""
+    image = blender.data.images.new(name, *pixels.shape[1::-1], is_data=is_data)
+    image.pixels.foreach_set(np.insert(pixels, 3, 1, axis=2).astype(np.float32).ravel())
+    image.pack()
+    node = material.node_tree.nodes.new("ShaderNodeTexImage")
+    node.image = image
+    return node
+
+
+CHECKER = np.kron(np.array([[1.0, 0.2], [0.4, 0.8]]), np.ones((4, 4)))[..., None] * np.array([1.0, 0.5, 0.25])
+MASK = np.kron(np.array([[0.0, 1.0], [0.5, 0.25]]), np.ones((4, 4)))[..., None] * np.ones(3)
+EIGHT_BITS = 0.006          # of linear values that were stored in 8 bits of sRGB, and again in those of a file
+
+
+def test_a_plain_tint_and_strength_are_exported(blender, gltf, material, tmp_path):
+    update(material, CLOTH)
+    node = group(material)
+    node.inputs["Tint"].default_value, node.inputs["Strength"].default_value = (*TINT, 1), STRENGTH
+    follow(material)
+    expected = CLOTH.base_color * TINT * STRENGTH
+    written, _ = gltf_written(blender, tmp_path / "a.gltf")
+    assert written["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx([*expected, 1], abs=EXACT)
+    extensions = written["extensions"]
+    assert extensions["KHR_materials_specular"]["specularColorFactor"] == pytest.approx(TINT * STRENGTH, abs=EXACT)
+    assert extensions["KHR_materials_sheen"]["sheenColorFactor"] == pytest.approx(CLOTH.sheen_tint * TINT * STRENGTH,
+                                                                                  abs=EXACT)
+    blender.ops.wm.obj_export(filepath=str(tmp_path / "a.obj"))
+    assert "Kd " + " ".join(f"{value:.6f}" for value in expected) in (tmp_path / "a.mtl").read_text()
+    blender.ops.wm.usd_export(filepath=str(tmp_path / "a.usda"), generate_materialx_network=True)
+    text = (tmp_path / "a.usda").read_text()
+    for name in ("diffuseColor", "base_color"):
+        color = re.search(rf"color3f inputs:{name} = \((.*)\)", text)
+        assert [float(part) for part in color[1].split(",")] == pytest.approx(expected, abs=EXACT)
+    assert material.diffuse_color[:3] == pytest.approx(ALBEDO * TINT * STRENGTH, abs=EXACT)
+
+
+def test_an_image_in_tint_times_the_base_color_is_a_texture_everywhere(blender, gltf, material, tmp_path):
+    update(material, CLOTH)
+    node = group(material)
+    texture = image_node(blender, material, "checker", CHECKER)
+    texture.extension = "EXTEND"
+    material.node_tree.links.new(texture.outputs["Color"], node.inputs["Tint"])
+    node.inputs["Strength"].default_value = STRENGTH
+    follow(material)
+    expected = linear_of_srgb(np.round(CHECKER * 255) / 255) * CLOTH.base_color * STRENGTH
+    written, texels = gltf_written(blender, tmp_path / "a.gltf")
+    surface = written["pbrMetallicRoughness"]
+    seen = texels(surface["baseColorTexture"]) * np.array(surface.get("baseColorFactor", [1, 1, 1, 1]))[:3]
+    np.testing.assert_allclose(seen, expected, atol=EIGHT_BITS)
+    blender.ops.wm.usd_export(filepath=str(tmp_path / "a.usda"), generate_materialx_network=True)
+    text = (tmp_path / "a.usda").read_text()
+    files = set(re.findall(r"asset inputs:file = @(.*?)@", text))
+    np.testing.assert_allclose(stored(blender, tmp_path / files.pop()), expected, atol=EIGHT_BITS)
+    assert not files
+    assert "color3f inputs:diffuseColor.connect" in text
+    assert "color3f inputs:base_color.connect" in text
+    assert 'wrapS = "clamp"' in text
+    blender.ops.wm.obj_export(filepath=str(tmp_path / "a.obj"), path_mode="COPY")
+    lines = (tmp_path / "a.mtl").read_text().splitlines()
+    assert [line for line in lines if "Kd" in line] == ["map_Kd measured_base_color.png"], "nothing multiplies it"
+    mean = (linear_of_srgb(np.round(CHECKER * 255) / 255)).mean(axis=(0, 1)) * ALBEDO * STRENGTH
+    assert material.diffuse_color[:3] == pytest.approx(mean, abs=EIGHT_BITS)
+
+
+def test_an_image_that_is_taken_away_leaves_nothing(blender, material):
+    update(material, CLOTH)
+    before = {node.name for node in material.node_tree.nodes}
+    texture = image_node(blender, material, "checker", CHECKER)
+    link = material.node_tree.links.new(texture.outputs["Color"], group(material).inputs["Tint"])
+    follow(material)
+    assert len(blender.data.images) == 2
+    material.node_tree.links.remove(link)
+    material.node_tree.nodes.remove(texture)
+    follow(material)
+    assert {node.name for node in material.node_tree.nodes} == before
+    assert [image.name for image in blender.data.images] == ["checker"]
+    from measured_brdf.addon.core import export_surface
+
+    export = material.node_tree.nodes[export_surface.NAME]
+    assert export.inputs["Base Color"].default_value[:3] == pytest.approx(CLOTH.base_color, abs=EXACT)
+
+
+def test_brightness_beside_a_constant_in_strength_is_in_the_texture(blender, gltf, material, tmp_path):
+    """As a measured flat sample of one material has it."""
+    update(material, CLOTH)
+    tree, node = material.node_tree, group(material)
+    texture, times = image_node(blender, material, "brightness", MASK, is_data=True), tree.nodes.new("ShaderNodeMath")
+    times.operation, times.inputs[1].default_value = "MULTIPLY", 1.5
+    tree.links.new(texture.outputs["Color"], times.inputs[0])
+    tree.links.new(times.outputs[0], node.inputs["Strength"])
+    follow(material)
+    written, texels = gltf_written(blender, tmp_path / "a.gltf")
+    seen = texels(written["pbrMetallicRoughness"]["baseColorTexture"])
+    stored_mask = np.round(MASK * 255) / 255
+    np.testing.assert_allclose(seen, np.minimum(stored_mask * 1.5 * CLOTH.base_color, 1), atol=EIGHT_BITS)
+
+
+def test_a_normal_map_is_exported(blender, gltf, material, tmp_path):
+    update(material, CLOTH)
+    tree, node = material.node_tree, group(material)
+    texture, normal = image_node(blender, material, "bumps", MASK, is_data=True), tree.nodes.new("ShaderNodeNormalMap")
+    normal.inputs["Strength"].default_value = 0.75
+    tree.links.new(texture.outputs["Color"], normal.inputs["Color"])
+    tree.links.new(normal.outputs["Normal"], node.inputs["Normal"])
+    follow(material)
+    written, texels = gltf_written(blender, tmp_path / "a.gltf")
+    assert written["normalTexture"]["scale"] == pytest.approx(0.75)
+    np.testing.assert_allclose(texels(written["normalTexture"], is_data=True), MASK, atol=0.003)
+    tree.links.remove(node.inputs["Normal"].links[0])
+    follow(material)
+    written, _ = gltf_written(blender, tmp_path / "b.gltf")
+    assert "normalTexture" not in written
+
+
+def test_what_cannot_be_exported_is_told_at_the_export_and_in_the_panel(blender, gltf, material, tmp_path, capfd,
+                                                                        monkeypatch):
+    import measured_brdf
+    from measured_brdf.addon.core import export_surface
+
+    update(material, CLOTH)
+    assert export_surface.losses(material) == []
+    tree, node = material.node_tree, group(material)
+    for kind, name in (("Noise", "Tint"), ("Noise", "Strength")):
+        made = tree.nodes.new(f"ShaderNodeTex{kind}")
+        tree.links.new(made.outputs[0], node.inputs[name])
+    bump = tree.nodes.new("ShaderNodeBump")
+    tree.links.new(bump.outputs[0], node.inputs["Normal"])
+    follow(material)
+    told = export_surface.losses(material)
+    assert [line.split(":")[0] for line in told] == ["Tint", "Strength", "Normal"]
+    monkeypatch.setattr("measured_brdf.addon.core.material.surface_node", group)
+    of_dialog = SimpleNamespace(active_operator=SimpleNamespace(bl_idname="WM_OT_usd_export"))
+    from measured_brdf.addon.panel.exporting import MEASUREDBRDF_PT_export as Panel
+
+    assert Panel.poll(SimpleNamespace(space_data=of_dialog))
+    shown = draw(Panel, space_data=of_dialog).texts
+    assert all(f"{material.name}: {line}" in shown for line in told)
+    added = blender.context.preferences.addons.new()
+    added.module = measured_brdf.__name__
+    blender.ops.export_scene.gltf(filepath=str(tmp_path / "a.gltf"), export_format="GLTF_SEPARATE")
+    seen = capfd.readouterr().out
+    blender.context.preferences.addons.remove(added)
+    assert all(f"WARNING: {material.name}: {line}" in seen for line in told)
+
+
+def test_it_is_told_where_another_output_is_exported(blender, material):
+    from measured_brdf.addon.core import export_surface
+
+    update(material, CLOTH)
+    mine = material.node_tree.nodes.new("ShaderNodeOutputMaterial")
+    mine.name, mine.is_active_output = "Mine", True
+    assert export_surface.losses(material) == ["What other programs get is the surface at the output Mine"]
+
+
+def test_the_solid_colour_follows_and_a_metal_is_not_black_there(blender, material):
+    update(material, CAR)
+    assert material.metallic == 0
+    group(material).inputs["Strength"].default_value = STRENGTH
+    follow(material)
+    assert material.diffuse_color[:3] == pytest.approx(ALBEDO * STRENGTH, abs=EXACT)
+    material.diffuse_color = (1, 0, 1, 1)
+    group(material).inputs["Strength"].default_value = 1
+    follow(material)
+    assert material.diffuse_color[:3] == pytest.approx((1, 0, 1)), "the user's"
+
+
+def test_a_change_is_followed_without_being_asked(blender, gltf, quick, tmp_path):
+    """The whole way: the library, an input of the node, a file; and undo."""
+    blender.ops.mesh.primitive_plane_add()
+    blender.ops.measured_brdf.import_data(filepath="published:red-plastic", preset="Draft")
+    material = blender.context.object.active_material
+    plain, _ = gltf_written(blender, tmp_path / "a.gltf")
+    group(material).inputs["Tint"].default_value = (*TINT, 1)
+    blender.context.view_layer.update()
+    tinted, _ = gltf_written(blender, tmp_path / "b.gltf")
+    before, after = (np.array(each["pbrMetallicRoughness"]["baseColorFactor"][:3]) for each in (plain, tinted))
+    np.testing.assert_allclose(after, before * TINT, atol=EXACT)
+
+
+def test_a_mask_of_a_mix_is_baked(blender, gltf, quick, tmp_path):
+    blender.ops.mesh.primitive_plane_add()
+    parts = []
+    for name in ("red-fabric", "chrome"):
+        blender.ops.measured_brdf.import_data(filepath=f"published:{name}", preset="Draft")
+        written, _ = gltf_written(blender, tmp_path / f"{name}.gltf")
+        parts.append(written["pbrMetallicRoughness"])
+    material = blender.context.object.active_material
+    image = image_node(blender, material, "mask", MASK, is_data=True).image
+    blender.ops.measured_brdf.mix(first="Red fabric", second="Chrome", mask=image.name)
+    mixed = blender.data.materials["Red fabric + Chrome"]
+    blender.context.object.material_slots[0].material = mixed
+    surface, texels = gltf_written(blender, tmp_path / "mixed.gltf")
+    surface = surface["pbrMetallicRoughness"]
+    share = np.round(MASK * 255) / 255
+
+    def expected(name, default):
+        below, above = (np.atleast_1d(part.get(name, default)) for part in parts)
+        return (1 - share) * below[..., :3] + share * above[..., :3]
+
+    np.testing.assert_allclose(texels(surface["baseColorTexture"]), expected("baseColorFactor", [1, 1, 1, 1]),
+                               atol=EIGHT_BITS)
+    packed = texels(surface["metallicRoughnessTexture"], is_data=True)
+    for channel, name in ((1, "roughnessFactor"), (2, "metallicFactor")):
+        seen = packed[..., channel] * surface.get(name, 1)
+        np.testing.assert_allclose(seen, expected(name, [1.0])[..., 0], atol=0.004)
+    # a stroke of the brush
+    image.pixels.foreach_set(np.ones(4 * image.size[0] * image.size[1], dtype=np.float32))
+    image.update_tag()
+    blender.context.view_layer.update()
+    again, texels = gltf_written(blender, tmp_path / "painted.gltf")
+    seen = again["pbrMetallicRoughness"]
+    np.testing.assert_allclose(texels(seen["baseColorTexture"]), np.ones((8, 8, 1)) * parts[1]["baseColorFactor"][:3],
+                               atol=EIGHT_BITS)
+
+
+def test_displacement_at_the_highlighted_output_is_that_of_the_renderers(blender, material):
+    update(material, CLOTH)
+    tree = material.node_tree
+    highlighted, = (node for node in outputs(material) if node.is_active_output)
+    displacement = tree.nodes.new("ShaderNodeDisplacement")
+    link = tree.links.new(displacement.outputs[0], highlighted.inputs["Displacement"])
+    follow(material)
+    others = [node.inputs["Displacement"] for node in outputs(material) if node != highlighted]
+    assert [socket.links[0].from_node for socket in others] == [displacement, displacement]
+    tree.links.remove(link)
+    follow(material)
+    assert not any(socket.is_linked for socket in others)
+    tree.links.new(displacement.outputs[0], others[0])
+    follow(material)
+    assert [socket.is_linked for socket in others] == [True, False], "the user's own"

@@ -86,6 +86,7 @@ def controls(shown):
 
 def test_before_the_first_sub_panel_there_are_six_controls_and_all_but_adjust_are_closed(ui, material):
     use_cycles(bpy.context.scene)
+    bpy.ops.measured_brdf.add_studio()          # before a plain world it is offered
     shown = drawn(ui, ui.fit.MEASUREDBRDF_PT_material, material)
     assert controls(shown) == ["Import...", "MEASUREDBRDF_PT_library", "", "Mix...", "Inspect", "Save..."]
     bpy.context.scene.cycles.shading_system = False

@@ -112,8 +112,46 @@ def test_the_library_begins_with_metals_and_what_is_bright_and_the_pop_up_has_as
     drawn = {height: draw(panel.MEASUREDBRDF_PT_library, window=height and SimpleNamespace(height=height))
              for height in (None, 2000, 1080, 100)}
     choices.property_unset("tag")
-    assert [each.kinds.count("picture") for each in drawn.values()] == [28, 28, 21, 7]
-    assert f"{len(offered) - 21} more materials" in drawn[1080].texts
+    pictures = [len(each) for each in shelf.by_substance(offered)]
+    assert [each.kinds.count("picture") for each in drawn.values()] == [sum(pictures[:n]) for n in (28, 28, 21, 7)]
+    assert f"{len(pictures) - 21} more materials" in drawn[1080].texts
+
+
+def test_a_metal_is_one_picture_with_its_finishes_beside_it_and_all_metals_have_room(extension):
+    from measured_brdf.addon.starter import panel, shelf
+
+    gold = shelf.by_substance(shelf.offered("", "metal"))[0]
+    assert [each.name for each in gold] == ["gold-polished", "gold-satin", "gold-rough", "gold-brushed"]
+    shown = draw(panel.MEASUREDBRDF_PT_library, window=SimpleNamespace(height=1080))
+    used = [vars(entry[4]).get("name") for entry in shown.drawn if entry[0] == "button"]
+    assert {each.name for each in shelf.offered("", "metal")} <= set(used)
+    assert "more materials" not in shown.texts
+    assert shown.button("Gold").options == {"name": "gold-polished"}
+    choices = bpy.context.window_manager.measured_brdf_shelf
+    choices.search = "satin gold"
+    shown = draw(panel.MEASUREDBRDF_PT_library, window=SimpleNamespace(height=1080))
+    choices.search = ""
+    assert shown.button("Satin gold").options == {"name": "gold-satin"}
+
+
+def test_a_second_click_uses_the_material_that_is_there_unless_it_has_been_changed(cube):
+    assert bpy.ops.measured_brdf.use_published(name="red-plastic") == {"FINISHED"}
+    first = cube.active_material
+    bpy.ops.mesh.primitive_cube_add()
+    other = bpy.context.object
+    assert bpy.ops.measured_brdf.use_published(name="red-plastic") == {"FINISHED"}
+    assert other.active_material == first
+    node, = (each for each in first.node_tree.nodes if each.type == "GROUP")
+    node.inputs["Tint"].default_value = (0.5, 1, 1, 1)
+    assert bpy.ops.measured_brdf.use_published(name="red-plastic") == {"FINISHED"}
+    assert other.active_material != first
+    bpy.data.materials.remove(other.active_material)
+    node.inputs["Tint"].default_value = (1, 1, 1, 1)
+    first.measured_brdf_adjustments.coat = 0.5
+    assert bpy.ops.measured_brdf.use_published(name="red-plastic") == {"FINISHED"}
+    assert other.active_material != first
+    assert bpy.ops.measured_brdf.use_published(name="chromium-satin") == {"FINISHED"}
+    assert other.active_material.name == "Satin chromium"
 
 
 def test_search_finds_by_words_in_name_label_and_tags(extension):
@@ -177,7 +215,7 @@ def test_pictures_of_the_library_are_asked_for_when_it_is_opened_and_appear_in_t
     draw(main.MEASUREDBRDF_PT_material)
     assert asked() == []
     opened = draw(panel.MEASUREDBRDF_PT_library, window=None)
-    shown = shelf.offered("", "metal")[:panel._ABREAST * panel._ROWS]
+    shown = shelf.offered("", "metal")
     assert opened.kinds.count("picture") == len(shown)
     assert shelf.coming() == {each.name for each in shown}
     wanted, disc = asked(), picture("gold-polished")

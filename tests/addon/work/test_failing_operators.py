@@ -15,7 +15,7 @@ from support.stage import black_scene
 
 ADDON = str(ROOT / "addon") + os.sep
 # lamp groups are derived data, and their functions are called hundreds of times
-LAMPS = tuple(f"{ADDON}core{os.sep}{name}" for name in ("lamps", "device", "world_lights"))
+HANDLERS = tuple(f"{ADDON}core{os.sep}{name}" for name in ("lamps", "device", "world_lights", "export_follow.py"))
 # transactions are what is tested; the others change no data of Blender's
 QUIET = ("annotations.py", "transaction.py", "tasks.py", "process.py", "queue.py", "properties.py", "compiler.py",
          "versions.py", "icons.py", "preferences.py")
@@ -48,9 +48,9 @@ class _Injection:
 
     def _fail(self, frame, event):
         path, name = frame.f_code.co_filename, frame.f_code.co_name
-        if event != "call" or not path.startswith(ADDON) or path.startswith(LAMPS):
+        if event != "call" or not path.startswith(ADDON) or path.startswith(HANDLERS):
             return
-        if path.endswith(QUIET) or name in OUTSIDE or name[0] == "<" or _is_called_by_lamps(frame):
+        if path.endswith(QUIET) or name in OUTSIDE or name[0] == "<" or _is_called_by_a_handler(frame):
             return
         if self.where is not None or frame.f_code in self.called:
             return
@@ -60,9 +60,9 @@ class _Injection:
             raise InjectedError(self.where)
 
 
-def _is_called_by_lamps(frame):
-    """Whether a handler of lamps has called: Blender prints its errors, and the operator goes on."""
-    while frame is not None and not frame.f_code.co_filename.startswith(LAMPS):
+def _is_called_by_a_handler(frame):
+    """Whether a handler has called: Blender prints its errors, and the operator goes on."""
+    while frame is not None and not frame.f_code.co_filename.startswith(HANDLERS):
         frame = frame.f_back
     return frame is not None
 

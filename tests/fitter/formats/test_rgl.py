@@ -97,7 +97,11 @@ def test_between_the_nodes_samples_are_the_files_own_interpolation(path):
 @real
 def test_their_names_and_numbers_are_the_files():
     names = {path.stem: fitter.load(path).name for path in GOLDEN}
-    assert names["chm_mint_rgb"] == "TeckWrap vinyl wrapping film (Mint CHM16E)"
+    assert names["chm_mint_rgb"] == "Mint CHM16E"
+    notes = fitter.load(FOLDER / "chm_mint_rgb.bsdf").notes
+    assert "TeckWrap vinyl wrapping film (Mint CHM16E)" in notes
+    assert names["ilm_solo_m_68_rgb"] == "Blue metallic m68-speeder material"
+    assert names["irid_flake_paint1_rgb"] == "Iridescent flake car paint"
     counts = {path.stem: len(table_of(path).nodes()[0]) for path in GOLDEN}
     assert all(6800 < count < 7500 for count in counts.values())
     assert (table_of(FOLDER / "chm_mint_rgb.bsdf").nodes()[-1] < 0).mean() == pytest.approx(0.217, abs=0.001)
