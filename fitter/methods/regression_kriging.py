@@ -181,7 +181,7 @@ def _finest(samples: Samples) -> float:
 
 def _softening(samples: Samples) -> float:
     """The softening radius about retro-reflection: as wide as nobody measured there."""
-    distance = 2 * HalfDifference(0.0).encode(*samples.directions)[:, 0] - 1
+    distance = 2 * HalfDifference(rusinkiewicz.LEAST_SOFTENING).encode(*samples.directions)[:, 0] - 1
     return float(np.clip(_few_are_less(distance) / 2, _THINNEST, half_difference.SOFTENING))
 
 
