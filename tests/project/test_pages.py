@@ -31,7 +31,7 @@ BLENDER = {"bpy", "blf", "bmesh", "bpy_extras", "gpu", "gpu_extras", "mathutils"
 # names in Blender that the manual leads through, and words in bold that are no names
 BLENDERS_OWN = {"File", "Import", "Edit", "Preferences", "Get Extensions", "the arrow at the top right", "Add-ons",
                 "Install from Disk", "Properties", "Material", "Image", "Save As", "F3", "Shift+A", "Color Management",
-                "Render properties", "Light Paths", "Filter Glossy", "External Data"}
+                "Render properties", "Light", "Light Paths", "Filter Glossy", "External Data"}
 EMPHASISED = {"published fits, not measurements", "exactly", "Untested", "The sphere", "The curves", "The numbers",
               "The lobe", "The normal", "The plot", "Documentation", "Known limits.", "Files", "Materials", "Looking",
               "Editing", "Light", "Engines", "Reuse",
