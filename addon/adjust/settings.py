@@ -1,6 +1,7 @@
 """What artists change of a measured material: the settings of `fitter.edited`, stored with the material."""
 
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import bpy
@@ -102,13 +103,22 @@ def values_of(edit: Arguments) -> dict[str, Any]:
     return {name: np.asarray(value, np.float32).tolist() for name, value in values.items()}
 
 
+def _rounded(edit: Arguments) -> Arguments:
+    return arguments_of(SimpleNamespace(**values_of(edit)))
+
+
+_SLIDERS = edits.Sliders(_rounded, lambda material, edit: move(material, values_of(edit)))
+
+
 def register() -> None:
     bpy.utils.register_class(MeasuredAdjustments)
     bpy.types.Material.measured_brdf_adjustments = PointerProperty(type=MeasuredAdjustments, name="Adjustments")
     edits.wanted_by.append(edit_arguments)
+    edits.sliders.append(_SLIDERS)
 
 
 def unregister() -> None:
+    edits.sliders.remove(_SLIDERS)
     edits.wanted_by.remove(edit_arguments)
     del bpy.types.Material.measured_brdf_adjustments
     bpy.utils.unregister_class(MeasuredAdjustments)

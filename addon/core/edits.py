@@ -1,6 +1,7 @@
 """How users want the fit of a material edited: slices say it, and without them no fit is edited."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import bpy
 
@@ -9,6 +10,17 @@ from .properties import as_text
 
 wanted_by: list[Callable[[bpy.types.Material], Arguments]] = []
 """Functions that return keyword arguments of `fitter.edited` for a material."""
+
+
+class Sliders(NamedTuple):
+    """How a slice stores what `wanted_by` returns: it rounds arguments as they are stored, and has a material want
+    them, which is edited so already."""
+
+    rounded: Callable[[Arguments], Arguments]
+    move: Callable[[bpy.types.Material, Arguments], None]
+
+
+sliders: list[Sliders] = []
 
 
 def edit_arguments(material: bpy.types.Material) -> Arguments:

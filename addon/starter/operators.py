@@ -5,14 +5,14 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-from bpy.props import EnumProperty, PointerProperty, StringProperty
+from bpy.props import EnumProperty, FloatVectorProperty, PointerProperty, StringProperty
 
 from ...fitter import DatasetError, ready
 from ...fitter.matching import WINDOWS, Match, told
 from ...fitter.published import METAL, PREFIX, find
+from ..core import edits, osl_support, targets
 from ..core import material as materials
-from ..core import osl_support, targets
-from ..core.annotations import OperatorResult, not_none
+from ..core.annotations import Arguments, OperatorResult, not_none
 from ..core.properties import fitted_arguments
 from ..core.reading import load_arguments, scene_colours
 from ..work import process
@@ -48,6 +48,10 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
 
     name: StringProperty(options={"SKIP_SAVE"})
     note: StringProperty(options={"SKIP_SAVE", "HIDDEN"})       # for the tooltip
+    diffuse: FloatVectorProperty(size=3, default=(1, 1, 1), min=0, options={"SKIP_SAVE"},
+                                 description="Factors of the diffuse part, as Adjust has them")
+    highlight: FloatVectorProperty(size=3, default=(1, 1, 1), min=0, options={"SKIP_SAVE"},
+                                   description="Factors of the highlight, as Adjust has them")
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: Any) -> str:
@@ -56,12 +60,12 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
         except DatasetError as error:
             return str(error)
         if properties.note:
-            return properties.note
+            return f"{properties.note}. A click adjusts it so, and assigns it to all selected objects"
         return f"{material.label}, assigned to all selected objects. {material.description}"
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> OperatorResult:
-        return self.execute(context) if work.is_quick(self.name, scene_colours()) else (
-            self._use_again(context) or self.start(context))
+        is_quick = not self._edit() and work.is_quick(self.name, scene_colours())
+        return self.execute(context) if is_quick else self._use_again(context) or self.start(context)
 
     def execute(self, context: bpy.types.Context) -> OperatorResult:
         return self._use_again(context) or self.run(context)
@@ -71,7 +75,7 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
         path = PREFIX + self.name
         there = next((item for item in bpy.data.materials if item.measured_brdf.filepath == path
                       and fitted_arguments(item.measured_brdf) == ready.ARGUMENTS and materials.is_as_made(item)), None)
-        if there is None:
+        if there is None or self._edit():
             return None
         self.remember_target(context)
         if why := targets.assign_all(self.all_targets(), there):
@@ -84,7 +88,15 @@ class MEASUREDBRDF_OT_use_published(MakesMaterials, bpy.types.Operator):
         for name, value in vars(choices).items():       # what `MakesMaterials` looks for
             setattr(self, name, value)
         self.remember_target(context)
-        return process.Calculation(partial(work.outcomes, self.name, load_arguments(choices)))
+        return process.Calculation(partial(work.outcomes, self.name, load_arguments(choices), self._edit()))
+
+    def _edit(self) -> Arguments:
+        """The keyword arguments of `fitter.edited` that were asked for."""
+        edit: Arguments = {name: [*getattr(self, name)] for name in ("diffuse", "highlight")
+                           if tuple(getattr(self, name)) != (1, 1, 1)}
+        for sliders in edits.sliders:
+            edit = sliders.rounded(edit)
+        return edit
 
 
 class MEASUREDBRDF_OT_match_photograph(AsksForPath, bpy.types.Operator):

@@ -107,10 +107,10 @@ def _draw_published(layout: bpy.types.UILayout, context: bpy.types.Context, colu
     kind.active = not choices.search        # which is in all kinds
     kind.prop(choices, "tag", text="")
     favourites = shelf.favourites()
-    _draw_row(layout, [(each.name, "") for each in favourites[:columns * 2]])
+    _draw_row(layout, [{"name": each.name} for each in favourites[:columns * 2]])
     layout.operator(library.MEASUREDBRDF_OT_match_photograph.bl_idname, text="Match a Photograph...", icon="IMAGE_DATA")
-    _draw_row(layout, [(each.material.name, line) for each, line in
-                       zip(shelf.nearest, told("", shelf.nearest)[1:], strict=True)])
+    _draw_row(layout, [{"name": each.material.name, "note": line, "diffuse": each.diffuse, "highlight": each.highlight}
+                       for each, line in zip(shelf.nearest, told("", shelf.nearest)[1:], strict=True)])
     offered = shelf.offered(choices.search, shelf.ALL if choices.search else choices.tag)
     groups = shelf.by_substance(offered)
     if len(groups) <= most_large:
@@ -190,15 +190,16 @@ def _draw_finishes(cell: bpy.types.UILayout, group: list[Published], lines: tupl
         button.name = each.name
 
 
-def _draw_row(layout: bpy.types.UILayout, materials: list[tuple[str, str]]) -> None:
-    """Draw small pictures of materials by name, each with a note for its tooltip."""
+def _draw_row(layout: bpy.types.UILayout, materials: list[dict[str, Any]]) -> None:
+    """Draw small pictures of materials, which are buttons with these properties."""
     if materials:
         row = layout.row(align=True)
         row.alignment = "LEFT"
-    for name, note in materials:
+    for properties in materials:
         button = picture_button(row.column(), library.MEASUREDBRDF_OT_use_published.bl_idname,
-                                shelf.published_icon(name), _OF_FAVOURITES)
-        button.name, button.note = name, note
+                                shelf.published_icon(properties["name"]), _OF_FAVOURITES)
+        for name, value in properties.items():
+            setattr(button, name, value)
 
 
 def _icon(name: str) -> int:

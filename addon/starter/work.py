@@ -6,7 +6,7 @@ from ...fitter import DatasetError, matching, published, ready
 from ...fitter.colours import DEFAULT
 from ...fitter.photographs.picture_files import read_picture
 from ..core.annotations import Arguments
-from ..core.outcomes import Outcome
+from ..core.outcomes import Kept, Outcome
 from ..work import tasks
 
 
@@ -24,17 +24,20 @@ def is_quick(name: str, colours: str) -> bool:
     return colours in ("", DEFAULT) and name in published.materials() and ready.is_there(name)
 
 
-def outcome(name: str, how: Arguments) -> Outcome:
-    """What a material is made from, of a published fit; where the file has other colours, it is fitted for them.
+def outcome(name: str, how: Arguments, edit: Arguments | None = None) -> Outcome:
+    """What a material is made from, of a published fit, edited as `fitter.edited` does; where the file has other
+    colours, it is fitted for them.
 
     Raises DatasetError if there is none of this name, or its fit is damaged.
     """
     path = published.find(name).path
     if how["colours"] != DEFAULT:
-        return tasks.outcome(path, None, ready.ARGUMENTS, how=how)
-    return tasks.outcome_of(ready.find(name), path, how)
+        return tasks.outcome(path, None, ready.ARGUMENTS, how, edit)
+    made = tasks.outcome_of(ready.find(name), path, how)
+    kept = Kept(made.surface.kept, name, made.measured.colours)
+    return made._replace(surface=tasks.adjusted(kept, edit)) if edit else made
 
 
-def outcomes(name: str, how: Arguments) -> list[tuple[str, str, Outcome]]:
+def outcomes(name: str, how: Arguments, edit: Arguments | None = None) -> list[tuple[str, str, Outcome]]:
     """The one outcome, as `tasks.outcomes` returns several."""
-    return [(published.find(name).path, "", outcome(name, how))]
+    return [(published.find(name).path, "", outcome(name, how, edit))]

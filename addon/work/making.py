@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 from bpy.props import IntProperty, StringProperty
 
-from ..core import compiler, material, preferences, rendered, targets
+from ..core import compiler, edits, material, preferences, rendered, targets
 from ..core.annotations import OperatorResult, not_none
 from ..core.outcomes import Outcome
 from ..core.properties import CHOICES, LEVELS, OFFERED, FitChoices, draw_presets, draw_rendering, use_preset, worth
@@ -73,6 +73,8 @@ class MakesMaterials(HasTarget, InBackground):
             if not isinstance(outcome, Exception):
                 choices.filepath, choices.sample = path, sample
                 made.append(material.create(outcome, choices, context, shader))
+                for sliders in edits.sliders:
+                    sliders.move(made[-1], outcome.surface.edit)
         for item in made[1:]:
             item.use_fake_user = True           # without a user, Blender does not save it
         judged = worth(made[0].measured_brdf) if len(made) == 1 else None

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 
-from fitter import published, studio
+from fitter import Fit, edited, published, studio
 from fitter.pictures import sphere
 from support.ball_files import write_picture
 from support.blend_state import state
@@ -36,7 +36,11 @@ def test_the_nearest_materials_appear_in_a_row_and_are_told(extension, photograp
     assert "Green latex: difference" in capfd.readouterr().out
     choices = bpy.context.window_manager.measured_brdf_shelf
     choices.search = "unobtainium"
-    assert draw(panel.MEASUREDBRDF_PT_library).kinds.count("picture") == 5
+    shown = draw(panel.MEASUREDBRDF_PT_library)
+    assert shown.kinds.count("picture") == 5
+    first = next(vars(entry[4]) for entry in shown.drawn if entry[0] == "button" and "diffuse" in vars(entry[4]))
+    assert first["name"] == "green-latex"
+    assert first["note"].startswith("Green latex: difference")
     choices.property_unset("search")
     shelf.nearest.clear()
 
@@ -51,6 +55,27 @@ def test_none_is_near_to_noise_and_nothing_changes(extension, photograph, random
         bpy.ops.measured_brdf.match_photograph(filepath=str(path))
     assert shelf.nearest == []
     assert state() == before
+
+
+def test_one_click_applies_a_material_and_its_adjustment(blender, quick):
+    from measured_brdf.addon.core import edits, node_group
+    from measured_brdf.addon.core import material as materials
+
+    bpy.ops.mesh.primitive_cube_add()
+    diffuse, highlight = (0.5, 1.25, 2.0), (0.75, 0.75, 0.75)
+    assert bpy.ops.measured_brdf.use_published(name="red-plastic") == {"FINISHED"}
+    plain = bpy.context.object.active_material
+    assert bpy.ops.measured_brdf.use_published(name="red-plastic", diffuse=diffuse, highlight=highlight) == {"FINISHED"}
+    item = bpy.context.object.active_material
+    assert item != plain
+    assert edits.is_as_wanted(item), "sliders and shader are one"
+    settings = item.measured_brdf_adjustments
+    assert np.array(settings.diffuse_tint) * settings.diffuse_gain == pytest.approx(diffuse)
+    assert settings.highlight_gain == pytest.approx(0.75)
+    fits = [Fit.from_bytes(node_group.kept_fit(materials.group_node(each).node_tree)) for each in (plain, item)]
+    at = np.full(20, 0.5), np.zeros(20), np.linspace(0, 1.3, 20), np.full(20, 3.0)
+    wanted = edited(fits[0], diffuse=diffuse, highlight=0.75).evaluate(*at)
+    np.testing.assert_allclose(fits[1].evaluate(*at), wanted, rtol=1e-4, atol=1e-6)
 
 
 def test_a_file_that_is_no_picture_is_refused_and_nothing_changes(extension, openimageio, tmp_path):
