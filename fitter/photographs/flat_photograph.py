@@ -14,6 +14,7 @@ from .ball import STEEPEST, saturated
 _STEPS = 12                 # of Newton's method toward a pixel, which doubles the digits; of 120 degrees it takes 7
 _EXACT = 1e-9               # of a pixel: a step at which it ends
 _FLOOR = 1e-3               # of the picture's typical brightness, where its noise is not known
+_LEAST_NOISE = 1e-3         # of that, which nothing is below: files may say that black has none
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +151,8 @@ def observed(photographs: Sequence[FlatPhotograph], points: FloatArray, normal: 
             pixel = pixel_of(each.rays, -seen.view[:, k])
         corner, share, inside = corners_of(pixel, each.radiance.shape[:2])
         radiance[:, k] = between(each.radiance, corner, share)
-        noise[:, k] = each.floor if each.noise is None else between(each.noise, corner, share)
+        noise[:, k] = each.floor if each.noise is None else np.maximum(between(each.noise, corner, share),
+                                                                       _LEAST_NOISE * each.floor)
         good[:, k] = inside & (between(each.counts, corner, share)[:, 0] > 1 - 1e-9)
     steepest = np.minimum(seen.light @ normal, seen.view @ normal)
     return Observed(seen, radiance, noise, good & (steepest > np.cos(STEEPEST)))

@@ -102,7 +102,10 @@ def solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, first
     if first is None:
         return _solved(fits, seen, frame, _started(fits, seen, frame))
     found = _solved(fits, seen, frame, first)
-    off = np.flatnonzero(found.left > np.maximum(_DOUBTFUL, _DOUBTFUL * np.median(found.left)))
+    known = found.used.any(axis=1)
+    if not known.any():
+        return found
+    off = np.flatnonzero(known & (found.left > np.maximum(_DOUBTFUL, _DOUBTFUL * np.median(found.left[known]))))
     if len(off):
         part = seen.some(off)
         again = _solved(fits, part, frame, _started(fits, part, frame))
@@ -235,7 +238,9 @@ def scale_of(seen: Observed, expected: FloatArray, used: BoolArray, share: float
     the texel where they are far below it."""
     count = np.maximum(used.sum(axis=1), 1)[:, None, None]
     typical = _DARK * (expected * used[..., None]).sum(axis=1, keepdims=True) / count
-    return np.hypot(seen.noise, share * np.maximum(expected, np.maximum(typical, 0)))
+    deviation = np.hypot(seen.noise, share * np.maximum(expected, np.maximum(typical, 0)))
+    # what does not count, as saturated pixels, may have neither noise nor radiance
+    return np.where(used[..., None], deviation, 1.0)
 
 
 def _dark(seen: Observed, frame: FloatArray) -> BoolArray:
