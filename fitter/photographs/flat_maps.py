@@ -116,7 +116,7 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph]) -> list[str]:
     if missed is not None:
         lines.append(f"Without {photographs[len(photographs) // 2].name}, that photograph is predicted within "
                      f"{missed:.1%}")
-    return [*lines, next_lamp(maps, photographs).advice]
+    return [*lines, *maps.notes, next_lamp(maps, photographs).advice]
 
 
 def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:

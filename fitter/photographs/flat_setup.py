@@ -16,7 +16,11 @@ Places are the sample's: its middle is at 0, x runs along its width, y along its
     corners = [[31.5, 402], [610, 398], [588, 60.5], [52, 66]]  # in the pictures, pixels from the left and the top:
                                     # bottom left, bottom right, top right, top left of the maps
 
-    [lamp]                          # positions, dark, flat, as of a ball
+    [mask] = "mask.png"             # white where it is, in the pictures: a coin or a leaf is no rectangle
+
+    [lamp]                          # positions, distance, dark, flat, as of a ball
+    [ball] = [0.04, 0.01, 0.005]    # where a chrome ball stood, whose highlights say the directions; with the lamps'
+                                    # distance from the sample's middle
 
     [scale]                         # one of these:
     intensity = 3.2
@@ -50,7 +54,7 @@ from .flat_photograph import FlatPhotograph, between, corners_of, observed, pixe
 from .lamp_scale import Measured
 from .lamps import PLACED, alike, placed_lamp, with_light_positions
 from .light import Light
-from .pictures import Pictures
+from .pictures import Pictures, mask_of
 from .setup import lights_of, name_of
 from .table import Table
 
@@ -105,8 +109,8 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     table = Table(description, "", path).only("name", "materials", "texels", "camera", "sample", "lamp", "scale",
                                               "photograph")
     table.table("camera").only(*_CAMERA)
-    sample = table.table("sample").only("width", "height", "corners")
-    table.table("lamp").only("positions", "distance", "dark", "flat")
+    sample = table.table("sample").only("width", "height", "corners", "mask")
+    ball = _ball(table.table("lamp").only("positions", "distance", "ball", "dark", "flat"))
     lamp_scale.check(table.table("scale"), _SCALES)
     materials = table.files("materials") if table.has("materials") else None
     x, y = sample.needed("width") / 2, sample.needed("height") / 2
@@ -119,6 +123,9 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     pictures = Pictures.of(camera, lamp)
     lights = lights_of(table, pictures, path)
     height, width, channels = lights[0].radiance.shape
+    mask = mask_of(sample, (height, width))
+    if mask is not None:
+        lights = [light._replace(known=light.known & mask) for light in lights]
     if corners is not None:
         placed = {**description["sample"], "corners": _in_order(corners, (height, width)).tolist()}
         sample = Table({**description, "sample": placed}, "", path).table("sample")
@@ -130,7 +137,8 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     if off > _OFF:
         raise sample.error("corners", f"those of a rectangle of {2 * x:g} x {2 * y:g} m that this lens sees, within "
                                       f"{_OFF:g} pixels: one is {off:.1f} off")
-    lamps = [placed_lamp(each, np.zeros(3), pose.turn if lamp.has("positions") else None) for each in tables]
+    lamps = [placed_lamp(each, np.zeros(3), pose.turn if lamp.has("positions") else None, ball)
+             for each in tables]
     are_far, size = alike(lamps, path), 2 * float(np.hypot(x, y))
     scale, what = _scale(table, (height, width), angle, pose, size)
     intensity, note = lamp_scale.intensity_of(scale, pictures, channels, what, are_far)
@@ -147,6 +155,16 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
         *pose.position, off)
     return Flat(table.text("name", path.stem), photographs, whole, _shape(table, places, y / x), materials,
                 (*pictures.notes, *notes, where, *note))
+
+
+def _ball(lamp: Table) -> FloatArray | None:
+    """Where the chrome ball stood."""
+    if not lamp.has("ball"):
+        return None
+    ball, distance = lamp.numbers("ball", 3), lamp.needed("distance")
+    if not np.linalg.norm(ball) < distance:
+        raise lamp.error("ball", f"a place nearer to the sample's middle than the lamps, which are {distance:g} m away")
+    return ball
 
 
 def _in_order(corners: FloatArray, size: tuple[int, int]) -> FloatArray:

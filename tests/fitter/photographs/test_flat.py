@@ -124,7 +124,7 @@ def test_texels_without_noise_and_radiance_leave_the_others_as_they_are(material
     there = maps.radiance(flat_scene.CAMERA, flat_scene.UNUSED, flat_scene.INTENSITY)[~at_hurt]
     wrong = np.linalg.norm(there - truth) / np.linalg.norm(truth)
     print(f"unseen lamp {wrong:.2%}")
-    assert wrong < (0.1 if found else 0.03)
+    assert wrong < ((0.12 if known else 0.1) if found else 0.03)
     assert np.isfinite(maps.weights).all()
     assert not any("nan" in line for line in flat_maps.report(maps, spoilt))
 
