@@ -114,7 +114,8 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
         raise ValueError(f"{width} x {height} texels, expected one or more along both sides")
     frame = frame_of(corners, photographs)
     points = points_of(corners, (height, width))
-    grid, notes = points.reshape(height, width, 3), ()
+    grid = points.reshape(height, width, 3)
+    notes: tuple[str, ...] = ()
     some = observed(photographs, grid[evenly(height, width, MOST_TEXELS)].reshape(-1, 3), frame[2])
     if fits is None or isinstance(fits, int):
         with progress.part(0.0, 0.4, "Finding materials"):

@@ -54,7 +54,7 @@ _WAYS = {**{number: f"{number} material{'s' * (number > 1)}" for number in range
          NONE: "each texel's own Lambertian and a lobe of the sample's mean", DULL: "each texel's own Lambertian alone"}
 _NEEDED = 0.85              # of the error of left-out photographs, that one material more must leave at most
 _NEEDED_OF_NONE = 0.95      # and none
-_FOLDS, _JUDGED = 3, 400    # times that photographs are left out; texels that are looked at
+_FOLDS, _JUDGED, _SHOTS = 3, 400, 24    # times that photographs are left out; texels and photographs that are looked at
 _LEAST_DIFFUSE = 0.05       # of what a sample reflects, for its Lambertians to be some of it
 _FIT_POLAR, _FIT_AZIMUTH = np.radians(np.linspace(0, 85, 24)), np.radians(np.linspace(0, 180, 25))
 _ROUNDS, _SWEEPS = 30, 300  # of least squares in turn; of coordinates within one
@@ -164,16 +164,18 @@ def _own(equations: _Equations, shines: bool = True) -> list[Microfacet]:
 def _fit_of(model: Microfacet, name: str, seen: Observed) -> Fit:
     """A model as it is in the directions of a sphere, fitted."""
     channels = seen.radiance.shape[2]
-    directions = tuple(each.ravel() for each in np.meshgrid(
-        _FIT_POLAR, np.zeros(1), _FIT_POLAR, _FIT_AZIMUTH, indexing="ij"))
-    return fit(Samples(*directions, model.evaluate(*directions), RGB if channels == len(RGB) else ("grey",), name,
+    light, view, azimuth = (each.ravel() for each in np.meshgrid(_FIT_POLAR, _FIT_POLAR, _FIT_AZIMUTH, indexing="ij"))
+    level = np.zeros_like(light)
+    values = model.evaluate(light, level, view, azimuth)
+    return fit(Samples(light, level, view, azimuth, values, RGB if channels == len(RGB) else ("grey",), name,
                        "photographs of a flat sample"), **PRESETS["Standard"])
 
 
 def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]]:
     """How many materials, or `NONE`, predict photographs that are left out best; and what is to be said of it."""
     some = np.linspace(0, len(seen.good) - 1, min(len(seen.good), _JUDGED)).astype(int)
-    seen, count = seen.some(some), seen.good.shape[1]
+    shots = np.unique(np.linspace(0, seen.good.shape[1] - 1, _SHOTS).astype(int))
+    seen, count = seen.some(some).shots(shots), len(shots)
     errors: dict[int | str, list[float]] = {}
     for fold in range(min(_FOLDS, count)):
         left = np.arange(count) % _FOLDS == fold
@@ -195,8 +197,8 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
             unit = radiances(models, other.lit, normals_of(found.slopes, frame), other.good)
             errors.setdefault(way, []).extend(relative_errors(
                 np.einsum("npcm,nm->npc", unit, found.weights), other))
-        for way, expected in unconstrained(used, other, frame).items():
-            errors.setdefault(way, []).extend(relative_errors(expected, other))
+        for name, expected in unconstrained(used, other, frame).items():
+            errors.setdefault(name, []).extend(relative_errors(expected, other))
     mean = {way: float(np.mean(each)) for way, each in errors.items()}
     if not mean:
         return 1, ()
@@ -209,10 +211,10 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
         best = own
     notes = ["Photographs that were left out are predicted within " + ", ".join(
         f"{mean[way]:.1%} by {words}" for way, words in _WAYS.items()) + f": {_WAYS[best]} it is"]
-    way = min(UNCONSTRAINED, key=lambda each: mean[each])
-    if mean[way] < mean[best]:
-        notes.append(f"No mix of materials describes this sample: a {way} at each texel, whatever the others are, "
-                     f"predicts those within {mean[way]:.1%}")
+    free = min(UNCONSTRAINED, key=lambda each: mean[each])
+    if mean[free] < mean[best]:
+        notes.append(f"No mix of materials describes this sample: a {free} at each texel, whatever the others are, "
+                     f"predicts those within {mean[free]:.1%}")
     return best, tuple(notes)
 
 

@@ -14,13 +14,15 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import DatasetError, printable
 from ..files import replacing_together
-from .flat import Maps, frame_of, maps_from_flat, points_of
+from .flat import Maps, evenly, frame_of, maps_from_flat, points_of
 from .flat_advice import next_lamp
+from .flat_judging import doubts, impossible, turned_lamps
 from .flat_photograph import FlatPhotograph, observed
 from .picture_files import NEEDED
 
 UNSURE = 0.1                # standard deviation of a weight, of the largest, that is uncertain
 _LEFT_OUT = 48              # texels along a side, of maps without one of the photographs
+_JUDGED = 120               # texels by which photographs are judged
 
 
 class Layers(NamedTuple):
@@ -116,7 +118,14 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph]) -> list[str]:
     if missed is not None:
         lines.append(f"Without {photographs[len(photographs) // 2].name}, that photograph is predicted within "
                      f"{missed:.1%}")
-    return [*lines, *maps.notes, next_lamp(maps, photographs).advice]
+    frame, points = frame_of(maps.corners, photographs), points_of(maps.corners, (height, width))
+    some = points.reshape(height, width, 3)[evenly(height, width, _JUDGED)].reshape(-1, 3)
+    size = np.linalg.norm(np.diff(maps.corners[:3], axis=0), axis=1)
+    return [*lines, *maps.notes,
+            *doubts(maps.fits, observed(photographs, some, frame[2]), frame, [each.name for each in photographs]),
+            *turned_lamps(maps.normals, frame, maps.used > 0, size),
+            *impossible(maps.fits, maps.weights[maps.used > 0]),
+            next_lamp(maps, photographs).advice]
 
 
 def write(maps: Maps, lines: Sequence[str], folder: str | Path) -> list[str]:

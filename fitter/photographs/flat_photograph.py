@@ -126,6 +126,11 @@ class Observed(NamedTuple):
         return Observed(Lit(*(part[which] for part in self.lit)), self.radiance[which], self.noise[which],
                         self.good[which])
 
+    def shots(self, which: IntArray) -> "Observed":
+        """What some photographs show, by their numbers."""
+        return Observed(Lit(*(part[:, which] for part in self.lit)), self.radiance[:, which], self.noise[:, which],
+                        self.good[:, which])
+
 
 def lit(points: FloatArray, camera: FloatArray, lamp: FloatArray, intensity: FloatArray) -> Lit:
     """How points (n, 3) look at cameras (p, 3) and lamps (p, 3) of the intensities (p, channels)."""

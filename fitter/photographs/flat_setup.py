@@ -3,7 +3,9 @@
 Places are the sample's: its middle is at 0, x runs along its width, y along its height, and z toward the camera ::
 
     [name] = "printed card"
-    [materials] = ["gold.npz", "lacquer.astm"]      # what it is made of: saved fits, or measurements; else it is found
+    [materials] = ["gold.npz", "lacquer.astm"]      # what it is made of: saved fits, or measurements; or how many these
+                                    # are, 1 to 4; else it is found
+    [leave_out] = ["a7.exr"]        # photographs that do not count
     [texels] = 512                  # of the maps, along the width; by default as many as it has pixels
 
     [camera]
@@ -50,6 +52,7 @@ from . import lamp_scale, viewpoint
 from .camera import pixel_angle, rays, rays_through
 from .descriptions import read
 from .flat import frame_of, points_of
+from .flat_finding import MOST_MATERIALS
 from .flat_photograph import FlatPhotograph, between, corners_of, observed, pixel_of
 from .lamp_scale import Measured
 from .lamps import PLACED, alike, placed_lamp, with_light_positions
@@ -69,7 +72,8 @@ _GUESSED = 32, 32           # points of a sample whose albedo is a guess
 
 
 class Flat(NamedTuple):
-    """What `maps_from_flat` takes of a description, and the files of materials: None where they are to be found."""
+    """What `maps_from_flat` takes of a description, and the files of materials, or their count: None where these are
+    to be found."""
 
     name: str
     photographs: list[FlatPhotograph]
@@ -77,6 +81,7 @@ class Flat(NamedTuple):
     shape: tuple[int, int]
     materials: list[Path] | None
     notes: tuple[str, ...]
+    number: int | None = None
 
 
 class _Pose(NamedTuple):
@@ -107,21 +112,27 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     """
     description, path = read(path)
     table = Table(description, "", path).only("name", "materials", "texels", "camera", "sample", "lamp", "scale",
-                                              "photograph")
+                                              "photograph", "leave_out")
     table.table("camera").only(*_CAMERA)
     sample = table.table("sample").only("width", "height", "corners", "mask")
     ball = _ball(table.table("lamp").only("positions", "distance", "ball", "dark", "flat"))
     lamp_scale.check(table.table("scale"), _SCALES)
-    materials = table.files("materials") if table.has("materials") else None
+    if (table.table("scale").number("albedo") or 0) > 1:
+        raise table.table("scale").error("albedo", "one above 0 and at most 1: no more light leaves than arrives")
+    count, materials = table.value("materials"), None
+    if isinstance(count, int) and not 1 <= count <= MOST_MATERIALS:
+        raise table.error("materials", f"files, or a number of 1 to {MOST_MATERIALS}")
+    if not isinstance(count, int):
+        count, materials = None, table.files("materials") if table.has("materials") else None
     x, y = sample.needed("width") / 2, sample.needed("height") / 2
     whole = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
     # directions of light positions are the camera's until it is known how that is turned
     description, notes = with_light_positions(description, path, np.eye(3))
     table = Table(description, "", path)
-    tables = [each.only("files", "exposures", *PLACED) for each in table.tables("photograph")]
+    tables = _kept(table, [each.only("files", "exposures", *PLACED) for each in table.tables("photograph")])
     camera, lamp = table.table("camera"), table.table("lamp")
     pictures = Pictures.of(camera, lamp)
-    lights = lights_of(table, pictures, path)
+    lights = lights_of(tables, pictures, path)
     height, width, channels = lights[0].radiance.shape
     mask = mask_of(sample, (height, width))
     if mask is not None:
@@ -154,7 +165,16 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     where = "The camera is at {:.4g}, {:.4g}, {:.4g} m by the corners, which are within {:.1f} pixels".format(
         *pose.position, off)
     return Flat(table.text("name", path.stem), photographs, whole, _shape(table, places, y / x), materials,
-                (*pictures.notes, *notes, where, *note))
+                (*pictures.notes, *notes, where, *note), count)
+
+
+def _kept(table: Table, shots: list[Table]) -> list[Table]:
+    """The photographs but those that are to be left out, by the names of their files."""
+    names = {path.name for path in table.files("leave_out")} if table.has("leave_out") else set()
+    missing = names - {path.name for shot in shots for path in shot.files("files")}
+    if missing:
+        raise table.error("leave_out", f"names of photographs: {sorted(missing)[0]} is none")
+    return [shot for shot in shots if not names & {path.name for path in shot.files("files")}]
 
 
 def _ball(lamp: Table) -> FloatArray | None:
@@ -289,9 +309,9 @@ def _albedo(photographs: list[FlatPhotograph], corners: FloatArray) -> float:
     """The albedo of a sample under lamps of these intensities, as if it were Lambertian: the mean over it and the
     channels of the median over the lamps, since a highlight is under few of them."""
     seen = observed(photographs, points_of(corners, _GUESSED), np.array([0.0, 0, 1]))
+    seen = seen.some(np.flatnonzero(seen.good.any(axis=1)))
     light = np.where(seen.good, seen.lit.light[..., 2], np.nan)[..., None] * seen.lit.brought
-    with np.errstate(all="ignore"):
-        albedo = np.nanmean(np.nanmedian(np.pi * seen.radiance / light, axis=1))
+    albedo = np.nanmedian(np.pi * seen.radiance / light, axis=1).mean() if len(light) else 0.0
     if not albedo > 0:
         raise DatasetError("nothing is bright between the corners: no sample is in the picture", photographs[0].name)
     return float(albedo)

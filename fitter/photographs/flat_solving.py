@@ -283,7 +283,7 @@ def _with_prior(unit: FloatArray, values: FloatArray, used: BoolArray, prior: Pr
     """Radiances of unit weights (n, q, m) and values (n, q), and below them those of the prior, of texels that are
     seen in a photograph."""
     rows, expected = prior.rows
-    is_seen = used.any(axis=1)
+    is_seen = np.asarray(used.any(axis=1))
     return (np.concatenate([unit, is_seen[:, None, None] * rows], axis=1),
             np.concatenate([values, is_seen[:, None] * expected], axis=1))
 

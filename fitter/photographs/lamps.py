@@ -64,7 +64,8 @@ def lamp_of(table: Table, shown: FloatArray | None, view: Viewpoint, camera: Arr
             else Lamp(highlight.direction, True))
 
 
-def placed_lamp(table: Table, middle: FloatArray, turn: FloatArray | None = None, ball: FloatArray | None = None) -> Lamp:
+def placed_lamp(table: Table, middle: FloatArray, turn: FloatArray | None = None,
+                ball: FloatArray | None = None) -> Lamp:
     """The lamp of a table that has one of `PLACED`; `turn` (3, 3) is from the axes of its direction to the scene's, and
     the direction holds at `ball` (3,), by default in the middle, which the distance counts from."""
     if sum(map(table.has, ("lamp", "direction"))) != 1:
@@ -75,7 +76,8 @@ def placed_lamp(table: Table, middle: FloatArray, turn: FloatArray | None = None
     if not table.has("distance"):
         return Lamp(direction, True)
     distance = table.needed("distance")
-    return Lamp(middle + distance * direction if ball is None else Highlight(ball, direction, middle).at(distance), False)
+    return Lamp(middle + distance * direction if ball is None else Highlight(ball, direction, middle).at(distance),
+                False)
 
 
 def direction_of(table: Table) -> FloatArray:
@@ -121,7 +123,7 @@ def with_light_positions(description: Description, path: Path, turn: FloatArray,
         shots = [{"files": [str(each.absolute())]} for each in files]
         if not are_named:
             notes = f"{file.name} names other files: photographs and light positions belong together by their order",
-    dark = ~found.directions.any(axis=1)
+    dark = np.asarray(~found.directions.any(axis=1))
     if dark.any():
         missing = ", ".join(Path(str(shots[k].get("files", k + 1) if isinstance(shots[k], dict) else k + 1).strip(
             "[']")).name for k in np.flatnonzero(dark))

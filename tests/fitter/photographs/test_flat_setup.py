@@ -142,7 +142,7 @@ def with_corners(places, size="width = 0.1\nheight = 0.08"):
     ({"shots": ["lamp = [0, 0, 1]"] * 4 + ["lamp = [0.1, 0, -1]"]}, "lamp5.exr: the lamp is behind the sample"),
     ({"shots": ["lamp = [0, 0, 1]"] * 4 + ["direction = [0.1, 0, 1]"]}, "some lamps have a place"),
     ({"top": "texels = 1000000"}, "texels .*expected 1 to 4096"),
-    ({"top": "materials = 3"}, "materials is 3"),
+    ({"top": "materials = 30"}, "materials is 30"),
 ])
 def test_what_cannot_be_is_refused(described, how, message):
     path = described(**how)
@@ -208,9 +208,9 @@ def test_what_a_mask_leaves_out_is_unknown(written, described):
                       - found.photographs[0].camera)[:, 1]
     assert seen.good[column < 48].all()      # at its rim a pixel may be seen in a neighbour
     assert not seen.good[column > 50].any()
+    ball_files.write_picture(written.with_name("mask.png"), mask[:9, :9])
     with pytest.raises(fitter.DatasetError, match=r"mask.png: 9 x 9 pixels found, expected 100 x 90"):
-        ball_files.write_picture(written.with_name("mask.png"), mask[:9, :9])
-        flat(described(sample=f"width = 0.1\nheight = 0.08\ncorners = {PLACES.tolist()}\nmask = 'mask.png'"))
+        flat(written.with_name("other.toml"))
 
 
 def test_a_photograph_without_a_light_is_left_out_and_told(written, described):
@@ -230,3 +230,16 @@ def test_a_photograph_without_a_light_is_left_out_and_told(written, described):
     assert any("no light of them: lamp3.exr" in note for note in found.notes)
     shown = [each.lamp / np.linalg.norm(each.lamp) for each in found.photographs]
     assert angle(np.array(shown), lights[[0, 1, 3, 4]]).max() < 15
+
+
+def test_a_description_says_how_many_materials_there_are_and_leaves_photographs_out(described):
+    found = flat(described(top="materials = 2\nleave_out = ['lamp2.exr']"))
+    assert (found.number, found.materials) == (2, None)
+    assert [each.name for each in found.photographs] == ["lamp1.exr", "lamp3.exr", "lamp4.exr", "lamp5.exr"]
+    np.testing.assert_allclose([each.lamp for each in found.photographs], LAMPS[[0, 2, 3, 4]], atol=1e-6)
+    for top, message in (("materials = 5", "materials is 5, expected files, or a number of 1 to 4"),
+                         ("leave_out = 'lamp9.exr'", "leave_out is 'lamp9.exr', expected .*lamp9.exr is none")):
+        with pytest.raises(fitter.DatasetError, match=message):
+            flat(described(top=top))
+    with pytest.raises(fitter.DatasetError, match=r"scale.albedo is 50.*, expected .* at most 1"):
+        flat(described(scale="albedo = 50"))
