@@ -20,6 +20,8 @@ from .scale import ANGLES, too_bright
 UNCONSTRAINED = "Lambertian", "PTM"
 _RIDGE = 1e-6
 _LEAST_SEEN = 10            # values of a photograph that can be judged
+_IN_TURN = 6                # rounds of lamps and normals
+_LEAST_COSINE = 0.05        # with which a texel faces a lamp; of the median, that a lamp has
 _GROUPS = 4                 # of photographs, each of which is predicted by the others
 _WORSE, _FAR_OFF = 2.5, 0.15    # of the median error, and above it, from where a photograph is not as others say
 _OF_ODD = 0.6               # of the errors, that taking an odd photograph out leaves at most
@@ -46,6 +48,28 @@ def unconstrained(used: Observed, other: Observed, frame: FloatArray) -> dict[st
     """What a Lambertian and a PTM of each texel and channel expect of other photographs: (n, p, channels) each."""
     return {name: np.maximum(_linear(basis, used, other, frame), 0) * other.lit.brought
             for name, basis in zip(UNCONSTRAINED, (_lambertian, _polynomial), strict=True)}
+
+
+def lamp_brightness(seen: Observed, frame: FloatArray) -> FloatArray:
+    """How bright each lamp is beside what is given, (p, channels), 1 in the geometric mean of each channel.
+
+    By texels that are Lambertian, in the median over them, whose normals and lamps are found in turn. Where all texels
+    lie flat a tilt of the sample and lamps that are brighter on one side are the same; it begins with no tilt.
+    """
+    seen = seen.some(np.flatnonzero(seen.good.sum(axis=1) > 2))
+    values = np.where(seen.good[..., None], seen.radiance / seen.lit.brought, np.nan)
+    known = seen.good.any(axis=0)
+    expected = np.maximum(seen.lit.light @ frame[2], _LEAST_COSINE)[..., None] * np.nanmean(
+        values, axis=1, keepdims=True)
+    brightness = np.ones(values.shape[1:])
+    for _ in range(_IN_TURN):
+        ratio = np.where(expected > 0, values / np.where(expected > 0, expected, 1), np.nan)
+        brightness[known] = np.nanmedian(ratio[:, known], axis=0)
+        brightness = np.maximum(brightness, _LEAST_COSINE * np.median(brightness, axis=0) + np.finfo(float).tiny)
+        brightness /= np.exp(np.log(brightness).mean(axis=0))
+        equal = seen._replace(radiance=seen.radiance / brightness)
+        expected = np.maximum(_linear(_lambertian, equal, equal, frame), 0)
+    return brightness
 
 
 def _linear(basis: Callable[[FloatArray], FloatArray], used: Observed, other: Observed,
@@ -97,7 +121,8 @@ def doubts(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, names
     for i, j in combinations(odd[:_MOST_SUSPECTS], 2):
         order = np.arange(len(names))
         order[[i, j]] = j, i
-        swapped = seen._replace(lit=seen.lit._replace(light=seen.lit.light[:, order], brought=seen.lit.brought[:, order]))
+        swapped = seen._replace(lit=seen.lit._replace(light=seen.lit.light[:, order],
+                                                      brought=seen.lit.brought[:, order]))
         if _errors(fits, swapped, frame, alike)[[i, j]].sum() < _EXCHANGED * errors[[i, j]].sum():
             lines.append(f"The lamps of {names[i]} and {names[j]} look as if they were exchanged")
     return lines if odd else lines + _room(fits, seen, frame)

@@ -23,6 +23,7 @@ Places are the sample's: its middle is at 0, x runs along its width, y along its
     [lamp]                          # positions, distance, dark, flat, as of a ball
     [ball] = [0.04, 0.01, 0.005]    # where a chrome ball stood, whose highlights say the directions; with the lamps'
                                     # distance from the sample's middle
+    [brightness] = [1, 0.9, 1.1]    # of the lamps beside each other; or "found", by the sample itself, in each colour
 
     [scale]                         # one of these:
     intensity = 3.2
@@ -53,13 +54,14 @@ from .camera import pixel_angle, rays, rays_through
 from .descriptions import read
 from .flat import frame_of, points_of
 from .flat_finding import MOST_MATERIALS
+from .flat_judging import lamp_brightness
 from .flat_photograph import FlatPhotograph, between, corners_of, observed, pixel_of
 from .lamp_scale import Measured
 from .lamps import PLACED, alike, placed_lamp, with_light_positions
 from .light import Light
 from .pictures import Pictures, mask_of
 from .setup import lights_of, name_of
-from .table import Table
+from .table import LEAST, Table
 
 MOST_TEXELS, _DEFAULT_TEXELS = 4096, 1024   # along the width
 _CAMERA = "position", "field_of_view", "focal_length", "sensor_width", "matrix", "encoding"
@@ -115,7 +117,8 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
                                               "photograph", "leave_out")
     table.table("camera").only(*_CAMERA)
     sample = table.table("sample").only("width", "height", "corners", "mask")
-    ball = _ball(table.table("lamp").only("positions", "distance", "ball", "dark", "flat"))
+    ball = _ball(table.table("lamp").only("positions", "distance", "ball", "brightness", "dark",
+                                               "flat"))
     lamp_scale.check(table.table("scale"), _SCALES)
     if (table.table("scale").number("albedo") or 0) > 1:
         raise table.table("scale").error("albedo", "one above 0 and at most 1: no more light leaves than arrives")
@@ -157,7 +160,12 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     photographs = [FlatPhotograph(light.radiance, toward, pose.position, each.at(np.zeros(3), size), intensity,
                                   light.noise, light.known, name_of(shot))
                    for light, each, shot in zip(lights, lamps, tables, strict=True)]
-    frame_of(whole, photographs)            # lamps are not behind it
+    frame = frame_of(whole, photographs)    # lamps are not behind it
+    brightness = _brightness(lamp, photographs, whole, frame)
+    if brightness is not None:
+        photographs = [replace(each, intensity=each.intensity * by) for each, by in zip(photographs, brightness,
+                                                                                        strict=True)]
+        notes += f"The lamps differ in brightness from {brightness.min():.2f} to {brightness.max():.2f}",
     if scale.has("albedo"):
         share = _albedo(photographs, whole) / scale.needed("albedo")
         photographs = [replace(each, intensity=each.intensity * share) for each in photographs]
@@ -166,6 +174,21 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
         *pose.position, off)
     return Flat(table.text("name", path.stem), photographs, whole, _shape(table, places, y / x), materials,
                 (*pictures.notes, *notes, where, *note), count)
+
+
+def _brightness(lamp: Table, photographs: list[FlatPhotograph], corners: FloatArray,
+                frame: FloatArray) -> FloatArray | None:
+    """How bright the lamps are beside what is given: (p, 1 or channels); None where they are alike."""
+    if not lamp.has("brightness"):
+        return None
+    if lamp.value("brightness") == "found":
+        return lamp_brightness(observed(photographs, points_of(corners, _GUESSED), frame[2]), frame)
+    if isinstance(lamp.value("brightness"), str):
+        raise lamp.error("brightness", '"found", or a number for each photograph')
+    given = lamp.numbers("brightness", len(photographs))
+    if not (given >= LEAST).all():
+        raise lamp.error("brightness", '"found", or numbers above 0')
+    return given[:, None]
 
 
 def _kept(table: Table, shots: list[Table]) -> list[Table]:

@@ -243,3 +243,23 @@ def test_a_description_says_how_many_materials_there_are_and_leaves_photographs_
             flat(described(top=top))
     with pytest.raises(fitter.DatasetError, match=r"scale.albedo is 50.*, expected .* at most 1"):
         flat(described(scale="albedo = 50"))
+
+
+def test_how_bright_each_lamp_is_is_given_or_found(openimageio, paper, random, tmp_path):
+    """Of bumpy paper, whose lamps differ by tens of percent in each colour. Found within 6 %."""
+    lamps = flat_scene.lamps(12)
+    bumpy = flat_scene.Sample(paper.fits, paper.weights, flat_scene.bumps)
+    path = flat_files.write(tmp_path, bumpy, lamps)
+    true = random.uniform(0.6, 1.5, (12, 3))
+    for number, (lamp, by) in enumerate(zip(lamps, true, strict=True), start=1):
+        ball_files.write_picture(tmp_path / f"lamp{number}.exr", by * flat_scene.photograph(bumpy, lamp, seed=number))
+    text = path.read_text("utf-8")
+    path.write_text(text + "[lamp]\nbrightness = 'found'\n", "utf-8")
+    found = np.array([each.intensity for each in flat(path).photographs]) / flat_scene.INTENSITY
+    np.testing.assert_allclose(found, true / np.exp(np.log(true).mean(axis=0)), rtol=0.08)
+    path.write_text(f"{text}[lamp]\nbrightness = {true[:, 0].tolist()}\n", "utf-8")
+    given = np.array([each.intensity for each in flat(path).photographs]) / flat_scene.INTENSITY
+    np.testing.assert_allclose(given, true[:, :1] * np.ones(3))
+    path.write_text(f"{text}[lamp]\nbrightness = [1, 2]\n", "utf-8")
+    with pytest.raises(fitter.DatasetError, match=r"lamp.brightness is \[1, 2\], expected 12 numbers"):
+        flat(path)
