@@ -2,8 +2,8 @@
 
 A Lambertian normal and albedo (R. Woodham: Photometric Method for Determining Surface Orientation from Multiple Images,
 Optical Engineering 19(1), 1980), polynomial texture maps (T. Malzbender, D. Gelb, H. Wolters, SIGGRAPH 2001) and
-hemispherical harmonics (P. Gautron, J. Krivanek, S. Pattanaik, K. Bouatouch, EGSR 2004), with 9 and 16 terms. They share
-nothing with `fitter.photographs`.
+hemispherical harmonics (P. Gautron, J. Krivanek, S. Pattanaik, K. Bouatouch, EGSR 2004), with 9 and 16 terms. They
+share nothing with `fitter.photographs`.
 """
 
 import numpy as np
@@ -18,7 +18,8 @@ def mean_picture(used, other):
     _, values, good = used
     mean = (values * good[..., None]).sum(axis=0) / np.maximum(good.sum(axis=0), 1)[:, None]
     _, there, seen = other
-    scale = (mean * there * seen[..., None]).sum(axis=(1, 2)) / ((mean ** 2) * seen[..., None]).sum(axis=(1, 2))
+    scale = (mean * there * seen[..., None]).sum(axis=(1, 2)) / np.maximum(
+        ((mean ** 2) * seen[..., None]).sum(axis=(1, 2)), 1e-12)
     return scale[:, None, None] * mean
 
 
