@@ -1,16 +1,19 @@
 """Photographs of a flat sample made into maps: seconds, memory, and how far the maps are from the sample.
 
-    python -m benchmarks.flat [TEXELS]      along each side, 1,024 by default; some five minutes
+    python -m benchmarks.flat [TEXELS] [--coin FOLDER]      along each side, 1,024 by default; some ten minutes
+
+Then real ones (`flat_real`); with 0 texels these alone.
 
 Sixteen photographs of 1,024 x 1,024 pixels with 1 % of noise, four materials that are given, normals to 15 degrees. The
 photographs are rendered at an eighth of the size and enlarged. Processor time is that of all threads, which on idle
 cores is divided among them; memory is the most that was resident, photographs included.
 """
 
+import argparse
 import os
 import resource
-import sys
 import time
+from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")      # before NumPy starts them
 
@@ -21,6 +24,7 @@ import fitter
 from support import flat_scene
 from support.evidence import show_table
 
+from . import flat_real
 from .photographs import materials
 
 PIXELS, ENLARGED = 1024, 8
@@ -43,8 +47,18 @@ def photographs(sample):
 
 
 def main():
-    """Print the table."""
-    side = int(sys.argv[1]) if len(sys.argv) > 1 else 1024
+    """Print the tables."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("texels", nargs="?", type=int, default=1024)
+    parser.add_argument("--coin", type=Path, metavar="FOLDER")
+    options = parser.parse_args()
+    if options.texels:
+        computed(options.texels)
+    flat_real.main(options.coin)
+
+
+def computed(side):
+    """Print the table of computed photographs, of maps with so many texels along each side."""
     sample = flat_scene.Sample(tuple(make() for _, make in materials(NAMES)), four_weights, flat_scene.bumps)
     shots = photographs(sample)
     start, work = time.perf_counter(), time.process_time()

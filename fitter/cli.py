@@ -266,7 +266,7 @@ def _photographs(options: argparse.Namespace) -> bool:
 
 def _flat(options: argparse.Namespace) -> bool:
     sample = flat(options.file)
-    fits = None
+    fits: list[Fit] | int | None = sample.number
     if sample.materials is not None:
         materials = [Fit.load(path) if saved_samples.is_another(path) else load(path) for path in sample.materials]
         check_materials(materials, sample.photographs[0].radiance.shape[2])     # before those are fitted

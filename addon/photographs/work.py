@@ -230,7 +230,7 @@ def flat(path: str, corners: FloatArray | None, is_tile: bool, chosen: Sequence[
                 outcomes.append(tasks.outcome(str(file), "", arguments, how=how))
     fits = [tasks.kept_fit(each) for each in chosen] or [each.fitted.fit for each in outcomes]
     with progress.part(0.3, 0.75):
-        maps = maps_from_flat(photographs, sample.corners, sample.shape, fits or None)
+        maps = maps_from_flat(photographs, sample.corners, sample.shape, fits or sample.number)
     with progress.part(0.75, 0.85, about="Checking: "):
         report = flat_maps.report(maps, photographs, sample.albedo)
     if is_tile:

@@ -133,17 +133,17 @@ def _large_regions(bright: BoolArray, name: str) -> list[BoolArray]:
     blocks[:bright.shape[0], :bright.shape[1]] = bright
     # a block is bright where at least half of it is, so that noise joins nothing
     coarse = blocks.reshape(height, step, width, step).mean(axis=(1, 3)) >= 0.5
-    regions = sorted(_regions(coarse), key=np.count_nonzero, reverse=True)
-    if not regions or np.count_nonzero(regions[0]) * step ** 2 < _LEAST ** 2:
+    found = sorted((each for each in regions(coarse) if np.count_nonzero(each) > 1), key=np.count_nonzero, reverse=True)
+    if not found or np.count_nonzero(found[0]) * step ** 2 < _LEAST ** 2:
         raise DatasetError("no ball found: nothing in the picture is large and brighter than its border", name)
-    large = [each for each in regions if np.count_nonzero(each) > _SECOND * np.count_nonzero(regions[0])]
+    large = [each for each in found if np.count_nonzero(each) > _SECOND * np.count_nonzero(found[0])]
     whole = [np.kron(_grown(each), np.ones((step, step), bool))[:bright.shape[0], :bright.shape[1]] for each in large]
     return [np.asarray(each & bright) for each in whole]
 
 
-def _regions(bright: BoolArray) -> list[BoolArray]:
-    """The connected regions of a small picture, those of a single pixel left out."""
-    left, regions = bright.copy(), []
+def regions(bright: BoolArray) -> list[BoolArray]:
+    """The connected regions of a small picture."""
+    left, found = bright.copy(), []
     while left.any():
         region = np.zeros_like(left)
         region[np.unravel_index(int(np.argmax(left)), left.shape)] = True
@@ -151,9 +151,8 @@ def _regions(bright: BoolArray) -> list[BoolArray]:
         while (now := int(np.count_nonzero(region))) != count:
             count, region = now, _grown(region) & left
         left &= ~region
-        if count > 1:
-            regions.append(region)
-    return regions
+        found.append(region)
+    return found
 
 
 def _grown(region: BoolArray) -> BoolArray:

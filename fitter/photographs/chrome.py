@@ -4,11 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import ArrayLike, FloatArray
+from ..arrays import ArrayLike, BoolArray, FloatArray
 from ..errors import DatasetError
+from .ball_finding import regions
 
 _BRIGHT = 0.5               # of the brightest pixel: what is the lamp's image
 _SPREAD = 0.3               # of the ball's radius, that this image may have
+_ANOTHER = 0.5              # of its light, from which another patch is another lamp: less is dust, or a reflection
 
 
 class Highlight(NamedTuple):
@@ -39,7 +41,8 @@ def lamp_of_highlight(radiance: FloatArray, rays: FloatArray, camera: ArrayLike,
                       name: str = "photograph") -> Highlight:
     """The direction to a lamp whose image a chrome ball shows.
 
-    Raises DatasetError if the ball is not in the picture, is dark, or shows more than one lamp.
+    Its image is the largest bright patch. Raises DatasetError if the ball is not in the picture, is dark, or shows more
+    than one lamp.
 
     Parameters
     ----------
@@ -61,13 +64,26 @@ def lamp_of_highlight(radiance: FloatArray, rays: FloatArray, camera: ArrayLike,
     grey = np.where((miss < radius) & (nearest > 0), radiance.mean(axis=2), 0.0)
     if not grey.max() > 0:
         raise DatasetError("no highlight found: the chrome ball is not in the picture, or dark", name)
-    bright = grey >= _BRIGHT * grey.max()
+    bright = _largest_patch(np.where(grey >= _BRIGHT * grey.max(), grey, 0.0), name)
     ray = np.average(rays[bright], axis=0, weights=grey[bright])
     ray /= np.linalg.norm(ray)
     spread = np.linalg.norm(rays[bright] - ray, axis=1).max() * np.linalg.norm(axis)
     if spread > _SPREAD * radius:
-        raise DatasetError("more than one highlight found on the chrome ball, or one as large as the ball", name)
+        raise DatasetError("a highlight as large as the chrome ball found: it is dark, or reflects the room", name)
     along = float(ray @ axis)
     point = camera + ray * (along - np.sqrt(max(radius ** 2 - axis @ axis + along ** 2, 0.0)))
     normal = (point - centre) / radius
     return Highlight(point, ray - 2 * (ray @ normal) * normal, centre)
+
+
+def _largest_patch(grey: FloatArray, name: str) -> BoolArray:
+    """The pixels above 0 that touch and have most light: (height, width)."""
+    there = grey > 0
+    rows, columns = (np.flatnonzero(there.any(axis=axis)) for axis in (1, 0))
+    part = np.s_[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1]
+    first, *others = sorted(regions(there[part]), key=lambda each: -float(grey[part][each].sum()))
+    if others and grey[part][others[0]].sum() > _ANOTHER * grey[part][first].sum():
+        raise DatasetError("more than one highlight found on the chrome ball", name)
+    found = np.zeros_like(there)
+    found[part] = first
+    return found

@@ -20,11 +20,10 @@ from ..errors import DatasetError
 from ..model.fit import Fit
 from ..samples import Samples
 from .ball import check_bright
-from .flat_finding import MOST_TEXELS, materials_found
+from .flat_finding import MOST_MATERIALS, MOST_TEXELS, materials_found
 from .flat_photograph import FlatPhotograph, between, corners_of, lit, observed
-from .flat_solving import Texels, given_normals, normals_of, radiances, solved, turned_weights
+from .flat_solving import Prior, Texels, given_normals, normals_of, prior_of, radiances, solved, turned_weights
 
-MOST_MATERIALS = 4          # every choice of them is tried at each texel
 _BLOCK = 4096               # texels at a time: 50 MB with 16 photographs and 4 materials
 _COARSER, _COARSEST = 4, 4096   # of how many texels along both axes one is solved first; the fewest that follow others
 _EVEN = 0.01                # of the longest side, by which corners may be out of a plane
@@ -54,6 +53,8 @@ class Maps:
         The standard deviation of the weights; infinite where no photograph tells.
     used : (h, w) int
         How many photographs tell of a texel.
+    notes : tuple of str
+        How the materials were found.
     """
 
     fits: tuple[Fit, ...]
@@ -62,6 +63,7 @@ class Maps:
     corners: FloatArray
     deviation: FloatArray
     used: IntArray
+    notes: tuple[str, ...] = ()
 
     def radiance(self, camera: ArrayLike, lamp: ArrayLike, intensity: ArrayLike) -> FloatArray:
         """What each texel sends to a camera at this place, under a lamp at that of this intensity: (h, w, channels).
@@ -79,7 +81,7 @@ class Maps:
 
 
 def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, shape: tuple[int, int],
-                   fits: Sequence[Fit] | None = None) -> Maps:
+                   fits: Sequence[Fit] | int | None = None) -> Maps:
     """The maps of a flat sample that photographs show.
 
     Parameters
@@ -91,8 +93,8 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
         end of its row.
     shape : (h, w)
         Texels.
-    fits : sequence of Fit
-        One to four isotropic materials that are mixed; by default they are found in the photographs
+    fits : sequence of Fit, or int
+        One to four isotropic materials that are mixed; by default, or of so many, they are found in the photographs
         (`flat_finding`), which then say nothing of the scale of each one's weights: its purest texels have about 1.
 
     Normals are smooth as far as the photographs leave them open; where they tell nothing, the surface is flat.
@@ -114,15 +116,17 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
         raise ValueError(f"{width} x {height} texels, expected one or more along both sides")
     frame = frame_of(corners, photographs)
     points = points_of(corners, (height, width))
-    if fits is None:
+    grid = points.reshape(height, width, 3)
+    notes: tuple[str, ...] = ()
+    some = observed(photographs, grid[evenly(height, width, MOST_TEXELS)].reshape(-1, 3), frame[2])
+    if fits is None or isinstance(fits, int):
         with progress.part(0.0, 0.4, "Finding materials"):
-            some = points.reshape(height, width, 3)[evenly(height, width, MOST_TEXELS)].reshape(-1, 3)
-            fits = materials_found(observed(photographs, some, frame[2]), frame, MOST_MATERIALS, photographs[0].name)
+            fits, notes = materials_found(some, frame, photographs[0].name, fits)
     fits = tuple(fits)
     check_materials(fits, photographs[0].radiance.shape[2])
-    grid = points.reshape(height, width, 3)
     with progress.part(0.4, 0.9, "Finding weights and normals"):
-        texels = _solved(fits, photographs, grid, frame)
+        prior = prior_of(solved(fits, some, frame))
+        texels = _solved(fits, photographs, grid, frame, prior)
     if not (texels.used.sum(axis=1) > 1).any():
         raise DatasetError("no texel is seen and lit in two photographs or more: the corners are not where the sample "
                            "is in the pictures, or lamps and camera graze it", photographs[0].name)
@@ -132,14 +136,15 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
         weights, far = turned_weights(texels, slopes)
         for part, exact in zip(_blocks(len(far)), _in_parts(lambda part: given_normals(
                 fits, observed(photographs, points[far[part]], frame[2]), frame, texels.part(far[part]),
-                slopes[far[part]]), len(far)), strict=True):
+                slopes[far[part]], prior), len(far)), strict=True):
             weights[far[part]] = exact
         progress.report(1.0)
     return Maps(fits, weights.reshape(height, width, -1), normals_of(slopes, frame).reshape(height, width, 3), corners,
-                texels.deviation.reshape(height, width, -1), texels.used.sum(axis=1).reshape(height, width))
+                texels.deviation.reshape(height, width, -1), texels.used.sum(axis=1).reshape(height, width), notes)
 
 
-def _solved(fits: Sequence[Fit], photographs: Sequence[FlatPhotograph], grid: FloatArray, frame: FloatArray) -> Texels:
+def _solved(fits: Sequence[Fit], photographs: Sequence[FlatPhotograph], grid: FloatArray, frame: FloatArray,
+            prior: Prior) -> Texels:
     """The texels of a grid of points (h, w, 3), row by row: from many starts of few of them, and then from these
     slopes."""
     height, width = grid.shape[:2]
@@ -148,12 +153,12 @@ def _solved(fits: Sequence[Fit], photographs: Sequence[FlatPhotograph], grid: Fl
         middle = slice(_COARSER // 2, None, _COARSER)
         with progress.part(0.0, 2 / _COARSER ** 2):
             few = grid[middle, middle]
-            coarse = _solved(fits, photographs, few, frame).slopes.reshape(*few.shape[:2], 2)
+            coarse = _solved(fits, photographs, few, frame, prior).slopes.reshape(*few.shape[:2], 2)
         place = (np.indices((height, width)).reshape(2, -1).T - _COARSER // 2) / _COARSER
         first = between(coarse, *corners_of(place, few.shape[:2])[:2])
     with progress.part(0.0 if first is None else 2 / _COARSER ** 2, 1.0):
         parts = _in_parts(lambda part: solved(fits, observed(photographs, points[part], frame[2]), frame,
-                                              None if first is None else first[part]), len(points))
+                                              None if first is None else first[part], prior), len(points))
     return Texels(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 

@@ -5,8 +5,10 @@
 2. Where m materials are mixed, the texels' strengths lie in a cone with m edges. The space of the cone is found by
    alternating least squares, its edges by successive projection (N. Gillis, S. Vavasis: Fast and Robust Recursive
    Algorithms for Separable Nonnegative Matrix Factorization, IEEE Transactions on Pattern Analysis and Machine
-   Intelligence 36(4), 2014): the purest texels. There are as many as the data need.
-3. Each material is fitted to what the texels that are mostly of it show under all lamps, less what they show of the
+   Intelligence 36(4), 2014): the purest texels.
+3. There are as many materials as predict photographs best that were left out: one to four, or none, which is each
+   texel's own Lambertian, a mix of one of each channel, and a lobe of the sample's mean.
+4. Each material is fitted to what the texels that are mostly of it show under all lamps, less what they show of the
    others; then weights and normals, and materials again (Lensch et al. 2003).
 """
 
@@ -26,8 +28,19 @@ from ..presets import PRESETS
 from ..samples import RGB, Samples
 from .ball import STEEPEST, about
 from .binning import binned
+from .flat_judging import UNCONSTRAINED, relative_errors, unconstrained
 from .flat_photograph import Observed
-from .flat_solving import DIFFERENCE, NOISE, Texels, nonnegative, normals_of, radiances, scale_of, solved
+from .flat_solving import (
+    DIFFERENCE,
+    NOISE,
+    Texels,
+    nonnegative,
+    normals_of,
+    prior_of,
+    radiances,
+    scale_of,
+    solved,
+)
 
 MOST_TEXELS = 1500          # that are looked at: 4 s, and three materials have a hundred pure ones each
 _WIDTHS = 0.05, 0.15, 0.4   # alpha of the lobes
@@ -35,8 +48,15 @@ _F0, _GAMMA = 0.08, 2.0     # of the lobes
 _FEWEST = 4                 # photographs of a texel that has as many strengths
 _LEAST_TEXELS = 30
 _OF_LOBES = 0.03            # of a value, by which mixes of lobes are wrong
-_NEEDED = 0.7               # of the squared errors, that one material more must leave at most: of 2 and 3 paints each
-                            # left .16 to .51, and one too many .83 to 1
+MOST_MATERIALS = 4          # every choice of them is tried at each texel
+NONE, DULL = 0, -1          # of the materials that a sample is a mix of: each texel is its own, with or without a lobe
+_WAYS = {**{number: f"{number} material{'s' * (number > 1)}" for number in range(1, MOST_MATERIALS + 1)},
+         NONE: "each texel's own Lambertian and a lobe of the sample's mean", DULL: "each texel's own Lambertian alone"}
+_NEEDED = 0.85              # of the error of left-out photographs, that one material more must leave at most
+_NEEDED_OF_NONE = 0.95      # and none
+_FOLDS, _JUDGED, _SHOTS = 3, 400, 24    # times that photographs are left out; texels and photographs that are looked at
+_LEAST_DIFFUSE = 0.05       # of what a sample reflects, for its Lambertians to be some of it
+_FIT_POLAR, _FIT_AZIMUTH = np.radians(np.linspace(0, 85, 24)), np.radians(np.linspace(0, 180, 25))
 _ROUNDS, _SWEEPS = 30, 300  # of least squares in turn; of coordinates within one
 _PUREST = 0.02              # of the texels, whose mean is an edge: one texel alone may be wrong
 _DARKEST = 0.1              # of the median: darker texels have no colour
@@ -46,11 +66,13 @@ _OTHERS = 0.1               # of what is taken away as another material's, that 
 _REFINED = 2                # rounds: further ones change the picture under another lamp by less than 1 %
 
 
-def materials_found(seen: Observed, frame: FloatArray, most: int, name: str) -> tuple[Fit, ...]:
-    """The materials, one to `most`, that n texels show, those that are most of the sample first.
+def materials_found(seen: Observed, frame: FloatArray, name: str, count: int | None = None,
+                    ) -> tuple[tuple[Fit, ...], tuple[str, ...]]:
+    """The materials, so many, that n texels show, those that are most of the sample first; and notes.
 
-    Their scale is such that their purest texels have the weight 1. Raises DatasetError, which names the file `name`, if
-    too few texels are seen under enough lamps.
+    By default there are as many as predict photographs best that were left out. Their scale is such that their purest
+    texels have the weight 1. Raises DatasetError, which names the file `name`, if too few texels are seen under enough
+    lamps.
     """
     grey = solved(_lobes(), _grey(seen), frame)
     progress.report(0.1)
@@ -59,10 +81,15 @@ def materials_found(seen: Observed, frame: FloatArray, most: int, name: str) -> 
         raise DatasetError(f"{len(enough)} texels are seen and lit in {_FEWEST} photographs or more, expected "
                            f"{_LEAST_TEXELS} for the materials to be found in them: give the materials", name)
     texels, seen = grey.part(enough), seen.some(enough)
-    mixed = _unmixed(_equations(seen, texels, frame), most)
-    models: Sequence[Reflectance] = [
-        Microfacet(each[:, 0] / np.pi, each[:, 1:].T, np.array(_WIDTHS), np.full(len(_WIDTHS), _GAMMA),
-                   np.full(len(_WIDTHS), _F0)) for each in mixed.strengths]
+    notes: tuple[str, ...] = ()
+    if count is None:
+        count, notes = _best_count(seen, frame)
+    equations = _equations(seen, texels, frame)
+    if count < 1:
+        return tuple(_fit_of(each, f"Part {k}", seen)
+                     for k, each in enumerate(_own(equations, count == NONE), start=1)), notes
+    mixed, _ = _mixed_of(equations, count)
+    models: Sequence[Reflectance] = _models(mixed.strengths)
     texels = texels._replace(weights=mixed.weights)
     for number in range(_REFINED):
         with progress.part(0.1 + 0.45 * number, 0.1 + 0.45 * (number + 1)):
@@ -70,7 +97,7 @@ def materials_found(seen: Observed, frame: FloatArray, most: int, name: str) -> 
             fits = tuple(fit(each, **PRESETS["Standard"]) for each in progress.each(samples))
             if number + 1 < _REFINED:
                 texels, models = solved(fits, seen, frame, texels.slopes), fits
-    return fits
+    return fits, notes
 
 
 def _lobes() -> list[Microfacet]:
@@ -116,15 +143,79 @@ def _equations(seen: Observed, texels: Texels, frame: FloatArray) -> _Equations:
                       np.einsum("npc,npc->n", values, values))
 
 
-def _unmixed(equations: _Equations, most: int) -> _Mixed:
-    """As few materials as explain the texels."""
-    best, least = _mixed_of(equations, 1)
-    for count in range(2, most + 1):
-        found, cost = _mixed_of(equations, count)
-        if cost > _NEEDED * least:
-            break
-        best, least = found, cost
-    return best
+def _models(strengths: FloatArray) -> list[Microfacet]:
+    """Materials of strengths (m, channels, j) of the lobes."""
+    return [Microfacet(each[:, 0] / np.pi, each[:, 1:].T, np.array(_WIDTHS), np.full(len(_WIDTHS), _GAMMA),
+                       np.full(len(_WIDTHS), _F0)) for each in strengths]
+
+
+def _own(equations: _Equations, shines: bool = True) -> list[Microfacet]:
+    """A Lambertian of each channel, and where it shines a lobe of the sample's mean: what mixes to each texel's own
+    Lambertian."""
+    gram, right = (each.sum(axis=0) for each in equations[:2])
+    whole = nonnegative(gram + _ridge(gram), right)
+    channels, lobes = whole.shape
+    parts = np.zeros((channels + 1, channels, lobes))
+    parts[np.arange(channels), np.arange(channels), 0] = np.maximum(whole[:, 0], _LEAST_DIFFUSE * whole.sum(axis=1))
+    parts[channels, :, 1:] = whole[:, 1:]
+    return _models(parts if shines and whole[:, 1:].any() else parts[:channels])
+
+
+def _fit_of(model: Microfacet, name: str, seen: Observed) -> Fit:
+    """A model as it is in the directions of a sphere, fitted."""
+    channels = seen.radiance.shape[2]
+    light, view, azimuth = (each.ravel() for each in np.meshgrid(_FIT_POLAR, _FIT_POLAR, _FIT_AZIMUTH, indexing="ij"))
+    level = np.zeros_like(light)
+    values = model.evaluate(light, level, view, azimuth)
+    return fit(Samples(light, level, view, azimuth, values, RGB if channels == len(RGB) else ("grey",), name,
+                       "photographs of a flat sample"), **PRESETS["Standard"])
+
+
+def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]]:
+    """How many materials, or `NONE`, predict photographs that are left out best; and what is to be said of it."""
+    some = np.linspace(0, len(seen.good) - 1, min(len(seen.good), _JUDGED)).astype(int)
+    shots = np.unique(np.linspace(0, seen.good.shape[1] - 1, _SHOTS).astype(int))
+    seen, count = seen.some(some).shots(shots), len(shots)
+    errors: dict[int | str, list[float]] = {}
+    for fold in range(min(_FOLDS, count)):
+        left = np.arange(count) % _FOLDS == fold
+        used, other = (seen._replace(good=seen.good & which) for which in (~left, left))
+        if (used.good.sum(axis=1) < _FEWEST).all():
+            continue
+        grey = solved(_lobes(), _grey(used), frame)
+        enough = np.flatnonzero(grey.used.sum(axis=1) >= _FEWEST)
+        if len(enough) < _LEAST_TEXELS:
+            continue
+        used, other, texels = used.some(enough), other.some(enough), grey.part(enough)
+        equations = _equations(used, texels, frame)
+        ways = {number: _models(_mixed_of(equations, number)[0].strengths)
+                for number in range(1, MOST_MATERIALS + 1)} | {
+                        NONE: _own(equations), DULL: _own(equations, False)}
+        for way, models in ways.items():
+            first = solved(models, used, frame, texels.slopes)
+            found = solved(models, used, frame, first.slopes, prior_of(first))
+            unit = radiances(models, other.lit, normals_of(found.slopes, frame), other.good)
+            errors.setdefault(way, []).extend(relative_errors(
+                np.einsum("npcm,nm->npc", unit, found.weights), other))
+        for name, expected in unconstrained(used, other, frame).items():
+            errors.setdefault(name, []).extend(relative_errors(expected, other))
+    mean = {way: float(np.mean(each)) for way, each in errors.items()}
+    if not mean:
+        return 1, ()
+    best = 1
+    for number in range(2, MOST_MATERIALS + 1):
+        if mean[number] < _NEEDED * mean[best]:
+            best = number
+    own = min((NONE, DULL), key=lambda each: mean[each])
+    if mean[own] < _NEEDED_OF_NONE * mean[best]:
+        best = own
+    notes = ["Photographs that were left out are predicted within " + ", ".join(
+        f"{mean[way]:.1%} by {words}" for way, words in _WAYS.items()) + f": {_WAYS[best]} it is"]
+    free = min(UNCONSTRAINED, key=lambda each: mean[each])
+    if mean[free] < mean[best]:
+        notes.append(f"No mix of materials describes this sample: a {free} at each texel, whatever the others are, "
+                     f"predicts those within {mean[free]:.1%}")
+    return best, tuple(notes)
 
 
 def _mixed_of(equations: _Equations, count: int) -> tuple[_Mixed, float]:

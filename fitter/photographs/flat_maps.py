@@ -18,6 +18,7 @@ from ..quality.physics import directional_albedo
 from ..quality.verdict import predicted
 from .flat import Maps, evenly, frame_of, maps_from_flat, points_of
 from .flat_advice import next_lamp
+from .flat_judging import contradictions, turned_lamps
 from .flat_photograph import FlatPhotograph, observed
 from .picture_files import NEEDED
 from .scale import ANGLES, too_bright
@@ -25,6 +26,7 @@ from .scale import ANGLES, too_bright
 UNSURE = 0.1                # standard deviation of a weight, of the largest, that is uncertain
 _LEFT_OUT = 48              # texels along a side, of maps without one of the photographs
 _WEIGHED = 4000             # texels whose reflectance is looked at
+_JUDGED = 120               # texels by which photographs are judged
 
 
 class Layers(NamedTuple):
@@ -133,7 +135,13 @@ def report(maps: Maps, photographs: Sequence[FlatPhotograph], albedo: float | No
         lines.append(told.words)
         if told.is_bad:
             doubts.append(told.words)
-    return Report((*lines, *bright, next_lamp(maps, photographs).advice), tuple(doubts))
+    frame, points = frame_of(maps.corners, photographs), points_of(maps.corners, (height, width))
+    some = points.reshape(height, width, 3)[evenly(height, width, _JUDGED)].reshape(-1, 3)
+    size = np.linalg.norm(np.diff(maps.corners[:3], axis=0), axis=1)
+    judged = (*contradictions(maps.fits, observed(photographs, some, frame[2]), frame,
+                              [each.name for each in photographs]),
+              *turned_lamps(maps.normals, frame, maps.used > 0, size))
+    return Report((*lines, *maps.notes, *bright, *judged, next_lamp(maps, photographs).advice), (*doubts, *judged))
 
 
 def reflected(maps: Maps) -> FloatArray:

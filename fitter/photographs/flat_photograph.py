@@ -13,7 +13,9 @@ from .ball import STEEPEST, saturated
 
 _STEPS = 12                 # of Newton's method toward a pixel, which doubles the digits; of 120 degrees it takes 7
 _EXACT = 1e-9               # of a pixel: a step at which it ends
+_TOUCHED = 1e-3             # share of a pixel that does not count, which may be in a texel
 _FLOOR = 1e-3               # of the picture's typical brightness, where its noise is not known
+_LEAST_NOISE = 1e-3         # of that, which nothing is below: files may say that black has none
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +126,11 @@ class Observed(NamedTuple):
         return Observed(Lit(*(part[which] for part in self.lit)), self.radiance[which], self.noise[which],
                         self.good[which])
 
+    def shots(self, which: IntArray) -> "Observed":
+        """What some photographs show, by their numbers."""
+        return Observed(Lit(*(part[:, which] for part in self.lit)), self.radiance[:, which], self.noise[:, which],
+                        self.good[:, which])
+
 
 def lit(points: FloatArray, camera: FloatArray, lamp: FloatArray, intensity: FloatArray) -> Lit:
     """How points (n, 3) look at cameras (p, 3) and lamps (p, 3) of the intensities (p, channels)."""
@@ -150,8 +157,9 @@ def observed(photographs: Sequence[FlatPhotograph], points: FloatArray, normal: 
             pixel = pixel_of(each.rays, -seen.view[:, k])
         corner, share, inside = corners_of(pixel, each.radiance.shape[:2])
         radiance[:, k] = between(each.radiance, corner, share)
-        noise[:, k] = each.floor if each.noise is None else between(each.noise, corner, share)
-        good[:, k] = inside & (between(each.counts, corner, share)[:, 0] > 1 - 1e-9)
+        noise[:, k] = each.floor if each.noise is None else np.maximum(between(each.noise, corner, share),
+                                                                       _LEAST_NOISE * each.floor)
+        good[:, k] = inside & (between(each.counts, corner, share)[:, 0] > 1 - _TOUCHED)
     steepest = np.minimum(seen.light @ normal, seen.view @ normal)
     return Observed(seen, radiance, noise, good & (steepest > np.cos(STEEPEST)))
 

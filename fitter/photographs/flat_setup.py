@@ -3,7 +3,9 @@
 Places are the sample's: its middle is at 0, x runs along its width, y along its height, and z toward the camera ::
 
     [name] = "printed card"
-    [materials] = ["gold.npz", "lacquer.astm"]      # what it is made of: saved fits, or measurements; else it is found
+    [materials] = ["gold.npz", "lacquer.astm"]      # what it is made of: saved fits, or measurements; or how many these
+                                    # are, 1 to 4; else it is found
+    [leave_out] = ["a7.exr"]        # photographs that do not count
     [texels] = 512                  # of the maps, along the width; by default as many as it has pixels
 
     [camera]
@@ -16,7 +18,12 @@ Places are the sample's: its middle is at 0, x runs along its width, y along its
     corners = [[31.5, 402], [610, 398], [588, 60.5], [52, 66]]  # in the pictures, pixels from the left and the top:
                                     # bottom left, bottom right, top right, top left of the maps
 
-    [lamp]                          # positions, dark, flat, as of a ball
+    [mask] = "mask.png"             # white where it is, in the pictures: a coin or a leaf is no rectangle
+
+    [lamp]                          # positions, distance, dark, flat, as of a ball
+    [ball] = [0.04, 0.01, 0.005]    # where a chrome ball stood, whose highlights say the directions; with the lamps'
+                                    # distance from the sample's middle
+    [brightness] = [1, 0.9, 1.1]    # of the lamps beside each other; or "found", by the sample itself, in each colour
 
     [scale]                         # one of these:
     intensity = 3.2
@@ -46,14 +53,16 @@ from . import lamp_scale, viewpoint
 from .camera import pixel_angle, rays, rays_through
 from .descriptions import read
 from .flat import frame_of, points_of
+from .flat_finding import MOST_MATERIALS
+from .flat_judging import lamp_brightness
 from .flat_photograph import FlatPhotograph, between, corners_of, observed, pixel_of
 from .lamp_scale import Measured
 from .lamps import PLACED, alike, placed_lamp, with_light_positions
 from .light import Light, same_pictures
-from .pictures import Pictures
+from .pictures import Pictures, mask_of
 from .scale import GUESSED
 from .setup import lights_of, name_of
-from .table import Table
+from .table import LEAST, Table
 
 MOST_TEXELS, _DEFAULT_TEXELS = 4096, 1024   # along the width
 _CAMERA = "position", "field_of_view", "focal_length", "sensor_width", "matrix", "encoding"
@@ -66,7 +75,8 @@ _GUESSED = 32, 32           # points of a sample whose albedo is a guess
 
 
 class Flat(NamedTuple):
-    """What `maps_from_flat` takes of a description, and the files of materials: None where they are to be found."""
+    """What `maps_from_flat` takes of a description, and the files of materials, or their count: None where these are
+    to be found."""
 
     name: str
     photographs: list[FlatPhotograph]
@@ -78,6 +88,7 @@ class Flat(NamedTuple):
     """What is wrong with the photographs, in words."""
     albedo: float | None
     """That was guessed."""
+    number: int | None = None
 
 
 class _Pose(NamedTuple):
@@ -108,22 +119,32 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     """
     description, path = read(path)
     table = Table(description, "", path).only("name", "materials", "texels", "camera", "sample", "lamp", "scale",
-                                              "photograph")
+                                              "photograph", "leave_out")
     table.table("camera").only(*_CAMERA)
-    sample = table.table("sample").only("width", "height", "corners")
-    table.table("lamp").only("positions", "distance", "dark", "flat")
+    sample = table.table("sample").only("width", "height", "corners", "mask")
+    ball = _ball(table.table("lamp").only("positions", "distance", "ball", "brightness", "dark",
+                                               "flat"))
     lamp_scale.check(table.table("scale"), _SCALES)
-    materials = table.files("materials") if table.has("materials") else None
+    if (table.table("scale").number("albedo") or 0) > 1:
+        raise table.table("scale").error("albedo", "one above 0 and at most 1: no more light leaves than arrives")
+    count, materials = table.value("materials"), None
+    if isinstance(count, int) and not 1 <= count <= MOST_MATERIALS:
+        raise table.error("materials", f"files, or a number of 1 to {MOST_MATERIALS}")
+    if not isinstance(count, int):
+        count, materials = None, table.files("materials") if table.has("materials") else None
     x, y = sample.needed("width") / 2, sample.needed("height") / 2
     whole = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
     # directions of light positions are the camera's until it is known how that is turned
     description, notes = with_light_positions(description, path, np.eye(3))
     table = Table(description, "", path)
-    tables = [each.only("files", "exposures", *PLACED) for each in table.tables("photograph")]
+    tables = _kept(table, [each.only("files", "exposures", *PLACED) for each in table.tables("photograph")])
     camera, lamp = table.table("camera"), table.table("lamp")
     pictures = Pictures.of(camera, lamp)
-    lights = lights_of(table, pictures, path)
+    lights = lights_of(tables, pictures, path)
     height, width, channels = lights[0].radiance.shape
+    mask = mask_of(sample, (height, width))
+    if mask is not None:
+        lights = [light._replace(known=light.known & mask) for light in lights]
     if corners is not None:
         placed = {**description["sample"], "corners": _in_order(corners, (height, width)).tolist()}
         sample = Table({**description, "sample": placed}, "", path).table("sample")
@@ -135,7 +156,8 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     if off > _OFF:
         raise sample.error("corners", f"those of a rectangle of {2 * x:g} x {2 * y:g} m that this lens sees, within "
                                       f"{_OFF:g} pixels: one is {off:.1f} off")
-    lamps = [placed_lamp(each, np.zeros(3), pose.turn if lamp.has("positions") else None) for each in tables]
+    lamps = [placed_lamp(each, np.zeros(3), pose.turn if lamp.has("positions") else None, ball)
+             for each in tables]
     are_far, size = alike(lamps, path), 2 * float(np.hypot(x, y))
     scale, what = _scale(table, (height, width), angle, pose, size)
     intensity, note = lamp_scale.intensity_of(scale, pictures, channels, what, are_far)
@@ -143,7 +165,12 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     photographs = [FlatPhotograph(light.radiance, toward, pose.position, each.at(np.zeros(3), size), intensity,
                                   light.noise, light.known, name_of(shot))
                    for light, each, shot in zip(lights, lamps, tables, strict=True)]
-    frame_of(whole, photographs)            # lamps are not behind it
+    frame = frame_of(whole, photographs)    # lamps are not behind it
+    brightness = _brightness(lamp, photographs, whole, frame)
+    if brightness is not None:
+        photographs = [replace(each, intensity=each.intensity * by) for each, by in zip(photographs, brightness,
+                                                                                        strict=True)]
+        notes += f"The lamps differ in brightness from {brightness.min():.2f} to {brightness.max():.2f}",
     albedo = scale.needed("albedo") if scale.has("albedo") else None
     if albedo is not None:
         share = _albedo(photographs, whole) / albedo
@@ -153,7 +180,42 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
         *pose.position, off)
     return Flat(table.text("name", path.stem), photographs, whole, _shape(table, places, y / x), materials,
                 (*pictures.notes, *notes, where, *note),
-                same_pictures([light.radiance for light in lights], [each.name for each in photographs]), albedo)
+                same_pictures([light.radiance for light in lights], [each.name for each in photographs]), albedo,
+                count)
+
+
+def _brightness(lamp: Table, photographs: list[FlatPhotograph], corners: FloatArray,
+                frame: FloatArray) -> FloatArray | None:
+    """How bright the lamps are beside what is given: (p, 1 or channels); None where they are alike."""
+    if not lamp.has("brightness"):
+        return None
+    if lamp.value("brightness") == "found":
+        return lamp_brightness(observed(photographs, points_of(corners, _GUESSED), frame[2]), frame)
+    if isinstance(lamp.value("brightness"), str):
+        raise lamp.error("brightness", '"found", or a number for each photograph')
+    given = lamp.numbers("brightness", len(photographs))
+    if not (given >= LEAST).all():
+        raise lamp.error("brightness", '"found", or numbers above 0')
+    return given[:, None]
+
+
+def _kept(table: Table, shots: list[Table]) -> list[Table]:
+    """The photographs but those that are to be left out, by the names of their files."""
+    names = {path.name for path in table.files("leave_out")} if table.has("leave_out") else set()
+    missing = names - {path.name for shot in shots for path in shot.files("files")}
+    if missing:
+        raise table.error("leave_out", f"names of photographs: {sorted(missing)[0]} is none")
+    return [shot for shot in shots if not names & {path.name for path in shot.files("files")}]
+
+
+def _ball(lamp: Table) -> FloatArray | None:
+    """Where the chrome ball stood."""
+    if not lamp.has("ball"):
+        return None
+    ball, distance = lamp.numbers("ball", 3), lamp.needed("distance")
+    if not np.linalg.norm(ball) < distance:
+        raise lamp.error("ball", f"a place nearer to the sample's middle than the lamps, which are {distance:g} m away")
+    return ball
 
 
 def _in_order(corners: FloatArray, size: tuple[int, int]) -> FloatArray:
@@ -278,9 +340,9 @@ def _albedo(photographs: list[FlatPhotograph], corners: FloatArray) -> float:
     """The albedo of a sample under lamps of these intensities, as if it were Lambertian: the mean over it and the
     channels of the median over the lamps, since a highlight is under few of them."""
     seen = observed(photographs, points_of(corners, _GUESSED), np.array([0.0, 0, 1]))
+    seen = seen.some(np.flatnonzero(seen.good.any(axis=1)))
     light = np.where(seen.good, seen.lit.light[..., 2], np.nan)[..., None] * seen.lit.brought
-    with np.errstate(all="ignore"):
-        albedo = np.nanmean(np.nanmedian(np.pi * seen.radiance / light, axis=1))
+    albedo = np.nanmedian(np.pi * seen.radiance / light, axis=1).mean() if len(light) else 0.0
     if not albedo > 0:
         raise DatasetError("nothing is bright between the corners: no sample is in the picture", photographs[0].name)
     return float(albedo)

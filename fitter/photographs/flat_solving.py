@@ -30,8 +30,8 @@ _MISSING = 0.3              # of what a model expects: where so much is missing,
 _DEVIATIONS = 5.0
 _FEWEST = 3                 # photographs of a texel that shadows may leave
 _RIDGE = 1e-9               # of materials that are one
-
-
+_LEAST_SPREAD = 0.1         # of a weight, by which those of texels differ
+_POOR = 4.0                 # variance that a poor model leaves, in units of the noise's
 class Texels(NamedTuple):
     """What is found of n texels."""
 
@@ -54,6 +54,47 @@ class Texels(NamedTuple):
         """Some of them."""
         return Texels(self.weights[which], self.deviation[which], self.slopes[which], self.precision[which],
                       self.used[which], self.left[which], self.response[which])
+
+
+class Prior(NamedTuple):
+    """What is expected of every texel's weights before its own photographs tell, by empirical Bayes."""
+
+    mean: FloatArray
+    """(materials,)."""
+    precision: FloatArray
+    """The inverse of their variance, in units of that of the values: (materials,)."""
+    misfit: float
+    """The variance of values, in units of that which their noise has: 1, or what the model leaves."""
+
+    @property
+    def is_poor(self) -> bool:
+        """Whether the model leaves so much that texels help one another, errors are no smaller in the dark, and a
+        shadow looks like any other."""
+        return self.misfit > _POOR
+
+    @property
+    def rows(self) -> tuple[FloatArray, FloatArray]:
+        """The same as values that are measured beside the others: (materials, materials) and (materials,)."""
+        root = np.sqrt(self.precision)
+        return np.diag(root), root * self.mean
+
+
+def no_prior(materials: int) -> Prior:
+    """That of texels of which nothing is known before."""
+    return Prior(np.zeros(materials), np.zeros(materials), 1.0)
+
+
+def prior_of(found: Texels) -> Prior:
+    """The prior that texels, which were solved without one, make probable."""
+    known = found.used.any(axis=1)
+    if not known.any():
+        return no_prior(found.weights.shape[1])
+    misfit = max(float(np.median(found.left[known])), 1.0)
+    weights = found.weights[known]
+    low, mean, high = np.quantile(weights, [0.16, 0.5, 0.84], axis=0)
+    # a spread of nothing would hold all texels at the median
+    spread = np.maximum((high - low) / 2, _LEAST_SPREAD * np.maximum(mean, weights.mean(axis=0))) + np.finfo(float).tiny
+    return Prior(mean, misfit / spread ** 2 * (misfit > _POOR), misfit)
 
 
 def normals_of(slopes: FloatArray, frame: FloatArray) -> FloatArray:
@@ -90,7 +131,8 @@ def radiances(fits: Sequence[Reflectance], lit: Lit, normals: FloatArray, good: 
     return found
 
 
-def solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, first: FloatArray | None = None) -> Texels:
+def solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, first: FloatArray | None = None,
+           prior: Prior | None = None) -> Texels:
     """The weights and slopes of n texels.
 
     Parameters
@@ -98,49 +140,55 @@ def solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, first
     first : (n, 2), optional
         Slopes to begin with, where they lead to what is seen: else, and by default, flat ones, those of a Lambertian,
         and those that mirror the brightest lamp.
+    prior : Prior, optional
+        Of the weights.
     """
+    prior = no_prior(len(fits)) if prior is None else prior
     if first is None:
-        return _solved(fits, seen, frame, _started(fits, seen, frame))
-    found = _solved(fits, seen, frame, first)
-    off = np.flatnonzero(found.left > np.maximum(_DOUBTFUL, _DOUBTFUL * np.median(found.left)))
+        return _solved(fits, seen, frame, _started(fits, seen, frame, prior), prior)
+    found = _solved(fits, seen, frame, first, prior)
+    known = found.used.any(axis=1)
+    if not known.any():
+        return found
+    off = np.flatnonzero(known & (found.left > np.maximum(_DOUBTFUL, _DOUBTFUL * np.median(found.left[known]))))
     if len(off):
         part = seen.some(off)
-        again = _solved(fits, part, frame, _started(fits, part, frame))
+        again = _solved(fits, part, frame, _started(fits, part, frame, prior), prior)
         better = again.left < found.left[off]
         for old, new in zip(found, again, strict=True):
             old[off[better]] = new[better]
     return found
 
 
-def _started(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray) -> FloatArray:
+def _started(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, prior: Prior) -> FloatArray:
     """The slopes to which the best of several starts leads: (n, 2)."""
-    used = seen.good & ~_dark(seen, frame)
-    scale = scale_of(seen, seen.radiance, used)
+    used = seen.good & ~_dark(seen, frame, prior)
+    scale = scale_of(seen, seen.radiance, used, prior=prior)
     starts = [np.zeros((len(used), 2)), *guessed(seen, used, frame)]
     best, lowest = starts[0], np.full(len(used), np.inf)
     for start in starts:
-        found, cost = _descended(fits, seen, used, scale, frame, start, _TRIED)[:2]
+        found, cost = _descended(fits, seen, used, scale, frame, start, _TRIED, prior)[:2]
         better = cost < lowest
         best, lowest = np.where(better[:, None], found, best), np.where(better, cost, lowest)
     return best
 
 
-def _solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slopes: FloatArray) -> Texels:
+def _solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slopes: FloatArray, prior: Prior) -> Texels:
     """The same from slopes to begin with, (n, 2). What is in a shadow is found by the model, until that changes no
     more."""
-    used = seen.good & ~_dark(seen, frame)
-    scale = scale_of(seen, seen.radiance, used)
+    used = seen.good & ~_dark(seen, frame, prior)
+    scale = scale_of(seen, seen.radiance, used, prior=prior)
     found: Texels | None = None
     going, known, unit = np.arange(len(used)), np.zeros_like(used), np.zeros(())
     for _ in range(_SHADOWS):
         part, start = seen.some(going), slopes[going]
         normal = normals_of(start, frame)
         unit = unit + radiances(fits, part.lit, normal, part.good & ~known)
-        expected = np.einsum("npcm,nm->npc", unit, _weights(unit, part, used[going], scale[going]))
-        scale[going] = scale_of(part, expected, used[going])
+        expected = np.einsum("npcm,nm->npc", unit, _weights(unit, part, used[going], scale[going], prior))
+        scale[going] = scale_of(part, expected, used[going], prior=prior)
         missing = (expected - part.radiance).mean(axis=2)
         shadow = (missing > _MISSING * expected.mean(axis=2)) & (
-            missing > _DEVIATIONS * np.sqrt((scale[going] ** 2).mean(axis=2) / scale.shape[2]))
+            missing > _DEVIATIONS * np.sqrt(prior.misfit * (scale[going] ** 2).mean(axis=2) / scale.shape[2]))
         upright = np.minimum(*(np.einsum("npk,nk->np", toward, normal) for toward in part.lit[:2])) > np.cos(STEEPEST)
         trusted = part.good & ~shadow & upright
         trusted = np.where((trusted.sum(axis=1) >= _FEWEST)[:, None], trusted, used[going])
@@ -151,11 +199,12 @@ def _solved(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, slop
             break
         used[going] = trusted
         part = seen.some(going)
-        descent = _descended(fits, part, trusted, scale[going], frame, slopes[going], _DESCENDED, unit)
+        descent = _descended(fits, part, trusted, scale[going], frame, slopes[going], _DESCENDED, prior, unit)
         slopes = slopes.copy()
         slopes[going] = descent.slopes
-        known, unit = trusted, descent.unit.reshape(unit.shape) * scale[going][..., None]
-        now = _judged(part, trusted, scale[going], descent)
+        seen_of = descent.unit[:, :-len(fits)]
+        known, unit = trusted, seen_of.reshape(unit.shape) * scale[going][..., None]
+        now = _judged(part, trusted, scale[going], descent, prior)
         if found is None:
             found = now
         else:
@@ -174,11 +223,11 @@ def turned_weights(found: Texels, slopes: FloatArray) -> tuple[FloatArray, IntAr
 
 
 def given_normals(fits: Sequence[Reflectance], seen: Observed, frame: FloatArray, found: Texels,
-                  slopes: FloatArray) -> FloatArray:
+                  slopes: FloatArray, prior: Prior) -> FloatArray:
     """The weights, (n, materials), of texels whose slopes are these, (n, 2)."""
     unit = radiances(fits, seen.lit, normals_of(slopes, frame), found.used)
     expected = np.einsum("npcm,nm->npc", unit, found.weights)
-    return _weights(unit, seen, found.used, scale_of(seen, expected, found.used))
+    return _weights(unit, seen, found.used, scale_of(seen, expected, found.used, prior=prior), prior)
 
 
 def least_squares(unit: FloatArray, values: FloatArray) -> FloatArray:
@@ -222,24 +271,39 @@ def _gram(unit: FloatArray) -> FloatArray:
     return np.asarray(gram + (_RIDGE * trace + np.finfo(float).tiny)[:, None, None] * np.eye(gram.shape[1]))
 
 
-def _weights(unit: FloatArray, seen: Observed, used: BoolArray, scale: FloatArray) -> FloatArray:
+def _weights(unit: FloatArray, seen: Observed, used: BoolArray, scale: FloatArray, prior: Prior) -> FloatArray:
     """The weights for radiances of unit weights: (n, p, c, m) to (n, m)."""
     share = used[..., None] / scale
     n, p, channels, m = unit.shape
-    return least_squares((unit * share[..., None]).reshape(n, p * channels, m),
-                         (seen.radiance * share).reshape(n, p * channels))
+    return least_squares(*_with_prior((unit * share[..., None]).reshape(n, p * channels, m),
+                                      (seen.radiance * share).reshape(n, p * channels), used, prior))
 
 
-def scale_of(seen: Observed, expected: FloatArray, used: BoolArray, share: float = NOISE) -> FloatArray:
+def _with_prior(unit: FloatArray, values: FloatArray, used: BoolArray, prior: Prior) -> tuple[FloatArray, FloatArray]:
+    """Radiances of unit weights (n, q, m) and values (n, q), and below them those of the prior, of texels that are
+    seen in a photograph."""
+    rows, expected = prior.rows
+    is_seen = np.asarray(used.any(axis=1))
+    return (np.concatenate([unit, is_seen[:, None, None] * rows], axis=1),
+            np.concatenate([values, is_seen[:, None] * expected], axis=1))
+
+
+def scale_of(seen: Observed, expected: FloatArray, used: BoolArray, share: float = NOISE,
+             prior: Prior | None = None) -> FloatArray:
     """The deviation that is expected of values, (n, p, c): their noise, and a share of them, or of what is typical of
-    the texel where they are far below it."""
+    the texel where they are far below it, or below it at all where the model is poor."""
     count = np.maximum(used.sum(axis=1), 1)[:, None, None]
-    typical = _DARK * (expected * used[..., None]).sum(axis=1, keepdims=True) / count
-    return np.hypot(seen.noise, share * np.maximum(expected, np.maximum(typical, 0)))
+    least = 1.0 if prior is not None and prior.is_poor else _DARK
+    typical = least * (expected * used[..., None]).sum(axis=1, keepdims=True) / count
+    deviation = np.hypot(seen.noise, share * np.maximum(expected, np.maximum(typical, 0)))
+    # what does not count, as saturated pixels, may have neither noise nor radiance
+    return np.where(used[..., None], deviation, 1.0)
 
 
-def _dark(seen: Observed, frame: FloatArray) -> BoolArray:
+def _dark(seen: Observed, frame: FloatArray, prior: Prior) -> BoolArray:
     """Where a texel is so much darker than under other lamps that it may be in a shadow: (n, p)."""
+    if prior.is_poor:
+        return np.zeros(seen.good.shape, bool)
     reflected = _reflected(seen, frame)
     typical = np.nanmedian(np.where(seen.good, reflected, np.nan), axis=1) if seen.good.any(axis=1).all() else np.array(
         [np.median(each[good]) if good.any() else 0.0 for each, good in zip(reflected, seen.good, strict=True)])
@@ -283,7 +347,7 @@ class _Descent(NamedTuple):
 
 
 def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, scale: FloatArray, frame: FloatArray,
-               start: FloatArray, steps: int, unit: FloatArray | None = None) -> _Descent:
+               start: FloatArray, steps: int, prior: Prior, unit: FloatArray | None = None) -> _Descent:
     """Slopes (n, 2) that descended from a start by so many steps.
 
     Derivatives are worked out again where the slopes have changed by more than `_CURVED` since.
@@ -295,17 +359,20 @@ def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, sca
     """
     slopes = start.copy()
     share = used[..., None] / scale
-    values = (seen.radiance * share).reshape(len(used), -1)
+    observed_values = (seen.radiance * share).reshape(len(used), -1)
 
     def at(which: IntArray, tried: FloatArray) -> FloatArray:
         part = Lit(*(each[which] for each in seen.lit))
         found = radiances(fits, part, normals_of(tried, frame), used[which]) * share[which][..., None]
-        return found.reshape(len(which), values.shape[1], -1)
+        return _with_prior(found.reshape(len(which), -1, len(fits)), observed_values[which], used[which],
+                           prior)[0]
 
     everywhere = np.arange(len(slopes))
-    unit = at(everywhere, slopes) if unit is None else (unit * share[..., None]).reshape(*values.shape, -1)
+    unit = at(everywhere, slopes) if unit is None else (unit * share[..., None]).reshape(
+        *observed_values.shape, -1)
+    unit, values = _with_prior(unit[:, :observed_values.shape[1]], observed_values, used, prior)
     weights = least_squares(unit, values)
-    cost = _cost(unit, values, weights, slopes)
+    cost = _cost(unit, values, weights, slopes, prior)
     change, derived = np.zeros((*unit.shape, 2)), np.full_like(slopes, np.inf)
     damping, going = np.full(len(slopes), 1e-2), everywhere
     for _ in range(steps):
@@ -314,7 +381,7 @@ def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, sca
             for k, shift in enumerate(DIFFERENCE * np.eye(2)):
                 change[stale, ..., k] = (at(stale, slopes[stale] + shift) - unit[stale]) / DIFFERENCE
             derived[stale] = slopes[stale]
-        of = _normal_equations(unit[going], values[going], change[going], slopes[going], weights[going])
+        of = _normal_equations(unit[going], values[going], change[going], slopes[going], weights[going], prior)
         diagonal = np.einsum("nii->ni", of.slopes)[..., None] * np.eye(2)
         step = np.linalg.solve(of.slopes + damping[going, None, None] * diagonal, of.right[..., None])[..., 0]
         step *= np.minimum(1, STEEP / 2 / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12))
@@ -325,7 +392,7 @@ def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, sca
         tried = slopes[going] + step
         there = at(going, tried)
         w = least_squares(there, values[going])
-        now = _cost(there, values[going], w, tried)
+        now = _cost(there, values[going], w, tried, prior)
         better = now < cost[going]
         at_better = going[better]
         slopes[at_better], weights[at_better], cost[at_better] = tried[better], w[better], now[better]
@@ -335,9 +402,9 @@ def _descended(fits: Sequence[Reflectance], seen: Observed, used: BoolArray, sca
     return _Descent(slopes, cost, weights, unit, change)
 
 
-def _cost(unit: FloatArray, values: FloatArray, weights: FloatArray, slopes: FloatArray) -> FloatArray:
+def _cost(unit: FloatArray, values: FloatArray, weights: FloatArray, slopes: FloatArray, prior: Prior) -> FloatArray:
     off = values - np.einsum("nqm,nm->nq", unit, weights)
-    return np.asarray((off ** 2).sum(axis=1) + (slopes ** 2).sum(axis=1) / STEEP ** 2)
+    return np.asarray((off ** 2).sum(axis=1) + prior.misfit * (slopes ** 2).sum(axis=1) / STEEP ** 2)
 
 
 class _Equations(NamedTuple):
@@ -352,13 +419,14 @@ class _Equations(NamedTuple):
 
 
 def _normal_equations(unit: FloatArray, values: FloatArray, change: FloatArray, slopes: FloatArray,
-                      weights: FloatArray) -> _Equations:
+                      weights: FloatArray, prior: Prior) -> _Equations:
     now = np.einsum("nqm,nm->nq", unit, weights)
     change = np.einsum("nqmk,nm->nqk", change, weights)
     gram = _gram(unit)
     across = np.swapaxes(unit, 1, 2) @ change
-    own = np.swapaxes(change, 1, 2) @ change + np.eye(2) / STEEP ** 2
-    right = np.einsum("nqk,nq->nk", change, values - now) - slopes / STEEP ** 2
+    stiff = prior.misfit / STEEP ** 2
+    own = np.swapaxes(change, 1, 2) @ change + np.eye(2) * stiff
+    right = np.einsum("nqk,nq->nk", change, values - now) - slopes * stiff
     taken = gram - across @ np.linalg.solve(own, np.swapaxes(across, 1, 2))
     held = weights <= 0
     active = np.where(held[:, :, None] | held[:, None, :], 0.0, gram) + held[:, :, None] * np.eye(held.shape[1])
@@ -367,10 +435,11 @@ def _normal_equations(unit: FloatArray, values: FloatArray, change: FloatArray, 
     return _Equations(taken, own + np.swapaxes(across, 1, 2) @ response, right, response)
 
 
-def _judged(seen: Observed, used: BoolArray, scale: FloatArray, found: _Descent) -> Texels:
+def _judged(seen: Observed, used: BoolArray, scale: FloatArray, found: _Descent, prior: Prior) -> Texels:
     """What was found, with its deviation: by the noise, or where more is left, by that."""
-    values = (seen.radiance * (used[..., None] / scale)).reshape(len(used), -1)
-    of = _normal_equations(found.unit, values, found.change, found.slopes, found.weights)
+    values = _with_prior(found.unit[:, :-len(prior.mean)], (seen.radiance * (used[..., None] / scale)).reshape(
+        len(used), -1), used, prior)[1]
+    of = _normal_equations(found.unit, values, found.change, found.slopes, found.weights, prior)
     known = used.sum(axis=1) * seen.radiance.shape[2]
     left = found.cost / np.maximum(known - found.weights.shape[1] - 2, 1)
     more = np.maximum(left, 1)

@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import ArrayLike, FloatArray
 from ..errors import DatasetError
 from . import light_positions
-from .chrome import lamp_of_highlight
+from .chrome import Highlight, lamp_of_highlight
 from .descriptions import Description, pictures_in
 from .table import Table
 from .viewpoint import Viewpoint
@@ -64,15 +64,20 @@ def lamp_of(table: Table, shown: FloatArray | None, view: Viewpoint, camera: Arr
             else Lamp(highlight.direction, True))
 
 
-def placed_lamp(table: Table, middle: FloatArray, turn: FloatArray | None = None) -> Lamp:
-    """The lamp of a table that has one of `PLACED`; `turn` (3, 3) is from the axes of its direction to the scene's."""
+def placed_lamp(table: Table, middle: FloatArray, turn: FloatArray | None = None,
+                ball: FloatArray | None = None) -> Lamp:
+    """The lamp of a table that has one of `PLACED`; `turn` (3, 3) is from the axes of its direction to the scene's, and
+    the direction holds at `ball` (3,), by default in the middle, which the distance counts from."""
     if sum(map(table.has, ("lamp", "direction"))) != 1:
         raise table.error("lamp", "a position, or instead of it a direction")
     if table.has("lamp"):
         return Lamp(table.numbers("lamp", 3), False)
     direction = direction_of(table) if turn is None else turn @ direction_of(table)
-    return Lamp(middle + table.needed("distance") * direction, False) if table.has("distance") else Lamp(
-        direction, True)
+    if not table.has("distance"):
+        return Lamp(direction, True)
+    distance = table.needed("distance")
+    return Lamp(middle + distance * direction if ball is None else Highlight(ball, direction, middle).at(distance),
+                False)
 
 
 def direction_of(table: Table) -> FloatArray:
@@ -118,7 +123,13 @@ def with_light_positions(description: Description, path: Path, turn: FloatArray,
         shots = [{"files": [str(each.absolute())]} for each in files]
         if not are_named:
             notes = f"{file.name} names other files: photographs and light positions belong together by their order",
-    directions = found.directions @ turn.T
+    dark = np.asarray(~found.directions.any(axis=1))
+    if dark.any():
+        missing = ", ".join(Path(str(shots[k].get("files", k + 1) if isinstance(shots[k], dict) else k + 1).strip(
+            "[']")).name for k in np.flatnonzero(dark))
+        notes += f"Left out, for {file.name} has no light of them: {missing}",
+        shots = [each for each, is_dark in zip(shots, dark, strict=True) if not is_dark]
+    directions = found.directions[~dark] @ turn.T
     distance = {"distance": lamp.needed("distance")} if lamp.has("distance") else {}
     lit = [{**shot, "direction": direction.tolist(), **distance}
            for shot, direction in zip(shots, directions, strict=True)]
@@ -131,13 +142,18 @@ def _files_of(found: light_positions.LightPositions, folder: Path) -> tuple[list
     Names may have folders of another machine. Of a dome whose lights were found once, photographs of later objects have
     other names: then they are all pictures of the folder, if these are as many.
     """
-    for names in (found.names, [re.split(r"[/\\]", name)[-1] for name in found.names]):
+    are_named = all(found.names)
+    for names in (found.names, [re.split(r"[/\\]", name)[-1] for name in found.names]) if are_named else ():
         files = [folder / name for name in names]
         if all(each.is_file() for each in files):
             return files, True
     pictures = pictures_in(folder)
+    if not are_named:
+        # what relight has made is in a folder beside the photographs, or within theirs
+        pictures = next((each for each in (pictures, pictures_in(folder.parent)) if len(each) == len(found.names)), ())
+        files = [folder / "photograph"] * len(found.names)
     if len(pictures) != len(found.names):
         missing = next(each.name for each in files if not each.is_file())
         raise DatasetError(f"cannot be read: no such file, and {len(pictures)} pictures beside it, where the light "
                            f"positions are {len(found.names)}", folder / missing)
-    return list(pictures), False
+    return list(pictures), not are_named

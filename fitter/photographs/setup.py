@@ -162,7 +162,7 @@ def resolved(description: Description, path: str | Path) -> Resolved:
     checked, path = _checked(description, path), Path(path)
     table = checked.table
     pictures = Pictures.of(table.table("camera"), table.table("lamp"))
-    lights = lights_of(table, pictures, path)
+    lights = lights_of(table.tables("photograph"), pictures, path)
     stage = _stage(table, lights, pictures, path)
     lamps, are_far = _lamps(table, pictures, stage, path)
     view, given = stage.view, checked.description
@@ -201,9 +201,9 @@ def _is_by_outline(ball: Table) -> bool:
     return bool(ball.value("centre") == "outline")
 
 
-def lights_of(table: Table, pictures: Pictures, path: Path) -> list[Light]:
-    """What the photographs show, each of one size. Raises DatasetError if one is black."""
-    lights, tables = [], table.tables("photograph")
+def lights_of(tables: Sequence[Table], pictures: Pictures, path: Path) -> list[Light]:
+    """What the photographs of tables show, each of one size. Raises DatasetError if one is black."""
+    lights = []
     for number, each in enumerate(tables):
         progress.report(number / len(tables), f"Reading {name_of(each)}")
         lights.append(pictures.of_lamp(each, "files"))
@@ -277,7 +277,8 @@ def _photographs(checked: _Checked, path: Path) -> tuple[list[BallPhotograph], t
     """The photographs of a description, and notes of how they were read."""
     table = checked.table
     pictures = Pictures.of(table.table("camera"), table.table("lamp"))
-    lights, tables = lights_of(table, pictures, path), table.tables("photograph")
+    tables = table.tables("photograph")
+    lights = lights_of(tables, pictures, path)
     stage = _stage(table, lights, pictures, path)
 
     def photograph(light: Light, lamp: FloatArray, intensity: FloatArray, name: str) -> BallPhotograph:

@@ -142,7 +142,7 @@ def with_corners(places, size="width = 0.1\nheight = 0.08"):
     ({"shots": ["lamp = [0, 0, 1]"] * 4 + ["lamp = [0.1, 0, -1]"]}, "lamp5.exr: the lamp is behind the sample"),
     ({"shots": ["lamp = [0, 0, 1]"] * 4 + ["direction = [0.1, 0, 1]"]}, "some lamps have a place"),
     ({"top": "texels = 1000000"}, "texels .*expected 1 to 4096"),
-    ({"top": "materials = 3"}, "materials is 3"),
+    ({"top": "materials = 30"}, "materials is 30"),
 ])
 def test_what_cannot_be_is_refused(described, how, message):
     path = described(**how)
@@ -182,3 +182,86 @@ def test_photographs_of_several_sizes_and_a_dark_sample_are_refused(described):
             flat(path)
         for each, content in kept.items():
             path.with_name(each).write_bytes(content)
+
+
+def test_directions_hold_where_the_ball_stood(described):
+    """Lamps of a dome of .7 m, whose directions a ball .2 m beside the sample has shown."""
+    ball = np.array([0.2, 0.05, 0.01])
+    lamps = LAMPS / np.linalg.norm(LAMPS, axis=1, keepdims=True) * 0.7
+    toward = (lamps - ball) / np.linalg.norm(lamps - ball, axis=1, keepdims=True)
+    path = described(shots=[f"direction = {each.tolist()}\ndistance = 0.7" for each in toward])
+    text = path.read_text("utf-8")
+    path.write_text(f"{text}[lamp]\nball = {ball.tolist()}\ndistance = 0.7\n", "utf-8")
+    found = flat(path)
+    np.testing.assert_allclose([each.lamp for each in found.photographs], lamps, atol=1e-9)
+    path.write_text(f"{text}[lamp]\nball = [0.8, 0, 0]\ndistance = 0.7\n", "utf-8")
+    with pytest.raises(fitter.DatasetError, match=r"lamp.ball is .*nearer to the sample's middle than the lamps"):
+        flat(path)
+
+
+def test_what_a_mask_leaves_out_is_unknown(written, described):
+    """The left half of the pictures is white in the mask."""
+    mask = np.zeros((*flat_files.SIZE, 1))
+    mask[:, :50] = 1
+    ball_files.write_picture(written.with_name("mask.png"), mask)
+    found = flat(described(sample=f"width = 0.1\nheight = 0.08\ncorners = {PLACES.tolist()}\nmask = 'mask.png'"))
+    seen = observed(found.photographs, points_of(found.corners, found.shape), np.array([0.0, 0, 1]))
+    column = pixel_of(found.photographs[0].rays, points_of(found.corners, found.shape)
+                      - found.photographs[0].camera)[:, 1]
+    assert seen.good[column < 48].all()      # at its rim a pixel may be seen in a neighbour
+    assert not seen.good[column > 50].any()
+    ball_files.write_picture(written.with_name("mask.png"), mask[:9, :9])
+    with pytest.raises(fitter.DatasetError, match=r"mask.png: 9 x 9 pixels found, expected 100 x 90"):
+        flat(written.with_name("other.toml"))
+
+
+def test_a_photograph_without_a_light_is_left_out_and_told(written, described):
+    """A project of relight within the folder of the photographs, one of whose lights was not found."""
+    folder = written.parent / "output"
+    folder.mkdir()
+    lights = LAMPS / np.linalg.norm(LAMPS, axis=1, keepdims=True)
+    lights[2] = 0
+    (folder / "info.json").write_text(f'{{"lights": {lights.ravel().tolist()}}}', "utf-8")
+    text = described(camera="position = 'far'").read_text("utf-8")
+    path = written.with_name("project.toml")
+    path.write_text(text[:text.index("[[photograph]]")] + "[lamp]\npositions = 'output/info.json'\n", "utf-8")
+    for each in written.parent.glob("mask*"):
+        each.unlink()
+    found = flat(path)
+    assert [each.name for each in found.photographs] == ["lamp1.exr", "lamp2.exr", "lamp4.exr", "lamp5.exr"]
+    assert any("no light of them: lamp3.exr" in note for note in found.notes)
+    shown = [each.lamp / np.linalg.norm(each.lamp) for each in found.photographs]
+    assert angle(np.array(shown), lights[[0, 1, 3, 4]]).max() < 15
+
+
+def test_a_description_says_how_many_materials_there_are_and_leaves_photographs_out(described):
+    found = flat(described(top="materials = 2\nleave_out = ['lamp2.exr']"))
+    assert (found.number, found.materials) == (2, None)
+    assert [each.name for each in found.photographs] == ["lamp1.exr", "lamp3.exr", "lamp4.exr", "lamp5.exr"]
+    np.testing.assert_allclose([each.lamp for each in found.photographs], LAMPS[[0, 2, 3, 4]], atol=1e-6)
+    for top, message in (("materials = 5", "materials is 5, expected files, or a number of 1 to 4"),
+                         ("leave_out = 'lamp9.exr'", "leave_out is 'lamp9.exr', expected .*lamp9.exr is none")):
+        with pytest.raises(fitter.DatasetError, match=message):
+            flat(described(top=top))
+    with pytest.raises(fitter.DatasetError, match=r"scale.albedo is 50.*, expected .* at most 1"):
+        flat(described(scale="albedo = 50"))
+
+
+def test_how_bright_each_lamp_is_is_given_or_found(openimageio, paper, random, tmp_path):
+    """Of bumpy paper, whose lamps differ by tens of percent in each colour. Found within 6 %."""
+    lamps = flat_scene.lamps(12)
+    bumpy = flat_scene.Sample(paper.fits, paper.weights, flat_scene.bumps)
+    path = flat_files.write(tmp_path, bumpy, lamps)
+    true = random.uniform(0.6, 1.5, (12, 3))
+    for number, (lamp, by) in enumerate(zip(lamps, true, strict=True), start=1):
+        ball_files.write_picture(tmp_path / f"lamp{number}.exr", by * flat_scene.photograph(bumpy, lamp, seed=number))
+    text = path.read_text("utf-8")
+    path.write_text(text + "[lamp]\nbrightness = 'found'\n", "utf-8")
+    found = np.array([each.intensity for each in flat(path).photographs]) / flat_scene.INTENSITY
+    np.testing.assert_allclose(found, true / np.exp(np.log(true).mean(axis=0)), rtol=0.08)
+    path.write_text(f"{text}[lamp]\nbrightness = {true[:, 0].tolist()}\n", "utf-8")
+    given = np.array([each.intensity for each in flat(path).photographs]) / flat_scene.INTENSITY
+    np.testing.assert_allclose(given, true[:, :1] * np.ones(3))
+    path.write_text(f"{text}[lamp]\nbrightness = [1, 2]\n", "utf-8")
+    with pytest.raises(fitter.DatasetError, match=r"lamp.brightness is \[1, 2\], expected 12 numbers"):
+        flat(path)

@@ -78,6 +78,11 @@ def test_a_chrome_ball_shows_where_the_lamp_is():
         assert angle < 1.0
         with pytest.raises(fitter.DatasetError, match="more than its radius"):
             highlight.at(0.04)
+        # a grain of dust on the other side of the ball
+        dusty, (row, column) = picture.copy(), np.argwhere(picture.max(axis=2) == picture.max())[0]
+        dusty[picture.shape[0] - row, picture.shape[1] - column] = 0.6 * picture.max()
+        found = lamp_of_highlight(dusty, scene.rays(), scene.camera, scene.centre, scene.radius)
+        np.testing.assert_allclose(found.direction, highlight.direction)
     both = picture + ball_scene.photograph(chrome, ball_scene.at_phase(30, 0))
     with pytest.raises(fitter.DatasetError, match="no highlight"):
         lamp_of_highlight(0 * picture, scene.rays(), scene.camera, scene.centre, scene.radius)
