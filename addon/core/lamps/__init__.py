@@ -86,7 +86,7 @@ def _write_changes(depsgraph: bpy.types.Depsgraph, changed: Changed) -> None:
     for each in [*([own] if own is not None else []), *carrier.linked()]:
         _write(each, listed, not_none(depsgraph.view_layer))
     if own is not None and changed.structure:
-        carrier.point(depsgraph, own, readers)
+        carrier.point(scene, own, readers)
         if is_free:
             carrier.remove_unused()
     for tree in trees:

@@ -14,7 +14,6 @@ from collections.abc import Collection, Iterable, Sequence
 
 import bpy
 
-from ..annotations import not_none
 from .lamp import Lamp
 
 NAME = "Measured BRDF Lamps"
@@ -103,12 +102,10 @@ def store(carrier: bpy.types.Texture, lamps: Sequence[Lamp], driven: Collection[
         carrier.update_tag()
 
 
-def point(depsgraph: bpy.types.Depsgraph, carrier: bpy.types.Texture, readers: Collection[bpy.types.Object]) -> None:
-    """Point all objects that read lamps and are evaluated, or belong to the scene, or point to no scene's carrier, to
-    this one; no other object keeps a pointer."""
-    scene = not_none(depsgraph.scene)
-    here = {item.session_uid for item in scene.objects}
-    here.update(item.original.session_uid for item in depsgraph.ids if isinstance(item, bpy.types.Object))
+def point(scene: bpy.types.Scene, carrier: bpy.types.Texture, readers: Collection[bpy.types.Object]) -> None:
+    """Point all objects that read lamps and belong to the scene, or point to no scene's carrier, to this one; no other
+    object keeps a pointer."""
+    here = _objects_of(scene)
     carriers = [each[POINTER] for each in bpy.data.scenes if each.get(POINTER) is not None]
     for item in bpy.data.objects:
         if item.library is not None or item.override_library is not None:
@@ -117,10 +114,23 @@ def point(depsgraph: bpy.types.Depsgraph, carrier: bpy.types.Texture, readers: C
         if item not in readers:
             if POINTER in item:
                 del item[POINTER]
-        elif before != carrier and (item.session_uid in here or before not in carriers):
+        elif before != carrier and (item in here or before not in carriers):
             item[POINTER] = carrier
             # else Cycles keeps the attributes that it has of an object
             item.update_tag(refresh={"OBJECT"})
+
+
+def _objects_of(scene: bpy.types.Scene) -> set[bpy.types.Object]:
+    """The objects of a scene and of the collections that they are instances of. A list of what is evaluated would have
+    those of geometry nodes too, but Blender crashes now and then where it is asked for it (`Depsgraph.ids`)."""
+    found: set[bpy.types.Object] = set()
+    waiting = [*scene.objects]
+    while waiting:
+        item = waiting.pop()
+        if item not in found:
+            found.add(item)
+            waiting += [] if item.instance_collection is None else item.instance_collection.all_objects
+    return found
 
 
 def readers(trees: Iterable[bpy.types.NodeTree]) -> set[bpy.types.Object]:
