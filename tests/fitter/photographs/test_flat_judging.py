@@ -36,7 +36,8 @@ def shots(sample):
 def doubts(shots, sample):
     frame = frame_of(CORNERS, shots)
     some = points_of(CORNERS, SHAPE).reshape(*SHAPE, 3)[evenly(*SHAPE, 100)].reshape(-1, 3)
-    return flat_judging.contradictions(sample.fits, observed(shots, some, frame[2]), frame, [each.name for each in shots])
+    names = [each.name for each in shots]
+    return flat_judging.contradictions(sample.fits, observed(shots, some, frame[2]), frame, names)
 
 
 def test_photographs_that_are_right_are_not_doubted(shots, sample):
