@@ -15,7 +15,7 @@ from typing import TypeVar
 import numpy as np
 
 from .. import progress
-from ..arrays import ArrayLike, FloatArray, IntArray
+from ..arrays import ArrayLike, BoolArray, FloatArray, IntArray
 from ..errors import DatasetError
 from ..model.fit import Fit
 from ..samples import Samples
@@ -131,7 +131,8 @@ def maps_from_flat(photographs: Sequence[FlatPhotograph], corners: ArrayLike, sh
         raise DatasetError("no texel is seen and lit in two photographs or more: the corners are not where the sample "
                            "is in the pictures, or lamps and camera graze it", photographs[0].name)
     with progress.part(0.9, 1.0, "Smoothing normals"):
-        slopes = smoothed(texels.slopes.reshape(height, width, 2), texels.precision.reshape(height, width, 2, 2))
+        slopes = smoothed(texels.slopes.reshape(height, width, 2), texels.precision.reshape(height, width, 2, 2),
+                          texels.used.any(axis=1).reshape(height, width))
         slopes = slopes.reshape(-1, 2)
         weights, far = turned_weights(texels, slopes)
         for part, exact in zip(_blocks(len(far)), _in_parts(lambda part: given_normals(
@@ -257,7 +258,7 @@ def points_of(corners: FloatArray, shape: tuple[int, int]) -> FloatArray:
                       + v * ((1 - u) * corners[3] + u * corners[2])).reshape(-1, 3)
 
 
-def smoothed(slopes: FloatArray, precision: FloatArray) -> FloatArray:
+def smoothed(slopes: FloatArray, precision: FloatArray, known: BoolArray) -> FloatArray:
     """Slopes that are their neighbours' as far as they are not known themselves.
 
     The most probable ones, where those of neighbours differ by as much as they do beyond what their uncertainty makes.
@@ -267,15 +268,18 @@ def smoothed(slopes: FloatArray, precision: FloatArray) -> FloatArray:
     slopes : (h, w, 2)
     precision : (h, w, 2, 2)
         The inverse of their covariance.
+    known : (h, w) bool
+        Where photographs tell of them: how much neighbours differ is found there.
     """
+    pairs_known = np.concatenate([(known[1:] & known[:-1]).ravel(), (known[:, 1:] & known[:, :-1]).ravel()])
     variance = np.trace(np.linalg.inv(precision), axis1=2, axis2=3)
     pairs = [((slopes[1:] - slopes[:-1]) ** 2, variance[1:] + variance[:-1]),
              ((slopes[:, 1:] - slopes[:, :-1]) ** 2, variance[:, 1:] + variance[:, :-1])]
     squared = np.concatenate([each.sum(axis=2).ravel() for each, _ in pairs])
     doubt = np.concatenate([each.ravel() for _, each in pairs])
-    if not len(squared):
+    if not pairs_known.any():
         return slopes
-    sure = doubt <= np.median(doubt)
+    sure = pairs_known & (doubt <= np.median(doubt[pairs_known]))
     relief = max(float((squared - doubt)[sure].mean()) / 2, _LEAST_RELIEF ** 2)
     height, width = slopes.shape[:2]
     beside = np.full((height, width), 4.0)

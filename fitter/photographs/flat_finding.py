@@ -52,8 +52,8 @@ MOST_MATERIALS = 4          # every choice of them is tried at each texel
 NONE, DULL = 0, -1          # of the materials that a sample is a mix of: each texel is its own, with or without a lobe
 _WAYS = {**{number: f"{number} material{'s' * (number > 1)}" for number in range(1, MOST_MATERIALS + 1)},
          NONE: "each texel's own Lambertian and a lobe of the sample's mean", DULL: "each texel's own Lambertian alone"}
-_NEEDED = 0.85              # of the error of left-out photographs, that one material more must leave at most
-_NEEDED_OF_NONE = 0.95      # and none
+_LOBES_OFF = 0.065          # of a photograph, by which mixes of lobes are wrong, however many they are
+_NEEDED = 0.85              # of the error of texels without a lobe, that one must leave at most
 _FOLDS, _JUDGED, _SHOTS = 3, 400, 24    # times that photographs are left out; texels and photographs that are looked at
 _LEAST_DIFFUSE = 0.05       # of what a sample reflects, for its Lambertians to be some of it
 _FIT_POLAR, _FIT_AZIMUTH = np.radians(np.linspace(0, 85, 24)), np.radians(np.linspace(0, 180, 25))
@@ -202,12 +202,11 @@ def _best_count(seen: Observed, frame: FloatArray) -> tuple[int, tuple[str, ...]
     mean = {way: float(np.mean(each)) for way, each in errors.items()}
     if not mean:
         return 1, ()
-    best = 1
-    for number in range(2, MOST_MATERIALS + 1):
-        if mean[number] < _NEEDED * mean[best]:
-            best = number
-    own = min((NONE, DULL), key=lambda each: mean[each])
-    if mean[own] < _NEEDED_OF_NONE * mean[best]:
+    numbers = range(1, MOST_MATERIALS + 1)
+    least = min(mean[each] for each in numbers)
+    best = next(each for each in numbers if mean[each] <= least + _LOBES_OFF)
+    own = NONE if mean[NONE] < _NEEDED * mean[DULL] else DULL
+    if mean[own] < least:
         best = own
     notes = ["Photographs that were left out are predicted within " + ", ".join(
         f"{mean[way]:.1%} by {words}" for way, words in _WAYS.items()) + f": {_WAYS[best]} it is"]

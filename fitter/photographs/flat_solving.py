@@ -87,13 +87,14 @@ def no_prior(materials: int) -> Prior:
 def prior_of(found: Texels) -> Prior:
     """The prior that texels, which were solved without one, make probable."""
     known = found.used.any(axis=1)
-    if not known.any():
+    if not found.weights[known].any():
         return no_prior(found.weights.shape[1])
     misfit = max(float(np.median(found.left[known])), 1.0)
     weights = found.weights[known]
     low, mean, high = np.quantile(weights, [0.16, 0.5, 0.84], axis=0)
     # a spread of nothing would hold all texels at the median
-    spread = np.maximum((high - low) / 2, _LEAST_SPREAD * np.maximum(mean, weights.mean(axis=0))) + np.finfo(float).tiny
+    least = _LEAST_SPREAD * np.maximum(np.maximum(mean, weights.mean(axis=0)), _LEAST_SPREAD ** 3 * weights.max())
+    spread = np.maximum((high - low) / 2, least)
     return Prior(mean, misfit / spread ** 2 * (misfit > _POOR), misfit)
 
 

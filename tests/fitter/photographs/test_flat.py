@@ -77,7 +77,7 @@ def test_an_unseen_lamp_and_normals_with_the_materials_found(materials, count, w
     """
     sample = flat_scene.Sample(materials[:count], weights(count), flat_scene.bumps)
     maps = fitter.maps_from_flat(photographed(sample, flat_scene.lamps()), flat_scene.corners(), SHAPE)
-    assert len(maps.fits) == count
+    assert len(maps.fits) == count, maps.notes
     truth, found = sample.weights(*flat_scene.texels(SHAPE)), maps.weights.reshape(-1, count)
     mapped = found @ np.linalg.lstsq(found, truth, rcond=None)[0]
     print(f"unseen lamp {off(maps, sample):.2%}, masks {np.abs(mapped - truth).mean(axis=0).max():.4f}, normals "
@@ -176,6 +176,16 @@ def test_texels_that_start_from_coarser_ones_end_where_others_do(materials, monk
         fitter.maps_from_flat(shots, flat_scene.corners(), SHAPE, sample.fits)
 
 
+def test_an_unseen_part_does_not_smooth_what_is_seen(random):
+    """Relief that is known well, beside twice as much that nobody knows."""
+    relief = np.stack([np.sin(np.mgrid[:20, :20][0]), np.cos(np.mgrid[:20, :20][1])], axis=2) * 0.2
+    slopes, known = np.zeros((20, 60, 2)), np.arange(60) < 20
+    slopes[:, :20] = relief + 0.01 * random.standard_normal(relief.shape)
+    precision = np.where(known[:, None, None], 1e4, 1.0) * np.eye(2) * np.ones((20, 1, 1, 1))
+    found = flat.smoothed(slopes, precision, known * np.ones((20, 1), bool))
+    assert np.abs(found[:, :18] - relief[:, :18]).max() < 0.05
+
+
 @pytest.mark.parametrize("turn", [0.004, 0.08])     # by the derivative, and anew
 def test_weights_follow_normals_that_are_smoothed(materials, monkeypatch, turn):
     """Beside nonnegative least squares at the normals of the maps, by SciPy and another renderer."""
@@ -183,7 +193,7 @@ def test_weights_follow_normals_that_are_smoothed(materials, monkeypatch, turn):
         flat_scene.lamps(8), (8, 8)
     shots = photographed(sample, lamps, noise=0)
     kept = fitter.maps_from_flat(shots, flat_scene.corners(), shape, sample.fits)
-    monkeypatch.setattr(flat, "smoothed", lambda slopes, precision: slopes + np.array([turn, -turn / 2]))
+    monkeypatch.setattr(flat, "smoothed", lambda slopes, precision, known: slopes + np.array([turn, -turn / 2]))
     maps = fitter.maps_from_flat(shots, flat_scene.corners(), shape, sample.fits)
     at, normals = flat_scene.texels(shape), maps.normals.reshape(-1, 3)
     unit = np.moveaxis([[flat_scene.radiance(flat_scene.Sample((fit,), lambda u, v: np.ones((len(u), 1)),
