@@ -58,7 +58,7 @@ checks.check(bpy.context.scene)
 assert ("convert" in command.build_parser().format_help()) == (gone != "library")
 for panel in bpy.types.Panel.__subclasses__():
     context = SimpleNamespace(material=one, object=bpy.context.object, scene=bpy.context.scene, region=None,
-                              preferences=bpy.context.preferences)
+                              space_data=None, preferences=bpy.context.preferences)
     if panel.__module__.startswith("measured_brdf.") and getattr(panel, "poll", lambda _: True)(context):
         draw(panel, material=one)           # an operator that is not there raises
 package.unregister()
