@@ -76,7 +76,7 @@ def test_as_measured_takes_everything_back(blender, extension, curet, material, 
     adjusted = worth(material.measured_brdf)
     assert praise.line.startswith("Matches the measurements: ")
     assert adjusted.line == f"Match before adjusting: {praise.line.split(': ')[1].split('.')[0]}"
-    assert adjusted[1:] == (f"Before it was adjusted: {praise.whole}", False)
+    assert (adjusted.whole, adjusted.is_well) == (f"Before it was adjusted: {praise.whole}", False)
     assert blender.ops.measured_brdf.adjust(reset=True) == {"FINISHED"}
     assert worth(material.measured_brdf) == praise
     assert settings.highlight_gain == 1

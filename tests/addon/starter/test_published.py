@@ -289,7 +289,7 @@ def test_a_click_in_a_file_of_other_colours_is_fitted_for_them(cube, monkeypatch
     monkeypatch.setattr(operators, "load_arguments", lambda _choices: {"colours": "ACEScg"})
     assert bpy.ops.measured_brdf.use_published(name="red-plastic") == {"FINISHED"}
     assert cube.active_material.measured_brdf.colours == "ACEScg"
-    assert cube.active_material.measured_brdf.fitted_levels == "(3,4,95)"
+    assert cube.active_material.measured_brdf.fitted_levels == "(3,4,92.5)"
 
 
 def test_a_picture_and_its_name_are_buttons_of_the_same_material(cube, monkeypatch):
