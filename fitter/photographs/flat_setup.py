@@ -125,8 +125,6 @@ def flat(path: str | Path, corners: FloatArray | None = None) -> Flat:
     ball = _ball(table.table("lamp").only("positions", "distance", "ball", "brightness", "dark",
                                                "flat"))
     lamp_scale.check(table.table("scale"), _SCALES)
-    if (table.table("scale").number("albedo") or 0) > 1:
-        raise table.table("scale").error("albedo", "one above 0 and at most 1: no more light leaves than arrives")
     count, materials = table.value("materials"), None
     if isinstance(count, int) and not 1 <= count <= MOST_MATERIALS:
         raise table.error("materials", f"files, or a number of 1 to {MOST_MATERIALS}")

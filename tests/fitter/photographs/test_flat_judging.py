@@ -79,4 +79,4 @@ def test_more_light_than_arrives_is_told(shots, sample):
     dim = [replace(each, intensity=each.intensity / 20) for each in shots]
     for each, is_told in ((shots, False), (dim, True)):
         maps = fitter.maps_from_flat(each, CORNERS, (8, 8), sample.fits)
-        assert any("More light leaves than arrives" in line for line in flat_maps.report(maps, each)) == is_told
+        assert any("More light leaves than arrives" in line for line in flat_maps.report(maps, each).doubts) == is_told
