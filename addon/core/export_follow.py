@@ -23,7 +23,8 @@ _changed: dict[int, bool] = {}  # by session_uid of a material: whether its imag
 def _on_edit(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if not (depsgraph.id_type_updated("MATERIAL") or depsgraph.id_type_updated("IMAGE")):
         return
-    updated = [update.id.original for update in depsgraph.updates]
+    # of other types the handler of lamps may have removed some, and asking for the original of one crashes Blender
+    updated = [update.id.original for update in depsgraph.updates if update.id.id_type in ("MATERIAL", "IMAGE")]
     images = [item for item in updated if isinstance(item, bpy.types.Image)]
     for item in updated:
         if isinstance(item, bpy.types.Material) and _is_followed(item):

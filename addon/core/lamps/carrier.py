@@ -121,8 +121,8 @@ def point(scene: bpy.types.Scene, carrier: bpy.types.Texture, readers: Collectio
 
 
 def _objects_of(scene: bpy.types.Scene) -> set[bpy.types.Object]:
-    """The objects of a scene and of the collections that they are instances of. A list of what is evaluated would have
-    those of geometry nodes too, but Blender crashes now and then where it is asked for it (`Depsgraph.ids`)."""
+    """The objects of a scene and of the collections that they are instances of. `Depsgraph.ids` would have those of
+    geometry nodes too, but Blender crashes where some of them have just been removed, as `group.merge` does."""
     found: set[bpy.types.Object] = set()
     waiting = [*scene.objects]
     while waiting:
