@@ -50,7 +50,7 @@ print("REPEATED")
 @pytest.fixture
 def file(tmp_path):
     """A small ASTM file, in a folder of its own."""
-    rows = [f"{i / 10},0,{o / 10},{p / 3},0.{i},0.25,0.{o}" for i in range(1, 15) for o in range(15) for p in range(10)]
+    rows = [f"{i / 10},0,{o / 10},{p / 3},0.{i + 10},0.25,0.{o + 10}" for i in range(1, 15) for o in range(15) for p in range(10)]
     path = tmp_path / "data" / "white.astm"
     path.parent.mkdir()
     path.write_text("\n".join(["VARS theta_i,phi_i,theta_s,phi_s,R,G,B", *rows]))
@@ -69,8 +69,8 @@ def test_a_process_killed_while_saving_or_baking_leaves_whole_files_and_a_rerun_
     for _ in range(3):
         process = subprocess.Popen([sys.executable, "-c", SAVE_AND_BAKE, file, fit, shader], cwd=ROOT,
                                    stdout=subprocess.PIPE)
-        while b"done" not in process.stdout.readline():
-            pass
+        while b"done" not in (line := process.stdout.readline()):
+            assert line, "it has ended by itself"
         time.sleep(chance.random() * 0.3)
         process.send_signal(signal.SIGKILL)
         process.wait()
