@@ -45,7 +45,7 @@ _VERSION = "shader_version"         # custom property of the group
 
 # what Blender 5.0 writes beside their values, in bytes
 _NODE, _SOCKET, _LINK = 500, 640, 88
-_MATERIAL = 60_000          # of the material that has the group
+_MATERIAL = 80_000          # of the material that has the group
 _SAME = 1e-4                # of errors, relative: the same mixture is not the same to the last digit
 
 
