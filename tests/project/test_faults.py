@@ -50,7 +50,8 @@ print("REPEATED")
 @pytest.fixture
 def file(tmp_path):
     """A small ASTM file, in a folder of its own."""
-    rows = [f"{i / 10},0,{o / 10},{p / 3},0.{i + 10},0.25,0.{o + 10}" for i in range(1, 15) for o in range(15) for p in range(10)]
+    rows = [f"{i / 10},0,{o / 10},{p / 3},0.{i + 10},0.25,0.{o + 10}" for i in range(1, 15) for o in range(15)
+            for p in range(10)]
     path = tmp_path / "data" / "white.astm"
     path.parent.mkdir()
     path.write_text("\n".join(["VARS theta_i,phi_i,theta_s,phi_s,R,G,B", *rows]))
