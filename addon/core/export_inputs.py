@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from ...fitter.colours import DEFAULT, conversion, linear_of_srgb, luminance
+from ...fitter.pictures import srgb
 from .annotations import not_none
 from .previews import picture_of
 from .reading import scene_colours
@@ -104,8 +105,7 @@ def linear_colours(image: bpy.types.Image, stored: FloatArray) -> FloatArray:
 def stored_colours(linear: FloatArray) -> FloatArray:
     """What an image of 8 bits stores of linear colours in the open file's space, (..., 3): the inverse of
     `linear_colours`."""
-    colour = np.clip(linear @ conversion(scene_colours() or DEFAULT, DEFAULT).T, 0, 1)
-    return np.where(colour > 0.0031308, 1.055 * colour ** (1 / 2.4) - 0.055, 12.92 * colour)
+    return srgb(linear @ conversion(scene_colours() or DEFAULT, DEFAULT).T)
 
 
 def grey_weights() -> FloatArray:
