@@ -191,8 +191,8 @@ def _own(export: bpy.types.Node) -> _Values:
 
 
 def _written(export: bpy.types.Node) -> _Values:
-    """The values that were last written; a file of before they followed Tint has those of the fit."""
-    return dict((export.get(_SHOWN) or export.get(_FITTED) or {}).items())
+    """The values that were last written."""
+    return dict(export.get(_SHOWN, {}).items())
 
 
 def _is_as_written(export: bpy.types.Node, name: str, written: _Values) -> bool:
