@@ -48,7 +48,7 @@ def test_every_preset_tells_its_steps(glossy, preset):
 
 def test_fits_of_many_samples_tell_their_steps(many):
     told, _ = told_by(lambda: fitter.fit(many, 3, 4, 98.0, "kriging"))
-    assert_even(told, 20, {"Fitting shape", "Fitting the dense lattice", "Fitting the sparse lattice"})
+    assert_even(told, 12, {"Fitting shape", "Fitting the dense lattice", "Fitting the sparse lattice"})
 
 
 def test_a_fit_by_tolerance_tells_its_steps(glossy):
@@ -58,7 +58,7 @@ def test_a_fit_by_tolerance_tells_its_steps(glossy):
 
 def test_shaders_and_nodes_tell_every_view_and_step(glossy):
     fit = fitter.fit(subset(glossy, slice(150)), 2, None)
-    assert_even(told_by(lambda: bake(fit))[0], 20, set())
+    assert_even(told_by(lambda: bake(fit))[0], 8, set())
     assert_even(told_by(lambda: node_mixtures(fit))[0], 10, set())
 
 
