@@ -14,7 +14,7 @@ from functools import cache
 
 import numpy as np
 
-from .arrays import FloatArray
+from .arrays import FloatArray, IntArray
 from .model import Reflectance, is_isotropic
 
 Sky = Callable[[FloatArray], FloatArray]        # radiance from unit vectors (..., 3): (...)
@@ -111,22 +111,29 @@ def under_skies(fit: Reflectance, normal: FloatArray, skies: tuple[Sky, ...]) ->
 
 def _around(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...]) -> FloatArray:
     """What a normal at an angle to the view shows, for its azimuths about the view: (skies, sectors, channels)."""
+    theta_i, phi_i, cell, weight = _light_around(theta_o)
+    value = np.maximum(fit.evaluate(theta_i, phi_i, theta_o, 0), 0)
+    weights = np.stack([np.bincount(cell, (weight * channel[:, None]).ravel(), _RINGS * _SECTORS)
+                        for channel in value.T], axis=-1)
+    spectrum = np.conj(np.fft.rfft(weights.reshape(_RINGS, _SECTORS, -1), axis=1))
+    correlated = np.stack([np.einsum("rsc,rs->sc", spectrum, _transformed(sky)) for sky in skies])
+    return np.asarray(np.fft.irfft(correlated, _SECTORS, axis=1))
+
+
+@cache
+def _light_around(theta_o: float) -> tuple[FloatArray, FloatArray, IntArray, FloatArray]:
+    """Light that a normal at an angle to the view sends there: theta_i and phi_i of cells of half vectors, (n,); and of
+    their parts the cell of the sky about the view, (n * parts,), and the solid angle times its cosine, (n, parts)."""
     h, size = _half_vectors(_HALF, _TURNS)
     view = np.array([np.sin(theta_o), 0, np.cos(theta_o)])
     light, weight = _incident(h, size, view)
     middle = light[:, _MIDDLE]
-    value = np.maximum(fit.evaluate(np.arccos(np.clip(middle[:, 2], _LOWEST, 1)),
-                                    np.arctan2(middle[:, 1], middle[:, 0]), theta_o, 0), 0)
     # to the picture's frame, in which the view is z and the normal leans toward x
     lean = light @ np.array([-np.cos(theta_o), 0, np.sin(theta_o)])
     ring = np.minimum((np.arccos(np.clip(light @ view, -1, 1)) / np.pi * _RINGS).astype(int), _RINGS - 1)
     sector = np.floor(np.arctan2(light[..., 1], lean) / (2 * np.pi) * _SECTORS + 0.5).astype(int) % _SECTORS
-    cell = (ring * _SECTORS + sector).ravel()
-    weights = np.stack([np.bincount(cell, (weight * channel[:, None]).ravel(), _RINGS * _SECTORS)
-                        for channel in value.T], axis=-1)
-    turned = np.fft.rfft(weights.reshape(_RINGS, _SECTORS, -1), axis=1)
-    return np.stack([np.fft.irfft((np.conj(turned) * _transformed(sky)[..., None]).sum(axis=0), _SECTORS, axis=0)
-                     for sky in skies])
+    return (np.arccos(np.clip(middle[:, 2], _LOWEST, 1)), np.arctan2(middle[:, 1], middle[:, 0]),
+            (ring * _SECTORS + sector).ravel(), weight)
 
 
 def _at(fit: Reflectance, theta_o: float, skies: tuple[Sky, ...]) -> FloatArray:

@@ -11,7 +11,7 @@ def run(*arguments):
     """What `blender --command measured_brdf ARGUMENTS` does with no file open: a CompletedProcess."""
     from measured_brdf.addon.work import command
 
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     stdout, stderr = io.StringIO(), io.StringIO()
     with redirect_stdout(stdout), redirect_stderr(stderr):
         code = command.main([str(argument) for argument in arguments])

@@ -23,7 +23,7 @@ def main():
     extension = checkout.extension()
     extension.register()
     try:
-        bpy.ops.wm.read_factory_settings(use_empty=True)
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         bpy.ops.mesh.primitive_plane_add()
         bpy.ops.measured_brdf.import_data(filepath="published:pink-felt", preset="Paper", diffuse_level=1,
                                           specular_level=-1)

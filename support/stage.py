@@ -21,7 +21,7 @@ def black_scene(width, height, samples, span):
 
     Replaces whatever file is open. Settings that would bias the picture (Filter Glossy, clamping) are off.
     """
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     cycles = scene.cycles

@@ -123,10 +123,13 @@ def extension():
 
 @pytest.fixture
 def blender(extension):
-    """An empty .blend with the extension enabled, whose panels have asked nothing: the bpy module."""
+    """An empty .blend with the extension enabled, whose panels have asked nothing: the bpy module.
+
+    Preferences stay: to read those of the factory takes five times as long, which a thousand tests would wait for.
+    """
     import bpy
 
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     extension.addon.work.queue.forget(lambda _: True)       # what panels of other tests asked
     return bpy
 

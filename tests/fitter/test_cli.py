@@ -121,8 +121,9 @@ def test_info_and_fit_take_the_columns_of_a_table_and_say_what_no_surface_reflec
     assert fitter.Fit.load(out).evaluate([0.3], [0], [0.3], [3.1])[0, 0] == pytest.approx(0.97 / np.pi, rel=1e-3)
 
 
-def test_what_is_written_holds_no_folder_of_the_user(file, tmp_path):
+def test_what_is_written_holds_no_folder_of_the_user(file, tmp_path, monkeypatch):
     """The path of the measurements is given whole."""
+    monkeypatch.setattr("fitter.report.PRESETS", {"Draft": fitter.PRESETS["Draft"]})
     assert cli.main(["fit", str(file), "--preset", "Draft", "-o", str(tmp_path / "fit.npz")]) == 0
     assert cli.main(["report", str(file), "--out", str(tmp_path / "report")]) == 0
     saved_samples.write(fitter.load(file), tmp_path / "samples.npz")

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import bpy
 
 package, folder = sys.argv[1], Path(sys.argv[2])
-bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
 assert bpy.ops.extensions.package_install_files(
     filepath=package, repo="user_default", enable_on_install=True) == {"FINISHED"}
 addon = sys.modules["bl_ext.user_default.measured_brdf.addon"]

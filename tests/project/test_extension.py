@@ -25,7 +25,7 @@ from pathlib import Path
 import bpy
 
 package, measurements, picture = sys.argv[1:]
-bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
 assert bpy.ops.extensions.package_install_files(
     filepath=package, repo="user_default", enable_on_install=True) == {"FINISHED"}
 assert "bl_ext.user_default.measured_brdf" in bpy.context.preferences.addons

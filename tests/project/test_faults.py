@@ -31,7 +31,7 @@ from support import checkout
 extension = checkout.extension()
 extension.register()
 import bpy
-bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
 count = lambda: [len(getattr(bpy.data, name)) for name in ("materials", "texts", "node_groups", "images", "objects")]
 before = count()
 resource.setrlimit(resource.RLIMIT_FSIZE, (4000, resource.RLIM_INFINITY))

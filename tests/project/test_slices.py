@@ -69,7 +69,7 @@ file, *names = sys.argv[1:]
 for gone, root in zip(names[::2], map(Path, names[1::2])):
     package = loaded(root)
     kept.keep_all()
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     package.register()
     try:
         use(file, gone, root)

@@ -75,7 +75,7 @@ def outputs(material):
 
 def imported(blender, importer, path):
     """The inputs of the Principled BSDF that an importer makes of a file."""
-    blender.ops.wm.read_factory_settings(use_empty=True)
+    blender.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     importer(filepath=str(path))
     material, = (each for each in blender.data.materials if each.node_tree is not None)
     node, = (node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")

@@ -181,7 +181,7 @@ def test_still_lamps_have_no_drivers_and_drivers_bring_no_lamps_along(blender, l
     assert len(drivers_of(scene)) > 0
     path = str(tmp_path / "library.blend")
     blender.data.libraries.write(path, {material if kind == "materials" else plane})
-    blender.ops.wm.read_factory_settings(use_empty=True)
+    blender.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     with blender.data.libraries.load(path) as (source, target):
         assert list(source.lights) == []
         setattr(target, kind, getattr(source, kind))

@@ -223,7 +223,7 @@ def test_the_blend_needs_no_other_file(blender, file, tmp_path):
     before = render(scene)
     blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
     file.unlink()
-    blender.ops.wm.read_factory_settings(use_empty=True)
+    blender.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     blender.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
     np.testing.assert_allclose(render(blender.context.scene), before, atol=1e-6)
     assert before.max() > 0.1

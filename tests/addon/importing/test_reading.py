@@ -239,7 +239,7 @@ def test_a_library_may_be_of_another_space_than_its_blend(blender, file, tmp_pat
     assert command.main(given) == 0, capfd.readouterr()
     assert command.main(given) == 0
     assert "up to date" in capfd.readouterr().out
-    blender.ops.wm.read_factory_settings(use_empty=True)
+    blender.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     use_space(blender, "ACEScg")
     with blender.data.libraries.load(str(out), link=True) as (source, target):
         target.materials = source.materials

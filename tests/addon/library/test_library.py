@@ -45,7 +45,7 @@ def convert(folder, out, *more):
 
 
 def names(path, kind="materials"):
-    bpy.ops.wm.read_factory_settings(use_empty=True)        # the open file cannot be looked into
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)        # the open file cannot be looked into
     with bpy.data.libraries.load(str(path)) as (source, _):
         return sorted(getattr(source, kind))
 
@@ -60,7 +60,7 @@ def make_scene(path):
 
 def make_assets(path):
     """An asset library of somebody else's: materials, no scene, written as libraries are."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     item = bpy.data.materials.new("Mine")
     item.asset_mark()
     path.parent.mkdir(exist_ok=True)
@@ -543,7 +543,7 @@ def test_a_conversion_in_the_window_leaves_nothing_in_the_open_file(material, fo
     assert bpy.ops.measured_brdf.convert_folder(directory=str(folder), library=str(library), **SETTINGS) == {"FINISHED"}
     assert state() == before
     make_scene(library.with_name("scene.blend"))
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     before = state()
     with pytest.raises(RuntimeError, match=r"is not a library that Measured BRDF wrote: it holds .*1 meshes"):
         bpy.ops.measured_brdf.convert_folder(directory=str(folder), library=str(library.with_name("scene.blend")))

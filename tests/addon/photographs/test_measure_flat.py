@@ -106,7 +106,7 @@ def test_it_is_all_in_the_file_and_undo_takes_it_back(scene, sample, written, tm
     assert state() == before
     bpy.ops.ed.redo()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "flat.blend"))
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "flat.blend"))
     assert rendered_apart(bpy.context.scene, sample, flat_scene.CAMERA) < 0.02
 

@@ -518,7 +518,7 @@ def test_it_is_all_in_the_file(opened, tmp_path):
     opened.active = 2
     before, shown, told = whole(), opened.photographs[0].comparison.pixels[:400], opened.told
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "ball.blend"))
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "ball.blend"))
     settings = bpy.context.scene.measured_brdf_photographs
     assert whole()[1:] == before[1:]

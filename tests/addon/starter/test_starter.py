@@ -98,7 +98,7 @@ import math, sys
 import bpy
 
 library, name, how, picture, *angles = sys.argv[1:]
-bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
 scene = bpy.context.scene
 with bpy.data.libraries.load(library, link=how == "link", assets_only=True) as (_, target):
     target.materials = [name]

@@ -70,7 +70,7 @@ def delete():
 
 
 def open_another():
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
 
 
 DISTURBANCES = (undo, undo_and_redo, delete, open_another)
