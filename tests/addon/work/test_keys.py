@@ -8,6 +8,8 @@ import bpy
 import numpy as np
 import pytest
 
+from fitter.formats.reading import OPTIONS
+
 DIRECTIONS = "theta_i", "phi_i", "theta_o", "phi_o"
 OF_NO_FIT = "name", "source", "notes", "saturated"      # fields of samples that no fit depends on
 
@@ -131,8 +133,6 @@ def test_the_keys_of_pictures_in_panels(work, outcomes, monkeypatch):
 
 
 def test_a_panel_asks_anew_about_measurements_that_are_read_otherwise(work, outcomes, monkeypatch):
-    from measured_brdf.addon.core.properties import READING
-
     asked = []
     monkeypatch.setattr(work.queries.queue, "ask", lambda key, *more, **options: asked.append(key))
     material = bpy.data.materials.new("read")
@@ -149,7 +149,7 @@ def test_a_panel_asks_anew_about_measurements_that_are_read_otherwise(work, outc
         work.queries.data(material)
     finally:
         bpy.data.materials.remove(material)
-    assert len(asked) == 2 + 2 + len(READING)
+    assert len(asked) == 2 + 2 + len(OPTIONS)
     assert_differ({str(number): key for number, key in enumerate(asked)})
 
 
