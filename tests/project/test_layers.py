@@ -12,8 +12,8 @@ from tools.evidence import ENTRIES
 FITTER = (("arrays", "errors", "interrupts", "shader_constants"),
           ("colours", "drawing", "files", "npz", "progress"), ("samples",),
           ("coordinates", "lattice"), ("model",), ("quality", "published", "studio"), ("methods",),
-          ("editing", "presets", "tolerance"),
-          ("cycles", "formats", "lobe", "matching", "photographs", "pictures", "variations"),
+          ("editing", "lobe", "presets", "tolerance"), ("plane_plot",),
+          ("cycles", "formats", "matching", "photographs", "pictures", "variations"),
           ("packed_picture", "ready", "report"),
           ("__init__",), ("cli",), ("__main__",))
 ADDON = (("core",), ("work",), ("panel",),
