@@ -4,12 +4,12 @@
 add. A slice is what users do: it imports these three and no other slice, and everything else works without it.
 """
 
-from . import adjust, compare, importing, inspect, library, mix, panel, photographs, starter
+from . import adjust, baking, compare, importing, inspect, library, mix, panel, photographs, starter
 from .core import export_follow, lamps, manual, paths, preferences, properties, rendered
 from .work import command, icons, process, queue
 
 _CORE = (properties, preferences, icons, lamps, export_follow, rendered, paths, manual, command, panel)
-_SLICES = (adjust, mix, importing, compare, inspect, library, photographs, starter)
+_SLICES = (adjust, mix, importing, compare, inspect, baking, library, photographs, starter)
 
 
 def register() -> None:

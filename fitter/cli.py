@@ -25,7 +25,7 @@ from .colours import DEFAULT as DEFAULT_COLOURS
 from .cycles.bake import bake
 from .errors import printable
 from .files import replacing
-from .formats import KNOWN_FILES, illuminants, list_samples, reading, saved_samples
+from .formats import KNOWN_FILES, list_samples, reading, saved_samples
 from .methods import METHODS
 from .photographs import flat_maps
 from .photographs.ball_advice import advice, left_out
@@ -37,7 +37,6 @@ from .photographs.setup import measured
 from .published import name_in
 from .quality import albedo, verdict
 from .quality.describe import describe
-from .samples import SYMMETRIES
 
 BAD = 3                     # the result is written, and judged bad in words; 2 is argparse's, for wrong arguments
 _NOT_GIVEN = object()       # None means plain MBA
@@ -150,30 +149,18 @@ def levels_of(options: argparse.Namespace) -> dict[str, Any]:
 
 def add_reading(parser: argparse.ArgumentParser, colours: str | None = DEFAULT_COLOURS) -> None:
     """Add the options of reading, keyword arguments of `load`, to a command; `colours` is the default of that one."""
-    parser.add_argument("--angles", choices=reading.ANGLES, help="the unit of a table's angles, whatever the file says")
-    parser.add_argument("--quantity", choices=reading.QUANTITIES,
-                        help="what a table's values are, whatever the file says: the BRDF, or it times the cosine of "
-                             "theta_o, or of theta_i; a reflectance factor, which is pi times the BRDF; or percent")
-    parser.add_argument("--columns", metavar="NAMES",
-                        help="what the columns of a table are, in their order, where their names mean nothing or are "
-                             "not there: theta_i[deg],-,theta_o[deg],phi[deg],BRDF; - is not read")
-    parser.add_argument("--illuminant", choices=illuminants.ILLUMINANTS, default=illuminants.DEFAULT,
-                        help="the light under which spectra become colours, default: %(default)s")
-    parser.add_argument("--isotropic", type=_yes_or_no, metavar="yes|no",
-                        help="whether to take the material as isotropic, whatever its values tell")
-    parser.add_argument("--symmetry", choices=SYMMETRIES,
-                        help="of an anisotropic material measured over a part of a turn, whatever the file says")
-    parser.add_argument("--encoding", choices=reading.ENCODINGS, help="how the values of a UTIA file are stored")
-    parser.add_argument("--keep-unmeasured", type=_yes_or_no, nargs="?", const=True, default=False, metavar="yes|no",
-                        help="keep values that nobody measured, drawn beyond the angle at which an instrument ended")
+    for name, option in reading.OPTIONS.items():
+        values: dict[str, Any] = {"choices": option.values or None, "metavar": None if option.values else "NAMES"}
+        if True in option.values:
+            values = {"type": _yes_or_no, "nargs": "?", "const": True, "metavar": "yes|no"}
+        parser.add_argument(f"--{name.replace('_', '-')}", default=option.default, help=option.help, **values)
     parser.add_argument("--colours", choices=COLOURS, default=colours,
                         help=f"the linear colour space of the values, default: {colours or 'that of the open file'}")
 
 
 def reading_of(options: argparse.Namespace) -> dict[str, Any]:
     """The keyword arguments of `load` that `add_reading` asked for."""
-    return {name: getattr(options, name) for name in ("angles", "quantity", "illuminant", "isotropic", "symmetry",
-                                                      "encoding", "keep_unmeasured", "columns", "colours")}
+    return {name: getattr(options, name) for name in (*reading.OPTIONS, "colours")}
 
 
 def _yes_or_no(text: str) -> bool:

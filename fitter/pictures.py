@@ -7,22 +7,20 @@ import numpy as np
 from . import studio
 from .arrays import ArrayLike, BoolArray, FloatArray, SingleArray
 from .colours import DEFAULT, conversion, luminance
-from .drawing import GRID, INK, Color, blank, dots, line, write
+from .drawing import INK, Canvas
+from .lobe import plane_curve
+from .methods import beyond
 from .model import Reflectance, is_isotropic
+from .plane_plot import LIGHT, PAIR, TEXT, Curve, Disc, Plane, channel_colors, draw, near_plane
 from .published import Published
 from .samples import Samples
 
 SIZE = 256
-IN_PLANE = np.radians(8)       # samples within this angle of the plane of incidence are plotted
 Light = tuple[tuple[float, float, float], float]       # direction to a light far away, and its irradiance / pi
 LIGHTS: tuple[Light, ...] = (((-0.5, 0.6, 0.62), 1.0), ((0.9, -0.1, 0.42), 0.25))
-_CHANNELS: dict[int, tuple[Color, ...]] = {
-    1: ((0.9, 0.9, 0.9),), 3: ((1.0, 0.38, 0.34), (0.45, 0.85, 0.4), (0.42, 0.62, 1.0))}
-_MARK = (1.0, 0.75, 0.2)
-PAIR: tuple[Color, Color] = ((1.0, 0.6, 0.2), (0.35, 0.7, 1.0))        # of two materials that are compared
 _BRIGHTEST = 0.59           # mean of a thumbnail within its outline
 _HEM = 0.93                 # half the side of a cloth, over that of its picture
-_ORIGIN, _RADIUS = (0.5, 0.27), 0.46       # of a polar plot, over its size
+_ORIGIN, _RADIUS = (0.5, 0.27), 0.37       # of a polar plot, over its size
 
 
 def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = (),
@@ -54,13 +52,14 @@ def lit_sphere(fit: Reflectance, size: int = SIZE, lights: Sequence[Light] = (),
     else:
         radiance = np.broadcast_to(studio.on_sphere(fit, normal), (len(normal), 3))
     linear = radiance @ conversion(colours, DEFAULT).T
-    picture = np.zeros((size, size, 4), dtype=np.float32)
-    picture[inside, :3] = srgb(linear if lights else studio.developed(linear))
-    picture[..., 3] = cover
+    canvas = Canvas(size)
+    canvas.picture[..., :3] = 0
+    canvas.picture[inside, :3] = srgb(linear if lights else studio.developed(linear))
+    canvas.picture[..., 3] = cover
     if with_tangent and not is_isotropic(fit):
         for stroke in _strokes(size):
-            line(picture, stroke, _MARK, 1.2)
-    return picture
+            canvas.line(stroke, LIGHT, 1.2)
+    return canvas.picture
 
 
 def lit_cloth(fit: Reflectance, size: int = SIZE) -> SingleArray:
@@ -123,7 +122,7 @@ def split(left: SingleArray, right: SingleArray, at: float = 0.5) -> SingleArray
     begin = edge - thickness // 2
     picture = left.copy()
     picture[:, max(edge, 0):] = right[:, max(edge, 0):]
-    picture[:, max(begin, 0):max(begin + thickness, 0)] = (*INK, 1)
+    picture[:, max(begin, 0):max(begin + thickness, 0)] = INK
     return picture
 
 
@@ -198,11 +197,12 @@ def reflected(fit: Reflectance, normal: FloatArray, direction: ArrayLike) -> Flo
     return radiance
 
 
-def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: int = SIZE,
-               phi_i: float = 0.0) -> tuple[SingleArray, float]:
-    """Plot the fit in the plane of incidence for one angle of incidence, with the samples near that plane.
+def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: int = SIZE, phi_i: float = 0.0,
+               colours: str = DEFAULT, reaches: Sequence[beyond.Reach] = (),
+               second: tuple[Reflectance, str] | None = None) -> tuple[SingleArray, float]:
+    """Plot a fit in the plane of incidence for one angle of incidence, with the samples near that plane (`plane_plot`).
 
-    Radii are cube roots, so that dark directions beside a high peak are visible. The light comes from the left.
+    Beside a second fit both are drawn by their luminance: the first is orange and named A, the second blue and named B.
 
     Parameters
     ----------
@@ -213,6 +213,11 @@ def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: 
         Pixels.
     phi_i : float
         Azimuth of the light, radians; of an isotropic material it does not matter.
+    colours : str
+        One of `colours.COLOURS`: that of the fit.
+    reaches : sequence of Reach
+        How far measurements go, as far as it is known: beyond, the fit is dashed.
+    second : (fit, colours), optional
 
     Returns
     -------
@@ -220,97 +225,32 @@ def polar_plot(fit: Reflectance, samples: Samples | None, theta_i: float, size: 
     shown : float
         Angle of incidence of the plotted samples, radians: the measured one nearest to theta_i; nan without any.
     """
-    theta, curve = in_plane(fit, theta_i, phi_i)
-    place, values, shown = (np.zeros(0), curve[:0], float("nan")) if samples is None else (
-        near_plane(samples, theta_i, phi_i))
-    scale = max(np.cbrt(max(curve.max(), values.max(initial=0))), 1e-6)
-    canvas, pen = _polar_grid(size, theta_i), _pen(size)
-    colors = _CHANNELS[3 if curve.shape[1] == 3 else 1]
-    for c, color in enumerate(colors):
-        line(canvas, polar_points(theta, curve[:, c], scale, size), color, 1.4 * pen)
-    for c, color in enumerate(colors):
-        dots(canvas, polar_points(place, values[:, c], scale, size), color, 2.6 * pen)
-    return canvas, shown
+    place, measured, shown = (None, None, float("nan")) if samples is None else near_plane(samples, theta_i, phi_i)
+    theta, values = plane_curve(fit, theta_i, phi_i)
+    is_guess = beyond.are_of_any(np.full(len(theta), theta_i), np.abs(theta), reaches)
+    colors, curves = channel_colors(values), []
+    if second is not None:
+        other, there = plane_curve(second[0], theta_i, phi_i)
+        curves = [Curve(other, _grey(there, second[1]), PAIR[1:], np.zeros(len(other), dtype=bool))]
+        values, colors = _grey(values, colours), PAIR[:1]
+        measured = None if measured is None else _grey(measured, colours)
+    at = None if place is None or measured is None else (place, measured)
+    curves = [Curve(theta, values, colors, is_guess, at), *curves]
+    canvas, scale = Canvas(size), size / SIZE
+    draw(canvas, picture_disc(size), Plane(theta_i, curves))
+    for number, (name, color) in enumerate(zip("AB" if second else "", PAIR, strict=False)):
+        canvas.text(name, ((8 + 16 * number) * scale, size - 20 * scale), TEXT * scale, color)
+    return canvas.picture, shown
 
 
-def polar_comparison(first: Reflectance, second: Reflectance, theta_i: float, size: int = SIZE, phi_i: float = 0.0,
-                     colours: tuple[str, str] = (DEFAULT, DEFAULT)) -> SingleArray:
-    """Plot the luminance of two fits in the plane of incidence, over each other, as `polar_plot` does.
-
-    The first is orange and named A, the second blue and named B; both have the same scale.
-
-    Parameters
-    ----------
-    theta_i : float
-        Radians.
-    size : int
-        Pixels.
-    phi_i : float
-        Azimuth of the light, radians; of isotropic materials it does not matter.
-    colours : (str, str)
-        Those of the fits, from `colours.COLOURS`.
-
-    Returns
-    -------
-    (size, size, 4) float32
-    """
-    theta, _ = in_plane(first, theta_i, phi_i)
-    curves = [np.broadcast_to(in_plane(fit, theta_i, phi_i)[1], (len(theta), 3)) for fit in (first, second)]
-    grey = [np.maximum(luminance(curve, space), 0) for curve, space in zip(curves, colours, strict=True)]
-    scale = max(np.cbrt(np.max(grey)), 1e-6)
-    canvas, pen = _polar_grid(size, theta_i, INK), _pen(size)
-    for values, color in zip(grey, PAIR, strict=True):
-        line(canvas, polar_points(theta, values, scale, size), color, 1.6 * pen)
-    for number, (name, color) in enumerate(zip("AB", PAIR, strict=True)):
-        letter = max(round(2 * pen), 1)
-        write(canvas, name, (0.03 * size + 5 * letter * number, 0.97 * size - 5 * letter), letter, color)
-    return canvas
+def picture_disc(size: int) -> Disc:
+    """Where the plane of incidence is in a picture of a size."""
+    return Disc(np.array(_ORIGIN) * size, _RADIUS * size, size / SIZE)
 
 
-def in_plane(fit: Reflectance, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray]:
-    """A fit in the plane of incidence, for light from (theta_i, phi_i), radians.
-
-    Returns
-    -------
-    theta : (n,) float64
-        Outgoing angles from -90 to 90 degrees, negative on the light's side; radians.
-    value : (n, channels) float64
-        1/sr.
-    """
-    theta = np.linspace(-np.pi / 2, np.pi / 2, 361)
-    full = np.full_like(theta, phi_i)
-    return theta, fit.evaluate(np.full_like(theta, theta_i), full, np.abs(theta), full + np.where(theta < 0, 0, np.pi))
-
-
-def polar_points(theta: FloatArray, value: FloatArray, scale: float, size: int) -> FloatArray:
-    """Where values stand in a polar plot: (n,) radians and (n,) 1/sr to (n, 2) pixels from the bottom left.
-
-    Radii are cube roots; a value of scale ** 3 lies on the outer circle.
-
-    Examples
-    --------
-    >>> polar_points(np.array([0.0]), np.array([8.0]), 2.0, 100).round(9).tolist()
-    [[50.0, 73.0]]
-    """
-    length = np.cbrt(np.maximum(value, 0)) / scale * _RADIUS * size
-    return np.array(_ORIGIN) * size + length[:, None] * _on_arc(theta)
-
-
-def _polar_grid(size: int, theta_i: float, ray: Color = _MARK) -> SingleArray:
-    """An empty polar plot, with a ray to the light."""
-    canvas, origin, radius = blank(size), np.array(_ORIGIN) * size, _RADIUS * size
-    for fraction in (0.5, 1.0):
-        line(canvas, origin + fraction * radius * _on_arc(np.linspace(-np.pi / 2, np.pi / 2, 91)), GRID, _pen(size))
-    for angle in np.radians((-90, -60, -30, 0, 30, 60, 90)):
-        line(canvas, origin + np.outer(np.array([0, radius]), _on_arc(angle)), GRID, _pen(size))
-    toward_light = np.outer(np.array([0.25 * radius, 1.08 * radius]), _on_arc(-theta_i))
-    line(canvas, origin + toward_light, ray, 1.6 * _pen(size))
-    return canvas
-
-
-def _pen(size: int) -> float:
-    """The width of lines in a picture, over that in a small one."""
-    return max(size / SIZE, 1.0)
+def _grey(values: FloatArray, space: str) -> FloatArray:
+    """The luminance, (n, 1) at least 0, of values in a colour space, (n, channels)."""
+    return np.maximum(luminance(np.broadcast_to(values, (len(values), 3)), space), 0)[:, None]
 
 
 def turned_plane(fit: Reflectance, theta_i: float, size: int = SIZE, colours: str = DEFAULT) -> SingleArray:
@@ -354,34 +294,3 @@ def srgb(linear: ArrayLike) -> FloatArray:
     """
     clipped = np.clip(np.asarray(linear, dtype=float), 0, 1)
     return np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * clipped ** (1 / 2.4) - 0.055)
-
-
-def near_plane(samples: Samples, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
-    """Samples near the plane of incidence, at the measured angle of incidence nearest to theta_i; of an anisotropic
-    material those whose light is near the azimuth phi_i.
-
-    Returns
-    -------
-    theta_o : (k,) float64
-        Negative on the light's side, radians.
-    values : (k, channels) float64
-    theta_i : float
-        Of the samples; nan without any.
-    """
-    azimuth = np.abs((samples.phi_o - samples.phi_i + np.pi) % (2 * np.pi) - np.pi)
-    # the direction's angle to the plane, not its azimuth, which near the normal says little
-    in_plane = np.sin(samples.theta_o) * np.sin(azimuth) < np.sin(IN_PLANE)
-    if not samples.isotropic:
-        turned = np.abs((samples.phi_i - phi_i + np.pi) % (2 * np.pi) - np.pi)
-        in_plane &= np.sin(samples.theta_i) * np.sin(np.minimum(turned, np.pi / 2)) < np.sin(IN_PLANE)
-    off = np.where(in_plane, np.abs(samples.theta_i - theta_i), np.inf)
-    if not np.isfinite(off).any():
-        return np.zeros(0), np.zeros((0, samples.values.shape[1])), float("nan")
-    near = off < off.min() + np.radians(2)
-    sign = np.where(azimuth[near] < np.pi / 2, -1, 1)
-    return sign * samples.theta_o[near], samples.values[near], float(samples.theta_i[near].mean())
-
-
-def _on_arc(theta: ArrayLike) -> FloatArray:
-    """Unit vectors in the plot, at angles from the vertical: (...) radians to (..., 2)."""
-    return np.stack([np.sin(theta), np.cos(theta)], axis=-1)

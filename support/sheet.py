@@ -3,6 +3,8 @@
 import bpy
 import numpy as np
 
+from fitter.pictures import srgb
+
 from .stage import add, black_scene, blank_material, render
 
 BACKDROP = 0.02             # scene-linear grey behind transparent pixels, so that a dark limb can be seen
@@ -13,14 +15,8 @@ _GAP = 4
 def tile(picture, text):
     """A rendered picture (height, width, 4) as display-referred sRGB (height + caption, width, 3) with its caption."""
     alpha = picture[..., 3:]
-    shown = encode(picture[..., :3] + (1 - alpha) * BACKDROP)
+    shown = srgb(picture[..., :3] + (1 - alpha) * BACKDROP)
     return np.concatenate([shown, caption(text, picture.shape[1])])
-
-
-def encode(linear):
-    """Scene-linear to sRGB, IEC 61966-2-1, clipped."""
-    linear = np.clip(linear, 0, 1)
-    return np.where(linear < 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
 def caption(text, width):
@@ -34,7 +30,7 @@ def caption(text, width):
     curve.materials.append(material)
     add(curve)
     picture = render(scene)
-    return encode(picture[..., :3] + (1 - picture[..., 3:]) * BACKDROP)
+    return srgb(picture[..., :3] + (1 - picture[..., 3:]) * BACKDROP)
 
 
 def write(path, rows):

@@ -7,11 +7,9 @@ import numpy as np
 from ...fitter import pictures, progress
 from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.quality import physics
-from ..core.outcomes import Kept, KeptMix
+from ..core.outcomes import Kept, KeptMix, Shown
 from ..work.recent import Recent
 from ..work.tasks import fit_of, kept_fit, lit_sphere
-
-Shown = Kept | KeptMix
 
 _spheres: Recent[str, SingleArray] = Recent(8)       # by digest
 
@@ -24,7 +22,7 @@ class Figures(NamedTuple):
     albedo: FloatArray
 
 
-def figures(shown: Shown) -> Figures:
+def figures(shown: Kept | KeptMix) -> Figures:
     """The numbers of the fit in a material's shader, or of those of a mix. Raises ValueError if one has none."""
     progress.report(0.0, "Albedo")
     albedo = np.broadcast_to(physics.directional_albedo(fit_of(shown), [0.0])[0], 3)
@@ -32,7 +30,7 @@ def figures(shown: Shown) -> Figures:
     return Figures(sum(fit.coefficient_count for fit in fits), sum(fit.nbytes for fit in fits), np.array(albedo))
 
 
-def _parts(shown: Shown) -> list[Kept]:
+def _parts(shown: Kept | KeptMix) -> list[Kept]:
     return [*_parts(shown.first), *_parts(shown.second)] if isinstance(shown, KeptMix) else [shown]
 
 
@@ -48,10 +46,3 @@ def split_sphere(left: Shown, right: Shown, at: float) -> SingleArray:
     """A sphere of two materials, with a line between them: (size, size, 4). Raises ValueError if one has no fit."""
     progress.report(0.0, "Drawing")
     return pictures.split(_sphere(left), _sphere(right), at)
-
-
-def polar(first: Shown, second: Shown, theta_i: float) -> SingleArray:
-    """The polar plot of two materials: (size, size, 4). Raises as `split_sphere` does."""
-    progress.report(0.0, "Drawing")
-    return pictures.polar_comparison(fit_of(first), fit_of(second), theta_i,
-                                     colours=(first.colours, second.colours))

@@ -75,10 +75,11 @@ def read(socket: bpy.types.NodeSocket) -> Product:
     return _as_number(socket, product) if socket.type == "VALUE" else product
 
 
-def texels(pictures: Sequence[Picture]) -> dict[Picture, FloatArray]:
-    """The linear values of pictures in the open file's colour space: (height, width, 3), of the size of the largest
-    one; of those that lie otherwise than the first, their mean, (3,)."""
-    height, width = np.minimum(np.max([each.node.image.size for each in pictures], axis=0), LARGEST)[::-1]
+def texels(pictures: Sequence[Picture], size: int = 0) -> dict[Picture, FloatArray]:
+    """The linear values of pictures in the open file's colour space: (height, width, 3), of `size` by `size` or of the
+    size of the largest one; of those that lie otherwise than the first, their mean, (3,)."""
+    largest = np.max([each.node.image.size for each in pictures], axis=0)
+    height, width = (size, size) if size else np.minimum(largest, LARGEST)[::-1]
     values = {each: _linear(each, height, width) for each in pictures}
     return {each: value if each.placement == pictures[0].placement else value.mean(axis=(0, 1))
             for each, value in values.items()}

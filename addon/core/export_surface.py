@@ -11,7 +11,7 @@ mix, the products are baked: of the four formats glTF alone has a factor beside 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
 import numpy as np
@@ -78,26 +78,69 @@ def follow(material: bpy.types.Material, node: bpy.types.Node, again: bool = Fal
         return
     _follow_normal(tree, node, export)
     _follow_displacement(tree, export)
-    products = {socket.as_pointer(): _product(socket) for socket in _factors(node)}
+    products = _products(node)
     key = repr((_blended(node, material, lambda socket: _factor(socket, products, {})),
                 [(each.constant.tolist(), [picture.key for picture in each.pictures]) for each in products.values()],
                 _lost(node)))
     if key == export.get(_KEY) and not again:
         return
-    pictures = list(dict.fromkeys(picture for each in products.values() for picture in each.pictures))
-    seen = export_inputs.texels(pictures) if pictures else {}
-    values = _blended(node, material, lambda socket: _factor(socket, products, seen))
-    if not values:
+    found = evaluate(material, node)
+    if not found.values:
         return
-    whole, gain = [_factor(node.inputs[name], products, seen) if name in node.inputs else np.ones(3)
-                   for name in ("Tint", "Strength")]
-    lost = _lost(node)
-    _multiply(values, whole * gain, lost)
-    _bake(material, export, values, pictures[0].node if pictures else None)
+    values = found.values
+    _bake(material, export, values, found.placed)
     _set(export, {name: _mean(value) for name, value in values.items() if name != _ALBEDO})
     if _ALBEDO in values:
         _set_solid(material, export, _mean(values[_ALBEDO]))
-    export[_KEY], export[_LOST] = key, "\n".join(lost)
+    export[_KEY], export[_LOST] = key, "\n".join(found.lost)
+
+
+class Evaluated(NamedTuple):
+    """What is exported of a measured group or a mix, where it varies at texels.
+
+    Attributes
+    ----------
+    values : dict
+        By the name of an input: (1 or 3,), or (height, width, 1 or 3), linear. Empty where a part is missing.
+    tint : (3,) or (height, width, 3) float64
+        Tint times Strength, which `values` have been multiplied by.
+    read : callable
+        The value of another input of the group or of a mix inside of it, as `tint`.
+    lost : list of str
+        What of it is not exported.
+    placed : Node, or None
+        The texels lie as the image of this node does.
+    """
+
+    values: _Values
+    tint: FloatArray
+    read: _Read
+    lost: list[str]
+    placed: bpy.types.Node | None
+
+
+def evaluate(material: bpy.types.Material, node: bpy.types.Node, size: int = 0,
+             fitted: Callable[[bpy.types.Material], _Values] | None = None) -> Evaluated:
+    """What is exported of what `node` shows, the measured group's or a mix's: at the texels of the largest image, or at
+    `size` by `size`. Instead of the closest Principled BSDF, `fitted` returns the values of a material's fit."""
+    products = _products(node)
+    pictures = list(dict.fromkeys(picture for each in products.values() for picture in each.pictures))
+    seen = export_inputs.texels(pictures, size) if pictures else {}
+
+    def read(socket: bpy.types.NodeSocket) -> FloatArray:
+        return _factor(socket, products, seen)
+
+    values, lost, tint = _blended(node, material, read, fitted), _lost(node), np.ones(3)
+    for name in ("Tint", "Strength"):
+        tint = tint * (read(node.inputs[name]) if name in node.inputs else 1.0)
+    if values:
+        _multiply(values, tint, lost)
+    return Evaluated(values, tint, read, lost, pictures[0].node if pictures else None)
+
+
+def _products(node: bpy.types.Node) -> dict[int, Product]:
+    """What is read of the inputs that change what is exported, by their places in memory."""
+    return {socket.as_pointer(): _product(socket) for socket in _factors(node)}
 
 
 def losses(material: bpy.types.Material) -> list[str]:
@@ -169,23 +212,27 @@ def _factor(socket: bpy.types.NodeSocket, products: dict[int, Product], seen: di
     return value
 
 
-def _blended(node: bpy.types.Node, material: bpy.types.Material | None, read: _Read) -> _Values:
+def _blended(node: bpy.types.Node, material: bpy.types.Material | None, read: _Read,
+             fitted: Callable[[bpy.types.Material], _Values] | None = None) -> _Values:
     """The values of what a measured group or a mix shows, by name: (1 or 3,) or (height, width, 1 or 3); none where
     a material of a mix has been deleted, or has no exported surface."""
     if not mixing.mixes.is_mix(node.node_tree):
         export = None if material is None else _node(not_none(material.node_tree))
-        return {} if export is None or export.get(_FITTED) is None else _own(export)
+        if material is None or export is None or export.get(_FITTED) is None:
+            return {}
+        return _own(export, dict(export[_FITTED].items()) if fitted is None else fitted(material))
     parts, share = mixing.mixes.parts(node), np.clip(read(mixing.mixes.factor(node)), 0, 1)
-    below, above = (_blended(part, of, read) for part, of in zip(mixing.mixes.nodes(node), parts[:2], strict=True))
+    below, above = (_blended(part, of, read, fitted)
+                    for part, of in zip(mixing.mixes.nodes(node), parts[:2], strict=True))
     return {name: (1 - weight) * below[name] + weight * above[name] for name in below if name in above
             for weight in [share if len(below[name]) == 3 else share[..., :1]]}
 
 
-def _own(export: bpy.types.Node) -> _Values:
+def _own(export: bpy.types.Node, fitted: _Values) -> _Values:
     """The values of a fit, and what the user has changed of them."""
     written, values = _written(export), {}
-    for name, fitted in export[_FITTED].items():
-        own = fitted if name == _ALBEDO or _is_as_written(export, name, written) else export.inputs[name].default_value
+    for name, value in fitted.items():
+        own = value if name == _ALBEDO or _is_as_written(export, name, written) else export.inputs[name].default_value
         values[name] = np.array(own, dtype=float).ravel()[:3]
     return values
 
@@ -229,7 +276,7 @@ def _lost(node: bpy.types.Node) -> list[str]:
     if len(set(placements)) > 1:
         lost.append("Images that lie otherwise than the first are exported as their mean")
     normal = node.inputs.get("Normal")
-    if normal is not None and normal.is_linked and _normal_map(normal) is None:
+    if normal is not None and normal.is_linked and normal_map(normal) is None:
         lost.append("Normal: a Normal Map node in tangent space is exported, and not "
                     f"{not_none(normal.links)[0].from_node.name}")
     if "Tangent" in node.inputs:
@@ -237,7 +284,7 @@ def _lost(node: bpy.types.Node) -> list[str]:
     return lost
 
 
-def _normal_map(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+def normal_map(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
     """The output of a Normal Map node of an image, if it is connected to an input."""
     source: Any = not_none(socket.links)[0].from_socket if socket.is_linked else None
     while source is not None and source.node.type == "REROUTE":
@@ -247,7 +294,7 @@ def _normal_map(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
 
 
 def _follow_normal(tree: bpy.types.NodeTree, node: bpy.types.Node, export: bpy.types.Node) -> None:
-    wanted, normal = _normal_map(node.inputs["Normal"]) if "Normal" in node.inputs else None, export.inputs["Normal"]
+    wanted, normal = normal_map(node.inputs["Normal"]) if "Normal" in node.inputs else None, export.inputs["Normal"]
     link = not_none(normal.links)[0] if normal.is_linked else None
     if link is not None and link.from_node.name != export.get(_NORMAL):
         return                          # the user's own
@@ -314,10 +361,7 @@ def _fill(tree: bpy.types.NodeTree, name: str, called: str, picture: FloatArray 
         if texture is not None:
             tree.nodes.remove(texture)
         return False
-    height, width = picture.shape[:2]
-    image = bpy.data.images.new(bpy.path.clean_name(called), width, height, is_data=is_data)
-    stored = picture if is_data else export_inputs.stored_colours(picture)
-    not_none(image.pixels).foreach_set(np.insert(stored, 3, 1, axis=2).astype(np.float32).ravel())
+    image = new_image(called, picture, is_data)
     image.filepath_raw = f"//{image.name}.png"      # OBJ and USD name it by its path, and USD writes it by its name
     image.pack()
     if texture is None:
@@ -333,6 +377,15 @@ def _fill(tree: bpy.types.NodeTree, name: str, called: str, picture: FloatArray 
         for link in texture.inputs["Vector"].links:
             tree.links.remove(link)
     return True
+
+
+def new_image(name: str, picture: FloatArray, is_data: bool) -> bpy.types.Image:
+    """An image of values, (height, width, 3): numbers, or linear colours in the open file's space."""
+    height, width = picture.shape[:2]
+    image = bpy.data.images.new(bpy.path.clean_name(name), width, height, is_data=is_data)
+    stored = picture if is_data else export_inputs.stored_colours(picture)
+    not_none(image.pixels).foreach_set(np.insert(stored, 3, 1, axis=2).astype(np.float32).ravel())
+    return image
 
 
 def _connect(tree: bpy.types.NodeTree, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> None:

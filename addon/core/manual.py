@@ -9,6 +9,8 @@ from pathlib import Path
 
 import bpy
 
+from ...fitter.formats.reading import OPTIONS
+
 _ROOT = Path(__file__).parents[2]
 HTML = _ROOT / "docs" / "html"
 MARKDOWN = _ROOT / "docs" / "manual.md"
@@ -17,8 +19,6 @@ WEBSITE: str = tomllib.loads((_ROOT / "blender_manifest.toml").read_text("utf-8"
 
 DATA = "manual#where-to-get-data"
 _OPERATORS = "bpy.ops.measured_brdf."
-_READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding", "keep_unmeasured",
-            "columns")
 
 Topics = tuple[tuple[str, str], ...]
 """What F1 is pressed over, and the page and heading that treats it; the first that fits is taken."""
@@ -42,7 +42,7 @@ _TOPICS: Topics = (
     *over_operators("manual#keep-and-reuse", "make_local"),
     *over_operators("manual#files-of-an-older-version", "update_materials"),
     *over_operators("manual/adjusting#mix-measured-materials", "add_node"),
-    *over_settings("formats#units-and-conventions", "measuredmaterial", *_READING),
+    *over_settings("formats#units-and-conventions", "measuredmaterial", *OPTIONS),
     *over_settings("manual#get-data-in", "measuredmaterial", "filepath", "sample"),
     *over_settings("manual#curves", "measuredmaterial", "shown_*"),
     *over_settings("manual/engines#choose", "measuredmaterial", "rendering"),

@@ -10,13 +10,12 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ...fitter import PRESETS, DatasetError, published, ready
-from ...fitter.formats import KNOWN_FILES, illuminants
-from ...fitter.formats.reading import ENCODINGS
+from ...fitter.formats import KNOWN_FILES
+from ...fitter.formats.reading import OPTIONS, Option
 from ...fitter.lattice.dense import MAX_LEVEL
 from ...fitter.presets import PRESET_DESCRIPTIONS
 from ...fitter.quality import verdict
 from ...fitter.quality.verdict import UNKNOWN
-from ...fitter.samples import HALF_TURN, HALF_TURN_AND_MIRROR, MIRROR, NO_SYMMETRY
 from .annotations import Arguments
 from .paths import RELATIVE
 
@@ -24,9 +23,7 @@ NO_SPECULAR_LEVEL = -1
 LEVELS = ("diffuse_level", "specular_level", "compression")
 RESULTS = ("name_of_data", "digest", "coefficients", "bytes", "rmse", "mre", "seconds", "fitted_levels", "changes",
            "version", "colours", "sphere", "fitted_as", "match", "between", "farthest", "hole", "least", "adjusted")
-READING = ("angles", "quantity", "illuminant", "isotropic", "symmetry", "encoding", "keep_unmeasured",
-           "columns")
-CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", "rendering", *READING)
+CHOICES = ("filepath", "sample", "preset", *LEVELS, "use_tolerance", "tolerance", "rendering", *OPTIONS)
 AUTOMATIC, EXACT, NODES = "AUTO", "EXACT", "NODES"
 RENDERINGS = (
     (AUTOMATIC, "Automatic", "Exact where Cycles renders with OSL, and Nodes everywhere else"),
@@ -35,7 +32,6 @@ RENDERINGS = (
     (NODES, "Nodes", "An approximation by ordinary nodes, without OSL: on every device, quick, and without noise of "
                      "its own"))
 _FAST = "FAST"              # scripts may name it, and get NODES
-AS_THE_FILE_SAYS = "auto"
 ORIGINAL = "Paper"
 _LABELS = {ORIGINAL: "Original 2002 Method"}
 PRESET_ITEMS = tuple((name, _LABELS.get(name, name), text) for name, text in PRESET_DESCRIPTIONS.items())
@@ -46,32 +42,6 @@ _BEST = "Reference"
 # what to do about a poor match
 _OF_THE_BEST = ". Measurements lists the values that are doubtful"
 _OF_OTHERS = f". Choose {_BEST} in Measurements, and Refit"
-_ANGLES = ((AS_THE_FILE_SAYS, "As the File Says", "In the unit that the file names, or that its format defines"),
-           ("degrees", "Degrees", "In degrees, whatever a table or an ASTM file says"),
-           ("radians", "Radians", "In radians, whatever a table or an ASTM file says"))
-_QUANTITIES = ((AS_THE_FILE_SAYS, "As the File Says", "What the file names, or what its format defines"),
-               ("brdf", "BRDF", "Reflected radiance divided by irradiance"),
-               ("brdf_cos", "BRDF times Cosine", "Times the cosine of the outgoing angle, as goniometers usually print "
-                                                 "it (cosine-corrected)"),
-               ("brdf_cos_i", "BRDF times Incident Cosine", "Times the cosine of the incident angle"),
-               ("reflectance_factor", "Reflectance Factor", "Times pi: relative to a white diffuser"),
-               ("reflectance_percent", "Reflectance Factor, Percent", "Times 100 pi: a white diffuser has about 100"),
-               ("brdf_percent", "BRDF, Percent", "Times 100"))
-_LIGHTS = (("D65", "Daylight (D65)", "Daylight of noon; white is that of screens"),
-           ("D50", "Horizon Daylight (D50)", "Warmer daylight, the standard of print"),
-           ("A", "Incandescent (A)", "A light bulb"),
-           ("E", "Equal Energy (E)", "The same power at every wavelength"))
-_ISOTROPIC = ((AS_THE_FILE_SAYS, "As Measured", "Found from the values, or as the format defines it"),
-              ("isotropic", "Isotropic", "The surface looks the same however it is turned, whatever its values tell"),
-              ("anisotropic", "Anisotropic", "The surface changes when it is turned, as brushed metal does"))
-_SYMMETRIES = ((AS_THE_FILE_SAYS, "As the File Says", "What the file names; most name none"),
-               (NO_SYMMETRY, "None", "Nothing stands for directions that were not measured"),
-               (HALF_TURN, "Half Turn", "The surface is the same after half a turn"),
-               (MIRROR, "Mirror", "The plane of normal and tangent is a mirror"),
-               (HALF_TURN_AND_MIRROR, "Half Turn and Mirror", "Both: a quarter of a turn was measured"))
-_ENCODINGS = ((ENCODINGS[0], "As Stored", "The BRDF"),
-              ("srgb", "sRGB", "The BRDF, encoded as sRGB"),
-              ("srgb140", "sRGB times 140", "A hundredth of the BRDF, encoded as sRGB, times 140"))
 
 
 Choices = Any               # `FitChoices`, or a SimpleNamespace that copies one
@@ -129,34 +99,17 @@ class FitChoices:
     rendering: EnumProperty(
         name="Rendering", items=(*RENDERINGS, (_FAST, "Fast", "Nodes")), default=AUTOMATIC,
         update=_use_nodes_for_fast, description="How the material is rendered. It can be changed at any time")
-    angles: EnumProperty(
-        name="Angles", items=_ANGLES, default=AS_THE_FILE_SAYS,
-        description="Unit of the angles of a table. Only needed where the file does not say it, or says it wrongly")
-    quantity: EnumProperty(
-        name="Values", items=_QUANTITIES, default=AS_THE_FILE_SAYS,
-        description="What the values of a table are. Only needed where the file does not say it, or says it wrongly")
-    illuminant: EnumProperty(
-        name="Illuminant", items=_LIGHTS, default=illuminants.DEFAULT,
-        description="The light under which spectra are seen when they become colours. White stays white")
-    isotropic: EnumProperty(
-        name="Isotropic", items=_ISOTROPIC, default=AS_THE_FILE_SAYS,
-        description="Whether the surface looks the same however it is turned. Found from three rotations on")
-    symmetry: EnumProperty(
-        name="Symmetry", items=_SYMMETRIES, default=AS_THE_FILE_SAYS,
-        description="What stands for rotations of an anisotropic surface at which a table, an ASTM, a Zemax or a Speos "
-                    "file has no values")
-    encoding: EnumProperty(
-        name="UTIA Values", items=_ENCODINGS, default=ENCODINGS[0],
-        description="How the values of a UTIA file are stored. Its readers differ")
-    keep_unmeasured: BoolProperty(
-        name="Keep Unmeasured", default=False,
-        description="Fit values that nobody measured too: those drawn beyond the angle at which the instrument ended, "
-                    "as a straight line to 0 or the last value again")
-    columns: StringProperty(
-        name="Columns",
-        description="What the columns of a table are, in their order, where their names mean nothing: names separated "
-                    "by commas, and - for those that are not read, such as theta_i, -, theta_o, phi, BRDF. Empty: as "
-                    "the file names them")
+
+
+def _reading_property(option: Option) -> Any:
+    """The property of an option of reading."""
+    named = {"name": option.label, "description": option.tooltip, "default": option.stored(option.default)}
+    if option.choices:
+        return EnumProperty(items=[(choice.key, choice.label, choice.tooltip) for choice in option.choices], **named)
+    return BoolProperty(**named) if isinstance(option.default, bool) else StringProperty(**named)
+
+
+FitChoices.__annotations__.update({name: _reading_property(option) for name, option in OPTIONS.items()})
 
 
 def draw_presets(layout: bpy.types.UILayout, choices: Any) -> None:

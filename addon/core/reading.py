@@ -8,13 +8,12 @@ import numpy as np
 from mathutils import Color
 
 from ...fitter.colours import COLOURS, DEFAULT, conversion, to_xyz
-from ...fitter.formats import choices_of, illuminants, is_there
-from ...fitter.formats.reading import ENCODINGS
+from ...fitter.formats import choices_of, is_there
+from ...fitter.formats.reading import OPTIONS
 from . import paths
 from .annotations import Arguments
-from .properties import AS_THE_FILE_SAYS, READING, Choices
+from .properties import Choices
 
-_ISOTROPIC = {"isotropic": True, "anisotropic": False}       # the choices, and the option of `fitter.load`
 GREY = "grey"               # in the place of a colour space: the same in every one
 _SAME = 0.01                # of the entries of two matrices to XYZ: spaces differ by 0.1, Blender's rounding by 0.0001
 
@@ -39,27 +38,19 @@ def _named(axes: tuple[tuple[float, ...], ...]) -> str:
 
 def load_arguments(choices: Choices) -> Arguments:
     """The keyword arguments of `fitter.load` that choices, and the open file, ask for."""
-    said = {name: getattr(choices, name) for name in ("angles", "quantity", "symmetry")}
-    return {**{name: None if value in ("", AS_THE_FILE_SAYS) else value for name, value in said.items()},
-            "illuminant": choices.illuminant or illuminants.DEFAULT, "colours": scene_colours() or DEFAULT,
-            "isotropic": _ISOTROPIC.get(choices.isotropic),
-            "encoding": None if choices.encoding in ("", ENCODINGS[0]) else choices.encoding,
-            "keep_unmeasured": choices.keep_unmeasured, "columns": choices.columns or None}
+    options = {name: option.value(getattr(choices, name)) for name, option in OPTIONS.items()}
+    return {**options, "colours": scene_colours() or DEFAULT}
 
 
-def use_reading(choices: Choices, angles: str | None = None, quantity: str | None = None,
-                illuminant: str = illuminants.DEFAULT, isotropic: bool | None = None, symmetry: str | None = None,
-                encoding: str | None = None, keep_unmeasured: bool = False, columns: str | None = None) -> None:
+def use_reading(choices: Choices, options: Arguments) -> None:
     """Choose the options of reading as `fitter.load` has them."""
-    choices.angles, choices.quantity = angles or AS_THE_FILE_SAYS, quantity or AS_THE_FILE_SAYS
-    choices.symmetry, choices.encoding = symmetry or AS_THE_FILE_SAYS, encoding or ENCODINGS[0]
-    choices.illuminant, choices.keep_unmeasured, choices.columns = illuminant, keep_unmeasured, columns or ""
-    choices.isotropic = next((name for name, value in _ISOTROPIC.items() if value == isotropic), AS_THE_FILE_SAYS)
+    for name, option in OPTIONS.items():
+        setattr(choices, name, option.stored(options.get(name, option.default)))
 
 
 def draw_reading(layout: bpy.types.UILayout, choices: Any, path: str) -> None:
     """Draw the options of reading that a file's format has, which few files need, in a closed sub-section."""
-    shown = [name for name in READING if name in choices_of(path)]
+    shown = [name for name in OPTIONS if name in choices_of(path)]
     if not shown:
         return
     header, body = layout.panel("MEASUREDBRDF_reading", default_closed=True)

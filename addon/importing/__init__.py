@@ -7,8 +7,6 @@ from ..core.registration import Registration
 from ..panel import main, menu, nodes
 from . import (
     colours,
-    compared_presets,
-    curves,
     details,
     fit,
     forget,
@@ -42,7 +40,7 @@ def _draw_import(layout: bpy.types.UILayout) -> None:
 
 
 _slice = Registration(
-    import_data, name_columns, samples, fit, relink, forget, curves, measurements, compared_presets, details,
+    import_data, name_columns, samples, fit, relink, forget, measurements, details,
     additions=(
         (manual.of_slices, _TOPICS), ("TOPBAR_MT_file_import", _IN_FILE_MENU),
         ("TOPBAR_MT_file_external_data", _IN_DATA_MENU), (menu.MEASUREDBRDF_MT_menu, _ENTRIES),

@@ -8,13 +8,14 @@ from bpy.props import EnumProperty, StringProperty
 
 from ...fitter import SampleUnknownError
 from ...fitter.formats import is_there
+from ...fitter.formats.reading import OPTIONS
 from ...fitter.presets import PRESET_DESCRIPTIONS
 from ..core import compiler, material, rendered
 from ..core.active_material import active_material, is_editable
 from ..core.annotations import OperatorResult, not_none
 from ..core.edits import edit_arguments
 from ..core.outcomes import Outcome
-from ..core.properties import CHOICES, PRESET_ITEMS, READING, fit_arguments, use_preset, worth
+from ..core.properties import CHOICES, PRESET_ITEMS, fit_arguments, use_preset, worth
 from ..core.reading import load_arguments
 from ..core.transaction import by_session_uid
 from ..work import process, tasks
@@ -75,7 +76,7 @@ class MEASUREDBRDF_OT_fit(FitsWithPreset, InBackground, bpy.types.Operator):
         self._choices = SimpleNamespace(**{name: getattr(settings, name) for name in CHOICES})
         # a damaged .blend may name some that do not exist
         self._choices.preset = self._choices.preset or "Paper"
-        for name in (*READING, "rendering"):
+        for name in (*OPTIONS, "rendering"):
             default = settings.bl_rna.properties[name].default
             setattr(self._choices, name, getattr(self._choices, name) or default)
         self._choices.filepath = self.filepath or settings.filepath

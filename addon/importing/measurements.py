@@ -12,6 +12,7 @@ from ..core.annotations import not_none
 from ..core.outcomes import Data
 from ..core.properties import OFFERED, is_as_fitted, is_preset
 from ..core.reading import draw_reading, other_colours, scene_colours
+from ..panel.costs import draw_cost
 from ..panel.layout import (
     MaterialPanel,
     choices,
@@ -24,7 +25,6 @@ from ..panel.layout import (
 from ..work import queries
 from ..work.job import Job
 from . import fit, name_columns, relink, samples
-from .compared_presets import draw_cost
 
 
 class MEASUREDBRDF_PT_data(MaterialPanel, bpy.types.Panel):

@@ -1,4 +1,5 @@
-"""Lines, triangles and text in a region, by Blender's `gpu` and `blf`. They work where there is a window only."""
+"""Lines, triangles and text in a region, by Blender's `gpu` and `blf`: a pen of `fitter.plane_plot`. They work where
+there is a window only."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,21 +10,21 @@ import numpy as np
 from gpu_extras.batch import batch_for_shader
 
 from ...fitter.arrays import ArrayLike, FloatArray, IntArray, SingleArray
+from ...fitter.drawing import Color
 from ..core.annotations import not_none
 
-Color = tuple[float, float, float, float]
-
 _FONT = 0
+_LARGE = 6.0                # pixels of the radius of a disc that has more corners
 
 
-def line(points: ArrayLike, color: Color, width: float, scale: float = 1.0) -> None:
-    """Draw a polyline: (n, 2) or (n, 3); its width in pixels at a scale of 1."""
-    _lines("LINE_STRIP", points, color, width * scale)
+def line(points: ArrayLike, color: Color, width: float) -> None:
+    """Draw a polyline: (n, 2) or (n, 3)."""
+    _lines("LINE_STRIP", points, color, width)
 
 
-def strokes(ends: ArrayLike, color: Color, width: float, scale: float = 1.0) -> None:
+def strokes(ends: ArrayLike, color: Color, width: float) -> None:
     """Draw lines between pairs of points: (2 n, 2) or (2 n, 3)."""
-    _lines("LINES", ends, color, width * scale)
+    _lines("LINES", ends, color, width)
 
 
 def surface(vertices: FloatArray, faces: IntArray, colors: FloatArray) -> None:
@@ -41,10 +42,11 @@ def fan(points: ArrayLike, color: Color) -> None:
     fill(outline, np.stack([np.zeros_like(number), number, number + 1], axis=-1), color)
 
 
-def discs(centers: FloatArray, radius: float, color: Color, corners: int = 12) -> None:
+def discs(centers: FloatArray, radius: float, color: Color) -> None:
     """Fill discs: (n, 2) pixels."""
     if len(centers) == 0:
         return
+    corners = 12 if radius < _LARGE else 24
     turn = np.arange(corners) * 2 * np.pi / corners
     outline = centers[:, None] + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
     one = np.stack([np.zeros(corners - 2), np.arange(1, corners - 1), np.arange(2, corners)], axis=-1)

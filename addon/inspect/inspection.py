@@ -11,6 +11,7 @@ from ...fitter.arrays import ArrayLike, BoolArray, FloatArray
 from ...fitter.lobe import RADII, Lobe, Radius, at_angle, lobe_surface, plane_curve
 from ...fitter.methods import beyond
 from ...fitter.model import Reflectance, is_isotropic
+from ...fitter.plane_plot import Curve, Plane, channel_colors
 from ..core.annotations import not_none
 from .plot import Plot
 from .surface import Spot
@@ -41,7 +42,7 @@ class Shown(NamedTuple):
 
 
 class Measurements(NamedTuple):
-    """Samples near the plane of incidence, as `pictures.near_plane` returns them, and what they come from."""
+    """Samples near the plane of incidence, as `plane_plot.near_plane` returns them, and what they come from."""
 
     theta_o: FloatArray
     values: FloatArray
@@ -139,12 +140,14 @@ class Inspection:
         return 0.0 if self.lobe is None else max(float(np.linalg.norm(self.lobe.vertices, axis=1).max()), 1e-9)
 
     @property
-    def largest(self) -> float:
-        """The largest value in the plot, 1/sr, at least above 0."""
-        values = [] if self.curve is None else [self.curve[1]]
-        if self.samples is not None:
-            values.append(self.samples.values)
-        return max((float(each.max(initial=0)) for each in values), default=0.0) or 1e-9
+    def plane(self) -> Plane:
+        """What the plot shows."""
+        if self.curve is None:
+            return Plane(self.theta_i, (), self.radius)
+        theta, values = self.curve
+        samples = None if self.samples is None else self.samples[:2]
+        curve = Curve(theta, values, channel_colors(values), self.guessed(theta), samples)
+        return Plane(self.theta_i, (curve,), self.radius)
 
     def light(self) -> FloatArray:
         """The direction to the light in the frame of the surface, (3,)."""

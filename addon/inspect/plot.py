@@ -1,4 +1,4 @@
-"""The polar plot over the 3D view as arithmetic: where it lies, where values lie in it, and what the mouse is at."""
+"""The plot over the 3D view as arithmetic: where it lies, and what the mouse is at."""
 
 import math
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...fitter.arrays import ArrayLike, FloatArray
-from ...fitter.lobe import RADII, Radius
+from ...fitter.plane_plot import Disc
 
 _WIDTH, _SHARE = (430.0, 640.0), 0.5        # at a scale of 1, if there is room; of the free width
 LINE = 19.0                 # height of a line of text
@@ -15,8 +15,6 @@ _MARGIN, _ABOVE, _BELOW, _BESIDE = 12.0, 24.0, 20.0, 38.0       # around the box
 _PAD = 10.0                 # between the box and its text
 _TITLES = 2                 # lines above
 _LEAST = 60.0               # radius
-_RINGS = (1.0, 0.65, 0.35)  # of the radius, about
-_APART = 0.14               # rings, at least
 
 Rectangle = tuple[float, float, float, float]
 """x, y of the lower left corner, width, height: pixels."""
@@ -68,10 +66,10 @@ class Plot:
         x, y = np.asarray(at, dtype=float) - self.center
         return bool(math.hypot(x, y) <= 1.05 * self.radius and y >= -4 * self.scale)
 
-    def points(self, theta: ArrayLike, length: ArrayLike) -> FloatArray:
-        """Where angles and lengths, 1 on the outer circle, lie: (...) to (..., 2) pixels."""
-        theta, length = np.broadcast_arrays(np.asarray(theta, dtype=float), np.asarray(length, dtype=float))
-        return self.center + self.radius * length[..., None] * np.stack([np.sin(theta), np.cos(theta)], axis=-1)
+    @property
+    def disc(self) -> Disc:
+        """What the plane of incidence is drawn in."""
+        return Disc(self.center, self.radius, self.scale)
 
 
 def placed(free: Rectangle, side: str, scale: float) -> Plot:
@@ -107,42 +105,3 @@ def _largest_beside(free: Rectangle, other: Rectangle) -> Rectangle:
     parts = ((x, y, other[0] - x, height), (other_right, y, right - other_right, height),
              (x, y, width, other[1] - y), (x, other_top, width, top - other_top))
     return max(parts, key=lambda part: max(part[2], 0) * max(part[3], 0))
-
-
-def lengths(values: FloatArray, largest: float, radius: Radius) -> FloatArray:
-    """How far from the center values lie, 1/sr: 1 where they are the largest."""
-    return np.asarray(RADII[radius](np.maximum(values, 0) / largest))
-
-
-def dashes(points: FloatArray, length: float) -> FloatArray:
-    """The ends of the dashes of a polyline, which have gaps of their length between them: (n, 2) to (2 m, 2)."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    at = np.arange(0.0, along[-1] + length, length)
-    at = at[:len(at) // 2 * 2]
-    return np.stack([np.interp(at, along, axis) for axis in points.T], axis=-1)
-
-
-def rings(largest: float, radius: Radius) -> list[tuple[float, float]]:
-    """Values of one digit, 1/sr, and the radii of their circles, the largest first, for a plot whose outer circle is
-    `largest`."""
-    circles: list[tuple[float, float]] = []
-    for ring in _RINGS:
-        value = _of_one_digit(largest * (ring ** 3 if radius == "cube root" else ring))
-        length = float(lengths(np.array(value), largest, radius))
-        if not circles or length < circles[-1][1] - _APART:
-            circles.append((value, length))
-    return circles
-
-
-def shown_value(value: float) -> str:
-    """A value for people, 1/sr: three digits."""
-    if value == 0:
-        return "0"
-    digits = 2 - math.floor(math.log10(abs(value)))
-    return f"{round(value, digits):.10f}".rstrip("0").rstrip(".") if digits < 8 else f"{value:.1e}"
-
-
-def _of_one_digit(value: float) -> float:
-    """The largest number of one digit that is not above a value."""
-    power = 10.0 ** math.floor(math.log10(value))
-    return power * max(math.floor(value / power + 1e-9), 1)

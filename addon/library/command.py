@@ -84,7 +84,7 @@ def _choices(options: argparse.Namespace) -> Choices:
     choices.use_tolerance = options.tolerance is not None
     choices.tolerance = options.tolerance if choices.use_tolerance else _TOLERANCE
     choices.rendering = options.rendering
-    use_reading(choices, **{name: value for name, value in cli.reading_of(options).items() if name != "colours"})
+    use_reading(choices, cli.reading_of(options))
     return choices
 
 

@@ -1,5 +1,7 @@
 """How the material is rendered, and the settings of the scene that change how measured materials look."""
 
+from collections.abc import Callable
+
 import bpy
 from bpy.props import EnumProperty
 
@@ -10,6 +12,9 @@ from ..core.annotations import OperatorResult, not_none
 from ..core.properties import AUTOMATIC, RENDERINGS
 from .fixes import MEASUREDBRDF_OT_fix_setting
 from .layout import MaterialPanel, choices, draw_wrapped, fits
+
+exporting: list[Callable[[bpy.types.UILayout], None]] = []
+"""Draw how a material leaves Blender by another way than its exporters."""
 
 
 class MEASUREDBRDF_OT_enable_osl(bpy.types.Operator):
@@ -105,6 +110,8 @@ class MEASUREDBRDF_PT_rendering(MaterialPanel, bpy.types.Panel):
             draw_wrapped(layout, "In other programs, a Principled BSDF:", "INFO")
             for line in losses:
                 draw_wrapped(layout, line, "DOT")
+        for draw_exporting in exporting:
+            draw_exporting(layout)
 
 
 def draw_words(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:

@@ -56,13 +56,15 @@ def lit_sphere(about: Hashable, shown: Shown, edit: Arguments | None = None) -> 
     return icons.icon(key, partial(tasks.lit_sphere, shown, edit), latest=True)
 
 
-def polar_plot(about: Hashable, shown: Shown, data: Data | None, theta_i: float,
-               phi_i: float = 0.0) -> tuple[int, Job[Any]]:
-    """The icon of the polar plot at an angle of incidence and an azimuth of the light (radians), and the job that draws
-    it; with the samples if they are given. `about` is as in `lit_sphere`."""
+def polar_plot(about: Hashable, shown: Shown, data: Data | None, theta_i: float, phi_i: float = 0.0,
+               reaches: tuple[beyond.Reach, ...] = (), second: Shown | None = None) -> tuple[int, Job[Any]]:
+    """The icon of the plot of a plane of incidence at an angle of incidence and an azimuth of the light (radians), and
+    the job that draws it; with the samples if they are given, dashed beyond `reaches`, and beside a second fit.
+    `about` is as in `lit_sphere`."""
     theta_i, phi_i = round(theta_i, 3), round(phi_i, 3)
-    return icons.icon(("polar", about, shown.digest, None if data is None else data.digest, theta_i, phi_i),
-                      partial(tasks.polar_plot, shown, data, theta_i, phi_i))
+    digests = tuple(None if each is None else each.digest for each in (shown, data, second))
+    return icons.icon(("polar", about, *digests, reaches, theta_i, phi_i),
+                      partial(tasks.polar_plot, shown, data, theta_i, phi_i, reaches, second))
 
 
 def turned_plane(about: Hashable, shown: Shown, theta_i: float) -> tuple[int, Job[Any]]:
@@ -120,7 +122,7 @@ def reaches(material: bpy.types.Material) -> tuple[beyond.Reach, ...]:
 
 def near_plane(material: bpy.types.Material, theta_i: float,
                phi_i: float = 0.0) -> Job[tuple[FloatArray, FloatArray, float]] | None:
-    """The job that finds the samples near a plane of incidence (radians), as `pictures.near_plane` returns them; None
+    """The job that finds the samples near a plane of incidence (radians), as `plane_plot.near_plane` returns them; None
     where the measurements are not at hand, or have not been read yet."""
     measured = data(material).result if material.measured_brdf.filepath else None
     if measured is None:

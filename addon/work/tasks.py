@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 
 from ... import fitter
-from ...fitter import methods, pictures, progress, tolerance
+from ...fitter import methods, pictures, plane_plot, progress, tolerance
 from ...fitter.arrays import FloatArray, SingleArray
 from ...fitter.cycles import principled
 from ...fitter.cycles.bake import SHADER_VERSION, bake
 from ...fitter.cycles.node_mixture import Nodes, node_mixtures
 from ...fitter.formats import time_and_size
+from ...fitter.methods import beyond
 from ...fitter.methods.regression_kriging import MOST_SAMPLES
 from ...fitter.model import fit_file
 from ...fitter.model.mix import Mix
@@ -346,9 +347,14 @@ def lit_sphere(shown: Shown, edit: Arguments | None) -> SingleArray:
     return pictures.lit_sphere(made, colours=shown.colours, with_tangent=True)
 
 
-def polar_plot(shown: Shown, data: Data | None, theta_i: float, phi_i: float = 0.0) -> tuple[SingleArray, float]:
-    """The polar plot, and the angle of incidence of the samples in it (radians), nan without measurements."""
-    return pictures.polar_plot(fit_of(shown), None if data is None else samples_of(data), theta_i, phi_i=phi_i)
+def polar_plot(shown: Shown, data: Data | None, theta_i: float, phi_i: float = 0.0,
+               reaches: tuple[beyond.Reach, ...] = (), second: Shown | None = None) -> tuple[SingleArray, float]:
+    """The plot of a plane of incidence, and the angle of incidence of the samples in it (radians), nan without
+    measurements. Raises ValueError if there is no fit."""
+    progress.report(0.0, "Drawing")
+    return pictures.polar_plot(fit_of(shown), None if data is None else samples_of(data), theta_i, phi_i=phi_i,
+                               colours=shown.colours, reaches=reaches,
+                               second=None if second is None else (fit_of(second), second.colours))
 
 
 def turned_plane(shown: Shown, theta_i: float) -> SingleArray:
@@ -357,8 +363,8 @@ def turned_plane(shown: Shown, theta_i: float) -> SingleArray:
 
 
 def near_plane(data: Data, theta_i: float, phi_i: float = 0.0) -> tuple[FloatArray, FloatArray, float]:
-    """As `pictures.near_plane`."""
-    return pictures.near_plane(samples_of(data), theta_i, phi_i)
+    """As `plane_plot.near_plane`."""
+    return plane_plot.near_plane(samples_of(data), theta_i, phi_i)
 
 
 def kept_fit(kept: Kept) -> fitter.Fit:

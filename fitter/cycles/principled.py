@@ -33,11 +33,13 @@ _LAYER_GAIN = 0.85          # a sheen or a coat must make the error this much sm
 _LEAST_GAIN = 0.003         # and by this
 
 # what is searched for: names of inputs, how many numbers each is, and their bounds
-_INPUTS = (("base_color", 3, 0.0, 1.0), ("roughness", 1, 0.04, 1.0), ("specular_level", 1, 0.0, 1.0),
+_INPUTS = (("base_color", 3, 0.0, 1.0), ("roughness", 1, 0.04, 1.0), ("metallic", 1, 0.0, 1.0),
+           ("specular_level", 1, 0.0, 1.0),
            ("sheen_tint", 3, 0.0, 1.0), ("sheen_roughness", 1, *SHEEN_ROUGHNESS),
            ("coat_weight", 1, 0.0, 1.0), ("coat_roughness", 1, 0.04, 0.6))
 _METAL = ("base_color", "roughness")
 _DIELECTRIC = (*_METAL, "specular_level")
+_MAPS = (*_METAL, "metallic")
 _SHEEN = ("sheen_tint", "sheen_roughness")
 _COAT = ("coat_weight", "coat_roughness")
 
@@ -146,6 +148,14 @@ def principled(fit: Reflectance) -> Principled:
     # without a highlight any roughness is as good; others than Blender may show one
     dull = replace(closest, roughness=1.0)
     return dull if _error(dull, target) < _AS_GOOD * _error(closest, target) else closest
+
+
+def without_layers(fit: Reflectance) -> tuple[Principled, ...]:
+    """The closest Principled BSDFs without sheen and coat, of base colour and roughness alone: a dielectric of an index
+    of refraction of 1.5, a metal, and what is between both."""
+    target = _target(fit)
+    dielectric, metal = (_plain(metallic, _METAL, target).inputs for metallic in (0.0, 1.0))
+    return dielectric, metal, _search_from([dielectric, metal], _MAPS, target).inputs
 
 
 def _points() -> _Points:

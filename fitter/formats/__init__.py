@@ -5,7 +5,7 @@ To add a format, write a module that ends with its `Format`, and enter it in `FO
 
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,6 @@ from . import (
     curet,
     foreign,
     fred,
-    illuminants,
     isotropy,
     mbsdf,
     merl,
@@ -36,7 +35,7 @@ from . import (
 )
 from .format import Format
 from .gamut import converted
-from .reading import Reading, one_of
+from .reading import OPTIONS, Reading, one_of
 from .text import is_plain, plain_text, read_bytes
 
 # in the order of recognition: formats with a distinctive mark come before those recognised by their first line
@@ -49,10 +48,7 @@ PLAIN = (".bin", ".npz", ".txt")      # extensions of which most files are no me
 KNOWN_FILES = ", ".join(known.files for known in FORMATS[::-1])
 
 
-def load(path: str | Path, sample: str | int | None = None, *, angles: str | None = None, quantity: str | None = None,
-         illuminant: str = illuminants.DEFAULT, colours: str = DEFAULT, isotropic: bool | None = None,
-         symmetry: str | None = None, encoding: str | None = None, keep_unmeasured: bool = False,
-         columns: str | None = None) -> Samples:
+def load(path: str | Path, sample: str | int | None = None, *, colours: str = DEFAULT, **options: Any) -> Samples:
     r"""Read a measured BRDF.
 
     Parameters
@@ -61,31 +57,11 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
         A file in one of `FORMATS`, or ``published:NAME``, a material of `published.list_published`.
     sample : int or str, optional
         For files with several samples (CURET): the number or the name of one. The first one by default.
-    angles : {"degrees", "radians"}, optional
-        The unit of the angles of a table or an ASTM file, whatever it says. The other formats define theirs.
-    quantity : {"brdf", "brdf_cos", "brdf_cos_i", "reflectance_factor", "reflectance_percent", "brdf_percent"}, optional
-        What such a file holds, whatever it says: the BRDF, or the BRDF times the cosine of theta_o, which goniometers
-        usually print, or times that of theta_i; the reflectance factor, which is pi times the BRDF, or it in percent;
-        or the BRDF in percent. The other formats define that, too.
-    illuminant : {"D65", "D50", "A", "E"}
-        The light under which spectra become colours. White stays white.
     colours : {"Rec.709", "Rec.2020", "ACEScg"}
         The linear colour space of the values. R, G and B of a file are taken to be linear Rec.709.
-    isotropic : bool, optional
-        Whether to take the material as isotropic, whatever its values tell; by default that is found from them, where
-        the format does not define it.
-    symmetry : {"none", "half_turn", "mirror", "half_turn_and_mirror"}, optional
-        What is known of an anisotropic material that was measured over a part of a turn, whatever a table, an ASTM or a
-        Zemax file says: it is the same after half a turn; the plane phi = 0 is a mirror; or both.
-    encoding : {"raw", "srgb", "srgb140"}, optional
-        How the values of a UTIA file are stored; "raw" by default.
-    keep_unmeasured : bool
-        Whether to keep values that nobody measured: of tables, ASTM and MBSDF files, what is drawn beyond the angle at
-        which the instrument ended. By default they are left out.
-    columns : str, optional
-        What the columns of a table are, in their order, where their names mean nothing or are not there: names as a
-        table of one's own has them, separated by commas, and "-" for what is not read:
-        ``"theta_i,-,theta_o,phi,BRDF"``.
+    **options
+        The fields of `Reading`: `angles`, `quantity`, `illuminant`, `isotropic`, `symmetry`, `encoding`,
+        `keep_unmeasured` and `columns`. Each has an `Option` in `OPTIONS`, with what it may be and what that means.
 
     Returns
     -------
@@ -111,26 +87,26 @@ def load(path: str | Path, sample: str | int | None = None, *, angles: str | Non
     >>> samples.name, samples.channels, samples.values.tolist()
     ('Blue paint', ('R', 'G', 'B'), [[0.1, 0.2, 0.6]])
     """
-    reading = Reading(angles, quantity, illuminant, isotropic, symmetry, encoding, keep_unmeasured, columns)
+    reading = Reading(**options)
     one_of("colours", colours, COLOURS)
     if (name := published.name_in(path)) is not None:
         _no_sample(path, sample)
         samples = published.load_published(name)
-        if isotropic is not None:
-            samples = isotropy.as_asked(samples, isotropic)
+        if reading.isotropic is not None:
+            samples = isotropy.as_asked(samples, reading.isotropic)
         return converted(_without(reading, (), "published fits", samples), colours)
-    known, content = _recognised(path, columns)
-    options: dict[str, Any] = {"reading": reading} if known.options else {}
+    known, content = _recognised(path, reading.columns)
+    chosen: dict[str, Any] = {"reading": reading} if known.options else {}
     if known.list_samples is not None:
-        options["sample"] = sample
+        chosen["sample"] = sample
     else:
         _no_sample(path, sample)
     with _errors_of(path):
-        samples = known.read(path, content, **options)
+        samples = known.read(path, content, **chosen)
     _check_content(samples, path)
-    if isotropic is not None and "isotropic" not in known.options:
-        samples = isotropy.as_asked(samples, isotropic)
-    if isotropic is None:
+    if reading.isotropic is not None and "isotropic" not in known.options:
+        samples = isotropy.as_asked(samples, reading.isotropic)
+    if reading.isotropic is None:
         samples = isotropy.mirrored(samples)
     samples = replace(samples, name=printable(samples.name), notes=tuple(map(printable, samples.notes)),
                       channels=tuple(map(printable, samples.channels)))
@@ -149,8 +125,8 @@ def _check_content(samples: Samples, path: str | Path) -> None:
 def _without(reading: Reading, options: tuple[str, ...], files: str, samples: Samples) -> Samples:
     """Samples with a note of the options that were chosen, and that do not matter to their format."""
     # `isotropic` matters to all
-    ignored = [field.name for field in fields(Reading) if field.name not in (*options, "isotropic")
-               and getattr(reading, field.name) != field.default]
+    ignored = [name for name, option in OPTIONS.items() if name not in (*options, "isotropic")
+               and getattr(reading, name) != option.default]
     if not ignored:
         return samples
     return replace(samples, notes=(*samples.notes, f"Without effect on {files}: {', '.join(ignored)}"))

@@ -30,7 +30,7 @@ from ..errors import DatasetError
 from ..samples import LARGEST_VALUE, RGB, Samples, given_away
 from .format import Format
 from .isotropy import finished
-from .reading import BY_DEFAULT, ENCODINGS, Reading
+from .reading import BY_DEFAULT, Reading
 
 THETAS, PHIS = 6, 48
 STEPS = np.radians(15), np.radians(7.5)         # of theta, of phi
@@ -58,8 +58,7 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     if not recognises(content):
         raise DatasetError(f"{len(content):,} bytes, expected {SIZE:,} of reflectances", path)
     stored = np.frombuffer(content, "<f8").reshape(3, THETAS, PHIS, THETAS, PHIS)
-    encoding = reading.encoding or ENCODINGS[0]
-    values = np.moveaxis(_decoded(stored, encoding), 0, -1).copy()      # (theta_i, phi_i, theta_o, phi_o, 3)
+    values = np.moveaxis(_decoded(stored, reading.encoding), 0, -1).copy()      # (theta_i, phi_i, theta_o, phi_o, 3)
     values[0, 0] = values[0].mean(axis=0)
     values[:, :, 0, 0] = values[:, :, 0].mean(axis=2)
     distinct = np.ones(values.shape[:-1], dtype=bool)
@@ -68,15 +67,15 @@ def read(path: str | Path, content: bytes, reading: Reading = BY_DEFAULT) -> Sam
     axes = np.meshgrid(theta, phi, theta, phi, indexing="ij", sparse=True)
     directions, values = mapped(lambda axis: np.broadcast_to(axis, distinct.shape)[distinct], axes), values[distinct]
     given_away(*directions, values)
-    return finished(Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTES[encoding],)), reading)
+    return finished(Samples(*directions, values, RGB, Path(path).stem, str(path), (_NOTES[reading.encoding],)), reading)
 
 
 def _decoded(stored: FloatArray, encoding: str) -> FloatArray:
-    """The BRDF of what is stored, one of `ENCODINGS`; of any shape.
+    """The BRDF of what is stored, with one of `_NOTES`; of any shape.
 
     Examples
     --------
-    >>> [_decoded(np.array([0.5, -0.01]), encoding).round(4).tolist() for encoding in ENCODINGS]
+    >>> [_decoded(np.array([0.5, -0.01]), encoding).round(4).tolist() for encoding in _NOTES]
     [[0.5, -0.01], [0.214, -0.0008], [0.0276, 0.0]]
     """
     if encoding == "raw":

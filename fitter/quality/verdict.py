@@ -34,7 +34,7 @@ PREDICTED_LIMITS = (0.05, 0.1, 0.2)     # of a photograph's root mean square: ri
                         # 5 degrees and .5 to 4 with shuffled lamps (tests/fitter/photographs/test_judged.py)
 LITTLE_GUESSED = 0.05       # of a ball, which is not worth a word
 UNKNOWN = -1.0              # in the place of an error that has not been worked out
-_BRIGHTEST = 2.0            # cube root, relative to white
+BRIGHTEST = 2.0            # cube root, relative to white
 _NOT_PREDICTED = (". So the photographs are not predicted: lamps, places or the order of the files are wrong, or the "
                   "surface is another")
 _UNTESTED = "Not tested between measured angles (Error at Unseen Angles does that)"
@@ -112,12 +112,12 @@ def unseen(samples: Samples, fit: Callable[[Samples], Reflectance]) -> float:
 def _shows_something(samples: Samples) -> bool:
     """Whether a value is neither black nor brighter than counts: whatever is predicted of others has no error."""
     shown = _lightness(samples, samples.values)
-    return bool(((shown > 0) & (shown < _BRIGHTEST)).any())
+    return bool(((shown > 0) & (shown < BRIGHTEST)).any())
 
 
 def _lightness(samples: Samples, values: FloatArray) -> FloatArray:
     """Values (n, channels), 1/sr, of samples as cube roots relative to that of white, as far as they count."""
-    return np.clip(np.cbrt(np.pi) * cube_root(samples.theta_o, values), 0, _BRIGHTEST)
+    return np.clip(np.cbrt(np.pi) * cube_root(samples.theta_o, values), 0, BRIGHTEST)
 
 
 def grade(error: float, limits: tuple[float, ...]) -> str:

@@ -7,6 +7,8 @@ import pytest
 
 from fitter import pictures
 from fitter.drawing import BACKGROUND, INK
+from fitter.lobe import plane_curve
+from fitter.plane_plot import PAIR
 from support.anisotropic import brushed_fit
 
 
@@ -30,7 +32,7 @@ def test_each_side_of_a_split_sphere_is_that_of_a_sphere_alone(at, line):
     picture = pictures.split(left, right, at)
     np.testing.assert_array_equal(picture[:, :line], left[:, :line])
     np.testing.assert_array_equal(picture[:, line + 1:], right[:, line + 1:])
-    np.testing.assert_allclose(picture[:, line], np.tile((*INK, 1), (64, 1)), atol=1e-6)
+    np.testing.assert_allclose(picture[:, line], np.tile(INK, (64, 1)), atol=1e-6)
     assert np.abs(left - right).max() > 0.2
 
 
@@ -47,6 +49,11 @@ def test_pictures_of_two_sizes_are_not_joined():
         pictures.split(np.zeros((4, 4, 4), np.float32), np.zeros((8, 8, 4), np.float32))
 
 
+def compared(first, second, theta_i, size, phi_i=0.0, space="Rec.709"):
+    """The plot of two materials."""
+    return pictures.polar_plot(first, None, theta_i, size, phi_i, second=(second, space))[0]
+
+
 def drawn(picture, x, y, color):
     """Whether a colour is at a place, (x, y) in pixels from the bottom left."""
     part = picture[int(y) - 1:int(y) + 2, int(x) - 1:int(x) + 2, :3]
@@ -59,7 +66,7 @@ def luminance(colour):
 
 def test_both_curves_are_cube_roots_of_luminance_from_one_origin_and_to_one_scale():
     size, theta_i = 400, math.radians(35)
-    picture = pictures.polar_comparison(RED, BLUE, theta_i, size)
+    picture, disc = compared(RED, BLUE, theta_i, size), pictures.picture_disc(size)
 
     def value(material, theta):                     # theta beyond the normal, seen from the light
         lobe = max(math.cos(theta - theta_i), 0) ** material.power
@@ -67,26 +74,26 @@ def test_both_curves_are_cube_roots_of_luminance_from_one_origin_and_to_one_scal
 
     largest = max(value(RED, theta_i), value(BLUE, theta_i))
     for theta in np.radians([-70, -30, 0, 20, 35, 50, 80]):
-        for material, color in ((RED, pictures.PAIR[0]), (BLUE, pictures.PAIR[1])):
-            length = 0.46 * size * (value(material, theta) / largest) ** (1 / 3)
-            x, y = 0.5 * size + length * math.sin(theta), 0.27 * size + length * math.cos(theta)
+        for material, color in ((RED, PAIR[0][:3]), (BLUE, PAIR[1][:3])):
+            length = (value(material, theta) / largest) ** (1 / 3)
+            x, y = disc.points(theta, length)
             other = value(BLUE if material is RED else RED, theta)
-            if abs((other / largest) ** (1 / 3) * 0.46 * size - length) > 6:        # else the curves cover each other
+            if abs((other / largest) ** (1 / 3) - length) * disc.radius > 6:        # else the curves cover each other
                 assert drawn(picture, x, y, color), (math.degrees(theta), color)
 
 
 def test_a_curve_follows_the_lights_azimuth_on_an_anisotropic_material():
     fit = brushed_fit()
-    theta, along = pictures.in_plane(fit, 0.5, 0.0)
-    _, turned = pictures.in_plane(fit, 0.5, 1.2)
-    for row in (10, 250, 340):
+    theta, along = plane_curve(fit, 0.5, 0.0)
+    _, turned = plane_curve(fit, 0.5, 1.2)
+    for row in (10, 150, 230):
         light = np.array([0.5]), np.array([1.2])
         phi_o = 1.2 + (math.pi if theta[row] >= 0 else 0.0)
         expected = fit.evaluate(*light, np.array([abs(theta[row])]), np.array([phi_o]))[0]
         np.testing.assert_allclose(turned[row], expected, rtol=1e-9)
     assert np.abs(along / turned - 1).max() > 0.1
-    assert np.abs(pictures.polar_comparison(fit, RED, 0.5, 96, 0.0)
-                  - pictures.polar_comparison(fit, RED, 0.5, 96, 1.2)).max() > 0.3
+    assert np.abs(compared(fit, RED, 0.5, 96, 0.0)
+                  - compared(fit, RED, 0.5, 96, 1.2)).max() > 0.3
 
 
 def test_a_wider_space_has_its_own_luminance():
@@ -94,22 +101,22 @@ def test_a_wider_space_has_its_own_luminance():
     from fitter.colours import conversion
 
     wide = Lobe(9, *(conversion("Rec.709", "Rec.2020") @ RED.colour))
-    picture = pictures.polar_comparison(RED, wide, 0.5, 200, colours=("Rec.709", "Rec.2020"))
+    picture = compared(RED, wide, 0.5, 200, space="Rec.2020")
     plot = picture[:170]                            # below the letters
-    orange = np.abs(plot[..., :3] - pictures.PAIR[0]).max(axis=-1) < 0.1
-    blue = np.abs(plot[..., :3] - pictures.PAIR[1]).max(axis=-1) < 0.1
+    orange = np.abs(plot[..., :3] - PAIR[0][:3]).max(axis=-1) < 0.1
+    blue = np.abs(plot[..., :3] - PAIR[1][:3]).max(axis=-1) < 0.1
     assert not orange.any()
     assert blue.sum() > 100
 
 
 def test_the_letters_of_the_legend_have_the_colours_of_the_curves():
-    picture = pictures.polar_comparison(RED, BLUE, 0.5, 256)
+    picture = compared(RED, BLUE, 0.5, 256)
     corner = picture[235:250, :30, :3]
-    for color, columns in zip(pictures.PAIR, (slice(5, 16), slice(16, 28)), strict=True):
+    for color, columns in zip(PAIR, (slice(5, 16), slice(16, 28)), strict=True):
         part = corner[:, columns]
-        there = np.abs(part - color).max(axis=-1) < 1e-6
+        there = np.abs(part - color[:3]).max(axis=-1) < 1e-6
         assert there.sum() > 20
-        assert (there | (np.abs(part - BACKGROUND).max(axis=-1) < 1e-6)).all()
+        assert (there | (np.abs(part - BACKGROUND[:3]).max(axis=-1) < 1e-6)).all()
 
 
 def test_grey_and_coloured_materials_are_compared():
@@ -117,6 +124,6 @@ def test_grey_and_coloured_materials_are_compared():
         def evaluate(self, theta_i, phi_i, theta_o, phi_o):
             return np.full((len(theta_o), 1), 0.2)
 
-    picture = pictures.polar_comparison(Grey(), Lobe(0, 0.2 / 1.1, 0.2 / 1.1, 0.2 / 1.1), 0.5, 200)
-    orange = np.abs(picture[:170, :, :3] - pictures.PAIR[0]).max(axis=-1) < 0.1
+    picture = compared(Grey(), Lobe(0, 0.2 / 1.1, 0.2 / 1.1, 0.2 / 1.1), 0.5, 200)
+    orange = np.abs(picture[:170, :, :3] - PAIR[0][:3]).max(axis=-1) < 0.1
     assert not orange.any()                         # covered by B, which is equal

@@ -154,6 +154,7 @@ def exists(command):
             return False
     options = {word.partition("=")[0].lstrip("-") for word in words[2:] if word.startswith("--")} - {"help"}
     known = frozenset().union(*(words_of(path) for path in [*found, ROOT / "benchmarks" / "harness" / "running.py",
+                                                            ROOT / "fitter" / "formats" / "reading.py",
                                                             ROOT / "addon" / "library" / "command.py"]))
     return bool(found) and any(word in words_of(found[0]) for word in ("main", "__main__")) and all(
         set(option.split("-")) <= known for option in options)

@@ -12,12 +12,12 @@ from tools.evidence import ENTRIES
 FITTER = (("arrays", "errors", "interrupts", "shader_constants"),
           ("colours", "drawing", "files", "npz", "progress"), ("samples",),
           ("coordinates", "lattice"), ("model",), ("quality", "published", "studio"), ("methods",),
-          ("editing", "presets", "tolerance"),
-          ("cycles", "formats", "lobe", "matching", "photographs", "pictures", "variations"),
-          ("packed_picture", "ready", "report"),
+          ("editing", "lobe", "presets", "tolerance"), ("plane_plot",),
+          ("cycles", "formats", "matching", "photographs", "pictures", "variations"),
+          ("metallic_roughness", "packed_picture", "ready", "report"),
           ("__init__",), ("cli",), ("__main__",))
 ADDON = (("core",), ("work",), ("panel",),
-         ("adjust", "compare", "importing", "inspect", "library", "mix", "photographs", "starter"),
+         ("adjust", "baking", "compare", "importing", "inspect", "library", "mix", "photographs", "starter"),
          ("__init__",))
 LAYERS = {"fitter": FITTER, "addon": ADDON}
 FORBIDDEN = {"fitter": {"addon", "benchmarks", "bpy", "bpy_extras", "bmesh", "mathutils", "cycles", "_cycles"},

@@ -9,7 +9,7 @@ import pytest
 
 from support.checkout import ROOT
 
-SLICES = ("adjust", "compare", "importing", "inspect", "library", "mix", "photographs", "starter")
+SLICES = ("adjust", "baking", "compare", "importing", "inspect", "library", "mix", "photographs", "starter")
 WHOLE = ("__init__.py", "blender_manifest.toml", "addon", "fitter", "osl")
 SCRIPT = """
 import importlib.util, sys, traceback
@@ -45,6 +45,7 @@ def use(file, gone, root):
     image.save()
     work = {
         "adjust": lambda: (setattr(one.measured_brdf_adjustments, "highlight_gain", 0.5), operators.adjust())[1],
+        "baking": lambda: operators.bake_pbr(size=4),
         "compare": operators.pin,
         "importing": lambda: operators.import_data(filepath=file, preset="Paper", diffuse_level=1, specular_level=-1),
         "inspect": lambda: operators.inspect.poll() and {"FINISHED"},

@@ -11,6 +11,7 @@ import bpy
 
 import fitter
 from fitter import cli
+from fitter.formats.reading import OPTIONS
 from fitter.presets import PRESET_DESCRIPTIONS, PRESETS
 from support.checkout import extension
 
@@ -53,13 +54,23 @@ def python() -> str:
             options = {"Classes": "\n   :members:", "Data": "\n   :module: fitter"}.get(kind, "")
             target = name if kind == "Data" else f"fitter.{name}"
             parts.append(f"\n```{{eval-rst}}\n.. {directives[kind]}:: {target}{options}\n```\n")
-            parts.append(_presets() if name == "PRESETS" else "")
+            parts.append(_TABLES.get(name, str)())
     return "".join(parts)
 
 
 def _presets() -> str:
     rows = "".join(f"| {name} | {meaning}. | `{PRESETS[name]}` |\n" for name, meaning in PRESET_DESCRIPTIONS.items())
     return f"\nNamed keyword arguments of `fit`.\n\n| Key | For | Value |\n| --- | --- | --- |\n{rows}"
+
+
+def _options() -> str:
+    rows = "".join(f"| `{name}` | {', '.join(f'`{value!r}`' for value in option.values) or 'text'} | "
+                   f"`{option.default!r}` | {_sentence(option.tooltip)} |\n" for name, option in OPTIONS.items())
+    return f"\nIts options:\n\n| Option | Values | Default | Meaning |\n| --- | --- | --- | --- |\n{rows}"
+
+
+_TABLES = {"PRESETS": _presets, "load": _options}
+"""What stands below a name."""
 
 
 def operators() -> str:

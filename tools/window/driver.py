@@ -113,14 +113,14 @@ def flakes(h):
 
 
 def compare(h):
-    stage(h, "data", "compare")
+    stage(h, "pictures", "compare")
     h.properties_column(width=520)          # three spheres beside one another
     import_sample()
     h.wait(4)
 
 
 def compare_with(h):
-    stage(h, "compare_with")
+    stage(h, "pictures")
     import_sample("leather")
     bpy.ops.measured_brdf.pin()
     bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=1.6, location=(4, 0, 0))
@@ -501,7 +501,7 @@ def adjusted(h):
 
 
 def film_compare(h):
-    film_stage(h, "compare_with")
+    film_stage(h, "pictures")
     import_sample("", KRYLON)
     bpy.ops.measured_brdf.pin()
     import_sample("", GARNET)

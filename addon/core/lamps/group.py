@@ -11,9 +11,8 @@ from typing import Any
 import bpy
 
 from ....fitter.shader_constants import MAX_LAMPS
-from .carrier import KINDS, attribute
+from .carrier import KINDS, NAME, attribute
 
-NAME = "Measured BRDF Lamps"
 LAMPS = "Lamps"
 FRUGAL = "Frugal"
 _NUMBERED = re.compile(r"(Lamp|Extent)([1-9][0-9]*)")

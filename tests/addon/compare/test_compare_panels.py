@@ -1,4 +1,4 @@
-"""What the panels Compare Presets, Compare With and Test Render show, drawn without a window."""
+"""What the panels Curves, Compare Presets and Test Render show, drawn without a window."""
 
 from types import SimpleNamespace
 
@@ -16,13 +16,11 @@ ORDER = ["Standard", "Reference", "Original 2002 Method"]
 
 @pytest.fixture
 def ui(extension):
-    from measured_brdf.addon.compare import looks
-    from measured_brdf.addon.compare import panel as compare_with
+    from measured_brdf.addon.compare import curves, looks, panel, presets
     from measured_brdf.addon.compare import settings as comparison
-    from measured_brdf.addon.importing import compared_presets as presets
     from measured_brdf.addon.work import queue
 
-    yield SimpleNamespace(presets=presets, compare_with=compare_with, queue=queue, looks=looks, comparison=comparison)
+    yield SimpleNamespace(presets=presets, curves=curves, panel=panel, queue=queue, looks=looks, comparison=comparison)
     queue.unregister()
     looks.unregister()
 
@@ -148,9 +146,9 @@ def test_questions_are_asked_cheapest_first(ui, material, monkeypatch):
 
 
 def test_a_hint_tells_how_to_pin(ui, material, other):
-    panel = ui.compare_with.MEASUREDBRDF_PT_compare_with
+    panel = ui.curves.MEASUREDBRDF_PT_pictures
     shown = drawn(ui, panel, material)
-    assert "choose another" in shown.texts
+    assert "pinned" in shown.fields
     assert shown.button("Pin Measured Material").operator == "measured_brdf.pin"
     ui.comparison.of(bpy.context.scene).pinned = material
     assert "This is the pinned material" in drawn(ui, panel, material).texts
@@ -161,10 +159,12 @@ def test_numbers_stand_side_by_side_without_measurements_and_without_fitting(ui,
 
     counts = [f"{each.measured_brdf.coefficients:,}" for each in (material, other)]
     file.unlink()
+    for each in (material, other):
+        each.measured_brdf.filepath = ""
     for name in ("read", "fitted_of", "outcome"):
         monkeypatch.setattr(tasks, name, lambda *_: pytest.fail("nothing is read or fitted"))
     ui.comparison.of(bpy.context.scene).pinned = other
-    shown = drawn(ui, ui.compare_with.MEASUREDBRDF_PT_compare_with, material)
+    shown = drawn(ui, ui.curves.MEASUREDBRDF_PT_pictures, material)
     texts = [entry[2] for entry in shown.drawn if entry[0] == "text"]
     assert texts[:2] == ["A: glossy", "B: dull"]
     assert values_of(texts, "Coefficients") == counts
@@ -188,7 +188,7 @@ def test_a_damaged_fit_is_said_and_the_other_is_still_shown(ui, material, other)
     group = next(node.node_tree for node in other.node_tree.nodes if node.type == "GROUP")
     group["fit"] = b"void"
     ui.comparison.of(bpy.context.scene).pinned = other
-    panel = ui.compare_with.MEASUREDBRDF_PT_compare_with
+    panel = ui.curves.MEASUREDBRDF_PT_pictures
     draw(panel, material=material)
     lanes = ui.queue._lanes
     for lane in lanes.values():                 # as workers do: an error is an answer
@@ -207,14 +207,14 @@ def test_a_damaged_fit_is_said_and_the_other_is_still_shown(ui, material, other)
 def test_the_panels_are_shown_where_a_material_is_measured(ui, material):
     plain = bpy.data.materials.new("plain")
     material.measured_brdf.filepath = ""
-    for panel in ui.compare_with.classes:
+    for panel in (*ui.curves.classes, *ui.panel.classes):
         assert panel.poll(SimpleNamespace(material=material))
         assert not panel.poll(SimpleNamespace(material=plain))
         assert not panel.poll(SimpleNamespace(material=None))
 
 
 def test_a_test_render_is_shown_when_it_is_there(ui, material, other, monkeypatch):
-    panel, scene = ui.compare_with.MEASUREDBRDF_PT_look, bpy.context.scene
+    panel, scene = ui.panel.MEASUREDBRDF_PT_look, bpy.context.scene
     assert "picture" not in draw(panel, material=material).kinds
     key = ui.looks.key(scene, material)
     ui.looks.store(key, np.ones((256, 256, 4), np.float32))
@@ -227,8 +227,8 @@ def test_a_test_render_is_shown_when_it_is_there(ui, material, other, monkeypatc
     assert shown.button("Render Both") is not None
     ui.looks.store(ui.looks.key(scene, other), np.zeros((256, 256, 4), np.float32))
     given = []
-    monkeypatch.setattr(ui.compare_with.icons, "at_once", lambda _key, draw: given.append(draw()) or 1)
-    monkeypatch.setattr(ui.compare_with, "_swatch", lambda _color: 1)
+    monkeypatch.setattr(ui.panel.icons, "at_once", lambda _key, draw: given.append(draw()) or 1)
+    monkeypatch.setattr(ui.curves, "_swatch", lambda _color: 1)
     draw(panel, material=material)
     assert given[-1][:, :120].min() == given[-1][:, :120].max() == 1
     assert given[-1][:, 140:].min() == given[-1][:, 140:].max() == 0

@@ -98,9 +98,9 @@ def test_what_is_known_of_the_material_reaches_the_reader(blender, cube, tmp_pat
     assert (asked["isotropic"], asked["symmetry"], asked["encoding"]) == (False, "half_turn", "srgb")
     assert asked["keep_unmeasured"]
     for isotropic in (None, True, False):
-        materials.reading.use_reading(choices, isotropic=isotropic)
+        materials.reading.use_reading(choices, {"isotropic": isotropic})
         asked = materials.reading.load_arguments(choices)
-        assert (asked["isotropic"], asked["symmetry"], asked["encoding"]) == (isotropic, None, None)
+        assert (asked["isotropic"], asked["symmetry"], asked["encoding"]) == (isotropic, None, "raw")
     path = tmp_path / "turned.csv"
     rows = [f"30,{turn},{theta},{turn + 180},{1 + turn / 100}" for turn in range(0, 180, 20)
             for theta in range(0, 80, 5)]

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
+from fitter import plane_plot
 from fitter.methods import prior
 from support.anisotropic import brushed_fit
 from support.cases import release
@@ -90,11 +91,11 @@ def test_pressing_elsewhere_is_left_to_blender(inspected, above, disc):
 
 
 def test_dragging_on_the_plot_changes_the_angle_alone(inspected, above, disc):
-    assert inspected.press(above, FRAME, disc, disc.points(-0.9, 0.8))
+    assert inspected.press(above, FRAME, disc, disc.disc.points(-0.9, 0.8))
     assert (inspected.theta_i, inspected.phi_i) == pytest.approx((0.9, 0.3))
-    inspected.move(above, FRAME, disc, disc.points(-0.2, 0.8))
+    inspected.move(above, FRAME, disc, disc.disc.points(-0.2, 0.8))
     assert inspected.theta_i == pytest.approx(0.2)
-    inspected.move(above, FRAME, disc, disc.points(0.8, 0.8))
+    inspected.move(above, FRAME, disc, disc.disc.points(0.8, 0.8))
     assert inspected.theta_i == 0, "the light stays on its side"
     inspected.move(above, FRAME, disc, disc.center - (100, 50))
     assert inspected.theta_i == pytest.approx(math.radians(89))
@@ -127,7 +128,7 @@ def test_another_fit_has_another_curve_and_other_values(inspected, parts):
     assert inspected.show(other)
     assert not inspected.show(other)
     np.testing.assert_allclose(inspected.curve[1], 0.2)
-    assert inspected.largest == pytest.approx(0.2)
+    assert inspected.plane.largest == pytest.approx(0.2)
     np.testing.assert_allclose(inspected.read(0.1), [0.2])
     inspected.show(None)
     assert (inspected.lobe, inspected.curve) == (None, None)
@@ -256,13 +257,46 @@ def test_what_nobody_measured_is_dashed_and_said(stage, parts, monkeypatch):
     for how in ("line", "strokes"):
         monkeypatch.setattr(overlay.drawing, how, lambda points, *_, how=how: drawn.append((how, points)))
     monkeypatch.setattr(overlay.drawing, "text", lambda text, *_: drawn.append(("text", text)) or 0)
-    overlay._draw_curves(running, disc)
+    plane = running.plane
+    plane_plot._draw_curve(overlay.drawing, disc.disc, plane.curves[0], plane)
     for how, points in drawn:
         polar = np.degrees([disc.angle(each) for each in points])
         assert (np.abs(polar) > 58).all() if how == "strokes" else (np.abs(polar) < 62).all()
     assert {how for how, _ in drawn} == {"line", "strokes"}
     overlay._draw_titles(running, disc)
     assert drawn[-1][1].endswith("dashed: a guess")
+
+
+def test_the_viewport_shows_the_plane_that_the_panel_shows(stage, parts, monkeypatch):
+    """One drawing of one plane: the fit, its samples and what is a guess, into a picture and over the viewport."""
+    from measured_brdf.addon.inspect import overlay
+    from measured_brdf.addon.work import queries, tasks
+    from measured_brdf.fitter import pictures
+
+    settings = stage.item.active_material.measured_brdf
+    settings.least, settings.farthest = 60, 75
+    dots = np.radians([10.0, 20.0]), np.full((2, 3), 0.1), math.radians(40)
+    monkeypatch.setattr(parts.session.queries, "near_plane", lambda *_: SimpleNamespace(finished=1.0, result=dots))
+    monkeypatch.setattr(pictures, "near_plane", lambda *_: dots)
+    monkeypatch.setattr(tasks, "samples_of", lambda _data: "samples")
+    stage.begin()
+    answer()
+    stage.send("TIMER")
+    running, drawn = inspection_of(parts), []
+    monkeypatch.setattr(overlay.plane_plot, "draw", lambda _pen, _disc, plane: drawn.append(plane))
+    monkeypatch.setattr(pictures, "draw", lambda _pen, _disc, plane: drawn.append(plane))
+    for name in ("fan", "line", "discs", "text"):
+        monkeypatch.setattr(overlay.drawing, name, lambda *_: 0.0)
+    monkeypatch.setattr(overlay, "gpu", SimpleNamespace(state=SimpleNamespace(blend_set=lambda _mode: None)))
+    overlay.draw_plot(running, parts.plot.placed((0, 0, WIDTH, HEIGHT), "RIGHT", 1.0), "")
+    material = stage.item.active_material
+    tasks.polar_plot(queries.shown(material), object(), running.theta_i, running.phi_i, queries.reaches(material))
+    (viewport, picture) = drawn
+    assert viewport[0::2] == picture[0::2]
+    for one, other in zip((*viewport.curves[0][:2], *viewport.curves[0][3:4], *viewport.curves[0].samples),
+                          (*picture.curves[0][:2], *picture.curves[0][3:4], *picture.curves[0].samples), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-6)
+    assert viewport.curves[0].is_guess.any()
 
 
 def test_dragging_and_keys_are_taken_and_everything_else_is_passed_through(stage, parts):

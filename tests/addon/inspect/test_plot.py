@@ -1,9 +1,11 @@
-"""The polar plot's arithmetic against geometry, and the colours and shades of the lobe."""
+"""The plot's arithmetic against geometry, and the colours and shades of the lobe."""
 
 import math
 
 import numpy as np
 import pytest
+
+from fitter import plane_plot
 
 
 @pytest.fixture
@@ -24,7 +26,7 @@ def test_a_plot_is_large_and_inside_of_its_region(plot, side, scale):
     assert made.y >= 0
     assert made.y + made.height <= 800 * scale
     assert (made.x - 40 < 100) == (side == "LEFT")
-    top = made.points(0.0, 1.0)[1]
+    top = made.disc.points(0.0, 1.0)[1]
     assert top < made.line(1)[1] - 5 * scale, "the disc is below the titles"
     assert made.line(-1)[1] < made.line(-2)[1] < made.center[1] < made.line(1)[1] < made.line(0)[1]
 
@@ -40,14 +42,14 @@ def test_angles_of_points_are_those_they_were_made_of(plot):
     made = plot.placed((0, 0, 900, 700), "RIGHT", 1.0)
     for theta in (-1.5, -0.4, 0.0, 0.9, 1.5):
         for length in (0.2, 1.0):
-            at = made.points(theta, length)
+            at = made.disc.points(theta, length)
             assert made.angle(at) == pytest.approx(theta)
             assert made.is_read(at)
             assert made.holds(at)
-    assert made.points(-0.5, 1.0)[0] < made.center[0], "the light is left"
+    assert made.disc.points(-0.5, 1.0)[0] < made.center[0], "the light is left"
     below = made.center - (30, 60)
     assert made.angle(below) == pytest.approx(-math.pi / 2)
-    assert not made.is_read(made.points(0.3, 1.2))
+    assert not made.is_read(made.disc.points(0.3, 1.2))
     assert not made.holds((made.x - 1, made.y))
 
 
@@ -79,8 +81,8 @@ def test_what_is_covered_as_a_whole_has_no_free_part(plot):
 
 @pytest.mark.parametrize(("radius", "root"), [("cube root", 3), ("linear", 1)])
 @pytest.mark.parametrize("largest", [0.0313, 0.9999, 1.0, 47.3, 8123.0])
-def test_rings_have_values_of_one_digit_and_lie_where_such_values_do(plot, radius, root, largest):
-    circles = plot.rings(largest, radius)
+def test_rings_have_values_of_one_digit_and_lie_where_such_values_do(radius, root, largest):
+    circles = plane_plot.rings(largest, radius)
     assert len(circles) >= 2
     for value, length in circles:
         digits = value / 10 ** math.floor(math.log10(value) + 1e-9)
@@ -94,8 +96,8 @@ def test_rings_have_values_of_one_digit_and_lie_where_such_values_do(plot, radiu
 @pytest.mark.parametrize(("value", "shown"), [
     (0.0, "0"), (0.001234, "0.00123"), (0.1, "0.1"), (12.345, "12.3"), (1234.5, "1230"), (-0.02, "-0.02"),
     (1.2345e-9, "1.2e-09")])
-def test_values_are_shown_with_three_digits(plot, value, shown):
-    assert plot.shown_value(value) == shown
+def test_values_are_shown_with_three_digits(value, shown):
+    assert plane_plot.shown_value(value) == shown
 
 
 def test_the_lobe_has_the_hue_of_its_values_and_is_brighter_where_they_are_larger(extension):
@@ -123,7 +125,7 @@ def test_what_faces_the_key_light_is_brightest_and_all_is_lit_a_little(extension
     assert bright <= 1
 
 
-def test_dashes_lie_on_a_line_and_have_gaps_of_their_length(plot):
-    ends = plot.dashes(np.array([[0.0, 0], [30, 0], [30, 40]]), 10.0).reshape(-1, 2, 2)
+def test_dashes_lie_on_a_line_and_have_gaps_of_their_length():
+    ends = plane_plot.dashes(np.array([[0.0, 0], [30, 0], [30, 40]]), 10.0).reshape(-1, 2, 2)
     expected = [[[0, 0], [10, 0]], [[20, 0], [30, 0]], [[30, 10], [30, 20]], [[30, 30], [30, 40]]]
     np.testing.assert_allclose(ends, expected)

@@ -21,9 +21,8 @@ NEAR = 2e-3                 # relative: fits of a constant are not constant to t
 
 @pytest.fixture
 def parts(extension):
-    from measured_brdf.addon.compare import operators, panel, settings
+    from measured_brdf.addon.compare import curves, operators, panel, settings
     from measured_brdf.addon.core import material as materials
-    from measured_brdf.addon.importing import curves
     from measured_brdf.addon.inspect import mask, session, surface
     from measured_brdf.addon.work import queries, queue
 
@@ -174,7 +173,7 @@ def test_a_mix_is_compared_by_its_own_albedo(parts, mix):
         assert bpy.ops.measured_brdf.pin() == {"FINISHED"}
     for each, grades in ((dark, (0.4, 3.0)), (bright, (4.0, 3.0))):
         each.measured_brdf.match, each.measured_brdf.between = grades
-    panel = parts.compare.MEASUREDBRDF_PT_compare_with
+    panel = parts.curves.MEASUREDBRDF_PT_pictures
     assert panel.poll(SimpleNamespace(material=mix))
     texts = [entry[2] for entry in shown(panel, parts, dark).drawn if entry[0] == "text"]
     albedo = [" ".join(f"{100 * math.pi * each:.0f}" for each in values) for values in (DARK, BOTH)]

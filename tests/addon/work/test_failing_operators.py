@@ -100,6 +100,7 @@ OPERATIONS = {
     "update": lambda folder: bpy.ops.measured_brdf.update_materials(),
     "adjust": lambda folder: bpy.ops.measured_brdf.adjust(),
     "adjust a material of a mix": lambda folder: bpy.ops.measured_brdf.adjust(),
+    "bake": lambda folder: bpy.ops.measured_brdf.bake_pbr(size=2),
     "mix": lambda folder: bpy.ops.measured_brdf.mix(first="a", second="b"),
 }
 

@@ -8,6 +8,9 @@ import bpy
 import numpy as np
 import pytest
 
+from fitter.formats.reading import OPTIONS
+from fitter.methods.beyond import Reach
+
 DIRECTIONS = "theta_i", "phi_i", "theta_o", "phi_o"
 OF_NO_FIT = "name", "source", "notes", "saturated"      # fields of samples that no fit depends on
 
@@ -120,7 +123,8 @@ def test_the_keys_of_pictures_in_panels(work, outcomes, monkeypatch):
     data = [outcomes.Data(outcomes.Measured(*[""] * 6, digest), None) for digest in "01"]
     ask = work.queries
     for function, arguments in ((ask.lit_sphere, ((1, 2), (one, other), (None, {"a": 1}, {"a": 2}))),
-                                (ask.polar_plot, ((1, 2), (one, other), (None, *data), (0.1, 0.2), (0.1, 0.2))),
+                                (ask.polar_plot, ((1, 2), (one, other), (None, *data), (0.1, 0.2), (0.1, 0.2),
+                                                  ((), (Reach(1.2, 1.0),)), (None, one, other))),
                                 (ask.turned_plane, ((1, 2), (one, other), (0.1, 0.2)))):
         asked.clear()
         function(*(choices[0] for choices in arguments))
@@ -131,8 +135,6 @@ def test_the_keys_of_pictures_in_panels(work, outcomes, monkeypatch):
 
 
 def test_a_panel_asks_anew_about_measurements_that_are_read_otherwise(work, outcomes, monkeypatch):
-    from measured_brdf.addon.core.properties import READING
-
     asked = []
     monkeypatch.setattr(work.queries.queue, "ask", lambda key, *more, **options: asked.append(key))
     material = bpy.data.materials.new("read")
@@ -149,7 +151,7 @@ def test_a_panel_asks_anew_about_measurements_that_are_read_otherwise(work, outc
         work.queries.data(material)
     finally:
         bpy.data.materials.remove(material)
-    assert len(asked) == 2 + 2 + len(READING)
+    assert len(asked) == 2 + 2 + len(OPTIONS)
     assert_differ({str(number): key for number, key in enumerate(asked)})
 
 

@@ -1,12 +1,16 @@
 """Options of reading: what a user says of a file's numbers, where the file does not say it or says something else."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import fitter
-from fitter import DatasetError, UnitsUnknownError, formats
-from fitter.formats import FORMATS, spectra
+from fitter import DatasetError, UnitsUnknownError, cli, formats
+from fitter.formats import FORMATS, illuminants, reading, spectra, utia
 from fitter.formats import text as text_of_files
+from fitter.samples import SYMMETRIES
 from tools import fuzz
 
 ROWS = np.array([[0.5, 0.0, 0.25, 3.0, 0.2], [1.0, 0.5, 0.75, 2.0, 0.4]])
@@ -143,3 +147,38 @@ def test_a_note_names_the_options_that_a_format_does_not_have(tmp_path):
             in fitter.load("published:chrome", **options).notes)
     for each in (path, "published:chrome"):
         assert not any("Without effect" in note for note in fitter.load(each, isotropic=True).notes)
+
+
+def test_the_choices_of_an_option_are_what_readers_know():
+    known = {"angles": ("degrees", "radians"), "quantity": tuple(reading.QUANTITIES), "symmetry": SYMMETRIES,
+             "illuminant": illuminants.ILLUMINANTS, "encoding": tuple(utia._NOTES), "isotropic": (True, False),
+             "keep_unmeasured": (True, False), "columns": ()}
+    assert {name: option.values for name, option in reading.OPTIONS.items()} == known
+
+
+@pytest.mark.parametrize("name", reading.OPTIONS)
+def test_what_blender_stores_of_an_option_is_what_load_takes(name):
+    option = reading.OPTIONS[name]
+    for value in (*option.values, option.default, *(() if option.values else ("theta_i,-,BRDF",))):
+        assert option.value(option.stored(value)) == value
+        assert isinstance(option.stored(value), bool if isinstance(option.default, bool) else str)
+    assert option.value("") == option.default           # an identifier that is not known any more
+
+
+def test_command_line_and_page_have_every_option_and_what_it_may_be(capsys):
+    with pytest.raises(SystemExit):
+        cli.main(["info", "--help"])
+    said = " ".join(capsys.readouterr().out.split())
+    page = (Path(fitter.__file__).parents[1] / "docs" / "formats.md").read_text("utf-8")
+    for name, option in reading.OPTIONS.items():
+        flag = f"--{name.replace('_', '-')}"
+        assert flag in said
+        assert flag in page
+        for value in option.values if option.choices else ():
+            assert {True: "yes:", False: "no:"}.get(value, f"{value}:") in said
+            assert (str if isinstance(value, bool) else json.dumps)(value) in page
+
+
+def test_an_option_that_is_not_there_is_no_option(load):
+    with pytest.raises(TypeError, match="angle"):
+        load(ASTM, angle="degrees")

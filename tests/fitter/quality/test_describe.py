@@ -213,9 +213,9 @@ def test_the_polar_plot_of_a_lambertian_is_a_half_circle_with_the_samples_on_it(
     samples = fitter.Samples(np.full(3, 0.7), np.zeros(3), theta, np.full(3, np.pi), np.full((3, 1), 0.5 / np.pi))
     picture, shown = pictures.polar_plot(Lambertian(), samples, 0.6, 200)
     assert shown == pytest.approx(0.7)
-    origin, radius = np.array([100, 54]), 92
+    disc = pictures.picture_disc(200)
     for angle_from_normal in np.radians([-80, -45, 0, 45, 80]):
-        x, y = (origin + radius * np.array([math.sin(angle_from_normal), math.cos(angle_from_normal)])).astype(int)
+        x, y = disc.points(angle_from_normal, 1.0).astype(int)
         assert picture[y - 1:y + 2, x - 1:x + 2, 0].max() > 0.7
     assert np.all(picture[..., 3] == 1)
 

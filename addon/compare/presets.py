@@ -1,4 +1,4 @@
-"""Presets side by side, as spheres with their numbers; and what a fit costs before the material has it."""
+"""Presets side by side, as spheres with their numbers."""
 
 from typing import Any, Literal, NamedTuple
 
@@ -7,13 +7,12 @@ import bpy
 from ...fitter import PRESETS, Fit
 from ...fitter.model import Reflectance
 from ..core.annotations import Arguments, not_none
-from ..core.outcomes import Data, Fitted, Wanted
-from ..core.properties import OFFERED, ORIGINAL, PRESET_ITEMS, fit_arguments, name_of_fit
+from ..core.outcomes import Data, Wanted
+from ..core.properties import OFFERED, ORIGINAL, PRESET_ITEMS, name_of_fit
+from ..panel import costs
 from ..panel.layout import (
     MaterialPanel,
     draw_picture,
-    draw_value,
-    draw_warning,
     is_narrow,
     picture_button,
     picture_scale,
@@ -21,14 +20,12 @@ from ..panel.layout import (
 )
 from ..work import queries
 from ..work.job import Job
-from . import fit
 
-_HEADINGS = "Coefficients", "KB of the Fit", "RMSE", "Error at Unseen Angles"
+_FIT = "measured_brdf.fit"  # of another slice
 _CHEAPEST_FIRST = ORIGINAL, *OFFERED
 _FORMS = "{} coefficients", "{} KB of the fit", "RMSE {}", "Unseen Angles {}"
 _LABELS = {key: label for key, label, _ in PRESET_ITEMS}
 _ABREAST = 3 * (max(map(len, _LABELS.values())) + 2)      # characters that three spheres with their names need
-_UNKNOWN, _FAILED = ("...",) * 4, ("-",) * 4
 
 
 class _Shown(NamedTuple):
@@ -44,8 +41,12 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
     """A sphere of each preset, with its size and its errors; worked out while this panel is open"""
 
     bl_label = "Compare Presets"
-    bl_parent_id = "MEASUREDBRDF_PT_data"
+    bl_parent_id = "MEASUREDBRDF_PT_pictures"
     bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.material is not None and bool(context.material.measured_brdf.filepath)
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, material = not_none(self.layout), not_none(context.material)
@@ -57,7 +58,8 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
         shown = {name: _shown(material, data, kept, name) for name in _CHEAPEST_FIRST}
         columns = 1 if is_narrow(_ABREAST) else 3
         grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True)
-        can_choose = material.is_editable and material.override_library is None
+        can_choose = (material.is_editable and material.override_library is None
+                      and hasattr(bpy.types, "MEASURED_BRDF_OT_fit"))
         for name in (*OFFERED, ORIGINAL):
             _draw_preset(grid, name, shown[name], picture_scale(context, columns), can_choose)
         for line in wrapped("RMSE at the samples, and Error at Unseen Angles, 1/sr"):
@@ -67,67 +69,34 @@ class MEASUREDBRDF_PT_compare(MaterialPanel, bpy.types.Panel):
 def _shown(material: bpy.types.Material, data: Data, kept: Job[Reflectance] | None, name: str) -> _Shown:
     """What is shown of a preset; `kept` reads the fit that the material has, which is not made again."""
     if kept is not None and kept.finished is None:
-        return _Shown(0, kept, _UNKNOWN, False)
+        return _Shown(0, kept, costs.UNKNOWN, False)
     arguments: Arguments = {**PRESETS[name]}
     settings = material.measured_brdf
     is_chosen = kept is not None and data.digest == settings.digest and name_of_fit(settings) == name
     if is_chosen and kept is not None and isinstance(kept.result, Fit) and kept.result.edit is None:
         icon, job = queries.material_sphere(material)
-        numbers = _texts(settings.coefficients, settings.bytes, settings.rmse)
-        return _Shown(icon, job, (*numbers, _held_out(queries.held_out(data, arguments))), True)
+        numbers = costs.texts(settings.coefficients, settings.bytes, settings.rmse)
+        return _Shown(icon, job, (*numbers, costs.held_out(queries.held_out(data, arguments))), True)
     fitting, held = queries.cost(data, arguments)
     wanted = Wanted(data, arguments)
     icon, job = queries.lit_sphere(wanted.digest, wanted)
-    return _Shown(icon, job, _numbers(fitting, held), is_chosen)
+    return _Shown(icon, job, costs.numbers(fitting, held), is_chosen)
 
 
 def _draw_preset(layout: bpy.types.UILayout, name: str, shown: _Shown, scale: float, can_choose: bool) -> None:
     column = layout.column(align=True)
-    column.enabled = name != ORIGINAL or shown.numbers != _UNKNOWN      # its error is known before it can be chosen
+    column.enabled = name != ORIGINAL or shown.numbers != costs.UNKNOWN     # its error is known before it can be chosen
     icon: Literal["CHECKMARK", "NONE"] = "CHECKMARK" if shown.is_chosen else "NONE"
-    operator = fit.MEASUREDBRDF_OT_fit.bl_idname
     if can_choose and shown.icon:
-        picture_button(column, operator, shown.icon, scale).preset = name
+        picture_button(column, _FIT, shown.icon, scale).preset = name
     else:
         draw_picture(column, shown.icon, shown.job, scale)
     if can_choose:
-        column.operator(operator, text=_LABELS[name], depress=shown.is_chosen, icon=icon).preset = name
+        column.operator(_FIT, text=_LABELS[name], depress=shown.is_chosen, icon=icon).preset = name
     else:
         column.label(text=_LABELS[name], icon=icon)
     for form, text in zip(_FORMS, shown.numbers, strict=True):
-        column.label(text="" if text in (*_UNKNOWN, *_FAILED) else form.format(text))
-
-
-def draw_cost(layout: bpy.types.UILayout, settings: Any, data: Data | None) -> None:
-    """Draw what a fit with these settings costs, before the material has it."""
-    column = layout.column(align=True)
-    if data is None:
-        return
-    fitting, held = queries.cost(data, fit_arguments(settings))
-    if fitting.error is not None:
-        draw_warning(layout, str(fitting.error))
-        return
-    for name, text in zip(_HEADINGS, _numbers(fitting, held), strict=True):
-        draw_value(column, name, text)
-
-
-def _numbers(fitting: Job[Fitted], held: Job[float]) -> tuple[str, ...]:
-    """Coefficients, kilobytes, RMSE and held-out RMSE as text, as far as they are known."""
-    if fitting.error is not None:
-        return _FAILED
-    if fitting.result is None:
-        return _UNKNOWN
-    made, errors, *_ = fitting.result
-    return *_texts(made.coefficient_count, made.nbytes, errors.rmse), _held_out(held)
-
-
-def _texts(coefficients: int, nbytes: int, rmse: float) -> tuple[str, str, str]:
-    return f"{coefficients:,}", f"{nbytes / 1000:,.0f}", f"{rmse:.3g}"
-
-
-def _held_out(held: Job[float]) -> str:
-    """The RMSE at held-out samples; while it is worked out, how far that is."""
-    return f"({held.fraction:.0%} done)" if held.finished is None else "-" if held.error else f"{held.result:.3g}"
+        column.label(text="" if text in (*costs.UNKNOWN, *costs.FAILED) else form.format(text))
 
 
 classes = (MEASUREDBRDF_PT_compare,)

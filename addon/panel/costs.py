@@ -1,0 +1,47 @@
+"""What a fit costs before a material has it: its size and its errors, as text."""
+
+from typing import Any
+
+import bpy
+
+from ..core.outcomes import Data, Fitted
+from ..core.properties import fit_arguments
+from ..work import queries
+from ..work.job import Job
+from .layout import draw_value, draw_warning
+
+_HEADINGS = "Coefficients", "KB of the Fit", "RMSE", "Error at Unseen Angles"
+UNKNOWN, FAILED = ("...",) * 4, ("-",) * 4
+
+
+def draw_cost(layout: bpy.types.UILayout, settings: Any, data: Data | None) -> None:
+    """Draw what a fit with these settings costs, before the material has it."""
+    column = layout.column(align=True)
+    if data is None:
+        return
+    fitting, held = queries.cost(data, fit_arguments(settings))
+    if fitting.error is not None:
+        draw_warning(layout, str(fitting.error))
+        return
+    for name, text in zip(_HEADINGS, numbers(fitting, held), strict=True):
+        draw_value(column, name, text)
+
+
+def numbers(fitting: Job[Fitted], held: Job[float]) -> tuple[str, ...]:
+    """Coefficients, kilobytes, RMSE and held-out RMSE as text, as far as they are known."""
+    if fitting.error is not None:
+        return FAILED
+    if fitting.result is None:
+        return UNKNOWN
+    made, errors, *_ = fitting.result
+    return *texts(made.coefficient_count, made.nbytes, errors.rmse), held_out(held)
+
+
+def texts(coefficients: int, nbytes: int, rmse: float) -> tuple[str, str, str]:
+    """Coefficients, kilobytes and RMSE as text."""
+    return f"{coefficients:,}", f"{nbytes / 1000:,.0f}", f"{rmse:.3g}"
+
+
+def held_out(held: Job[float]) -> str:
+    """The RMSE at held-out samples; while it is worked out, how far that is."""
+    return f"({held.fraction:.0%} done)" if held.finished is None else "-" if held.error else f"{held.result:.3g}"
