@@ -33,8 +33,9 @@ from ..model.transform import LEAST_OFFSET, LogRelative, greyed
 from ..quality.physics import direction_pairs
 from ..samples import RGB, Samples, some
 from ..shader_constants import LEAST_LENGTH
-from . import energy, gaussian_process, lattices, prior
+from . import energy, gaussian_process, highlight, lattices, prior
 from .gaussian_process import RECIPROCITIES, Field, Kernel
+from .highlight import Highlight
 from .levels import Levels
 
 MOST_SAMPLES = 2000         # of a Gaussian process: its cost grows with the cube of the number
@@ -70,6 +71,8 @@ class Estimate:
     kernel : Kernel
     field : Field, or None
         Over 2 x - 1 of the coordinates x; None of more than `MOST_SAMPLES` samples and of anisotropic ones.
+    highlight : Highlight, or None
+        Whose colours the field has in a highlight; None where it keeps its own.
     left_out : (n, channels) float64, or None
         Each sample as the others predict it, 1/sr; the prior was fitted to all of them.
     """
@@ -78,6 +81,7 @@ class Estimate:
     transform: LogRelative
     kernel: Kernel
     field: Field | None
+    highlight: Highlight | None
     left_out: FloatArray | None
 
 
@@ -113,11 +117,12 @@ def estimate(samples: Samples, lobes: Microfacet | None = None) -> Estimate:
     likeliest = max(trials, key=lambda each: each.value)
     progress.report(0.8, "Fitting shape")
     coordinates, transform = systems[likeliest.system], transforms[likeliest.prior]
+    known = _known_noise(samples, transform)
     field, left_out = gaussian_process.krige(
-        _mu(coordinates, samples), transform.field(samples.values, *samples.directions), likeliest.kernel,
-        _known_noise(samples, transform))
+        _mu(coordinates, samples), transform.field(samples.values, *samples.directions), likeliest.kernel, known)
+    found, left_out = highlight.find(samples, transform, replace(coordinates, stretch=_STRETCHES[-1]), known, left_out)
     plausible = replace(transform, floor=0.0)
-    return Estimate(coordinates, transform, likeliest.kernel, field,
+    return Estimate(coordinates, transform, likeliest.kernel, field, found,
                     plausible.reflectance(left_out, *samples.directions))
 
 
@@ -135,7 +140,7 @@ def _estimate_many(samples: Samples, transforms: Sequence[LogRelative]) -> Estim
     kernel = judge.roughest(kernels)
     if len(reciprocities) > 1:
         kernel = min((replace(kernel, reciprocity=each) for each in reciprocities), key=judge.error)
-    return Estimate(systems[system], transforms[number], kernel, None, None)
+    return Estimate(systems[system], transforms[number], kernel, None, None, None)
 
 
 def _information_criterion(model: Microfacet, values: int) -> float:
@@ -223,7 +228,8 @@ def fit(samples: Samples, levels: Levels, plausible: bool = True, estimated: Est
     transform = replace(estimated.transform, floor=0.0) if plausible else estimated.transform
     with progress.part(0.0, 0.8 if samples.isotropic else 0.5):
         if estimated.field is not None:
-            both = lattices.of_field(samples, estimated.coordinates, transform, estimated.field, levels)
+            both = lattices.of_field(samples, estimated.coordinates, transform, estimated.field, levels,
+                                     estimated.highlight)
         else:
             levels = levels if samples.isotropic else levels.of_four_axes()
             both = lattices.of_samples(samples, estimated.coordinates, transform, estimated.kernel, levels)
