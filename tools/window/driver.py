@@ -44,9 +44,14 @@ def open_panels(names):
         if (getattr(cls, "bl_context", "") == "material" and not cls.__name__.startswith("MEASUREDBRDF")
                 and cls.is_registered and "HIDE_HEADER" not in getattr(cls, "bl_options", ())):
             bpy.utils.unregister_class(cls)
-    panels = sorted((cls for cls in bpy.types.Panel.__subclasses__()
-                     if cls.is_registered and getattr(cls, "bl_parent_id", "").startswith("MEASUREDBRDF")),
-                    key=lambda cls: (cls.bl_parent_id == "MEASUREDBRDF_PT_data", getattr(cls, "bl_order", 0)))
+    panels = {cls.__name__: cls for cls in bpy.types.Panel.__subclasses__()
+              if cls.is_registered and getattr(cls, "bl_parent_id", "").startswith("MEASUREDBRDF")}
+
+    def depth(cls):
+        parent = panels.get(getattr(cls, "bl_parent_id", ""))
+        return 0 if parent is None else 1 + depth(parent)
+
+    panels = sorted(panels.values(), key=lambda cls: (depth(cls), getattr(cls, "bl_order", 0)))
     for cls in reversed(panels):
         bpy.utils.unregister_class(cls)
     for cls in panels:
